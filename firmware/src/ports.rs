@@ -10,14 +10,13 @@ use bsp_prime::sd::CardService;
 use bsp_prime::spi::SpiBuses;
 use bsp_prime::uart::{Frame, Parity, UartPort};
 use bsp_prime::usb::UsbSocket;
-use bsp_prime::{kept, memory, thread_stack, time, wait};
+use bsp_prime::{memory, thread_stack, time, wait};
 use config::{MachineConfig, OutputPin, Pin};
-use events::EventRing;
 use heapless::Vec;
 use machine::heat::HeatControl;
 use machine::ports::{
-    Ahead, Board, BoardInfo, Clock, Consoles, DriversPort, EventLog, HeatPort, InputLevels, Inputs, LightPort,
-    MemoryReport, MotionPort, PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Workspace,
+    Ahead, Board, BoardInfo, Consoles, DriversPort, HeatPort, InputLevels, Inputs, LightPort, MemoryReport, MotionPort,
+    PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Workspace,
 };
 use machine::sessions::{Inbox, SessionId};
 use machine::supervisor::Supervisor;
@@ -29,6 +28,7 @@ use units::{Celsius, Micros, Ticks, Volts};
 use crate::consoles::Console;
 use crate::drivers::DriverBank;
 use crate::heat_io::{Heat, HeatIo};
+use crate::log::Told;
 use crate::rtt_console::Said;
 use crate::slow::Slow;
 use crate::storage::{CardStorage, card_storage};
@@ -40,6 +40,7 @@ use crate::{LATCH, REPORTS, usb, workspace};
 mod calendar;
 mod computer;
 mod files;
+mod rest;
 mod updates;
 
 /// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe closed, open and whether it
@@ -98,6 +99,8 @@ pub struct BoardPorts<M, H, S, T, K: Mutex<T = &'static mut CardService>> {
     /// Since when the bus has said nothing to a computer's disk that has the card.
     silent_since: Option<Micros>,
     plan: fn(),
+    /// How far the log is.
+    told: Told,
 }
 
 impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> BoardPorts<M, H, S, T, K>
@@ -128,6 +131,7 @@ where
             reset_at: None,
             silent_since: None,
             plan,
+            told: Told::from_here(),
         }
     }
 
@@ -207,18 +211,6 @@ where
             }
             *strips = wiring::led_strips(config, &mut owned.pins, pwm, &mut owned.led_sender, report);
         });
-    }
-}
-
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Clock for BoardPorts<M, H, S, T, K> {
-    fn now(&self) -> Micros {
-        time::now()
-    }
-}
-
-impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> EventLog for BoardPorts<M, H, S, T, K> {
-    fn events(&self) -> EventRing<'_> {
-        kept::events()
     }
 }
 

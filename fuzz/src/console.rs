@@ -75,7 +75,7 @@ const MOST_LINES: usize = 200;
 /// How often the card's machine is started again.
 const MOST_RESETS: u32 = 2;
 /// Turns of the dispatcher in half a millisecond: few, which is a busy board, and quick.
-const POLLS: u32 = 3;
+const TURNS: u32 = 3;
 /// M112, behind the end of half a line, of an `upload` (Ctrl-D) and of M28, which take everything but that.
 const HALT: &[u8] = b"\n\x04\nM29\nM112\n";
 const CONSOLE: SessionId = SessionId(0);
@@ -338,6 +338,6 @@ impl Bench {
 
 fn power_on(card: &Path) -> Runner {
     let mut runner = Runner::new(&Setup::new(card)).expect("no faults are ordered");
-    runner.set_polls(POLLS);
+    runner.set_turns(TURNS);
     runner
 }

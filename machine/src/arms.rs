@@ -47,8 +47,8 @@ pub(crate) fn delta_home(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64
 ///
 /// # Errors
 /// When motion refuses the geometry, or the machine halts.
-pub(crate) async fn arm_settings<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<(), Failure> {
-    hands.standstill().await?;
+pub(crate) fn arm_settings<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<(), Failure> {
+    hands.standstill()?;
     let motion_config = hands.motion_config()?;
     if let Some(arms) = arms_of(&motion_config.kinematics, words) {
         change_arms(hands, motion_config, arms)?;

@@ -15,7 +15,7 @@ use crate::failure::{Failure, Outcome, message};
 use crate::heat::{AIR_C, Answer, LawSettings, ModelSettings, PidGains};
 use crate::heat_codes::{allow_target, change_target, check_supply, heater_named};
 use crate::needs::needs;
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 use crate::sessions::Reply;
 
 /// How often progress is said.
@@ -49,7 +49,7 @@ struct Ask {
 /// # Errors
 /// When that is no heater with PID control, its target is not allowed or tells nothing, there is no supply,
 /// or it answers like no heater.
-pub(crate) async fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let config = hands.config();
     if !words.has('P') {
         say_choice(config, &mut hands.reply());
@@ -62,7 +62,7 @@ pub(crate) async fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Wor
         hands.say(format_args!("Target: {:5.1}\n", ask.target.0));
         hands.say(format_args!("{label}: Starting PID Autotune, {} max cycles, control X aborts\n", ask.swings));
     }
-    let found = swing(hands, &ask).await;
+    let found = swing(hands, &ask);
     let law = match (&found, config.heater(ask.heater)) {
         (Ok(answer), Some(described)) => {
             let settings = hands.heat(|heat| heat.heater(ask.heater).map(|heater| heater.settings.clone()));
@@ -91,7 +91,7 @@ pub(crate) async fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Wor
 ///
 /// # Errors
 /// As of [`tune_pid`]; and when it is warm and nobody says how warm the air is.
-pub(crate) async fn tune_model<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn tune_model<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let config = hands.config();
     let ask = asked(hands, words, 306, 'T')?;
     let reading = hands.heat(|heat| heat.heater(ask.heater).and_then(|heater| heater.reading()));
@@ -101,11 +101,11 @@ pub(crate) async fn tune_model<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &W
     let Some(described) = config.heater(ask.heater) else { return Ok(crate::failure::Answer::Unknown) };
     hands.say(format_args!("// Finding the model of {}, control X to abort\n", described.name));
     let blower = fan::Blower::stop(hands, described.model.fan);
-    let found = match swing(hands, &ask).await {
+    let found = match swing(hands, &ask) {
         Ok(answer) => {
             explain(hands, &ask, &answer);
             let model = model(hands, &ask, &answer);
-            fan::measure(hands, &ask, model, blower).await
+            fan::measure(hands, &ask, model, blower)
         }
         Err(failure) => Err(failure),
     };
@@ -211,12 +211,12 @@ fn model<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, answer: &Answer) -> 
 ///
 /// # Errors
 /// When it answers like no heater, takes too long, or the machine halts.
-async fn swing<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask) -> Result<Answer, Failure> {
+fn swing<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask) -> Result<Answer, Failure> {
     let config = hands.config();
-    hands.standstill().await?;
+    hands.standstill()?;
     check_supply(hands, ask.target)?;
     let began = hands.now();
-    cool(hands, ask, began).await?;
+    cool(hands, ask, began)?;
     hands.heat(|heat| {
         if let Some(heater) = heat.heater_mut(ask.heater) {
             heater.start_tuning(ask.swings, ask.air);
@@ -236,12 +236,12 @@ async fn swing<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask) -> Result<Answ
         if is_off && !hands.heat(|heat| heat.is_halted()) {
             return Err(refused(ask, "the heater was switched off"));
         }
-        turn(hands, ask, began, test.progress(), &mut report_due).await?;
+        turn(hands, ask, began, test.progress(), &mut report_due)?;
     }
 }
 
 /// Waits, off, until it is so far below the target that its first rise tells all.
-async fn cool<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, began: Micros) -> Result<(), Failure> {
+fn cool<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, began: Micros) -> Result<(), Failure> {
     let below = ask.air.0 + (ask.target.0 - ask.air.0) * RISES_FROM;
     let reading =
         |hands: &mut Hands<'_, '_, P>| hands.heat(|heat| heat.heater(ask.heater).and_then(|heater| heater.reading()));
@@ -252,13 +252,13 @@ async fn cool<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, began: Micros) 
     }
     let mut report_due = hands.now().plus(REPORT_PERIOD);
     while reading(hands).is_none_or(|reading| reading.0 > below) {
-        turn(hands, ask, began, (0, ask.swings), &mut report_due).await?;
+        turn(hands, ask, began, (0, ask.swings), &mut report_due)?;
     }
     Ok(())
 }
 
 /// One turn of a wait, with a word on how far it has come.
-async fn turn<P: Ports>(
+fn turn<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     ask: &Ask,
     began: Micros,
@@ -280,7 +280,7 @@ async fn turn<P: Ports>(
             hands.say(text);
         }
     }
-    if let Err(failure) = hands.pause_for_time().await {
+    if let Err(failure) = hands.wait(Wake::Time).unless_halted() {
         hands.say(format_args!("Autopid aborted\n"));
         return Err(failure);
     }

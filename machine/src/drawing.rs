@@ -8,8 +8,8 @@
 
 use config::MachineConfig;
 use motion::geometry::{
-    Arc, ArcError, ArcShape, Bezier, Chords, ControlPoint, Line, LineSettings, MOST_POINTS, Nurbs, ParametricCurve,
-    SplineMoves,
+    Arc, ArcError, ArcParts, ArcShape, Bezier, Chords, ControlPoint, Line, LineSettings, MOST_POINTS, Nurbs,
+    ParametricCurve, SplineMoves,
 };
 use motion::path::{Bounds, Curve};
 use motion::{Corner, Mode, Tag};
@@ -23,7 +23,7 @@ use crate::motion_config::arc_settings;
 /// Parts of a turn on a machine that bends lines.
 const PARTS_OF_TURN: f64 = 16.0;
 
-/// Whoever takes what is drawn.
+/// Whoever has something drawn.
 pub(crate) trait Draws {
     /// Why a move is not made.
     type Failure;
@@ -41,8 +41,6 @@ pub(crate) trait Draws {
     fn line_may_be(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Self::Failure>;
     /// A curve that stays within these bounds may be made; else why not.
     fn curve_may_be(&mut self, from: &PerAxis<f64>, bounds: &Bounds) -> Result<(), Self::Failure>;
-    /// The next piece.
-    async fn take(&mut self, piece: &motion::Move) -> Result<(), Self::Failure>;
 }
 
 /// What motion is to know of a move of the program, without its curve, and of no object. `deviation` is how
@@ -64,33 +62,37 @@ pub(crate) fn in_motions_terms(request: &Move, tag: Tag, deviation: impl FnOnce(
     motion::Move { target, feed_rate, mode, power, curve, corner, tag, part: 0 }
 }
 
-/// Draws a move of the program from `from`; `piece` is the move in motion's terms.
-pub(crate) async fn draw<D: Draws>(
+/// Draws a move of the program from `from`; `piece` is the move in motion's terms. Its pieces are to be made
+/// one after the other.
+///
+/// # Errors
+/// When no such curve exists, or it may not be made; then nothing of it is.
+pub(crate) fn draw<D: Draws>(
     by: &mut D,
     from: PerAxis<f64>,
     request: &Move,
     piece: motion::Move,
-) -> Result<(), D::Failure> {
+) -> Result<Drawn, D::Failure> {
     let mut drawing = Drawing { by, from, to: request.target, piece };
-    match request.shape {
+    let shape = match request.shape {
         Shape::Line { names_xy } => {
             drawing.last(request.rate, Line::length(&from, &request.target));
-            drawing.line(names_xy).await
+            drawing.line(names_xy)
         }
         Shape::Arc { plane, centre, clockwise, turns, column } => {
             let arc = drawing.arc_of(plane, centre, clockwise, turns);
             let arc = arc.map_err(|error| drawing.bad_arc(&error, column))?;
             drawing.last(request.rate, arc.length());
-            drawing.arc(arc, column).await
+            drawing.arc(arc, column)
         }
         Shape::Cubic([(i, j), (p, q)]) => {
             let ([x, y, ..], [to_x, to_y, ..]) = (from.0, request.target.0);
             let points = [[x, y, 0.0], [x + i, y + j, 0.0], [to_x + p, to_y + q, 0.0], [to_x, to_y, 0.0]];
-            drawing.spline(Bezier::cubic(points)).await
+            drawing.spline(Bezier::cubic(points)).map(Pieces::Bezier)
         }
         Shape::Quadratic((i, j)) => {
             let ([x, y, ..], [to_x, to_y, ..]) = (from.0, request.target.0);
-            drawing.spline(Bezier::quadratic([[x, y, 0.0], [x + i, y + j, 0.0], [to_x, to_y, 0.0]])).await
+            drawing.spline(Bezier::quadratic([[x, y, 0.0], [x + i, y + j, 0.0], [to_x, to_y, 0.0]])).map(Pieces::Bezier)
         }
         Shape::Nurbs { order } => {
             let point = |p: &program::ControlPoint| ControlPoint { x: p.x, y: p.y, weight: p.weight };
@@ -100,8 +102,41 @@ pub(crate) async fn draw<D: Draws>(
                 let text = "the spline's order and its control points do not fit";
                 return Err(drawing.by.wrong(message(format_args!("{text}"))));
             };
-            drawing.spline(nurbs).await
+            drawing.spline(nurbs).map(Pieces::Nurbs)
         }
+    };
+    Ok(Drawn { pieces: shape?, piece: drawing.piece })
+}
+
+/// What a move of the program comes to: moves of motion.
+pub(crate) struct Drawn {
+    pieces: Pieces,
+    /// What they have in common.
+    piece: motion::Move,
+}
+
+#[expect(clippy::large_enum_variant, reason = "there is one at a time, where it is used up")]
+enum Pieces {
+    Line(Line),
+    Chords(Chords),
+    Arc(ArcParts),
+    Bezier(SplineMoves<Bezier>),
+    Nurbs(SplineMoves<Nurbs>),
+}
+
+impl Iterator for Drawn {
+    type Item = motion::Move;
+
+    fn next(&mut self) -> Option<motion::Move> {
+        let straight = |target| (target, Curve::Line);
+        let (target, curve) = match &mut self.pieces {
+            Pieces::Line(line) => line.next().map(straight),
+            Pieces::Chords(chords) => chords.next().map(straight),
+            Pieces::Arc(parts) => parts.next(),
+            Pieces::Bezier(moves) => moves.next(),
+            Pieces::Nurbs(moves) => moves.next(),
+        }?;
+        Some(motion::Move { target, curve, ..self.piece })
     }
 }
 
@@ -110,7 +145,6 @@ struct Drawing<'d, D> {
     by: &'d mut D,
     from: PerAxis<f64>,
     to: PerAxis<f64>,
-    /// What every piece of it has in common.
     piece: motion::Move,
 }
 
@@ -122,23 +156,14 @@ impl<D: Draws> Drawing<'_, D> {
         }
     }
 
-    async fn go(&mut self, target: PerAxis<f64>, curve: Curve) -> Result<(), D::Failure> {
-        (self.piece.target, self.piece.curve) = (target, curve);
-        self.by.take(&self.piece).await
-    }
-
-    async fn line(&mut self, names_xy: bool) -> Result<(), D::Failure> {
+    fn line(&mut self, names_xy: bool) -> Result<Pieces, D::Failure> {
         self.by.line_may_be(&self.from, &self.to)?;
         let lines = self.by.line_settings();
-        let line = if names_xy || self.by.config().motion.segment_z_moves {
+        Ok(Pieces::Line(if names_xy || self.by.config().motion.segment_z_moves {
             Line::cut(self.from, self.to, self.piece.feed_rate, &lines)
         } else {
             Line::whole(self.from, self.to)
-        };
-        for point in line {
-            self.go(point, Curve::Line).await?;
-        }
-        Ok(())
+        }))
     }
 
     fn arc_of(&self, plane: Plane, centre: Centre, clockwise: bool, turns: u32) -> Result<Arc, ArcError> {
@@ -151,32 +176,24 @@ impl<D: Draws> Drawing<'_, D> {
         Arc::new(self.from, self.to, &ArcShape { turns, ..shape })
     }
 
-    async fn arc(&mut self, arc: Arc, column: u16) -> Result<(), D::Failure> {
+    fn arc(&mut self, arc: Arc, column: u16) -> Result<Pieces, D::Failure> {
         self.by.curve_may_be(&self.from, &arc.bounds())?;
         let settings = arc_settings(self.by.config());
         if settings.cut() {
-            for point in Chords::new(arc, &settings).map_err(|error| self.bad_arc(&error, column))? {
-                self.go(point, Curve::Line).await?;
-            }
-            return Ok(());
+            let chords = Chords::new(arc, &settings).map_err(|error| self.bad_arc(&error, column))?;
+            return Ok(Pieces::Chords(chords));
         }
         let parts = if self.by.bends() { libm::ceil(PARTS_OF_TURN * arc.turns()) as u32 } else { 1 };
-        for (end, curve) in arc.parts(parts) {
-            self.go(end, curve).await?;
-        }
-        Ok(())
+        Ok(Pieces::Arc(arc.parts(parts)))
     }
 
     fn bad_arc(&mut self, error: &ArcError, column: u16) -> D::Failure {
         self.by.wrong(message(format_args!("{error}, column {column}")).numbered(Error::Target))
     }
 
-    async fn spline(&mut self, spline: impl ParametricCurve + Copy) -> Result<(), D::Failure> {
+    fn spline<S: ParametricCurve + Copy>(&mut self, spline: S) -> Result<SplineMoves<S>, D::Failure> {
         let moves = SplineMoves::new(spline, self.from, self.to);
         self.by.curve_may_be(&self.from, &moves.bounds())?;
-        for (end, curve) in moves {
-            self.go(end, curve).await?;
-        }
-        Ok(())
+        Ok(moves)
     }
 }

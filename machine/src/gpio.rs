@@ -5,7 +5,7 @@ use units::Micros;
 
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, message};
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 
 /// How long a pin is driven when nothing is said.
 const DRIVEN_MS: u32 = 2_000;
@@ -73,7 +73,7 @@ fn duration(word: Option<&str>) -> Result<u32, Failure> {
 ///
 /// # Errors
 /// When the pin is used, or driven by the board itself, and for what is not understood.
-pub(crate) async fn command<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Outcome {
+pub(crate) fn command<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Outcome {
     let (pin, request) = parse(arguments)?;
     let drives = match request {
         Request::Read => None,
@@ -99,7 +99,7 @@ pub(crate) async fn command<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &
         }
         Request::Drive(on, ms) => {
             hands.say(format_args!("{pin}:{}: was set to {}\n", u8::from(level), if on { "on" } else { "off" }));
-            let ended = wait(hands, Micros(u64::from(ms) * 1_000)).await;
+            let ended = wait(hands, Micros(u64::from(ms) * 1_000));
             hands.storage().return_pin(pin);
             ended?;
         }
@@ -113,10 +113,10 @@ fn bare(pin: Pin) -> Pin {
 }
 
 /// Until its time has passed, Ctrl-Y, or whoever asked has gone.
-async fn wait<P: Ports>(hands: &mut Hands<'_, '_, P>, time: Micros) -> Result<(), Failure> {
+fn wait<P: Ports>(hands: &mut Hands<'_, '_, P>, time: Micros) -> Result<(), Failure> {
     let ends = hands.now().plus(time);
     while hands.now() < ends && !hands.is_let_go() {
-        hands.pause().await?;
+        hands.wait(Wake::Any).unless_halted()?;
     }
     Ok(())
 }

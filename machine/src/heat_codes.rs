@@ -15,7 +15,7 @@ use crate::executor::Hands;
 use crate::failure::{Failure, Message, message};
 use crate::heat::{HeatCause, HeatControl, HeatFault, OFF_BELOW, TargetRefused};
 use crate::needs::needs;
-use crate::ports::{HeatPort, Ports};
+use crate::ports::{HeatPort, Ports, Wake};
 use crate::sessions::Reply;
 pub(crate) use gains::{heater_model, maximum_temperature, pid_gains};
 pub(crate) use named::heater_named;
@@ -35,7 +35,7 @@ const NO_READING: f32 = -100.0;
 /// # Errors
 /// Before anything waits or changes: when the heater does not allow that target or stays off, or there is no
 /// supply to heat with.
-pub(crate) async fn heat_and_wait<P: Ports>(
+pub(crate) fn heat_and_wait<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     heater: HeaterId,
     target: Celsius,
@@ -47,11 +47,11 @@ pub(crate) async fn heat_and_wait<P: Ports>(
     }
     hands.heat(|heat| allow_target(heat, config, heater, target))?;
     check_supply(hands, target)?;
-    hands.standstill().await?;
+    hands.standstill()?;
     // The way to standstill may have taken minutes.
     check_supply(hands, target)?;
     hands.heat(|heat| change_target(heat, config, heater, target))?;
-    wait_until(hands, heater, if cools { Until::Near } else { Until::Warm }).await
+    wait_until(hands, heater, if cools { Until::Near } else { Until::Warm })
 }
 
 /// Refuses to heat without the heaters' supply.
@@ -74,11 +74,8 @@ pub(crate) fn no_heater_supply() -> Failure {
 ///
 /// # Errors
 /// When the machine halts meanwhile.
-pub(crate) async fn wait_for_temperature<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    heater: HeaterId,
-) -> Result<(), Failure> {
-    wait_until(hands, heater, Until::Warm).await
+pub(crate) fn wait_for_temperature<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) -> Result<(), Failure> {
+    wait_until(hands, heater, Until::Warm)
 }
 
 /// What a wait is for.
@@ -96,7 +93,7 @@ enum Until {
 const NEAR: f32 = 1.0;
 
 /// Waits for a reading, for as long as its settings say.
-async fn wait_until<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId, until: Until) -> Result<(), Failure> {
+fn wait_until<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId, until: Until) -> Result<(), Failure> {
     let config = hands.config();
     let Some(described) = config.heater(heater) else { return Ok(()) };
     let wait = described.wait;
@@ -124,7 +121,7 @@ async fn wait_until<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId, un
                 hands.say(format_args!("{text}\n"));
             }
         }
-        if let Err(failure) = hands.pause_for_time().await {
+        if let Err(failure) = hands.wait(Wake::Time).unless_halted() {
             hands.say(format_args!("Wait on temperature aborted by kill\n"));
             return Err(failure);
         }
@@ -136,7 +133,7 @@ async fn wait_until<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId, un
 ///
 /// # Errors
 /// When nobody has that id, a heater is not to become so warm, or the machine halts meanwhile.
-pub(crate) async fn wait_for_all<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<(), Failure> {
+pub(crate) fn wait_for_all<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<(), Failure> {
     let (config, wanted) = (hands.config(), words.get('P').map(ToolId::from_word));
     let is_meant = |id: ToolId| wanted.is_none_or(|wanted| wanted == Some(id));
     if !config.heaters().any(|(_, heater)| is_meant(heater.tool_id)) {
@@ -148,7 +145,7 @@ pub(crate) async fn wait_for_all<P: Ports>(hands: &mut Hands<'_, '_, P>, words: 
         (None, None) => Until::Warm,
         _ => Until::Between(Celsius(least.unwrap_or(f32::MIN)), Celsius(most.unwrap_or(f32::MAX))),
     };
-    hands.standstill().await?;
+    hands.standstill()?;
     for (heater, _) in config.heaters().filter(|(_, heater)| is_meant(heater.tool_id)) {
         let state = hands.heat(|heat| heat.heater(heater).map(|heater| (heater.reading(), heater.target())));
         if let (Until::Between(least, _), Some((reading, target))) = (until, state)
@@ -157,7 +154,7 @@ pub(crate) async fn wait_for_all<P: Ports>(hands: &mut Hands<'_, '_, P>, words: 
         {
             return Err(Failure::refused("M116: that heater is not set to become so warm"));
         }
-        wait_until(hands, heater, until).await?;
+        wait_until(hands, heater, until)?;
     }
     Ok(())
 }

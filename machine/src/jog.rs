@@ -7,7 +7,7 @@ use units::{Actuator, Axis, MmPerSecond, PerAxis};
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, message};
 use crate::motion_config::slowest_rate;
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 use crate::safety::Event;
 
 /// Least length of one piece of a continuous jog, mm.
@@ -84,7 +84,7 @@ fn refused(what: &str, word: &str) -> Failure {
 /// # Errors
 /// When it is not understood, the machine must be homed first or is halted, or nothing of the jog is within
 /// the travel.
-pub(crate) async fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, text: &str, e_axis: Option<Axis>) -> Outcome {
+pub(crate) fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, text: &str, e_axis: Option<Axis>) -> Outcome {
     if matches!(hands.state(), State::Alarm | State::Sleep | State::Invalid) {
         return Err(Failure::Halted);
     }
@@ -102,10 +102,10 @@ pub(crate) async fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, text: &str, e_ax
         return Ok(if request.replies || request.continuous { Answer::Ok } else { Answer::Said });
     }
     if request.continuous {
-        jog_continuously(hands, &request.by, rate).await?;
+        jog_continuously(hands, &request.by, rate)?;
         return Ok(Answer::Ok);
     }
-    if !move_by(hands, &request.by, rate).await? {
+    if !move_by(hands, &request.by, rate)? {
         return Err(out_of_travel(hands, &request.by));
     }
     Ok(if request.replies { Answer::Ok } else { Answer::Said })
@@ -136,7 +136,7 @@ fn out_of_travel<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>) -> F
 }
 
 /// Submits one move, cut to the travel. False when nothing is left of it.
-async fn move_by<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64) -> Result<bool, Failure> {
+fn move_by<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64) -> Result<bool, Failure> {
     let (from, homed) = (hands.position(), hands.axes().homed());
     let target = hands.travel().cut(&from, &moved(&from, by), homed);
     if target == from {
@@ -144,7 +144,7 @@ async fn move_by<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate
     }
     // From standstill it is a jog; behind other moves it is one of them.
     let begins = hands.apply(Event::JogBegins);
-    let went = hands.go(target, MmPerSecond(rate), Mode::Rapid).await;
+    let went = hands.go(target, MmPerSecond(rate), Mode::Rapid);
     if begins && went.is_err() && hands.motion(|motion| motion.is_idle()) {
         hands.apply(Event::Drained);
     }
@@ -154,35 +154,35 @@ async fn move_by<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate
 }
 
 /// Runs until Ctrl-Y, then brakes. Pieces are queued only as far ahead as braking needs.
-async fn jog_continuously<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64) -> Result<(), Failure> {
+fn jog_continuously<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64) -> Result<(), Failure> {
     if !hands.can_be_stopped() {
         return Err(Failure::refused("unable to set continuous jog mode"));
     }
-    hands.standstill().await?;
+    hands.standstill()?;
     let braking = hands.motion(|motion| motion.config().map_or(0.0, |config| config.limits.braking_length(rate)));
     let length = if braking > LEAST_PIECE { braking } else { LEAST_PIECE };
     let piece = PerAxis(by.0.map(|mm| match mm {
         0.0 => 0.0,
         mm => libm::copysign(length, mm),
     }));
-    jog_pieces(hands, &piece, rate).await?;
+    jog_pieces(hands, &piece, rate)?;
     hands.motion(Motion::stop);
-    hands.standstill().await?;
+    hands.standstill()?;
     hands.apply(Event::Drained);
     Ok(())
 }
 
-async fn jog_pieces<P: Ports>(hands: &mut Hands<'_, '_, P>, piece: &PerAxis<f64>, rate: f64) -> Result<(), Failure> {
+fn jog_pieces<P: Ports>(hands: &mut Hands<'_, '_, P>, piece: &PerAxis<f64>, rate: f64) -> Result<(), Failure> {
     let mut moves = false;
     while !hands.is_let_go() {
         // Two pieces wait beside the one under way: enough to keep the speed, little enough to stop soon.
         if hands.motion(|motion| motion.queue_level().0) >= 2 {
-            hands.pause().await?;
-        } else if move_by(hands, piece, rate).await? {
+            hands.wait(Wake::Any).unless_halted()?;
+        } else if move_by(hands, piece, rate)? {
             moves = true;
         } else if moves {
             // At the end of the travel: whoever jogs says when it is over.
-            hands.pause().await?;
+            hands.wait(Wake::Any).unless_halted()?;
         } else {
             return Err(out_of_travel(hands, piece));
         }

@@ -2,9 +2,8 @@
 //!
 //! One executor reads lines, has crate `program` say what they mean, and carries that out with the owners of
 //! the machine's parts: homing, heat, switches, jobs, sessions, alarms. It is pure: it sees the world only
-//! through [`ports`], asks for the time instead of having it, allocates nothing and never blocks. Sequences
-//! that wait (homing, waiting for a temperature) are `async fn` that read top to bottom; at each waiting
-//! point sessions are served.
+//! through [`ports`], asks for the time instead of having it, and allocates nothing. Sequences that take time
+//! (homing, waiting for a temperature) read top to bottom and wait by a call, which serves everybody else.
 //!
 //! It knows no chip, no pin and no runtime, and it computes no trajectory: that is `motion`'s.
 #![cfg_attr(not(test), no_std)]
@@ -65,7 +64,7 @@ pub mod supervisor;
 pub mod tasks;
 mod thermal;
 mod tuning;
-pub mod wait;
+mod wait;
 pub mod watchdog;
 
 pub use executor::run;

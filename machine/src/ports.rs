@@ -12,6 +12,7 @@ mod consoles;
 mod drivers;
 mod events;
 mod io;
+mod rest;
 mod storage;
 mod updates;
 mod usb;
@@ -38,6 +39,7 @@ pub use io::{
     DatedReading, Input, InputLevels, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings,
     heater_bit, switch_bit,
 };
+pub use rest::{Rest, Wake};
 pub use storage::{
     CardEvent, CardFacts, DirectoryEntry, FileAttributes, FileHandle, FileTime, FreeSpace, LIST_CHUNK, NAME_BYTES,
     OpenMode, PATH_BYTES, Storage, StorageError,
@@ -110,6 +112,7 @@ pub trait Inputs {
 /// The world of one machine.
 pub trait Ports:
     Clock
+    + Rest
     + MotionPort
     + Ahead
     + HeatPort
@@ -129,6 +132,7 @@ pub trait Ports:
 
 impl<P> Ports for P where
     P: Clock
+        + Rest
         + MotionPort
         + Ahead
         + HeatPort

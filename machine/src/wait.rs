@@ -1,30 +1,31 @@
-//! The one primitive all waiting is made of: give the processor back once.
+//! What a turn of a wait comes back with.
 
-use core::future::poll_fn;
-use core::pin::pin;
-use core::task::{Context, Poll, Waker};
+use crate::failure::Failure;
 
-/// Returns control to whoever polls, once. No waker is kept: the executor is polled again after every
-/// interrupt.
-pub async fn yield_once() {
-    let mut yielded = false;
-    poll_fn(|_| {
-        if yielded {
-            return Poll::Ready(());
-        }
-        yielded = true;
-        Poll::Pending
-    })
-    .await;
+/// How the machine stands after a turn of a wait. Whoever waits looks whether that is still worth it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[must_use = "most waits end when the machine halts"]
+pub enum Waited {
+    /// Nothing is in the way.
+    Free,
+    /// The operator holds the machine, or the door is open.
+    Held,
+    /// The machine is halted.
+    Halted,
 }
 
-/// Does something to its end that only waits so that others get their turns: where there are no others.
-pub fn run_to_end<F: Future>(work: F) -> F::Output {
-    let mut work = pin!(work);
-    let mut context = Context::from_waker(Waker::noop());
-    loop {
-        if let Poll::Ready(output) = work.as_mut().poll(&mut context) {
-            return output;
+impl Waited {
+    /// For what ends with the machine's halt.
+    ///
+    /// # Errors
+    /// [`Failure::Halted`].
+    pub const fn unless_halted(self) -> Result<(), Failure> {
+        match self {
+            Self::Halted => Err(Failure::Halted),
+            Self::Free | Self::Held => Ok(()),
         }
     }
+
+    /// For what goes on whatever happens: files are to be whole on the card, halt or not.
+    pub const fn whatever_happens(self) {}
 }

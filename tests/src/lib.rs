@@ -410,8 +410,8 @@ impl Bench {
     }
 
     /// From now on the machine has time for so many turns of its work in half a millisecond.
-    pub const fn set_polls(&mut self, polls: u32) {
-        self.runner.set_polls(polls);
+    pub const fn set_turns(&mut self, turns: u32) {
+        self.runner.set_turns(turns);
     }
 
     /// A motor has current.

@@ -27,7 +27,7 @@ const QUIET_S: f64 = 0.03;
 /// What means something does so by then, seconds: homing is the longest.
 const PATIENCE_S: f64 = 20.0;
 /// Turns of the machine's work in half a millisecond: few, so that the walk is quick.
-const POLLS: u32 = 4;
+const TURNS: u32 = 4;
 
 /// A printer with a laser, a probe, a kill button and GRBL's door, without scripts that move.
 fn plan() -> Plan {
@@ -174,7 +174,7 @@ impl Walk {
         }
         let mut bench = plan.start();
         bench.set_open(DOOR, true);
-        bench.set_polls(POLLS);
+        bench.set_turns(TURNS);
         let mut walk = Self { bench, mode: Mode::default(), path: path.to_vec() };
         if path == [Event::ConfigurationFails] {
             walk.mode = outcome(walk.mode, Event::ConfigurationFails);

@@ -28,12 +28,12 @@ pub struct Structure {
     edges: BTreeMap<String, BTreeSet<String>>,
     /// By type, the files that have an `impl` of it.
     impls: BTreeMap<String, BTreeSet<String>>,
-    /// Files with an `async fn` that takes the whole of this type, with the function's name.
-    waits: BTreeMap<String, Vec<(String, String)>>,
+    /// Files with a function that takes the whole of this type, with the function's name.
+    takers: BTreeMap<String, Vec<(String, String)>>,
 }
 
-/// Broken rules of a crate; `executor` is the folder whose functions alone may wait with the whole machine in
-/// hand.
+/// Broken rules of a crate; `executor` is a type, and the folder whose functions alone may take the whole of
+/// it.
 pub fn faults(root: &Path, package: &str, executor: Option<(&str, &str)>) -> Result<Vec<String>> {
     let structure = Structure::read(&root.join(package).join("src"))?;
     let mut faults = Vec::new();
@@ -51,9 +51,9 @@ pub fn faults(root: &Path, package: &str, executor: Option<(&str, &str)>) -> Res
         }
     }
     if let Some((whole, folder)) = executor {
-        for (file, function) in structure.waits.get(whole).into_iter().flatten() {
+        for (file, function) in structure.takers.get(whole).into_iter().flatten() {
             if !file.starts_with(&format!("{folder}/")) {
-                faults.push(format!("{package}/src/{file}: async fn {function} takes the whole {whole}"));
+                faults.push(format!("{package}/src/{file}: {function} takes the whole {whole}"));
             }
         }
     }
@@ -107,8 +107,8 @@ impl Structure {
             for subject in &found.impls {
                 structure.impls.entry(subject.clone()).or_default().insert((*name).to_owned());
             }
-            for (whole, function) in &found.waits {
-                structure.waits.entry(whole.clone()).or_default().push(((*name).to_owned(), function.clone()));
+            for (whole, function) in &found.takes {
+                structure.takers.entry(whole.clone()).or_default().push(((*name).to_owned(), function.clone()));
             }
         }
         structure
@@ -197,8 +197,8 @@ struct Facts {
     subject: Option<String>,
     arguments: Vec<(String, String)>,
     impls: BTreeSet<String>,
-    /// Types that an `async fn` takes, and its name.
-    waits: Vec<(String, String)>,
+    /// Types that a function takes, and its name.
+    takes: Vec<(String, String)>,
 }
 
 impl Facts {
@@ -230,9 +230,7 @@ impl Facts {
             types.visit_type(&argument.ty);
             let syn::Pat::Ident(pattern) = &*argument.pat else { continue };
             self.arguments.extend(types.0.first().map(|taken| (pattern.ident.to_string(), taken.clone())));
-            if signature.asyncness.is_some() {
-                self.waits.extend(types.0.into_iter().map(|taken| (taken, signature.ident.to_string())));
-            }
+            self.takes.extend(types.0.into_iter().map(|taken| (taken, signature.ident.to_string())));
         }
     }
 
@@ -358,13 +356,13 @@ mod tests {
     }
 
     #[test]
-    fn who_waits_and_who_is_spread_is_found() {
+    fn who_takes_the_whole_and_who_is_spread_is_found() {
         let found = structure(&[
             ("lib.rs", "mod a; mod b;"),
-            ("a.rs", "pub struct Machine; impl Machine { fn x(&self) {} } async fn f(machine: &mut Machine) {}"),
+            ("a.rs", "pub struct Machine; impl Machine { fn x(&self) {} } fn f(machine: &mut Machine) {}"),
             ("b.rs", "use crate::a::Machine; impl Machine { fn y(&self) {} } impl Clone for Machine {}"),
         ]);
         assert_eq!(found.impls["Machine"].len(), 2);
-        assert_eq!(found.waits["Machine"], [("a.rs".to_owned(), "f".to_owned())]);
+        assert_eq!(found.takers["Machine"], [("a.rs".to_owned(), "f".to_owned())]);
     }
 }

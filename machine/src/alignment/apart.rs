@@ -24,26 +24,26 @@ pub(super) fn slaves_of(config: &MachineConfig, master: Actuator) -> Vec<Actuato
 
 /// Moves slaves by these distances, mm, all at once, and waits for the end. Whatever happens they are slaves
 /// again afterwards; after an error nobody knows how far they went.
-pub(super) async fn move_slaves<P: Ports>(
+pub(super) fn move_slaves<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     slaves: &[Actuator],
     distances: &[f64],
     rate: MmPerSecond,
 ) -> Result<(), Failure> {
-    let apart = Apart::begin(hands, slaves).await?;
+    let apart = Apart::begin(hands, slaves)?;
     let mut target = hands.position();
     for (slave, distance) in slaves.iter().zip(distances) {
         target[axis_of(*slave)] = *distance;
     }
-    let turned = turn(hands, target, rate).await;
-    let ended = apart.end(hands).await;
+    let turned = turn(hands, target, rate);
+    let ended = apart.end(hands);
     turned.and(ended)
 }
 
-async fn turn<P: Ports>(hands: &mut Hands<'_, '_, P>, target: PerAxis<f64>, rate: MmPerSecond) -> Result<(), Failure> {
-    hands.go(target, rate, Mode::Rapid).await?;
-    hands.standstill().await?;
-    hands.wait_while_held().await
+fn turn<P: Ports>(hands: &mut Hands<'_, '_, P>, target: PerAxis<f64>, rate: MmPerSecond) -> Result<(), Failure> {
+    hands.go(target, rate, Mode::Rapid)?;
+    hands.standstill()?;
+    hands.wait_while_held()
 }
 
 /// The axis of a motor's letter, along which it moves while it is apart.
@@ -58,8 +58,8 @@ pub(super) struct Apart {
 }
 
 impl Apart {
-    pub(super) async fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, slaves: &[Actuator]) -> Result<Self, Failure> {
-        hands.standstill().await?;
+    pub(super) fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, slaves: &[Actuator]) -> Result<Self, Failure> {
+        hands.standstill()?;
         let (whole, here) = (hands.motion_config()?, hands.position());
         let (mut config, mut start) = (whole, here);
         for slave in slaves {
@@ -70,14 +70,14 @@ impl Apart {
         let apart = Self { whole, here };
         match hands.set_position(start) {
             Ok(()) => Ok(apart),
-            Err(failure) => apart.end(hands).await.and(Err(failure)),
+            Err(failure) => apart.end(hands).and(Err(failure)),
         }
     }
 
     /// They are slaves again, after whatever has happened.
-    pub(super) async fn end<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+    pub(super) fn end<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
         // A halt may still be braking.
-        come_to_rest(hands).await;
+        come_to_rest(hands);
         if let Err(error) = hands.motion(|motion| motion.configure(self.whole)) {
             hands.axes().forget_all_homed();
             return Err(Failure::Alarm(message(format_args!("slaves are still apart: reset the machine ({error})"))));

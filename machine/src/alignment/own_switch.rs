@@ -31,18 +31,18 @@ struct Search {
 }
 
 /// G28.7 X, Y or Z: 0 measures, 1 puts the slave at its trim.
-pub(crate) async fn align_slave<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn align_slave<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let search = plan(hands, words)?;
-    hands.standstill().await?;
+    hands.standstill()?;
     hands.enable_motors()?;
-    let apart = Apart::begin(hands, &[search.slave]).await?;
+    let apart = Apart::begin(hands, &[search.slave])?;
     // Filters would delay the stop at the switch.
     hands.motion(|motion| motion.bypass_filters(true));
     hands.search_begins();
-    let searched = search.run(hands).await;
+    let searched = search.run(hands);
     hands.latch().disarm();
     hands.search_ends();
-    let ended = apart.end(hands).await;
+    let ended = apart.end(hands);
     hands.motion(|motion| motion.bypass_filters(false));
     searched.and(ended).map(|()| Answer::Ok)
 }
@@ -89,19 +89,19 @@ fn plan<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<Sea
 }
 
 impl Search {
-    async fn run<P: Ports>(&self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+    fn run<P: Ports>(&self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
         let own = axis_of(self.slave);
         let mut target = hands.position();
         target[own] = self.towards * FARTHEST;
         let limits = hands.motion_config()?.limits;
         let arm = if stops_in_time(self.rate, &limits, own) { Latch::arm } else { Latch::arm_hard };
         arm(hands.latch(), self.switch.bit());
-        hands.go(target, self.rate, motion::Mode::Feed).await?;
-        let found = wait_trigger(hands).await?;
+        hands.go(target, self.rate, motion::Mode::Feed)?;
+        let found = wait_trigger(hands)?;
         let Some(found) = found else {
             target[own] = 0.0;
-            hands.go(target, self.rate, motion::Mode::Feed).await?;
-            hands.standstill().await?;
+            hands.go(target, self.rate, motion::Mode::Feed)?;
+            hands.standstill()?;
             return Err(Failure::Refused(message(format_args!(
                 "endstop of {} was not triggered, please make sure it is within {FARTHEST} mm: it is back where it was",
                 own.letter()
@@ -122,8 +122,8 @@ impl Search {
             let letter = self.axis.letter();
             hands.say(format_args!("M666 {letter}{way:.4} keeps that; G28.7 {letter}1 puts it there\n"));
         }
-        hands.go(target, self.rate, motion::Mode::Feed).await?;
-        hands.standstill().await?;
-        hands.wait_while_held().await
+        hands.go(target, self.rate, motion::Mode::Feed)?;
+        hands.standstill()?;
+        hands.wait_while_held()
     }
 }

@@ -52,7 +52,7 @@ impl fmt::Display for Turn {
 
 /// G35: touches the bed over each screw and says how far it is to be turned for the bed to be as high there
 /// as over the first one. Nothing is changed.
-pub(crate) async fn advise<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(crate) fn advise<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let config = hands.config();
     let screws = &config.bed_screws;
     if screws.screws.is_empty() {
@@ -61,14 +61,14 @@ pub(crate) async fn advise<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     if !config.probe.enable {
         return Err(Failure::refused("G35 needs a probe: [zprobe] enable"));
     }
-    hands.standstill().await?;
+    hands.standstill()?;
     check_homed(hands)?;
     if !hands.all_homed() {
         return Err(Failure::refused("G35 touches the bed at places of the machine: home it first"));
     }
     // Screws level the bed as it is, and what was measured belongs to the bed before.
-    leveling::take_off(hands).await?;
-    let touches = touch_places(hands, &screws.screws, screws.initial_height.0).await?;
+    leveling::take_off(hands)?;
+    let touches = touch_places(hands, &screws.screws, screws.initial_height.0)?;
     let first = touches.first().map_or(0.0, |touch| touch[2]);
     let mut worst: f64 = 0.0;
     for (touch, place) in touches.iter().zip(&screws.screws).skip(1) {
@@ -82,7 +82,7 @@ pub(crate) async fn advise<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
             let way = if low > 0.0 { "low" } else { "high" };
             hands.say(format_args!("Turn the {corner} screw {turn}: the bed is {size:.4} mm too {way} there\n"));
         }
-        hands.drain().await;
+        hands.drain();
     }
     let reference = Corner::among(screws.screws.first().copied().unwrap_or_default(), &screws.screws);
     if worst <= screws.tolerance.0 {

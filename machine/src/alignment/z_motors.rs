@@ -27,7 +27,7 @@ const LEAST_GAIN: f64 = 0.7;
 const NOISE: f64 = 4.0;
 
 /// G34: I is the number of further rounds, T the tolerance.
-pub(crate) async fn align<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn align<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let config = hands.config();
     if config.z_alignment.motors.is_empty() || !config.probe.enable {
         return Err(Failure::refused(
@@ -41,30 +41,26 @@ pub(crate) async fn align<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<
     if let Some(mm) = words.as_length('T') {
         settings.tolerance.0 = mm;
     }
-    hands.standstill().await?;
+    hands.standstill()?;
     check_homed(hands)?;
     if !hands.all_homed() {
         return Err(Failure::refused("G34 touches the bed at places of the machine: home it first"));
     }
     // What was measured belongs to a bed that is about to move.
-    leveling::take_off(hands).await?;
+    leveling::take_off(hands)?;
     let slaves = slaves_of(config, Actuator::Gamma);
-    rounds(hands, &settings, &slaves).await?;
+    rounds(hands, &settings, &slaves)?;
     Ok(Answer::Ok)
 }
 
 /// How far the slaves are off, mm: by so much each must be moved up.
 type Offsets = Vec<f64, 3>;
 
-async fn rounds<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    settings: &ZAlignment,
-    slaves: &[Actuator],
-) -> Result<(), Failure> {
+fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, settings: &ZAlignment, slaves: &[Actuator]) -> Result<(), Failure> {
     let mut before = f64::INFINITY;
     let mut moved: Offsets = slaves.iter().map(|_| 0.0).collect();
     for round in 0..=settings.retries {
-        let offsets = measure(hands, settings, slaves).await?;
+        let offsets = measure(hands, settings, slaves)?;
         let worst = offsets.iter().copied().map(libm::fabs).fold(0.0, f64::max);
         if worst <= settings.tolerance.0 {
             let text = "they are aligned. Z may touch the bed elsewhere now: home Z, or level, before a job";
@@ -74,7 +70,7 @@ async fn rounds<P: Ports>(
         let is_noise = worst <= NOISE * settings.tolerance.0;
         if worst > LEAST_GAIN * before && !is_noise {
             let back: Offsets = moved.iter().map(|distance| -distance).collect();
-            move_slaves(hands, slaves, &back, RATE).await?;
+            move_slaves(hands, slaves, &back, RATE)?;
             hands.say(format_args!(
                 "Moving the motors does not mend it: {before:.3} mm before, {worst:.3} mm after. They stand as before.\n\
                  Does [z alignment] motors name gamma's place first and then the slaves', and do all turn the same way?\n"
@@ -91,7 +87,7 @@ async fn rounds<P: Ports>(
             before = worst;
             break;
         }
-        move_slaves(hands, slaves, &offsets, RATE).await?;
+        move_slaves(hands, slaves, &offsets, RATE)?;
         moved.iter_mut().zip(&offsets).for_each(|(sum, offset)| *sum += offset);
         before = worst;
     }
@@ -103,12 +99,12 @@ async fn rounds<P: Ports>(
 }
 
 /// Touches the points; says how each motor stands to the first one.
-async fn measure<P: Ports>(
+fn measure<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     settings: &ZAlignment,
     slaves: &[Actuator],
 ) -> Result<Offsets, Failure> {
-    let touches = touch_places(hands, &settings.points, settings.initial_height.0).await?;
+    let touches = touch_places(hands, &settings.points, settings.initial_height.0)?;
     let shape = Shape::of(settings.motors.len(), settings.twist);
     let bed = Bed::through(&touches, &settings.motors, shape)
         .ok_or_else(|| Failure::refused("these points do not tell how the motors stand: see [z alignment] points"))?;
@@ -124,6 +120,6 @@ async fn measure<P: Ports>(
     }
     let rest = bed.rest(&touches);
     hands.say(format_args!("What no motor can mend: {rest:.4} mm at the worst point\n"));
-    hands.drain().await;
+    hands.drain();
     Ok(offsets)
 }

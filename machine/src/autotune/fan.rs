@@ -8,7 +8,7 @@ use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::heat::{AIR_C, LawSettings, ModelSettings, Output};
 use crate::heat_codes::change_target;
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 
 /// The output is averaged over so long...
 const AVERAGED: Micros = Micros::from_seconds(30);
@@ -63,7 +63,7 @@ impl Blower {
 ///
 /// # Errors
 /// When the machine halts.
-pub(super) async fn measure<P: Ports>(
+pub(super) fn measure<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     ask: &Ask,
     model: ModelSettings,
@@ -80,10 +80,10 @@ pub(super) async fn measure<P: Ports>(
         change_target(heat, config, ask.heater, ask.target)
     })?;
     hands.say(format_args!("What its fan takes: without it\n"));
-    let still = held_with(hands, ask.heater, &model).await?;
+    let still = held_with(hands, ask.heater, &model)?;
     hands.say(format_args!("What its fan takes: with it\n"));
     blower.blow(hands, most);
-    let blown = held_with(hands, ask.heater, &model).await?;
+    let blown = held_with(hands, ask.heater, &model)?;
     blower.blow(hands, 0.0);
     let watts = (blown - still) / 255.0 * model.power_w;
     let fan_loss = (watts / (ask.target.0 - AIR_C) / most).max(0.0);
@@ -91,15 +91,11 @@ pub(super) async fn measure<P: Ports>(
 }
 
 /// The mean output that holds the target, once all has come to rest.
-async fn held_with<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    id: HeaterId,
-    model: &ModelSettings,
-) -> Result<f32, Failure> {
+fn held_with<P: Ports>(hands: &mut Hands<'_, '_, P>, id: HeaterId, model: &ModelSettings) -> Result<f32, Failure> {
     let (times, least) = SETTLES;
     let settled = hands.now().plus(least).plus(Micros((model.late_s * times * 1e6) as u64));
     while hands.now() < settled {
-        hands.pause_for_time().await?;
+        hands.wait(Wake::Time).unless_halted()?;
     }
     let (mut sum, mut count) = (0.0_f64, 0_u32);
     let end = hands.now().plus(AVERAGED);
@@ -107,7 +103,7 @@ async fn held_with<P: Ports>(
         let duty = hands.heat(|heat| heat.heater(id).map_or(Duty::OFF, |heater| heater.duty()));
         sum += f64::from(duty.0);
         count += 1;
-        hands.pause_for_time().await?;
+        hands.wait(Wake::Time).unless_halted()?;
     }
     Ok((sum / f64::from(count.max(1))) as f32)
 }

@@ -61,9 +61,9 @@ struct Found {
 /// # Errors
 /// Where the axis cannot be measured, when no threshold fits, and when the machine halts. Then the driver is
 /// as it was.
-pub(crate) async fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Outcome {
+pub(crate) fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Outcome {
     if let Some((letter, "chopper")) = arguments.trim().split_once(' ').map(|(axis, what)| (axis, what.trim())) {
-        hands.standstill().await?;
+        hands.standstill()?;
         return chopper::tune(hands, letter.chars().next().unwrap_or(' '));
     }
     let (way, speeds) = prepare(hands, arguments)?;
@@ -72,7 +72,7 @@ pub(crate) async fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str
     let overrides = hands.motion(|motion| motion.overrides());
     hands.motion(|motion| motion.set_overrides(1.0, 1.0));
     hands.watch_stalls(false);
-    let found = measure(hands, &way, &speeds).await;
+    let found = measure(hands, &way, &speeds);
     // Whatever has happened.
     let put_back = hands.drivers(|drivers| drivers.end_stall_search(way.motor));
     hands.watch_stalls(true);
@@ -81,8 +81,8 @@ pub(crate) async fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str
         Err(Failure::Halted) => return Err(Failure::Halted),
         found => found,
     };
-    hands.standstill().await?;
-    hands.go_there(from, units::MmPerSecond(speeds.first().copied().unwrap_or(1.0))).await?;
+    hands.standstill()?;
+    hands.go_there(from, units::MmPerSecond(speeds.first().copied().unwrap_or(1.0)))?;
     put_back.map_err(|fault| strokes::silent(way.motor, fault))?;
     keep(hands, &way, found?)
 }
@@ -90,11 +90,11 @@ pub(crate) async fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str
 /// What was found for the watch over stalls, and for homing without a switch.
 type Both = [Option<Found>; 2];
 
-async fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Speeds) -> Result<Both, Failure> {
+fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Speeds) -> Result<Both, Failure> {
     let config = hands.config();
     let letter = way.axis.letter();
     hands.say(format_args!("// {letter} moves over {:.0} mm\n", way.ends[1] - way.ends[0]));
-    let watched = find_either(hands, way, speeds, None).await?;
+    let watched = find_either(hands, way, speeds, None)?;
     let stop = config.homing_endstop(way.axis).filter(|stop| stop.stall.homing);
     let Some(stop) = stop else { return Ok([Some(watched), None]) };
     hands.say(format_args!("// as it homes: at {:.0} mm/s, at stall_current\n", stop.slow_rate.0));
@@ -105,7 +105,7 @@ async fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Spe
             let _ = rates.push(rate);
         }
     }
-    let homing = find_either(hands, way, &rates, stop.stall.current).await?;
+    let homing = find_either(hands, way, &rates, stop.stall.current)?;
     if homing.slowest > stop.slow_rate.0.min(stop.fast_rate.0) + 0.01 {
         return Err(Failure::Refused(message(format_args!(
             "at {:.0} mm/s no threshold tells a stall from running free: home faster, or with more stall_current",
@@ -116,37 +116,37 @@ async fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Spe
 }
 
 /// Finds the threshold for a current, by the measurement that the driver has.
-async fn find_either<P: Ports>(
+fn find_either<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     way: &Way,
     speeds: &Speeds,
     current: Option<Amps>,
 ) -> Result<Found, Failure> {
     if hands.config().stall_thresholds(way.motor) == Some(stall_guard_4::THRESHOLDS) {
-        return stall_guard_4::find(hands, way, speeds, current).await;
+        return stall_guard_4::find(hands, way, speeds, current);
     }
-    find(hands, way, speeds, current).await
+    find(hands, way, speeds, current)
 }
 
 /// Finds the threshold for a current, of a driver whose readings it shifts.
-async fn find<P: Ports>(
+fn find<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     way: &Way,
     speeds: &Speeds,
     current: Option<Amps>,
 ) -> Result<Found, Failure> {
-    let highest = crawl(hands, way, current).await?;
+    let highest = crawl(hands, way, current)?;
     let mut found: Option<Found> = None;
     let mut from = FIRST;
     for rate in speeds {
-        let lowest = lowest_free(hands, way, *rate, current, from).await?;
+        let lowest = lowest_free(hands, way, *rate, current, from)?;
         let Some(lowest) = lowest.filter(|lowest| *lowest <= highest) else {
             hands.say(format_args!("// at {rate:.0} mm/s it reads too little for any threshold\n"));
             break;
         };
         let threshold = middle(lowest, highest);
         strokes::set(hands, way.motor, StallSearch { current, threshold: threshold.into() })?;
-        let readings = strokes::there_and_back(hands, way, *rate, false).await?;
+        let readings = strokes::there_and_back(hands, way, *rate, false)?;
         hands.say(format_args!(
             "// at {rate:.0} mm/s free from {lowest} on; with {threshold} it reads {:.0}, noise {:.0}, least {}\n",
             readings.mean(),
@@ -163,12 +163,12 @@ async fn find<P: Ports>(
 }
 
 /// The highest threshold at which a motor that hardly turns reads 0.
-async fn crawl<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, current: Option<Amps>) -> Result<i8, Failure> {
+fn crawl<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, current: Option<Amps>) -> Result<i8, Failure> {
     let rate = hands.config().load_speed(way.motor).0 * CRAWL;
     let mut halving = Halving::from(FIRST);
     while let Some(threshold) = halving.next() {
         strokes::set(hands, way.motor, StallSearch { current, threshold: threshold.into() })?;
-        let readings = strokes::there_and_back(hands, way, rate, true).await?;
+        let readings = strokes::there_and_back(hands, way, rate, true)?;
         halving.tell(!readings.are_stalled());
     }
     let highest = halving.found().map_or(LAST, |first| first.saturating_sub(1));
@@ -182,7 +182,7 @@ async fn crawl<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, current: Optio
 }
 
 /// The lowest threshold from here on with which a motor runs free at a speed.
-async fn lowest_free<P: Ports>(
+fn lowest_free<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     way: &Way,
     rate: f64,
@@ -192,7 +192,7 @@ async fn lowest_free<P: Ports>(
     let mut halving = Halving::from(from);
     while let Some(threshold) = halving.next() {
         strokes::set(hands, way.motor, StallSearch { current, threshold: threshold.into() })?;
-        let readings = strokes::there_and_back(hands, way, rate, false).await?;
+        let readings = strokes::there_and_back(hands, way, rate, false)?;
         halving.tell(readings.are_free(LEAST_MEAN));
     }
     Ok(halving.found())

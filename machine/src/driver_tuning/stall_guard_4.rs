@@ -18,24 +18,24 @@ const PER_THRESHOLD: f32 = 4.0;
 pub(super) const THRESHOLDS: [i16; 2] = [0, 255];
 
 /// Finds the threshold for a current.
-pub(super) async fn find<P: Ports>(
+pub(super) fn find<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     way: &Way,
     speeds: &Speeds,
     current: Option<Amps>,
 ) -> Result<Found, Failure> {
     let crawl = hands.config().load_speed(way.motor).0 * CRAWL;
-    let readings = read(hands, way, crawl, current, 0, true).await?;
+    let readings = read(hands, way, crawl, current, 0, true)?;
     let stands = threshold(libm::ceilf(readings.most_likely() / PER_THRESHOLD));
     hands.say(format_args!(
         "// crawling at {crawl:.1} mm/s, where it induces next to nothing, it says stall from {stands} on\n"
     ));
     let (mut free, mut found) = (THRESHOLDS[1], None);
     for rate in speeds {
-        let readings = read(hands, way, *rate, current, 0, false).await?;
+        let readings = read(hands, way, *rate, current, 0, false)?;
         free = free.min(threshold(readings.least_likely() / PER_THRESHOLD));
         let middle = stands.midpoint(free);
-        let with = if middle > stands { Some(read(hands, way, *rate, current, middle, false).await?) } else { None };
+        let with = if middle > stands { Some(read(hands, way, *rate, current, middle, false)?) } else { None };
         let Some(readings) = with.filter(|readings| readings.are_free(LEAST_MEAN)) else {
             hands.say(format_args!("// at {rate:.0} mm/s it reads too little for any threshold\n"));
             break;
@@ -59,7 +59,7 @@ fn threshold(value: f32) -> i16 {
     (value as i16).clamp(THRESHOLDS[0], THRESHOLDS[1])
 }
 
-async fn read<P: Ports>(
+fn read<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     way: &Way,
     rate: f64,
@@ -68,5 +68,5 @@ async fn read<P: Ports>(
     is_crawl: bool,
 ) -> Result<Readings, Failure> {
     strokes::set(hands, way.motor, StallSearch { current, threshold })?;
-    strokes::there_and_back(hands, way, rate, is_crawl).await
+    strokes::there_and_back(hands, way, rate, is_crawl)
 }

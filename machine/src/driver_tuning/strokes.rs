@@ -8,7 +8,7 @@ use super::readings::Readings;
 use crate::executor::Hands;
 use crate::failure::{Failure, message};
 use crate::homing;
-use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch};
+use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch, Wake};
 
 /// Readings of one way: noise counts in none of fewer.
 const COUNT: u32 = 60;
@@ -74,7 +74,7 @@ pub(super) fn silent(motor: Actuator, fault: DriverFault) -> Failure {
 /// # Errors
 /// When the machine halts, whoever asked wants it to end, the driver does not answer, or it or its motor is
 /// not sound.
-pub(super) async fn there_and_back<P: Ports>(
+pub(super) fn there_and_back<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     way: &Way,
     rate: f64,
@@ -82,7 +82,7 @@ pub(super) async fn there_and_back<P: Ports>(
 ) -> Result<Readings, Failure> {
     let mut readings = Readings::default();
     for _ in 0..2 {
-        one_way(hands, way, rate, is_crawl, &mut readings).await?;
+        one_way(hands, way, rate, is_crawl, &mut readings)?;
         if hands.is_let_go() {
             return Err(Failure::refused("it was stopped: nothing was changed"));
         }
@@ -97,7 +97,7 @@ pub(super) async fn there_and_back<P: Ports>(
     Ok(readings)
 }
 
-async fn one_way<P: Ports>(
+fn one_way<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     way: &Way,
     rate: f64,
@@ -109,8 +109,8 @@ async fn one_way<P: Ports>(
     let needed = way.needed(rate, is_crawl);
     let up = most - target[way.axis] > target[way.axis] - least;
     target[way.axis] = if up { target[way.axis] + needed } else { target[way.axis] - needed }.clamp(least, most);
-    hands.go(target, MmPerSecond(rate), Mode::Feed).await?;
-    homing::steady(hands, way.full_step).await?;
+    hands.go(target, MmPerSecond(rate), Mode::Feed)?;
+    homing::steady(hands, way.full_step)?;
     let speed = hands.motion(|motion| motion.speed().0);
     let period = Micros((way.period(rate) * 1e6) as u64);
     let mut due = hands.now();
@@ -124,9 +124,9 @@ async fn one_way<P: Ports>(
             let reading = hands.drivers(|drivers| drivers.reserve(way.motor));
             readings.add(reading.map_err(|fault| silent(way.motor, fault))?);
         }
-        hands.pause().await?;
+        hands.wait(Wake::Any).unless_halted()?;
     }
-    hands.standstill().await
+    hands.standstill()
 }
 
 /// A driver that is hot or has a coil open measures something else.

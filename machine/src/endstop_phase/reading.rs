@@ -31,7 +31,7 @@ pub(crate) enum Pass {
 ///
 /// # Errors
 /// [`Failure::Halted`].
-pub(crate) async fn switch_closed<P: Ports>(
+pub(crate) fn switch_closed<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     axis: Axis,
     then: &PerActuator<StepCount>,
@@ -48,7 +48,7 @@ pub(crate) async fn switch_closed<P: Ports>(
             hands.phases().of(axis).fast_made = made.filter(|_| !was_cut);
         }
         Pass::Slow => {
-            hands.wait(AT_REST).await?;
+            hands.wait_for(AT_REST)?;
             let reading = read(hands, axis, then, hit);
             hands.phases().of(axis).reading = Some(reading);
         }

@@ -16,7 +16,7 @@ use crate::heat_codes;
 use crate::motion_codes;
 use crate::needs::{failure_of, needs};
 use crate::outputs::Outputs;
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 use crate::sessions::Recipient;
 use program::State;
 
@@ -26,14 +26,10 @@ pub(super) fn failed_by<P: Ports>(machine: &Machine<'_, P>, fault: &Fault) -> Fa
 }
 
 /// The action of a block, and what follows it.
-pub(super) async fn carry_out_all<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    first: &Action<'_>,
-    to: Recipient,
-) -> Outcome {
-    let mut answer = carry_out(machine, first, to).await?;
+pub(super) fn carry_out_all<P: Ports>(machine: &mut Machine<'_, P>, first: &Action<'_>, to: Recipient) -> Outcome {
+    let mut answer = carry_out(machine, first, to)?;
     while let Some(action) = machine.program.next_action() {
-        match carry_out(machine, &action, to).await {
+        match carry_out(machine, &action, to) {
             Ok(now) => answer = now,
             Err(failure) => {
                 // Nothing of a hole that was being tapped goes on either.
@@ -46,17 +42,12 @@ pub(super) async fn carry_out_all<P: Ports>(
 }
 
 /// Runs a code that the machine itself has written.
-pub(super) async fn run_text<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    text: &str,
-    dialect: Dialect,
-    to: Recipient,
-) -> Outcome {
+pub(super) fn run_text<P: Ports>(machine: &mut Machine<'_, P>, text: &str, dialect: Dialect, to: Recipient) -> Outcome {
     let Some(Ok(block)) = Blocks::new(text.as_bytes()).next() else { return Err(Failure::refused(text)) };
     let Some(row) = machine.program.row(&block, dialect) else { return Ok(Answer::Unknown) };
     let facts = machine.facts();
     match machine.program.run(&block, row, facts, dialect) {
-        Ok(Meaning::Action(action)) => carry_out_all(machine, &action, to).await,
+        Ok(Meaning::Action(action)) => carry_out_all(machine, &action, to),
         Ok(_) => Ok(Answer::Ok),
         Err(fault) => Err(failed_by(machine, &fault)),
     }
@@ -64,19 +55,19 @@ pub(super) async fn run_text<P: Ports>(
 
 /// What comes back at the end of a subroutine (M73).
 #[cold]
-pub(super) async fn what_returned<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+pub(super) fn what_returned<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     while let Some(what) = machine.program.next_effect() {
-        effect(machine, what).await?;
+        effect(machine, what)?;
     }
     match machine.program.next_action() {
-        Some(action) => carry_out_all(machine, &action, to).await,
+        Some(action) => carry_out_all(machine, &action, to),
         None => Ok(Answer::Ok),
     }
 }
 
-async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
+fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
     if machine.safety.state() == State::Check {
-        if let Some(outcome) = fast_forward::pass_over(machine, action).await {
+        if let Some(outcome) = fast_forward::pass_over(machine, action) {
             return outcome;
         }
         if !is_checked(machine, action) {
@@ -86,40 +77,40 @@ async fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, 
     match *action {
         Action::Move(ref request) => {
             if machine.cut.brakes {
-                leave_out::wait(machine).await?;
+                leave_out::wait(machine)?;
             }
-            if program::objects::is_apart(&machine.program) && objects::is_left_out(machine, request).await? {
+            if program::objects::is_apart(&machine.program) && objects::is_left_out(machine, request)? {
                 return Ok(Answer::Ok);
             }
-            move_along(machine, request).await?;
+            move_along(machine, request)?;
         }
-        Action::Effect(what) => effect(machine, what).await?,
+        Action::Effect(what) => effect(machine, what)?,
         Action::Dwell(time) => {
-            machine.standstill().await?;
-            machine.wait(time).await?;
+            machine.standstill()?;
+            machine.wait_for(time)?;
         }
-        Action::Finish => machine.standstill().await?,
+        Action::Finish => machine.standstill()?,
         Action::Halt => machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n")),
-        Action::Release => halt::clear_halt(machine, to).await,
+        Action::Release => halt::clear_halt(machine, to),
         Action::Message(_) => {}
         Action::Acceleration(value) => return motion_codes::acceleration(&mut machine.ports, value),
         Action::Call { number, times } => return flow::call(machine, number, times),
         Action::Return => {
             let ended = flow::end_call(machine)?;
             while let Some(what) = machine.program.next_effect() {
-                effect(machine, what).await?;
+                effect(machine, what)?;
             }
             return Ok(ended);
         }
         Action::ReadTools => return kept::reload_tools(machine),
         // They stop for it, and go on from there: what a hole is in the middle of stays.
         Action::Overrides { feed, spindle, hold } => {
-            program_io::enable_overrides(machine, feed, spindle, hold).await?;
+            program_io::enable_overrides(machine, feed, spindle, hold)?;
         }
-        Action::RetractByHand => return holes::retract_by_hand(machine).await,
-        Action::Keep => kept::save_unless_playing(machine).await,
+        Action::RetractByHand => return holes::retract_by_hand(machine),
+        Action::Keep => kept::save_unless_playing(machine),
         Action::Note(text) => machine.say(to, format_args!("{text}\n")),
-        _ => return stand_and_do(machine, action, to).await,
+        _ => return stand_and_do(machine, action, to),
     }
     Ok(Answer::Ok)
 }
@@ -136,40 +127,40 @@ const fn is_checked<P: Ports>(machine: &Machine<'_, P>, action: &Action<'_>) -> 
 }
 
 /// What begins from standstill, or ends somewhere that only the machine knows.
-async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
+fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
     let done = match *action {
-        Action::Home(axes) => home::home(machine, axes, to).await,
-        Action::SetPosition { to: ref position, homed } => set_position(machine, position, homed).await,
+        Action::Home(axes) => home::home(machine, axes, to),
+        Action::SetPosition { to: ref position, homed } => set_position(machine, position, homed),
         Action::ForgetHoming(axes) => {
             machine.axes.forget_homed(axes);
             Ok(Answer::Ok)
         }
         Action::ProbeDown(ref probe) => {
             let hands = &mut Hands::new(machine, to);
-            let ended = crate::probing::probe_down(hands, probe).await;
+            let ended = crate::probing::probe_down(hands, probe);
             if probe.stays {
                 crate::probing::leave_out(hands);
             }
-            crate::probing::stow_after(hands, ended).await
+            crate::probing::stow_after(hands, ended)
         }
         Action::ProbeAlong(ref probe) => {
             let hands = &mut Hands::new(machine, to);
-            let ended = crate::probing::probe_along(hands, probe).await;
+            let ended = crate::probing::probe_along(hands, probe);
             crate::probing::leave_out(hands);
             ended
         }
-        Action::HeatAndWait { heater, target, cools } => heat_and_wait(machine, (heater, target, cools), to).await,
-        Action::EndProgram => end_program(machine).await,
-        Action::Pause(why) => operator::pause(machine, why).await,
-        Action::ChangeTool(tool) => tool_change::begin(machine, tool).await,
-        Action::AwaitInput(wait) => program_io::await_input(machine, wait).await,
+        Action::HeatAndWait { heater, target, cools } => heat_and_wait(machine, (heater, target, cools), to),
+        Action::EndProgram => end_program(machine),
+        Action::Pause(why) => operator::pause(machine, why),
+        Action::ChangeTool(tool) => tool_change::begin(machine, tool),
+        Action::AwaitInput(wait) => program_io::await_input(machine, wait),
         // The program refuses them by name before: nothing here turns a spindle so.
         Action::Orient { .. } | Action::RigidTap { .. } | Action::SurfaceSpeed(Some(_)) => {
             Err(Failure::refused("this needs a spindle encoder"))
         }
-        Action::Suspend { heaters_stay, words } => suspend::suspend(machine, heaters_stay, Some(&words), to).await,
-        Action::Resume => suspend::resume(machine, to).await,
-        Action::Function(function, words) => functions::run(machine, function, words, to).await,
+        Action::Suspend { heaters_stay, words } => suspend::suspend(machine, heaters_stay, Some(&words), to),
+        Action::Resume => suspend::resume(machine, to),
+        Action::Function(function, words) => functions::run(machine, function, words, to),
         _ => Ok(Answer::Ok),
     };
     // What found its own way may have ended anywhere. What is only read goes no way.
@@ -179,7 +170,7 @@ async fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_
     done
 }
 
-async fn heat_and_wait<P: Ports>(
+fn heat_and_wait<P: Ports>(
     machine: &mut Machine<'_, P>,
     (heater, target, cools): (units::HeaterId, Celsius, bool),
     to: Recipient,
@@ -188,13 +179,13 @@ async fn heat_and_wait<P: Ports>(
         needs(machine.config, Part::Heater(heater), machine.jobs.is_playing())?;
     }
     machine.jobs.set_heating(true);
-    let heated = heat_codes::heat_and_wait(&mut Hands::new(machine, to), heater, target, cools).await;
+    let heated = heat_codes::heat_and_wait(&mut Hands::new(machine, to), heater, target, cools);
     machine.jobs.set_heating(false);
     heated.map(|()| Answer::Ok)
 }
 
-async fn set_position<P: Ports>(machine: &mut Machine<'_, P>, to: &PerAxis<Option<f64>>, homed: bool) -> Outcome {
-    machine.standstill().await?;
+fn set_position<P: Ports>(machine: &mut Machine<'_, P>, to: &PerAxis<Option<f64>>, homed: bool) -> Outcome {
+    machine.standstill()?;
     let mut position = machine.ports.motion(|motion| motion.commanded_position());
     let named = units::AxisSet::collect(units::Axis::ALL.into_iter().filter(|axis| to[*axis].is_some()));
     named.axes().for_each(|axis| position[axis] = to[axis].unwrap_or(position[axis]));
@@ -207,19 +198,19 @@ async fn set_position<P: Ports>(machine: &mut Machine<'_, P>, to: &PerAxis<Optio
 }
 
 /// M2: the program has done its part; speeds are as programmed again.
-async fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
+fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     if !machine.safety.is_halted() {
-        machine.standstill().await?;
+        machine.standstill()?;
         program_io::reset_overrides(machine);
     }
     flow::end(machine);
-    kept::save(machine).await;
+    kept::save(machine);
     Ok(Answer::Ok)
 }
 
-pub(super) async fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
+pub(super) fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
     let moved = match machine.may_move().and_then(|()| machine.rest_stays_within(&request.target)) {
-        Ok(()) => shapes::submit(machine, request).await,
+        Ok(()) => shapes::submit(machine, request),
         Err(failure) => Err(failure),
     };
     if moved.is_err() {
@@ -230,7 +221,7 @@ pub(super) async fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: 
 }
 
 /// Changes an output where the path has come this far.
-pub(super) async fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {
+pub(super) fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {
     if machine.safety.state() == State::Check {
         if let Some(passed) = &mut machine.passed {
             passed.note(effect);
@@ -262,29 +253,29 @@ pub(super) async fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effec
             machine.temperature_switches.arm(rule, armed);
             None
         }
-        Effect::Light(change) => return lights::change(machine, change).await,
+        Effect::Light(change) => return lights::change(machine, change),
     };
     let Some(output) = output else { return Ok(()) };
-    ride(machine, output).await?;
+    ride(machine, output)?;
     match effect {
-        Effect::Switch { switch, on: true, .. } => settle(machine, switch).await,
+        Effect::Switch { switch, on: true, .. } => settle(machine, switch),
         _ => Ok(()),
     }
 }
 
 /// What has been turned on takes its time to come up (`on_delay`): a power supply.
-async fn settle<P: Ports>(machine: &mut Machine<'_, P>, switch: units::SwitchId) -> Result<(), Failure> {
+fn settle<P: Ports>(machine: &mut Machine<'_, P>, switch: units::SwitchId) -> Result<(), Failure> {
     let delay = machine.config.switches.get(switch.index()).map_or(Micros(0), |switch| switch.on_delay);
     if delay == Micros(0) || machine.safety.is_halted() {
         return Ok(());
     }
-    machine.standstill().await?;
-    machine.wait(delay).await
+    machine.standstill()?;
+    machine.wait_for(delay)
 }
 
 /// Has an output change behind what has been submitted: at once when nothing moves, else with the motors, and
 /// nothing waits.
-async fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<(), Failure> {
+fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<(), Failure> {
     loop {
         let is_idle = machine.ports.motion(|motion| motion.is_idle());
         // On a halted machine nothing is on its way any more, and off must not wait for the motors to stand.
@@ -298,9 +289,9 @@ async fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<
         match machine.ports.motion(motion::Motion::mark) {
             Ok(mark) => match machine.ports.heat(|heat| heat.ride(mark, output)) {
                 Ok(()) => return Ok(()),
-                Err(Full) => machine.pause().await?,
+                Err(Full) => machine.wait(Wake::Any).unless_halted()?,
             },
-            Err(Refusal::Full | Refusal::Stopping) => machine.pause().await?,
+            Err(Refusal::Full | Refusal::Stopping) => machine.wait(Wake::Any).unless_halted()?,
             Err(refusal) => return Err(Failure::Refused(message(format_args!("{refusal}")))),
         }
     }

@@ -41,37 +41,37 @@ fn is_alone<P: Ports>(machine: &Machine<'_, P>, axis: Axis) -> Result<(), Failur
 }
 
 /// Homes the axis in so many approaches, and says how well they agree.
-pub(super) async fn endstop<P: Ports>(
+pub(super) fn endstop<P: Ports>(
     machine: &mut Machine<'_, P>,
     axis: Axis,
     count: u8,
     to: Recipient,
 ) -> Result<(), Failure> {
     is_alone(machine, axis)?;
-    let homed = homing::measure(&mut Hands::new(machine, to), axis, count).await;
+    let homed = homing::measure(&mut Hands::new(machine, to), axis, count);
     machine.resynchronise_if_still();
     homed.map(drop)
 }
 
 /// Homes the axis, moves it back and forth, and homes it again: what its place is off by then was lost.
-pub(super) async fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Recipient) -> Result<(), Failure> {
+pub(super) fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Recipient) -> Result<(), Failure> {
     is_alone(machine, test.axis)?;
-    endstop(machine, test.axis, 2, to).await?;
+    endstop(machine, test.axis, 2, to)?;
     let from = machine.ports.motion(|motion| motion.commanded_position());
     let mut target = from;
     target[test.axis] += test.way;
     machine.stays_within(&from, &target)?;
     let hands = &mut Hands::new(machine, to);
     for _ in 0..test.times {
-        hands.go(target, test.rate, Mode::Rapid).await?;
-        hands.go(from, test.rate, Mode::Rapid).await?;
+        hands.go(target, test.rate, Mode::Rapid)?;
+        hands.go(from, test.rate, Mode::Rapid)?;
         if hands.stop_requested() {
-            hands.standstill().await?;
+            hands.standstill()?;
             return Ok(());
         }
     }
-    hands.standstill().await?;
-    let off = homing::measure(hands, test.axis, 2).await;
+    hands.standstill()?;
+    let off = homing::measure(hands, test.axis, 2);
     machine.resynchronise_if_still();
     let off = off?;
     let letter = test.axis.letter();
@@ -89,8 +89,8 @@ pub(super) async fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, 
 }
 
 /// `tune_driver`: measures which stallGuard threshold the motor of an axis is to have.
-pub(super) async fn tune_driver<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let tuned = driver_tuning::tune(&mut Hands::new(machine, to), arguments).await;
+pub(super) fn tune_driver<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let tuned = driver_tuning::tune(&mut Hands::new(machine, to), arguments);
     machine.resynchronise_if_still();
     tuned
 }
@@ -108,7 +108,7 @@ pub(super) struct Sweep {
 
 /// Shakes an axis and says at which frequency: where the frame rings loudest, or a pen on the bed draws
 /// widest, input shaping belongs. Filters are off meanwhile, or there would be nothing to hear.
-pub(super) async fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, to: Recipient) -> Result<(), Failure> {
+pub(super) fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, to: Recipient) -> Result<(), Failure> {
     let here = machine.ports.motion(|motion| motion.commanded_position());
     // The widest way is that of the lowest frequency.
     let widest = way_at(test.from.min(test.to));
@@ -126,9 +126,9 @@ pub(super) async fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, 
             most.0
         ))));
     }
-    hands.standstill().await?;
+    hands.standstill()?;
     hands.motion(|motion| motion.bypass_filters(true));
-    let shaken = shake(hands, test, &here, &limits).await;
+    let shaken = shake(hands, test, &here, &limits);
     hands.motion(|motion| motion.bypass_filters(false));
     // As it was, whatever happened.
     let restored = hands.motion(|motion| motion.set_limits(limits));
@@ -143,7 +143,7 @@ fn way_at(hertz: f64) -> f64 {
     SWEEP_ACCELERATION * hertz * quarter * quarter
 }
 
-async fn shake<P: Ports>(
+fn shake<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     test: &Sweep,
     here: &PerAxis<f64>,
@@ -164,12 +164,12 @@ async fn shake<P: Ports>(
         let periods = libm::ceil(hertz * test.pace).max(1.0) as u32;
         for _ in 0..periods {
             if hands.stop_requested() {
-                return hands.standstill().await;
+                return hands.standstill();
             }
-            hands.go(far, SWEEP_RATE, Mode::Feed).await?;
-            hands.go(*here, SWEEP_RATE, Mode::Feed).await?;
+            hands.go(far, SWEEP_RATE, Mode::Feed)?;
+            hands.go(*here, SWEEP_RATE, Mode::Feed)?;
         }
         hertz += direction;
     }
-    hands.standstill().await
+    hands.standstill()
 }

@@ -1,7 +1,5 @@
 //! The codes of a line: in which order, which of them may run now, what each means, and that it is done.
 
-use core::pin::pin;
-
 use gcode::{Block, Blocks, Code, Letter, WholeLine};
 use program::{Action, LineParts, Meaning, State, States};
 
@@ -24,15 +22,15 @@ pub(super) enum Start {
 }
 
 /// Runs what is left of a line that has waited.
-pub(super) async fn run_rest<P: Ports>(machine: &mut Machine<'_, P>, rest: Rest) {
+pub(super) fn run_rest<P: Ports>(machine: &mut Machine<'_, P>, rest: Rest) {
     let Rest { line, next, source, last, answer } = rest;
     match next {
         NextCode::At(column) => {
-            pin!(run_line(machine, Blocks::starting_at(&line, column), Start::Rest(last, answer), source)).await;
+            run_line(machine, Blocks::starting_at(&line, column), Start::Rest(last, answer), source);
         }
         NextCode::Ordered { begins, place } => {
             let blocks = Blocks::starting_at(&line, begins);
-            let is_read = pin!(run_in_order(machine, &blocks, place, answer, source)).await;
+            let is_read = run_in_order(machine, &blocks, place, answer, source);
             debug_assert!(is_read, "it was read so before");
         }
     }
@@ -40,16 +38,11 @@ pub(super) async fn run_rest<P: Ports>(machine: &mut Machine<'_, P>, rest: Rest)
 
 /// Runs the codes of a line, and answers it, unless one of them starts something: then the rest waits for its
 /// end.
-pub(super) async fn run_line<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    mut blocks: Blocks<'_>,
-    start: Start,
-    source: Source,
-) {
+pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Blocks<'_>, start: Start, source: Source) {
     let (mut last, mut answer) = match start {
         Start::Rest(last, answer) => (last, answer),
         Start::Line => {
-            if source.dialect.orders_lines() && pin!(run_in_order(machine, &blocks, 0, Answer::Ok, source)).await {
+            if source.dialect.orders_lines() && run_in_order(machine, &blocks, 0, Answer::Ok, source) {
                 return;
             }
             (None, Answer::Ok)
@@ -81,7 +74,7 @@ pub(super) async fn run_line<P: Ports>(
                 answer = Answer::Ok;
                 continue;
             }
-            begun => run_begun(machine, begun, &block, source).await,
+            begun => run_begun(machine, begun, &block, source),
         };
         match outcome {
             Ok(now) if is_settled(&now, source) => answer = now,
@@ -110,7 +103,7 @@ pub(super) async fn run_line<P: Ports>(
 
 /// Runs the codes of a line in RS-274's order, from this place of that order on, and answers it. False when
 /// that is not how this line is read.
-async fn run_in_order<P: Ports>(
+fn run_in_order<P: Ports>(
     machine: &mut Machine<'_, P>,
     blocks: &Blocks<'_>,
     from: usize,
@@ -129,7 +122,7 @@ async fn run_in_order<P: Ports>(
     let line = blocks.place();
     let (last, outcome) = match parts {
         _ if remarked.is_err() => (None, remarked.map(|()| Answer::Ok)),
-        Ok(parts) => match pin!(run_parts(machine, &mut whole, &parts, (from, answer), line, source)).await {
+        Ok(parts) => match run_parts(machine, &mut whole, &parts, (from, answer), line, source) {
             Some(ended) => ended,
             None => return true,
         },
@@ -148,7 +141,7 @@ async fn run_in_order<P: Ports>(
 
 /// The codes of a line that has been put in order; the one that ended it, and how. `None` when the rest of
 /// the line waits for what a code has started.
-async fn run_parts<P: Ports>(
+fn run_parts<P: Ports>(
     machine: &mut Machine<'_, P>,
     whole: &mut WholeLine<'_>,
     parts: &LineParts,
@@ -161,7 +154,7 @@ async fn run_parts<P: Ports>(
         last = part.code;
         let height = machine.frames.len();
         let block = whole.part(part.code, |letter| part.takes(letter));
-        let outcome = pin!(run_block(machine, block, source)).await;
+        let outcome = run_block(machine, block, source);
         let outcome = match outcome {
             Ok(now) if !is_settled(&now, source) => passed_over::settle(machine, block, source.dialect),
             outcome => outcome,
@@ -221,9 +214,9 @@ enum Begun<'b> {
 }
 
 /// One command: may it run now, what does it mean, do it.
-pub(super) async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, source: Source) -> Outcome {
+pub(super) fn run_block<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, source: Source) -> Outcome {
     let begun = begin(machine, block, source);
-    run_begun(machine, begun, block, source).await
+    run_begun(machine, begun, block, source)
 }
 
 /// Begins a command: may it run now, what does it mean. The commonest move of all is done at once.
@@ -272,16 +265,16 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
 }
 
 /// Brings a command that has been begun to its end.
-async fn run_begun<P: Ports>(
+fn run_begun<'b, P: Ports>(
     machine: &mut Machine<'_, P>,
-    mut begun: Begun<'_>,
-    block: &Block<'_>,
+    mut begun: Begun<'b>,
+    block: &'b Block<'b>,
     source: Source,
 ) -> Outcome {
     while let Begun::Waits(allowed) = begun {
-        machine.wait_release().await;
+        machine.wait_release();
         if machine.safety.state() == State::Door {
-            machine.wait_for_door(allowed).await?;
+            machine.wait_for_door(allowed)?;
         }
         begun = begin(machine, block, source);
     }
@@ -291,13 +284,13 @@ async fn run_begun<P: Ports>(
         Begun::Done | Begun::Waits(_) => return Ok(Answer::Ok),
     };
     while let Some(effect) = machine.program.next_effect() {
-        actions::effect(machine, effect).await?;
+        actions::effect(machine, effect)?;
     }
     match &meaning {
         Meaning::Nothing => Ok(Answer::Ok),
         Meaning::PassedOver => Ok(Answer::PassedOver),
         Meaning::Unknown => unknown(machine, block.code, source.to),
-        Meaning::Action(action) => match actions::carry_out_all(machine, action, source.to).await {
+        Meaning::Action(action) => match actions::carry_out_all(machine, action, source.to) {
             Ok(Answer::Unknown) => without_its_part(machine, block.code, source.to),
             outcome => outcome,
         },

@@ -19,11 +19,10 @@ use crate::heat::{HeatControl, HeaterSettings};
 use crate::leveling;
 use crate::motion_config::motion_config;
 use crate::needs::tell_what_is_off;
-use crate::ports::{MotorDrivers, OpenMode, Ports, Start, StorageError};
+use crate::ports::{MotorDrivers, OpenMode, Ports, Start, StorageError, Wake};
 use crate::safety::Event;
 use crate::sessions::{Recipient, Reply, Sessions};
 use crate::supervisor::{DriverTrouble, MOTOR_SUPPLY_OFF};
-use crate::wait::yield_once;
 
 /// The motor supply has been read by then: two periods of the slow task, and its conversions.
 const SUPPLY_READING_TIMEOUT: Micros = Micros::from_millis(250);
@@ -46,7 +45,7 @@ pub(super) fn unread() -> MachineConfig {
 }
 
 /// Greets, reads the configuration and says what is wrong with it.
-pub(super) async fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions, config: &mut MachineConfig) -> Read {
+pub(super) fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions, config: &mut MachineConfig) -> Read {
     sessions.configure(ports);
     greet(ports, sessions);
     let mut findings = Vec::new();
@@ -58,7 +57,7 @@ pub(super) async fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions
     if let Err(why) = ports.connect(&config.system) {
         sessions.say(Recipient::All, format_args!("ERROR: USB does not work: {why}\n"));
     }
-    report(ports, sessions, &findings, &summary).await;
+    report(ports, sessions, &findings, &summary);
     Read { summary, took }
 }
 
@@ -112,7 +111,7 @@ fn read_file<P: Ports>(
 }
 
 /// Says what was found.
-async fn report<P: Ports>(
+fn report<P: Ports>(
     ports: &mut P,
     sessions: &mut Sessions,
     findings: &Vec<Diagnostic, FINDINGS>,
@@ -120,7 +119,7 @@ async fn report<P: Ports>(
 ) {
     for finding in findings {
         sessions.say(Recipient::All, format_args!("config.ini: {finding}\n"));
-        drain(ports, sessions).await;
+        drain(ports, sessions);
     }
     match read {
         Err(error) => {
@@ -136,13 +135,13 @@ async fn report<P: Ports>(
     }
 }
 
-async fn drain<P: Ports>(ports: &mut P, sessions: &mut Sessions) {
+fn drain<P: Ports>(ports: &mut P, sessions: &mut Sessions) {
     while !sessions.have_taken_most(Recipient::All) {
         let now = ports.now();
         sessions.flush(ports, now);
         ports.report_alive();
         ports.heat(|heat| heat.dispatcher_alive(now));
-        yield_once().await;
+        ports.rest(Wake::Any);
     }
 }
 
@@ -157,14 +156,14 @@ fn what_came_of(read: &Read) -> Happened {
 }
 
 /// Sets every part up from the configuration, and greets.
-pub(super) async fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
+pub(super) fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
     machine.record(&what_came_of(&read));
     let usable = read.summary.is_ok_and(|summary| summary.is_usable());
     if usable {
         let Machine { config, sessions, .. } = machine;
         tell_what_is_off(config, &mut Reply::new(sessions, Recipient::All));
     }
-    if usable && start_parts(machine).await {
+    if usable && start_parts(machine) {
         read_grbls_own(machine);
         load_settings(machine);
         brown_out::tell(machine);
@@ -195,7 +194,7 @@ pub(super) async fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
 }
 
 /// False when a part cannot work: then nothing may.
-async fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let now = machine.ports.now();
     machine.safety.limits.configure(machine.config, now);
     let configured = configure_motion(machine);
@@ -213,7 +212,7 @@ async fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     }
     machine.ports.heat(HeatControl::enable_outputs);
     machine.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
-    await_supply_reading(machine).await;
+    await_supply_reading(machine);
     configure_drivers(machine);
     true
 }
@@ -253,14 +252,14 @@ fn wire<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 
 /// Lets the motor supply's monitor give its first reading: drivers without supply are not to be called
 /// silent.
-async fn await_supply_reading<P: Ports>(machine: &mut Machine<'_, P>) {
+fn await_supply_reading<P: Ports>(machine: &mut Machine<'_, P>) {
     if !machine.config.voltages.iter().any(|monitor| monitor.name == "vmotor") {
         return;
     }
     let since = machine.ports.now();
     while machine.ports.voltage("vmotor").is_none() && machine.ports.now().since(since) < SUPPLY_READING_TIMEOUT {
         machine.ports.report_alive();
-        yield_once().await;
+        machine.ports.rest(Wake::Any);
     }
 }
 

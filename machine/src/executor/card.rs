@@ -7,17 +7,15 @@ use program::Function;
 
 use super::Machine;
 use crate::files::safe_file::Draft;
-use crate::ports::{CardEvent, Ports, StorageError};
+use crate::ports::{CardEvent, Ports, StorageError, Wake};
 use crate::sessions::Listing;
-use crate::wait::yield_once;
 
 /// Waits until the card is at rest, and takes what most changes write. A card that has failed does not keep
 /// anybody: the change itself is told why. Everybody is served once in any case, so that changes one after
 /// the other never hold the machine for longer than one of them.
-pub(super) async fn at_rest<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(super) fn at_rest<P: Ports>(machine: &mut Machine<'_, P>) {
     loop {
-        machine.serve();
-        yield_once().await;
+        machine.wait(Wake::Any).whatever_happens();
         if machine.ports.is_ready() {
             return;
         }
@@ -28,10 +26,9 @@ pub(super) async fn at_rest<P: Ports>(machine: &mut Machine<'_, P>) {
 ///
 /// # Errors
 /// Why something is not.
-pub(super) async fn kept<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+pub(super) fn kept<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
     while !machine.ports.is_kept()? {
-        machine.serve();
-        yield_once().await;
+        machine.wait(Wake::Any).whatever_happens();
     }
     Ok(())
 }
@@ -40,15 +37,14 @@ pub(super) async fn kept<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), S
 ///
 /// # Errors
 /// Those of the card; the file is the old one then.
-pub(super) async fn finish<P: Ports>(machine: &mut Machine<'_, P>, draft: Draft<P>) -> Result<(), StorageError> {
-    at_rest(machine).await;
+pub(super) fn finish<P: Ports>(machine: &mut Machine<'_, P>, draft: Draft<P>) -> Result<(), StorageError> {
+    at_rest(machine);
     let mut replacing = draft.close(&mut machine.ports)?;
     loop {
-        machine.serve();
-        yield_once().await;
-        at_rest(machine).await;
+        machine.wait(Wake::Any).whatever_happens();
+        at_rest(machine);
         if replacing.step(&mut machine.ports)? {
-            return kept(machine).await;
+            return kept(machine);
         }
     }
 }

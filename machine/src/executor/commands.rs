@@ -1,7 +1,5 @@
 //! Console commands: `help`, `version`, `ls`, `$G` and the like.
 
-use core::pin::{Pin, pin};
-
 use gcode::Blocks;
 use program::commands::{CommandInfo, asks_for_help, find};
 use program::{Dialect, Part, State};
@@ -34,9 +32,9 @@ fn split(line: &str) -> (&str, &str) {
 }
 
 /// Runs the line of a command and answers it.
-pub(super) async fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str, source: Source) {
+pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str, source: Source) {
     let height = machine.frames.len();
-    let outcome = run(machine, line, source.to).await;
+    let outcome = run(machine, line, source.to);
     if outcome.is_ok() && machine.frames.len() > height {
         // It is answered when what it started has ended.
         let answer = outcome.unwrap_or(Answer::Ok);
@@ -50,9 +48,9 @@ pub(super) async fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str,
     answers::finish(machine, outcome, None, source);
 }
 
-async fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Outcome {
+fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Outcome {
     if is_grbls(machine, line, to) {
-        return grbl::run(machine, line.strip_prefix('$').unwrap_or(line), to).await;
+        return grbl::run(machine, line.strip_prefix('$').unwrap_or(line), to);
     }
     let (word, arguments) = split(line);
     // Printers' hosts write these so; they are answered and do nothing.
@@ -65,14 +63,14 @@ async fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) 
         return Ok(Answer::Ok);
     }
     may_run(machine, info)?;
-    machine.wait_for_door(info.states).await?;
+    machine.wait_for_door(info.states)?;
     if card::is_used_by_command(word) {
-        card::at_rest(machine).await;
+        card::at_rest(machine);
     }
     if let Some(outcome) = say_or_set(machine, word, arguments, to) {
         return outcome;
     }
-    work(machine, word, arguments, to).await
+    work(machine, word, arguments, to)
 }
 
 fn unknown(line: &str, word: &str) -> Failure {
@@ -381,7 +379,7 @@ fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
 }
 
 /// What takes time.
-async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
+fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
     // Read, and not carried out, as the codes for it; but a pause that is asked for behind where the file is.
     let is_place = word == "pause" && !arguments.is_empty() && machine.passed.is_some();
     if machine.safety.state() == State::Check
@@ -391,43 +389,35 @@ async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         return Ok(Answer::Ok);
     }
     match word {
-        "abort" => abort(machine, to).await,
-        "pause" => job_control::pause(machine, arguments, to).await,
-        "suspend" => suspend::suspend(machine, arguments.starts_with(['l', 'h']), None, to).await,
-        "resume" => suspend::resume(machine, to).await,
-        "switch" => switch(machine, arguments, to).await,
+        "abort" => abort(machine, to),
+        "pause" => job_control::pause(machine, arguments, to),
+        "suspend" => suspend::suspend(machine, arguments.starts_with(['l', 'h']), None, to),
+        "resume" => suspend::resume(machine, to),
+        "switch" => switch(machine, arguments, to),
         "preheat" => heat_codes::preheat(&mut Hands::new(machine, to), arguments),
-        "config-set" => {
-            files::config_edit::config_set(&mut Hands::new(machine, to), arguments).await.map(|()| Answer::Said)
-        }
-        "$H" => home::home(machine, units::AxisSet::NONE, to).await,
+        "config-set" => files::config_edit::config_set(&mut Hands::new(machine, to), arguments).map(|()| Answer::Said),
+        "$H" => home::home(machine, units::AxisSet::NONE, to),
         "$J" => {
             let e_axis = machine.program.tools().active().map(|tool| tool.settings.axis);
-            let done = jog::jog(&mut Hands::new(machine, to), arguments, e_axis).await;
+            let done = jog::jog(&mut Hands::new(machine, to), arguments, e_axis);
             let position = machine.ports.motion(|motion| motion.commanded_position());
             machine.program.resynchronise(position);
             done
         }
-        "$P" => probe(machine, arguments, to).await,
-        "test" => {
-            let tests: Pin<&mut dyn Future<Output = Outcome>> = pin!(motion_tests::run(machine, arguments, to));
-            tests.await
-        }
-        "tune_driver" => {
-            let tunes: Pin<&mut dyn Future<Output = Outcome>> = pin!(axis_tests::tune_driver(machine, arguments, to));
-            tunes.await
-        }
-        "gpio" => crate::gpio::command(&mut Hands::new(machine, to), arguments).await,
-        "flash" | "dfu" => update::command(machine, word, to).await,
-        "msc" => disk::msc(machine, arguments, to).await,
-        "card" => files::card_facts::card(&mut Hands::new(machine, to)).await,
+        "$P" => probe(machine, arguments, to),
+        "test" => motion_tests::run(machine, arguments, to),
+        "tune_driver" => axis_tests::tune_driver(machine, arguments, to),
+        "gpio" => crate::gpio::command(&mut Hands::new(machine, to), arguments),
+        "flash" | "dfu" => update::command(machine, word, to),
+        "msc" => disk::msc(machine, arguments, to),
+        "card" => files::card_facts::card(&mut Hands::new(machine, to)),
         "cp" | "truncate" | "md5sum" => {
             let directory = machine.files.directory().clone();
             let hands = &mut Hands::new(machine, to);
             match word {
-                "cp" => files::copying::copy(hands, &directory, arguments).await,
-                "truncate" => files::copying::truncate(hands, &directory, arguments).await,
-                _ => files::copying::md5sum(hands, &directory, arguments).await,
+                "cp" => files::copying::copy(hands, &directory, arguments),
+                "truncate" => files::copying::truncate(hands, &directory, arguments),
+                _ => files::copying::md5sum(hands, &directory, arguments),
             }
         }
         _ => Ok(Answer::Unknown),
@@ -435,7 +425,7 @@ async fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
 }
 
 /// `abort`: brakes, drops what is queued, closes the file. Heaters are left alone.
-async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     machine.safety.apply(Event::Unsuspend);
     let suspended = machine.jobs.cancel_suspend();
     if suspended {
@@ -463,7 +453,7 @@ async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome
     machine.ports.heat(crate::heat::HeatControl::drop_effects);
     machine.riding_lights.clear();
     // A halt meanwhile has dropped everything too.
-    let _ = machine.standstill().await;
+    let _ = machine.standstill();
     machine.resynchronise();
     if !machine.safety.is_halted() {
         suspend::start_unless_empty(machine, &machine.config.player.after_abort_gcode);
@@ -471,7 +461,7 @@ async fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome
     Ok(Answer::Ok)
 }
 
-async fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let Machine { outputs, sessions, config, ports, .. } = machine;
     let change = outputs.switch_command(config, arguments, &mut Reply::new(sessions, to))?;
     if let Some(output) = change {
@@ -482,7 +472,7 @@ async fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Rec
 }
 
 /// `$P`: G30 with these words, also where G30 means something else.
-async fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipient) -> Outcome {
+fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipient) -> Outcome {
     if !machine.config.probe.enable {
         return Err(Failure::refused("no probe is configured: [zprobe] enable"));
     }
@@ -492,5 +482,5 @@ async fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipien
         return Err(Failure::refused("$P takes the words of G30"));
     }
     let dialect = machine.sessions.dialect_of(to);
-    actions::run_text(machine, &text, dialect, to).await
+    actions::run_text(machine, &text, dialect, to)
 }

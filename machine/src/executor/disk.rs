@@ -8,19 +8,18 @@ use config::SystemConfig;
 
 use super::Machine;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::{Disk, NotLent, Ports, StorageError};
+use crate::ports::{Disk, NotLent, Ports, StorageError, Wake};
 use crate::sessions::Recipient;
-use crate::wait::yield_once;
 
 const NO_COMPUTER: &str = "no computer is at the USB socket, or it sleeps";
 const HAS_IT: &str = "a computer has the SD card already: eject it there, or msc off";
 
 /// `msc [off]`
-pub(super) async fn msc<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+pub(super) fn msc<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let SystemConfig { msc_enable, .. } = machine.config.system;
     match arguments {
         _ if !msc_enable => Err(Failure::refused("MSC is disabled: [system] msc_enable")),
-        "" => lend(machine, to).await,
+        "" => lend(machine, to),
         "off" if machine.ports.disk() == Disk::Kept => Err(Failure::refused("no computer has the SD card")),
         "off" => {
             machine.ports.revoke_card();
@@ -30,7 +29,7 @@ pub(super) async fn msc<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str,
     }
 }
 
-async fn lend<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+fn lend<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     if machine.jobs.is_open() {
         return Err(Failure::refused("a file is played: wait for its end, or abort it"));
     }
@@ -41,8 +40,7 @@ async fn lend<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome 
         match machine.ports.lend_card() {
             Ok(true) => break,
             Ok(false) => {
-                machine.serve();
-                yield_once().await;
+                machine.wait(Wake::Any).whatever_happens();
             }
             Err(NotLent::NoComputer) => return Err(Failure::refused(NO_COMPUTER)),
             Err(NotLent::Storage(StorageError::Busy)) => {

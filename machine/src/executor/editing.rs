@@ -11,7 +11,7 @@ use crate::files::editor::{Step, shown};
 use crate::files::editor_commands::{Command, HELP, What, parse};
 use crate::files::paths::words;
 use crate::grbl::numbers::Error;
-use crate::ports::{OpenMode, Ports, Storage, StorageError};
+use crate::ports::{OpenMode, Ports, Storage, StorageError, Wake};
 use crate::sessions::{Recipient, SessionId};
 
 /// Bytes read at a time: a block of the card.
@@ -53,12 +53,12 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
 type Trouble = &'static str;
 
 /// A line of the console that edits.
-pub(super) async fn run_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &[u8]) {
+pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &[u8]) {
     let to = Recipient::Session(id);
     let text = core::str::from_utf8(line).map_err(|_| "text that is not UTF-8");
     let outcome = match text {
-        Ok(text) if text == "%c" && wanted(machine) == 0 => end(machine, to).await,
-        Ok(text) => edit(machine, text, to).await,
+        Ok(text) if text == "%c" && wanted(machine) == 0 => end(machine),
+        Ok(text) => edit(machine, text, to),
         Err(why) => Err(why),
     };
     match outcome {
@@ -79,7 +79,7 @@ fn is_told<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) ->
     true
 }
 
-async fn edit<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Result<(), Trouble> {
+fn edit<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Result<(), Trouble> {
     if wanted(machine) > 0 {
         return take_line(machine, line);
     }
@@ -89,7 +89,7 @@ async fn edit<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient)
     let (mut rest, mut last) = (line.trim(), None);
     while !rest.is_empty() {
         let (command, behind) = parse(rest).map_err(|_| "that is no command: %h lists them")?;
-        repeat(machine, &command, to).await?;
+        repeat(machine, &command, to)?;
         (rest, last) = (behind, Some(command.what));
         if command.what == What::Get {
             return Ok(());
@@ -100,7 +100,7 @@ async fn edit<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient)
     }
     if last != Some(What::Print) && machine.files.editing.as_ref().is_some_and(|editing| editing.says_line) {
         // The line may still have to be read.
-        once(machine, &LOOK, to).await?;
+        once(machine, &LOOK, to)?;
         say_line(machine, to);
     }
     Ok(())
@@ -131,7 +131,7 @@ fn take_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str) -> Result<(), T
 }
 
 /// Carries a command out as often as it says; as often as it goes ends well.
-async fn repeat<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recipient) -> Result<(), Trouble> {
+fn repeat<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recipient) -> Result<(), Trouble> {
     if command.what == What::Get {
         if let Some(editing) = machine.files.editing.as_mut() {
             editing.lines_to_get = if command.times == 0 { u32::MAX } else { command.times };
@@ -144,9 +144,9 @@ async fn repeat<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, t
     while command.times == 0 || done < command.times {
         // Lines to be printed, but the first, are moved to.
         let step = if prints && done > 0 { &next } else { command };
-        let goes = once(machine, step, to).await?;
+        let goes = once(machine, step, to)?;
         if goes && prints {
-            once(machine, &LOOK, to).await?;
+            once(machine, &LOOK, to)?;
         }
         if !goes || prints && is_at_end(machine) {
             return if command.times == 0 { Ok(()) } else { Err("there is none") };
@@ -164,7 +164,7 @@ fn is_at_end<P: Ports>(machine: &Machine<'_, P>) -> bool {
 }
 
 /// Carries a command out once. False when it does not go.
-async fn once<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recipient) -> Result<bool, Trouble> {
+fn once<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recipient) -> Result<bool, Trouble> {
     loop {
         let Some(editing) = machine.files.editing.as_mut() else { return Ok(false) };
         match editing.editor.run(command) {
@@ -174,7 +174,7 @@ async fn once<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to:
             Step::More if editing.editor.room() < BLOCK => make_room(machine)?,
             Step::More => read_more(machine)?,
         }
-        Hands::new(machine, to).pause_anyway().await;
+        machine.wait(Wake::Any).whatever_happens();
     }
     if Hands::new(machine, to).stop_requested() { Err("stopped") } else { Ok(true) }
 }
@@ -212,12 +212,12 @@ fn say_line<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
 }
 
 /// `%c`: the rest of the file follows, and the new one is complete.
-async fn end<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Trouble> {
+fn end<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
     let mut copied = Ok(true);
     while matches!(copied, Ok(true)) {
-        card::at_rest(machine).await;
+        card::at_rest(machine);
         copied = copy_on(machine);
-        Hands::new(machine, to).pause_anyway().await;
+        machine.wait(Wake::Any).whatever_happens();
     }
     let Machine { files, ports, .. } = machine;
     let Some(editing) = files.editing.take() else { return Ok(()) };

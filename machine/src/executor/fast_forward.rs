@@ -86,7 +86,7 @@ pub(super) fn at_line<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// An action that is read over: what the program, the job or the planner keeps of it. `None`: it is none of
 /// these, and carried out as in check mode.
-pub(super) async fn pass_over<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>) -> Option<Outcome> {
+pub(super) fn pass_over<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>) -> Option<Outcome> {
     let passed = machine.passed.as_mut()?;
     match *action {
         // The flow of the program, and its end, are those of the file.
@@ -112,7 +112,7 @@ pub(super) async fn pass_over<P: Ports>(machine: &mut Machine<'_, P>, action: &A
             machine.program.resynchronise(place);
         }
         Action::Overrides { feed, spindle, hold } => {
-            let enabled = program_io::enable_overrides(machine, feed, spindle, hold).await;
+            let enabled = program_io::enable_overrides(machine, feed, spindle, hold);
             return Some(enabled.map(|()| Answer::Ok));
         }
         _ => {}

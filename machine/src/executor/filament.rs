@@ -106,7 +106,7 @@ fn extruder<P: Ports>(machine: &Machine<'_, P>) -> Result<Axis, Failure> {
 }
 
 /// Pushes filament, or draws it back, and waits for its end.
-async fn push<P: Ports>(machine: &mut Machine<'_, P>, length: f64, rate: MmPerSecond) -> Result<(), Failure> {
+fn push<P: Ports>(machine: &mut Machine<'_, P>, length: f64, rate: MmPerSecond) -> Result<(), Failure> {
     if length == 0.0 {
         return Ok(());
     }
@@ -114,8 +114,8 @@ async fn push<P: Ports>(machine: &mut Machine<'_, P>, length: f64, rate: MmPerSe
     let hands = &mut Hands::new(machine, Recipient::Nobody);
     let mut target = hands.position();
     target[axis] += length;
-    hands.go(target, rate, Mode::Feed).await?;
-    hands.standstill().await
+    hands.go(target, rate, Mode::Feed)?;
+    hands.standstill()
 }
 
 /// How M600 changes filament.
@@ -159,17 +159,14 @@ pub(super) fn moves_anything(change: &FilamentChangeConfig) -> bool {
 
 /// M600, once nothing moves: draws back, lifts, goes where the tool waits, and takes the filament out, as far
 /// as the configuration says.
-pub(super) async fn leave<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    change: &FilamentChangeConfig,
-) -> Result<(), Failure> {
+pub(super) fn leave<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
     machine.announce(format_args!("// Going aside, so that the filament can be changed\n"));
-    push(machine, -change.retract.0, change.unload_rate).await?;
-    park(machine, change).await?;
-    unload(machine, change.unload).await
+    push(machine, -change.retract.0, change.unload_rate)?;
+    park(machine, change)?;
+    unload(machine, change.unload)
 }
 
-async fn park<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
+fn park<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
     let from = machine.ports.motion(|motion| motion.commanded_position());
     let mut above = from;
     above[Axis::Z] += change.lift.0;
@@ -178,7 +175,7 @@ async fn park<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeCon
             machine.announce(format_args!("// NOTE there is no room to lift the tool: it stays where it is\n"));
             return Ok(());
         }
-        Hands::new(machine, Recipient::Nobody).go(above, change.park_rate, Mode::Rapid).await?;
+        Hands::new(machine, Recipient::Nobody).go(above, change.park_rate, Mode::Rapid)?;
     }
     let mut away = above;
     for (axis, place) in [Axis::X, Axis::Y].into_iter().zip(change.park) {
@@ -195,12 +192,12 @@ async fn park<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeCon
         return Ok(());
     }
     let hands = &mut Hands::new(machine, Recipient::Nobody);
-    hands.go(away, change.park_rate, Mode::Rapid).await?;
-    hands.standstill().await
+    hands.go(away, change.park_rate, Mode::Rapid)?;
+    hands.standstill()
 }
 
 /// G27.
-pub(super) async fn go_aside<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>) -> Outcome {
+pub(super) fn go_aside<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>) -> Outcome {
     if words.get('P') == Some(1.0) {
         return Err(Failure::refused(
             "G27 P1: the tool is lifted by [filament change] lift, from where it is: leave P out",
@@ -210,46 +207,43 @@ pub(super) async fn go_aside<P: Ports>(machine: &mut Machine<'_, P>, words: &Wor
     if change.lift.0 <= 0.0 && change.park.iter().all(Option::is_none) {
         return Err(Failure::refused("G27: where to? [filament change] has no lift, park_x and park_y"));
     }
-    machine.standstill().await?;
-    let parked = park(machine, &change).await;
-    machine.standstill().await?;
+    machine.standstill()?;
+    let parked = park(machine, &change);
+    machine.standstill()?;
     machine.resynchronise();
     parked.map(|()| Answer::Ok)
 }
 
-async fn unload<P: Ports>(machine: &mut Machine<'_, P>, length: Mm) -> Result<(), Failure> {
+fn unload<P: Ports>(machine: &mut Machine<'_, P>, length: Mm) -> Result<(), Failure> {
     let rate = machine.tuning.filament_change.unload_rate;
     if length.0 > 0.0 {
         machine.announce(format_args!("// Taking {} mm of filament out\n", length.0));
     }
-    push(machine, -length.0, rate).await
+    push(machine, -length.0, rate)
 }
 
 /// Before the job goes on, once it is hot: pushes the new filament in, or what was drawn back.
-pub(super) async fn come_back<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    change: &FilamentChangeConfig,
-) -> Result<(), Failure> {
+pub(super) fn come_back<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
     if change.unload.0 == 0.0 && change.load.0 == 0.0 {
-        push(machine, change.retract.0, change.unload_rate).await?;
-        return push(machine, change.purge.0, change.purge_rate).await;
+        push(machine, change.retract.0, change.unload_rate)?;
+        return push(machine, change.purge.0, change.purge_rate);
     }
-    load(machine, change.load).await
+    load(machine, change.load)
 }
 
-async fn load<P: Ports>(machine: &mut Machine<'_, P>, length: Mm) -> Result<(), Failure> {
+fn load<P: Ports>(machine: &mut Machine<'_, P>, length: Mm) -> Result<(), Failure> {
     let change = machine.tuning.filament_change;
     if length.0 > 0.0 {
         machine.announce(format_args!("// Pushing {} mm of filament in\n", length.0));
     }
-    push(machine, length.0, change.load_rate).await?;
-    push(machine, change.purge.0, change.purge_rate).await
+    push(machine, length.0, change.load_rate)?;
+    push(machine, change.purge.0, change.purge_rate)
 }
 
 /// M701 `loads`, M702 does not: so far, or as far as M603 says. A person sees to it that the nozzle is hot.
-pub(super) async fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool, length: Option<f64>) -> Outcome {
+pub(super) fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool, length: Option<f64>) -> Outcome {
     extruder(machine)?;
-    machine.standstill().await?;
+    machine.standstill()?;
     let change = machine.tuning.filament_change;
     let length = length.map_or(if loads { change.load } else { change.unload }, Mm);
     if length.0 == 0.0 {
@@ -257,9 +251,9 @@ pub(super) async fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool,
         return Err(Failure::refused(text));
     }
     if loads {
-        load(machine, length).await?
+        load(machine, length)?
     } else {
-        unload(machine, length).await?
+        unload(machine, length)?
     }
     forget_width(machine);
     machine.resynchronise();

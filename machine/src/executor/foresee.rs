@@ -12,7 +12,7 @@ use units::{Celsius, MAX_HEATERS, Micros};
 use super::{Machine, long_answers};
 use crate::failure::{Failure, Message, Outcome, about_file, message};
 use crate::files::Path;
-use crate::forecast::{Ahead, Answer, Foresight, Purpose, Stage, Wanted};
+use crate::forecast::{Ahead, Answer, Foresight, LookAhead, Purpose, Stage, Wanted};
 use crate::jobs::{FileLines, Lookup, Outlook, PausePlace, Planned, Step, TOO_DEEP, sub_path};
 use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError};
 use crate::preflight::{AsItIs, Clock, Kind, TOLD_LINES, Told};
@@ -38,9 +38,7 @@ pub(super) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Reci
         }));
     }
     let path = machine.files.absolute(name.trim_matches('"'));
-    if !begin(machine, foresight, &path, Purpose::Check, None)? {
-        return Err(Failure::refused("the last look is still being put away: ask again"));
-    }
+    begin(machine, &path, Purpose::Check, None)?;
     long_answers::begin(machine, Listing::Check { line: 0 }, to)
 }
 
@@ -85,14 +83,13 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
         return Start::Now;
     }
     let dialect = machine.jobs.dialect();
-    match begin(machine, foresight, &path, Purpose::Job, dialect) {
-        Ok(false) => return Start::Later,
+    match begin(machine, &path, Purpose::Job, dialect) {
         Err(Failure::Refused(why)) if holds && machine.config.player.preflight == JobPreflight::Refuse => {
             return refuse(machine, &why);
         }
         // A file that cannot be read twice is played all the same.
         Err(_) => return Start::Now,
-        Ok(true) => {}
+        Ok(()) => {}
     }
     (machine.ahead.job, machine.ahead.holds) = (machine.jobs.count(), holds);
     if holds {
@@ -111,7 +108,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
 }
 
 /// Now and then, how far the look is that the job waits for, and how long it still takes at that pace.
-fn tell_how_far<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_>) {
+fn tell_how_far<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) {
     let (now, since) = (machine.ports.now(), machine.ahead.waits_since);
     let (waited, told) = (now.since(since), machine.ahead.told_at.since(since));
     if waited < TOLD_FIRST || waited.0 < 2 * told.0 {
@@ -127,14 +124,14 @@ fn tell_how_far<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_
 }
 
 /// Per cent of the file; of one with loops and subroutines, where the look is.
-fn looked_at_share<P: Ports>(machine: &Machine<'_, P>, foresight: &Foresight<'_>) -> u8 {
+fn looked_at_share<P: Ports>(machine: &Machine<'_, P>, foresight: &Foresight) -> u8 {
     let share = u64::from(foresight.lines(|lines| lines.read())) * 100 / u64::from(machine.ahead.size.max(1));
     share.min(100) as u8
 }
 
 /// The job waits as long as the configuration says for a line that leaves the travel; the look goes on
 /// beside it.
-fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_>) -> Start {
+fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) -> Start {
     warn(machine, foresight);
     if machine.ahead.leaves {
         foresight.forget();
@@ -149,7 +146,7 @@ fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, foresight: &For
 }
 
 /// The file has been looked at, or could not be.
-fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_>) -> Start {
+fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) -> Start {
     warn(machine, foresight);
     machine.ahead.holds = false;
     let stops = foresight.totals().stops;
@@ -178,18 +175,15 @@ fn refuse<P: Ports>(machine: &mut Machine<'_, P>, why: &Message) -> Start {
     Start::Never
 }
 
-/// False: the last one is still being put away.
 fn begin<P: Ports>(
     machine: &mut Machine<'_, P>,
-    foresight: &Foresight<'_>,
     path: &Path,
     purpose: Purpose,
     dialect: Option<Dialect>,
-) -> Result<bool, Failure> {
-    if !machine.ports.motion(|motion| foresight.stand_as(motion)) {
-        return Ok(false);
-    }
-    let Machine { ports, ahead, .. } = machine;
+) -> Result<(), Failure> {
+    let Machine { ports, ahead, beside, foresight, .. } = machine;
+    foresight.forget();
+    let can_look = ports.motion(|motion| beside.look_ahead.stand_as(motion));
     ahead.close(ports);
     let failed = |error: StorageError| Failure::Refused(about_file(path, error.text()));
     let file = ports.open(path, OpenMode::Beside).map_err(failed)?;
@@ -206,7 +200,7 @@ fn begin<P: Ports>(
         most.iter_mut().zip(heat.heaters()).for_each(|(most, (_, heater))| *most = heater.settings.max);
         (targets, most)
     });
-    let Machine { program, tuning, safety, axes, .. } = machine;
+    let Machine { program, tuning, safety, axes, beside, foresight, .. } = machine;
     let state = AsItIs {
         program,
         tuning,
@@ -217,8 +211,11 @@ fn begin<P: Ports>(
         dialect: forced,
         goes_on: purpose == Purpose::Job,
     };
-    foresight.begin(purpose, file, &state);
-    Ok(true)
+    beside.look_ahead.begin(purpose, file, &state);
+    if !can_look {
+        foresight.fail("there is no machine that could move, or no memory to look ahead");
+    }
+    Ok(())
 }
 
 // --- at the waiting points ---
@@ -242,10 +239,10 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     warn(machine, foresight);
     let is_read = machine.jobs.is_read();
     let may_run = machine.ports.motion(|motion| is_read || motion.queue_level().0 == 0 || motion.is_full());
-    let Machine { ports, ahead, .. } = machine;
+    let Machine { ports, ahead, beside, .. } = machine;
     if let Some(lookup) = &mut ahead.lookup {
         foresight.allow(false);
-        if may_run && look(lookup, ahead.file, foresight, ports).is_some() {
+        if may_run && look(lookup, ahead.file, foresight, beside.look_ahead, ports).is_some() {
             ahead.lookup = None;
         }
         return;
@@ -262,7 +259,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 /// What stops the job is said, and the job pauses before it.
-fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight<'_>) {
+fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) {
     if foresight.purpose() != Purpose::Job {
         return;
     }
@@ -309,7 +306,8 @@ fn is_heard<P: Ports>(machine: &Machine<'_, P>, purpose: Purpose) -> bool {
 fn look(
     lookup: &mut Lookup,
     file: Option<FileHandle>,
-    foresight: &Foresight<'_>,
+    foresight: &Foresight,
+    look_ahead: &mut dyn LookAhead,
     storage: &mut impl Storage,
 ) -> Option<()> {
     let known = match lookup.step(file?, storage) {
@@ -320,7 +318,7 @@ fn look(
             return Some(());
         }
     };
-    foresight.read_as(known);
+    look_ahead.read_as(known);
     if let Err(error) = foresight.lines(|lines| lines.restart(storage)) {
         foresight.fail(error.text());
     }
@@ -330,7 +328,7 @@ fn look(
 fn bring(
     wanted: &Wanted,
     ahead: &mut Ahead,
-    foresight: &Foresight<'_>,
+    foresight: &Foresight,
     storage: &mut impl Storage,
 ) -> Result<Answer, StorageError> {
     let is_there = match wanted {

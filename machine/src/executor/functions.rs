@@ -14,7 +14,7 @@ use super::{
 };
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::{self, OVERRIDE_PATH, listings, safe_file};
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 use crate::reports::Status;
 use crate::sessions::{Listing, Recipient, Reply};
 use crate::{
@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Does one, and waits for its end.
-pub(super) async fn run<P: Ports>(
+pub(super) fn run<P: Ports>(
     machine: &mut Machine<'_, P>,
     function: Function,
     words: Words<'_>,
@@ -33,11 +33,11 @@ pub(super) async fn run<P: Ports>(
         return read_over(machine, function, &words);
     }
     if card::is_used_by(function) {
-        card::at_rest(machine).await;
+        card::at_rest(machine);
     }
     if function == Function::Mount {
         // Looking for the card forgets what waits to be written. That some of it failed has been said.
-        let _ = card::kept(machine).await;
+        let _ = card::kept(machine);
     }
     if let Some(outcome) = say_or_set(machine, function, &words, to) {
         return outcome;
@@ -47,7 +47,7 @@ pub(super) async fn run<P: Ports>(
         if is_checking {
             return Ok(Answer::Ok);
         }
-        machine.standstill().await?;
+        machine.standstill()?;
     }
     if let Some(outcome) = set_standing(machine, function, &words, to) {
         return outcome;
@@ -61,66 +61,61 @@ pub(super) async fn run<P: Ports>(
     }
     let hands = &mut Hands::new(machine, to);
     match function {
-        Function::ProbeStrategy => probe_strategy(machine, &words, words.code(), to).await,
-        Function::MeasureBed => probe_strategy(machine, &words, Code::g(31), to).await,
+        Function::ProbeStrategy => probe_strategy(machine, &words, words.code(), to),
+        Function::MeasureBed => probe_strategy(machine, &words, Code::g(31), to),
         Function::ProbeRepeatability => {
-            let ended = probing::repeatability(hands, &words).await;
-            probing::stow_after(hands, ended).await
+            let ended = probing::repeatability(hands, &words);
+            probing::stow_after(hands, ended)
         }
         Function::AlignZ => {
-            let ended = alignment::align(hands, &words).await;
-            probing::stow_after(hands, ended).await
+            let ended = alignment::align(hands, &words);
+            probing::stow_after(hands, ended)
         }
-        Function::AlignSlave => alignment::align_slave(hands, &words).await,
+        Function::AlignSlave => alignment::align_slave(hands, &words),
         Function::BedScrews => {
-            let ended = alignment::advise(hands).await;
-            probing::stow_after(hands, ended).await
+            let ended = alignment::advise(hands);
+            probing::stow_after(hands, ended)
         }
-        Function::PaperTest => crate::paper::paper_test(hands, &words).await,
-        Function::DeployProbe => probing::deploy_or_stow(hands, true).await,
-        Function::StowProbe => probing::deploy_or_stow(hands, false).await,
-        Function::LevelingOff => leveling::level_off(hands).await,
-        Function::SaveGrid => leveling::save(hands, &words).await,
-        Function::ListMeshes => leveling::list(hands).await,
-        Function::LoadGrid => leveling::load(hands, &words).await,
-        Function::UseGrid => leveling::use_mesh(hands, &words).await,
-        Function::FadeHeight => leveling::fade_height(hands, words.as_length('H'), words.as_length('T')).await,
-        Function::MeshOffset => leveling::mesh_offset(hands, &words).await,
-        Function::GridPoint => leveling::grid_point(hands, &words).await,
-        Function::BedPlane => leveling::bed_plane(hands, &words).await,
-        Function::Skew => leveling::skew(hands, &words).await,
-        Function::MeasuredPart => probing::measured_part(hands, &words).await,
-        Function::ArmSettings => arms::arm_settings(hands, &words).await.map(|()| Answer::Ok),
+        Function::PaperTest => crate::paper::paper_test(hands, &words),
+        Function::DeployProbe => probing::deploy_or_stow(hands, true),
+        Function::StowProbe => probing::deploy_or_stow(hands, false),
+        Function::LevelingOff => leveling::level_off(hands),
+        Function::SaveGrid => leveling::save(hands, &words),
+        Function::ListMeshes => leveling::list(hands),
+        Function::LoadGrid => leveling::load(hands, &words),
+        Function::UseGrid => leveling::use_mesh(hands, &words),
+        Function::FadeHeight => leveling::fade_height(hands, words.as_length('H'), words.as_length('T')),
+        Function::MeshOffset => leveling::mesh_offset(hands, &words),
+        Function::GridPoint => leveling::grid_point(hands, &words),
+        Function::BedPlane => leveling::bed_plane(hands, &words),
+        Function::Skew => leveling::skew(hands, &words),
+        Function::MeasuredPart => probing::measured_part(hands, &words),
+        Function::ArmSettings => arms::arm_settings(hands, &words).map(|()| Answer::Ok),
         Function::Statistics => Ok(statistics::told(machine, &words, to)),
-        Function::Park => filament::go_aside(machine, &words).await,
-        Function::LoadFilament => filament::by_hand(machine, true, words.get('L')).await,
-        Function::UnloadFilament => filament::by_hand(machine, false, words.get('U')).await,
+        Function::Park => filament::go_aside(machine, &words),
+        Function::LoadFilament => filament::by_hand(machine, true, words.get('L')),
+        Function::UnloadFilament => filament::by_hand(machine, false, words.get('U')),
         // What stands still goes on from where it was.
-        Function::StartJob => suspend::resume(machine, to).await,
-        Function::WaitForHeaters => heat_codes::wait_for_all(hands, &words).await.map(|()| Answer::Ok),
-        Function::TunePid => autotune::tune_pid(hands, &words).await,
-        Function::HomeOffsetsFromHere => autotune::tune_model(hands, &words).await,
-        Function::SaveSettings => save_settings(machine, words.text(), to).await,
+        Function::StartJob => suspend::resume(machine, to),
+        Function::WaitForHeaters => heat_codes::wait_for_all(hands, &words).map(|()| Answer::Ok),
+        Function::TunePid => autotune::tune_pid(hands, &words),
+        Function::HomeOffsetsFromHere => autotune::tune_model(hands, &words),
+        Function::SaveSettings => save_settings(machine, words.text(), to),
         _ => Ok(Answer::Unknown),
     }
 }
 
 /// G29, G31 and G32. The scripts around a cartesian grid may hold any code, so they are run from here.
-async fn probe_strategy<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    words: &Words<'_>,
-    code: Code,
-    to: Recipient,
-) -> Outcome {
-    match probing::prepare(&mut Hands::new(machine, to), words, code).await? {
+fn probe_strategy<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, code: Code, to: Recipient) -> Outcome {
+    match probing::prepare(&mut Hands::new(machine, to), words, code)? {
         Some(plan) => {
             let [before, _] = &machine.config.probe_gcode;
             suspend::start_script(machine, before, Then::LevelByGrid(plan, to))
         }
         None => {
             let hands = &mut Hands::new(machine, to);
-            let ended = probing::strategy(hands, words, code).await;
-            probing::stow_after(hands, ended).await
+            let ended = probing::strategy(hands, words, code);
+            probing::stow_after(hands, ended)
         }
     }
 }
@@ -430,7 +425,7 @@ fn load_settings<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: 
 }
 
 /// Whatever moment the power goes, the file is the old one or the new one.
-pub(super) async fn save_settings<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
+pub(super) fn save_settings<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
     let path = files::override_path(set)?;
     let failed = |error: crate::ports::StorageError| Failure::Refused(about_file(&path, error.text()));
     let mut draft = safe_file::Draft::begin(&mut machine.ports, &path).map_err(failed)?;
@@ -444,11 +439,10 @@ pub(super) async fn save_settings<P: Ports>(machine: &mut Machine<'_, P>, set: O
             draft.give_up(&mut machine.ports);
             return Err(failed(error));
         }
-        machine.serve();
-        crate::wait::yield_once().await;
-        card::at_rest(machine).await;
+        machine.wait(Wake::Any).whatever_happens();
+        card::at_rest(machine);
     }
-    card::finish(machine, draft).await.map_err(failed)?;
+    card::finish(machine, draft).map_err(failed)?;
     if path == OVERRIDE_PATH && !machine.config.general.config_override {
         machine.say(to, format_args!("WARNING: override will NOT be loaded on boot\n"));
     }

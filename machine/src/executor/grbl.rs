@@ -20,25 +20,25 @@ use crate::safety::Event;
 use crate::sessions::{Listing, Recipient, Reply, Rights, SessionId, Sessions};
 
 /// Carries out a line that begins with `$`, which is taken off.
-pub(super) async fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipient) -> Outcome {
+pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipient) -> Outcome {
     machine.follow_motion();
     if let Some(words) = command.strip_prefix("J=") {
         let modal = machine.program.modal().clone();
         let jog = jog::read(words, &modal)?;
-        let jogged = jog::jog(&mut Hands::new(machine, to), &jog, &modal).await;
+        let jogged = jog::jog(&mut Hands::new(machine, to), &jog, &modal);
         machine.resynchronise();
         return jogged.map(|()| Answer::Ok);
     }
     if let Some(axes) = command.strip_prefix('H') {
-        return home(machine, axes, to).await;
+        return home(machine, axes, to);
     }
     if let Some(what) = command.strip_prefix("RST=") {
-        return restore(machine, what, to).await;
+        return restore(machine, what, to);
     }
     if let Some((number, value)) = command.split_once('=')
         && let Ok(number) = number.parse()
     {
-        return set(machine, number, value, to).await;
+        return set(machine, number, value, to);
     }
     say_or_set(machine, command, to)
 }
@@ -148,7 +148,7 @@ fn list<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Fai
 }
 
 /// `$n=value`: acts at once, and is saved at once.
-async fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Recipient) -> Outcome {
+fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Recipient) -> Outcome {
     may_set(machine)?;
     let setting = Setting::of(number).ok_or_else(|| Failure::numbered(Error::Statement, "there is no such setting"))?;
     let change = with_sources(machine, |of, _| setting.change(value, of))??;
@@ -158,10 +158,10 @@ async fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, t
             set(&mut machine.grbl.own, value);
             save_own(machine)?;
         }
-        Change::Switch(code) => drop(run_code(machine, &code).await?),
+        Change::Switch(code) => drop(run_code(machine, &code)?),
         Change::Code(code) => {
-            run_code(machine, &code).await?;
-            save(machine, to).await?;
+            run_code(machine, &code)?;
+            save(machine, to)?;
         }
     }
     Ok(Answer::Ok)
@@ -176,16 +176,16 @@ fn may_set<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
 }
 
 /// Runs the code that a setting is changed by. Its numbers are in mm.
-async fn run_code<P: Ports>(machine: &mut Machine<'_, P>, code: &str) -> Outcome {
+fn run_code<P: Ports>(machine: &mut Machine<'_, P>, code: &str) -> Outcome {
     let inches = machine.program.count_in_mm();
-    let outcome = actions::run_text(machine, code, Dialect::Grbl, Recipient::Nobody).await;
+    let outcome = actions::run_text(machine, code, Dialect::Grbl, Recipient::Nobody);
     machine.program.count_in_inches(inches);
     outcome
 }
 
 /// Saves what M500 saves.
-async fn save<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
-    if let Err(Failure::Refused(why)) = functions::save_settings(machine, None, Recipient::Nobody).await {
+fn save<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+    if let Err(Failure::Refused(why)) = functions::save_settings(machine, None, Recipient::Nobody) {
         return Err(Failure::Refused(why.numbered(Error::Storage)));
     }
     if !machine.config.general.config_override {
@@ -257,7 +257,7 @@ pub(super) fn begin_startup<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 /// `$RST=$`, `$RST=#`, `$RST=*`: settings, offsets, or all of it and the startup lines as they were at first.
-async fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) -> Outcome {
+fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) -> Outcome {
     may_set(machine)?;
     if !matches!(what, "$" | "#" | "*") {
         return Err(Failure::numbered(Error::Statement, "$RST=$ restores settings, $RST=# offsets, $RST=* all"));
@@ -270,20 +270,20 @@ async fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipie
         };
         machine.grbl.own = fresh;
         save_own(machine)?;
-        restore_motion(machine).await?;
+        restore_motion(machine)?;
     }
     if what != "$" {
         machine.program.clear_offsets();
-        kept::save_unless_playing(machine).await;
+        kept::save_unless_playing(machine);
     }
-    save(machine, to).await?;
+    save(machine, to)?;
     machine.say(to, format_args!("[MSG:Restoring defaults]\n"));
     Ok(Answer::Ok)
 }
 
 /// Steps and limits are as `config.ini` has them.
-async fn restore_motion<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-    machine.standstill().await?;
+fn restore_motion<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+    machine.standstill()?;
     let config = motion_config(machine.config).map_err(|_| Failure::refused("the geometry fits no machine"))?;
     let configured = machine.ports.motion(|motion| motion.configure(config));
     configured.map_err(|error| Failure::Refused(message(format_args!("{error}"))))
@@ -300,7 +300,7 @@ fn not_idle(failure: Failure) -> Failure {
 }
 
 /// `$H`, `$HX` and so on: ends an alarm, too.
-async fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Outcome {
+fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Outcome {
     let mut named = AxisSet::NONE;
     for letter in axes.chars() {
         let axis = Axis::from_letter(letter.to_ascii_uppercase());
@@ -316,11 +316,11 @@ async fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient)
         State::Check => return Ok(Answer::Ok),
         State::Alarm => {
             machine.release();
-            machine.wait_release().await;
+            machine.wait_release();
         }
         _ => return Err(Failure::numbered(Error::NotIdle, "homing begins from standstill")),
     }
-    super::home::home(machine, named, to).await
+    super::home::home(machine, named, to)
 }
 
 /// Whether the machine jogs, for a session of this dialect: then it takes nothing but jogs.

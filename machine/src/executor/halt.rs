@@ -15,10 +15,9 @@ use crate::brown_out;
 use crate::failure::Failure;
 use crate::grbl::numbers::{Alarm, Error};
 use crate::heat::HeatControl;
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 use crate::safety::{Event, Press, Stopping};
 use crate::sessions::Recipient;
-use crate::wait::yield_once;
 
 impl<P: Ports> Machine<'_, P> {
     /// Halts, saying why to every session, to those of GRBL's dialect by number too. While halted already:
@@ -161,11 +160,10 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     /// Waits for a release that was asked for while motion still came to rest.
-    pub(super) async fn wait_release(&mut self) {
+    pub(super) fn wait_release(&mut self) {
         // Ends: motion rests within a second, or is cut.
         while self.safety.release_is_pending() {
-            self.serve();
-            yield_once().await;
+            self.wait(Wake::Any).whatever_happens();
         }
     }
 
@@ -238,11 +236,11 @@ impl<P: Ports> Machine<'_, P> {
 }
 
 /// M999.
-pub(super) async fn clear_halt<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
+pub(super) fn clear_halt<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
     if machine.safety.state() != State::Alarm {
         return;
     }
     machine.release();
-    machine.wait_release().await;
+    machine.wait_release();
     machine.say(to, format_args!("WARNING: After HALT you should HOME as position is currently unknown\n"));
 }

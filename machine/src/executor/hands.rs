@@ -1,6 +1,6 @@
 //! What a sequence that takes time may do with the machine: homing, probing, leveling, tuning, jogging.
 //!
-//! A sequence is an `async fn` over this, and reads from top to bottom. It sees no session, no program and no
+//! A sequence is an `fn` over this, and reads from top to bottom. It sees no session, no program and no
 //! job: it moves, waits, looks at inputs, asks owners for what it needs, and says how it goes to whoever
 //! asked for it.
 
@@ -20,13 +20,14 @@ use crate::files::safe_file::Draft;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
 use crate::paper::Paper;
-use crate::ports::{InputLevels, Ports, StorageError};
+use crate::ports::{InputLevels, Ports, StorageError, Wake};
 use crate::probing::{DeltaRecords, Deployment};
 use crate::safety::Event;
 use crate::safety::travel::Travel;
 use crate::sessions::{Recipient, Reply};
 use crate::supervisor::Supervisor;
 use crate::tuning::Tuning;
+use crate::wait::Waited;
 
 /// The machine in the hands of one sequence.
 pub struct Hands<'m, 'c, P: Ports> {
@@ -182,20 +183,9 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
 
     // --- waiting ---
 
-    /// One turn of a wait: the world is served, and the wait ends when the machine halts.
-    ///
-    /// # Errors
-    /// [`Failure::Halted`].
-    pub async fn pause(&mut self) -> Result<(), Failure> {
-        self.machine.pause().await
-    }
-
-    /// One turn of a wait for what only time brings.
-    ///
-    /// # Errors
-    /// [`Failure::Halted`].
-    pub async fn pause_for_time(&mut self) -> Result<(), Failure> {
-        self.machine.pause_for_time().await
+    /// One turn of a wait: serves everybody, and rests.
+    pub fn wait(&mut self, wake: Wake) -> Waited {
+        self.machine.wait(wake)
     }
 
     /// Has a file read ahead, unless one is played.
@@ -206,60 +196,54 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     }
 
     /// Waits until the card is at rest: see [`super::card`].
-    pub async fn card_at_rest(&mut self) {
-        super::card::at_rest(self.machine).await;
+    pub fn card_at_rest(&mut self) {
+        super::card::at_rest(self.machine);
     }
 
     /// A file that was written anew takes the place of the old one, and is on the card.
     ///
     /// # Errors
     /// Those of the card; the file is the old one then.
-    pub async fn put_in_place(&mut self, draft: Draft<P>) -> Result<(), StorageError> {
-        super::card::finish(self.machine, draft).await
+    pub fn put_in_place(&mut self, draft: Draft<P>) -> Result<(), StorageError> {
+        super::card::finish(self.machine, draft)
     }
 
     /// Waits until all that was written is on the card.
     ///
     /// # Errors
     /// Why something is not.
-    pub async fn card_has_kept(&mut self) -> Result<(), StorageError> {
-        super::card::kept(self.machine).await
-    }
-
-    /// One turn of a wait that must end well, halt or not.
-    pub async fn pause_anyway(&mut self) {
-        self.machine.serve();
-        crate::wait::yield_once().await;
+    pub fn card_has_kept(&mut self) -> Result<(), StorageError> {
+        super::card::kept(self.machine)
     }
 
     /// Waits for a length of time, whatever moves.
     ///
     /// # Errors
     /// [`Failure::Halted`].
-    pub async fn wait(&mut self, time: Micros) -> Result<(), Failure> {
-        self.machine.wait(time).await
+    pub fn wait_for(&mut self, time: Micros) -> Result<(), Failure> {
+        self.machine.wait_for(time)
     }
 
     /// Waits until everything queued has been executed.
     ///
     /// # Errors
     /// [`Failure::Halted`].
-    pub async fn standstill(&mut self) -> Result<(), Failure> {
-        self.machine.standstill().await
+    pub fn standstill(&mut self) -> Result<(), Failure> {
+        self.machine.standstill()
     }
 
     /// Waits until whoever listens has taken most of what was said.
-    pub async fn drain(&mut self) {
-        self.machine.drain(self.to).await;
+    pub fn drain(&mut self) {
+        self.machine.drain(self.to);
     }
 
     /// Waits while the operator holds the machine, or the door is open.
     ///
     /// # Errors
     /// [`Failure::Halted`].
-    pub async fn wait_while_held(&mut self) -> Result<(), Failure> {
+    pub fn wait_while_held(&mut self) -> Result<(), Failure> {
         while matches!(self.state(), State::Hold | State::Door) {
-            self.pause_for_time().await?;
+            self.wait(Wake::Time).unless_halted()?;
         }
         Ok(())
     }
@@ -280,8 +264,8 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     ///
     /// # Errors
     /// As moves; and where it holds what is none of moves, waits, modes and switches.
-    pub async fn run_probe_script(&mut self, key: &str, script: &str) -> Result<(), Failure> {
-        probe_script::run(self.machine, key, script).await
+    pub fn run_probe_script(&mut self, key: &str, script: &str) -> Result<(), Failure> {
+        probe_script::run(self.machine, key, script)
     }
 
     // --- moving ---
@@ -311,19 +295,19 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     ///
     /// # Errors
     /// When it is refused, or the machine halts.
-    pub async fn go(&mut self, target: PerAxis<f64>, rate: MmPerSecond, mode: Mode) -> Result<(), Failure> {
+    pub fn go(&mut self, target: PerAxis<f64>, rate: MmPerSecond, mode: Mode) -> Result<(), Failure> {
         let tag = self.machine.tag;
         let request = motion::Move { target, feed_rate: rate, mode, tag, ..motion::Move::default() };
-        self.machine.submit(&request).await
+        self.machine.submit(&request)
     }
 
     /// Moves and waits until the motors stand there.
     ///
     /// # Errors
     /// As [`Self::go`].
-    pub async fn go_there(&mut self, target: PerAxis<f64>, rate: MmPerSecond) -> Result<(), Failure> {
-        self.go(target, rate, Mode::Rapid).await?;
-        self.standstill().await
+    pub fn go_there(&mut self, target: PerAxis<f64>, rate: MmPerSecond) -> Result<(), Failure> {
+        self.go(target, rate, Mode::Rapid)?;
+        self.standstill()
     }
 
     /// Tells motion where the machine is. Only while idle.

@@ -8,11 +8,11 @@ use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::Ports;
 
 /// Has the operator draw the tool out. What follows of its block waits for him.
-pub(super) async fn retract_by_hand<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
+pub(super) fn retract_by_hand<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     let left = machine.program.leave_hole();
-    machine.standstill().await?;
+    machine.standstill()?;
     let height = machine.frames.len();
-    operator::wait(machine, format_args!("draw the tool out by hand (G88)")).await?;
+    operator::wait(machine, format_args!("draw the tool out by hand (G88)"))?;
     if machine.frames.len() == height {
         return take_up(machine, &left).map(|()| Answer::Ok);
     }

@@ -9,13 +9,13 @@ use crate::ports::Ports;
 use crate::sessions::Recipient;
 
 /// Homes these axes, or all where none is named.
-pub(super) async fn home<P: Ports>(machine: &mut Machine<'_, P>, named: AxisSet, to: Recipient) -> Outcome {
+pub(super) fn home<P: Ports>(machine: &mut Machine<'_, P>, named: AxisSet, to: Recipient) -> Outcome {
     let script = machine.config.homing.gcode.as_str();
     // Within it G28 is homing itself.
     if named.is_empty() && !script.is_empty() && !machine.frames.run_script(script) {
         return suspend::start_script(machine, script, Then::Ended(Ok(())));
     }
-    let homed = crate::homing::home(&mut Hands::new(machine, to), named).await;
+    let homed = crate::homing::home(&mut Hands::new(machine, to), named);
     machine.resynchronise_if_still();
     homed.map(|()| Answer::Ok)
 }

@@ -13,10 +13,10 @@ use crate::ports::Ports;
 use crate::sessions::{Recipient, Reply};
 
 /// `pause`: at once; or `at` a layer, a line or a height; `list`, `clear`.
-pub(super) async fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+pub(super) fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let (word, rest) = arguments.split_once(' ').unwrap_or((arguments, ""));
     match word {
-        "" => return suspend::suspend(machine, true, None, to).await,
+        "" => return suspend::suspend(machine, true, None, to),
         "at" => {
             let (place, command) = parse_pause(rest)?;
             machine.jobs.pauses.add(place, command)?;

@@ -9,7 +9,7 @@ use super::{Machine, card};
 use crate::brown_out;
 use crate::failure::Failure;
 use crate::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, machine_value, stray};
-use crate::ports::{OpenMode, Ports, StorageError};
+use crate::ports::{OpenMode, Ports, StorageError, Wake};
 
 /// Entries because of another height are this far apart: see `recover::UNNOTICED_S`.
 const HEIGHT_PERIOD: Micros = Micros::from_millis(500);
@@ -26,29 +26,29 @@ const AHEAD_S: f64 = 0.3;
 const LOOK_PERIOD: Micros = Micros::from_millis(20);
 
 /// A job without a journal has a fall of the supply kept, where anybody looks for one.
-async fn note_of_brown_out<P: Ports>(machine: &mut Machine<'_, P>) {
+fn note_of_brown_out<P: Ports>(machine: &mut Machine<'_, P>) {
     let is_looked_for =
         !machine.config.voltages.is_empty() && machine.config.system.brown_out_volts != Some(Volts(0.0));
     if machine.journal.is_on || !is_looked_for {
         return;
     }
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     if brown_out::is_prepared(&mut machine.ports) {
         return;
     }
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     // On a card that takes no writes nothing is kept.
     let Ok(file) = machine.ports.open(brown_out::PATH, OpenMode::Write) else { return };
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     // Of a block that was not written the next job finds the wrong size.
     let _ = brown_out::prepare(&mut machine.ports, file);
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     // The same.
     let _ = machine.ports.close(file);
 }
 
 /// A file is about to be played: the first line has not been read.
-pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.journal.close(&mut machine.ports);
     // The file of every boot is no job, and what goes on after a power cut is noted already.
     let is_job = machine.recovery.is_none() && machine.safety.state() != State::Check;
@@ -56,9 +56,9 @@ pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
         return;
     }
     // Everybody is served between the steps of it: each reads directories and tables.
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     give_up_offer(machine);
-    note_of_brown_out(machine).await;
+    note_of_brown_out(machine);
     if !machine.journal.is_on {
         return;
     }
@@ -67,20 +67,20 @@ pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
             "// NOTE no journal of this job: modes are in force (G64, G93, G18 cycles, loops) that it does not keep\n"
         ));
     };
-    match make(machine).await {
+    match make(machine) {
         Err(Failure::Halted) => return,
         Err(Failure::Refused(why)) => {
             return machine.announce(format_args!("// WARNING no journal of this job: {why}\n"));
         }
         _ => {}
     }
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     let counted = machine.journal.count(&mut machine.ports);
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     let value = counted.and_then(|()| machine_value(&mut machine.ports));
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     let played = value.and_then(|value| machine.jobs.played_file(value, &mut machine.ports));
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     if !machine.jobs.is_open() {
         return;
     }
@@ -100,25 +100,25 @@ pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Makes the journal's file, where there is none: M413 may have switched it on, or the card is another one.
 /// Everybody is served between its blocks.
-async fn make<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+fn make<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     let failed = |error: StorageError| Failure::refused(error.text());
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     let Some(mut blank) = Blank::begin(&mut machine.ports).map_err(failed)? else { return Ok(()) };
     machine.announce(format_args!("// NOTE the journal is made on the card, before the job begins\n"));
     let made = loop {
-        if let Err(halted) = machine.pause().await {
+        if let Err(halted) = machine.wait(Wake::Any).unless_halted() {
             break Err(halted);
         }
-        card::at_rest(machine).await;
+        card::at_rest(machine);
         match blank.write(&mut machine.ports) {
             Ok(false) => {}
             Ok(true) => break Ok(()),
             Err(error) => break Err(failed(error)),
         }
     };
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     let made = made.and(blank.close(&mut machine.ports).map_err(failed));
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     made
 }
 

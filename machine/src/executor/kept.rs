@@ -4,8 +4,7 @@
 use super::{Machine, card};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::kept::{PARAMETERS, Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools};
-use crate::ports::{Ports, StorageError};
-use crate::wait::yield_once;
+use crate::ports::{Ports, StorageError, Wake};
 
 /// Lines of the tool table that are said to be none, at most.
 const MOST_SAID: u32 = 5;
@@ -55,21 +54,21 @@ fn read_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError
 }
 
 /// A code has changed what is kept. While a file is played, its end writes it.
-pub(super) async fn save_unless_playing<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(super) fn save_unless_playing<P: Ports>(machine: &mut Machine<'_, P>) {
     if !machine.jobs.is_playing() {
-        save(machine).await;
+        save(machine);
     }
 }
 
 /// Writes what has changed. Whatever moment the power goes, each file is the old one or the new one.
-pub(super) async fn save<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.program.take_parameters_changed()
-        && let Err(error) = write_parameters(machine).await
+        && let Err(error) = write_parameters(machine)
     {
         machine.announce(format_args!("WARNING: the parameters were not saved in {PARAMETERS}: {}\n", error.text()));
     }
     if machine.program.tools().table().is_unsaved() {
-        match write_tools(machine).await {
+        match write_tools(machine) {
             Ok(()) => machine.program.tool_table().saved(),
             Err(error) => {
                 machine.announce(format_args!("WARNING: the tool table was not saved in {TOOLS}: {}\n", error.text()));
@@ -78,28 +77,26 @@ pub(super) async fn save<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-async fn write_parameters<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
-    card::at_rest(machine).await;
+fn write_parameters<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+    card::at_rest(machine);
     let mut saving = SavingParameters::begin(&mut machine.ports)?;
     loop {
-        machine.serve();
-        yield_once().await;
-        card::at_rest(machine).await;
+        machine.wait(Wake::Any).whatever_happens();
+        card::at_rest(machine);
         if saving.step(&mut machine.ports, &machine.program)? == Progress::Done {
-            return card::kept(machine).await;
+            return card::kept(machine);
         }
     }
 }
 
-async fn write_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
-    card::at_rest(machine).await;
+fn write_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+    card::at_rest(machine);
     let mut saving = SavingTools::begin(&mut machine.ports, &machine.program)?;
     loop {
-        machine.serve();
-        yield_once().await;
-        card::at_rest(machine).await;
+        machine.wait(Wake::Any).whatever_happens();
+        card::at_rest(machine);
         if saving.step(&mut machine.ports, &machine.program)? == Progress::Done {
-            return card::kept(machine).await;
+            return card::kept(machine);
         }
     }
 }

@@ -10,7 +10,7 @@ use units::{Axis, PerAxis};
 
 use super::{Machine, journal, shapes};
 use crate::failure::Failure;
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 use crate::sessions::{Recipient, Reply};
 
 /// A look at what the machine makes. Seldom: only while such moves may wait.
@@ -48,9 +48,9 @@ pub(super) fn find_rest<P: Ports>(machine: &mut Machine<'_, P>) {
 /// # Errors
 /// When the machine halts.
 #[cold]
-pub(super) async fn wait<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+pub(super) fn wait<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     while machine.cut.brakes {
-        machine.pause().await?;
+        machine.wait(Wake::Any).unless_halted()?;
     }
     Ok(())
 }

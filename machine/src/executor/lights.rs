@@ -10,7 +10,7 @@ use super::program_io::apply;
 use crate::failure::{Failure, message};
 use crate::heat::{HeatControl, OFF_BELOW};
 use crate::lights::Condition;
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 
 /// A heater this near its target has warmed up.
 const WARM_WITHIN_C: f32 = 5.0;
@@ -27,7 +27,7 @@ pub(super) fn configure<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Has colours change behind what has been submitted: at once when nothing moves, or where the change does
 /// not ride; else when the motors have come there, and nothing waits.
-pub(super) async fn change<P: Ports>(machine: &mut Machine<'_, P>, change: LightChange) -> Result<(), Failure> {
+pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, change: LightChange) -> Result<(), Failure> {
     loop {
         let waits = change.rides && !machine.safety.is_halted();
         take_reached(machine);
@@ -38,7 +38,7 @@ pub(super) async fn change<P: Ports>(machine: &mut Machine<'_, P>, change: Light
         }
         match machine.ports.motion(motion::Motion::mark) {
             Ok(mark) if machine.riding_lights.wait(mark, change).is_ok() => return Ok(()),
-            Ok(_) | Err(Refusal::Full | Refusal::Stopping) => machine.pause().await?,
+            Ok(_) | Err(Refusal::Full | Refusal::Stopping) => machine.wait(Wake::Any).unless_halted()?,
             Err(refusal) => return Err(Failure::Refused(message(format_args!("{refusal}")))),
         }
     }

@@ -1,7 +1,5 @@
 //! Lines: whose turn is it, is a line whole, and what is it: codes, a command of the console, an O word.
 
-use core::pin::{Pin, pin};
-
 use config::ButtonWord;
 use events::{Event, Text};
 use gcode::{Line, Refusal};
@@ -22,20 +20,19 @@ use crate::failure::{Answer, message};
 use crate::files::NotSaved;
 use crate::grbl::numbers::Error;
 use crate::jobs::{Next, Scripts};
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
-use crate::wait::yield_once;
 
 /// Runs what is next: what a line has started, a line of a session, a line of the file being played, the
 /// command of a switch. False when there was nothing.
-pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     // While the operator does something, sessions may: he jogs, and touches off the tool.
     let operator_is_busy = machine.frames.wait_for_operator() && machine.jobs.waits_for_operator();
     if !machine.frames.is_empty() && !operator_is_busy {
         if machine.frames.fast_forward() && !machine.safety.is_halted() {
-            pin!(read_over(machine)).await;
+            read_over(machine);
         } else {
-            stack::run_top(machine).await;
+            stack::run_top(machine);
         }
         return true;
     }
@@ -47,26 +44,23 @@ pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let path_is_full = path_is_full || machine.jobs.objects.is_cutting();
     let measures = machine.config.filament_width.enable;
     let path_is_full = path_is_full || measures && filament::is_planned_ahead(machine);
-    let had_line = run_session(machine, path_is_full).await;
+    let had_line = run_session(machine, path_is_full);
     // Before the job: it may always have a line that is ready.
-    if machine.frames.is_empty() && run_switch(machine).await {
+    if machine.frames.is_empty() && run_switch(machine) {
         return true;
     }
     // Sessions and the file take turns; a file is mostly moves, so it waits for room.
-    if machine.frames.is_empty() && !path_is_full && pin!(run_job_line(machine)).await {
+    if machine.frames.is_empty() && !path_is_full && run_job_line(machine) {
         return true;
     }
     if had_line {
         return true;
     }
-    {
-        let saves: Pin<&mut dyn Future<Output = ()>> = pin!(statistics::save(machine));
-        saves.await;
-    }
+    statistics::save(machine);
     false
 }
 
-async fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bool {
+fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bool {
     let Some(id) = machine.sessions.next_ready(path_is_full) else { return false };
     // Whoever sends a file waits for the card, and nobody else does.
     if machine.files.uploads_from(id) && !machine.ports.is_ready() {
@@ -80,9 +74,7 @@ async fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool)
     }
     let Some(line) = machine.sessions.get_mut(id).and_then(crate::sessions::Session::take_line) else { return false };
     machine.tag = if line.first() == Some(&b'N') { tag_of(&line) } else { Tag::NONE };
-    // A function of its own: kept out of what every line of a file passes through.
-    let runs: Pin<&mut dyn Future<Output = ()>> = pin!(run_session_line(machine, id, &line));
-    runs.await;
+    run_session_line(machine, id, &line);
     true
 }
 
@@ -103,10 +95,12 @@ fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
     })
 }
 
-async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) {
+/// Kept out of what every line of a file passes through.
+#[inline(never)]
+fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) {
     let to = Recipient::Session(id);
     if machine.files.edits_from(id) {
-        return editing::run_line(machine, id, line).await;
+        return editing::run_line(machine, id, line);
     }
     let Some(session) = machine.sessions.get_mut(id) else { return };
     let may_operate = session.rights == Rights::Operate;
@@ -118,7 +112,7 @@ async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId,
         }
         Ok(decoded) if machine.files.uploads_from(id) && !matches!(decoded, Line::Console(_)) => {
             if let Some(closed) = machine.files.end_upload(&decoded, &mut machine.ports) {
-                let kept = card::kept(machine).await.map_err(NotSaved::Card);
+                let kept = card::kept(machine).map_err(NotSaved::Card);
                 let Machine { files, sessions, .. } = machine;
                 files.upload_ended(closed.and(kept), &mut Reply::new(sessions, to));
             } else {
@@ -133,7 +127,7 @@ async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId,
         }
         Ok(decoded) => {
             let before = journal::before_session(machine);
-            pin!(run_decoded(machine, decoded, Source::new(machine, to, Origin::Session))).await;
+            run_decoded(machine, decoded, Source::new(machine, to, Origin::Session));
             journal::after_session(machine, before);
         }
         Err(refusal) => {
@@ -144,7 +138,7 @@ async fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId,
 }
 
 /// The next line of the file being played. False when there is none.
-async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     machine.jobs.open_boot_file(machine.config, &mut machine.ports);
     if !machine.jobs.is_playing() || !matches!(machine.safety.state(), State::Idle | State::Run | State::Check) {
         return false;
@@ -167,10 +161,7 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         match foresee::job_begins(machine) {
             JobStart::Now => {
                 record_begin(machine);
-                {
-                    let begins: Pin<&mut dyn Future<Output = ()>> = pin!(journal::begin(machine));
-                    begins.await;
-                }
+                journal::begin(machine);
                 stall_recovery::job_begins(machine);
                 // It may have taken a while.
                 if !machine.jobs.is_playing() {
@@ -192,8 +183,7 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     match machine.jobs.next_line(&mut machine.ports, &mut line) {
         Next::Line => {
             if let Some((command, source)) = job_control::due_before(machine, &line) {
-                let runs: Pin<&mut dyn Future<Output = ()>> = pin!(run_own_line(machine, command.as_bytes(), source));
-                runs.await;
+                run_own_line(machine, command.as_bytes(), source);
                 return true;
             }
             machine.tag = machine.jobs.begin_line();
@@ -206,7 +196,7 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
             if machine.program.flow().passes_over() {
                 run_passed_over(machine, &line, to);
             } else {
-                pin!(run_own_line(machine, &line, Source::new(machine, to, Origin::Job))).await;
+                run_own_line(machine, &line, Source::new(machine, to, Origin::Job));
             }
         }
         Next::Nothing => {}
@@ -215,7 +205,7 @@ async fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
             machine.announce(format_args!("// NOTE the file is read as {}'s, as it says\n", dialect.name()));
         }
         Next::TooLong => pause_job(machine, "is too long"),
-        Next::End => return end_job(machine).await,
+        Next::End => return end_job(machine),
         Next::Failed(why) => {
             machine.journal.lose();
             machine.record(&Event::CardFailed(Text::new(format_args!("reading the job failed: {why}"))));
@@ -243,7 +233,7 @@ fn run_passed_over<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Reci
 
 /// The next line of the file that is only read: see [`fast_forward`].
 #[cold]
-async fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
+fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
     // Its journal would begin in the middle. Its forecast begins with the file, as the program does.
     if machine.jobs.take_new() {
         match foresee::job_begins(machine) {
@@ -253,8 +243,7 @@ async fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
             }
             JobStart::Later => {
                 machine.jobs.is_new_again();
-                machine.serve();
-                return yield_once().await;
+                return machine.wait(Wake::Any).whatever_happens();
             }
             JobStart::Never => return fast_forward::end(machine, false),
         }
@@ -274,13 +263,12 @@ async fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
                 run_passed_over(machine, &line, Recipient::Nobody);
             } else {
                 let source = Source::new(machine, Recipient::Nobody, Origin::Job);
-                pin!(run_own_line(machine, &line, source)).await;
+                run_own_line(machine, &line, source);
             }
         }
         Next::Nothing | Next::Dialect(_) => {}
         Next::NotYet => {
-            machine.serve();
-            yield_once().await;
+            machine.wait(Wake::Any).whatever_happens();
         }
         Next::TooLong => pause_job(machine, "is too long"),
         Next::End | Next::Failed(_) => fast_forward::end(machine, false),
@@ -295,7 +283,7 @@ fn echo<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient) {
 
 /// The file has been read; it is done when its last moves are. False while they go on, so that sessions are
 /// heard.
-async fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     machine.ports.motion(motion::Motion::flush);
     if !machine.ports.motion(|motion| motion.is_idle()) {
         return false;
@@ -309,8 +297,8 @@ async fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if let Err(fault) = machine.program.end_file() {
         machine.announce(format_args!("error:the file has ended, and {fault}\n"));
     }
-    kept::save(machine).await;
-    card::at_rest(machine).await;
+    kept::save(machine);
+    card::at_rest(machine);
     let (to, tells_date) = (machine.jobs.tells_end(), machine.jobs.tells_date());
     passed_over::say(machine);
     log::close(machine);
@@ -327,22 +315,22 @@ async fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 }
 
 /// The command of an input switch that changed. False when there is none.
-async fn run_switch<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+fn run_switch<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let Machine { outputs, filament, buttons, config, tuning, .. } = machine;
     let command = outputs.take_command(config).or_else(|| filament.take_command(tuning));
     let Some(command) = command else {
         let Some(line) = buttons.take_line(config) else { return false };
-        run_button(machine, &line).await;
+        run_button(machine, &line);
         return true;
     };
     machine.tag = Tag::NONE;
     let source = Source::new(machine, Recipient::Nobody, Origin::Switch);
-    run_own_line(machine, command.as_bytes(), source).await;
+    run_own_line(machine, command.as_bytes(), source);
     true
 }
 
 /// The line of a button. A jog that it begins can be ended by a button.
-async fn run_button<P: Ports>(machine: &mut Machine<'_, P>, line: &str) {
+fn run_button<P: Ports>(machine: &mut Machine<'_, P>, line: &str) {
     machine.tag = Tag::NONE;
     let line = match ButtonWord::of(line) {
         Some(ButtonWord::Suspend) if machine.jobs.is_suspended() => "M601",
@@ -351,14 +339,14 @@ async fn run_button<P: Ports>(machine: &mut Machine<'_, P>, line: &str) {
     };
     let source = Source::new(machine, Recipient::Nobody, Origin::Switch);
     machine.sessions.button_stop = Some(false);
-    run_own_line(machine, line.as_bytes(), source).await;
+    run_own_line(machine, line.as_bytes(), source);
     machine.sessions.button_stop = None;
 }
 
 /// Runs a line that comes from the machine itself.
-async fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], source: Source) {
+fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], source: Source) {
     match decoder_expecting(line).decode(line) {
-        Ok(decoded) => return pin!(run_decoded(machine, decoded, source)).await,
+        Ok(decoded) => return run_decoded(machine, decoded, source),
         Err(Refusal::Resend { .. }) => {
             // Its checksum is wrong: the file is damaged.
             let text = core::str::from_utf8(line).unwrap_or("(not text)");
@@ -372,20 +360,20 @@ async fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], sourc
     }
 }
 
-async fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, source: Source) {
+fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, source: Source) {
     match decoded {
         Line::Blank => finish(machine, Ok(Answer::Ok), None, source),
         // In place: what it waits in is large, and would be copied for every line.
-        Line::Code(blocks) => pin!(blocks::run_line(machine, blocks, Start::Line, source)).await,
+        Line::Code(blocks) => blocks::run_line(machine, blocks, Start::Line, source),
         Line::Flow(line) => {
             let mut outcome = flow::run_line(machine, &line, source);
             if outcome.is_ok() && machine.program.has_more() {
-                outcome = actions::what_returned(machine, source.to).await;
+                outcome = actions::what_returned(machine, source.to);
             }
             finish(machine, outcome, None, source);
         }
         line => match named::command_of(machine, &line, source) {
-            Named::Console(command) => commands::run_line(machine, command, source).await,
+            Named::Console(command) => commands::run_line(machine, command, source),
             Named::Codes => {}
             Named::Ended(outcome) => finish(machine, outcome, None, source),
         },

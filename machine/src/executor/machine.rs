@@ -26,7 +26,7 @@ use crate::fans::Fans;
 use crate::filament::{self, Filament};
 use crate::files::Files;
 use crate::files::logs::Logs;
-use crate::forecast::{Ahead, Foresight};
+use crate::forecast::{Ahead, Foresight, LookAhead};
 use crate::grbl::Grbl;
 use crate::grbl::numbers::Error;
 use crate::heat::Effects;
@@ -37,7 +37,7 @@ use crate::lights::LightShow;
 use crate::motion_config::halts_out_of_reach;
 use crate::outputs::{Outputs, TemperatureSwitches};
 use crate::paper::Paper;
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 use crate::probing::{DeltaRecords, Deployment};
 use crate::safety::travel::Travel;
 use crate::safety::{Event, Safety};
@@ -46,7 +46,7 @@ use crate::stall_recovery::StallRecovery;
 use crate::strips::Strips;
 use crate::thermal::Thermal;
 use crate::tuning::Tuning;
-use crate::wait::yield_once;
+use crate::wait::Waited;
 
 /// The machine: who owns what.
 pub(crate) struct Machine<'c, P: Ports> {
@@ -107,7 +107,7 @@ pub(crate) struct Machine<'c, P: Ports> {
     /// A job that is gone on with after a power cut, on its way there.
     pub(super) recovery: Option<Recovery>,
     /// The forecast that goes on beside the executor.
-    pub(super) foresight: &'c Foresight<'c>,
+    pub(super) foresight: &'c Foresight,
     /// The files that it reads.
     pub(super) ahead: Ahead,
     /// What moves are made for at present.
@@ -129,9 +129,15 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) update: Watch,
     /// Saved settings were loaded since boot.
     pub(super) settings_loaded: bool,
-    /// Serves everybody, at every waiting point. Handed in: what is served knows the machine, and not the
-    /// other way round.
-    meanwhile: fn(&mut Self),
+    pub(super) beside: Beside<'c, P>,
+}
+
+/// What is done while the machine waits. Handed in: it knows the machine, and not the other way round.
+pub(super) struct Beside<'c, P: Ports> {
+    /// Serves everybody: sessions, faults, everything that follows time.
+    pub serve: fn(&mut Machine<'c, P>),
+    /// Looks ahead at a file.
+    pub look_ahead: &'c mut dyn LookAhead,
 }
 
 impl<'c, P: Ports> Machine<'c, P> {
@@ -143,8 +149,8 @@ impl<'c, P: Ports> Machine<'c, P> {
         config: &'c MachineConfig,
         sessions: &'c mut Sessions,
         config_took: Micros,
-        foresight: &'c Foresight<'c>,
-        meanwhile: fn(&mut Self),
+        foresight: &'c Foresight,
+        beside: Beside<'c, P>,
     ) -> Self {
         let homes = |axis: &Axis| config.homing_endstop(*axis).is_some();
         Self {
@@ -194,7 +200,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             grbl: Grbl::default(),
             update: Watch::default(),
             settings_loaded: false,
-            meanwhile,
+            beside,
         }
     }
 
@@ -222,62 +228,67 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Serves everybody once.
     pub(super) fn serve(&mut self) {
-        (self.meanwhile)(self);
+        (self.beside.serve)(self);
     }
 
-    /// One turn of a wait: serves everybody, yields, and ends the wait when the machine halts.
-    pub(super) async fn pause(&mut self) -> Result<(), Failure> {
+    /// Everybody else gets the processor: the look ahead has its turn, and then there is rest.
+    pub(super) fn rest(&mut self, wake: Wake) {
+        let has_more = self.beside.look_ahead.take_turn();
+        self.ports.rest(if has_more { Wake::AtOnce } else { wake });
+    }
+
+    /// One turn of a wait: serves everybody, and rests. All waiting is made of this.
+    pub(super) fn wait(&mut self, wake: Wake) -> Waited {
         self.serve();
-        if self.safety.is_halted() {
-            return Err(Failure::Halted);
-        }
-        yield_once().await;
-        Ok(())
-    }
-
-    /// One turn of a wait for what only time brings: motion, heat, a moment.
-    pub(super) async fn pause_for_time(&mut self) -> Result<(), Failure> {
-        if !self.ahead.is_open() {
-            self.ports.rest();
-        }
-        self.pause().await
+        let waited = match self.safety.state() {
+            _ if self.safety.is_halted() => Waited::Halted,
+            State::Hold | State::Door => Waited::Held,
+            _ => Waited::Free,
+        };
+        self.rest(match wake {
+            // Most waits are over with a halt.
+            _ if waited == Waited::Halted => Wake::AtOnce,
+            // The look ahead at a file waits for the card.
+            Wake::Time if self.ahead.is_open() => Wake::Any,
+            wake => wake,
+        });
+        waited
     }
 
     /// Waits while the safety door is open. What a halted machine may do too needs not wait: ends and
     /// reports.
-    pub(super) async fn wait_for_door(&mut self, allowed: States) -> Result<(), Failure> {
+    pub(super) fn wait_for_door(&mut self, allowed: States) -> Result<(), Failure> {
         while self.safety.state() == State::Door && !allowed.has(State::Alarm) {
-            self.pause_for_time().await?;
+            self.wait(Wake::Time).unless_halted()?;
         }
         Ok(())
     }
 
     /// Waits until everything queued has been executed. In homing, probing and jogging the state stays what
     /// it is.
-    pub(super) async fn standstill(&mut self) -> Result<(), Failure> {
+    pub(super) fn standstill(&mut self) -> Result<(), Failure> {
         self.ports.motion(motion::Motion::flush);
         while !self.ports.motion(|motion| motion.is_idle()) {
-            self.pause_for_time().await?;
+            self.wait(Wake::Time).unless_halted()?;
         }
         self.drained();
         if self.safety.is_halted() { Err(Failure::Halted) } else { Ok(()) }
     }
 
     /// Waits for a length of time, whatever moves.
-    pub(super) async fn wait(&mut self, time: Micros) -> Result<(), Failure> {
+    pub(super) fn wait_for(&mut self, time: Micros) -> Result<(), Failure> {
         let since = self.ports.now();
         while self.ports.now().since(since) < time {
-            self.pause_for_time().await?;
+            self.wait(Wake::Time).unless_halted()?;
         }
         Ok(())
     }
 
     /// Waits until whoever listens has taken most of what was said. One that does not take anything is
     /// forgotten by the sessions.
-    pub(super) async fn drain(&mut self, who: Recipient) {
+    pub(super) fn drain(&mut self, who: Recipient) {
         while !self.sessions.have_taken_most(who) {
-            self.serve();
-            yield_once().await;
+            self.wait(Wake::Any).whatever_happens();
         }
     }
 
@@ -344,7 +355,7 @@ impl<'c, P: Ports> Machine<'c, P> {
     }
 
     /// Submits a move, waiting while the look-ahead queue is full.
-    pub(super) async fn submit(&mut self, request: &motion::Move) -> Result<(), Failure> {
+    pub(super) fn submit(&mut self, request: &motion::Move) -> Result<(), Failure> {
         if !self.axes.are_enabled() {
             self.enable_motors()?;
         }
@@ -353,9 +364,9 @@ impl<'c, P: Ports> Machine<'c, P> {
                 Ok(()) => break,
                 Err(Refusal::Full | Refusal::Stopping) => {
                     self.cut.has_line_behind = true;
-                    let paused = self.pause().await;
+                    let waited = self.wait(Wake::Any);
                     self.cut.has_line_behind = false;
-                    paused?;
+                    waited.unless_halted()?;
                 }
                 Err(Refusal::NoFeedRate) => {
                     return Err(Failure::Alarm(message(format_args!("Undefined feed rate")).numbered(Error::FeedRate)));

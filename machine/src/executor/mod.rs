@@ -66,45 +66,42 @@ mod tool_change;
 mod update;
 mod update_watch;
 
+use core::cell::RefCell;
+use core::convert::Infallible;
 use core::pin::pin;
 
 pub use hands::Hands;
 pub(crate) use line_numbers::decoder_expecting;
-use machine::Machine;
+use machine::{Beside, Machine};
 
-use crate::forecast::{self, Foresight};
-use crate::ports::Ports;
+use crate::forecast::{Desk, Foresight, Work, read_file};
+use crate::ports::{Ports, Wake};
 use crate::sessions::Sessions;
-use crate::wait::yield_once;
 
 /// So many lines at most are carried out before everybody is served: most take ten microseconds or two.
 const LINES_IN_A_ROW: u8 = 4;
 
-/// Boots and serves, for ever. The board polls this in `idle`, the host runner in virtual time; it yields at
-/// every wait.
-pub async fn run<P: Ports>(mut ports: P) -> ! {
+/// Boots and serves, for ever. It rests whenever it has nothing to do ([`crate::ports::Rest`]).
+pub fn run<P: Ports>(mut ports: P) -> Infallible {
     let mut config = boot::unread();
     let mut sessions = Sessions::new();
-    let read = boot::read_config(&mut ports, &mut sessions, &mut config).await;
+    let read = boot::read_config(&mut ports, &mut sessions, &mut config);
     let mut workspace = ports.workspace();
-    let foresight = Foresight::new(&config, workspace.as_deref_mut());
-    let mut machine = Machine::new(ports, &config, &mut sessions, read.took, &foresight, serve::serve);
-    let executor = pin!(run_machine(&mut machine, read));
-    forecast::beside(executor, &foresight).await
-}
-
-async fn run_machine<P: Ports>(machine: &mut Machine<'_, P>, read: boot::Read) -> ! {
-    // Pinned, it is a function of its own, and the loop below is short.
-    pin!(boot::start(machine, read)).await;
+    let desk = RefCell::new(workspace.as_deref_mut().map(|workspace| Desk::new(&config, workspace)));
+    let foresight = Foresight::new();
+    let place = pin!(None);
+    let mut look_ahead = Work::new(&foresight, &desk, || read_file(&foresight, &desk), place);
+    let beside = Beside { serve: serve::serve, look_ahead: &mut look_ahead };
+    let mut machine = Machine::new(ports, &config, &mut sessions, read.took, &foresight, beside);
+    boot::start(&mut machine, read);
     loop {
         machine.serve();
         let mut has_run = 0;
-        while has_run < LINES_IN_A_ROW && pin!(lines::run_next(machine)).await {
+        while has_run < LINES_IN_A_ROW && lines::run_next(&mut machine) {
             has_run += 1;
         }
-        if has_run == 0 && !(machine.update.waits() && pin!(update::run_next(machine)).await) {
-            machine.ports.rest();
-            yield_once().await;
+        if has_run == 0 && !(machine.update.waits() && update::run_next(&mut machine)) {
+            machine.rest(Wake::Time);
         }
     }
 }

@@ -13,7 +13,7 @@ use units::{Actuator, Axis, MmPerSecond, PerAxis};
 use super::axis_tests::{APPROACHES, Speed, Sweep, TIMES};
 use super::{Hands, Machine, actions, axis_tests};
 use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 use crate::sessions::Recipient;
 
 /// A line of a figure.
@@ -185,36 +185,36 @@ impl Figure {
 ///
 /// # Errors
 /// What is not understood, leaves the travel or is refused as the codes are; while a file is played.
-pub(super) async fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let test = parse(arguments).map_err(Failure::refused)?;
     if machine.jobs.is_playing() {
         return Err(Failure::refused("a file is being played: abort it first"));
     }
-    machine.standstill().await?;
+    machine.standstill()?;
     match test {
         Test::Figure(figure) => {
             let kept = machine.program.keep();
-            let drawn = draw(machine, &figure, to).await;
+            let drawn = draw(machine, &figure, to);
             machine.program.come_back_to(kept);
             drawn?;
         }
-        Test::Steps(steps) => step(machine, &steps, to).await?,
-        Test::Endstop(axis, count) => axis_tests::endstop(machine, axis, count, to).await?,
-        Test::Sweep(sweep) => axis_tests::sweep(machine, &sweep, to).await?,
+        Test::Steps(steps) => step(machine, &steps, to)?,
+        Test::Endstop(axis, count) => axis_tests::endstop(machine, axis, count, to)?,
+        Test::Sweep(sweep) => axis_tests::sweep(machine, &sweep, to)?,
         Test::Backlash(axis, distance) => {
             let hands = &mut Hands::new(machine, to);
-            let measured = crate::probing::lost_motion(hands, axis, distance).await.map(|()| Answer::Ok);
-            let measured = crate::probing::stow_after(hands, measured).await.map(|_| ());
+            let measured = crate::probing::lost_motion(hands, axis, distance).map(|()| Answer::Ok);
+            let measured = crate::probing::stow_after(hands, measured).map(|_| ());
             machine.resynchronise_if_still();
             measured?;
         }
-        Test::Speed(speed) => axis_tests::speed(machine, &speed, to).await?,
+        Test::Speed(speed) => axis_tests::speed(machine, &speed, to)?,
     }
     Ok(Answer::Ok)
 }
 
 /// Draws it; Ctrl-Y brakes and ends it.
-async fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recipient) -> Result<(), Failure> {
+fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recipient) -> Result<(), Failure> {
     let mm = 1.0 / machine.program.modal().in_program_units(1.0);
     let from = machine.ports.motion(|motion| motion.commanded_position());
     for reach in figure.reach(mm) {
@@ -229,13 +229,13 @@ async fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recip
         }
         match figure.line(number).filter(|_| !stopped) {
             Some(line) => {
-                actions::run_text(machine, &line, dialect, to).await?;
+                actions::run_text(machine, &line, dialect, to)?;
                 number += 1;
             }
             None if machine.ports.motion(|motion| motion.is_idle()) => break,
             None => {
                 machine.ports.motion(motion::Motion::flush);
-                machine.pause().await?;
+                machine.wait(Wake::Any).unless_halted()?;
             }
         }
     }
@@ -246,7 +246,7 @@ async fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recip
 }
 
 /// One motor's steps, as a move of its axis.
-async fn step<P: Ports>(machine: &mut Machine<'_, P>, steps: &Steps, to: Recipient) -> Result<(), Failure> {
+fn step<P: Ports>(machine: &mut Machine<'_, P>, steps: &Steps, to: Recipient) -> Result<(), Failure> {
     let config = machine.ports.motion(|motion| motion.config().copied());
     let config = config.ok_or_else(|| Failure::refused("motion is not configured"))?;
     let motor = Actuator::from_index(steps.axis as usize).and_then(|motor| config.actuators[motor]);
@@ -265,8 +265,8 @@ async fn step<P: Ports>(machine: &mut Machine<'_, P>, steps: &Steps, to: Recipie
     machine.stays_within(&from, &target)?;
     let (shown, shown_rate) = (libm::fabs(count), libm::round(rate));
     machine.say(to, format_args!("issuing {shown} steps at a rate of {shown_rate} steps/sec on the {letter} axis\n"));
-    let went = Hands::new(machine, to).go(target, MmPerSecond(rate / per_mm), Mode::Rapid).await;
-    let stood = machine.standstill().await;
+    let went = Hands::new(machine, to).go(target, MmPerSecond(rate / per_mm), Mode::Rapid);
+    let stood = machine.standstill();
     machine.resynchronise();
     went.and(stood)
 }

@@ -47,7 +47,7 @@ pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
 /// A move while objects are left out. True: it is not made. Else it is the next one that is, and the machine
 /// stands where it begins.
 #[cold]
-pub(super) async fn is_left_out<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<bool, Failure> {
+pub(super) fn is_left_out<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<bool, Failure> {
     if program::objects::leaves_out(&mut machine.program, request) {
         return Ok(true);
     }
@@ -56,11 +56,11 @@ pub(super) async fn is_left_out<P: Ports>(machine: &mut Machine<'_, P>, request:
         // The way is no part of an object.
         machine.jobs.objects.counts(false);
         for step in &back.moves {
-            actions::move_along(machine, step).await?;
+            actions::move_along(machine, step)?;
         }
         machine.jobs.objects.counts(true);
         // Extruders count from here as the file does.
-        machine.standstill().await?;
+        machine.standstill()?;
         leave_out::filament_counts_anew(machine);
         let set = machine.ports.motion(|motion| motion.set_position(back.place));
         set.map_err(|refusal| Failure::Alarm(message(format_args!("{refusal}"))))?;

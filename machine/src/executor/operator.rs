@@ -5,9 +5,8 @@ use program::{Pause, Remark, State};
 use super::frames::Frame;
 use super::{Machine, log};
 use crate::failure::{Answer, Failure, Message, Outcome};
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 use crate::safety::Event;
-use crate::wait::yield_once;
 
 /// A comment that says something, or writes it to a file.
 ///
@@ -43,18 +42,18 @@ pub(super) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> 
 }
 
 /// M0, M1, M60.
-pub(super) async fn pause<P: Ports>(machine: &mut Machine<'_, P>, why: Pause) -> Outcome {
-    machine.standstill().await?;
+pub(super) fn pause<P: Ports>(machine: &mut Machine<'_, P>, why: Pause) -> Outcome {
+    machine.standstill()?;
     let code = match why {
         Pause::Program => "M0",
         Pause::Optional => "M1",
         Pause::Pallet => "M60",
     };
-    wait(machine, format_args!("the program waits ({code})")).await
+    wait(machine, format_args!("the program waits ({code})"))
 }
 
 /// A job is paused, with what is left of its line; lines of a session are held.
-pub(super) async fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Arguments<'_>) -> Outcome {
+pub(super) fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Arguments<'_>) -> Outcome {
     if machine.jobs.is_playing() {
         machine.announce(format_args!("// {what}: ~ or M24 goes on, abort ends the job\n"));
         if !machine.frames.push(Frame::Operator) {
@@ -69,8 +68,7 @@ pub(super) async fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt
         return Err(Failure::Halted);
     }
     while matches!(machine.safety.state(), State::Hold | State::Door) {
-        machine.serve();
-        yield_once().await;
+        machine.wait(Wake::Any).whatever_happens();
     }
     if machine.safety.is_halted() { Err(Failure::Halted) } else { Ok(Answer::Ok) }
 }

@@ -72,7 +72,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) ->
 ///
 /// # Errors
 /// When the job cannot begin there; it is closed then, and what has begun to heat is off.
-pub(super) async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     if !machine.jobs.is_open() {
         // It was refused, or aborted, and that was said.
         machine.passed = None;
@@ -81,7 +81,7 @@ pub(super) async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient)
         return Ok(());
     }
     let mut has_heated = false;
-    let done = go_there(machine, to, &mut has_heated).await;
+    let done = go_there(machine, to, &mut has_heated);
     if matches!(done, Err(Failure::Refused(_))) {
         machine.jobs.close(&mut machine.ports);
         fast_forward::put_back(machine);
@@ -93,7 +93,7 @@ pub(super) async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient)
     done
 }
 
-async fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_heated: &mut bool) -> Result<(), Failure> {
+fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_heated: &mut bool) -> Result<(), Failure> {
     let passed = fast_forward::take(machine).filter(|passed| passed.has_arrived);
     let passed = passed.ok_or_else(|| Failure::refused("the file ends before this place, or marks no layers"))?;
     if passed.has_asked {
@@ -124,15 +124,15 @@ async fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_hea
     Hands::new(machine, to).enable_motors()?;
     journal::give_up_offer(machine);
     *has_heated = true;
-    restore::heat(machine, &passed.targets.map(|target| target.unwrap_or_default()), to).await?;
+    restore::heat(machine, &passed.targets.map(|target| target.unwrap_or_default()), to)?;
     let rate = machine.program.modal().seek_rate;
     let hands = &mut Hands::new(machine, to);
     hands.set_position(here)?;
-    hands.go(up, rate, Mode::Rapid).await?;
-    hands.go_there(over, rate).await?;
+    hands.go(up, rate, Mode::Rapid)?;
+    hands.go_there(over, rate)?;
     restore::switch(machine, &passed.switches);
     let hands = &mut Hands::new(machine, to);
-    hands.go_there(place, DOWN).await?;
+    hands.go_there(place, DOWN)?;
     machine.set_before = None;
     machine.program.come_back_to(kept);
     machine.program.resynchronise(place);

@@ -16,18 +16,18 @@ use crate::outputs::Outputs;
 use crate::ports::Ports;
 
 /// Carries a script out, whose setting is named in what is said of it.
-pub(super) async fn run<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {
-    machine.standstill().await?;
+pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {
+    machine.standstill()?;
     let kept = machine.program.keep();
     // Sequences move past the program.
     machine.resynchronise();
-    let mut done = lines(machine, key, "G21 G90").await;
+    let mut done = lines(machine, key, "G21 G90");
     if done.is_ok() {
-        done = lines(machine, key, script).await;
+        done = lines(machine, key, script);
     }
     let stands = match done {
         Err(Failure::Halted) => Ok(()),
-        _ => machine.standstill().await,
+        _ => machine.standstill(),
     };
     machine.program.come_back_to(kept);
     machine.resynchronise_if_still();
@@ -41,15 +41,15 @@ fn refused(key: &str, block: &Block<'_>, why: Arguments<'_>) -> Failure {
     }
 }
 
-async fn lines<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {
+fn lines<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {
     for block in Blocks::new(script.as_bytes()) {
         let block = block.map_err(|error| Failure::Refused(message(format_args!("[zprobe] {key}: {error}"))))?;
-        run_block(machine, key, &block).await?;
+        run_block(machine, key, &block)?;
     }
     Ok(())
 }
 
-async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_>) -> Result<(), Failure> {
+fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_>) -> Result<(), Failure> {
     let Some(row) = machine.program.row(block, Dialect::Smoothie) else {
         return Err(refused(key, block, format_args!("is not known here")));
     };
@@ -57,7 +57,7 @@ async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Bl
     let meaning = machine.program.run(block, row, facts, Dialect::Smoothie);
     let meaning = meaning.map_err(|fault| failure_of(machine.config, &fault, is_playing))?;
     while let Some(effect) = machine.program.next_effect() {
-        switch(machine, key, block, effect).await?;
+        switch(machine, key, block, effect)?;
     }
     let mut next = match meaning {
         Meaning::Nothing | Meaning::PassedOver => None,
@@ -68,7 +68,7 @@ async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Bl
         match action {
             Action::Move(ref request) => {
                 let moved = match machine.may_move().and_then(|()| machine.rest_stays_within(&request.target)) {
-                    Ok(()) => shapes::submit(machine, request).await,
+                    Ok(()) => shapes::submit(machine, request),
                     Err(failure) => Err(failure),
                 };
                 if moved.is_err() {
@@ -76,12 +76,12 @@ async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Bl
                 }
                 moved?;
             }
-            Action::Effect(effect) => switch(machine, key, block, effect).await?,
+            Action::Effect(effect) => switch(machine, key, block, effect)?,
             Action::Dwell(time) => {
-                machine.standstill().await?;
-                machine.wait(time).await?;
+                machine.standstill()?;
+                machine.wait_for(time)?;
             }
-            Action::Finish => machine.standstill().await?,
+            Action::Finish => machine.standstill()?,
             _ => return Err(refused(key, block, format_args!("is none of moves, waits, modes and switches"))),
         }
         next = machine.program.next_action();
@@ -90,17 +90,12 @@ async fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Bl
 }
 
 /// Turns a switch, once what comes before has been made.
-async fn switch<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    key: &str,
-    block: &Block<'_>,
-    effect: Effect,
-) -> Result<(), Failure> {
+fn switch<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_>, effect: Effect) -> Result<(), Failure> {
     let Effect::Switch { switch, on, value } = effect else {
         return Err(refused(key, block, format_args!("heats: a probe's script does not")));
     };
     Outputs::check(machine.config, switch, on, value, machine.jobs.is_playing())?;
-    machine.standstill().await?;
+    machine.standstill()?;
     if let Some(output) = machine.outputs.turn(machine.config, switch, on, value) {
         machine.ports.heat(|heat| heat.apply(output)).map_err(|_| Failure::Halted)?;
     }

@@ -6,7 +6,7 @@ use super::Machine;
 use super::hold::Hold;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::heat::Output;
-use crate::ports::{Input, Ports};
+use crate::ports::{Input, Ports, Wake};
 use crate::safety::Event;
 
 /// M48 to M51, and taps: whether the operator's overrides count and a feed hold acts, once nothing moves.
@@ -14,13 +14,13 @@ use crate::safety::Event;
 ///
 /// # Errors
 /// When the machine halts meanwhile.
-pub(super) async fn enable_overrides<P: Ports>(
+pub(super) fn enable_overrides<P: Ports>(
     machine: &mut Machine<'_, P>,
     feed: bool,
     spindle: bool,
     hold: bool,
 ) -> Result<(), Failure> {
-    machine.standstill().await?;
+    machine.standstill()?;
     match (feed, machine.feed_waits) {
         (true, Some(factor)) => {
             machine.feed_waits = None;
@@ -95,11 +95,11 @@ pub(super) fn reset_overrides<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 /// M66, M226: reads an input once nothing moves, or waits for it. What was found is `#5399`.
-pub(super) async fn await_input<P: Ports>(machine: &mut Machine<'_, P>, wait: AwaitInput) -> Outcome {
-    machine.standstill().await?;
+pub(super) fn await_input<P: Ports>(machine: &mut Machine<'_, P>, wait: AwaitInput) -> Outcome {
+    machine.standstill()?;
     let found = match wait.event {
         None => Some(is_on(machine, wait)),
-        Some(event) => await_event(machine, wait, event).await?,
+        Some(event) => await_event(machine, wait, event)?,
     };
     machine.program.set_input_result(found.map_or(-1.0, |on| f64::from(u8::from(on))));
     Ok(Answer::Ok)
@@ -110,7 +110,7 @@ fn is_on<P: Ports>(machine: &Machine<'_, P>, wait: AwaitInput) -> bool {
 }
 
 /// The level that it waited for; none when it did not come in time.
-async fn await_event<P: Ports>(
+fn await_event<P: Ports>(
     machine: &mut Machine<'_, P>,
     wait: AwaitInput,
     event: InputEvent,
@@ -132,7 +132,7 @@ async fn await_event<P: Ports>(
             return Ok(None);
         }
         before = now;
-        machine.pause().await?;
+        machine.wait(Wake::Any).unless_halted()?;
     }
 }
 

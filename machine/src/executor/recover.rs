@@ -206,12 +206,12 @@ pub(super) fn give_up<P: Ports>(machine: &mut Machine<'_, P>) {
 ///
 /// # Errors
 /// When it cannot be done; then nothing of it is left.
-pub(super) async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: Step, to: Recipient) -> Result<(), Failure> {
+pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: Step, to: Recipient) -> Result<(), Failure> {
     let done = match step {
         Step::Compare => compare(machine, to).map(drop),
         Step::Look => look(machine, to).map(drop),
-        Step::Prepare => prepare(machine, to).await,
-        Step::GoBack => go_back(machine, to).await,
+        Step::Prepare => prepare(machine, to),
+        Step::GoBack => go_back(machine, to),
     };
     if matches!(done, Err(Failure::Refused(_))) {
         give_up(machine);
@@ -300,7 +300,7 @@ fn homes_upwards<P: Ports>(machine: &Machine<'_, P>) -> bool {
     stop.is_some_and(|stop| stop.homing_direction == HomingDirection::ToMax)
 }
 
-async fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     let passed = arrived(machine)?;
     let (kept, place) = (machine.program.keep(), *machine.program.position());
     let Machine { recovery, jobs, journal, ports, .. } = machine;
@@ -315,10 +315,10 @@ async fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
     jobs.objects.set_left_out(recovery.offer.entry.left_out);
     journal.go_on(&recovery.offer, ports).map_err(|error| Failure::refused(error.text()))?;
     let entry = recovery.offer.entry;
-    restore::heat(machine, &entry.targets.map(|target| Celsius(target as f32)), to).await?;
-    lift(machine, &entry.position, to).await?;
+    restore::heat(machine, &entry.targets.map(|target| Celsius(target as f32)), to)?;
+    lift(machine, &entry.position, to)?;
     // The script goes from where the tool is, not from where the file is.
-    machine.standstill().await?;
+    machine.standstill()?;
     machine.resynchronise();
     let script = machine.config.player.power_loss.gcode.as_str();
     if !script.is_empty() {
@@ -329,7 +329,7 @@ async fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
 
 /// Up, clear of everything that stands on the bed; then X and Y to their switches, and Z where that is
 /// upwards.
-async fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> Result<(), Failure> {
+fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> Result<(), Failure> {
     let sag = machine.config.player.power_loss.sag;
     let Some(recovery) = &machine.recovery else { return Err(Failure::Halted) };
     let (z, z_is_told, is_blind, highest) = (recovery.z, recovery.z_is_told, recovery.goes_up_blind, recovery.highest);
@@ -348,7 +348,7 @@ async fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient
         recovery.is_placed = true;
     }
     if !is_blind {
-        go_up(machine, here, highest, to).await?;
+        go_up(machine, here, highest, to)?;
     }
     let mut homes = AxisSet::of(Axis::X).with(Axis::Y).and(machine.can_home);
     if homes_upwards(machine) {
@@ -356,7 +356,7 @@ async fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient
         journal::note(machine, Heights::Any, false);
         machine.announce(format_args!("// homing Z, upwards\n"));
         machine.axes.mark_homed(AxisSet::PRIMARY);
-        homing::home(&mut Hands::new(machine, to), AxisSet::of(Axis::Z)).await?;
+        homing::home(&mut Hands::new(machine, to), AxisSet::of(Axis::Z))?;
         journal::note(machine, Heights::Planned, false);
         // Towers and arms have homed together.
         homes = if crate::arms::homes_by_motor(machine.config) { AxisSet::NONE } else { homes };
@@ -367,11 +367,11 @@ async fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient
         return Ok(());
     }
     machine.announce(format_args!("// homing X and Y\n"));
-    homing::home(&mut Hands::new(machine, to), homes).await
+    homing::home(&mut Hands::new(machine, to), homes)
 }
 
 /// So high that X and Y can go to their switches.
-async fn go_up<P: Ports>(
+fn go_up<P: Ports>(
     machine: &mut Machine<'_, P>,
     here: PerAxis<f64>,
     highest: f64,
@@ -385,7 +385,7 @@ async fn go_up<P: Ports>(
     machine.axes.mark_homed(AxisSet::PRIMARY);
     let hands = &mut Hands::new(machine, to);
     hands.enable_motors()?;
-    hands.go_there(up, SLOWLY).await?;
+    hands.go_there(up, SLOWLY)?;
     journal::note(machine, Heights::Planned, false);
     Ok(())
 }
@@ -396,8 +396,8 @@ fn above<P: Ports>(machine: &mut Machine<'_, P>, highest: f64) -> f64 {
     (highest + machine.config.player.power_loss.lift).min(most[Axis::Z])
 }
 
-async fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
-    machine.standstill().await?;
+fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+    machine.standstill()?;
     let Some(recovery) = machine.recovery.clone() else { return Err(Failure::Halted) };
     let (entry, mut place) = (recovery.offer.entry, recovery.place);
     // The frame is not as warm as it was there.
@@ -417,11 +417,11 @@ async fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
     machine.announce(format_args!("// back to X{:.2} Y{:.2}, and down\n", place[Axis::X], place[Axis::Y]));
     let rate = machine.program.modal().seek_rate;
     let hands = &mut Hands::new(machine, to);
-    hands.go(up, rate, Mode::Rapid).await?;
-    hands.go_there(over, rate).await?;
+    hands.go(up, rate, Mode::Rapid)?;
+    hands.go_there(over, rate)?;
     let [low, high] = [place[Axis::Z].min(over[Axis::Z]), over[Axis::Z].max(place[Axis::Z])];
     journal::note(machine, Heights::Between([low, high]), false);
-    Hands::new(machine, to).go_there(place, SLOWLY).await?;
+    Hands::new(machine, to).go_there(place, SLOWLY)?;
     machine.program.set_thermal_z(place[Axis::Z] - recovery.place[Axis::Z] + entry.thermal_z);
     if let Some(kept) = recovery.kept {
         machine.program.come_back_to(kept);

@@ -15,11 +15,7 @@ pub(super) type Switches = [Option<(bool, Option<f32>)>];
 ///
 /// # Errors
 /// As waiting for a temperature. What was heated stays so: [`cool`] is for whoever gives up then.
-pub(super) async fn heat<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    targets: &[Celsius],
-    to: Recipient,
-) -> Result<(), Failure> {
+pub(super) fn heat<P: Ports>(machine: &mut Machine<'_, P>, targets: &[Celsius], to: Recipient) -> Result<(), Failure> {
     for tools in [false, true] {
         for (id, target) in HeaterId::all().zip(targets) {
             let Some(heater) = machine.config.temperatures.get(id.index()) else { continue };
@@ -28,7 +24,7 @@ pub(super) async fn heat<P: Ports>(
             }
             let hands = &mut Hands::new(machine, to);
             hands.announce(format_args!("// {} heats to {:.0} C\n", heater.name, target.0));
-            heat_codes::heat_and_wait(hands, id, *target, false).await?;
+            heat_codes::heat_and_wait(hands, id, *target, false)?;
         }
     }
     Ok(())

@@ -39,16 +39,19 @@ pub(super) fn take_at_once<P: Ports>(machine: &mut Machine<'_, P>, request: &Mov
 }
 
 /// Submits a move of the program.
-pub(super) async fn submit<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
+pub(super) fn submit<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
     let from = machine.ports.motion(|motion| motion.commanded_position());
     let own = in_motions_terms(machine, request);
-    drawing::draw(&mut Submitting(machine), from, request, own).await
+    for piece in drawing::draw(&mut Drawing(machine), from, request, own)? {
+        machine.submit(&piece)?;
+    }
+    Ok(())
 }
 
-/// What is drawn is submitted.
-struct Submitting<'a, 'm, P: Ports>(&'a mut Machine<'m, P>);
+/// What the machine says of what is to be drawn.
+struct Drawing<'a, 'm, P: Ports>(&'a mut Machine<'m, P>);
 
-impl<P: Ports> Draws for Submitting<'_, '_, P> {
+impl<P: Ports> Draws for Drawing<'_, '_, P> {
     type Failure = Failure;
 
     fn config(&self) -> &MachineConfig {
@@ -77,9 +80,5 @@ impl<P: Ports> Draws for Submitting<'_, '_, P> {
 
     fn curve_may_be(&mut self, from: &PerAxis<f64>, bounds: &Bounds) -> Result<(), Failure> {
         self.0.curve_stays_within(from, bounds)
-    }
-
-    async fn take(&mut self, piece: &motion::Move) -> Result<(), Failure> {
-        self.0.submit(piece).await
     }
 }

@@ -1,7 +1,5 @@
 //! Runs what lines have started: scripts and files of saved settings, line by line, and what follows them.
 
-use core::pin::pin;
-
 use gcode::{Blocks, Gathered};
 use program::LeftHole;
 
@@ -16,30 +14,30 @@ use crate::probing::{level_by_cartesian_grid, stow_after};
 use crate::sessions::{LineBytes, Recipient};
 
 /// Does the next thing of what was started last.
-pub(super) async fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(super) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.safety.is_halted() {
         return fail(machine, Failure::Halted);
     }
     match machine.frames.top() {
-        Some(Frame::Replay(_)) => replay_next(machine).await,
-        Some(Frame::Script(..)) => script_next(machine).await,
+        Some(Frame::Replay(_)) => replay_next(machine),
+        Some(Frame::Script(..)) => script_next(machine),
         _ => match machine.frames.pop() {
-            Some(Frame::Rest(rest)) => blocks::run_rest(machine, rest).await,
+            Some(Frame::Rest(rest)) => blocks::run_rest(machine, rest),
             // The job was aborted meanwhile, and with it its line.
             Some(Frame::Operator) if !machine.jobs.is_open() => machine.frames.drop_down_to(0),
             Some(Frame::ToolChange(tool)) => {
-                if let Err(failure) = tool_change::put_in(machine, tool).await {
+                if let Err(failure) = tool_change::put_in(machine, tool) {
                     fail(machine, failure);
                 }
             }
             Some(Frame::Hole(left)) => {
-                if let Err(failure) = go_on_drilling(machine, &left).await {
+                if let Err(failure) = go_on_drilling(machine, &left) {
                     fail(machine, failure);
                 }
             }
-            Some(Frame::Startup(number)) => run_startup(machine, number).await,
+            Some(Frame::Startup(number)) => run_startup(machine, number),
             Some(Frame::Then(then)) => {
-                if let Err(failure) = go_on(machine, then).await {
+                if let Err(failure) = go_on(machine, then) {
                     fail(machine, failure);
                 }
             }
@@ -49,26 +47,26 @@ pub(super) async fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 /// The tool was drawn out of a hole.
-async fn go_on_drilling<P: Ports>(machine: &mut Machine<'_, P>, left: &LeftHole) -> Result<(), Failure> {
-    machine.standstill().await?;
+fn go_on_drilling<P: Ports>(machine: &mut Machine<'_, P>, left: &LeftHole) -> Result<(), Failure> {
+    machine.standstill()?;
     holes::take_up(machine, left)?;
-    pin!(actions::what_returned(machine, Recipient::Nobody)).await.map(drop)
+    actions::what_returned(machine, Recipient::Nobody).map(drop)
 }
 
 /// A startup line, and then those behind it. An alarm is none's beginning.
-async fn run_startup<P: Ports>(machine: &mut Machine<'_, P>, number: u8) {
+fn run_startup<P: Ports>(machine: &mut Machine<'_, P>, number: u8) {
     let Some(text) = machine.grbl.own.startup.get(usize::from(number)).cloned() else { return };
     // The frame that was taken left its room.
     let _ = machine.frames.push(Frame::Startup(number + 1));
     if !text.is_empty() {
         machine.tag = motion::Tag::NONE;
         let source = Source::new(machine, Recipient::Nobody, Origin::Startup(number));
-        blocks::run_line(machine, Blocks::new(text.as_bytes()), Start::Line, source).await;
+        blocks::run_line(machine, Blocks::new(text.as_bytes()), Start::Line, source);
     }
 }
 
 /// The next command of a script.
-async fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
+fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
     let Some(Frame::Script(script, at)) = machine.frames.top() else { return };
     let text = *script;
     let mut blocks = Blocks::starting_at(text.as_bytes(), *at);
@@ -83,7 +81,7 @@ async fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
         // A suspension within a suspension has no meaning.
         Ok(block) if matches!(block.code, Some(code) if matches!(code.number, 600 | 601)) => Ok(Answer::Ok),
         Ok(block) => {
-            let outcome = blocks::run_block(machine, &block, source).await;
+            let outcome = blocks::run_block(machine, &block, source);
             if let (Ok(Answer::Unknown), Some(code)) = (&outcome, block.code) {
                 machine.announce(format_args!("// WARNING {code} is not known here and was passed over: {text}\n"));
             }
@@ -97,13 +95,13 @@ async fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 /// What follows a script.
-async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failure> {
+fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failure> {
     match then {
         Then::LevelByGrid(plan, to) => {
-            machine.standstill().await?;
+            machine.standstill()?;
             let hands = &mut Hands::new(machine, to);
-            let leveled = level_by_cartesian_grid(hands, &plan).await;
-            let leveled = stow_after(hands, leveled).await.map(|_| ());
+            let leveled = level_by_cartesian_grid(hands, &plan);
+            let leveled = stow_after(hands, leveled).map(|_| ());
             machine.resynchronise_if_still();
             match leveled {
                 // What came before is undone by the second script, however leveling ended.
@@ -115,17 +113,17 @@ async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(),
             }
         }
         Then::Ended(how) => {
-            machine.standstill().await?;
+            machine.standstill()?;
             return how;
         }
         Then::Suspended => {
-            machine.standstill().await?;
+            machine.standstill()?;
             machine.announce(format_args!("// Print Suspended, enter resume to continue printing\n"));
         }
-        Then::Recover(step, to) => return recover::go_on(machine, step, to).await,
-        Then::Stalled(step) => return pin!(stall_recovery::go_on(machine, step)).await,
-        Then::Resumed => return suspend::go_back(machine).await,
-        Then::PlayFrom(to) => return pin!(play_from::go_on(machine, to)).await,
+        Then::Recover(step, to) => return recover::go_on(machine, step, to),
+        Then::Stalled(step) => return stall_recovery::go_on(machine, step),
+        Then::Resumed => return suspend::go_back(machine),
+        Then::PlayFrom(to) => return play_from::go_on(machine, to),
     }
     Ok(())
 }
@@ -214,9 +212,9 @@ fn next_line<P: Ports>(machine: &mut Machine<'_, P>) -> Piece {
     }
 }
 
-async fn replay_next<P: Ports>(machine: &mut Machine<'_, P>) {
+fn replay_next<P: Ports>(machine: &mut Machine<'_, P>) {
     let ended = match next_line(machine) {
-        Piece::Line(line) => return replay_line(machine, &line).await,
+        Piece::Line(line) => return replay_line(machine, &line),
         Piece::TooLong => Err("a line is too long"),
         Piece::End => Ok(()),
         Piece::Failed(error) => Err(error.text()),
@@ -226,14 +224,14 @@ async fn replay_next<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-async fn replay_line<P: Ports>(machine: &mut Machine<'_, P>, line: &LineBytes) {
+fn replay_line<P: Ports>(machine: &mut Machine<'_, P>, line: &LineBytes) {
     let text = core::str::from_utf8(line).unwrap_or("(not text)");
     match gcode::Decoder::new().decode(line) {
         Ok(gcode::Line::Blank) => {}
         Ok(gcode::Line::Code(blocks)) => {
             machine.tag = motion::Tag::NONE;
             let source = Source::new(machine, Recipient::Nobody, Origin::Settings);
-            blocks::run_line(machine, blocks, Start::Line, source).await;
+            blocks::run_line(machine, blocks, Start::Line, source);
             warn_of(machine, text);
         }
         _ => machine.announce(format_args!("// WARNING: not a saved setting, left out: {text}\n")),

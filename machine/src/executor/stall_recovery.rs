@@ -124,14 +124,14 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
 ///
 /// # Errors
 /// When the machine halts, or a script cannot be run.
-pub(super) async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: StallStep) -> Result<(), Failure> {
+pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: StallStep) -> Result<(), Failure> {
     let Phase::Looks(stopped) = machine.stalls.phase else { return Ok(()) };
     let looked = match step {
-        StallStep::Lift => lift_and_look(machine, &stopped).await,
+        StallStep::Lift => lift_and_look(machine, &stopped),
         StallStep::Suspend => found(machine, &stopped).map(|()| true),
     };
     match looked {
-        Ok(true) => get_over(machine, &stopped).await,
+        Ok(true) => get_over(machine, &stopped),
         Ok(false) => Ok(()),
         Err(Failure::Refused(why)) => end_job(machine, &stopped, &why),
         Err(failure) => Err(failure),
@@ -139,13 +139,13 @@ pub(super) async fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: StallSte
 }
 
 /// Up from the part, and then the file is read up to where the job was. True: that is known already.
-async fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<bool, Failure> {
+fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<bool, Failure> {
     if !machine.jobs.is_open() {
         return Err(Failure::Halted);
     }
     let [_, most] = machine.travel().ends();
     let top = stopped.at[Axis::Z] + machine.config.motors.stall.lift.0;
-    rise(machine, top.min(most[Axis::Z])).await?;
+    rise(machine, top.min(most[Axis::Z]))?;
     machine.resynchronise();
     if let Some(stall) = machine.jobs.stalled_job() {
         // On its way back to the job.
@@ -169,7 +169,7 @@ async fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped
 }
 
 /// Z rises so high, where it is homed and lower.
-async fn rise<P: Ports>(machine: &mut Machine<'_, P>, top: f64) -> Result<(), Failure> {
+fn rise<P: Ports>(machine: &mut Machine<'_, P>, top: f64) -> Result<(), Failure> {
     let mut up = machine.ports.motion(|motion| motion.commanded_position());
     if !machine.axes.homed().has(Axis::Z) || top <= up[Axis::Z] {
         return Ok(());
@@ -177,7 +177,7 @@ async fn rise<P: Ports>(machine: &mut Machine<'_, P>, top: f64) -> Result<(), Fa
     up[Axis::Z] = top;
     journal::leaves_height(machine, core::iter::once(top));
     let rate = machine.program.modal().seek_rate;
-    Hands::new(machine, Recipient::All).go_there(up, rate).await
+    Hands::new(machine, Recipient::All).go_there(up, rate)
 }
 
 /// The program stands where the job was: it is suspended there.
@@ -223,7 +223,7 @@ fn above<P: Ports>(machine: &mut Machine<'_, P>, passed: &Passed, stopped: &Stop
 }
 
 /// The suspended job goes on by itself, where it may.
-async fn get_over<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<(), Failure> {
+fn get_over<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<(), Failure> {
     machine.stalls.rest();
     let settings = &machine.config.motors.stall;
     if machine.config.on_stall(stopped.motor) != OnStall::Recover {
@@ -238,8 +238,8 @@ async fn get_over<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> 
     };
     let most = settings.most;
     machine.announce(format_args!("// it homes and goes on by itself, {count} of {most}\n"));
-    let returned = match rehome(machine).await {
-        Ok(()) => suspend::go_back(machine).await,
+    let returned = match rehome(machine) {
+        Ok(()) => suspend::go_back(machine),
         Err(failure) => Err(failure),
     };
     match returned {
@@ -255,7 +255,7 @@ async fn get_over<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> 
 ///
 /// # Errors
 /// Where Z is not homed, and where an end is not found.
-pub(super) async fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+pub(super) fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     let Some(StalledJob { lost, above, .. }) = machine.jobs.stalled_job().copied() else { return Ok(()) };
     let homed = machine.axes.homed();
     let lost = lost.without(homed);
@@ -266,12 +266,12 @@ pub(super) async fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(),
         return Err(Failure::Refused(message(format_args!("{} has nothing to home with: set it", axis.letter()))));
     }
     machine.stalls.phase = Phase::Returns;
-    rise(machine, above).await?;
+    rise(machine, above)?;
     if lost.is_empty() {
         return Ok(());
     }
     machine.announce(format_args!("// homing what has lost its place\n"));
-    let found = homing::home(&mut Hands::new(machine, Recipient::All), lost).await;
+    let found = homing::home(&mut Hands::new(machine, Recipient::All), lost);
     if let Err(Failure::Alarm(why)) = found {
         // What has not stalled is where it was.
         machine.axes.mark_homed(homed);
@@ -285,9 +285,9 @@ pub(super) async fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(),
 ///
 /// # Errors
 /// When the machine halts.
-pub(super) async fn arrive<P: Ports>(machine: &mut Machine<'_, P>, stall: &StalledJob) -> Result<(), Failure> {
+pub(super) fn arrive<P: Ports>(machine: &mut Machine<'_, P>, stall: &StalledJob) -> Result<(), Failure> {
     machine.stalls.phase = Phase::Returns;
-    machine.standstill().await?;
+    machine.standstill()?;
     machine.stalls.rest();
     let _arrived = machine.jobs.take_suspended();
     leave_out::filament_counts_anew(machine);

@@ -116,19 +116,19 @@ pub(super) fn told<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to
 }
 
 /// Saves what is new, once nothing else is to be done.
-pub(super) async fn save<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.jobs.is_open() || !machine.jobs.statistics.take_unsaved() {
         return;
     }
-    if let Err(error) = write(machine).await
+    if let Err(error) = write(machine)
         && error != StorageError::NoCard
     {
         machine.announce(format_args!("WARNING: {STATISTICS_PATH} was not written: {}\n", error.text()));
     }
 }
 
-async fn write<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
-    card::at_rest(machine).await;
+fn write<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+    card::at_rest(machine);
     let mut text = heapless::String::<512>::new();
     if write!(text, "{}", machine.jobs.statistics.life).is_err() {
         return Err(StorageError::Full);
@@ -143,5 +143,5 @@ async fn write<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageErro
         return Err(error);
     }
     drop(lines);
-    card::finish(machine, draft).await
+    card::finish(machine, draft)
 }

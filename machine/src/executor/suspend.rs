@@ -21,7 +21,7 @@ use crate::sessions::Recipient;
 
 /// M600 and `suspend`: pauses the job, so that a person can work at the machine. M600 takes the filament out,
 /// as far as its words and [filament change] say.
-pub(super) async fn suspend<P: Ports>(
+pub(super) fn suspend<P: Ports>(
     machine: &mut Machine<'_, P>,
     heaters_stay: bool,
     changes_filament: Option<&Words<'_>>,
@@ -43,7 +43,7 @@ pub(super) async fn suspend<P: Ports>(
     // Its sender stops when he has his answer, and the file has stopped already.
     machine.say(to, format_args!("ok\n"));
     machine.announce(format_args!("// Waiting for queue to empty (Host must stop sending)...\n"));
-    machine.standstill().await?;
+    machine.standstill()?;
     machine.announce(format_args!("// Saving current state...\n"));
     let mut targets = targets(machine);
     if let Some((heater, target)) = change.and_then(|change| change.goes_on_with)
@@ -58,7 +58,7 @@ pub(super) async fn suspend<P: Ports>(
     machine.safety.apply(Event::Suspend);
     machine.record(&Happened::JobSuspended { line: machine.jobs.line() });
     if let Some(change) = &change {
-        leave(machine, change).await?;
+        leave(machine, change)?;
     }
     rest(machine, heaters_stay)
 }
@@ -86,8 +86,8 @@ pub(super) fn rest<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay: bool) -
 
 /// Draws back, goes aside, takes filament out. What cannot be done is said: the job is suspended all the
 /// same.
-async fn leave<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
-    let left = filament::leave(machine, change).await;
+fn leave<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
+    let left = filament::leave(machine, change);
     machine.resynchronise_if_still();
     match left {
         Err(Failure::Refused(why)) => machine.announce(format_args!("// WARNING {why}\n")),
@@ -97,7 +97,7 @@ async fn leave<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeCo
 }
 
 /// M601 and `resume`: heats up again, then goes back and goes on.
-pub(super) async fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+pub(super) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     let Some(targets) = machine.jobs.suspended().map(|suspended| suspended.targets) else {
         machine.say(to, format_args!("Not suspended\n"));
         return Ok(Answer::Ok);
@@ -113,11 +113,11 @@ pub(super) async fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient
         machine.announce(format_args!("// Waiting for heaters...\n"));
     }
     for (id, _) in heated() {
-        heat_codes::wait_for_temperature(&mut Hands::new(machine, to), id).await?;
+        heat_codes::wait_for_temperature(&mut Hands::new(machine, to), id)?;
     }
-    stall_recovery::rehome(machine).await?;
+    stall_recovery::rehome(machine)?;
     if let Some(change) = machine.jobs.suspended().and_then(|suspended| suspended.change) {
-        filament::come_back(machine, &change).await?;
+        filament::come_back(machine, &change)?;
     }
     let script = machine.config.player.before_resume_gcode.as_str();
     if !script.is_empty() {
@@ -127,7 +127,7 @@ pub(super) async fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient
 }
 
 /// The job goes on where it was: position and modes of the program are as they were.
-pub(super) async fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     let Some(position) = machine.jobs.suspended().map(|suspended| suspended.position) else { return Ok(()) };
     let mut from = machine.ports.motion(|motion| motion.commanded_position());
     let mut target = from;
@@ -141,7 +141,7 @@ pub(super) async fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<()
     }
     if suspended.change.is_some() || stalled.is_some() {
         // What was pushed and drawn meanwhile is not of the program; a line that is made again pushes again.
-        machine.standstill().await?;
+        machine.standstill()?;
         for axis in Axis::ALL.into_iter().filter(|axis| machine.program.tools().uses(*axis)) {
             (from[axis], target[axis]) = (position[axis], position[axis]);
         }
@@ -160,11 +160,11 @@ pub(super) async fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<()
         (over[Axis::X], over[Axis::Y]) = (from[Axis::X], from[Axis::Y]);
     }
     let hands = &mut Hands::new(machine, Recipient::Nobody);
-    hands.go(over, rate, Mode::Rapid).await?;
-    hands.go(target, rate, Mode::Rapid).await?;
+    hands.go(over, rate, Mode::Rapid)?;
+    hands.go(target, rate, Mode::Rapid)?;
     machine.resynchronise();
     if let Some(stall) = stalled {
-        stall_recovery::arrive(machine, &stall).await?;
+        stall_recovery::arrive(machine, &stall)?;
     }
     machine.announce(format_args!("// Resuming print\n"));
     machine.record(&Happened::JobResumed { line: machine.jobs.line() });

@@ -7,10 +7,10 @@ use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::Ports;
 
 /// Begins a tool change. Whatever stands behind it in its line waits for its end.
-pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcome {
-    machine.standstill().await?;
+pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcome {
+    machine.standstill()?;
     if machine.config.tool_change.before_gcode.is_empty() {
-        put_in(machine, tool).await?;
+        put_in(machine, tool)?;
         return Ok(Answer::Ok);
     }
     let script = &machine.config.tool_change.before_gcode;
@@ -20,7 +20,7 @@ pub(super) async fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> 
 }
 
 /// The operator puts it in, or takes out the one that is there (0); then the second script.
-pub(super) async fn put_in<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Result<(), Failure> {
+pub(super) fn put_in<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Result<(), Failure> {
     let script = &machine.config.tool_change.after_gcode;
     if !script.is_empty() {
         push(machine, Frame::Script(script, 0))?;
@@ -29,11 +29,11 @@ pub(super) async fn put_in<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) ->
         return Ok(());
     }
     // The script may have moved there.
-    machine.standstill().await?;
+    machine.standstill()?;
     let waited = if tool == 0 {
-        operator::wait(machine, format_args!("take the tool out (T0 M6)")).await
+        operator::wait(machine, format_args!("take the tool out (T0 M6)"))
     } else {
-        operator::wait(machine, format_args!("put in tool {tool} (M6)")).await
+        operator::wait(machine, format_args!("put in tool {tool} (M6)"))
     };
     waited.map(drop)
 }

@@ -11,7 +11,7 @@ use units::Micros;
 use super::{Hands, Machine, card};
 use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::files::copying::read_through;
-use crate::ports::{Arrival, Firmware, Flaw, OpenMode, Ports, Running, Storage, StorageError};
+use crate::ports::{Arrival, Firmware, Flaw, OpenMode, Ports, Running, Storage, StorageError, Wake};
 use crate::reports::{Came, failure};
 use crate::sessions::{Recipient, Reply};
 
@@ -82,51 +82,51 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 }
 
 /// What is to be done when nothing else is: true when something was.
-pub(super) async fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if machine.update.is_asked {
         machine.update.is_asked = false;
-        if let Err(Failure::Refused(why)) = download(machine, Recipient::All).await {
+        if let Err(Failure::Refused(why)) = download(machine, Recipient::All) {
             machine.announce(format_args!("WARNING: the firmware download that a host asked for: {why}\n"));
         }
         return true;
     }
     if machine.update.at_boot {
         machine.update.at_boot = false;
-        install_at_boot(machine).await;
+        install_at_boot(machine);
         return true;
     }
     if machine.update.is_confirmed && machine.update.from_file && is_at_rest(machine).is_ok() {
         machine.update.from_file = false;
-        put_away(machine).await;
+        put_away(machine);
         return true;
     }
     false
 }
 
 /// `flash` or `dfu`.
-pub(super) async fn command<P: Ports>(machine: &mut Machine<'_, P>, word: &str, to: Recipient) -> Outcome {
-    if word == "flash" { flash(machine, to).await } else { download(machine, to).await }
+pub(super) fn command<P: Ports>(machine: &mut Machine<'_, P>, word: &str, to: Recipient) -> Outcome {
+    if word == "flash" { flash(machine, to) } else { download(machine, to) }
 }
 
 /// `flash`: has the boot stage install the file.
-async fn flash<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+fn flash<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     is_at_rest(machine)?;
     machine.say(to, format_args!("looking at {FILE}\n"));
-    let firmware = look_at_file(machine, to).await.map_err(|why| Failure::Refused(message(format_args!("{why}"))))?;
+    let firmware = look_at_file(machine, to).map_err(|why| Failure::Refused(message(format_args!("{why}"))))?;
     if firmware.runs {
         return Err(Failure::refused("flashme.bin is the firmware that runs"));
     }
-    install(machine, &firmware, to).await.map(|()| Answer::Ok)
+    install(machine, &firmware, to).map(|()| Answer::Ok)
 }
 
 /// `dfu`: has the boot stage wait for firmware over USB.
 ///
 /// # Errors
 /// The machine is not at rest, or the card does not take the firmware that runs.
-async fn download<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+fn download<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     is_at_rest(machine)?;
     // The boot stage has room for one image: without a copy to come back to it takes none.
-    keep_previous(machine, to).await.map_err(|error| {
+    keep_previous(machine, to).map_err(|error| {
         Failure::Refused(message(format_args!(
             "this firmware cannot be kept on the card, so that it could come back: {}",
             error.text()
@@ -157,7 +157,7 @@ fn is_at_rest<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
 }
 
 /// `flash_on_boot`: what has failed or runs is left alone.
-async fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
+fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
     match machine.ports.open(FILE, OpenMode::Read) {
         Ok(file) => {
             // It was only looked for.
@@ -169,7 +169,7 @@ async fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
         return machine.announce(format_args!("WARNING: {FILE} was not looked at: {why}\n"));
     }
     let to = Recipient::All;
-    match look_at_file(machine, to).await {
+    match look_at_file(machine, to) {
         Ok(firmware) if firmware.runs => machine.update.from_file = true,
         Ok(firmware) if firmware.has_failed => machine.announce(format_args!(
             "WARNING: {FILE} was tried and failed, it is not installed again; the command flash does it all the same\n"
@@ -178,7 +178,7 @@ async fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
         Ok(firmware) if firmware.was_refused => machine
             .announce(format_args!("WARNING: {FILE} is not asked for again; the command flash does it all the same\n")),
         Ok(firmware) => {
-            if let Err(Failure::Refused(why)) = install(machine, &firmware, to).await {
+            if let Err(Failure::Refused(why)) = install(machine, &firmware, to) {
                 machine.announce(format_args!("ERROR: {FILE} was not installed: {why}\n"));
             }
         }
@@ -186,9 +186,8 @@ async fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-async fn install<P: Ports>(machine: &mut Machine<'_, P>, firmware: &Firmware, to: Recipient) -> Result<(), Failure> {
+fn install<P: Ports>(machine: &mut Machine<'_, P>, firmware: &Firmware, to: Recipient) -> Result<(), Failure> {
     keep_previous(machine, to)
-        .await
         .map_err(|error| Failure::Refused(message(format_args!("{}", about_file(PREVIOUS, error.text())))))?;
     // Somebody may have begun something meanwhile.
     is_at_rest(machine)?;
@@ -208,8 +207,8 @@ async fn install<P: Ports>(machine: &mut Machine<'_, P>, firmware: &Firmware, to
 }
 
 /// What the file holds.
-async fn look_at_file<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<Firmware, Flaw> {
-    look_at(machine, FILE, to).await.unwrap_or_else(|error| {
+fn look_at_file<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<Firmware, Flaw> {
+    look_at(machine, FILE, to).unwrap_or_else(|error| {
         let mut why = Flaw::new();
         // What does not fit is cut.
         let _cut = core::fmt::Write::write_fmt(&mut why, format_args!("{}", about_file(FILE, error.text())));
@@ -217,19 +216,18 @@ async fn look_at_file<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> 
     })
 }
 
-async fn look_at<P: Ports>(
+fn look_at<P: Ports>(
     machine: &mut Machine<'_, P>,
     path: &str,
     to: Recipient,
 ) -> Result<Result<Firmware, Flaw>, StorageError> {
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     let file = machine.ports.open(path, OpenMode::Read)?;
     machine.ports.begin_look();
     let read = read_through(&mut Hands::new(machine, to), file, u32::MAX, false, |ports, bytes| {
         ports.look(bytes);
         Ok(())
-    })
-    .await;
+    });
     // It was only read.
     let _ = machine.ports.close(file);
     match read {
@@ -241,31 +239,31 @@ async fn look_at<P: Ports>(
 
 /// Copies the firmware that runs to the card, unless it is there. The boot stage takes a copy by either name,
 /// and none that is not whole; nothing is asked of it before the copy is kept.
-async fn keep_previous<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), StorageError> {
+fn keep_previous<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), StorageError> {
     let length = machine.ports.image_bytes();
     if length == 0 {
         return Ok(());
     }
     // One that is on trial is not what to come back to, where there is something that has proved itself.
     let is_on_trial = matches!(machine.ports.running().arrival, Arrival::Trial { .. });
-    if let Ok(Ok(previous)) = look_at(machine, PREVIOUS, to).await
+    if let Ok(Ok(previous)) = look_at(machine, PREVIOUS, to)
         && (previous.runs || is_on_trial && !previous.has_failed)
     {
         return Ok(());
     }
     machine.say(to, format_args!("keeping the firmware that runs as firmware.previous\n"));
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     let file = machine.ports.open(DRAFT, OpenMode::Write)?;
-    let copied = copy_image(machine, file, length).await;
-    card::at_rest(machine).await;
+    let copied = copy_image(machine, file, length);
+    card::at_rest(machine);
     let closed = machine.ports.close(file);
     copied.and(closed)?;
-    card::kept(machine).await?;
-    card::at_rest(machine).await;
-    replace(machine, DRAFT, PREVIOUS).await
+    card::kept(machine)?;
+    card::at_rest(machine);
+    replace(machine, DRAFT, PREVIOUS)
 }
 
-async fn copy_image<P: Ports>(
+fn copy_image<P: Ports>(
     machine: &mut Machine<'_, P>,
     file: crate::ports::FileHandle,
     length: u32,
@@ -278,33 +276,32 @@ async fn copy_image<P: Ports>(
             return Err(StorageError::Device);
         }
         at += piece.len() as u32;
-        card::at_rest(machine).await;
+        card::at_rest(machine);
         Storage::write(&mut machine.ports, file, piece)?;
-        machine.serve();
-        crate::wait::yield_once().await;
+        machine.wait(Wake::Any).whatever_happens();
     }
     Ok(())
 }
 
 /// Gives a file another name, in the place of the one that has it.
-async fn replace<P: Ports>(machine: &mut Machine<'_, P>, from: &str, to: &str) -> Result<(), StorageError> {
+fn replace<P: Ports>(machine: &mut Machine<'_, P>, from: &str, to: &str) -> Result<(), StorageError> {
     match machine.ports.remove(to) {
         Err(StorageError::NotFound) => {}
         removed => removed?,
     }
-    card::at_rest(machine).await;
+    card::at_rest(machine);
     machine.ports.rename(from, to)?;
-    card::kept(machine).await
+    card::kept(machine)
 }
 
 /// The file is installed, and has confirmed itself: it is not to be installed again.
-async fn put_away<P: Ports>(machine: &mut Machine<'_, P>) {
-    let is_that = matches!(look_at(machine, FILE, Recipient::Nobody).await, Ok(Ok(Firmware { runs: true, .. })));
+fn put_away<P: Ports>(machine: &mut Machine<'_, P>) {
+    let is_that = matches!(look_at(machine, FILE, Recipient::Nobody), Ok(Ok(Firmware { runs: true, .. })));
     if !is_that {
         return;
     }
-    card::at_rest(machine).await;
-    if let Err(error) = replace(machine, FILE, INSTALLED).await {
+    card::at_rest(machine);
+    if let Err(error) = replace(machine, FILE, INSTALLED) {
         machine.announce(format_args!("WARNING: {FILE} could not be renamed to flashme.old: {}\n", error.text()));
     }
 }

@@ -6,13 +6,13 @@ use heapless::String;
 
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::{CardFacts, FreeSpace, Ports};
+use crate::ports::{CardFacts, FreeSpace, Ports, Wake};
 
 /// Bytes of a megabyte, as cards are sold.
 const MB: u64 = 1_000_000;
 
 /// `card`
-pub(crate) async fn card<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(crate) fn card<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let Some(facts) = hands.storage().card_facts() else { return Err(Failure::refused("no SD card")) };
     let CardFacts { kind, name, maker, blocks, bus_khz, is_protected, .. } = facts;
     let name = core::str::from_utf8(&name).unwrap_or("?");
@@ -34,10 +34,10 @@ pub(crate) async fn card<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     ));
     let mut free = FreeSpace::default();
     loop {
-        hands.card_at_rest().await;
+        hands.card_at_rest();
         match hands.storage().count_free(&mut free) {
             Ok(true) => break,
-            Ok(false) => hands.pause_anyway().await,
+            Ok(false) => hands.wait(Wake::Any).whatever_happens(),
             Err(error) => {
                 hands.say(format_args!("how much is free is not known: {}\n", error.text()));
                 return Ok(Answer::Ok);

@@ -7,7 +7,7 @@ use super::paths::{CONFIG_PATH, quoted};
 use super::safe_file::Draft;
 use crate::executor::Hands;
 use crate::failure::{Failure, about_file};
-use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError};
+use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError, Wake};
 
 /// Bytes read at a time.
 const CHUNK: usize = 512;
@@ -72,7 +72,7 @@ impl Lines {
 ///
 /// # Errors
 /// When it cannot be understood or written; the file is as it was.
-pub(crate) async fn config_set<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(), Failure> {
+pub(crate) fn config_set<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(), Failure> {
     let (section, rest) = quoted(arguments);
     let (key, value) = rest.split_once([' ', '\t', '=']).unwrap_or((rest, ""));
     let value = value.trim_start_matches([' ', '\t']).trim_start_matches('=').trim();
@@ -88,7 +88,7 @@ pub(crate) async fn config_set<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments
         hands.say(format_args!("error:{why}\n"));
         return Ok(());
     }
-    let changed = change_config(hands, edit).await;
+    let changed = change_config(hands, edit);
     changed.map_err(|error| Failure::Refused(about_file(CONFIG_PATH, error.text())))?;
     match edit.value {
         Some(value) => hands.say(format_args!("set config: [{section}] {key} = {value}\n")),
@@ -98,15 +98,15 @@ pub(crate) async fn config_set<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments
 }
 
 /// Keeps the old file as `previous-config.ini`, and replaces it such that no power cut loses both.
-async fn change_config<P: Ports>(hands: &mut Hands<'_, '_, P>, edit: Edit<'_>) -> Result<(), StorageError> {
+fn change_config<P: Ports>(hands: &mut Hands<'_, '_, P>, edit: Edit<'_>) -> Result<(), StorageError> {
     let mut rewrite = Rewrite::begin(hands.storage(), edit)?;
     loop {
-        hands.card_at_rest().await;
+        hands.card_at_rest();
         match rewrite.go_on(hands.storage()) {
-            Ok(true) => hands.pause_anyway().await,
+            Ok(true) => hands.wait(Wake::Any).whatever_happens(),
             Ok(false) => {
                 let draft = rewrite.end(hands.storage())?;
-                return hands.put_in_place(draft).await;
+                return hands.put_in_place(draft);
             }
             Err(error) => {
                 rewrite.give_up(hands.storage());

@@ -7,7 +7,7 @@ use super::paths::{absolute, words};
 use super::safe_file::{self, Draft};
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError};
+use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError, Wake};
 
 /// Bytes read at a time: a block of the card.
 const BLOCK: usize = 512;
@@ -16,7 +16,7 @@ const BLOCK: usize = 512;
 const BLOCKS_IN_A_ROW: u32 = 8;
 
 /// Hands a file to `take`, block by block, at most so many bytes. Ctrl-Y ends it.
-pub(crate) async fn read_through<P: Ports>(
+pub(crate) fn read_through<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     file: FileHandle,
     most: u32,
@@ -27,7 +27,7 @@ pub(crate) async fn read_through<P: Ports>(
     hands.read_ahead(file);
     while left > 0 {
         while !hands.storage().is_at_hand(file) {
-            hands.pause_anyway().await;
+            hands.wait(Wake::Any).whatever_happens();
         }
         let mut block = [0; BLOCK];
         let count = hands.storage().read(file, &mut block)?.min(left as usize);
@@ -36,7 +36,7 @@ pub(crate) async fn read_through<P: Ports>(
         }
         left -= count as u32;
         if writes {
-            hands.card_at_rest().await;
+            hands.card_at_rest();
         }
         take(hands.storage(), block.get(..count).unwrap_or(&[]))?;
         if hands.stop_requested() {
@@ -44,21 +44,21 @@ pub(crate) async fn read_through<P: Ports>(
         }
         turn = turn.wrapping_add(1);
         if writes || turn.is_multiple_of(BLOCKS_IN_A_ROW) {
-            hands.pause_anyway().await;
+            hands.wait(Wake::Any).whatever_happens();
         }
     }
     Ok(true)
 }
 
 /// `cp from to`
-pub(crate) async fn copy<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
+pub(crate) fn copy<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
     let mut names = words(arguments);
     let (Some(from), Some(to)) = (names.next(), names.next()) else {
         hands.say(format_args!("from and to files required\n"));
         return Ok(Answer::Ok);
     };
     let (source, target) = (absolute(directory, from), absolute(directory, to));
-    match copy_file(hands, &source, &target).await {
+    match copy_file(hands, &source, &target) {
         Ok(true) => {}
         Ok(false) => hands.say(format_args!("stopped: {to} is not whole\n")),
         Err(StorageError::NotFound) => hands.say(format_args!("File {from} does not exist\n")),
@@ -67,10 +67,10 @@ pub(crate) async fn copy<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str
     Ok(Answer::Ok)
 }
 
-async fn copy_file<P: Ports>(hands: &mut Hands<'_, '_, P>, from: &str, to: &str) -> Result<bool, StorageError> {
+fn copy_file<P: Ports>(hands: &mut Hands<'_, '_, P>, from: &str, to: &str) -> Result<bool, StorageError> {
     let source = hands.storage().open(from, OpenMode::Read)?;
-    hands.pause_anyway().await;
-    hands.card_at_rest().await;
+    hands.wait(Wake::Any).whatever_happens();
+    hands.card_at_rest();
     // The file that is copied is open: it is never emptied as its own copy.
     let target = match hands.storage().open(to, OpenMode::Write) {
         Ok(target) => target,
@@ -80,18 +80,17 @@ async fn copy_file<P: Ports>(hands: &mut Hands<'_, '_, P>, from: &str, to: &str)
             return Err(if error == StorageError::NotFound { StorageError::BadPath } else { error });
         }
     };
-    let copied =
-        read_through(hands, source, u32::MAX, true, |storage, bytes| Storage::write(storage, target, bytes)).await;
+    let copied = read_through(hands, source, u32::MAX, true, |storage, bytes| Storage::write(storage, target, bytes));
     let _ = hands.storage().close(source);
-    hands.card_at_rest().await;
+    hands.card_at_rest();
     let closed = hands.storage().close(target);
     let whole = copied?;
     closed?;
-    hands.card_has_kept().await.map(|()| whole)
+    hands.card_has_kept().map(|()| whole)
 }
 
 /// `truncate file size`
-pub(crate) async fn truncate<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
+pub(crate) fn truncate<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
     let mut names = words(arguments);
     let (Some(name), Some(size)) = (names.next(), names.next()) else {
         hands.say(format_args!("Usage: truncate filename size\n"));
@@ -102,7 +101,7 @@ pub(crate) async fn truncate<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: 
         return Ok(Answer::Ok);
     };
     let path = absolute(directory, name);
-    match keep_beginning(hands, &path, size).await {
+    match keep_beginning(hands, &path, size) {
         Ok(()) => hands.say(format_args!("File {name} truncated to {size} bytes\n")),
         Err(StorageError::NotFound) => hands.say(format_args!("file {name} does not exist\n")),
         Err(error) => hands.say(format_args!("Could not truncate {name}: {}\n", error.text())),
@@ -111,17 +110,17 @@ pub(crate) async fn truncate<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: 
 }
 
 /// The first bytes become the file, whole or not at all.
-async fn keep_beginning<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path, size: u32) -> Result<(), StorageError> {
+fn keep_beginning<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path, size: u32) -> Result<(), StorageError> {
     let file = hands.storage().open(path, OpenMode::Read)?;
-    let kept = write_beginning(hands, path, file, size).await;
+    let kept = write_beginning(hands, path, file, size);
     let draft = kept?;
-    hands.put_in_place(draft).await?;
-    hands.card_at_rest().await;
+    hands.put_in_place(draft)?;
+    hands.card_at_rest();
     safe_file::forget_previous(hands.storage(), path)?;
-    hands.card_has_kept().await
+    hands.card_has_kept()
 }
 
-async fn write_beginning<P: Ports>(
+fn write_beginning<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     path: &Path,
     file: FileHandle,
@@ -134,7 +133,7 @@ async fn write_beginning<P: Ports>(
             return Err(error);
         }
     };
-    let copied = read_through(hands, file, size, true, |storage, bytes| draft.write(storage, bytes).map(drop)).await;
+    let copied = read_through(hands, file, size, true, |storage, bytes| draft.write(storage, bytes).map(drop));
     // It was only read.
     let _ = hands.storage().close(file);
     match copied {
@@ -151,13 +150,13 @@ async fn write_beginning<P: Ports>(
 }
 
 /// `md5sum file ...`
-pub(crate) async fn md5sum<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
+pub(crate) fn md5sum<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
     if words(arguments).next().is_none() {
         return Err(Failure::refused("md5sum needs the names of files"));
     }
     for name in words(arguments) {
         let path = absolute(directory, name);
-        match digest(hands, &path).await {
+        match digest(hands, &path) {
             Ok(Some(digest)) => {
                 digest.iter().for_each(|byte| hands.say(format_args!("{byte:02x}")));
                 hands.say(format_args!(" {name}\n"));
@@ -170,14 +169,13 @@ pub(crate) async fn md5sum<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &s
     Ok(Answer::Said)
 }
 
-async fn digest<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path) -> Result<Option<[u8; 16]>, StorageError> {
+fn digest<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path) -> Result<Option<[u8; 16]>, StorageError> {
     let file = hands.storage().open(path, OpenMode::Read)?;
     let mut digest = Md5::new();
     let read = read_through(hands, file, u32::MAX, false, |_, bytes| {
         digest.update(bytes);
         Ok(())
-    })
-    .await;
+    });
     // It was only read.
     let _ = hands.storage().close(file);
     Ok(read?.then(|| digest.finalize().into()))

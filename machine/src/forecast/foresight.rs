@@ -2,16 +2,14 @@
 
 use core::cell::{Cell, RefCell};
 
-use config::MachineConfig;
 use heapless::Deque;
-use motion::Motion;
 use program::Place;
 
 use super::course::Course;
 use crate::files::Path;
 use crate::jobs::FileLines;
-use crate::ports::{FileHandle, Workspace};
-use crate::preflight::{AsItIs, Finding, Kind, Preflight, Severity, Totals};
+use crate::ports::FileHandle;
+use crate::preflight::{Finding, Kind, Severity, Totals};
 
 /// Findings that wait to be told.
 const FINDINGS: usize = 16;
@@ -69,17 +67,9 @@ pub enum Answer {
     Failed(&'static str),
 }
 
-/// Preflight and the motion object that makes no steps.
-pub(super) struct Desk<'a> {
-    pub preflight: Preflight<'a>,
-    pub motion: &'a mut Motion,
-}
-
 /// What the executor and the work on a forecast have of each other. Neither holds on to anything of it while
-/// the other runs, but the work to its desk.
-pub struct Foresight<'a> {
-    /// `None`: there is no memory for one.
-    pub(super) desk: RefCell<Option<Desk<'a>>>,
+/// the other runs.
+pub struct Foresight {
     pub(super) lines: RefCell<FileLines>,
     pub(super) wanted: RefCell<Option<Wanted>>,
     pub(super) answer: Cell<Answer>,
@@ -93,19 +83,14 @@ pub struct Foresight<'a> {
     totals: Cell<Totals>,
     purpose: Cell<Purpose>,
     pub(super) stage: Cell<Stage>,
-    /// The work that goes on is for nothing.
-    is_dropped: Cell<bool>,
     may_run: Cell<bool>,
 }
 
-impl<'a> Foresight<'a> {
+impl Foresight {
     /// None yet. Never inlined, as it is large.
     #[inline(never)]
-    pub fn new(config: &'a MachineConfig, workspace: Option<&'a mut Workspace>) -> Self {
-        let desk = workspace
-            .map(|Workspace { motion, program }| Desk { preflight: Preflight::of_nothing(config, program), motion });
+    pub fn new() -> Self {
         Self {
-            desk: RefCell::new(desk),
             lines: RefCell::new(FileLines::new(FileHandle(0))),
             wanted: RefCell::new(None),
             answer: Cell::default(),
@@ -117,7 +102,6 @@ impl<'a> Foresight<'a> {
             totals: Cell::default(),
             purpose: Cell::new(Purpose::Check),
             stage: Cell::default(),
-            is_dropped: Cell::new(false),
             may_run: Cell::new(false),
         }
     }
@@ -144,54 +128,10 @@ impl<'a> Foresight<'a> {
         self.may_run.set(may_run);
     }
 
-    /// Looks ahead from where `motion` is. False while the last one is still being put away.
-    pub fn stand_as(&self, motion: &Motion) -> bool {
-        let Ok(mut desk) = self.desk.try_borrow_mut() else {
-            self.forget();
-            return false;
-        };
-        let stands = desk.as_mut().is_some_and(|Desk { preflight, motion: own }| {
-            preflight.settles_in(motion.config().map_or(0.0, Motion::settling));
-            own.pass_as(motion).is_ok()
-        });
-        let failed = Stage::Failed("there is no machine that could move, or no memory to look ahead");
-        self.stage.set(if stands { Stage::Free } else { failed });
-        true
-    }
-
-    /// Begins one, of a file that is open and of the machine as it is, after [`Self::stand_as`].
-    pub fn begin(&self, purpose: Purpose, file: FileHandle, machine: &AsItIs<'_>) {
-        let Ok(mut desk) = self.desk.try_borrow_mut() else { return };
-        if let Some(desk) = &mut *desk {
-            desk.preflight.begin(machine);
-        }
-        self.is_dropped.set(false);
-        self.lines(|lines| *lines = FileLines::new(file));
-        self.wanted.replace(None);
-        self.found.borrow_mut().clear();
-        self.missed.set(0);
-        self.guesses.set(false);
-        self.totals.set(Totals::default());
-        self.purpose.set(purpose);
-        if self.stage.get() == Stage::Free {
-            self.stage.set(Stage::Ready);
-        }
-    }
-
-    /// The file says what it is written in, or does not.
-    pub fn read_as(&self, dialect: Option<program::Dialect>) {
-        if let Ok(mut desk) = self.desk.try_borrow_mut()
-            && let Some(desk) = &mut *desk
-        {
-            desk.preflight.read_as(dialect);
-        }
-    }
-
     /// It is of no use any more.
     pub fn forget(&self) {
         self.stage.set(Stage::Free);
         self.wanted.replace(None);
-        self.is_dropped.set(true);
     }
 
     /// It cannot go on.
@@ -253,11 +193,19 @@ impl<'a> Foresight<'a> {
 
     // --- the work's side ---
 
-    /// The work that goes on is to be dropped; once.
-    pub(super) fn take_dropped(&self) -> bool {
-        self.is_dropped.take()
+    /// One is to begin, of a file that is open: nothing is known of it.
+    pub(super) fn begin(&self, purpose: Purpose, file: FileHandle) {
+        self.lines(|lines| *lines = FileLines::new(file));
+        self.wanted.replace(None);
+        self.found.borrow_mut().clear();
+        self.missed.set(0);
+        self.guesses.set(false);
+        self.totals.set(Totals::default());
+        self.purpose.set(purpose);
+        self.stage.set(Stage::Ready);
     }
 
+    /// Whether the work may have a turn, and has what it needs for it.
     pub(super) fn has_its_turn(&self) -> bool {
         let waits = self.stage.get() == Stage::Ready || (self.stage.get() == Stage::Running && !self.wants());
         waits && self.may_run.get()

@@ -1,48 +1,117 @@
 //! The work on a forecast: the file's lines, one after the other, through preflight.
 
-use core::future::poll_fn;
-use core::pin::{Pin, pin};
+use core::cell::RefCell;
+use core::pin::Pin;
+use core::task::{Context, Waker};
 
+use config::MachineConfig;
 use motion::{Mode, Motion, Passage};
-use program::Next;
+use program::{Dialect, Next};
 
-use super::foresight::{Answer, Desk, Foresight, Stage, Wanted};
+use super::foresight::{Answer, Foresight, Purpose, Stage, Wanted};
 use crate::files::Path;
 use crate::jobs;
-use crate::preflight::{Finding, Listener, Preflight};
+use crate::ports::{FileHandle, Workspace};
+use crate::preflight::{AsItIs, Finding, Listener, Preflight, end_turn};
 use crate::sessions::LineBytes;
-use crate::wait::yield_once;
 
-/// Runs `executor`, and the work on forecasts whenever that waits.
-pub(crate) async fn beside<F: Future>(executor: Pin<&mut F>, foresight: &Foresight<'_>) -> F::Output {
-    let mut executor = executor;
-    let mut work = pin!(None);
-    poll_fn(move |context| {
-        let polled = executor.as_mut().poll(context);
-        if foresight.take_dropped() {
-            work.set(None);
+/// Preflight and the motion object that makes no steps.
+pub(crate) struct Desk<'a> {
+    preflight: Preflight<'a>,
+    motion: &'a mut Motion,
+}
+
+impl<'a> Desk<'a> {
+    /// In a workspace. Never inlined, as it is large.
+    #[inline(never)]
+    pub fn new(config: &'a MachineConfig, workspace: &'a mut Workspace) -> Self {
+        let Workspace { motion, program } = workspace;
+        Self { preflight: Preflight::of_nothing(config, program), motion }
+    }
+}
+
+/// A look ahead, as the executor has it.
+pub(crate) trait LookAhead {
+    /// Some of the work on a forecast, when it may. True when there is more to do.
+    fn take_turn(&mut self) -> bool;
+
+    /// Looks ahead from where `motion` is. False: there is no machine that could move, or no memory.
+    fn stand_as(&mut self, motion: &Motion) -> bool;
+
+    /// Begins a forecast of a file that is open, and of the machine as it is, after [`Self::stand_as`].
+    fn begin(&mut self, purpose: Purpose, file: FileHandle, machine: &AsItIs<'_>);
+
+    /// The file says what it is written in, or does not. Before the first turn.
+    fn read_as(&mut self, dialect: Option<Dialect>);
+}
+
+/// The work on forecasts, one after the other.
+pub(crate) struct Work<'w, 'a, F, B> {
+    foresight: &'w Foresight,
+    /// `None`: there is no memory for one. What is under way has it.
+    desk: &'w RefCell<Option<Desk<'a>>>,
+    /// Begins one.
+    begin: B,
+    /// The one under way, in the middle of a line perhaps.
+    under_way: Pin<&'w mut Option<F>>,
+}
+
+impl<'w, 'a, F: Future<Output = ()>, B: Fn() -> F> Work<'w, 'a, F, B> {
+    /// None yet; `place` is where it will lie.
+    pub const fn new(
+        foresight: &'w Foresight,
+        desk: &'w RefCell<Option<Desk<'a>>>,
+        begin: B,
+        place: Pin<&'w mut Option<F>>,
+    ) -> Self {
+        Self { foresight, desk, begin, under_way: place }
+    }
+}
+
+impl<F: Future<Output = ()>, B: Fn() -> F> LookAhead for Work<'_, '_, F, B> {
+    fn take_turn(&mut self) -> bool {
+        if !self.foresight.has_its_turn() {
+            return false;
         }
-        if foresight.has_its_turn() {
-            if work.is_none() {
-                work.set(Some(run(foresight)));
-            }
-            if let Some(going_on) = work.as_mut().as_pin_mut()
-                && going_on.poll(context).is_ready()
-            {
-                work.set(None);
-            }
-            // There is more to do than to wait for interrupts.
-            context.waker().wake_by_ref();
+        if self.foresight.stage() == Stage::Ready {
+            self.under_way.set(Some((self.begin)()));
         }
-        polled
-    })
-    .await
+        let mut context = Context::from_waker(Waker::noop());
+        if self.under_way.as_mut().as_pin_mut().is_some_and(|work| work.poll(&mut context).is_ready()) {
+            self.under_way.set(None);
+        }
+        true
+    }
+
+    fn stand_as(&mut self, motion: &Motion) -> bool {
+        self.under_way.set(None);
+        self.desk.borrow_mut().as_mut().is_some_and(|Desk { preflight, motion: own }| {
+            preflight.settles_in(motion.config().map_or(0.0, Motion::settling));
+            own.pass_as(motion).is_ok()
+        })
+    }
+
+    fn begin(&mut self, purpose: Purpose, file: FileHandle, machine: &AsItIs<'_>) {
+        self.under_way.set(None);
+        if let Some(desk) = &mut *self.desk.borrow_mut() {
+            desk.preflight.begin(machine);
+        }
+        self.foresight.begin(purpose, file);
+    }
+
+    fn read_as(&mut self, dialect: Option<Dialect>) {
+        if let Ok(mut desk) = self.desk.try_borrow_mut()
+            && let Some(desk) = &mut *desk
+        {
+            desk.preflight.read_as(dialect);
+        }
+    }
 }
 
 /// Hears what preflight finds.
-struct Hearing<'f, 'a>(&'f Foresight<'a>);
+struct Hearing<'f>(&'f Foresight);
 
-impl Listener for Hearing<'_, '_> {
+impl Listener for Hearing<'_> {
     fn found(&mut self, finding: &Finding) {
         self.0.found(finding);
     }
@@ -63,9 +132,10 @@ impl Listener for Hearing<'_, '_> {
     }
 }
 
-#[allow(clippy::await_holding_refcell_ref, reason = "the executor only tries to borrow it, and drops the work first")]
-async fn run(foresight: &Foresight<'_>) {
-    let Ok(mut desk) = foresight.desk.try_borrow_mut() else { return };
+/// The work on one forecast.
+#[allow(clippy::await_holding_refcell_ref, reason = "whoever else borrows it drops the work first")]
+pub(crate) async fn read_file(foresight: &Foresight, desk: &RefCell<Option<Desk<'_>>>) {
+    let Ok(mut desk) = desk.try_borrow_mut() else { return };
     let Some(Desk { preflight, motion }) = &mut *desk else { return };
     foresight.stage.set(Stage::Running);
     let ended = read(preflight, motion, foresight).await;
@@ -79,15 +149,11 @@ async fn run(foresight: &Foresight<'_>) {
     });
 }
 
-async fn read(
-    preflight: &mut Preflight<'_>,
-    motion: &mut Motion,
-    foresight: &Foresight<'_>,
-) -> Result<(), &'static str> {
+async fn read(preflight: &mut Preflight<'_>, motion: &mut Motion, foresight: &Foresight) -> Result<(), &'static str> {
     let (listener, mut line) = (&mut Hearing(foresight), LineBytes::new());
     while !preflight.has_ended() {
         while !foresight.has_room() {
-            yield_once().await;
+            end_turn().await;
         }
         let here = foresight.lines.borrow().place();
         let mut next = foresight.lines.borrow_mut().next_at_hand(&mut line);
@@ -116,7 +182,7 @@ async fn read(
 }
 
 /// To where the next line stands.
-async fn go_on(preflight: &mut Preflight<'_>, foresight: &Foresight<'_>, next: Next) -> Result<(), &'static str> {
+async fn go_on(preflight: &mut Preflight<'_>, foresight: &Foresight, next: Next) -> Result<(), &'static str> {
     match next {
         Next::Following => {}
         Next::At(place) => {
@@ -141,10 +207,10 @@ async fn go_on(preflight: &mut Preflight<'_>, foresight: &Foresight<'_>, next: N
 }
 
 /// Has the executor bring something; whether there is such a thing.
-async fn ask(foresight: &Foresight<'_>, wanted: Wanted) -> Result<bool, &'static str> {
+async fn ask(foresight: &Foresight, wanted: Wanted) -> Result<bool, &'static str> {
     foresight.wanted.replace(Some(wanted));
     while foresight.wants() {
-        yield_once().await;
+        end_turn().await;
     }
     match foresight.answer.get() {
         Answer::Here => Ok(true),

@@ -8,7 +8,7 @@ use units::{Actuator, Axis, MmPerSecond, PerAxis};
 use super::numbers::Error;
 use crate::executor::Hands;
 use crate::failure::{Failure, message};
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 use crate::safety::Event;
 
 /// Millimetres in an inch.
@@ -104,7 +104,7 @@ impl Jog {
 ///
 /// # Errors
 /// When something else moves, the target is out of the travel, or the machine halts.
-pub(crate) async fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, jog: &Jog, modal: &Modal) -> Result<(), Failure> {
+pub(crate) fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, jog: &Jog, modal: &Modal) -> Result<(), Failure> {
     let config = hands.config();
     let has_motor =
         |axis: Axis| Actuator::from_index(axis as usize).is_some_and(|motor| config.actuators[motor].present);
@@ -130,7 +130,7 @@ pub(crate) async fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, jog: &Jog, modal
         if is_free {
             break;
         }
-        hands.pause().await?;
+        hands.wait(Wake::Any).unless_halted()?;
     }
     let (from, homed) = (hands.position(), hands.axes().homed());
     let target = jog.target(&from, modal);
@@ -141,7 +141,7 @@ pub(crate) async fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, jog: &Jog, modal
         return Ok(());
     }
     let begins = hands.apply(Event::JogBegins);
-    let went = hands.go(target, jog.rate, motion::Mode::Rapid).await;
+    let went = hands.go(target, jog.rate, motion::Mode::Rapid);
     if begins && went.is_err() && hands.motion(|motion| motion.is_idle()) {
         hands.apply(Event::Drained);
     }

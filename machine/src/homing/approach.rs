@@ -20,18 +20,18 @@ use crate::ports::Ports;
 const RETRIES: u8 = 3;
 
 /// One cycle for the axes of a set, which then stand on their switches: each is at its place of `places`, mm.
-pub(super) async fn cycle<P: Ports>(
+pub(super) fn cycle<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     set: AxisSet,
     places: &PerAxis<f64>,
     samples: &Samples,
 ) -> Result<(), Failure> {
-    let Some(axis) = stall::axis_of(hands.config(), set) else { return find(hands, set, places, samples).await };
+    let Some(axis) = stall::axis_of(hands.config(), set) else { return find(hands, set, places, samples) };
     // A motor that an override makes slow would look stalled.
     let overrides = hands.motion(|motion| motion.overrides());
     hands.motion(|motion| motion.set_overrides(1.0, 1.0));
     let homed = match stall::begin(hands, axis) {
-        Ok(()) => find(hands, set, places, samples).await,
+        Ok(()) => find(hands, set, places, samples),
         Err(silent) => Err(silent),
     };
     // Whatever has happened.
@@ -39,7 +39,7 @@ pub(super) async fn cycle<P: Ports>(
     homed.and(stall::end(hands, axis))
 }
 
-async fn find<P: Ports>(
+fn find<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     set: AxisSet,
     places: &PerAxis<f64>,
@@ -52,11 +52,11 @@ async fn find<P: Ports>(
     let were_homed = hands.axes().homed();
     let stalled = stall::axis_of(config, set);
     let first = match stalled {
-        Some(axis) => stall::approach(hands, axis, fast, far.travel).await?,
-        None => far.run(hands).await?,
+        Some(axis) => stall::approach(hands, axis, fast, far.travel)?,
+        None => far.run(hands)?,
     };
     let was_cut = first.was_cut;
-    let (mut hits, mut places) = (agreed_hits(hands, set, slow, samples).await?, *places);
+    let (mut hits, mut places) = (agreed_hits(hands, set, slow, samples)?, *places);
     if let Some(axis) = stalled {
         stall::is_at_the_end(config, axis, first.at[axis], hits[axis])?;
     }
@@ -75,17 +75,17 @@ async fn find<P: Ports>(
     hands.set_position(position)?;
     // Onto the switch positions themselves: braking went a little past them.
     set.axes().for_each(|axis| position[axis] = places[axis]);
-    hands.go(position, slow, Mode::Feed).await?;
-    hands.standstill().await?;
+    hands.go(position, slow, Mode::Feed)?;
+    hands.standstill()?;
     if stalled.is_some() {
         // Its motor would go on pushing.
-        back_off(hands, set, slow).await?;
+        back_off(hands, set, slow)?;
     }
     Ok(())
 }
 
 /// Where each axis is when its switch closes at the slow rate: the mean of approaches that agree.
-async fn agreed_hits<P: Ports>(
+fn agreed_hits<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     set: AxisSet,
     slow: MmPerSecond,
@@ -95,8 +95,8 @@ async fn agreed_hits<P: Ports>(
     loop {
         let mut round = Round::default();
         let hits = loop {
-            back_off(hands, set, slow).await?;
-            let hits = slow_hits(hands, set, slow).await?;
+            back_off(hands, set, slow)?;
+            let hits = slow_hits(hands, set, slow)?;
             round.add(set, &hits);
             if round.count() >= samples.count {
                 break hits;
@@ -115,26 +115,22 @@ async fn agreed_hits<P: Ports>(
 }
 
 /// Where each axis is when its switch closes at the slow rate. Each round settles one axis at least.
-async fn slow_hits<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    set: AxisSet,
-    slow: MmPerSecond,
-) -> Result<PerAxis<f64>, Failure> {
+fn slow_hits<P: Ports>(hands: &mut Hands<'_, '_, P>, set: AxisSet, slow: MmPerSecond) -> Result<PerAxis<f64>, Failure> {
     if let Some(axis) = stall::axis_of(hands.config(), set) {
-        return stall::approach(hands, axis, slow, |stop| 2.0 * stop.retract.0).await.map(|hits| hits.at);
+        return stall::approach(hands, axis, slow, |stop| 2.0 * stop.retract.0).map(|hits| hits.at);
     }
     let near = |set| Approach { set, rate: slow, travel: |stop| 2.0 * stop.retract.0, may_be_there: false };
-    let Hits { mut at, mut unsure, .. } = near(set).run(hands).await?;
+    let Hits { mut at, mut unsure, .. } = near(set).run(hands)?;
     while !unsure.is_empty() {
-        back_off(hands, unsure, slow).await?;
-        let again = near(unsure).run(hands).await?;
+        back_off(hands, unsure, slow)?;
+        let again = near(unsure).run(hands)?;
         unsure.without(again.unsure).axes().for_each(|axis| at[axis] = again.at[axis]);
         unsure = again.unsure;
     }
     Ok(at)
 }
 
-async fn back_off<P: Ports>(hands: &mut Hands<'_, '_, P>, set: AxisSet, rate: MmPerSecond) -> Result<(), Failure> {
+fn back_off<P: Ports>(hands: &mut Hands<'_, '_, P>, set: AxisSet, rate: MmPerSecond) -> Result<(), Failure> {
     let config = hands.config();
     let mut target = hands.position();
     for axis in set.axes() {
@@ -142,8 +138,8 @@ async fn back_off<P: Ports>(hands: &mut Hands<'_, '_, P>, set: AxisSet, rate: Mm
             target[axis] -= towards(stop) * stop.retract.0;
         }
     }
-    hands.go(target, rate, Mode::Feed).await?;
-    hands.standstill().await
+    hands.go(target, rate, Mode::Feed)?;
+    hands.standstill()
 }
 
 /// A way to the switches of some axes.
@@ -167,7 +163,7 @@ struct Progress {
 
 impl Approach {
     /// Moves towards the switches until all have closed.
-    async fn run<P: Ports>(&self, hands: &mut Hands<'_, '_, P>) -> Result<Hits, Failure> {
+    fn run<P: Ports>(&self, hands: &mut Hands<'_, '_, P>) -> Result<Hits, Failure> {
         let config = hands.config();
         let start = hands.position();
         let hits = Hits { at: start, unsure: AxisSet::NONE, was_cut: false };
@@ -179,14 +175,14 @@ impl Approach {
             if self.finds_some_operated(hands, &mut progress)? {
                 continue;
             }
-            hands.go(target, self.rate, Mode::Feed).await?;
-            let Some(trigger) = wait_trigger(hands).await? else {
+            hands.go(target, self.rate, Mode::Feed)?;
+            let Some(trigger) = wait_trigger(hands)? else {
                 return Err(progress.not_found(config));
             };
             let own =
                 |axis: &Axis| switch_of(config, *axis).is_some_and(|(input, _)| Some(input.bit()) == bit_of(&trigger));
             match progress.missing.axes().find(own) {
-                Some(axis) => progress.closed(hands, axis, &trigger, self.pass(&progress)).await?,
+                Some(axis) => progress.closed(hands, axis, &trigger, self.pass(&progress))?,
                 None => progress.slave_closed(hands, &trigger),
             }
             progress.hits.was_cut |= hands.latch().is_hard();
@@ -255,7 +251,7 @@ impl Approach {
 
 impl Progress {
     /// The axis' own switch closed. It counts when it is still operated `debounce_ms` after the motors stand.
-    async fn closed<P: Ports>(
+    fn closed<P: Ports>(
         &mut self,
         hands: &mut Hands<'_, '_, P>,
         axis: Axis,
@@ -263,10 +259,10 @@ impl Progress {
         pass: Pass,
     ) -> Result<(), Failure> {
         let config = hands.config();
-        hands.wait(config.homing.debounce).await?;
+        hands.wait_for(config.homing.debounce)?;
         if !operated(config, hands.inputs(), AxisSet::of(axis)).is_empty() {
             let hit = hands.motion(|motion| motion.position_of_steps(&trigger.steps))[axis];
-            endstop_phase::switch_closed(hands, axis, &trigger.steps, hit, pass).await?;
+            endstop_phase::switch_closed(hands, axis, &trigger.steps, hit, pass)?;
             self.hits.at[axis] = hit;
             self.missing = self.missing.without(AxisSet::of(axis));
         } else if self.disturbed < RETRIES {

@@ -8,7 +8,7 @@ use super::switches::switch_of;
 use crate::executor::Hands;
 use crate::failure::{Failure, message};
 use crate::grbl::numbers::{Alarm, Error};
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 
 /// Where axes were when their switches closed, mm.
 #[derive(Clone, Copy, Debug)]
@@ -24,11 +24,11 @@ pub(super) struct Hits {
 ///
 /// # Errors
 /// [`Failure::Halted`].
-pub(crate) async fn wait_trigger<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Option<Trigger>, Failure> {
-    hands.standstill().await?;
+pub(crate) fn wait_trigger<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Option<Trigger>, Failure> {
+    hands.standstill()?;
     // An input that fires at the very last step is seen by the feed at its next run only.
     while hands.latch().fired().is_some() {
-        hands.pause().await?;
+        hands.wait(Wake::Any).unless_halted()?;
     }
     Ok(hands.motion(Motion::take_trigger))
 }

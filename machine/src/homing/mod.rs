@@ -45,11 +45,11 @@ const XY: AxisSet = AxisSet::of(Axis::X).with(Axis::Y);
 ///
 /// # Errors
 /// A refusal when none of them can be, an alarm when a switch is not found where it should be.
-pub(crate) async fn home<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet) -> Result<(), Failure> {
+pub(crate) fn home<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet) -> Result<(), Failure> {
     let homing = &hands.config().homing;
     let (tolerance, retries) = (homing.tolerance.0, homing.retries);
     let samples = Samples { count: homing.samples, tolerance, retries, tells_all: false, off: Cell::default() };
-    home_with(hands, named, &samples).await
+    home_with(hands, named, &samples)
 }
 
 /// Homes everything before a bed is measured. Where a line of the configuration stands for G28, homing is not
@@ -57,9 +57,9 @@ pub(crate) async fn home<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet)
 ///
 /// # Errors
 /// As [`home`]; a refusal when that line has not been run.
-pub(crate) async fn home_before_probing<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+pub(crate) fn home_before_probing<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
     if hands.config().homing.gcode.is_empty() {
-        return home(hands, AxisSet::NONE).await;
+        return home(hands, AxisSet::NONE);
     }
     if hands.all_homed() {
         return Ok(());
@@ -72,13 +72,13 @@ pub(crate) async fn home_before_probing<P: Ports>(hands: &mut Hands<'_, '_, P>) 
 ///
 /// # Errors
 /// As [`home`].
-pub(crate) async fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, count: u8) -> Result<f64, Failure> {
+pub(crate) fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, count: u8) -> Result<f64, Failure> {
     let samples = Samples { count, tolerance: f64::INFINITY, retries: 0, tells_all: true, off: Cell::default() };
-    home_with(hands, AxisSet::of(axis), &samples).await?;
+    home_with(hands, AxisSet::of(axis), &samples)?;
     Ok(samples.off.get()[axis])
 }
 
-async fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, samples: &Samples) -> Result<(), Failure> {
+fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, samples: &Samples) -> Result<(), Failure> {
     let config = hands.config();
     let chosen = chosen(config, named);
     if chosen.is_empty() {
@@ -87,13 +87,13 @@ async fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, sampl
     if hands.cancel_suspend() {
         hands.announce(format_args!("//Suspend cancelled due to homing cycle\n"));
     }
-    hands.standstill().await?;
+    hands.standstill()?;
     hands.enable_motors()?;
     hands.apply(Event::HomingBegins);
-    let mut homed = find_switches(hands, chosen, samples).await;
+    let mut homed = find_switches(hands, chosen, samples);
     if !matches!(homed, Err(Failure::Alarm(_))) {
         // A hold may have come with the very last step. In it homing would not end.
-        homed = homed.and(hands.wait_while_held().await);
+        homed = homed.and(hands.wait_while_held());
     }
     hands.apply(Event::HomingEnds);
     hands.stay_suspended();
@@ -103,8 +103,8 @@ async fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, sampl
         hands.announce(format_args!("{word}\n"));
     }
     homed?;
-    move_to_origin(hands, chosen).await?;
-    leave_limits(hands, chosen).await
+    move_to_origin(hands, chosen)?;
+    leave_limits(hands, chosen)
 }
 
 /// Where the machine is after homing these axes from here, if every switch is where it should be, mm.
@@ -155,11 +155,7 @@ fn switch_places(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64> {
 
 /// Homes with the latch, the filters and the compensation out of the way, and puts them back whatever
 /// happens.
-async fn find_switches<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    chosen: AxisSet,
-    samples: &Samples,
-) -> Result<(), Failure> {
+fn find_switches<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet, samples: &Samples) -> Result<(), Failure> {
     hands.suspend_limits();
     // Filters would delay the stop at a switch.
     hands.motion(|motion| motion.bypass_filters(true));
@@ -167,13 +163,13 @@ async fn find_switches<P: Ports>(
     let was_suspended = hands.motion(|motion| motion.compensation().is_suspended());
     let suspended = hands.motion(|motion| motion.suspend_compensation(true));
     let homed = match suspended {
-        Ok(()) => home_in_space(hands, chosen, samples).await,
+        Ok(()) => home_in_space(hands, chosen, samples),
         Err(busy) => Err(Failure::Refused(message(format_args!("{busy}")))),
     };
     hands.motion(|motion| motion.bypass_filters(false));
     if !was_suspended {
         // A stop or a halt may still be coming to its end.
-        come_to_rest(hands).await;
+        come_to_rest(hands);
         let restored = hands.motion(|motion| motion.suspend_compensation(false));
         return homed.and(restored.map_err(|busy| Failure::Alarm(message(format_args!("{busy}")))));
     }
@@ -181,86 +177,82 @@ async fn find_switches<P: Ports>(
 }
 
 /// Homes axes, or motors where the kinematics mean nothing before.
-async fn home_in_space<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    chosen: AxisSet,
-    samples: &Samples,
-) -> Result<(), Failure> {
+fn home_in_space<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet, samples: &Samples) -> Result<(), Failure> {
     let config = hands.config();
     if !are_motors(config, chosen) {
         let places = switch_places(config, hands.tuning());
-        let homed = home_in_order(hands, chosen, &places, samples).await;
+        let homed = home_in_order(hands, chosen, &places, samples);
         hands.latch().disarm();
         return homed;
     }
     let space = MotorSpace::enter(hands)?;
-    let homed = home_motors(hands, chosen, &space.switches(), samples).await;
+    let homed = home_motors(hands, chosen, &space.switches(), samples);
     hands.latch().disarm();
-    let left = space.leave(hands).await;
+    let left = space.leave(hands);
     homed.and(left)
 }
 
-async fn home_motors<P: Ports>(
+fn home_motors<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     chosen: AxisSet,
     places: &PerAxis<f64>,
     samples: &Samples,
 ) -> Result<(), Failure> {
-    approach::cycle(hands, chosen.and(AxisSet::PRIMARY), places, samples).await?;
-    home_auxiliary(hands, chosen, places, samples).await
+    approach::cycle(hands, chosen.and(AxisSet::PRIMARY), places, samples)?;
+    home_auxiliary(hands, chosen, places, samples)
 }
 
-async fn home_in_order<P: Ports>(
+fn home_in_order<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     chosen: AxisSet,
     places: &PerAxis<f64>,
     samples: &Samples,
 ) -> Result<(), Failure> {
     let homing = &hands.config().homing;
-    safe_z::lift(hands, chosen).await?;
+    safe_z::lift(hands, chosen)?;
     if !homing.order.is_empty() {
         for axis in homing.order.iter().copied().filter(|axis| chosen.has(*axis)) {
-            safe_z::before(hands, AxisSet::of(axis)).await?;
-            approach::cycle(hands, AxisSet::of(axis), places, samples).await?;
+            safe_z::before(hands, AxisSet::of(axis))?;
+            approach::cycle(hands, AxisSet::of(axis), places, samples)?;
         }
         return Ok(());
     }
     let z = AxisSet::of(Axis::Z);
     let cycles = if homing.z_first { [z, XY] } else { [XY, z] };
     for cycle in cycles.map(|cycle| cycle.and(chosen)).into_iter().filter(|cycle| !cycle.is_empty()) {
-        safe_z::before(hands, cycle).await?;
+        safe_z::before(hands, cycle)?;
         if homing.corexy || stall::is_used(hands.config(), cycle) {
-            each_alone(hands, cycle, places, samples).await?;
+            each_alone(hands, cycle, places, samples)?;
         } else {
-            approach::cycle(hands, cycle, places, samples).await?;
+            approach::cycle(hands, cycle, places, samples)?;
         }
     }
-    home_auxiliary(hands, chosen, places, samples).await
+    home_auxiliary(hands, chosen, places, samples)
 }
 
 /// A, B and C.
-async fn home_auxiliary<P: Ports>(
+fn home_auxiliary<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     chosen: AxisSet,
     places: &PerAxis<f64>,
     samples: &Samples,
 ) -> Result<(), Failure> {
-    each_alone(hands, chosen.without(AxisSet::PRIMARY), places, samples).await
+    each_alone(hands, chosen.without(AxisSet::PRIMARY), places, samples)
 }
 
-async fn each_alone<P: Ports>(
+fn each_alone<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     set: AxisSet,
     places: &PerAxis<f64>,
     samples: &Samples,
 ) -> Result<(), Failure> {
     for axis in set.axes() {
-        approach::cycle(hands, AxisSet::of(axis), places, samples).await?;
+        approach::cycle(hands, AxisSet::of(axis), places, samples)?;
     }
     Ok(())
 }
 
-async fn move_to_origin<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
+fn move_to_origin<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
     let config = hands.config();
     if !config.homing.move_to_origin || chosen.and(XY).is_empty() || !hands.axes().homed().has_all(XY) {
         return Ok(());
@@ -272,11 +264,11 @@ async fn move_to_origin<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet)
         // Down from the switches first of all, or one of them would be operated in the middle.
         target[Axis::Z] -= switch_of(config, Axis::Z).map_or(0.0, |(_, stop)| stop.retract.0);
     }
-    hands.go_there(target, rate).await
+    hands.go_there(target, rate)
 }
 
 /// A switch that is a limit cannot guard while it is operated: its axis moves off by `retract`.
-async fn leave_limits<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
+fn leave_limits<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
     let config = hands.config();
     let is_limit = |axis: &Axis| switch_of(config, *axis).is_some_and(|(_, stop)| stop.limit_enable);
     let on = operated(config, hands.inputs(), AxisSet::collect(chosen.axes().filter(is_limit)));
@@ -295,6 +287,6 @@ async fn leave_limits<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -
             target[axis] += away;
         }
     }
-    hands.go(target, rate, Mode::Feed).await?;
-    hands.standstill().await
+    hands.go(target, rate, Mode::Feed)?;
+    hands.standstill()
 }

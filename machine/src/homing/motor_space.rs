@@ -13,7 +13,7 @@ use super::switch_places;
 use crate::arms;
 use crate::executor::Hands;
 use crate::failure::{Failure, message};
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 use crate::tuning::Tuning;
 
 /// Any motion comes to rest by then: a halt brakes for a second at most, and tries to cut for another.
@@ -61,8 +61,8 @@ impl MotorSpace {
 
     /// X, Y and Z are the tool's again, at the place that the motors' positions mean. Waits for standstill,
     /// halt or not.
-    pub(super) async fn leave<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
-        come_to_rest(hands).await;
+    pub(super) fn leave<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+        come_to_rest(hands);
         let mut config = hands.motion_config()?;
         config.kinematics = self.kinematics;
         config.limits.axis_speed = self.axis_speed;
@@ -79,10 +79,10 @@ impl MotorSpace {
 }
 
 /// Waits for standstill after something went wrong, halt or not; no longer than any halt takes.
-pub(crate) async fn come_to_rest<P: Ports>(hands: &mut Hands<'_, '_, P>) {
+pub(crate) fn come_to_rest<P: Ports>(hands: &mut Hands<'_, '_, P>) {
     let since = hands.now();
     while !hands.motion(|motion| motion.is_idle()) && hands.now().since(since) < SETTLING_TIME {
-        hands.pause_anyway().await;
+        hands.wait(Wake::Any).whatever_happens();
     }
 }
 

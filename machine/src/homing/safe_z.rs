@@ -11,7 +11,7 @@ use crate::ports::Ports;
 
 /// Raises Z before X or Y home, or go to where Z homes. Where Z homes upwards it goes up anyhow, and may
 /// stand on its switch.
-pub(super) async fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
+pub(super) fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
     let config = hands.config();
     let lift = config.homing.lift.0;
     let z = switch_of(config, Axis::Z);
@@ -25,15 +25,15 @@ pub(super) async fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet
     let mut target = here;
     target[Axis::Z] += lift;
     let target = hands.travel().cut(&here, &target, homed);
-    hands.go(target, rate, Mode::Feed).await?;
-    hands.standstill().await
+    hands.go(target, rate, Mode::Feed)?;
+    hands.standstill()
 }
 
 /// Goes to where Z homes, before it does.
 ///
 /// # Errors
 /// When X or Y is not homed.
-pub(super) async fn before<P: Ports>(hands: &mut Hands<'_, '_, P>, cycle: AxisSet) -> Result<(), Failure> {
+pub(super) fn before<P: Ports>(hands: &mut Hands<'_, '_, P>, cycle: AxisSet) -> Result<(), Failure> {
     let config = hands.config();
     let place = config.homing.safe_z;
     if !cycle.has(Axis::Z) || place == [None; 2] {
@@ -47,6 +47,6 @@ pub(super) async fn before<P: Ports>(hands: &mut Hands<'_, '_, P>, cycle: AxisSe
         target[axis] = place.map_or(target[axis], |place| place.0);
     }
     let rate = slowest(config, XY, |stop| stop.fast_rate);
-    hands.go(target, rate, Mode::Feed).await?;
-    hands.standstill().await
+    hands.go(target, rate, Mode::Feed)?;
+    hands.standstill()
 }

@@ -15,7 +15,7 @@ use super::switches::{switch_of, towards};
 use crate::executor::Hands;
 use crate::failure::{Failure, message};
 use crate::grbl::numbers::Alarm;
-use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch};
+use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch, Wake};
 
 /// Two stalls at one end lie at most this far apart, full steps: a rotor that fell out of its field in the
 /// first has lost four, and each is seen up to two late.
@@ -95,7 +95,7 @@ fn said(motor: Actuator, done: Result<(), DriverFault>) -> Result<(), Failure> {
 }
 
 /// Moves towards the end of the axis until its motor stalls.
-pub(super) async fn approach<P: Ports>(
+pub(super) fn approach<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     axis: Axis,
     rate: MmPerSecond,
@@ -111,11 +111,11 @@ pub(super) async fn approach<P: Ports>(
     // Where a motor is that has been pushed against an end is known when that has been measured.
     hands.axes().forget_homed(AxisSet::of(axis));
     hands.latch().disarm();
-    hands.go(target, rate, Mode::Feed).await?;
-    steady(hands, full_step(config, axis)).await?;
+    hands.go(target, rate, Mode::Feed)?;
+    steady(hands, full_step(config, axis))?;
     hands.latch().arm_hard(input.bit());
-    let free = mean_reading(hands, axis).await?;
-    let Some(trigger) = wait_trigger(hands).await? else {
+    let free = mean_reading(hands, axis)?;
+    let Some(trigger) = wait_trigger(hands)? else {
         let what = "the motor did not stall within its travel: stall_threshold may be too high for it";
         return Err(alarm(config, axis, Alarm::HomingSearch, what));
     };
@@ -127,7 +127,7 @@ pub(super) async fn approach<P: Ports>(
 }
 
 /// What the driver reads until the axis stops, in the mean; `None` where that is too little to say.
-async fn mean_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<Option<u32>, Failure> {
+fn mean_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<Option<u32>, Failure> {
     let Some(motor) = Actuator::from_index(axis as usize) else { return Ok(None) };
     let (mut sum, mut count, mut due) = (0, 0, hands.now());
     while hands.latch().armed() != 0 && !hands.motion(|motion| motion.is_idle()) {
@@ -139,18 +139,18 @@ async fn mean_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Res
                 count += 1;
             }
         }
-        hands.pause_for_time().await?;
+        hands.wait(Wake::Time).unless_halted()?;
     }
     Ok((count >= LEAST_READINGS).then(|| sum / count))
 }
 
 /// Waits until motion has been at a constant speed for as long as the load takes to be measured, or has
 /// ended.
-pub(crate) async fn steady<P: Ports>(hands: &mut Hands<'_, '_, P>, full_step: f64) -> Result<(), Failure> {
+pub(crate) fn steady<P: Ports>(hands: &mut Hands<'_, '_, P>, full_step: f64) -> Result<(), Failure> {
     hands.motion(motion::Motion::flush);
     let (mut speed, mut since) = (0.0, hands.now());
     loop {
-        hands.pause_for_time().await?;
+        hands.wait(Wake::Time).unless_halted()?;
         let (now, is_idle) = hands.motion(|motion| (motion.speed().0, motion.is_idle()));
         if is_idle {
             return Ok(());

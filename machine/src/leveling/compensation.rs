@@ -9,7 +9,7 @@ use super::words::{fade_up_to, interpolation};
 use crate::bed::{Bed, MeshName};
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, message};
-use crate::ports::Ports;
+use crate::ports::{Ports, Wake};
 
 /// The tool follows a change of compensation at this speed at most.
 const FOLLOWING: MmPerSecond = MmPerSecond(5.0);
@@ -23,31 +23,31 @@ fn refuse(error: CompensationError) -> Failure {
 }
 
 /// Changes the compensation: coordinates stay, and the motors follow where the machine knows where it is.
-pub(super) async fn recompensate<P: Ports>(
+pub(super) fn recompensate<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     change: impl FnOnce(&mut Motion) -> Result<(), CompensationError>,
 ) -> Outcome {
-    hands.standstill().await?;
+    hands.standstill()?;
     let before = hands.position();
     hands.motion(change).map_err(refuse)?;
-    return_to(hands, before).await
+    return_to(hands, before)
 }
 
 /// Takes leveling off for what measures a bed, or moves it. The tool stays where it is and its coordinates
 /// change: it may stand at the bed, and where it read before may be below.
-pub(crate) async fn take_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
-    hands.standstill().await?;
+pub(crate) fn take_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+    hands.standstill()?;
     hands.motion(Motion::level_off).map_err(refuse)
 }
 
 /// Takes leveling off, or puts the same back: the tool stays where it stands, and what it reads changes. Over
 /// a high spot it would go down into the bed otherwise. Where the machine does not know where it is, it reads
 /// as before.
-async fn recompensate_in_place<P: Ports>(
+fn recompensate_in_place<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     change: impl FnOnce(&mut Motion) -> Result<(), CompensationError>,
 ) -> Outcome {
-    hands.standstill().await?;
+    hands.standstill()?;
     let before = hands.position();
     hands.motion(change).map_err(refuse)?;
     let changed = changed(&hands.position(), &before);
@@ -64,11 +64,11 @@ fn changed(now: &PerAxis<f64>, before: &PerAxis<f64>) -> AxisSet {
 }
 
 /// The machine reads as before again: by moving where it is homed, else by taking its word for it.
-async fn return_to<P: Ports>(hands: &mut Hands<'_, '_, P>, before: PerAxis<f64>) -> Outcome {
+fn return_to<P: Ports>(hands: &mut Hands<'_, '_, P>, before: PerAxis<f64>) -> Outcome {
     let changed = changed(&hands.position(), &before);
     if !changed.is_empty() && hands.axes().homed().has_all(changed) {
-        hands.go(before, FOLLOWING, Mode::Feed).await?;
-        hands.standstill().await?;
+        hands.go(before, FOLLOWING, Mode::Feed)?;
+        hands.standstill()?;
     } else {
         hands.set_position(before)?;
     }
@@ -76,8 +76,8 @@ async fn return_to<P: Ports>(hands: &mut Hands<'_, '_, P>, before: PerAxis<f64>)
 }
 
 /// M370: no leveling.
-pub(crate) async fn level_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
-    let off = recompensate_in_place(hands, Motion::level_off).await?;
+pub(crate) fn level_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+    let off = recompensate_in_place(hands, Motion::level_off)?;
     (hands.bed().mesh_name, hands.bed().mesh_waits) = (MeshName::default(), None);
     match hands.config().leveling.strategy {
         Some(Leveling::ThreePoint) => hands.say(format_args!("saved plane cleared\n")),
@@ -88,25 +88,25 @@ pub(crate) async fn level_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome
 }
 
 /// Levels by the heights in the motion object's draft, which were measured at the points of `shape`.
-pub(crate) async fn adopt_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridShape) -> Outcome {
+pub(crate) fn adopt_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridShape) -> Outcome {
     let (leveling, bed) = (&hands.config().leveling, *hands.bed());
     let (fade, between) = (fade(leveling, &bed), interpolation(leveling.mesh.interpolation));
     let there = moved(shape, bed.mesh_offset, -1.0);
-    let adopted = recompensate(hands, |motion| motion.level_by_draft(&there, between, fade)).await?;
+    let adopted = recompensate(hands, |motion| motion.level_by_draft(&there, between, fade))?;
     (hands.bed().mesh_name, hands.bed().mesh_waits) = (MeshName::default(), None);
     Ok(adopted)
 }
 
 /// Levels by the grid in force once more, with what has changed of the settings; as before when it is
 /// refused.
-async fn adopt_again<P: Ports>(hands: &mut Hands<'_, '_, P>, before: Bed) -> Outcome {
+fn adopt_again<P: Ports>(hands: &mut Hands<'_, '_, P>, before: Bed) -> Outcome {
     // Its shape is that of the offset before.
     let lies = hands.motion(|motion| motion.compensation().grid().map(|grid| *grid.shape()));
     let Some(lies) = lies else { return Ok(Answer::Ok) };
-    hands.standstill().await?;
+    hands.standstill()?;
     hands.motion(Motion::copy_to_draft);
     let changes = hands.motion(|motion| motion.compensation().changes());
-    let adopted = adopt_grid(hands, &moved(&lies, before.mesh_offset, 1.0)).await;
+    let adopted = adopt_grid(hands, &moved(&lies, before.mesh_offset, 1.0));
     if hands.motion(|motion| motion.compensation().changes()) == changes {
         *hands.bed() = before;
     } else {
@@ -131,11 +131,7 @@ pub(super) fn shape_in_force<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Option<G
 
 /// M376 H, and M420 Z: the mesh fades from Z0 up to this height; 0: it does not. M376 T: so much of it is
 /// left there. Without words says it.
-pub(crate) async fn fade_height<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    height: Option<f64>,
-    target: Option<f64>,
-) -> Outcome {
+pub(crate) fn fade_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: Option<f64>, target: Option<f64>) -> Outcome {
     if height.is_some_and(|height| height < 0.0) {
         return Err(Failure::refused("the height at which the mesh has faded is 0 or more"));
     }
@@ -143,7 +139,7 @@ pub(crate) async fn fade_height<P: Ports>(
         let before = *hands.bed();
         let bed = hands.bed();
         (bed.fade_height, bed.fade_target) = (height.or(bed.fade_height), target.or(bed.fade_target));
-        adopt_again(hands, before).await?;
+        adopt_again(hands, before)?;
     }
     let (leveling, bed) = (&hands.config().leveling, *hands.bed());
     match fade(leveling, &bed) {
@@ -159,13 +155,13 @@ pub(crate) async fn fade_height<P: Ports>(
 }
 
 /// M420.1: with the tool at X and Y, the mesh is looked up so far from there; for a second tool.
-pub(crate) async fn mesh_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn mesh_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let before = *hands.bed();
     for (offset, letter) in hands.bed().mesh_offset.iter_mut().zip(['X', 'Y']) {
         *offset = words.get(letter).unwrap_or(*offset);
     }
     if hands.bed().mesh_offset != before.mesh_offset {
-        adopt_again(hands, before).await?;
+        adopt_again(hands, before)?;
     }
     let [x, y] = hands.bed().mesh_offset;
     hands.say(format_args!("Mesh offset: X:{x:.4} Y:{y:.4}\n"));
@@ -178,24 +174,24 @@ fn fade(leveling: &LevelingConfig, bed: &Bed) -> Option<Fade> {
 }
 
 /// M420 S0: no leveling, until S1 puts the same grid in force again.
-pub(super) async fn level_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(super) fn level_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let (has_grid, name) = (hands.motion(|motion| motion.compensation().grid().is_some()), hands.bed().mesh_name);
     let waited = hands.bed().mesh_waits;
     let offset = hands.bed().mesh_offset;
-    recompensate_in_place(hands, Motion::level_off).await?;
+    recompensate_in_place(hands, Motion::level_off)?;
     hands.bed().mesh_waits = if has_grid { Some(offset) } else { waited };
     hands.bed().mesh_name = name;
     Ok(Answer::Ok)
 }
 
 /// M420 S1 after S0. False: no grid waits.
-pub(super) async fn level_again<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<bool, Failure> {
+pub(super) fn level_again<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<bool, Failure> {
     let (leveling, bed) = (&hands.config().leveling, *hands.bed());
     let Some(before) = bed.mesh_waits else { return Ok(false) };
     let fade = fade(leveling, &bed);
     // M420.1 may have said another offset meanwhile.
     let by = [before[0] - bed.mesh_offset[0], before[1] - bed.mesh_offset[1]];
-    recompensate_in_place(hands, |motion| motion.level_by_last_grid(by, fade)).await?;
+    recompensate_in_place(hands, |motion| motion.level_by_last_grid(by, fade))?;
     hands.bed().mesh_waits = None;
     Ok(true)
 }
@@ -212,12 +208,12 @@ pub(crate) fn set_compensation_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> 
 ///
 /// # Errors
 /// An alarm when the motors do not come to rest: coordinates would stay the motors' own, unnoticed.
-pub(crate) async fn put_compensation_back<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+pub(crate) fn put_compensation_back<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
     let since = hands.now();
     loop {
         match hands.motion(|motion| motion.suspend_compensation(false)) {
             Ok(()) => return Ok(()),
-            Err(_) if hands.now().since(since) < SETTLING_TIME => hands.pause_anyway().await,
+            Err(_) if hands.now().since(since) < SETTLING_TIME => hands.wait(Wake::Any).whatever_happens(),
             Err(error) => return Err(Failure::Alarm(message(format_args!("leveling is still off: {error}")))),
         }
     }

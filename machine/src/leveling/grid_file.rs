@@ -15,7 +15,7 @@ use super::grid;
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::files::safe_file::{self, Draft};
-use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError};
+use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError, Wake};
 use crate::sessions::Reply;
 
 /// Sizes in a file are those of the configuration when they differ by less, mm: they are rounded to single
@@ -133,7 +133,7 @@ fn grid_wanted(leveling: &LevelingConfig) -> Result<(Leveling, &'static str, Gri
 }
 
 /// M374 without a name.
-pub(super) async fn save_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(super) fn save_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let (strategy, path, wanted) = grid_wanted(&hands.config().leveling)?;
     let shape = shape_in_force(hands).ok_or_else(|| Failure::refused("no grid to save"))?;
     if strategy == Leveling::CartesianGrid && !is_same(&shape, &wanted) {
@@ -141,7 +141,7 @@ pub(super) async fn save_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome
             "the grid in force is not the configured one: save it with a name, M374 P\"name\"",
         ));
     }
-    let written = write_grid(hands, strategy, path, &shape).await;
+    let written = write_grid(hands, strategy, path, &shape);
     written.map_err(|error| Failure::Refused(about_file(path, error.text())))?;
     hands.say(format_args!("grid saved to {path}\n"));
     Ok(Answer::Ok)
@@ -154,7 +154,7 @@ fn is_same(one: &GridShape, other: &GridShape) -> bool {
 }
 
 /// Whatever moment the power goes, the file is the old one or the new one.
-async fn write_grid<P: Ports>(
+fn write_grid<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     strategy: Leveling,
     path: &str,
@@ -166,15 +166,15 @@ async fn write_grid<P: Ports>(
     while written.is_ok() && done < shape.points() {
         let bytes = heights_from(hands, done);
         done += CHUNK;
-        hands.card_at_rest().await;
+        hands.card_at_rest();
         written = draft.write(hands.storage(), &bytes).map(|_| ());
-        hands.pause_anyway().await;
+        hands.wait(Wake::Any).whatever_happens();
     }
     if let Err(error) = written {
         draft.give_up(hands.storage());
         return Err(error);
     }
-    hands.put_in_place(draft).await
+    hands.put_in_place(draft)
 }
 
 /// The bytes of the next heights in force.
@@ -203,10 +203,10 @@ pub(super) fn delete_grid(config: &MachineConfig, storage: &mut impl Storage, re
 }
 
 /// M375 without a name.
-pub(super) async fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(super) fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let (strategy, path, wanted) = grid_wanted(&hands.config().leveling)?;
     // The draft belongs to whoever fills it: nothing may be on its way.
-    hands.standstill().await?;
+    hands.standstill()?;
     let about = |failure: Failure| match failure {
         Failure::Refused(why) => Failure::Refused(message(format_args!("{path}: {why}"))),
         other => other,
@@ -214,11 +214,11 @@ pub(super) async fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome
     let failed = |error: StorageError| Failure::Refused(about_file(path, error.text()));
     safe_file::settle(hands.storage(), path).map_err(failed)?;
     let file = hands.storage().open(path, OpenMode::Read).map_err(failed)?;
-    let read = read_grid(hands, file, strategy, &wanted).await;
+    let read = read_grid(hands, file, strategy, &wanted);
     // It was only read: a failing close loses nothing.
     let _ = hands.storage().close(file);
     let (shape, other_radius) = read.map_err(about)?;
-    adopt_grid(hands, &shape).await.map_err(about)?;
+    adopt_grid(hands, &shape).map_err(about)?;
     if other_radius {
         let radius = -shape.origin[0];
         hands.say(format_args!("// WARNING: the grid's radius is {radius:.3} mm, not the configured one\n"));
@@ -230,7 +230,7 @@ pub(super) async fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome
 }
 
 /// Header and heights; the heights are then in the draft.
-async fn read_grid<P: Ports>(
+fn read_grid<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     file: FileHandle,
     strategy: Leveling,
@@ -263,7 +263,7 @@ async fn read_grid<P: Ports>(
             }
         });
         done += count;
-        hands.pause_anyway().await;
+        hands.wait(Wake::Any).whatever_happens();
     }
     Ok(shape)
 }
@@ -281,9 +281,9 @@ fn fill(storage: &mut impl Storage, file: FileHandle, mut buffer: &mut [u8]) -> 
 
 /// M421: one height of the grid in force, or of a flat one, at column I and row J counted from 0, at the
 /// point nearest to X and Y, or at that nearest to the tool (C): Z is the height, Q is added to it.
-pub(crate) async fn grid_point<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn grid_point<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let (_, _, wanted) = grid_wanted(&hands.config().leveling)?;
-    hands.standstill().await?;
+    hands.standstill()?;
     let shape = shape_in_force(hands).unwrap_or(wanted);
     let here = hands.position();
     let point = named_point(&shape, words, [here[Axis::X], here[Axis::Y]]);
@@ -297,7 +297,7 @@ pub(crate) async fn grid_point<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &W
             *to = height.unwrap_or(f64::from(*to) + more.unwrap_or(0.0)) as f32;
         }
     });
-    adopt_grid(hands, &shape).await
+    adopt_grid(hands, &shape)
 }
 
 /// The index of the point that the words of M421 mean.

@@ -49,22 +49,22 @@ pub fn means(config: &MachineConfig) -> Means {
 }
 
 /// The whole map, at the end of a sequence.
-pub(crate) async fn show_map<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
-    say_from(hands, 0).await
+pub(crate) fn show_map<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+    say_from(hands, 0)
 }
 
 /// What the mesh in force says, without the picture.
-pub(crate) async fn say_findings<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(crate) fn say_findings<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let lines = hands.motion(|motion| motion.compensation().grid().map(|grid| Picture::of(grid.shape()).lines));
-    say_from(hands, lines.map_or(0, |lines| lines + 2)).await
+    say_from(hands, lines.map_or(0, |lines| lines + 2))
 }
 
-async fn say_from<P: Ports>(hands: &mut Hands<'_, '_, P>, first: usize) -> Outcome {
+fn say_from<P: Ports>(hands: &mut Hands<'_, '_, P>, first: usize) -> Outcome {
     let means = means(hands.config());
     for index in first.. {
         let Some(line) = hands.motion(|motion| line_of(motion, means, index))? else { break };
         hands.say(format_args!("{line}\n"));
-        hands.drain().await;
+        hands.drain();
     }
     Ok(Answer::Ok)
 }

@@ -13,7 +13,7 @@ use crate::bed::{Bed, MeshName};
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, about_file, message};
 use crate::files::safe_file::{self, Draft};
-use crate::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, Ports, Storage, StorageError};
+use crate::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, Ports, Storage, StorageError, Wake};
 use crate::sessions::Reply;
 
 /// What the name of a mesh's file ends in.
@@ -36,11 +36,11 @@ fn path_of(name: &MeshName) -> Path {
 }
 
 /// M374.
-pub(crate) async fn save<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
-    let Some(name) = name_in(words)? else { return grid_file::save_grid(hands).await };
+pub(crate) fn save<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let Some(name) = name_in(words)? else { return grid_file::save_grid(hands) };
     let shape = shape_in_force(hands).ok_or_else(|| Failure::refused("no mesh to save: measure the bed with G32"))?;
     let path = path_of(&name);
-    let written = write(hands, &path, &shape).await;
+    let written = write(hands, &path, &shape);
     written.map_err(|error| Failure::Refused(about_file(&path, error.text())))?;
     hands.bed().mesh_name = name;
     hands.say(format_args!("mesh saved to {path}\n"));
@@ -48,7 +48,7 @@ pub(crate) async fn save<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
 }
 
 /// Whatever moment the power goes, the file is the old one or the new one.
-async fn write<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &str, shape: &GridShape) -> Result<(), StorageError> {
+fn write<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &str, shape: &GridShape) -> Result<(), StorageError> {
     let mut draft = Draft::begin(hands.storage(), path)?;
     let mut written = draft.write(hands.storage(), profile_file::heading(shape).as_bytes());
     for index in 0..shape.points() {
@@ -64,12 +64,12 @@ async fn write<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &str, shape: &GridS
             }
         };
         if written.as_ref().is_ok_and(|a_block| *a_block) {
-            hands.pause_anyway().await;
-            hands.card_at_rest().await;
+            hands.wait(Wake::Any).whatever_happens();
+            hands.card_at_rest();
         }
     }
     match written {
-        Ok(_) => hands.put_in_place(draft).await,
+        Ok(_) => hands.put_in_place(draft),
         Err(error) => {
             draft.give_up(hands.storage());
             Err(error)
@@ -101,21 +101,21 @@ pub(crate) fn delete(
 }
 
 /// M375.
-pub(crate) async fn load<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn load<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     match name_in(words)? {
-        Some(name) => load_named(hands, name).await,
-        None => grid_file::load_grid(hands).await,
+        Some(name) => load_named(hands, name),
+        None => grid_file::load_grid(hands),
     }
 }
 
-async fn load_named<P: Ports>(hands: &mut Hands<'_, '_, P>, name: MeshName) -> Outcome {
+fn load_named<P: Ports>(hands: &mut Hands<'_, '_, P>, name: MeshName) -> Outcome {
     let path = path_of(&name);
     // The draft belongs to whoever fills it: nothing may be on its way.
-    hands.standstill().await?;
+    hands.standstill()?;
     let failed = |error: StorageError| Failure::Refused(about_file(&path, error.text()));
     safe_file::settle(hands.storage(), &path).map_err(failed)?;
     let file = hands.storage().open(&path, OpenMode::Read).map_err(failed)?;
-    let read = read(hands, file).await;
+    let read = read(hands, file);
     // It was only read: a failing close loses nothing.
     let _ = hands.storage().close(file);
     let about = |failure: Failure| match failure {
@@ -123,7 +123,7 @@ async fn load_named<P: Ports>(hands: &mut Hands<'_, '_, P>, name: MeshName) -> O
         other => other,
     };
     let shape = read.map_err(about)?;
-    adopt_grid(hands, &shape).await.map_err(about)?;
+    adopt_grid(hands, &shape).map_err(about)?;
     hands.bed().mesh_name = name;
     let ([nx, ny], [x, y], last) = (shape.count, shape.origin, shape.place(shape.points().saturating_sub(1)));
     let name = name.as_str();
@@ -135,7 +135,7 @@ async fn load_named<P: Ports>(hands: &mut Hands<'_, '_, P>, name: MeshName) -> O
 }
 
 /// The heights are then in the draft.
-async fn read<P: Ports>(hands: &mut Hands<'_, '_, P>, file: FileHandle) -> Result<GridShape, Failure> {
+fn read<P: Ports>(hands: &mut Hands<'_, '_, P>, file: FileHandle) -> Result<GridShape, Failure> {
     let mut reader = ProfileReader::default();
     loop {
         let mut chunk = [0; CHUNK];
@@ -152,7 +152,7 @@ async fn read<P: Ports>(hands: &mut Hands<'_, '_, P>, file: FileHandle) -> Resul
             bytes.iter().try_for_each(|byte| reader.push(*byte, &mut take))
         });
         read.map_err(flaw)?;
-        hands.pause_anyway().await;
+        hands.wait(Wake::Any).whatever_happens();
     }
 }
 
@@ -163,7 +163,7 @@ fn put(draft: &mut [f32], index: usize, height: f32) {
 }
 
 /// M374.2: the names of the meshes on the card.
-pub(crate) async fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(crate) fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let (mut seen, mut found) = (0, 0);
     let loaded = hands.bed().mesh_name;
     loop {
@@ -174,7 +174,7 @@ pub(crate) async fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
             let mark = if *name == loaded { " (in force)" } else { "" };
             hands.say(format_args!("{}{mark}\n", name.as_str()));
         }
-        hands.drain().await;
+        hands.drain();
         if entries == 0 {
             break;
         }
@@ -194,22 +194,22 @@ fn names_behind(storage: &mut impl Storage, seen: usize) -> Result<(usize, Vec<M
 
 /// M420: S0 sets the mesh aside, S1 puts it in force again, or loads the saved one; L loads that of this
 /// number; Z is the height at which it has faded, V shows it. Without words as S1.
-pub(crate) async fn use_mesh<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn use_mesh<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let (wanted, is_level) =
         (words.get('S'), hands.motion(|motion| motion.compensation().bed() != motion::compensation::Bed::Flat));
     if let Some(number) = words.get('L') {
-        load_named(hands, numbered(number)?).await?;
+        load_named(hands, numbered(number)?)?;
     } else if wanted == Some(0.0) {
-        level_aside(hands).await?;
-    } else if (words.has('S') || words.is_bare()) && !is_level && !level_again(hands).await? {
+        level_aside(hands)?;
+    } else if (words.has('S') || words.is_bare()) && !is_level && !level_again(hands)? {
         // What was measured must not give way to what was saved once.
-        grid_file::load_grid(hands).await?;
+        grid_file::load_grid(hands)?;
     }
     if words.has('Z') {
-        fade_height(hands, words.get('Z'), None).await?;
+        fade_height(hands, words.get('Z'), None)?;
     }
     if words.has('V') {
-        show_map(hands).await?;
+        show_map(hands)?;
     }
     Ok(Answer::Ok)
 }

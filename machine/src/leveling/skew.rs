@@ -24,9 +24,9 @@ pub(crate) fn configure(motion: &mut impl MotionPort, config: &config::MachineCo
 
 /// M852: skew factors I (XY), J (XZ), K (YZ), or the measured lengths A (AC), B (BD), D (AD) of a square in
 /// plane P; without words says them. M852.1 says what a square means, and changes nothing.
-pub(crate) async fn skew<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn skew<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     if words.code().subcode > 1 {
-        return profile(hands, words).await;
+        return profile(hands, words);
     }
     let measured = square(words)?;
     if words.code().subcode == 1 {
@@ -37,7 +37,7 @@ pub(crate) async fn skew<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
     let before = hands.motion(|motion| motion.compensation().skew());
     let changed = skew_of(before, words)?;
     if let Some(skew) = changed {
-        recompensate(hands, |motion| motion.set_skew(skew)).await?;
+        recompensate(hands, |motion| motion.set_skew(skew))?;
     }
     let skew = changed.unwrap_or(before);
     if let Some(factor) = measured {
@@ -66,7 +66,7 @@ const LONGEST: usize = 128;
 
 /// SKEW_PROFILE: M852.2 saves the skew under a name, M852.3 loads it, M852.4 deletes the file. The file is a
 /// line as M500 writes it, so that it can be read, and played.
-async fn profile<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+fn profile<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let name = words
         .text()
         .and_then(|text| MeshName::read(text).ok())
@@ -82,14 +82,14 @@ async fn profile<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> O
             // Three factors below 1, of eight decimals, fit.
             let _ = writeln!(text, "M852 I{xy:.8} J{xz:.8} K{yz:.8}");
             write_file(hands.storage(), &path, text.as_bytes()).map_err(failed)?;
-            hands.card_has_kept().await.map_err(failed)?;
+            hands.card_has_kept().map_err(failed)?;
             hands.say(format_args!("skew saved to {path}\n"));
         }
         3 => {
             let skew = read_file(hands.storage(), &path).map_err(failed)?.ok_or_else(|| {
                 Failure::Refused(message(format_args!("{path} holds no skew: a line M852 I J K is meant")))
             })?;
-            recompensate(hands, |motion| motion.set_skew(skew)).await?;
+            recompensate(hands, |motion| motion.set_skew(skew))?;
             let Skew { xy, xz, yz } = skew;
             hands.say(format_args!("Skew factors: XY {xy:.8} XZ {xz:.8} YZ {yz:.8}\n"));
         }

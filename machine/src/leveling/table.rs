@@ -32,14 +32,14 @@ pub(crate) fn grid_line(
 ///
 /// # Errors
 /// When there is none.
-pub(crate) async fn show_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(crate) fn show_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let with_places = hands.config().leveling.grid.human_readable;
     let (mut row, mut more) = (0, true);
     while more {
         let line;
         (line, more) = hands.motion(|motion| table_line(motion, with_places, row))?;
         hands.say(format_args!("{line}\n"));
-        hands.drain().await;
+        hands.drain();
         row += 1;
     }
     Ok(Answer::Ok)

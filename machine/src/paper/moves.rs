@@ -13,15 +13,15 @@ const APPROACH: f64 = 0.5;
 pub(super) const CLEAR: f64 = 5.0;
 
 /// Down to a height, always from above.
-pub(super) async fn go_to_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<(), Failure> {
+pub(super) fn go_to_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<(), Failure> {
     let rate = rate(hands);
     let mut target = hands.position();
     if target[Axis::Z] < height + APPROACH {
         target[Axis::Z] = height + APPROACH;
-        hands.go(target, rate, Mode::Rapid).await?;
+        hands.go(target, rate, Mode::Rapid)?;
     }
     target[Axis::Z] = height;
-    hands.go_there(target, rate).await
+    hands.go_there(target, rate)
 }
 
 fn rate<P: Ports>(hands: &mut Hands<'_, '_, P>) -> MmPerSecond {
@@ -29,7 +29,7 @@ fn rate<P: Ports>(hands: &mut Hands<'_, '_, P>) -> MmPerSecond {
 }
 
 /// Over to a place at this height, then down to another.
-pub(super) async fn go_over<P: Ports>(
+pub(super) fn go_over<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     [x, y]: [f64; 2],
     high: f64,
@@ -39,11 +39,11 @@ pub(super) async fn go_over<P: Ports>(
     let (travel, slowly) = (hands.tuning().probe.fast_rate, rate(hands));
     let mut target: PerAxis<f64> = hands.position();
     target[Axis::Z] = if target[Axis::Z] > high { target[Axis::Z] } else { high };
-    hands.go(target, travel, Mode::Rapid).await?;
+    hands.go(target, travel, Mode::Rapid)?;
     (target[Axis::X], target[Axis::Y]) = (x, y);
-    hands.go(target, travel, Mode::Rapid).await?;
+    hands.go(target, travel, Mode::Rapid)?;
     target[Axis::Z] = low;
-    hands.go_there(target, slowly).await
+    hands.go_there(target, slowly)
 }
 
 /// The height of a place of the tool without what levels the machine there, mm.
@@ -51,9 +51,9 @@ pub(super) fn unleveled<P: Ports>(hands: &mut Hands<'_, '_, P>, place: &PerAxis<
     hands.motion(|motion| motion.compensation().motors(place))[Axis::Z]
 }
 
-pub(super) async fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+pub(super) fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
     let rate = rate(hands);
     let mut target = hands.position();
     target[Axis::Z] += CLEAR;
-    hands.go_there(target, rate).await
+    hands.go_there(target, rate)
 }

@@ -12,45 +12,45 @@ use crate::probing::touch_here;
 
 impl Purpose {
     /// The tests by their numbers, and the tool where the paper goes.
-    pub async fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, number: f64) -> Result<Self, Failure> {
+    pub fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, number: f64) -> Result<Self, Failure> {
         match number as u8 {
-            0 => begin_probe_offset(hands).await,
+            0 => begin_probe_offset(hands),
             1 if hands.config().homing_endstop(Axis::Z).is_none() => {
                 Err(Failure::refused("Z has no switch to home with: [endstops] homing_direction"))
             }
             1 => Ok(Self::Endstop),
             2 => Ok(Self::Height),
-            3 => Walk::begin(hands).await.map(Self::Screws),
-            _ => Along::begin(hands).await.map(Self::Twist),
+            3 => Walk::begin(hands).map(Self::Screws),
+            _ => Along::begin(hands).map(Self::Twist),
         }
     }
 
     /// The paper drags with the tool where it is: what is tried next, if anything.
-    pub async fn accept<P: Ports>(self, hands: &mut Hands<'_, '_, P>, turned: bool) -> Result<Option<Self>, Failure> {
+    pub fn accept<P: Ports>(self, hands: &mut Hands<'_, '_, P>, turned: bool) -> Result<Option<Self>, Failure> {
         let here = hands.position();
         let (height, bare) = (here[Axis::Z], unleveled(hands, &here));
         match self {
             Self::ProbeOffset { contact } => set_probe_offset(hands, contact - bare),
-            Self::Endstop => set_homing_position(hands, height).await?,
+            Self::Endstop => set_homing_position(hands, height)?,
             Self::Height => hands.say(format_args!("the paper drags at Z {height:.4} of the machine\n")),
-            Self::Screws(walk) => return Ok(walk.next(hands, turned).await?.map(Self::Screws)),
-            Self::Twist(along) => return Ok(along.next(hands, bare).await?.map(Self::Twist)),
+            Self::Screws(walk) => return Ok(walk.next(hands, turned)?.map(Self::Screws)),
+            Self::Twist(along) => return Ok(along.next(hands, bare)?.map(Self::Twist)),
         }
         Ok(None)
     }
 }
 
 /// Touches the bed under the probe, and brings the tool over the same place.
-async fn begin_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Purpose, Failure> {
+fn begin_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Purpose, Failure> {
     if !hands.config().probe.enable {
         return Err(Failure::refused("no probe is configured: [zprobe] enable"));
     }
-    let contact = touch_here(hands).await?;
+    let contact = touch_here(hands)?;
     let [dx, dy, _] = hands.bed().probe_offsets;
     let place = [contact[Axis::X] + dx, contact[Axis::Y] + dy];
     let high = hands.position()[Axis::Z];
     let low = contact[Axis::Z] - hands.bed().probe_offsets[2] + CLEAR;
-    go_over(hands, place, high, low).await?;
+    go_over(hands, place, high, low)?;
     let [x, y] = place;
     hands.say(format_args!(
         "The probe's contact closed at X:{x:.4} Y:{y:.4}. The tool is over that place now, some {CLEAR} mm above the bed\n"
@@ -69,12 +69,12 @@ fn set_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, offset: f64) {
 }
 
 /// Z read this where it should read zero: so much less is what the switch means.
-async fn set_homing_position<P: Ports>(hands: &mut Hands<'_, '_, P>, reads: f64) -> Result<(), Failure> {
+fn set_homing_position<P: Ports>(hands: &mut Hands<'_, '_, P>, reads: f64) -> Result<(), Failure> {
     let offset = hands.tuning().home_offset()[Axis::Z] - reads;
     if !offset.is_finite() {
         return Err(Failure::Refused(message(format_args!("Z reads {reads}"))));
     }
-    lift(hands).await?;
+    lift(hands)?;
     hands.tuning().set_home_offset(Axis::Z, offset);
     let by_motor = homes_by_motor(hands.config());
     hands.axes().forget_homed(if by_motor { AxisSet::PRIMARY } else { AxisSet::of(Axis::Z) });

@@ -9,33 +9,33 @@ use crate::leveling;
 use crate::ports::Ports;
 
 impl Walk {
-    pub async fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
+    pub fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
         if hands.config().bed_screws.screws.is_empty() {
             return Err(Failure::refused(
                 "BED_SCREWS_ADJUST needs to know where the screws are: write screws in [bed screws]",
             ));
         }
         // A mesh would lift the tool along with what the screws are to mend.
-        leveling::take_off(hands).await?;
+        leveling::take_off(hands)?;
         let walk = Self { screw: 0, accepted: 0 };
-        walk.go(hands).await?;
+        walk.go(hands)?;
         Ok(walk)
     }
 
-    pub async fn next<P: Ports>(self, hands: &mut Hands<'_, '_, P>, turned: bool) -> Result<Option<Self>, Failure> {
+    pub fn next<P: Ports>(self, hands: &mut Hands<'_, '_, P>, turned: bool) -> Result<Option<Self>, Failure> {
         let count = hands.config().bed_screws.screws.len();
         let next = self.after(turned, count);
         match next {
-            Some(walk) => walk.go(hands).await?,
+            Some(walk) => walk.go(hands)?,
             None => hands.say(format_args!("every screw was left as it is: the bed is level\n")),
         }
         Ok(next)
     }
 
-    async fn go<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+    fn go<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
         let screws = &hands.config().bed_screws;
         let place = screws.screws.get(self.screw).copied().unwrap_or_default();
-        go_over(hands, place, screws.initial_height.0, screws.paper_height.0).await?;
+        go_over(hands, place, screws.initial_height.0, screws.paper_height.0)?;
         let (corner, number, count) = (Corner::among(place, &screws.screws), self.screw + 1, screws.screws.len());
         hands.say(format_args!(
             "Screw {number} of {count}, {corner}: does paper just drag? ACCEPT. Else turn it until it does, and say ADJUSTED\n"

@@ -16,8 +16,8 @@ const LONGEST_STEP: f64 = 20.0;
 const HOW: &str = "TESTZ Z=-1, Z=-0.1, Z=- (halfway) or Z=+ move the tool: until a sheet of paper just drags. Then ACCEPT, or ABORT\n";
 
 /// M851.1 to M851.5.
-pub(crate) async fn paper_test<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
-    hands.standstill().await?;
+pub(crate) fn paper_test<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    hands.standstill()?;
     if hands.paper().test.is_some() && !hands.all_homed() {
         hands.paper().end();
         return Err(Failure::refused(
@@ -25,22 +25,22 @@ pub(crate) async fn paper_test<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &W
         ));
     }
     match words.code().subcode {
-        1 => begin(hands, words.get('P').unwrap_or(0.0)).await,
-        2 => step(hands, words).await,
-        3 => accept(hands, false).await,
-        5 => accept(hands, true).await,
-        _ => give_up(hands).await,
+        1 => begin(hands, words.get('P').unwrap_or(0.0)),
+        2 => step(hands, words),
+        3 => accept(hands, false),
+        5 => accept(hands, true),
+        _ => give_up(hands),
     }
 }
 
-async fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, number: f64) -> Outcome {
+fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, number: f64) -> Outcome {
     if hands.paper().test.is_some() {
         return Err(Failure::refused("a paper test is under way: ACCEPT (M851.3) or ABORT (M851.4) it first"));
     }
     if !hands.all_homed() {
         return Err(Failure::refused("a paper test needs a machine that knows where it is: home it first"));
     }
-    let purpose = Purpose::begin(hands, number).await?;
+    let purpose = Purpose::begin(hands, number)?;
     await_paper(hands, purpose);
     hands.say(format_args!("{HOW}"));
     Ok(Answer::Ok)
@@ -55,7 +55,7 @@ const NONE: &str =
     "no paper test is under way: PROBE_CALIBRATE, Z_ENDSTOP_CALIBRATE, MANUAL_PROBE and BED_SCREWS_ADJUST begin one";
 
 /// `M851.2 Z-0.1`, or S: -1 halfway to the next height tried below, -2 to it; 1 and 2 upwards.
-async fn step<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+fn step<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let here = hands.position()[Axis::Z];
     let step = match (words.as_length('Z'), words.get('S')) {
         (Some(mm), None) => Step::By(mm),
@@ -71,7 +71,7 @@ async fn step<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outc
     if libm::fabs(next - here) > LONGEST_STEP {
         return Err(Failure::Refused(message(format_args!("a step of a paper test is {LONGEST_STEP} mm at most"))));
     }
-    go_to_height(hands, next).await?;
+    go_to_height(hands, next)?;
     if let Some(test) = &hands.paper().test {
         let shown = test.tried.shown(next);
         hands.say(format_args!("Z: {shown}\n"));
@@ -79,19 +79,19 @@ async fn step<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outc
     Ok(Answer::Ok)
 }
 
-async fn accept<P: Ports>(hands: &mut Hands<'_, '_, P>, turned: bool) -> Outcome {
+fn accept<P: Ports>(hands: &mut Hands<'_, '_, P>, turned: bool) -> Outcome {
     let Some(test) = &hands.paper().test else { return Err(Failure::refused(NONE)) };
     let purpose = test.purpose.clone();
     if turned && !matches!(purpose, Purpose::Screws(_)) {
         return Err(Failure::refused("ADJUSTED says that a screw was turned: ACCEPT here"));
     }
     // A halt on the way ends the test by itself; nothing has been changed then.
-    match purpose.accept(hands, turned).await {
+    match purpose.accept(hands, turned) {
         Ok(Some(next)) => await_paper(hands, next),
         Ok(None) => {
             hands.paper().end();
             if hands.axes().homed().has_all(AxisSet::PRIMARY) {
-                lift(hands).await?;
+                lift(hands)?;
             }
         }
         Err(failure) => {
@@ -105,11 +105,11 @@ async fn accept<P: Ports>(hands: &mut Hands<'_, '_, P>, turned: bool) -> Outcome
     Ok(Answer::Ok)
 }
 
-async fn give_up<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+fn give_up<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     if !hands.paper().end() {
         return Err(Failure::refused(NONE));
     }
-    lift(hands).await?;
+    lift(hands)?;
     hands.say(format_args!("the paper test has ended, nothing was changed\n"));
     Ok(Answer::Ok)
 }

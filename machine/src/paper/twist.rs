@@ -21,7 +21,7 @@ fn place<P: Ports>(hands: &Hands<'_, '_, P>, index: usize) -> f64 {
 }
 
 impl Along {
-    pub async fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
+    pub fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
         let config = hands.config();
         if !config.probe.enable {
             return Err(Failure::refused("no probe is configured: [zprobe] enable"));
@@ -31,36 +31,36 @@ impl Along {
                 "where is the twist to be measured? [axis twist compensation] start, end and line",
             ));
         }
-        Self { contact: 0.0, offsets: Vec::new() }.go(hands).await
+        Self { contact: 0.0, offsets: Vec::new() }.go(hands)
     }
 
     /// To the place that comes next: touches there, and brings the tool over it.
-    async fn go<P: Ports>(mut self, hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
+    fn go<P: Ports>(mut self, hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
         let config = hands.config();
         let (along, line) = (place(hands, self.offsets.len()), config.axis_twist.line.0);
         let place = if config.axis_twist.along_y { [line, along] } else { [along, line] };
         let (bed, high) = (*hands.bed(), config.axis_twist.initial_height.0);
-        let touched = touch_uncorrected(hands, nozzle_over(&bed, place), high).await;
+        let touched = touch_uncorrected(hands, nozzle_over(&bed, place), high);
         if touched.is_ok() {
             // Scripts do not begin at the bed.
-            lift(hands).await?;
+            lift(hands)?;
         }
         let ended = touched.as_ref().map(|_| crate::failure::Answer::Ok).map_err(Clone::clone);
-        stow_after(hands, ended).await?;
+        stow_after(hands, ended)?;
         let contact: PerAxis<f64> = touched?;
         self.contact = unleveled(hands, &contact);
-        go_over(hands, place, high, contact[Axis::Z] - bed.probe_offsets[2] + CLEAR).await?;
+        go_over(hands, place, high, contact[Axis::Z] - bed.probe_offsets[2] + CLEAR)?;
         let (number, count, letter) =
             (self.offsets.len() + 1, config.axis_twist.samples, if config.axis_twist.along_y { 'Y' } else { 'X' });
         hands.say(format_args!("Place {number} of {count}: {letter}{along:.2}\n"));
         Ok(self)
     }
 
-    pub async fn next<P: Ports>(mut self, hands: &mut Hands<'_, '_, P>, height: f64) -> Result<Option<Self>, Failure> {
+    pub fn next<P: Ports>(mut self, hands: &mut Hands<'_, '_, P>, height: f64) -> Result<Option<Self>, Failure> {
         // As many as samples, which the schema bounds.
         let _ = self.offsets.push(self.contact - height);
         if self.offsets.len() < usize::from(hands.config().axis_twist.samples) {
-            return self.go(hands).await.map(Some);
+            return self.go(hands).map(Some);
         }
         let mean = self.offsets.iter().sum::<f64>() / self.offsets.len() as f64;
         let mut twist = Twist::along(hands.config().axis_twist.along_y);

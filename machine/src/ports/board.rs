@@ -122,10 +122,6 @@ pub trait Board {
     /// The executor still runs. The watchdog is fed only when all reporters do this.
     fn report_alive(&mut self);
 
-    /// The executor has nothing to do until time passes, or something comes. Who polls it all the same loses
-    /// nothing.
-    fn rest(&mut self) {}
-
     /// Stops the core for a debugger. False when none is attached.
     fn stop_for_debugger(&mut self) -> bool;
 

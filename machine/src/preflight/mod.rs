@@ -20,6 +20,7 @@ mod settings;
 mod state;
 mod text;
 mod told;
+mod turns;
 
 pub use finding::{Finding, Kind, Severity, SubName};
 pub use limits::Limit;
@@ -27,3 +28,4 @@ pub(crate) use state::AsItIs;
 pub use state::{Listener, MOST_LINES, Preflight, Totals};
 pub use text::{dialect_of, read};
 pub use told::{Clock, TOLD_LINES, Told};
+pub(crate) use turns::end_turn;

@@ -40,7 +40,30 @@ impl Reading<'_, '_> {
         let deviation = || limits().map_or(0.0, |limits| limits.junction_deviation.get());
         let own = drawing::in_motions_terms(request, self.preflight.tag(), deviation);
         self.preflight.without_flow_limit = self.speed_without_flow_limit(request, from);
-        drawing::draw(self, *from, request, own).await
+        for piece in drawing::draw(self, *from, request, own)? {
+            self.take(&piece).await?;
+        }
+        Ok(())
+    }
+
+    /// One piece.
+    async fn take(&mut self, piece: &motion::Move) -> Result<(), Said> {
+        let (from, since) = (self.motion.commanded_position(), self.motion.submitted());
+        loop {
+            match self.motion.submit(piece) {
+                Ok(()) => break,
+                Err(Refusal::Full | Refusal::Stopping) if self.pass() => self.preflight.turn().await,
+                Err(refusal) => {
+                    return Err(self.say(Kind::Unreachable, message(format_args!("{refusal}"))));
+                }
+            }
+        }
+        self.preflight.moves = true;
+        self.hold_against_limits(&from, piece, since);
+        if self.preflight.costs.is_full() {
+            self.settle_costs(Costs::settle).await;
+        }
+        Ok(())
     }
 
     // --- what is wrong with a move ---
@@ -244,24 +267,5 @@ impl Draws for Reading<'_, '_> {
         let homed = self.preflight.homed;
         let checked = self.preflight.travel().check_bounds(from, bounds, homed);
         checked.map_err(|out| self.say(Kind::OutOfTravel, message(format_args!("{out}"))))
-    }
-
-    async fn take(&mut self, piece: &motion::Move) -> Result<(), Said> {
-        let (from, since) = (self.motion.commanded_position(), self.motion.submitted());
-        loop {
-            match self.motion.submit(piece) {
-                Ok(()) => break,
-                Err(Refusal::Full | Refusal::Stopping) if self.pass() => self.preflight.turn().await,
-                Err(refusal) => {
-                    return Err(self.say(Kind::Unreachable, message(format_args!("{refusal}"))));
-                }
-            }
-        }
-        self.preflight.moves = true;
-        self.hold_against_limits(&from, piece, since);
-        if self.preflight.costs.is_full() {
-            self.settle_costs(Costs::settle).await;
-        }
-        Ok(())
     }
 }

@@ -8,13 +8,13 @@ use units::{Axis, AxisSet, Celsius, MAX_HEATERS, MmPerSecond, PerAxis};
 use super::cost::Costs;
 use super::finding::{Finding, Once, SubName};
 use super::limits::Limit;
+use super::turns::end_turn;
 use crate::jobs::MOST_CALLERS;
 use crate::leveling::words::configured as configured_skew;
 use crate::motion_config::motion_config;
 use crate::program_setup;
 use crate::safety::travel::Travel;
 use crate::tuning::Tuning;
-use crate::wait::yield_once;
 
 /// Lines that are read at most: loops may have no end.
 pub const MOST_LINES: u32 = 20_000_000;
@@ -262,7 +262,7 @@ impl<'c> Preflight<'c> {
     /// What comes next, or has just been done, is a turn of its own.
     pub(super) async fn turn_alone(&mut self) {
         self.in_a_row = 0;
-        yield_once().await;
+        end_turn().await;
     }
 
     /// A line or a block is done with: now and then everybody else gets a turn.
@@ -270,7 +270,7 @@ impl<'c> Preflight<'c> {
         self.in_a_row += 1;
         if self.in_a_row >= IN_A_ROW {
             self.in_a_row = 0;
-            yield_once().await;
+            end_turn().await;
         }
     }
 

@@ -5,8 +5,8 @@ use motion::Motion;
 use program::{Dialect, Next, Place};
 
 use super::state::{Listener, Preflight};
+use super::turns::run_to_end;
 use crate::jobs::{MOST_CALLERS, TOO_DEEP};
-use crate::wait::run_to_end;
 
 /// What a text says of its dialect, as a job's file is asked.
 #[must_use]

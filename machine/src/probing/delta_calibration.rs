@@ -60,10 +60,10 @@ struct Goal {
 }
 
 /// G29: how the bed lies at the seven points.
-pub(super) async fn measure_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(super) fn measure_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let circle = circle(hands, words)?;
     hands.delta_records().touches.clear();
-    let belief = touch_delta(hands, circle, FEW).await?;
+    let belief = touch_delta(hands, circle, FEW)?;
     let spread = spread(&belief, &hands.delta_records().touches);
     hands.say(format_args!("Spread: {spread:.4}\n"));
     Ok(Answer::Ok)
@@ -72,20 +72,20 @@ pub(super) async fn measure_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words:
 /// G32: R leaves the trims as they are, E the radius; S is how many numbers are found, I the spread to reach,
 /// J the circle's radius. K is Smoothieware's for starting from the present trims, which is always so: what
 /// is found does not depend on them.
-pub(super) async fn calibrate_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(super) fn calibrate_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let factors = words.get('S').map_or(hands.config().delta_calibration.factors, |factors| factors as u8);
     let sought = sought(factors, words)?;
     let tolerance = words.as_length('I').unwrap_or(hands.config().delta_calibration.tolerance.0);
     let goal = Goal { circle: circle(hands, words)?, tolerance, sought };
     // It belongs to the geometry that is about to change.
-    leveling::take_off(hands).await?;
+    leveling::take_off(hands)?;
     let before = belief(hands)?;
     hands.delta_records().touches.clear();
-    let calibrated = calibration_rounds(hands, &goal).await;
+    let calibrated = calibration_rounds(hands, &goal);
     if calibrated.is_err() {
         // As if nothing had been.
         hands.delta_records().touches.clear();
-        homing::come_to_rest(hands).await;
+        homing::come_to_rest(hands);
         believe(hands, &before)?;
     }
     calibrated
@@ -112,11 +112,11 @@ pub(super) fn sought(factors: u8, words: &Words<'_>) -> Result<Sought, Failure> 
     Ok(sought)
 }
 
-async fn calibration_rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, goal: &Goal) -> Outcome {
+fn calibration_rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, goal: &Goal) -> Outcome {
     let count = if goal.sought.angles { MANY } else { FEW };
     let (mut first, mut reached) = (0.0, 0.0);
     for round in 1..=ROUNDS {
-        let belief = touch_delta(hands, goal.circle, count).await?;
+        let belief = touch_delta(hands, goal.circle, count)?;
         let latest = hands.delta_records().touches_of_last_round(count);
         reached = spread(&belief, latest);
         let before = deviation(&belief, latest);
@@ -133,7 +133,7 @@ async fn calibration_rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, goal: &Goal)
             let found = fit(&belief, Evidence { touches: &records.touches, distances: &[] }, goal.sought)
                 .ok_or_else(|| Failure::refused("calibration: the heights of the points make no sense"))?;
             adopt(hands, &found, goal.sought)?;
-            hands.drain().await;
+            hands.drain();
         }
         if is_noise && !is_reached {
             hands.say(format_args!("What is left, {before:.4} mm on average, is the probe's noise: M48 tells it\n"));
@@ -209,19 +209,19 @@ fn circle<P: Ports>(hands: &Hands<'_, '_, P>, words: &Words<'_>) -> Result<f64, 
 
 /// Homes, finds the bed and touches it at this many places; records the ways of the carriages from their
 /// switches.
-async fn touch_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, circle: f64, count: usize) -> Result<Belief, Failure> {
-    homing::home(hands, AxisSet::PRIMARY).await?;
+fn touch_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, circle: f64, count: usize) -> Result<Belief, Failure> {
+    homing::home(hands, AxisSet::PRIMARY)?;
     let belief = belief(hands)?;
     let from = hands.config().delta_calibration.initial_height.0;
-    let bed = find_bed(hands, [0.0; 2], from).await?;
+    let bed = find_bed(hands, [0.0; 2], from)?;
     let height = clear_of(&hands.tuning().probe, bed[Axis::Z]);
     for [cosine, sine] in PLACES.into_iter().take(count) {
         let at = [circle * cosine, circle * sine];
-        let contact = probe_point(hands, at, height).await?;
+        let contact = probe_point(hands, at, height)?;
         // There is room for every round's.
         let _ = hands.delta_records().touches.push(belief.ways_to(&contact));
         hands.say(format_args!("X:{:.4} Y:{:.4} Z:{:.4}\n", at[0], at[1], contact[Axis::Z]));
-        hands.drain().await;
+        hands.drain();
     }
     Ok(belief)
 }

@@ -37,7 +37,7 @@ fn is_deployed<P: Ports>(hands: &mut Hands<'_, '_, P>) -> bool {
 }
 
 /// Before a search: the probe is out, and the machine where it was.
-pub(super) async fn ensure<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+pub(super) fn ensure<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
     if is_deployed(hands) {
         return Ok(());
     }
@@ -57,16 +57,16 @@ pub(super) async fn ensure<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(),
         ));
     }
     let here = hands.position();
-    deploy(hands, Deployment::BySearch).await?;
-    come_back(hands, here).await
+    deploy(hands, Deployment::BySearch)?;
+    come_back(hands, here)
 }
 
 const NOT_KNOWN: &str = "whether the probe is out is not known: look at it, then M401 or M402";
 const NOT_OUT: &str = "the probe is not deployed: look at it, and at deployed_pin; nothing was probed";
 
 /// Runs a script that moves the probe. Where it ends too early, the probe may be anywhere.
-async fn run_script<P: Ports>(hands: &mut Hands<'_, '_, P>, key: &str, script: &str) -> Result<(), Failure> {
-    let ran = hands.run_probe_script(key, script).await;
+fn run_script<P: Ports>(hands: &mut Hands<'_, '_, P>, key: &str, script: &str) -> Result<(), Failure> {
+    let ran = hands.run_probe_script(key, script);
     if ran.is_err() {
         *hands.deployment() = Deployment::Unknown;
         hands.announce(format_args!(
@@ -76,9 +76,9 @@ async fn run_script<P: Ports>(hands: &mut Hands<'_, '_, P>, key: &str, script: &
     ran
 }
 
-async fn deploy<P: Ports>(hands: &mut Hands<'_, '_, P>, by: Deployment) -> Result<(), Failure> {
+fn deploy<P: Ports>(hands: &mut Hands<'_, '_, P>, by: Deployment) -> Result<(), Failure> {
     let [script, _] = &hands.config().probe_scripts;
-    run_script(hands, DEPLOY, script).await?;
+    run_script(hands, DEPLOY, script)?;
     if sensed(hands) == Some(false) {
         return Err(Failure::refused(NOT_OUT));
     }
@@ -87,7 +87,7 @@ async fn deploy<P: Ports>(hands: &mut Hands<'_, '_, P>, by: Deployment) -> Resul
 }
 
 /// High first, and down last.
-async fn come_back<P: Ports>(hands: &mut Hands<'_, '_, P>, place: PerAxis<f64>) -> Result<(), Failure> {
+fn come_back<P: Ports>(hands: &mut Hands<'_, '_, P>, place: PerAxis<f64>) -> Result<(), Failure> {
     let rate = hands.tuning().probe.fast_rate;
     let mut over = hands.position();
     if place == over {
@@ -95,18 +95,18 @@ async fn come_back<P: Ports>(hands: &mut Hands<'_, '_, P>, place: PerAxis<f64>) 
     }
     if place[Axis::Z] > over[Axis::Z] {
         over[Axis::Z] = place[Axis::Z];
-        hands.go(over, rate, motion::Mode::Rapid).await?;
+        hands.go(over, rate, motion::Mode::Rapid)?;
     }
     let high = over[Axis::Z];
     over = place;
     over[Axis::Z] = high;
-    hands.go(over, rate, motion::Mode::Rapid).await?;
-    hands.go_there(place, rate).await
+    hands.go(over, rate, motion::Mode::Rapid)?;
+    hands.go_there(place, rate)
 }
 
-async fn stow<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+fn stow<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
     let [_, script] = &hands.config().probe_scripts;
-    run_script(hands, STOW, script).await?;
+    run_script(hands, STOW, script)?;
     if sensed(hands) == Some(true) {
         return Err(Failure::refused("the probe is still deployed: look at it, and at stow_gcode; M402 tries again"));
     }
@@ -124,15 +124,15 @@ pub(crate) fn leave_out<P: Ports>(hands: &mut Hands<'_, '_, P>) {
 }
 
 /// A command that searched has ended like this: what it has deployed is stowed. After a halt it is not.
-pub(crate) async fn stow_after<P: Ports>(hands: &mut Hands<'_, '_, P>, ended: Outcome) -> Outcome {
+pub(crate) fn stow_after<P: Ports>(hands: &mut Hands<'_, '_, P>, ended: Outcome) -> Outcome {
     if *hands.deployment() != Deployment::BySearch {
         return ended;
     }
-    if matches!(ended, Err(Failure::Halted | Failure::Alarm(_))) || hands.standstill().await.is_err() {
+    if matches!(ended, Err(Failure::Halted | Failure::Alarm(_))) || hands.standstill().is_err() {
         leave_out(hands);
         return ended;
     }
-    let stowed = stow(hands).await;
+    let stowed = stow(hands);
     if matches!(stowed, Err(Failure::Refused(_))) && *hands.deployment() != Deployment::Unknown {
         *hands.deployment() = Deployment::ByCommand;
     }
@@ -141,20 +141,20 @@ pub(crate) async fn stow_after<P: Ports>(hands: &mut Hands<'_, '_, P>, ended: Ou
 }
 
 /// M401 deploys the probe, M402 stows it, whatever is believed of it.
-pub(crate) async fn deploy_or_stow<P: Ports>(hands: &mut Hands<'_, '_, P>, deploys: bool) -> Outcome {
+pub(crate) fn deploy_or_stow<P: Ports>(hands: &mut Hands<'_, '_, P>, deploys: bool) -> Outcome {
     if !hands.config().probe.enable || !is_moved(hands) {
         // Hosts send it to every printer.
         return Ok(Answer::PassedOver);
     }
     check_homed(hands)?;
-    hands.standstill().await?;
+    hands.standstill()?;
     if !deploys {
-        return stow(hands).await.map(|()| Answer::Ok);
+        return stow(hands).map(|()| Answer::Ok);
     }
     if sensed(hands) == Some(true) {
         *hands.deployment() = Deployment::ByCommand;
         hands.say(format_args!("the probe is deployed already\n"));
         return Ok(Answer::Ok);
     }
-    deploy(hands, Deployment::ByCommand).await.map(|()| Answer::Ok)
+    deploy(hands, Deployment::ByCommand).map(|()| Answer::Ok)
 }

@@ -29,7 +29,7 @@ const GOLDEN: f64 = 2.399_963_229_728_653;
 const ROUNDING: f64 = 1e-6;
 
 /// Homes as configured, and tells the area of G31 and G32: where the probe is now may be part of it.
-pub(super) async fn prepare_cartesian_grid<P: Ports>(
+pub(super) fn prepare_cartesian_grid<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     words: &Words<'_>,
 ) -> Result<Plan, Failure> {
@@ -38,9 +38,9 @@ pub(super) async fn prepare_cartesian_grid<P: Ports>(
     let has_corners = ['X', 'Y', 'A', 'B'].into_iter().all(|letter| words.has(letter));
     let two_corners = (settings.two_corners || has_corners) && words.get('R') != Some(0.0);
     if settings.home && !here && !two_corners {
-        homing::home_before_probing(hands).await?;
+        homing::home_before_probing(hands)?;
     }
-    hands.standstill().await?;
+    hands.standstill()?;
     check_homed(hands)?;
     let area = area_in(words);
     let whole = grid::configured(&hands.config().leveling);
@@ -128,13 +128,13 @@ fn check_places<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(
 }
 
 /// G31 and G32 with a cartesian grid, once its area is known.
-pub(crate) async fn level_by_cartesian_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
-    level_by_grid(hands, plan).await
+pub(crate) fn level_by_cartesian_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
+    level_by_grid(hands, plan)
 }
 
 /// G29 with a cartesian grid: the same from where the tool is, of which nothing remains.
-pub(super) async fn scan_cartesian<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
-    hands.standstill().await?;
+pub(super) fn scan_cartesian<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    hands.standstill()?;
     check_homed(hands)?;
     let (Some(_), Some(_)) = (words.get('X'), words.get('Y')) else {
         return Err(Failure::refused("G29 takes the size X and Y of the area to scan"));
@@ -145,8 +145,8 @@ pub(super) async fn scan_cartesian<P: Ports>(hands: &mut Hands<'_, '_, P>, words
     }
     let plan = Plan { shape, radius: None, reference: shape.place(0), from: hands.position()[Axis::Z] };
     check_places(hands, &plan)?;
-    touch_grid(hands, &plan).await?;
-    say_draft(hands, &shape).await;
+    touch_grid(hands, &plan)?;
+    say_draft(hands, &shape);
     Ok(Answer::Ok)
 }
 
@@ -185,16 +185,16 @@ fn cartesian_shape<P: Ports>(
 }
 
 /// G31 with a delta grid.
-pub(super) async fn level_by_delta_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(super) fn level_by_delta_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let settings = hands.config().leveling.delta;
     if words.has('D') {
         return Err(Failure::refused("D measures a part of a cartesian grid: on a delta J makes the circle smaller"));
     }
     let radius = grid_radius(hands, words)?;
     if settings.home {
-        homing::home_before_probing(hands).await?;
+        homing::home_before_probing(hands)?;
     }
-    hands.standstill().await?;
+    hands.standstill()?;
     check_homed(hands)?;
     let count = delta_count(words, settings.count)?;
     let mut plan = round_plan(radius, count, settings.initial_height.0);
@@ -202,7 +202,7 @@ pub(super) async fn level_by_delta_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, 
     plan.reference = mesh.zero_reference.unwrap_or(plan.reference);
     check_regions(&plan, &mesh.faulty_regions)?;
     check_places(hands, &plan)?;
-    level_by_grid(hands, &plan).await
+    level_by_grid(hands, &plan)
 }
 
 /// Points along a side: as configured, or fewer.
@@ -223,7 +223,7 @@ fn round_plan(radius: f64, count: u8, from: f64) -> Plan {
 
 /// G29 with a delta grid: a map of I points along each side; G29.1: I points along a spiral. Nothing of it
 /// remains.
-pub(super) async fn scan_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, spiral: bool) -> Outcome {
+pub(super) fn scan_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, spiral: bool) -> Outcome {
     let settings = hands.config().leveling.delta;
     let radius = grid_radius(hands, words)?;
     let usual = if spiral { SPIRAL } else { f64::from(settings.count) };
@@ -231,28 +231,28 @@ pub(super) async fn scan_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &W
     if !(2.0..=most).contains(&count) {
         return Err(Failure::Refused(message(format_args!("I is the number of points, 2 to {most}"))));
     }
-    hands.standstill().await?;
+    hands.standstill()?;
     check_homed(hands)?;
     let from = settings.initial_height.0;
     if spiral {
-        return scan_spiral(hands, radius, count, from).await;
+        return scan_spiral(hands, radius, count, from);
     }
     let plan = round_plan(radius, count as u8, from);
-    touch_grid(hands, &plan).await?;
-    say_draft(hands, &plan.shape).await;
+    touch_grid(hands, &plan)?;
+    say_draft(hands, &plan.shape);
     Ok(Answer::Ok)
 }
 
 /// Touches so many points along a spiral out to the radius.
-async fn scan_spiral<P: Ports>(hands: &mut Hands<'_, '_, P>, radius: f64, count: f64, from: f64) -> Outcome {
+fn scan_spiral<P: Ports>(hands: &mut Hands<'_, '_, P>, radius: f64, count: f64, from: f64) -> Outcome {
     let (offsets, probe) = (*hands.bed(), hands.tuning().probe);
-    let bed = find_bed(hands, nozzle_over(&offsets, [0.0; 2]), from).await?[Axis::Z];
+    let bed = find_bed(hands, nozzle_over(&offsets, [0.0; 2]), from)?[Axis::Z];
     for n in 0..count as u32 {
         let (distance, angle) = (radius * libm::sqrt(f64::from(n) / (count - 1.0)), GOLDEN * f64::from(n));
         let at = [distance * libm::cos(angle), distance * libm::sin(angle)];
-        let contact = probe_point(hands, nozzle_over(&offsets, at), clear_of(&probe, bed)).await?;
+        let contact = probe_point(hands, nozzle_over(&offsets, at), clear_of(&probe, bed))?;
         hands.say(format_args!("X:{:.4} Y:{:.4} Z:{:.4}\n", at[0], at[1], contact[Axis::Z] - bed));
-        hands.drain().await;
+        hands.drain();
     }
     Ok(Answer::Ok)
 }
@@ -263,25 +263,25 @@ fn grid_radius<P: Ports>(hands: &Hands<'_, '_, P>, words: &Words<'_>) -> Result<
 }
 
 /// Touches the bed at every point of a grid and levels by what is found.
-async fn level_by_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
-    leveling::take_off(hands).await?;
+fn level_by_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
+    leveling::take_off(hands)?;
     hands.bed().scatter = Scatter::default();
-    touch_grid(hands, plan).await?;
+    touch_grid(hands, plan)?;
     if plan.radius.is_some() {
         hands.motion(|motion| grid::extrapolate(&plan.shape, motion.draft()));
     }
-    leveling::adopt_grid(hands, &plan.shape).await?;
-    leveling::show_grid(hands).await?;
+    leveling::adopt_grid(hands, &plan.shape)?;
+    leveling::show_grid(hands)?;
     let scatter = hands.bed().scatter;
     hands.say(format_args!("{scatter}\n"));
-    leveling::say_findings(hands).await
+    leveling::say_findings(hands)
 }
 
 /// Heights of the bed over that at the reference, into the draft; not a number where nothing is to be
 /// touched.
-async fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(), Failure> {
+fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(), Failure> {
     let (offsets, probe) = (*hands.bed(), hands.tuning().probe);
-    let bed = find_bed(hands, nozzle_over(&offsets, plan.reference), plan.from).await?[Axis::Z];
+    let bed = find_bed(hands, nozzle_over(&offsets, plan.reference), plan.from)?[Axis::Z];
     let height = clear_of(&probe, bed);
     let mut before = Neighbour { at: plan.reference, contact: bed };
     let [nx, ny] = plan.shape.count;
@@ -293,13 +293,13 @@ async fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Resu
             let [x, y] = plan.shape.place(index);
             let mut found = f64::NAN;
             if plan.touches([x, y]) {
-                let contact = touch_point(hands, plan, [x, y], height, &before).await?;
+                let contact = touch_point(hands, plan, [x, y], height, &before)?;
                 before = Neighbour { at: [x, y], contact };
                 found = contact - bed;
             }
             if found.is_finite() {
                 hands.say(format_args!("DEBUG: X{x:.3}, Y{y:.3}, Z{found:.3}\n"));
-                hands.drain().await;
+                hands.drain();
             }
             hands.motion(|motion| {
                 if let Some(slot) = motion.draft().get_mut(index) {
@@ -313,7 +313,7 @@ async fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Resu
 
 /// The height of the bed at a point of the grid; worked out from the edges of a region that must not be
 /// touched.
-async fn touch_point<P: Ports>(
+fn touch_point<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     plan: &Plan,
     place: [f64; 2],
@@ -322,15 +322,15 @@ async fn touch_point<P: Ports>(
 ) -> Result<f64, Failure> {
     let corners = &hands.config().leveling.mesh.faulty_regions;
     let Some(region) = faulty::region_of(place, corners) else {
-        return Ok(probe_beside(hands, place, height, before).await?[Axis::Z]);
+        return Ok(probe_beside(hands, place, height, before)?[Axis::Z]);
     };
     let ends = faulty::ends(place, &region, &area_of(&plan.shape), corners);
     let mut heights = [None; 4];
     for (end, found) in ends.iter().zip(&mut heights) {
         if let Some([x, y]) = *end {
-            let contact = probe_beside(hands, [x, y], height, before).await?[Axis::Z];
+            let contact = probe_beside(hands, [x, y], height, before)?[Axis::Z];
             hands.say(format_args!("// beside a faulty region: X{x:.3}, Y{y:.3}\n"));
-            hands.drain().await;
+            hands.drain();
             *found = Some(contact);
         }
     }
@@ -338,7 +338,7 @@ async fn touch_point<P: Ports>(
 }
 
 /// The draft, a line for each row.
-async fn say_draft<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridShape) {
+fn say_draft<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridShape) {
     let [nx, ny] = shape.count;
     let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
     for row in 0..ny {
@@ -354,7 +354,7 @@ async fn say_draft<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridShape) {
             }
         }
         hands.say(format_args!("\n"));
-        hands.drain().await;
+        hands.drain();
     }
     hands.say(format_args!("Maximum delta: {:.4}\n", most - least));
 }

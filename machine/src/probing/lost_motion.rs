@@ -19,25 +19,21 @@ const BACK: f64 = 2.0;
 ///
 /// # Errors
 /// Without a probe, or when its contact is not where it should be.
-pub(crate) async fn lost_motion<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    axis: Axis,
-    distance: f64,
-) -> Result<(), Failure> {
+pub(crate) fn lost_motion<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, distance: f64) -> Result<(), Failure> {
     if !hands.config().probe.enable {
         return Err(Failure::refused("no probe is configured: [zprobe] enable"));
     }
     check_homed(hands)?;
-    hands.standstill().await?;
+    hands.standstill()?;
     let start = hands.position();
     leveling::set_compensation_aside(hands)?;
-    let measured = rounds(hands, axis, distance).await;
+    let measured = rounds(hands, axis, distance);
     let rate = hands.tuning().probe.fast_rate;
     let back = match measured {
         Err(Failure::Alarm(_) | Failure::Halted) => Ok(()),
-        _ => hands.go_there(start, rate).await,
+        _ => hands.go_there(start, rate),
     };
-    let put_back = leveling::put_compensation_back(hands).await;
+    let put_back = leveling::put_compensation_back(hands);
     let (mean, range) = measured?;
     back.and(put_back)?;
     let letter = axis.letter();
@@ -49,27 +45,27 @@ pub(crate) async fn lost_motion<P: Ports>(
 }
 
 /// Mean and range of what is lost, mm.
-async fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, distance: f64) -> Result<(f64, f64), Failure> {
+fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, distance: f64) -> Result<(f64, f64), Failure> {
     let rate = hands.tuning().probe.slow_rate;
     let towards = if distance < 0.0 { -1.0 } else { 1.0 };
     let (mut sum, mut least, mut most) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
     let mut way = distance;
     for _ in 0..ROUNDS {
-        let closes = find(hands, axis, way, rate, Contact::Closes).await?;
-        let opens = find(hands, axis, -towards * BACK, rate, Contact::Opens).await?;
+        let closes = find(hands, axis, way, rate, Contact::Closes)?;
+        let opens = find(hands, axis, -towards * BACK, rate, Contact::Opens)?;
         let lost = (closes - opens) * towards;
         (sum, least, most) = (sum + lost, f64::min(least, lost), f64::max(most, lost));
         // Well away from it, so that the next approach comes from the same side.
         let mut back = hands.position();
         back[axis] = opens - towards * BACK;
-        hands.go_there(back, rate).await?;
+        hands.go_there(back, rate)?;
         way = towards * 2.0 * BACK;
     }
     Ok((sum / f64::from(ROUNDS), most - least))
 }
 
 /// Where the contact changes, mm.
-async fn find<P: Ports>(
+fn find<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     axis: Axis,
     way: f64,
@@ -78,7 +74,7 @@ async fn find<P: Ports>(
 ) -> Result<f64, Failure> {
     let mut target: PerAxis<f64> = hands.position();
     target[axis] += way;
-    let found = search(hands, &Search { target, rate, until }).await?;
+    let found = search(hands, &Search { target, rate, until })?;
     let place = found.ok_or_else(|| match until {
         Contact::Closes => Failure::refused("test backlash: the probe was not triggered on its way"),
         Contact::Opens => Failure::refused("test backlash: the probe stays triggered 2 mm back from where it closed"),

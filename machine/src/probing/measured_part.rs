@@ -22,16 +22,16 @@ const FACTORS: u8 = 9;
 
 /// M665.1: from X Y to I J the part is S long; without words, what is kept. M665.2 calibrates by them, S as
 /// that of G32. M665.3 forgets them.
-pub(crate) async fn measured_part<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn measured_part<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     if !is_linear_delta(hands.config()) {
         return Err(Failure::refused(
             "only a linear delta is calibrated by measured parts; see M92 and M852 otherwise",
         ));
     }
     match words.code().subcode {
-        1 if words.is_bare() => list(hands).await,
+        1 if words.is_bare() => list(hands),
         1 => keep(hands, words),
-        2 => calibrate(hands, words).await,
+        2 => calibrate(hands, words),
         4 if words.is_bare() => take_print(hands),
         4 => {
             hands.delta_records().print.keep(words)?;
@@ -91,14 +91,14 @@ fn take_print<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     Ok(Answer::Ok)
 }
 
-async fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let belief = belief(hands)?;
     for index in 0..MOST_DISTANCES {
         let Some(distance) = hands.delta_records().distances.get(index).copied() else { break };
         let meant = belief.distance(&distance);
         let (count, off) = (index + 1, distance.measured - meant);
         hands.say(format_args!("distance {count}: {meant:.3} mm meant, {off:+.3} mm measured\n"));
-        hands.drain().await;
+        hands.drain();
     }
     if hands.delta_records().distances.is_empty() {
         hands.say(format_args!("no distances are kept: M665.1 X Y I J S\n"));
@@ -112,14 +112,14 @@ fn distances_off(belief: &Belief, distances: &[Distance]) -> f64 {
     libm::sqrt(squares.sum::<f64>() / distances.len().max(1) as f64)
 }
 
-async fn calibrate<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+fn calibrate<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let sought = sought(words.get('S').map_or(FACTORS, |factors| factors as u8), words)?;
     let count = hands.delta_records().distances.len();
     if count < 3 {
         let text = format_args!("M665.2 needs three distances at least, in different directions, and has {count}");
         return Err(Failure::Refused(message(text)));
     }
-    hands.standstill().await?;
+    hands.standstill()?;
     let believed = belief(hands)?;
     if hands.delta_records().touches.is_empty() {
         hands.say(format_args!(

@@ -49,21 +49,21 @@ pub(super) fn check_reach<P: Ports>(
 }
 
 /// Over to X and Y at this height: what is nearer to the bed goes away from it first.
-async fn go_over<P: Ports>(hands: &mut Hands<'_, '_, P>, at: [f64; 2], height: f64) -> Result<(), Failure> {
+fn go_over<P: Ports>(hands: &mut Hands<'_, '_, P>, at: [f64; 2], height: f64) -> Result<(), Failure> {
     hands.may_go_over(at)?;
     let probe = hands.tuning().probe;
     let mut target = hands.position();
     if (target[Axis::Z] - height) * towards_bed(&probe) > 0.0 {
         target[Axis::Z] = height;
-        hands.go_there(target, probe.fast_rate).await?;
+        hands.go_there(target, probe.fast_rate)?;
     }
     (target[Axis::X], target[Axis::Y], target[Axis::Z]) = (at[0], at[1], height);
-    hands.go_there(target, probe.fast_rate).await
+    hands.go_there(target, probe.fast_rate)
 }
 
 /// Finds the bed with the nozzle at X and Y, coming from this height. Stands `probe_height` away from it
 /// afterwards.
-pub(super) async fn find_bed<P: Ports>(
+pub(super) fn find_bed<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     at: [f64; 2],
     from: f64,
@@ -71,20 +71,20 @@ pub(super) async fn find_bed<P: Ports>(
     let probe = hands.tuning().probe;
     let mut over = hands.position();
     over[Axis::Z] = from;
-    hands.go_there(over, probe.fast_rate).await?;
-    let contact = touch(hands, at, from, None).await?;
-    lift(hands, clear_of(&probe, contact[Axis::Z])).await?;
+    hands.go_there(over, probe.fast_rate)?;
+    let contact = touch(hands, at, from, None)?;
+    lift(hands, clear_of(&probe, contact[Axis::Z]))?;
     Ok(contact)
 }
 
 /// Probes the bed with the nozzle at X and Y, travelling there and back up at this height.
-pub(super) async fn probe_point<P: Ports>(
+pub(super) fn probe_point<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     at: [f64; 2],
     height: f64,
 ) -> Result<PerAxis<f64>, Failure> {
-    let contact = touch(hands, at, height, None).await?;
-    lift(hands, height).await?;
+    let contact = touch(hands, at, height, None)?;
+    lift(hands, height)?;
     Ok(contact)
 }
 
@@ -105,7 +105,7 @@ impl Neighbour {
 }
 
 /// The same, for a place of the bed whose neighbour is known: a probe that fails is not pressed into the bed.
-pub(super) async fn probe_beside<P: Ports>(
+pub(super) fn probe_beside<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     place: [f64; 2],
     height: f64,
@@ -115,14 +115,14 @@ pub(super) async fn probe_beside<P: Ports>(
     // What the probe reads is what the bed is with the axis's twist.
     let contact = neighbour.contact + bed.twist.at(place);
     let deepest = contact + towards_bed(&probe) * neighbour.reach(place);
-    let contact = touch(hands, nozzle_over(&bed, place), height, Some(deepest)).await?;
-    lift(hands, height).await?;
+    let contact = touch(hands, nozzle_over(&bed, place), height, Some(deepest))?;
+    lift(hands, height)?;
     Ok(contact)
 }
 
 /// Touches the bed at each of these places, travelling at least at this height the first time: X, Y and
 /// height of each, mm. Says them.
-pub(crate) async fn touch_places<P: Ports, const N: usize>(
+pub(crate) fn touch_places<P: Ports, const N: usize>(
     hands: &mut Hands<'_, '_, P>,
     places: &Vec<[f64; 2], N>,
     from: f64,
@@ -131,29 +131,29 @@ pub(crate) async fn touch_places<P: Ports, const N: usize>(
     let (offsets, probe) = (*hands.bed(), hands.tuning().probe);
     let mut touches = Vec::new();
     for place in places {
-        let contact = probe_point(hands, nozzle_over(&offsets, *place), from).await?[Axis::Z];
+        let contact = probe_point(hands, nozzle_over(&offsets, *place), from)?[Axis::Z];
         let [x, y] = *place;
         hands.say(format_args!("X:{x:.4} Y:{y:.4} Z:{contact:.4}\n"));
-        hands.drain().await;
+        hands.drain();
         // As many as places.
         let _ = touches.push([x, y, contact]);
     }
     // What comes next may lie far away.
     let heights = touches.iter().map(|touch| clear_of(&probe, touch[2]));
     let clear = heights.reduce(if probe.reverse_z { f64::min } else { f64::max }).unwrap_or(from);
-    lift(hands, clear).await?;
+    lift(hands, clear)?;
     Ok(touches)
 }
 
 /// Touches with the nozzle at X and Y, coming from this height, and stays there. What is measured is less
 /// what the axis's twist makes the probe read too high.
-async fn touch<P: Ports>(
+fn touch<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     at: [f64; 2],
     height: f64,
     deepest: Option<f64>,
 ) -> Result<PerAxis<f64>, Failure> {
-    let mut contact = touch_down_to(hands, at, height, deepest).await?;
+    let mut contact = touch_down_to(hands, at, height, deepest)?;
     let bed = hands.bed();
     contact[Axis::Z] -= bed.twist.at(probe_at(bed, &contact));
     Ok(contact)
@@ -161,16 +161,16 @@ async fn touch<P: Ports>(
 
 /// The same, as the probe reads: as often as is configured. What the touches come to is where the contact
 /// was.
-pub(crate) async fn touch_uncorrected<P: Ports>(
+pub(crate) fn touch_uncorrected<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     nozzle: [f64; 2],
     height: f64,
 ) -> Result<PerAxis<f64>, Failure> {
-    touch_down_to(hands, nozzle, height, None).await
+    touch_down_to(hands, nozzle, height, None)
 }
 
 /// The same, not beyond this Z.
-async fn touch_down_to<P: Ports>(
+fn touch_down_to<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     nozzle: [f64; 2],
     height: f64,
@@ -178,16 +178,16 @@ async fn touch_down_to<P: Ports>(
 ) -> Result<PerAxis<f64>, Failure> {
     let probe = hands.tuning().probe;
     let settings = probe.samples;
-    go_over(hands, nozzle, height).await?;
+    go_over(hands, nozzle, height)?;
     let over = hands.position();
     let at = probe_at(hands.bed(), &over);
     for again in 0..=u32::from(settings.retries) {
         let mut touches = Touches::default();
-        let mut contact = touch_once(hands, height, deepest).await?;
+        let mut contact = touch_once(hands, height, deepest)?;
         touches.add(contact[Axis::Z]);
         while touches.len() < usize::from(settings.count) {
-            lift(hands, contact[Axis::Z] - towards_bed(&probe) * settings.retract.0).await?;
-            contact = touch_once(hands, height, deepest).await?;
+            lift(hands, contact[Axis::Z] - towards_bed(&probe) * settings.retract.0)?;
+            contact = touch_once(hands, height, deepest)?;
             touches.add(contact[Axis::Z]);
         }
         if touches.agree(&settings) {
@@ -195,7 +195,7 @@ async fn touch_down_to<P: Ports>(
             contact[Axis::Z] = touches.result(&settings);
             return Ok(contact);
         }
-        lift(hands, height).await?;
+        lift(hands, height)?;
         let (range, [x, y]) = (touches.range(), at);
         if again == u32::from(settings.retries) {
             let text = format_args!(
@@ -205,14 +205,14 @@ async fn touch_down_to<P: Ports>(
             return Err(Failure::Refused(message(text)));
         }
         hands.say(format_args!("// touches at X{x:.1} Y{y:.1} lie {range:.3} mm apart: again\n"));
-        hands.drain().await;
+        hands.drain();
     }
     // The last round returns.
     Err(Failure::refused("the probe was not used"))
 }
 
 /// Searches from where the probe stands, not beyond `deepest`.
-async fn touch_once<P: Ports>(
+fn touch_once<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     height: f64,
     deepest: Option<f64>,
@@ -222,8 +222,8 @@ async fn touch_once<P: Ports>(
     let most = probe.max_travel.0;
     let travel = deepest.map_or(most, |deepest| ((deepest - over[Axis::Z]) * towards_bed(&probe)).clamp(0.0, most));
     let down = Search::down(over, probe.slow_rate, travel, probe.reverse_z);
-    let Some(contact) = search(hands, &down).await? else {
-        lift(hands, height).await?;
+    let Some(contact) = search(hands, &down)? else {
+        lift(hands, height)?;
         let (x, y) = (over[Axis::X], over[Axis::Y]);
         return Err(Failure::Refused(if travel < most {
             message(format_args!(
@@ -237,20 +237,20 @@ async fn touch_once<P: Ports>(
 }
 
 /// Touches the bed under the probe, as the machine stands, and lifts to where it was.
-pub(crate) async fn touch_here<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<PerAxis<f64>, Failure> {
+pub(crate) fn touch_here<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<PerAxis<f64>, Failure> {
     let start = hands.position();
-    let touched = touch(hands, [start[Axis::X], start[Axis::Y]], start[Axis::Z], None).await;
+    let touched = touch(hands, [start[Axis::X], start[Axis::Y]], start[Axis::Z], None);
     let ended = match &touched {
-        Ok(_) => lift(hands, start[Axis::Z]).await.map(|()| Answer::Ok),
+        Ok(_) => lift(hands, start[Axis::Z]).map(|()| Answer::Ok),
         Err(failure) => Err(failure.clone()),
     };
-    stow_after(hands, ended).await?;
+    stow_after(hands, ended)?;
     touched
 }
 
-async fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<(), Failure> {
+fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<(), Failure> {
     let mut target = hands.position();
     target[Axis::Z] = height;
     let rate = hands.tuning().probe.return_rate;
-    hands.go_there(target, rate).await
+    hands.go_there(target, rate)
 }

@@ -15,7 +15,7 @@ const REPEAT_TRAVEL: f64 = 20.0;
 const REPEATS: f64 = 10.0;
 
 /// M48: P probes at one place, with F at that rate; says what differs. Unknown without a probe.
-pub(crate) async fn repeatability<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn repeatability<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     if !hands.config().probe.enable {
         return Ok(Answer::Unknown);
     }
@@ -23,13 +23,13 @@ pub(crate) async fn repeatability<P: Ports>(hands: &mut Hands<'_, '_, P>, words:
     let probe = hands.tuning().probe;
     let rate = words.get('F').map_or(probe.slow_rate, MmPerSecond);
     let repeats = words.get('P').unwrap_or(REPEATS);
-    hands.standstill().await?;
+    hands.standstill()?;
     let start = hands.position();
     let mut seen = Spread::default();
     let mut first = Touches::default();
     for _ in 0..repeats as u32 {
-        let found = search(hands, &Search::down(start, rate, REPEAT_TRAVEL, probe.reverse_z)).await?;
-        hands.go_there(start, probe.return_rate).await?;
+        let found = search(hands, &Search::down(start, rate, REPEAT_TRAVEL, probe.reverse_z))?;
+        hands.go_there(start, probe.return_rate)?;
         let Some(contact) = found else {
             return Err(Failure::refused("ZProbe not triggered within 20 mm"));
         };
@@ -37,7 +37,7 @@ pub(crate) async fn repeatability<P: Ports>(hands: &mut Hands<'_, '_, P>, words:
         seen.add(distance);
         first.add(distance);
         hands.say(format_args!("Z:{distance:.4}\n"));
-        hands.drain().await;
+        hands.drain();
     }
     let (mean, deviation) = seen.mean_and_deviation();
     let ([least, most], median) = (seen.ends(), first.median());

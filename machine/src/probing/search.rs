@@ -70,32 +70,29 @@ pub(crate) fn check_homed<P: Ports>(hands: &Hands<'_, '_, P>) -> Result<(), Fail
 
 /// Searches. Returns where the contact changed, exactly, while the machine stands a braking distance past it;
 /// or `None` when it did not change on the way, and the machine stands at the target.
-pub(super) async fn search<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    search: &Search,
-) -> Result<Option<PerAxis<f64>>, Failure> {
-    hands.standstill().await?;
+pub(super) fn search<P: Ports>(hands: &mut Hands<'_, '_, P>, search: &Search) -> Result<Option<PerAxis<f64>>, Failure> {
+    hands.standstill()?;
     if search.until == Contact::Closes {
         // One that is to open touches already.
-        deployment::ensure(hands).await?;
+        deployment::ensure(hands)?;
     }
     hands.apply(Event::ProbingBegins);
-    let found = search_at_standstill(hands, search).await;
+    let found = search_at_standstill(hands, search);
     // Ending in a hold would leave the operator to resume a search that is over. An alarm waits for nobody.
     let held = match &found {
         Err(Failure::Alarm(_) | Failure::Halted) => Ok(()),
-        _ => hands.wait_while_held().await,
+        _ => hands.wait_while_held(),
     };
     hands.apply(Event::ProbingEnds);
     held.and(found)
 }
 
-async fn search_at_standstill<P: Ports>(
+fn search_at_standstill<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     search: &Search,
 ) -> Result<Option<PerAxis<f64>>, Failure> {
     let dwell = hands.tuning().probe.dwell;
-    hands.wait(dwell).await?;
+    hands.wait_for(dwell)?;
     if is_at_end(hands, search.until) {
         // Smoothieware's words, where the machine knows no more than it.
         let is_moved = search.until == Contact::Closes && deployment::is_moved(hands);
@@ -105,16 +102,16 @@ async fn search_at_standstill<P: Ports>(
     // Filters would delay the stop at the contact.
     hands.motion(|motion| motion.bypass_filters(true));
     hands.search_begins();
-    let found = search_past_sparks(hands, search).await;
+    let found = search_past_sparks(hands, search);
     hands.search_ends();
     hands.motion(|motion| motion.bypass_filters(false));
     let found = found?;
-    hands.standstill().await?;
+    hands.standstill()?;
     Ok(found)
 }
 
 /// Searches again while the contact does not last.
-async fn search_past_sparks<P: Ports>(
+fn search_past_sparks<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     search: &Search,
 ) -> Result<Option<PerAxis<f64>>, Failure> {
@@ -126,11 +123,11 @@ async fn search_past_sparks<P: Ports>(
         // armed inputs.
         let input = input_of(search.until, hands.tuning().probe_inverted);
         hands.latch().arm(input.bit());
-        hands.go(search.target, rate, Mode::Rapid).await?;
-        let Some(trigger) = wait_trigger(hands).await? else { return Ok(None) };
+        hands.go(search.target, rate, Mode::Rapid)?;
+        let Some(trigger) = wait_trigger(hands)? else { return Ok(None) };
         // A contact may come while the operator holds the machine: what follows it waits for him.
-        hands.wait_while_held().await?;
-        hands.wait(debounce).await?;
+        hands.wait_while_held()?;
+        hands.wait_for(debounce)?;
         if debounce == Micros(0) || is_at_end(hands, search.until) {
             return Ok(Some(hands.motion(|motion| motion.position_of_steps(&trigger.steps))));
         }

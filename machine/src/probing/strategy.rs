@@ -29,7 +29,7 @@ fn levels_by_cartesian_grid(config: &MachineConfig, words: &Words<'_>, code: Cod
 /// when these words probe a cartesian grid: then that script, [`super::level_by_cartesian_grid`] with the
 /// plan, and, however that ended, `after_probe_gcode`. `None`: nothing was done, and the code is
 /// [`strategy`]'s.
-pub(crate) async fn prepare<P: Ports>(
+pub(crate) fn prepare<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     words: &Words<'_>,
     code: Code,
@@ -37,47 +37,46 @@ pub(crate) async fn prepare<P: Ports>(
     if !levels_by_cartesian_grid(hands.config(), words, code) {
         return Ok(None);
     }
-    prepare_cartesian_grid(hands, words).await.map(Some)
+    prepare_cartesian_grid(hands, words).map(Some)
 }
 
 /// G29 with a grid: the bed itself is measured, not what a mesh in force leaves of it.
-async fn scan<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, spiral: bool) -> Outcome {
+fn scan<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, spiral: bool) -> Outcome {
     let is_round = hands.config().leveling.strategy == Some(Leveling::DeltaGrid);
-    hands.standstill().await?;
+    hands.standstill()?;
     leveling::set_compensation_aside(hands)?;
-    let done = if is_round { scan_delta(hands, words, spiral).await } else { scan_cartesian(hands, words).await };
-    let put_back = leveling::put_compensation_back(hands).await;
+    let done = if is_round { scan_delta(hands, words, spiral) } else { scan_cartesian(hands, words) };
+    let put_back = leveling::put_compensation_back(hands);
     done.and_then(|answer| put_back.map(|()| answer))
 }
 
 /// G29, G31 and G32 go to the leveling strategy, and those it does not know to calibration; P1 means the
 /// latter alone. `code` is the one that is meant, which in other firmwares' dialects is not the one that is
 /// written. The scripts around a cartesian grid are the caller's: see [`prepare`].
-pub(crate) async fn strategy<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, code: Code) -> Outcome {
+pub(crate) fn strategy<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, code: Code) -> Outcome {
     let config = hands.config();
     if !config.probe.enable {
         return Ok(Answer::Unknown);
     }
     let (number, subcode) = (code.number, code.subcode);
     match (strategy_of(config, words, code), number, subcode) {
-        (Some(Leveling::ThreePoint), 29, 0) => return measure_three_points(hands).await,
+        (Some(Leveling::ThreePoint), 29, 0) => return measure_three_points(hands),
         (Some(Leveling::CartesianGrid), 29, 0) | (Some(Leveling::DeltaGrid), 29, 0 | 1) => {
-            return scan(hands, words, subcode == 1).await;
+            return scan(hands, words, subcode == 1);
         }
         (Some(Leveling::ThreePoint), 31, 0) => return Ok(show_plane(hands)),
-        (Some(Leveling::ThreePoint), 32, 0) => return level_by_three_points(hands).await,
-        (Some(Leveling::DeltaGrid), 31, 0) => return level_by_delta_grid(hands, words).await,
+        (Some(Leveling::ThreePoint), 32, 0) => return level_by_three_points(hands),
+        (Some(Leveling::DeltaGrid), 31, 0) => return level_by_delta_grid(hands, words),
         _ => {}
     }
     let calibrates = config.delta_calibration.enable && words.get('P') != Some(0.0);
     match (number, subcode) {
         (29, 0 | 1) | (32, 0) if calibrates => {
-            hands.standstill().await?;
+            hands.standstill()?;
             // The machine itself is measured, not what makes up for its bed.
             leveling::set_compensation_aside(hands)?;
-            let done =
-                if number == 29 { measure_delta(hands, words).await } else { calibrate_delta(hands, words).await };
-            let put_back = leveling::put_compensation_back(hands).await;
+            let done = if number == 29 { measure_delta(hands, words) } else { calibrate_delta(hands, words) };
+            let put_back = leveling::put_compensation_back(hands);
             done.and_then(|answer| put_back.map(|()| answer))
         }
         _ => Err(Failure::Refused(message(format_args!("No strategy found to handle G{number}")))),

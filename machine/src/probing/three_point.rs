@@ -16,10 +16,10 @@ use crate::ports::Ports;
 const LEAST_AREA: f64 = 1.0;
 
 /// G29: touches the three points and says where.
-pub(super) async fn measure_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(super) fn measure_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     check_homed(hands)?;
     let height = hands.position()[Axis::Z];
-    touch_three_points(hands, height).await?;
+    touch_three_points(hands, height)?;
     Ok(Answer::Ok)
 }
 
@@ -39,43 +39,43 @@ pub(super) fn show_plane<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Answer {
 }
 
 /// G32: the first touch says where Z is; the plane through all three levels the bed.
-pub(super) async fn level_by_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(super) fn level_by_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let (config, bed, probe) = (hands.config(), *hands.bed(), hands.tuning().probe);
     // Before anything moves.
     plane_through(&bed.points, [0.0; 3])?;
-    leveling::take_off(hands).await?;
+    leveling::take_off(hands)?;
     if config.leveling.home_first {
-        homing::home(hands, AxisSet::of(Axis::X).with(Axis::Y)).await?;
+        homing::home(hands, AxisSet::of(Axis::X).with(Axis::Y))?;
     }
     let from = hands.position()[Axis::Z];
-    let first = find_bed(hands, nozzle_over(&bed, bed.points[0]), from).await?;
+    let first = find_bed(hands, nozzle_over(&bed, bed.points[0]), from)?;
     // The height of the probe's contact is known, so that of the machine is.
     let offset = bed.probe_offsets[2];
     let mut position = hands.position();
     position[Axis::Z] += offset - first[Axis::Z];
     hands.set_position(position)?;
     hands.mark_homed(AxisSet::of(Axis::Z));
-    let touches = touch_three_points(hands, clear_of(&probe, offset)).await?;
+    let touches = touch_three_points(hands, clear_of(&probe, offset))?;
     let heights = touches.map(|touch| touch[2] - offset);
     if spread(heights) <= config.leveling.tolerance.0 {
         hands.say(format_args!("The bed is flat, nothing to level\n"));
         return Ok(Answer::Ok);
     }
     let plane = plane_through(&bed.points, heights)?;
-    leveling::adopt_plane(hands, plane).await?;
+    leveling::adopt_plane(hands, plane)?;
     Ok(show_plane(hands))
 }
 
 /// Touches the points; X and Y of the points, Z of the contacts.
-async fn touch_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<[[f64; 3]; 3], Failure> {
+fn touch_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<[[f64; 3]; 3], Failure> {
     let bed = *hands.bed();
     let mut touches = [[0.0; 3]; 3];
     for (touch, point) in touches.iter_mut().zip(bed.points) {
-        let contact = probe_point(hands, nozzle_over(&bed, point), height).await?;
+        let contact = probe_point(hands, nozzle_over(&bed, point), height)?;
         *touch = [point[0], point[1], contact[Axis::Z]];
         // The way down, as Smoothieware says it.
         hands.say(format_args!("X:{:.4} Y:{:.4} Z:{:.4}\n", touch[0], touch[1], height - touch[2]));
-        hands.drain().await;
+        hands.drain();
     }
     hands.say(format_args!("max delta: {:.6}\n", spread(touches.map(|touch| touch[2]))));
     Ok(touches)

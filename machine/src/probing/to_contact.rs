@@ -12,21 +12,21 @@ use crate::ports::Ports;
 
 /// G30: searches for the bed and returns to where it began, or stays where the contact was; then Z may read
 /// as given there. Without a probe it is unknown, as programs for printers expect.
-pub(crate) async fn probe_down<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeDown) -> Outcome {
+pub(crate) fn probe_down<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeDown) -> Outcome {
     if !hands.config().probe.enable {
         return Ok(Answer::Unknown);
     }
     check_homed(hands)?;
     let settings = hands.tuning().probe;
     let rate = probe.rate.unwrap_or(settings.slow_rate);
-    hands.standstill().await?;
+    hands.standstill()?;
     let start = hands.position();
     let upwards = settings.reverse_z != probe.reversed;
-    let found = search(hands, &Search::down(start, rate, settings.max_travel.0, upwards)).await?;
+    let found = search(hands, &Search::down(start, rate, settings.max_travel.0, upwards))?;
     match found {
-        Some(contact) if probe.stays => hands.go_there(contact, rate).await?,
+        Some(contact) if probe.stays => hands.go_there(contact, rate)?,
         None if probe.stays => {}
-        _ => hands.go_there(start, settings.return_rate).await?,
+        _ => hands.go_there(start, settings.return_rate)?,
     }
     let Some(contact) = found else {
         if hands.is_playing() {
@@ -45,18 +45,18 @@ pub(crate) async fn probe_down<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &P
 
 /// G38: searches along a line, and stands where the contact changed. Without a probe it is refused, for what
 /// follows it relies on what it finds.
-pub(crate) async fn probe_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeAlong) -> Outcome {
+pub(crate) fn probe_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeAlong) -> Outcome {
     if !hands.config().probe.enable {
         return Err(Failure::refused("no probe is configured: [zprobe] enable"));
     }
     check_homed(hands)?;
     let rate = probe.rate.unwrap_or(hands.tuning().probe.slow_rate);
-    hands.standstill().await?;
+    hands.standstill()?;
     // The tool goes straight, not along the bed's shape.
     let target = hands.motion(|motion| motion.compensation().motors(&probe.target));
     leveling::set_compensation_aside(hands)?;
-    let found = search_and_return(hands, &Search { target, rate, until: probe.until }).await;
-    let put_back = leveling::put_compensation_back(hands).await;
+    let found = search_and_return(hands, &Search { target, rate, until: probe.until });
+    let put_back = leveling::put_compensation_back(hands);
     let found = found?;
     put_back?;
     let position = hands.position();
@@ -71,9 +71,9 @@ pub(crate) async fn probe_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &
 }
 
 /// Whether the contact was found; the machine then stands there.
-async fn search_and_return<P: Ports>(hands: &mut Hands<'_, '_, P>, line: &Search) -> Result<bool, Failure> {
-    let Some(contact) = search(hands, line).await? else { return Ok(false) };
+fn search_and_return<P: Ports>(hands: &mut Hands<'_, '_, P>, line: &Search) -> Result<bool, Failure> {
+    let Some(contact) = search(hands, line)? else { return Ok(false) };
     // Braking went a little past it.
-    hands.go_there(contact, line.rate).await?;
+    hands.go_there(contact, line.rate)?;
     Ok(true)
 }

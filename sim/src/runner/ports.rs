@@ -4,12 +4,13 @@ use std::rc::Rc;
 use std::sync::atomic::AtomicU32;
 
 use config::{BoardId, MachineConfig, Pin, Pull};
+use corosensei::Yielder;
 use events::{Cause, Event, EventRing, Slots};
 use machine::heat::HeatControl;
 use machine::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle,
-    HeatPort, InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken,
-    SessionProfile, Start, StepTimes, Storage, StorageError, Updates, Usb, Workspace,
+    HeatPort, InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, Rest,
+    SessionProfile, Start, StepTimes, Storage, StorageError, Updates, Usb, Wake, Workspace,
 };
 use machine::sessions::{Inbox, Intake, SessionId};
 use machine::supervisor::Supervisor;
@@ -50,8 +51,6 @@ impl Sent {
 /// What the controller, the tasks and the runner look at in turns.
 pub struct Shared {
     pub now_ns: Flag<u64>,
-    /// The executor has nothing to do until time passes.
-    pub rests: Flag<bool>,
     /// When the last bit on each auxiliary UART is over.
     pub wires_ns: [Flag<u64>; 2],
     pub world: Turns<World>,
@@ -92,7 +91,6 @@ impl Shared {
         };
         let shared = Self {
             now_ns: Flag::new(0),
-            rests: Flag::new(false),
             wires_ns: [const { Flag::new(0) }; 2],
             world: Turns::new(world),
             motion: Turns::new(Motion::new()),
@@ -141,31 +139,39 @@ impl Shared {
 }
 
 /// The ports the controller owns.
-pub struct HostPorts {
+pub struct HostPorts<'y> {
     shared: Rc<Shared>,
+    /// Leads out of the executor's stack.
+    yielder: &'y Yielder<(), Wake>,
 }
 
-impl HostPorts {
+impl<'y> HostPorts<'y> {
     /// Ports onto what is shared.
     #[must_use]
-    pub(super) fn new(shared: Rc<Shared>) -> Self {
-        Self { shared }
+    pub(super) const fn new(shared: Rc<Shared>, yielder: &'y Yielder<(), Wake>) -> Self {
+        Self { shared, yielder }
     }
 }
 
-impl Clock for HostPorts {
+impl Rest for HostPorts<'_> {
+    fn rest(&mut self, wake: Wake) {
+        self.yielder.suspend(wake);
+    }
+}
+
+impl Clock for HostPorts<'_> {
     fn now(&self) -> Micros {
         Micros(self.shared.now_ns.get() / 1_000)
     }
 }
 
-impl EventLog for HostPorts {
+impl EventLog for HostPorts<'_> {
     fn events(&self) -> EventRing<'_> {
         self.shared.events()
     }
 }
 
-impl MotionPort for HostPorts {
+impl MotionPort for HostPorts<'_> {
     fn motion<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
         f(&mut self.shared.motion.borrow_mut())
     }
@@ -175,7 +181,7 @@ impl MotionPort for HostPorts {
     }
 }
 
-impl Ahead for HostPorts {
+impl Ahead for HostPorts<'_> {
     type Workspace = Box<Workspace>;
 
     fn workspace(&mut self) -> Option<Box<Workspace>> {
@@ -183,7 +189,7 @@ impl Ahead for HostPorts {
     }
 }
 
-impl HeatPort for HostPorts {
+impl HeatPort for HostPorts<'_> {
     fn heat<R>(&mut self, f: impl FnOnce(&mut HeatControl) -> R) -> R {
         f(&mut self.shared.heat.borrow_mut())
     }
@@ -192,14 +198,14 @@ impl HeatPort for HostPorts {
     fn run_heat_now(&mut self) {}
 }
 
-impl LightPort for HostPorts {
+impl LightPort for HostPorts<'_> {
     fn send_to_strip(&mut self, strip: usize, bytes: &[u8]) -> bool {
         self.shared.world.borrow_mut().strip_bytes(strip, bytes);
         true
     }
 }
 
-impl DriversPort for HostPorts {
+impl DriversPort for HostPorts<'_> {
     type Drivers = Bank;
 
     fn drivers<R>(&mut self, f: impl FnOnce(&mut Bank) -> R) -> R {
@@ -215,13 +221,13 @@ impl DriversPort for HostPorts {
     }
 }
 
-impl Inputs for HostPorts {
+impl Inputs for HostPorts<'_> {
     fn inputs(&self) -> InputLevels {
         self.shared.levels.get()
     }
 }
 
-impl Consoles for HostPorts {
+impl Consoles for HostPorts<'_> {
     fn sessions(&self) -> u8 {
         self.shared.profiles.len() as u8
     }
@@ -244,7 +250,7 @@ impl Consoles for HostPorts {
     }
 }
 
-impl PinPort for HostPorts {
+impl PinPort for HostPorts<'_> {
     fn borrow_pin(&mut self, pin: Pin, drive: Option<bool>) -> Result<bool, PinTaken> {
         let wired = self.shared.wired.borrow();
         let user = wired.as_ref().and_then(|config| pins::user_of(config, pin));
@@ -262,11 +268,11 @@ impl PinPort for HostPorts {
     }
 }
 
-impl Usb for HostPorts {}
+impl Usb for HostPorts<'_> {}
 
-impl Updates for HostPorts {}
+impl Updates for HostPorts<'_> {}
 
-impl Board for HostPorts {
+impl Board for HostPorts<'_> {
     fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool {
         *self.shared.wired.borrow_mut() = Some(config.clone());
         let (bank, clean) = bank::configure(&self.shared, config, report);
@@ -314,10 +320,6 @@ impl Board for HostPorts {
         self.shared.card.borrow_mut().seen();
     }
 
-    fn rest(&mut self) {
-        self.shared.rests.set(true);
-    }
-
     fn stop_for_debugger(&mut self) -> bool {
         // A debugger of this process stops it without being asked.
         false
@@ -328,7 +330,7 @@ impl Board for HostPorts {
     }
 }
 
-impl Calendar for HostPorts {
+impl Calendar for HostPorts<'_> {
     fn date(&self) -> DateTime {
         // Runs are repeatable: the clock starts with the machine, and counts from when it was set.
         let (set, since_ns) = self.shared.date.get();
@@ -354,7 +356,7 @@ fn later(date: DateTime, seconds: u64) -> DateTime {
     }
 }
 
-impl Storage for HostPorts {
+impl Storage for HostPorts<'_> {
     fn between_steps(&mut self) {
         self.shared.card.borrow_mut().seen();
     }

@@ -1,0 +1,30 @@
+//! What time it is, rest, and where what happens is kept.
+
+use bsp_prime::kept;
+use bsp_prime::sd::CardService;
+use bsp_prime::time;
+use events::EventRing;
+use machine::ports::{Clock, EventLog, Rest, Wake};
+use rtic::Mutex;
+use units::Micros;
+
+use super::BoardPorts;
+use crate::dispatcher;
+
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Clock for BoardPorts<M, H, S, T, K> {
+    fn now(&self) -> Micros {
+        time::now()
+    }
+}
+
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Rest for BoardPorts<M, H, S, T, K> {
+    fn rest(&mut self, wake: Wake) {
+        dispatcher::rest(wake, &mut self.told);
+    }
+}
+
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> EventLog for BoardPorts<M, H, S, T, K> {
+    fn events(&self) -> EventRing<'_> {
+        kept::events()
+    }
+}

@@ -1,0 +1,30 @@
+//! A look ahead stops inside a line now and then, so that whoever has it read a file gets on with his own
+//! work.
+
+use core::future::poll_fn;
+use core::pin::pin;
+use core::task::{Context, Poll, Waker};
+
+/// Ends a turn. No waker is kept: whoever polls knows himself when the next turn may be.
+pub(crate) async fn end_turn() {
+    let mut ended = false;
+    poll_fn(|_| {
+        if ended {
+            return Poll::Ready(());
+        }
+        ended = true;
+        Poll::Pending
+    })
+    .await;
+}
+
+/// All turns, one after the other: where there is no other work.
+pub(super) fn run_to_end<F: Future>(work: F) -> F::Output {
+    let mut work = pin!(work);
+    let mut context = Context::from_waker(Waker::noop());
+    loop {
+        if let Poll::Ready(output) = work.as_mut().poll(&mut context) {
+            return output;
+        }
+    }
+}
