@@ -29,3 +29,4 @@ mod clock_modes;
 mod drivers;
 mod outputs;
 mod timer_outputs;
+mod translations;

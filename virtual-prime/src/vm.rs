@@ -19,6 +19,7 @@ use crate::board::PrimeBoard;
 use crate::complaints::complaints;
 use crate::factory;
 use crate::flash_journal::{Operation, SECTOR, START};
+use crate::translations;
 
 /// The grid on which the machine's slow physics and voltages are brought up to date.
 const GRID_NS: u64 = 1_000_000;
@@ -99,6 +100,7 @@ impl Vm {
     /// # Errors
     /// When the image cannot be read or placed.
     pub fn start(board: PrimeBoard, elf: &Path, observer: Option<Box<dyn Observer>>) -> Result<Self, StartError> {
+        translations::load(elf);
         let failed = |error: image::Error| StartError(error.to_string());
         let images = [Image::read(elf, None).map_err(failed)?, factory::image().map_err(failed)?];
         let session =
@@ -197,6 +199,7 @@ impl Drop for Vm {
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
+        translations::save();
     }
 }
 

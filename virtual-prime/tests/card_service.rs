@@ -47,7 +47,7 @@ fn a_file_is_read_with_eight_megabytes_a_second_and_more() {
     assert_eq!(velvet.bench.vm.complaints(), Vec::<String>::new());
 }
 
-/// Looks at the dispatcher's count of turns each half millisecond.
+/// Looks at the dispatcher's count of turns four times a millisecond.
 struct Watch {
     address: u64,
     turns: u64,
@@ -57,7 +57,7 @@ struct Watch {
 }
 
 impl Watch {
-    const STEP_NS: u64 = MS / 2;
+    const STEP_NS: u64 = MS / 4;
 
     fn new() -> Self {
         let address =
