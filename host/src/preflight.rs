@@ -71,7 +71,8 @@ pub fn preflight(options: &Options) -> Result<bool> {
     let subs = Subs::beside(&options.file)?;
     let (mut motion, mut program, mut found) = (Box::new(Motion::new()), None, Found::default());
     found.way = options.page.is_some().then(Way::default);
-    let mut preflight = Preflight::new(&config, dialect_of(&text), &mut program, &mut motion)
+    let texts = machine::Texts::new();
+    let mut preflight = Preflight::new(&texts, &config, dialect_of(&text), &mut program, &mut motion)
         .map_err(|arms| anyhow!("the geometry of {arms:?} fits no machine"))?;
     as_saved(options, &mut preflight, &mut motion)?;
     read(&mut preflight, &text, &|name| subs.text(name), &mut motion, &mut found).map_err(|why| anyhow!("{why}"))?;

@@ -12,7 +12,7 @@ use units::{Axis, AxisSet, PerAxis};
 
 use crate::axes::Axes;
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::ports::{MotionPort, Ports};
 use crate::saved_settings::Value;
 use crate::sessions::Reply;
@@ -20,8 +20,8 @@ use crate::tuning::Tuning;
 use words::{arms_of, homes_by_tool, set_arm_tuning, set_home_offsets, set_trims};
 
 /// A configuration that motion does not take.
-pub(crate) fn refused(error: ConfigError) -> Failure {
-    Failure::Refused(message(format_args!("{error}")))
+pub(crate) fn refused(texts: &Texts, error: ConfigError) -> Failure {
+    texts.refused(format_args!("{error}"))
 }
 
 /// X, Y and Z home together, motor by motor.
@@ -93,9 +93,9 @@ fn report_arms<P: Ports>(hands: &mut Hands<'_, '_, P>, config: &MachineConfig, w
 ///
 /// # Errors
 /// When motion is not configured.
-pub(crate) fn motor_positions(ports: &mut impl MotionPort, words: &Words<'_>) -> Outcome {
+pub(crate) fn motor_positions(texts: &Texts, ports: &mut impl MotionPort, words: &Words<'_>) -> Outcome {
     let config = ports.motion(|motion| motion.config().copied());
-    let kinematics = config.ok_or_else(|| Failure::refused("motion is not configured"))?.kinematics;
+    let kinematics = config.ok_or_else(|| Failure::refused(&"motion is not configured"))?.kinematics;
     let set = ports.motion(|motion| {
         let place = motion.commanded_position();
         let mut motors = kinematics.actuators(&motion.compensation().motors(&place));
@@ -105,7 +105,7 @@ pub(crate) fn motor_positions(ports: &mut impl MotionPort, words: &Words<'_>) ->
         let place = motion.compensation().program(&kinematics.point(&motors));
         motion.set_position(place)
     });
-    set.map(|()| Answer::Ok).map_err(|refusal| Failure::Refused(message(format_args!("{refusal}"))))
+    set.map(|()| Answer::Ok).map_err(|refusal| texts.refused(format_args!("{refusal}")))
 }
 
 /// M306: where the machine is reads as the words say from the next homing on; without words says the
@@ -114,6 +114,7 @@ pub(crate) fn motor_positions(ports: &mut impl MotionPort, words: &Words<'_>) ->
 /// # Errors
 /// When an axis is not homed, or arms home it.
 pub(crate) fn home_offsets_from_here(
+    texts: &Texts,
     ports: &mut impl MotionPort,
     config: &MachineConfig,
     axes: &mut Axes,
@@ -124,13 +125,11 @@ pub(crate) fn home_offsets_from_here(
     let here = ports.motion(|motion| motion.commanded_position());
     let named = || Axis::PRIMARY.into_iter().filter(|axis| words.has(axis.letter()));
     if config.homing.rotary_delta && named().next().is_some() {
-        return Err(Failure::refused("M306 on a rotary delta is not there yet: use M206"));
+        return Err(Failure::refused(&"M306 on a rotary delta is not there yet: use M206"));
     }
     if let Some(axis) = named().find(|axis| !axes.homed().has(*axis)) {
         let letter = axis.letter();
-        return Err(Failure::Refused(message(format_args!(
-            "Axis {letter} must be homed before setting Homing offset"
-        ))));
+        return Err(texts.refused(format_args!("Axis {letter} must be homed before setting Homing offset")));
     }
     for axis in named() {
         let reads = words.axis(axis).unwrap_or(here[axis]);
@@ -154,7 +153,9 @@ pub(crate) fn change_arms<P: Ports>(
 ) -> Result<(), Failure> {
     let place = hands.position();
     let motors = hands.motion(|motion| config.kinematics.actuators(&motion.compensation().motors(&place)));
-    hands.motion(|motion| motion.configure(MotionConfig { kinematics, ..config })).map_err(refused)?;
+    hands
+        .motion(|motion| motion.configure(MotionConfig { kinematics, ..config }))
+        .map_err(|error| refused(hands.texts(), error))?;
     let place = hands.motion(|motion| motion.compensation().program(&kinematics.point(&motors)));
     hands.set_position(place)
 }

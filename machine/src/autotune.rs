@@ -11,7 +11,7 @@ use program::{Part, Words};
 use units::{Celsius, Micros};
 
 use crate::executor::Hands;
-use crate::failure::{Failure, Outcome, message};
+use crate::failure::{Failure, Outcome, Texts};
 use crate::heat::{AIR_C, Answer, LawSettings, ModelSettings, PidGains};
 use crate::heat_codes::{allow_target, change_target, check_supply, heater_named};
 use crate::needs::needs;
@@ -96,7 +96,7 @@ pub(crate) fn tune_model<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
     let ask = asked(hands, words, 306, 'T')?;
     let reading = hands.heat(|heat| heat.heater(ask.heater).and_then(|heater| heater.reading()));
     if !words.has('R') && reading.is_none_or(|reading| reading > COLD) {
-        return Err(Failure::refused("M306: it is warm: let it cool below 45 C, or say how warm the air is with R"));
+        return Err(Failure::refused(&"M306: it is warm: let it cool below 45 C, or say how warm the air is with R"));
     }
     let Some(described) = config.heater(ask.heater) else { return Ok(crate::failure::Answer::Unknown) };
     hands.say(format_args!("// Finding the model of {}, control X to abort\n", described.name));
@@ -126,14 +126,15 @@ pub(crate) fn tune_model<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
 /// # Errors
 /// When the heater is not to be tuned so.
 fn asked<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, number: u16, letter: char) -> Result<Ask, Failure> {
+    let texts = hands.texts();
     let config = hands.config();
     let word = words.get(letter).unwrap_or(0.0);
-    let heater = heater_named(config, number, letter, word)?;
+    let heater = heater_named(texts, config, number, letter, word)?;
     let swings = words.get('C').unwrap_or(DEFAULT.1) as u8;
     let target = Celsius(words.get('S').unwrap_or(DEFAULT.0) as f32);
-    needs(config, Part::Heater(heater), hands.is_playing())?;
+    needs(texts, config, Part::Heater(heater), hands.is_playing())?;
     let target = meant(config, heater, target);
-    hands.heat(|heat| allow_target(heat, config, heater, target))?;
+    hands.heat(|heat| allow_target(texts, heat, config, heater, target))?;
     check_supply(hands, target)?;
     let state = hands.heat(|heat| {
         let heater = heat.heater(heater)?;
@@ -142,11 +143,11 @@ fn asked<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, number: u16,
     });
     let Some((max, reading, is_on)) = state else {
         let text = format_args!("M{number}: {letter}{word} is no heater with PID control");
-        return Err(Failure::Refused(message(text)));
+        return Err(texts.refused(text));
     };
     if reading.is_none() {
         let text = format_args!("M{number}: {letter}{word} gives no temperature: check its sensor");
-        return Err(Failure::Refused(message(text)));
+        return Err(texts.refused(text));
     }
     let read = reading.filter(|reading| !is_on && *reading < COLD);
     let air = words.get('R').map(|air| Celsius(air as f32)).or(read).unwrap_or(Celsius(AIR_C));
@@ -154,12 +155,12 @@ fn asked<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, number: u16,
         let most = max.0 - HEADROOM;
         let text =
             format_args!("M{number} swings {HEADROOM} C above its target, and max_temp is {max}: S{most} at most");
-        return Err(Failure::Refused(message(text)));
+        return Err(texts.refused(text));
     }
     if target.0 < air.0 + LEAST_ABOVE_AIR {
         let least = air.0 + LEAST_ABOVE_AIR;
         let text = format_args!("M{number}: so near to the air's {air:.0} nothing is found: S{least:.0} at least");
-        return Err(Failure::Refused(message(text)));
+        return Err(texts.refused(text));
     }
     Ok(Ask { number, heater, target, swings, air })
 }
@@ -212,6 +213,7 @@ fn model<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, answer: &Answer) -> 
 /// # Errors
 /// When it answers like no heater, takes too long, or the machine halts.
 fn swing<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask) -> Result<Answer, Failure> {
+    let texts = hands.texts();
     let config = hands.config();
     hands.standstill()?;
     check_supply(hands, ask.target)?;
@@ -221,20 +223,20 @@ fn swing<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask) -> Result<Answer, Fa
         if let Some(heater) = heat.heater_mut(ask.heater) {
             heater.start_tuning(ask.swings, ask.air);
         }
-        change_target(heat, config, ask.heater, ask.target)
+        change_target(texts, heat, config, ask.heater, ask.target)
     })?;
     let mut report_due = hands.now().plus(REPORT_PERIOD);
     loop {
         let test = hands.heat(|heat| heat.heater(ask.heater).and_then(|heater| heater.tuning().copied()));
-        let Some(test) = test else { return Err(refused(ask, "it was ended by another command")) };
+        let Some(test) = test else { return Err(refused(texts, ask, "it was ended by another command")) };
         match test.answer(ask.target) {
             Some(Ok(answer)) => return Ok(answer),
-            Some(Err(why)) => return Err(refused(ask, why.text())),
+            Some(Err(why)) => return Err(refused(texts, ask, why.text())),
             None => {}
         }
         let is_off = hands.heat(|heat| heat.heater(ask.heater).is_none_or(|heater| !heater.is_on()));
         if is_off && !hands.heat(|heat| heat.is_halted()) {
-            return Err(refused(ask, "the heater was switched off"));
+            return Err(refused(texts, ask, "the heater was switched off"));
         }
         turn(hands, ask, began, test.progress(), &mut report_due)?;
     }
@@ -267,7 +269,11 @@ fn turn<P: Ports>(
 ) -> Result<(), Failure> {
     let now = hands.now();
     if now.since(began) > TIMEOUT {
-        return Err(refused(ask, "it has taken an hour and is not done: the heater is too weak, or air moves"));
+        return Err(refused(
+            hands.texts(),
+            ask,
+            "it has taken an hour and is not done: the heater is too weak, or air moves",
+        ));
     }
     if now >= *report_due {
         *report_due = now.plus(REPORT_PERIOD);
@@ -287,8 +293,8 @@ fn turn<P: Ports>(
     Ok(())
 }
 
-fn refused(ask: &Ask, why: &str) -> Failure {
-    Failure::Refused(message(format_args!("M{}: {why}", ask.number)))
+fn refused(texts: &Texts, ask: &Ask, why: &str) -> Failure {
+    texts.refused(format_args!("M{}: {why}", ask.number))
 }
 
 /// Whatever happened, the heater is off and gets a law that holds a temperature: what was found, or what it

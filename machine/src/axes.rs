@@ -3,7 +3,7 @@
 use config::{DriverKind, MachineConfig};
 use units::{Actuator, Axis, AxisSet, Micros};
 
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 use crate::ports::{DriverFault, DriversPort, MotorDrivers};
 use crate::tuning::Tuning;
 
@@ -29,12 +29,12 @@ pub fn motors(bits: u8) -> impl Iterator<Item = Actuator> {
     Actuator::ALL.into_iter().filter(move |motor| bits & motor.bit() != 0)
 }
 
-fn unusable(motor: Actuator, fault: DriverFault) -> Failure {
+fn unusable(texts: &Texts, motor: Actuator, fault: DriverFault) -> Failure {
     let why = match fault {
         DriverFault::Reset => "was without power, check its supply, and home",
         _ => "does not answer, check its supply and wiring",
     };
-    Failure::Alarm(message(format_args!("motor driver {} {why}", motor.name())))
+    texts.alarm(format_args!("motor driver {} {why}", motor.name()))
 }
 
 /// What is known of axes and motors.
@@ -105,6 +105,7 @@ impl Axes {
     /// Without motor supply, or when a driver does not answer.
     pub fn enable(
         &mut self,
+        texts: &Texts,
         ports: &mut impl DriversPort,
         config: &MachineConfig,
         tuning: &Tuning,
@@ -112,13 +113,13 @@ impl Axes {
     ) -> Result<(), Failure> {
         if self.on != self.present {
             if on_board_motors(config) != 0 && !ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
-                return Err(Failure::alarm("motor supply is off (vmotor below 6 V): switch it on, then M999"));
+                return Err(Failure::alarm(&"motor supply is off (vmotor below 6 V): switch it on, then M999"));
             }
             ports.set_motor_power(true);
             for motor in motors(self.present) {
                 match ports.drivers(|drivers| drivers.set_enabled(motor, true)) {
                     Ok(()) | Err(DriverFault::External) => self.on |= motor.bit(),
-                    Err(fault) => return Err(unusable(motor, fault)),
+                    Err(fault) => return Err(unusable(texts, motor, fault)),
                 }
             }
         }
@@ -126,7 +127,7 @@ impl Axes {
             self.resting &= !motor.bit();
             let Some(current) = tuning.currents[motor] else { continue };
             if let Err(fault) = ports.drivers(|drivers| drivers.set_current(motor, current)) {
-                return Err(unusable(motor, fault));
+                return Err(unusable(texts, motor, fault));
             }
         }
         self.standing_since = now;

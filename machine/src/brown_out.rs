@@ -5,7 +5,8 @@
 
 use units::Micros;
 
-use crate::failure::Message;
+use crate::failure::{ShortText, short};
+
 use crate::falling_supply::FallingSupply;
 use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 
@@ -28,7 +29,7 @@ pub struct BrownOut {
     /// The supply of heaters.
     pub heaters: FallingSupply,
     /// A fall that is to be kept once the motors stand.
-    pub to_keep: Option<Message>,
+    pub to_keep: Option<ShortText>,
     /// The open note: to close it takes writes of its own, which have to wait until the power is there.
     file: Option<FileHandle>,
 }
@@ -43,7 +44,7 @@ impl BrownOut {
 
     /// The machine stands: keeps the fall that has waited for it.
     pub fn stands<S: Storage>(&mut self, storage: &mut S) -> Result<(), StorageError> {
-        self.to_keep.take().map_or(Ok(()), |event| self.keep(storage, &event))
+        self.to_keep.take().map_or(Ok(()), |event| self.keep(storage, event.as_str()))
     }
 
     /// Writes a fall over the note's block, if there is one.
@@ -94,7 +95,7 @@ pub fn prepare<S: Storage>(storage: &mut S, file: FileHandle) -> Result<(), Stor
 }
 
 /// The fall that nobody has been told of yet.
-pub fn news<S: Storage>(storage: &mut S) -> Option<Message> {
+pub fn news<S: Storage>(storage: &mut S) -> Option<ShortText> {
     let file = storage.open(PATH, OpenMode::Read).ok()?;
     let mut block = [0; BLOCK];
     let read = storage.read(file, &mut block);
@@ -102,10 +103,7 @@ pub fn news<S: Storage>(storage: &mut S) -> Option<Message> {
     let _ = storage.close(file);
     let text = core::str::from_utf8(block.get(..read.ok()?)?).ok()?;
     let event = text.strip_prefix(NEWS)?.lines().next()?.trim();
-    let mut message = Message::new();
-    // What does not fit is cut.
-    let _ = message.push_str(event);
-    Some(message)
+    Some(short(format_args!("{event}")))
 }
 
 /// Notes that somebody has been told.

@@ -6,6 +6,8 @@
 //!
 //! The executor has moves made of what is drawn here, preflight only looks at it.
 
+use core::fmt::Arguments;
+
 use config::MachineConfig;
 use motion::geometry::{
     Arc, ArcError, ArcParts, ArcShape, Bezier, Chords, ControlPoint, Line, LineSettings, MOST_POINTS, Nurbs,
@@ -16,8 +18,6 @@ use motion::{Corner, Mode, Tag};
 use program::{Centre, Interpreter, Move, Rate, Shape};
 use units::{MmPerSecond, PerAxis, Plane};
 
-use crate::failure::{Message, message};
-use crate::grbl::numbers::Error;
 use crate::motion_config::arc_settings;
 
 /// Parts of a turn on a machine that bends lines.
@@ -36,7 +36,7 @@ pub(crate) trait Draws {
     fn bends(&mut self) -> bool;
 
     /// Nothing can be drawn, for this reason.
-    fn wrong(&mut self, what: Message) -> Self::Failure;
+    fn wrong(&mut self, what: Arguments<'_>) -> Self::Failure;
     /// A line may be made; else why not.
     fn line_may_be(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Self::Failure>;
     /// A curve that stays within these bounds may be made; else why not.
@@ -100,7 +100,7 @@ pub(crate) fn draw<D: Draws>(
                 drawing.by.program().control_points().iter().map(point).collect();
             let Some(nurbs) = Nurbs::new(&points, usize::from(order)) else {
                 let text = "the spline's order and its control points do not fit";
-                return Err(drawing.by.wrong(message(format_args!("{text}"))));
+                return Err(drawing.by.wrong(format_args!("{text}")));
             };
             drawing.spline(nurbs).map(Pieces::Nurbs)
         }
@@ -188,7 +188,7 @@ impl<D: Draws> Drawing<'_, D> {
     }
 
     fn bad_arc(&mut self, error: &ArcError, column: u16) -> D::Failure {
-        self.by.wrong(message(format_args!("{error}, column {column}")).numbered(Error::Target))
+        self.by.wrong(format_args!("{error}, column {column}"))
     }
 
     fn spline<S: ParametricCurve + Copy>(&mut self, spline: S) -> Result<SplineMoves<S>, D::Failure> {

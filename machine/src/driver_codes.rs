@@ -6,7 +6,7 @@ use program::Words;
 use units::{Actuator, Axis};
 
 use crate::axes::motors;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::motors::{named_drivers, not_set};
 use crate::ports::{DriverFault, DriversPort, MotorDrivers};
 use crate::sessions::Reply;
@@ -25,8 +25,13 @@ fn given<'a>(words: &'a Words<'_>, config: &'a MachineConfig) -> impl Iterator<I
 ///
 /// # Errors
 /// When P or a letter is that of no driver of ours.
-pub(crate) fn forget_told(ports: &mut impl DriversPort, config: &MachineConfig, words: &Words<'_>) -> Outcome {
-    let named = named_drivers(words, config)?;
+pub(crate) fn forget_told(
+    texts: &Texts,
+    ports: &mut impl DriversPort,
+    config: &MachineConfig,
+    words: &Words<'_>,
+) -> Outcome {
+    let named = named_drivers(texts, words, config)?;
     ports.supervisor(|supervisor| motors(named).for_each(|motor| supervisor.forget_told(motor)));
     Ok(Answer::Ok)
 }
@@ -37,6 +42,7 @@ pub(crate) fn forget_told(ports: &mut impl DriversPort, config: &MachineConfig, 
 /// When a speed is negative, or a driver does not take it. One without stealthChop is told, and no error: the
 /// file may be made for other drivers.
 pub(crate) fn stealth_thresholds(
+    texts: &Texts,
     ports: &mut impl DriversPort,
     config: &MachineConfig,
     tuning: &mut Tuning,
@@ -56,7 +62,7 @@ pub(crate) fn stealth_thresholds(
         return Ok(Answer::Ok);
     }
     for (motor, speed) in given(words, config) {
-        set_stealth(ports, config, tuning, motor, speed, reply)?;
+        set_stealth(texts, ports, config, tuning, motor, speed, reply)?;
     }
     Ok(Answer::Ok)
 }
@@ -67,25 +73,27 @@ pub(crate) fn stealth_thresholds(
 /// # Errors
 /// As [`stealth_thresholds`]; without S.
 pub(crate) fn stealth_mode(
+    texts: &Texts,
     ports: &mut impl DriversPort,
     config: &MachineConfig,
     tuning: &mut Tuning,
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    let Some(on) = words.get('S') else { return Err(Failure::refused("M569 takes S1, stealthChop, or S0")) };
+    let Some(on) = words.get('S') else { return Err(Failure::refused(&"M569 takes S1, stealthChop, or S0")) };
     let speed = if on == 0.0 { 0.0 } else { ANY_SPEED };
     let named = words.axes();
     for (motor, _) in config.actuators() {
         let is_named = Axis::ALL.get(motor as usize).is_some_and(|axis| named.has(*axis));
         if is_named || named.is_empty() && config.stealth_driver(motor).is_some() {
-            set_stealth(ports, config, tuning, motor, speed, reply)?;
+            set_stealth(texts, ports, config, tuning, motor, speed, reply)?;
         }
     }
     Ok(Answer::Ok)
 }
 
 fn set_stealth(
+    texts: &Texts,
     ports: &mut impl DriversPort,
     config: &MachineConfig,
     tuning: &mut Tuning,
@@ -94,7 +102,7 @@ fn set_stealth(
     reply: &mut Reply<'_>,
 ) -> Result<(), Failure> {
     if speed < 0.0 || !speed.is_finite() {
-        return Err(Failure::Refused(message(format_args!("{}: a speed must not be negative", motor.name()))));
+        return Err(texts.refused(format_args!("{}: a speed must not be negative", motor.name())));
     }
     let settings = &config.actuators[motor];
     let full_steps_per_s = speed * settings.steps_per_mm / f64::from(settings.microsteps.max(1));
@@ -102,7 +110,7 @@ fn set_stealth(
     match ports.drivers(|drivers| drivers.set_stealth_threshold(motor, threshold)) {
         Ok(()) => tuning.stealth_thresholds[motor] = Some(speed),
         Err(DriverFault::External) => reply.say(format_args!("{}: its driver has no stealthChop\n", motor.name())),
-        Err(fault) => return Err(not_set(motor, fault)),
+        Err(fault) => return Err(not_set(texts, motor, fault)),
     }
     Ok(())
 }
@@ -112,6 +120,7 @@ fn set_stealth(
 /// # Errors
 /// When a driver has no such threshold.
 pub(crate) fn homing_thresholds(
+    texts: &Texts,
     config: &MachineConfig,
     tuning: &mut Tuning,
     words: &Words<'_>,
@@ -128,10 +137,10 @@ pub(crate) fn homing_thresholds(
     for (motor, threshold) in given(words, config) {
         let [least, most] = config
             .stall_thresholds(motor)
-            .ok_or_else(|| Failure::Refused(message(format_args!("{}: its driver measures no load", motor.name()))))?;
+            .ok_or_else(|| texts.refused(format_args!("{}: its driver measures no load", motor.name())))?;
         if !(f64::from(least)..=f64::from(most)).contains(&threshold) {
             let name = motor.name();
-            return Err(Failure::Refused(message(format_args!("{name}: {least} to {most}, lower or higher is none"))));
+            return Err(texts.refused(format_args!("{name}: {least} to {most}, lower or higher is none")));
         }
         tuning.homing_thresholds[motor] = Some(threshold as i16);
     }

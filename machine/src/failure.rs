@@ -1,122 +1,259 @@
 //! How a command can end other than well.
 
-use core::fmt::{self, Arguments, Write};
-use core::ops::{Deref, DerefMut};
+use core::cell::{Cell, RefCell};
+use core::fmt::{self, Arguments, Display, Write};
 
 use crate::grbl::numbers::{Alarm, Error};
 
-/// Bytes of a message.
-const MESSAGE_BYTES: usize = 112;
+/// Bytes of a text.
+const TEXT_BYTES: usize = 112;
+/// Texts that are known at a time. What is done on the way from a failure to its answer (a probe is stowed,
+/// slaves are slaves again) may fail as well, and write further ones.
+const TEXTS: usize = 8;
 
-/// A message for a person, cut to fit, with the numbers that senders of GRBL's dialect go by.
+/// A text for a person, cut to fit.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Message {
-    text: heapless::String<MESSAGE_BYTES, u8>,
-    /// The number where a line is refused with it.
-    pub error: Error,
-    /// The number where the machine halts with it.
-    pub alarm: Alarm,
-}
+pub struct ShortText(heapless::String<TEXT_BYTES, u8>);
 
-impl Message {
+impl ShortText {
     /// Without words.
+    pub const NONE: Self = Self(heapless::String::new());
+
+    /// Bytes that fit.
     #[must_use]
-    pub const fn new() -> Self {
-        Self { text: heapless::String::new(), error: Error::Unsupported, alarm: Alarm::Abort }
+    pub const fn capacity() -> usize {
+        TEXT_BYTES
     }
 
-    /// The same, of this number.
+    /// What it says.
     #[must_use]
-    pub const fn numbered(mut self, error: Error) -> Self {
-        self.error = error;
-        self
-    }
-
-    /// The same, of this number where the machine halts with it.
-    #[must_use]
-    pub const fn alarming(mut self, alarm: Alarm) -> Self {
-        self.alarm = alarm;
-        self
+    pub fn as_str(&self) -> &str {
+        &self.0
     }
 }
 
-impl Deref for Message {
-    type Target = heapless::String<MESSAGE_BYTES, u8>;
-
-    fn deref(&self) -> &Self::Target {
-        &self.text
-    }
-}
-
-impl DerefMut for Message {
-    fn deref_mut(&mut self) -> &mut Self::Target {
-        &mut self.text
-    }
-}
-
-impl Write for Message {
+impl Write for ShortText {
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        self.text.write_str(text)
+        self.0.write_str(text)
     }
 }
 
-impl fmt::Display for Message {
+impl Display for ShortText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.text)
+        f.write_str(&self.0)
     }
 }
 
-/// Formats a message, cut to fit.
+/// Writes a text, cut to fit: its beginning says what is wrong.
 #[must_use]
-pub fn message(text: Arguments<'_>) -> Message {
-    let mut message = Message::new();
-    // A message that does not fit is cut; its beginning says what is wrong.
-    let _ = message.write_fmt(text);
-    message
+pub fn short(text: Arguments<'_>) -> ShortText {
+    let mut short = ShortText::NONE;
+    let _ = short.write_fmt(text);
+    short
 }
 
 /// What is wrong with a file, cut to fit. Of a long path it is the beginning that goes: the reason must be
 /// read whole.
 #[must_use]
-pub fn about_file(path: &str, why: &str) -> Message {
+pub fn about_file(path: &str, why: &str) -> ShortText {
     const CUT: &str = "...";
-    let room = Message::new().capacity().saturating_sub(": ".len() + why.len());
+    let room = ShortText::capacity().saturating_sub(": ".len() + why.len());
     if path.len() <= room {
-        return message(format_args!("{path}: {why}"));
+        return short(format_args!("{path}: {why}"));
     }
     let longest = room.saturating_sub(CUT.len());
     let ends = path.char_indices().map(|(at, _)| path.get(at..).unwrap_or("")).find(|end| end.len() <= longest);
-    message(format_args!("{CUT}{}: {why}", ends.unwrap_or("")))
+    short(format_args!("{CUT}{}: {why}", ends.unwrap_or("")))
 }
 
-/// Why a command was not carried out.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Failure {
+/// What a failure means for the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FailureKind {
     /// The machine was halted meanwhile, by something that has already been said.
     Halted,
-    /// The command asks for what must not happen: the machine halts, with this message.
-    Alarm(Message),
-    /// The command cannot be done; the machine goes on, with this message.
-    Refused(Message),
+    /// The command asks for what must not happen: the machine halts.
+    Alarm,
+    /// The command cannot be done; the machine goes on.
+    Refused,
+}
+
+/// Why a command was not carried out. Two words; its text, unless it is always the same, is with [`Texts`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// A text that is always the same.
+    fixed: Option<&'static &'static str>,
+    /// Else which of the texts is its own.
+    number: u8,
+    /// The number that senders of GRBL's dialect go by, where a line is refused with it.
+    pub error: Error,
+    /// The same where the machine halts with it.
+    pub alarm: Alarm,
+    /// What it means.
+    pub kind: FailureKind,
 }
 
 impl Failure {
-    /// A refusal.
-    #[must_use]
-    pub fn refused(text: &str) -> Self {
-        Self::Refused(message(format_args!("{text}")))
+    /// The machine was halted meanwhile.
+    pub const HALTED: Self = Self::fixed(FailureKind::Halted, &"");
+
+    const fn fixed(kind: FailureKind, text: &'static &'static str) -> Self {
+        Self { fixed: Some(text), number: 0, error: Error::Unsupported, alarm: Alarm::Abort, kind }
     }
 
-    /// A refusal of this number.
+    /// A refusal with a text that is always the same.
     #[must_use]
-    pub fn numbered(error: Error, text: &str) -> Self {
-        Self::Refused(message(format_args!("{text}")).numbered(error))
+    pub const fn refused(text: &'static &'static str) -> Self {
+        Self::fixed(FailureKind::Refused, text)
     }
 
-    /// An alarm.
+    /// An alarm with a text that is always the same.
     #[must_use]
-    pub fn alarm(text: &str) -> Self {
-        Self::Alarm(message(format_args!("{text}")))
+    pub const fn alarm(text: &'static &'static str) -> Self {
+        Self::fixed(FailureKind::Alarm, text)
+    }
+
+    /// The same, of this number.
+    #[must_use]
+    pub const fn numbered(self, error: Error) -> Self {
+        Self { error, ..self }
+    }
+
+    /// The same, of this number where the machine halts with it.
+    #[must_use]
+    pub const fn alarming(self, alarm: Alarm) -> Self {
+        Self { alarm, ..self }
+    }
+
+    /// The same with another meaning.
+    #[must_use]
+    pub const fn meaning(self, kind: FailureKind) -> Self {
+        Self { kind, ..self }
+    }
+
+    /// Whether the machine goes on.
+    #[must_use]
+    pub const fn is_refusal(&self) -> bool {
+        matches!(self.kind, FailureKind::Refused)
+    }
+
+    /// Whether there is anything to say: a machine that was halted meanwhile has said why.
+    #[must_use]
+    pub const fn has_text(&self) -> bool {
+        !matches!(self.kind, FailureKind::Halted)
+    }
+
+    /// Whether the machine is to halt with it.
+    #[must_use]
+    pub const fn is_alarm(&self) -> bool {
+        matches!(self.kind, FailureKind::Alarm)
+    }
+}
+
+/// A failure with its text, to be answered with later than the line after next.
+#[derive(Clone, Debug)]
+pub struct KeptFailure {
+    failure: Failure,
+    text: ShortText,
+}
+
+/// The texts of failures, from where one is found to where it is answered. It holds the last few: a failure
+/// is answered, told or forgotten before the line that it belongs to has ended.
+#[derive(Debug)]
+pub struct Texts {
+    texts: RefCell<[(u8, ShortText); TEXTS]>,
+    last: Cell<u8>,
+}
+
+impl Default for Texts {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Texts {
+    /// None yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { texts: RefCell::new([const { (0, ShortText::NONE) }; TEXTS]), last: Cell::new(0) }
+    }
+
+    /// A refusal that says this.
+    pub fn refused(&self, text: Arguments<'_>) -> Failure {
+        self.keep(FailureKind::Refused, &short(text))
+    }
+
+    /// A refusal for this reason.
+    pub fn because(&self, why: &str) -> Failure {
+        self.refused(format_args!("{why}"))
+    }
+
+    /// An alarm that says this.
+    pub fn alarm(&self, text: Arguments<'_>) -> Failure {
+        self.keep(FailureKind::Alarm, &short(text))
+    }
+
+    /// A refusal for what is wrong with a file, see [`about_file`].
+    pub fn about_file(&self, path: &str, why: &str) -> Failure {
+        self.keep(FailureKind::Refused, &about_file(path, why))
+    }
+
+    /// A failure with a text that was kept somewhere else.
+    #[inline(never)]
+    pub fn keep(&self, kind: FailureKind, text: &ShortText) -> Failure {
+        let number = self.last.get().wrapping_add(1);
+        self.last.set(number);
+        if let Ok(mut texts) = self.texts.try_borrow_mut()
+            && let Some(place) = texts.get_mut(usize::from(number) % TEXTS)
+        {
+            place.0 = number;
+            place.1.clone_from(text);
+        }
+        Failure { fixed: None, number, ..Failure::fixed(kind, &"") }
+    }
+
+    /// What a failure says.
+    pub const fn of(&self, failure: Failure) -> Said<'_> {
+        Said { texts: self, failure }
+    }
+
+    /// A failure to be answered with later.
+    pub fn kept(&self, failure: Failure) -> KeptFailure {
+        KeptFailure { failure, text: self.copy_of(failure) }
+    }
+
+    /// The failure that was kept.
+    pub fn taken_up(&self, kept: &KeptFailure) -> Failure {
+        let KeptFailure { failure: Failure { error, alarm, kind, .. }, text } = kept;
+        self.keep(*kind, text).numbered(*error).alarming(*alarm)
+    }
+
+    /// What it says, to be kept for longer.
+    #[must_use]
+    pub fn copy_of(&self, failure: Failure) -> ShortText {
+        short(format_args!("{}", self.of(failure)))
+    }
+}
+
+/// What a failure says, see [`Texts::of`].
+#[derive(Clone, Copy, Debug)]
+pub struct Said<'t> {
+    texts: &'t Texts,
+    failure: Failure,
+}
+
+impl Display for Said<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(text) = self.failure.fixed {
+            return f.write_str(text);
+        }
+        let number = self.failure.number;
+        let texts = self.texts.texts.try_borrow().ok();
+        let text = texts.as_ref().and_then(|texts| texts.get(usize::from(number) % TEXTS));
+        match text {
+            Some((of, text)) if *of == number => f.write_str(text.as_str()),
+            // Whoever kept it for so long should have kept its text.
+            _ => f.write_str("it failed, and so did much else since then"),
+        }
     }
 }
 
@@ -136,6 +273,8 @@ pub enum Answer {
 /// What a command returns.
 pub type Outcome = Result<Answer, Failure>;
 
+const _: () = assert!(size_of::<Outcome>() <= 2 * size_of::<usize>(), "it is handed up through every command");
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -147,8 +286,35 @@ mod tests {
         for letter in ["x", "\u{e4}"] {
             let path = format!("/sd/{}.g", letter.repeat(120));
             let text = about_file(&path, why);
+            let text = text.as_str();
             assert!(text.starts_with("...") && text.ends_with(&format!("{letter}.g: {why}")), "{text}");
-            assert!(text.len() >= text.capacity() - 1, "{text}");
+            assert!(text.len() >= ShortText::capacity() - 1, "{text}");
         }
+    }
+
+    #[test]
+    fn a_failure_says_its_own_text_while_a_few_others_are_found() {
+        let texts = Texts::new();
+        let first = texts.refused(format_args!("the first of {}", 9));
+        let others: Vec<Failure> = (1..TEXTS).map(|n| texts.alarm(format_args!("number {n}"))).collect();
+        assert_eq!(texts.of(first).to_string(), "the first of 9");
+        assert!(others.iter().zip(1..).all(|(other, n)| texts.of(*other).to_string() == format!("number {n}")));
+        assert_eq!(texts.of(Failure::refused(&"always")).to_string(), "always");
+        let kept = texts.copy_of(first);
+        let _ninth = texts.refused(format_args!("one more"));
+        assert!(texts.of(first).to_string().starts_with("it failed"), "{}", texts.of(first));
+        assert_eq!(kept.as_str(), "the first of 9");
+    }
+
+    #[test]
+    fn a_failure_that_is_kept_is_the_same_when_it_is_taken_up() {
+        let texts = Texts::new();
+        let kept = texts.kept(texts.alarm(format_args!("a {}", "text")).numbered(Error::Target));
+        for n in 0..2 * TEXTS {
+            let _other = texts.refused(format_args!("number {n}"));
+        }
+        let failure = texts.taken_up(&kept);
+        assert_eq!(texts.of(failure).to_string(), "a text");
+        assert_eq!((failure.kind, failure.error), (FailureKind::Alarm, Error::Target));
     }
 }

@@ -11,7 +11,7 @@ mod width;
 use config::{Command, MachineConfig};
 use units::{Axis, Micros};
 
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 use crate::ports::{Input, InputLevels};
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
@@ -192,10 +192,10 @@ impl Filament {
     ///
     /// # Errors
     /// When there is no filament for it.
-    pub fn must_be_there(&self, config: &MachineConfig) -> Result<(), Failure> {
+    pub fn must_be_there(&self, texts: &Texts, config: &MachineConfig) -> Result<(), Failure> {
         let Some(trouble) = self.is_missing(config) else { return Ok(()) };
         let text = trouble.text();
-        Err(Failure::Refused(message(format_args!("{text}: see to it, or M405 has it passed over"))))
+        Err(texts.refused(format_args!("{text}: see to it, or M405 has it passed over")))
     }
 
     fn look_at_level(&mut self, levels: InputLevels, now: Micros) {

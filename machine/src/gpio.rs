@@ -4,7 +4,7 @@ use config::{Pin, PinName, Pull, parse_pin};
 use units::Micros;
 
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::ports::{Ports, Wake};
 
 /// How long a pin is driven when nothing is said.
@@ -21,13 +21,13 @@ enum Request {
 }
 
 /// Reads `PJ1^ in` and `PJ1! out on 500`.
-fn parse(arguments: &str) -> Result<(Pin, Request), Failure> {
+fn parse(texts: &Texts, arguments: &str) -> Result<(Pin, Request), Failure> {
     let mut words = arguments.split_ascii_whitespace();
     let name = words.next().ok_or_else(usage)?;
     let pin = match parse_pin(name) {
         Ok(Some(PinName::Digital(pin))) => pin,
-        Ok(_) => return Err(illegal(name)),
-        Err(flaw) => return Err(Failure::Refused(message(format_args!("Illegal pin name: {name} {flaw}")))),
+        Ok(_) => return Err(illegal(texts, name)),
+        Err(flaw) => return Err(texts.refused(format_args!("Illegal pin name: {name} {flaw}"))),
     };
     let request = match words.next() {
         None | Some("in" | "i") => return Ok((pulled(pin), ended(words, Request::Read)?)),
@@ -35,9 +35,9 @@ fn parse(arguments: &str) -> Result<(Pin, Request), Failure> {
             let on = match words.next() {
                 Some("on" | "1") => true,
                 Some("off" | "0") => false,
-                _ => return Err(Failure::refused("on|off required")),
+                _ => return Err(Failure::refused(&"on|off required")),
             };
-            Request::Drive(on, duration(words.next())?)
+            Request::Drive(on, duration(texts, words.next())?)
         }
         Some(_) => return Err(usage()),
     };
@@ -55,17 +55,17 @@ fn pulled(pin: Pin) -> Pin {
 }
 
 fn usage() -> Failure {
-    Failure::refused("incorrect usage: gpio PA6 [in | out on|off [milliseconds]]")
+    Failure::refused(&"incorrect usage: gpio PA6 [in | out on|off [milliseconds]]")
 }
 
-fn illegal(name: &str) -> Failure {
-    Failure::Refused(message(format_args!("Illegal pin name: {name} is no pin that is on or off")))
+fn illegal(texts: &Texts, name: &str) -> Failure {
+    texts.refused(format_args!("Illegal pin name: {name} is no pin that is on or off"))
 }
 
-fn duration(word: Option<&str>) -> Result<u32, Failure> {
+fn duration(texts: &Texts, word: Option<&str>) -> Result<u32, Failure> {
     let Some(word) = word else { return Ok(DRIVEN_MS) };
     let ms = word.parse().ok().filter(|ms| (1..=MOST_MS).contains(ms));
-    ms.ok_or_else(|| Failure::Refused(message(format_args!("a pin is driven for 1 to {MOST_MS} milliseconds"))))
+    ms.ok_or_else(|| texts.refused(format_args!("a pin is driven for 1 to {MOST_MS} milliseconds")))
 }
 
 /// `gpio pin [in | out on|off [ms]]`. A pin that was driven is as after a reset when this ends, whatever ends
@@ -74,24 +74,22 @@ fn duration(word: Option<&str>) -> Result<u32, Failure> {
 /// # Errors
 /// When the pin is used, or driven by the board itself, and for what is not understood.
 pub(crate) fn command<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Outcome {
-    let (pin, request) = parse(arguments)?;
+    let (pin, request) = parse(hands.texts(), arguments)?;
     let drives = match request {
         Request::Read => None,
         Request::Drive(on, _) => Some(on),
     };
     if let Some(purpose) = config::reserved_for(pin) {
-        return Err(Failure::Refused(message(format_args!("{} belongs to {purpose}", bare(pin)))));
+        return Err(hands.texts().refused(format_args!("{} belongs to {purpose}", bare(pin))));
     }
     if drives.is_some()
         && let Some(driver) = config::driven_by(pin)
     {
-        return Err(Failure::Refused(message(format_args!(
-            "{}: {driver} drives it, so it cannot be an output",
-            bare(pin)
-        ))));
+        return Err(hands
+            .texts()
+            .refused(format_args!("{}: {driver} drives it, so it cannot be an output", bare(pin))));
     }
-    let level =
-        hands.storage().borrow_pin(pin, drives).map_err(|why| Failure::Refused(message(format_args!("{why}"))))?;
+    let level = hands.storage().borrow_pin(pin, drives).map_err(|why| hands.texts().refused(format_args!("{why}")))?;
     match request {
         Request::Read => {
             hands.storage().return_pin(pin);
@@ -128,10 +126,13 @@ mod tests {
     #[test]
     fn pins_levels_and_times_are_read() {
         let pin = Pin::new('J', 1);
-        assert_eq!(parse("PJ1"), Ok((Pin { pull: Pull::Up, ..pin }, Request::Read)));
-        assert_eq!(parse("pj_1v in"), Ok((Pin { pull: Pull::Down, ..pin }, Request::Read)));
-        assert_eq!(parse("PJ1 out on"), Ok((pin, Request::Drive(true, DRIVEN_MS))));
-        assert_eq!(parse("PJ1! o 0 100"), Ok((Pin { inverted: true, ..pin }, Request::Drive(false, 100))));
+        assert_eq!(parse(&Texts::new(), "PJ1"), Ok((Pin { pull: Pull::Up, ..pin }, Request::Read)));
+        assert_eq!(parse(&Texts::new(), "pj_1v in"), Ok((Pin { pull: Pull::Down, ..pin }, Request::Read)));
+        assert_eq!(parse(&Texts::new(), "PJ1 out on"), Ok((pin, Request::Drive(true, DRIVEN_MS))));
+        assert_eq!(
+            parse(&Texts::new(), "PJ1! o 0 100"),
+            Ok((Pin { inverted: true, ..pin }, Request::Drive(false, 100)))
+        );
     }
 
     #[test]
@@ -148,8 +149,10 @@ mod tests {
             ("nc", "Illegal pin name: nc"),
             ("ADC1_1", "Illegal pin name: ADC1_1"),
         ] {
-            let Err(Failure::Refused(text)) = parse(arguments) else { panic!("{arguments} is taken") };
-            assert!(text.contains(part), "{arguments}: {}", text.as_str());
+            let texts = Texts::new();
+            let refused = parse(&texts, arguments).unwrap_err();
+            let text = texts.of(refused).to_string();
+            assert!(refused.is_refusal() && text.contains(part), "{arguments}: {text}");
         }
     }
 }

@@ -12,7 +12,7 @@ use program::{Part, Words};
 use units::{Celsius, Micros};
 
 use crate::executor::Hands;
-use crate::failure::{Failure, Message, message};
+use crate::failure::{Failure, Texts};
 use crate::heat::{HeatCause, HeatControl, HeatFault, OFF_BELOW, TargetRefused};
 use crate::needs::needs;
 use crate::ports::{HeatPort, Ports, Wake};
@@ -41,16 +41,17 @@ pub(crate) fn heat_and_wait<P: Ports>(
     target: Celsius,
     cools: bool,
 ) -> Result<(), Failure> {
+    let texts = hands.texts();
     let config = hands.config();
     if target > OFF_BELOW {
-        needs(config, Part::Heater(heater), hands.is_playing())?;
+        needs(texts, config, Part::Heater(heater), hands.is_playing())?;
     }
-    hands.heat(|heat| allow_target(heat, config, heater, target))?;
+    hands.heat(|heat| allow_target(texts, heat, config, heater, target))?;
     check_supply(hands, target)?;
     hands.standstill()?;
     // The way to standstill may have taken minutes.
     check_supply(hands, target)?;
-    hands.heat(|heat| change_target(heat, config, heater, target))?;
+    hands.heat(|heat| change_target(texts, heat, config, heater, target))?;
     wait_until(hands, heater, if cools { Until::Near } else { Until::Warm })
 }
 
@@ -67,7 +68,7 @@ pub(crate) fn check_supply<P: Ports>(hands: &mut Hands<'_, '_, P>, target: Celsi
 
 /// That heaters have no supply.
 pub(crate) fn no_heater_supply() -> Failure {
-    Failure::alarm("heater supply is off (vfet below 6 V): switch it on, then M999")
+    Failure::alarm(&"heater supply is off (vfet below 6 V): switch it on, then M999")
 }
 
 /// Waits until the reading has come up to the target, saying temperatures.
@@ -113,7 +114,7 @@ fn wait_until<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId, until: U
             let (name, seconds) = (&described.name, wait.timeout.seconds());
             let text =
                 format_args!("{name} is not at its target after {seconds} s, its wait_timeout; it goes on heating");
-            return Err(Failure::Refused(message(text)));
+            return Err(hands.texts().refused(text));
         }
         if hands.now() >= report_due {
             report_due = report_due.plus(WAIT_REPORT);
@@ -137,7 +138,7 @@ pub(crate) fn wait_for_all<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words
     let (config, wanted) = (hands.config(), words.get('P').map(ToolId::from_word));
     let is_meant = |id: ToolId| wanted.is_none_or(|wanted| wanted == Some(id));
     if !config.heaters().any(|(_, heater)| is_meant(heater.tool_id)) {
-        return Err(Failure::refused("M116: no heater has that id"));
+        return Err(Failure::refused(&"M116: no heater has that id"));
     }
     let bound = |letter: char| words.get(letter).map(|celsius| celsius as f32);
     let (least, most) = (bound('A'), bound('B'));
@@ -152,7 +153,7 @@ pub(crate) fn wait_for_all<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words
             && reading.is_none_or(|reading| reading < least)
             && target < least
         {
-            return Err(Failure::refused("M116: that heater is not set to become so warm"));
+            return Err(Failure::refused(&"M116: that heater is not set to become so warm"));
         }
         wait_until(hands, heater, until)?;
     }
@@ -184,12 +185,13 @@ fn has_arrived(heat: &HeatControl, heater: HeaterId, until: Until, window: Celsi
 /// # Errors
 /// When it is above the heater's maximum.
 pub(crate) fn check_target(
+    texts: &Texts,
     ports: &mut impl HeatPort,
     config: &MachineConfig,
     heater: HeaterId,
     target: Celsius,
 ) -> Result<(), Failure> {
-    ports.heat(|heat| allow_target(heat, config, heater, target))
+    ports.heat(|heat| allow_target(texts, heat, config, heater, target))
 }
 
 /// Sets a target, at once.
@@ -197,16 +199,18 @@ pub(crate) fn check_target(
 /// # Errors
 /// When the heater does not allow it, or is none.
 pub(crate) fn set_target(
+    texts: &Texts,
     ports: &mut impl HeatPort,
     config: &MachineConfig,
     heater: HeaterId,
     target: Celsius,
 ) -> Result<(), Failure> {
-    ports.heat(|heat| change_target(heat, config, heater, target))
+    ports.heat(|heat| change_target(texts, heat, config, heater, target))
 }
 
 /// [`check_target`] for whoever has heat control in hand.
 pub(crate) fn allow_target(
+    texts: &Texts,
     heat: &HeatControl,
     config: &MachineConfig,
     heater: HeaterId,
@@ -214,34 +218,49 @@ pub(crate) fn allow_target(
 ) -> Result<(), Failure> {
     let max = heat.heater(heater).map(|heater| heater.settings.max);
     match max.filter(|max| target > *max) {
-        Some(max) => Err(target_refused(config, heater, target, TargetRefused::AboveMaximum(max))),
+        Some(max) => {
+            let why = TargetRefused::AboveMaximum(max);
+            Err(TargetRefusal { config, heater, target, why }.failure(texts))
+        }
         None => Ok(()),
     }
 }
 
 /// [`set_target`] for whoever has heat control in hand.
 pub(crate) fn change_target(
+    texts: &Texts,
     heat: &mut HeatControl,
     config: &MachineConfig,
     heater: HeaterId,
     target: Celsius,
 ) -> Result<(), Failure> {
-    heat.set_target(heater, target).map_err(|why| target_refused(config, heater, target, why))
-}
-
-/// That a target was refused.
-pub(crate) fn target_refused(config: &MachineConfig, heater: HeaterId, target: Celsius, why: TargetRefused) -> Failure {
-    Failure::Refused(target_refused_text(config, heater, target, why))
+    heat.set_target(heater, target).map_err(|why| TargetRefusal { config, heater, target, why }.failure(texts))
 }
 
 /// Why a target was refused.
-fn target_refused_text(config: &MachineConfig, heater: HeaterId, target: Celsius, why: TargetRefused) -> Message {
-    let name = config.heater(heater).map_or("?", |heater| heater.name.as_str());
-    match why {
-        TargetRefused::AboveMaximum(max) => {
-            message(format_args!("{name}: {:.1} C is above its max_temp {:.1} C", target.0, max.0))
+pub(crate) struct TargetRefusal<'c> {
+    pub config: &'c MachineConfig,
+    pub heater: HeaterId,
+    pub target: Celsius,
+    pub why: TargetRefused,
+}
+
+impl fmt::Display for TargetRefusal<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = self.config.heater(self.heater).map_or("?", |heater| heater.name.as_str());
+        match self.why {
+            TargetRefused::AboveMaximum(max) => {
+                write!(f, "{name}: {:.1} C is above its max_temp {:.1} C", self.target.0, max.0)
+            }
+            TargetRefused::HasNoHeater => write!(f, "{name} is a sensor without a heater"),
         }
-        TargetRefused::HasNoHeater => message(format_args!("{name} is a sensor without a heater")),
+    }
+}
+
+impl TargetRefusal<'_> {
+    /// For the command that asked for it.
+    pub fn failure(&self, texts: &Texts) -> Failure {
+        texts.refused(format_args!("{self}"))
     }
 }
 
@@ -291,82 +310,104 @@ pub(crate) fn report_temperatures(
 }
 
 /// Why heating was stopped.
-pub(crate) fn heat_fault_text(config: &MachineConfig, fault: HeatFault) -> Message {
-    let name = config.heater(fault.heater).map_or("?", |heater| heater.designator.as_str());
-    match fault.cause {
-        HeatCause::NoReading(fault) => {
-            let part = fault.part().and_then(|part| config.heater(part)).map_or("", |part| part.name.as_str());
-            message(format_args!(
-                "MINTEMP or MAXTEMP triggered on {name}: {part}{}{}",
-                if part.is_empty() { "" } else { ": " },
-                fault.message()
-            ))
-        }
-        HeatCause::BelowMinimum(celsius) | HeatCause::AboveMaximum(celsius) => message(format_args!(
-            "MINTEMP or MAXTEMP triggered on {name}. Check your temperature sensors! (reads {:.1})",
-            celsius.0
-        )),
-        HeatCause::RisesTooFast(by) => message(format_args!(
-            "{name} reads {:.0} C more than a second before: no heater warms so fast. Check its sensor's plug and wire",
-            by.0
-        )),
-        HeatCause::FallsTooFast(by) => message(format_args!(
-            "{name} reads {:.0} C less than a second before: its sensor has come off or is shorting. TURN POWER OFF",
-            by.0
-        )),
-        HeatCause::FallsWhileDriven(by) => message(format_args!(
-            "{name} cools by {:.0} C in 3 s at full output: its heater has failed, or its sensor slides out. TURN POWER OFF",
-            by.0
-        )),
-        HeatCause::Stalls => message(format_args!(
-            "{name} stopped warming at full output: its sensor slides out, or its heater has failed. TURN POWER OFF"
-        )),
-        HeatCause::Erratic => {
-            message(format_args!("{name}: the reading jumps up and down: a loose contact, or noise on its wire"))
-        }
-        HeatCause::NoResponse(within, gain) => message(format_args!(
-            "{name} was given full output for {} s and did not warm by {} C: check heater, supply, and that the sensor \
+pub(crate) struct HeatFaultText<'c> {
+    pub config: &'c MachineConfig,
+    pub fault: HeatFault,
+}
+
+impl fmt::Display for HeatFaultText<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { config, fault } = self;
+        let name = config.heater(fault.heater).map_or("?", |heater| heater.designator.as_str());
+        match fault.cause {
+            HeatCause::NoReading(fault) => {
+                let part = fault.part().and_then(|part| config.heater(part)).map_or("", |part| part.name.as_str());
+                write!(
+                    f,
+                    "MINTEMP or MAXTEMP triggered on {name}: {part}{}{}",
+                    if part.is_empty() { "" } else { ": " },
+                    fault.message()
+                )
+            }
+            HeatCause::BelowMinimum(celsius) | HeatCause::AboveMaximum(celsius) => write!(
+                f,
+                "MINTEMP or MAXTEMP triggered on {name}. Check your temperature sensors! (reads {:.1})",
+                celsius.0
+            ),
+            HeatCause::RisesTooFast(by) => write!(
+                f,
+                "{name} reads {:.0} C more than a second before: no heater warms so fast. Check its sensor's plug and wire",
+                by.0
+            ),
+            HeatCause::FallsTooFast(by) => write!(
+                f,
+                "{name} reads {:.0} C less than a second before: its sensor has come off or is shorting. TURN POWER OFF",
+                by.0
+            ),
+            HeatCause::FallsWhileDriven(by) => write!(
+                f,
+                "{name} cools by {:.0} C in 3 s at full output: its heater has failed, or its sensor slides out. TURN POWER OFF",
+                by.0
+            ),
+            HeatCause::Stalls => write!(
+                f,
+                "{name} stopped warming at full output: its sensor slides out, or its heater has failed. TURN POWER OFF"
+            ),
+            HeatCause::Erratic => {
+                write!(f, "{name}: the reading jumps up and down: a loose contact, or noise on its wire")
+            }
+            HeatCause::NoResponse(within, gain) => write!(
+                f,
+                "{name} was given full output for {} s and did not warm by {} C: check heater, supply, and that the sensor \
              is on it",
-            within.seconds(),
-            gain.0
-        )),
-        HeatCause::Sinking(by) => message(format_args!(
-            "{name} has sunk {:.0} C below its target: heater failing, sensor loose, or cooled too much",
-            by.0
-        )),
-        HeatCause::Frozen(time) => message(format_args!(
-            "{name} has read exactly the same for {} s while its output changed: its sensor or converter stands",
-            time.seconds()
-        )),
-        HeatCause::Swapped(other) => {
-            let other = config.heater(other).map_or("?", |heater| heater.designator.as_str());
-            message(format_args!("{name} warms the sensor of {other}, not its own: swap their heater or sensor plugs"))
+                within.seconds(),
+                gain.0
+            ),
+            HeatCause::Sinking(by) => write!(
+                f,
+                "{name} has sunk {:.0} C below its target: heater failing, sensor loose, or cooled too much",
+                by.0
+            ),
+            HeatCause::Frozen(time) => write!(
+                f,
+                "{name} has read exactly the same for {} s while its output changed: its sensor or converter stands",
+                time.seconds()
+            ),
+            HeatCause::Swapped(other) => {
+                let other = config.heater(other).map_or("?", |heater| heater.designator.as_str());
+                write!(f, "{name} warms the sensor of {other}, not its own: swap their heater or sensor plugs")
+            }
+            HeatCause::FullTooLong(limit) => write!(
+                f,
+                "{name} was at full output for {} s, its full_power_timeout: it is too weak for its target",
+                limit.seconds()
+            ),
+            HeatCause::HeldTooLong(limit) => {
+                write!(f, "{name} was on at one target for {} s, its hold_timeout", limit.seconds())
+            }
+            HeatCause::DrivenWithoutTarget => {
+                write!(f, "the output of {name} was on without a target: a mistake of the firmware, please report it")
+            }
+            HeatCause::HeatingTooSlow | HeatCause::CoolingTooSlow => write!(
+                f,
+                "Temperature took too long to be reached on {name}, HALT asserted, TURN POWER OFF IMMEDIATELY"
+            ),
+            HeatCause::Runaway(by) => write!(
+                f,
+                "Temperature runaway on {name} (delta temp {:.6}), HALT asserted, TURN POWER OFF IMMEDIATELY",
+                by.0
+            ),
+            HeatCause::StuckOn(by) => write!(
+                f,
+                "{name} is switched off and has warmed by {:.0} C: its MOSFET or relay conducts. TURN POWER OFF IMMEDIATELY",
+                by.0
+            ),
+            HeatCause::DispatcherSilent => write!(
+                f,
+                "the controller did not answer for {} s while {name} was on",
+                crate::heat::DISPATCHER_TIMEOUT.seconds()
+            ),
         }
-        HeatCause::FullTooLong(limit) => message(format_args!(
-            "{name} was at full output for {} s, its full_power_timeout: it is too weak for its target",
-            limit.seconds()
-        )),
-        HeatCause::HeldTooLong(limit) => {
-            message(format_args!("{name} was on at one target for {} s, its hold_timeout", limit.seconds()))
-        }
-        HeatCause::DrivenWithoutTarget => message(format_args!(
-            "the output of {name} was on without a target: a mistake of the firmware, please report it"
-        )),
-        HeatCause::HeatingTooSlow | HeatCause::CoolingTooSlow => message(format_args!(
-            "Temperature took too long to be reached on {name}, HALT asserted, TURN POWER OFF IMMEDIATELY"
-        )),
-        HeatCause::Runaway(by) => message(format_args!(
-            "Temperature runaway on {name} (delta temp {:.6}), HALT asserted, TURN POWER OFF IMMEDIATELY",
-            by.0
-        )),
-        HeatCause::StuckOn(by) => message(format_args!(
-            "{name} is switched off and has warmed by {:.0} C: its MOSFET or relay conducts. TURN POWER OFF IMMEDIATELY",
-            by.0
-        )),
-        HeatCause::DispatcherSilent => message(format_args!(
-            "the controller did not answer for {} s while {name} was on",
-            crate::heat::DISPATCHER_TIMEOUT.seconds()
-        )),
     }
 }
 
@@ -401,11 +442,12 @@ mod tests {
     #[test]
     fn a_heater_that_nobody_has_is_refused_with_those_there_are() {
         let config = config();
-        let names = |word| heater_named(&config, 301, 'S', word);
+        let texts = Texts::new();
+        let names = |word| heater_named(&texts, &config, 301, 'S', word);
         assert_eq!(names(0.0).map(HeaterId::index), Ok(1));
         for word in ["7", "0.5", "-1"] {
             let text = format!("M301: no temperature control has tool_id {word}; there are S250 bed, S0 hotend");
-            assert_eq!(names(word.parse().unwrap()), Err(Failure::refused(&text)));
+            assert_eq!(texts.of(names(word.parse().unwrap()).unwrap_err()).to_string(), text);
         }
     }
 
@@ -414,9 +456,10 @@ mod tests {
         let config = config();
         let control = control(&config);
         let hotend = HeaterId::all().nth(1).unwrap();
-        assert_eq!(allow_target(&control, &config, hotend, Celsius(120.0)), Ok(()));
-        let refused = Failure::refused("hotend: 121.0 C is above its max_temp 120.0 C");
-        assert_eq!(allow_target(&control, &config, hotend, Celsius(121.0)), Err(refused));
+        let texts = Texts::new();
+        assert_eq!(allow_target(&texts, &control, &config, hotend, Celsius(120.0)), Ok(()));
+        let refused = allow_target(&texts, &control, &config, hotend, Celsius(121.0)).unwrap_err();
+        assert_eq!(texts.of(refused).to_string(), "hotend: 121.0 C is above its max_temp 120.0 C");
     }
 
     #[test]
@@ -424,9 +467,10 @@ mod tests {
         let config = config();
         let mut control = control(&config);
         let bed = HeaterId::all().next().unwrap();
-        let refused = Failure::refused("bed is a sensor without a heater");
-        assert_eq!(change_target(&mut control, &config, bed, Celsius(50.0)), Err(refused));
-        assert_eq!(change_target(&mut control, &config, bed, Celsius(0.0)), Ok(()));
+        let texts = Texts::new();
+        let refused = change_target(&texts, &mut control, &config, bed, Celsius(50.0)).unwrap_err();
+        assert_eq!(texts.of(refused).to_string(), "bed is a sensor without a heater");
+        assert_eq!(change_target(&texts, &mut control, &config, bed, Celsius(0.0)), Ok(()));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use program::State;
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::motion_config::slowest_rate;
 use crate::ports::{Ports, Wake};
 use crate::safety::Event;
@@ -41,41 +41,43 @@ impl Request {
 }
 
 /// Reads `-c -r X10 Y-1 S0.5 F600`. `e_axis` is the axis that E stands for.
-fn parse(text: &str, e_axis: Option<Axis>) -> Result<Request, Failure> {
+fn parse(texts: &Texts, text: &str, e_axis: Option<Axis>) -> Result<Request, Failure> {
     let mut request =
         Request { by: PerAxis([0.0; units::MAX_AXES]), rate: Rate::Scale(1.0), continuous: false, replies: false };
     for word in text.split(';').next().unwrap_or("").split_ascii_whitespace() {
         match word {
             "-c" => request.continuous = true,
             "-r" => request.replies = true,
-            option if option.starts_with('-') => return Err(refused("illegal option", option.trim_start_matches('-'))),
-            _ => parse_word(word, e_axis, &mut request)?,
+            option if option.starts_with('-') => {
+                return Err(refused(texts, "illegal option", option.trim_start_matches('-')));
+            }
+            _ => parse_word(texts, word, e_axis, &mut request)?,
         }
     }
     if request.axes().next().is_none() {
-        return Err(Failure::refused("no delta jog specified"));
+        return Err(Failure::refused(&"no delta jog specified"));
     }
     Ok(request)
 }
 
-fn parse_word(word: &str, e_axis: Option<Axis>, request: &mut Request) -> Result<(), Failure> {
+fn parse_word(texts: &Texts, word: &str, e_axis: Option<Axis>, request: &mut Request) -> Result<(), Failure> {
     let mut characters = word.chars();
     let letter = characters.next().unwrap_or(' ').to_ascii_uppercase();
     let number = characters.as_str().parse::<f64>().ok().filter(|number| number.is_finite());
-    let number = number.ok_or_else(|| refused("no number after", word))?;
+    let number = number.ok_or_else(|| refused(texts, "no number after", word))?;
     match letter {
         'S' => request.rate = Rate::Scale(number),
         'F' => request.rate = Rate::Absolute(number / 60.0),
         letter => {
             let axis = if letter == 'E' { e_axis } else { Axis::from_letter(letter) };
-            request.by[axis.ok_or_else(|| refused("bad axis", word))?] = number;
+            request.by[axis.ok_or_else(|| refused(texts, "bad axis", word))?] = number;
         }
     }
     Ok(())
 }
 
-fn refused(what: &str, word: &str) -> Failure {
-    Failure::Refused(message(format_args!("{what} {word}")))
+fn refused(texts: &Texts, what: &str, word: &str) -> Failure {
+    texts.refused(format_args!("{what} {word}"))
 }
 
 /// `$J [-c] [-r] words`: moves from where the last move ends, cut to the travel. `e_axis` is the axis of the
@@ -86,15 +88,15 @@ fn refused(what: &str, word: &str) -> Failure {
 /// the travel.
 pub(crate) fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, text: &str, e_axis: Option<Axis>) -> Outcome {
     if matches!(hands.state(), State::Alarm | State::Sleep | State::Invalid) {
-        return Err(Failure::Halted);
+        return Err(Failure::HALTED);
     }
-    let request = parse(text, e_axis)?;
+    let request = parse(hands.texts(), text, e_axis)?;
     let config = hands.config();
     if let Some(axis) = request.axes().find(|axis| !config.actuators.0.get(*axis as usize).is_some_and(|m| m.present)) {
-        return Err(Failure::Refused(message(format_args!("axis out of range {}", axis.letter()))));
+        return Err(hands.texts().refused(format_args!("axis out of range {}", axis.letter())));
     }
     if config.motion.must_be_homed && !hands.all_homed() {
-        return Err(Failure::alarm("Must be homed before moving"));
+        return Err(Failure::alarm(&"Must be homed before moving"));
     }
     let motors = request.axes().filter_map(|axis| Actuator::from_index(axis as usize));
     let rate = rate(request.rate, slowest_rate(config, motors).0)?;
@@ -118,7 +120,7 @@ fn rate(asked: Rate, top: f64) -> Result<f64, Failure> {
         Rate::Absolute(rate) => rate,
     };
     if rate <= 0.0 {
-        return Err(Failure::refused("the jog rate must be above zero"));
+        return Err(Failure::refused(&"the jog rate must be above zero"));
     }
     Ok(if rate > top { top } else { rate })
 }
@@ -130,8 +132,8 @@ fn moved(from: &PerAxis<f64>, by: &PerAxis<f64>) -> PerAxis<f64> {
 fn out_of_travel<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>) -> Failure {
     let (from, homed) = (hands.position(), hands.axes().homed());
     match hands.travel().check(&from, &moved(&from, by), homed) {
-        Err(out) => Failure::Refused(message(format_args!("{out}"))),
-        Ok(()) => Failure::refused("no delta jog specified"),
+        Err(out) => hands.texts().refused(format_args!("{out}")),
+        Ok(()) => Failure::refused(&"no delta jog specified"),
     }
 }
 
@@ -156,7 +158,7 @@ fn move_by<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64)
 /// Runs until Ctrl-Y, then brakes. Pieces are queued only as far ahead as braking needs.
 fn jog_continuously<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64) -> Result<(), Failure> {
     if !hands.can_be_stopped() {
-        return Err(Failure::refused("unable to set continuous jog mode"));
+        return Err(Failure::refused(&"unable to set continuous jog mode"));
     }
     hands.standstill()?;
     let braking = hands.motion(|motion| motion.config().map_or(0.0, |config| config.limits.braking_length(rate)));
@@ -195,19 +197,20 @@ mod tests {
     use super::*;
 
     fn refusal(text: &str) -> String {
-        match parse(text, None) {
-            Err(Failure::Refused(text)) => text.as_str().into(),
+        let texts = Texts::new();
+        match parse(&texts, text, None) {
+            Err(refused) if refused.is_refusal() => texts.of(refused).to_string(),
             other => panic!("{other:?}"),
         }
     }
 
     #[test]
     fn words_options_and_rates_are_read() {
-        let request = parse(" -c X10 y-2.5 F600 ; comment", None).unwrap();
+        let request = parse(&Texts::new(), " -c X10 y-2.5 F600 ; comment", None).unwrap();
         assert_eq!((request.by[Axis::X], request.by[Axis::Y]), (10.0, -2.5));
         assert_eq!((request.continuous, request.replies, request.rate), (true, false, Rate::Absolute(10.0)));
-        assert_eq!(parse("E5 F60 S0.5", Some(Axis::A)).unwrap().rate, Rate::Scale(0.5));
-        assert_eq!(parse("E5", Some(Axis::A)).unwrap().by[Axis::A], 5.0);
+        assert_eq!(parse(&Texts::new(), "E5 F60 S0.5", Some(Axis::A)).unwrap().rate, Rate::Scale(0.5));
+        assert_eq!(parse(&Texts::new(), "E5", Some(Axis::A)).unwrap().by[Axis::A], 5.0);
     }
 
     #[test]

@@ -68,6 +68,7 @@ mod wait;
 pub mod watchdog;
 
 pub use executor::run;
+pub use failure::Texts;
 pub use files::{CONFIG_PATH, kept, safe_file};
 pub use jobs::Layers;
 pub use leveling::{findings, form, map, profile_file};

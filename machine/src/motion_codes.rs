@@ -8,7 +8,7 @@ use motion::{ConfigError, Limits, MotionConfig, Shaper, ShaperKind};
 use program::{Interpreter, Tools, Words};
 use units::{Actuator, Axis, Mm, MmPerSecond, MmPerSecond2};
 
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::needs::failure_of;
 use crate::ports::MotionPort;
 use crate::safety::travel::Travel;
@@ -26,17 +26,17 @@ fn motors() -> impl Iterator<Item = (Axis, Actuator)> {
     Axis::ALL.into_iter().zip(Actuator::ALL)
 }
 
-fn refuse(error: ConfigError) -> Failure {
-    Failure::Refused(message(format_args!("{error}")))
+fn refuse(texts: &Texts, error: ConfigError) -> Failure {
+    texts.refused(format_args!("{error}"))
 }
 
 fn motion_config(ports: &mut impl MotionPort) -> Result<MotionConfig, Failure> {
     let config = ports.motion(|motion| motion.config().copied());
-    config.ok_or_else(|| Failure::refused("motion is not configured"))
+    config.ok_or_else(|| Failure::refused(&"motion is not configured"))
 }
 
-fn set_limits(ports: &mut impl MotionPort, limits: Limits) -> Outcome {
-    ports.motion(|motion| motion.set_limits(limits)).map_err(refuse)?;
+fn set_limits(texts: &Texts, ports: &mut impl MotionPort, limits: Limits) -> Outcome {
+    ports.motion(|motion| motion.set_limits(limits)).map_err(|error| refuse(texts, error))?;
     Ok(Answer::Ok)
 }
 
@@ -51,16 +51,21 @@ fn extruder_in_use(tools: &Tools) -> Option<Actuator> {
 }
 
 /// The axis of the extruder in use, or of tool P.
-fn extruder_axis(words: &Words<'_>, tools: &Tools, config: &MachineConfig) -> Result<Axis, Failure> {
+fn extruder_axis(texts: &Texts, words: &Words<'_>, tools: &Tools, config: &MachineConfig) -> Result<Axis, Failure> {
     // A tool that nobody has never halts, whatever is being played.
-    let tool = tools.selected(words).map_err(|fault| failure_of(config, &fault, false))?;
+    let tool = tools.selected(words).map_err(|fault| failure_of(texts, config, &fault, false))?;
     Ok(tool.settings.axis)
 }
 
 /// The value of E, and the motor it is for.
-fn extruder_word(words: &Words<'_>, tools: &Tools, config: &MachineConfig) -> Result<Option<(Actuator, f64)>, Failure> {
+fn extruder_word(
+    texts: &Texts,
+    words: &Words<'_>,
+    tools: &Tools,
+    config: &MachineConfig,
+) -> Result<Option<(Actuator, f64)>, Failure> {
     let Some(value) = words.get('E') else { return Ok(None) };
-    let axis = extruder_axis(words, tools, config)?;
+    let axis = extruder_axis(texts, words, tools, config)?;
     Ok(Actuator::from_index(axis as usize).map(|motor| (motor, value)))
 }
 
@@ -70,6 +75,7 @@ fn extruder_word(words: &Words<'_>, tools: &Tools, config: &MachineConfig) -> Re
 /// # Errors
 /// When an extruder is named that there is not, or motion refuses the limits; nothing has changed then.
 pub(crate) fn axis_speeds(
+    texts: &Texts,
     ports: &mut impl MotionPort,
     config: &MachineConfig,
     program: &Interpreter,
@@ -80,7 +86,7 @@ pub(crate) fn axis_speeds(
         report_axis_speeds(&motion_config(ports)?.limits, program, reply);
         return Ok(None);
     }
-    set_axis_speeds(ports, config, program.tools(), words)
+    set_axis_speeds(texts, ports, config, program.tools(), words)
 }
 
 /// M203 with words.
@@ -88,6 +94,7 @@ pub(crate) fn axis_speeds(
 /// # Errors
 /// As [`axis_speeds`].
 pub(crate) fn set_axis_speeds(
+    texts: &Texts,
     ports: &mut impl MotionPort,
     config: &MachineConfig,
     tools: &Tools,
@@ -103,10 +110,10 @@ pub(crate) fn set_axis_speeds(
     if let Some(speed) = words.get('P').filter(|_| !words.has('E') && !words.has('V')) {
         limits.max_speed = (speed > NO_LIMIT).then_some(MmPerSecond(speed));
     }
-    if let Some((motor, speed)) = extruder_word(words, tools, config)? {
+    if let Some((motor, speed)) = extruder_word(texts, words, tools, config)? {
         limits.actuator_rate[motor] = MmPerSecond(speed);
     }
-    set_limits(ports, limits)?;
+    set_limits(texts, ports, limits)?;
     Ok(words.get('S').filter(|_| config.motion.compliant_seek_rate).map(MmPerSecond))
 }
 
@@ -133,6 +140,7 @@ fn report_extruder(limits: &Limits, tools: &Tools, reply: &mut Reply<'_>) {
 /// # Errors
 /// When motion refuses the limits; nothing has changed then.
 pub(crate) fn motor_speeds(
+    texts: &Texts,
     ports: &mut impl MotionPort,
     config: &MachineConfig,
     tools: &Tools,
@@ -149,7 +157,7 @@ pub(crate) fn motor_speeds(
         reply.say(format_args!("\n"));
         return Ok(Answer::Ok);
     }
-    set_motor_speeds(ports, config, tools, words)
+    set_motor_speeds(texts, ports, config, tools, words)
 }
 
 /// M203.1 with words.
@@ -157,6 +165,7 @@ pub(crate) fn motor_speeds(
 /// # Errors
 /// As [`motor_speeds`].
 pub(crate) fn set_motor_speeds(
+    texts: &Texts,
     ports: &mut impl MotionPort,
     config: &MachineConfig,
     tools: &Tools,
@@ -167,10 +176,10 @@ pub(crate) fn set_motor_speeds(
         let rate = &mut limits.actuator_rate[motor];
         *rate = words.axis(axis).map_or(*rate, MmPerSecond);
     }
-    if let Some((motor, speed)) = extruder_word(words, tools, config)? {
+    if let Some((motor, speed)) = extruder_word(texts, words, tools, config)? {
         limits.actuator_rate[motor] = MmPerSecond(speed);
     }
-    set_limits(ports, limits)
+    set_limits(texts, ports, limits)
 }
 
 /// M204: accelerations.
@@ -178,6 +187,7 @@ pub(crate) fn set_motor_speeds(
 /// # Errors
 /// When an extruder is named that there is not, or motion refuses the limits; nothing has changed then.
 pub(crate) fn accelerations(
+    texts: &Texts,
     ports: &mut impl MotionPort,
     config: &MachineConfig,
     tools: &Tools,
@@ -193,27 +203,27 @@ pub(crate) fn accelerations(
             limits.actuator_acceleration[motor] = own(acceleration);
         }
     }
-    if let Some((motor, acceleration)) = extruder_word(words, tools, config)? {
+    if let Some((motor, acceleration)) = extruder_word(texts, words, tools, config)? {
         limits.actuator_acceleration[motor] = own(acceleration);
     }
-    set_limits(ports, limits)
+    set_limits(texts, ports, limits)
 }
 
 /// M204 of printers' firmwares: the acceleration of all moves.
 ///
 /// # Errors
 /// When motion refuses it; nothing has changed then.
-pub(crate) fn acceleration(ports: &mut impl MotionPort, value: f64) -> Outcome {
+pub(crate) fn acceleration(texts: &Texts, ports: &mut impl MotionPort, value: f64) -> Outcome {
     let mut limits = motion_config(ports)?.limits;
     limits.acceleration = MmPerSecond2(value);
-    set_limits(ports, limits)
+    set_limits(texts, ports, limits)
 }
 
 /// M205 and M566 of printers' firmwares: the jerk of X and Y is the speed that is kept through a right angle.
 ///
 /// # Errors
 /// When motion refuses the limits; nothing has changed then.
-pub(crate) fn jerk(ports: &mut impl MotionPort, words: &Words<'_>) -> Outcome {
+pub(crate) fn jerk(texts: &Texts, ports: &mut impl MotionPort, words: &Words<'_>) -> Outcome {
     let mut limits = motion_config(ports)?.limits;
     let jerk = match (words.get('X'), words.get('Y')) {
         (Some(x), Some(y)) => Some(x.min(y)),
@@ -227,7 +237,7 @@ pub(crate) fn jerk(ports: &mut impl MotionPort, words: &Words<'_>) -> Outcome {
         limits.square_corner_velocity = None;
     }
     take_corner_words(&mut limits, words);
-    set_limits(ports, limits)
+    set_limits(texts, ports, limits)
 }
 
 /// What M205 says alike in every dialect.
@@ -244,7 +254,7 @@ fn take_corner_words(limits: &mut Limits, words: &Words<'_>) {
 ///
 /// # Errors
 /// When motion refuses the limits; nothing has changed then.
-pub(crate) fn corner_settings(ports: &mut impl MotionPort, words: &Words<'_>) -> Outcome {
+pub(crate) fn corner_settings(texts: &Texts, ports: &mut impl MotionPort, words: &Words<'_>) -> Outcome {
     let mut limits = motion_config(ports)?.limits;
     if let Some(deviation) = words.get('X') {
         limits.junction_deviation = Mm(deviation);
@@ -258,7 +268,7 @@ pub(crate) fn corner_settings(ports: &mut impl MotionPort, words: &Words<'_>) ->
         limits.minimum_speed = MmPerSecond(speed);
     }
     take_corner_words(&mut limits, words);
-    set_limits(ports, limits)
+    set_limits(texts, ports, limits)
 }
 
 /// M220: scales all speeds, within a tenth and tenfold; without S says the factor.
@@ -308,13 +318,14 @@ pub(crate) fn soft_endstops(
 /// # Errors
 /// When an extruder is named that there is not, or motion refuses the steps; nothing has changed then.
 pub(crate) fn steps_per_mm(
+    texts: &Texts,
     ports: &mut impl MotionPort,
     config: &MachineConfig,
     tools: &Tools,
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    set_steps_per_mm(ports, config, tools, words)?;
+    set_steps_per_mm(texts, ports, config, tools, words)?;
     let settings = ports.motion(|motion| motion.config().copied());
     let steps = |motor: Actuator| settings.and_then(|all| all.actuators[motor]).map(|motor| motor.steps_per_mm);
     for (axis, motor) in motors() {
@@ -334,6 +345,7 @@ pub(crate) fn steps_per_mm(
 /// # Errors
 /// As [`steps_per_mm`].
 pub(crate) fn set_steps_per_mm(
+    texts: &Texts,
     ports: &mut impl MotionPort,
     config: &MachineConfig,
     tools: &Tools,
@@ -343,11 +355,12 @@ pub(crate) fn set_steps_per_mm(
         return Ok(());
     }
     let mut settings = motion_config(ports)?;
-    set_steps(&mut settings, words, tools, config)?;
-    ports.motion(|motion| motion.configure(settings)).map_err(refuse)
+    set_steps(texts, &mut settings, words, tools, config)?;
+    ports.motion(|motion| motion.configure(settings)).map_err(|error| refuse(texts, error))
 }
 
 fn set_steps(
+    texts: &Texts,
     settings: &mut MotionConfig,
     words: &Words<'_>,
     tools: &Tools,
@@ -358,7 +371,7 @@ fn set_steps(
             actuator.steps_per_mm = steps;
         }
     }
-    if let Some((motor, steps)) = extruder_word(words, tools, config)?
+    if let Some((motor, steps)) = extruder_word(texts, words, tools, config)?
         && let Some(actuator) = &mut settings.actuators[motor]
     {
         actuator.steps_per_mm = steps;
@@ -373,6 +386,7 @@ fn set_steps(
 /// When there is no such extruder, it has no pressure advance, or motion refuses it; nothing has changed
 /// then.
 pub(crate) fn pressure_advance(
+    texts: &Texts,
     ports: &mut impl MotionPort,
     config: &MachineConfig,
     tools: &Tools,
@@ -380,7 +394,7 @@ pub(crate) fn pressure_advance(
     reply: &mut Reply<'_>,
 ) -> Outcome {
     let tool = tools.named_by(words, if words.has('D') { 'D' } else { 'P' });
-    let index = advance_of(tool.map_err(|fault| failure_of(config, &fault, false))?.settings.axis);
+    let index = advance_of(tool.map_err(|fault| failure_of(texts, config, &fault, false))?.settings.axis);
     let (factor, smooth_time) = (words.get('K').or(words.get('S')), words.get('W'));
     if factor.is_none() && smooth_time.is_none() {
         let settings = ports.motion(|motion| motion.config().copied());
@@ -391,11 +405,11 @@ pub(crate) fn pressure_advance(
     }
     let mut settings = motion_config(ports)?;
     let Some(Some(advance)) = settings.filters.advance.get_mut(index) else {
-        return Err(Failure::refused("this extruder has no pressure advance"));
+        return Err(Failure::refused(&"this extruder has no pressure advance"));
     };
     advance.factor = factor.unwrap_or(advance.factor);
     advance.smooth_time = smooth_time.unwrap_or(advance.smooth_time);
-    ports.motion(|motion| motion.configure(settings)).map_err(refuse)?;
+    ports.motion(|motion| motion.configure(settings)).map_err(|error| refuse(texts, error))?;
     Ok(Answer::Ok)
 }
 
@@ -404,7 +418,12 @@ pub(crate) fn pressure_advance(
 ///
 /// # Errors
 /// When the kind is not known, or motion refuses the shaper; nothing has changed then.
-pub(crate) fn input_shaping(ports: &mut impl MotionPort, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
+pub(crate) fn input_shaping(
+    texts: &Texts,
+    ports: &mut impl MotionPort,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
     let mut settings = motion_config(ports)?;
     if words.is_bare() {
         for (axis, shaper) in Axis::PRIMARY.into_iter().zip(settings.filters.shapers) {
@@ -429,7 +448,7 @@ pub(crate) fn input_shaping(ports: &mut impl MotionPort, words: &Words<'_>, repl
             damping: damping.unwrap_or(USUAL_DAMPING),
         });
     }
-    ports.motion(|motion| motion.configure(settings)).map_err(refuse)?;
+    ports.motion(|motion| motion.configure(settings)).map_err(|error| refuse(texts, error))?;
     Ok(Answer::Ok)
 }
 
@@ -446,5 +465,7 @@ fn shaper_kind(name: &str) -> Result<ShaperKind, Failure> {
         ("ei3", ShaperKind::ThreeHumpEi),
     ];
     let kind = KINDS.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, kind)| *kind);
-    kind.ok_or_else(|| Failure::refused("M593: the kinds of input shapers are zv, mzv, zvd, ei, 2hump_ei and 3hump_ei"))
+    kind.ok_or_else(|| {
+        Failure::refused(&"M593: the kinds of input shapers are zv, mzv, zvd, ei, 2hump_ei and 3hump_ei")
+    })
 }

@@ -7,7 +7,7 @@ use program::Words;
 use units::{Actuator, Amps, Axis};
 
 use crate::axes::{Axes, internal_motors, motors};
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, FailureKind, Outcome, Texts, short};
 use crate::ports::{Description, DriverFault, DriversPort, MotionPort, MotorDrivers};
 use crate::sessions::Reply;
 use crate::tuning::{StallThreshold, Tuning};
@@ -21,6 +21,7 @@ const LETTERS: &str = "XYZABC";
 /// # Errors
 /// When a letter is that of no motor, a current is negative, or a motor has no driver that takes it.
 pub(crate) fn motor_currents(
+    texts: &Texts,
     ports: &mut impl DriversPort,
     config: &MachineConfig,
     axes: &mut Axes,
@@ -30,7 +31,7 @@ pub(crate) fn motor_currents(
 ) -> Outcome {
     if let Some(letter) = words.other_than(LETTERS) {
         let number = words.code().number;
-        return Err(Failure::Refused(message(format_args!("M{number}: {letter} is the letter of no motor"))));
+        return Err(texts.refused(format_args!("M{number}: {letter} is the letter of no motor")));
     }
     if words.is_bare() {
         report_currents(tuning, reply);
@@ -40,7 +41,7 @@ pub(crate) fn motor_currents(
         let master = config.actuators[motor].slaved_to.filter(|_| takes_current);
         let of_master = || words.axis(*Axis::ALL.get(master? as usize)?);
         let Some(amps) = words.axis(axis).or_else(of_master) else { continue };
-        let set = set_current(ports, config, motor, Amps(amps as f32), reply)?;
+        let set = set_current(texts, ports, config, motor, Amps(amps as f32), reply)?;
         tuning.currents[motor] = Some(set);
         axes.has_new_current(motor);
     }
@@ -49,6 +50,7 @@ pub(crate) fn motor_currents(
 
 /// Gives a motor a current, at most what its driver may give. Returns that.
 fn set_current(
+    texts: &Texts,
     ports: &mut impl DriversPort,
     config: &MachineConfig,
     motor: Actuator,
@@ -56,7 +58,7 @@ fn set_current(
     reply: &mut Reply<'_>,
 ) -> Result<Amps, Failure> {
     let name = motor.name();
-    let refuse = |reason: &str| Failure::Refused(message(format_args!("{name}: {reason}")));
+    let refuse = |reason: &str| texts.refused(format_args!("{name}: {reason}"));
     if wanted.0 < 0.0 || !wanted.0.is_finite() {
         return Err(refuse("the current must not be negative"));
     }
@@ -140,34 +142,34 @@ pub(crate) fn write_choppers(text: &mut impl Write, tuning: &Tuning) -> fmt::Res
 ///
 /// # Errors
 /// When P or a letter is that of no driver of ours: those there are.
-pub(crate) fn named_drivers(words: &Words<'_>, config: &MachineConfig) -> Result<u8, Failure> {
+pub(crate) fn named_drivers(texts: &Texts, words: &Words<'_>, config: &MachineConfig) -> Result<u8, Failure> {
     let internal = internal_motors(config);
     if let Some(p) = words.get('P') {
         let named = motors(internal).find(|motor| f64::from(*motor as u8) == p);
         return named
             .map(Actuator::bit)
-            .ok_or_else(|| no_driver(config, format_args!("M911: P{p} is the number of no driver; there are")));
+            .ok_or_else(|| no_driver(texts, config, format_args!("M911: P{p} is the number of no driver; there are")));
     }
     let mut named = 0;
     for axis in words.axes().axes() {
         let motor = motors(internal).find(|motor| *motor as usize == axis as usize);
         let motor = motor.ok_or_else(|| {
-            no_driver(config, format_args!("M911: {} is the letter of no driver; there are", axis.letter()))
+            no_driver(texts, config, format_args!("M911: {} is the letter of no driver; there are", axis.letter()))
         })?;
         named |= motor.bit();
     }
     Ok(if named == 0 { internal } else { named })
 }
 
-fn no_driver(config: &MachineConfig, why: fmt::Arguments<'_>) -> Failure {
-    let mut text = message(why);
+fn no_driver(texts: &Texts, config: &MachineConfig, why: fmt::Arguments<'_>) -> Failure {
+    let mut text = short(why);
     for (place, motor) in motors(internal_motors(config)).enumerate() {
         let comma = if place == 0 { "" } else { "," };
         let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());
         // What does not fit any more is left out.
         let _ = write!(text, "{comma} P{} {letter}", motor as u8);
     }
-    Failure::Refused(text)
+    texts.keep(FailureKind::Refused, &text)
 }
 
 /// What one driver says of itself.
@@ -194,12 +196,13 @@ fn letter_of(motor: Actuator) -> char {
 /// # Errors
 /// As [`named_drivers`].
 pub(crate) fn describe_choppers(
+    texts: &Texts,
     ports: &mut impl DriversPort,
     config: &MachineConfig,
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    for motor in motors(named_drivers(words, config)?) {
+    for motor in motors(named_drivers(texts, words, config)?) {
         let mut text = heapless::String::<64>::new();
         // One line fits.
         let _ = ports.drivers(|drivers| drivers.describe(motor, Description::Chopper, &mut text));
@@ -213,6 +216,7 @@ pub(crate) fn describe_choppers(
 /// # Errors
 /// When a word is missing, or the chip does not take it.
 pub(crate) fn write_register(
+    texts: &Texts,
     ports: &mut impl DriversPort,
     config: &MachineConfig,
     words: &Words<'_>,
@@ -226,10 +230,10 @@ pub(crate) fn write_register(
         return Ok(Answer::Ok);
     };
     if !words.has('P') {
-        return Err(Failure::refused("M911.2 needs P, the number of a motor"));
+        return Err(Failure::refused(&"M911.2 needs P, the number of a motor"));
     }
     let value = words.get('V').filter(|value| (0.0..1_048_576.0).contains(value));
-    for motor in motors(named_drivers(words, config)?) {
+    for motor in motors(named_drivers(texts, words, config)?) {
         let done = match (number, value) {
             (255.0, _) => ports.drivers(|drivers| drivers.initialise(motor)),
             (1.0..=5.0, Some(value)) => {
@@ -237,7 +241,7 @@ pub(crate) fn write_register(
             }
             _ => Err(DriverFault::BadSetting),
         };
-        done.map_err(|fault| not_set(motor, fault))?;
+        done.map_err(|fault| not_set(texts, motor, fault))?;
     }
     Ok(Answer::Ok)
 }
@@ -247,13 +251,14 @@ pub(crate) fn write_register(
 /// # Errors
 /// When the chip does not take them.
 pub(crate) fn driver_option(
+    texts: &Texts,
     ports: &mut impl DriversPort,
     config: &MachineConfig,
     tuning: &mut Tuning,
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    let named = named_drivers(words, config)?;
+    let named = named_drivers(texts, words, config)?;
     let Some(option) = words.get('S').filter(|option| (0.0..=9.0).contains(option)) else {
         motors(named).for_each(|_| reply.say(format_args!("No options were recognised\n")));
         return Ok(Answer::Ok);
@@ -263,11 +268,12 @@ pub(crate) fn driver_option(
         if option == 9.0 {
             let [least, most] = config.stall_thresholds(motor).unwrap_or([0, -1]);
             let threshold = threshold.filter(|threshold| (least..=most).contains(threshold));
-            tuning.homing_thresholds[motor] = Some(threshold.ok_or_else(|| not_set(motor, DriverFault::BadSetting))?);
+            tuning.homing_thresholds[motor] =
+                Some(threshold.ok_or_else(|| not_set(texts, motor, DriverFault::BadSetting))?);
             continue;
         }
         let set = ports.drivers(|drivers| drivers.set_option(motor, option as u8, &|letter| words.get(letter)));
-        set.map_err(|fault| not_set(motor, fault))?;
+        set.map_err(|fault| not_set(texts, motor, fault))?;
         if option < 2.0 {
             // By hand, so it is not the computed one any more.
             tuning.choppers[motor] = None;
@@ -285,6 +291,7 @@ pub(crate) fn driver_option(
 /// # Errors
 /// When a motor has no driver of ours, or it has no such microsteps.
 pub(crate) fn microsteps(
+    texts: &Texts,
     ports: &mut (impl DriversPort + MotionPort),
     config: &MachineConfig,
     words: &Words<'_>,
@@ -293,18 +300,18 @@ pub(crate) fn microsteps(
     for (axis, motor) in Axis::ALL.into_iter().zip(Actuator::ALL) {
         let Some(count) = words.axis(axis) else { continue };
         if !motors(internal_motors(config)).any(|internal| internal == motor) {
-            return Err(not_set(motor, DriverFault::External));
+            return Err(not_set(texts, motor, DriverFault::External));
         }
         let set = if (1.0..=256.0).contains(&count) {
             ports.drivers(|drivers| drivers.set_microsteps(motor, count as u16))
         } else {
             Err(DriverFault::BadSetting)
         };
-        let before = set.map_err(|fault| not_set(motor, fault))?;
+        let before = set.map_err(|fault| not_set(texts, motor, fault))?;
         let letter = axis.letter();
         reply.say(format_args!("microsteps for {letter} temporarily changed to: 1/{count}\n"));
         if words.code().subcode == 1 {
-            let steps = scale_steps(ports, motor, count / f64::from(before))?;
+            let steps = scale_steps(texts, ports, motor, count / f64::from(before))?;
             reply.say(format_args!("steps/mm for {letter} temporarily changed to: {steps:.6}\n"));
         }
     }
@@ -312,13 +319,13 @@ pub(crate) fn microsteps(
 }
 
 /// A motor makes so many times as many steps for each mm; returns how many.
-fn scale_steps(ports: &mut impl MotionPort, motor: Actuator, factor: f64) -> Result<f64, Failure> {
-    let missing = || Failure::refused("motion is not configured");
+fn scale_steps(texts: &Texts, ports: &mut impl MotionPort, motor: Actuator, factor: f64) -> Result<f64, Failure> {
+    let missing = || Failure::refused(&"motion is not configured");
     let mut settings = ports.motion(|motion| motion.config().copied()).ok_or_else(missing)?;
     let actuator = settings.actuators[motor].as_mut().ok_or_else(missing)?;
     actuator.steps_per_mm *= factor;
     let steps = actuator.steps_per_mm;
-    ports.motion(|motion| motion.configure(settings)).map_err(crate::arms::refused)?;
+    ports.motion(|motion| motion.configure(settings)).map_err(|error| crate::arms::refused(texts, error))?;
     Ok(steps)
 }
 
@@ -327,6 +334,7 @@ fn scale_steps(ports: &mut impl MotionPort, motor: Actuator, factor: f64) -> Res
 /// # Errors
 /// When the chip does not take them.
 pub(crate) fn set_registers(
+    texts: &Texts,
     ports: &mut impl DriversPort,
     config: &MachineConfig,
     arguments: &str,
@@ -342,21 +350,22 @@ pub(crate) fn set_registers(
     }
     let named = |motor: &Actuator| motor.name() == name || name.len() == 1 && name.starts_with(letter_of(*motor));
     let motor = motors(internal_motors(config)).find(named);
-    let motor = motor.ok_or_else(|| no_driver(config, format_args!("{name} is the name of no driver; there are")))?;
+    let motor =
+        motor.ok_or_else(|| no_driver(texts, config, format_args!("{name} is the name of no driver; there are")))?;
     for (number, value) in (1..).zip(values) {
         let written = ports.drivers(|drivers| drivers.write_register(motor, number, value));
-        written.map_err(|fault| not_set(motor, fault))?;
+        written.map_err(|fault| not_set(texts, motor, fault))?;
     }
     reply.say(format_args!("registers temporarily set for motor {}\n", motor as u8));
     Ok(Answer::Ok)
 }
 
-pub(crate) fn not_set(motor: Actuator, fault: DriverFault) -> Failure {
+pub(crate) fn not_set(texts: &Texts, motor: Actuator, fault: DriverFault) -> Failure {
     let why = match fault {
         DriverFault::External => "has no driver of this board",
         DriverFault::Silent | DriverFault::BadAnswer => "the driver does not answer",
         DriverFault::Reset => "the driver was without power",
         DriverFault::BadSetting => "the driver cannot be set so",
     };
-    Failure::Refused(message(format_args!("{}: {why}", motor.name())))
+    texts.refused(format_args!("{}: {why}", motor.name()))
 }

@@ -3,23 +3,28 @@
 //!
 //! Nothing of such a part is wired (`config` takes its pins away), so this is the message, not the safety.
 
-use core::fmt::Write;
+use core::fmt::{self, Write};
 
 use config::{MAX_EXTRUDERS, MachineConfig, OffModule, ToolId};
 use gcode::{Block, Letter};
 use heapless::Vec;
 use program::{CodeInfo, Fault, Part, Problem};
 
-use crate::failure::{Failure, Message, message};
+use crate::failure::{Failure, FailureKind, ShortText, Texts, short};
 use crate::grbl::numbers::Error;
 use crate::sessions::Reply;
 
 /// What keeps a part off, and where it stands.
-fn explained(off: &OffModule) -> Message {
-    match (off.key.is_empty(), off.line) {
-        (_, 0) => message(format_args!("{off} is off: see {} in config.ini", off.key)),
-        (true, line) => message(format_args!("{off} is off: see config.ini, line {line}")),
-        (false, line) => message(format_args!("{off} is off: see {} in config.ini, line {line}", off.key)),
+struct Explained<'c>(&'c OffModule);
+
+impl fmt::Display for Explained<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(off) = self;
+        match (off.key.is_empty(), off.line) {
+            (_, 0) => write!(f, "{off} is off: see {} in config.ini", off.key),
+            (true, line) => write!(f, "{off} is off: see config.ini, line {line}"),
+            (false, line) => write!(f, "{off} is off: see {} in config.ini, line {line}", off.key),
+        }
     }
 }
 
@@ -47,36 +52,34 @@ fn section_of(config: &MachineConfig, part: Part) -> (&'static str, &str) {
 ///
 /// # Errors
 /// When it stays off; an alarm while a file is being played.
-pub(crate) fn needs(config: &MachineConfig, part: Part, is_playing: bool) -> Result<(), Failure> {
+pub(crate) fn needs(texts: &Texts, config: &MachineConfig, part: Part, is_playing: bool) -> Result<(), Failure> {
     let (section, name) = section_of(config, part);
-    match config.off(section, name).map(explained) {
-        None => Ok(()),
-        Some(text) if is_playing => Err(Failure::Alarm(text)),
-        Some(text) => Err(Failure::Refused(text)),
-    }
+    let Some(off) = config.off(section, name) else { return Ok(()) };
+    let refused = texts.refused(format_args!("{}", Explained(off)));
+    Err(if is_playing { refused.meaning(FailureKind::Alarm) } else { refused })
 }
 
 /// What the program found wrong with a block, as the machine says it: it knows the names that the program
 /// does not.
-pub(crate) fn failure_of(config: &MachineConfig, fault: &Fault, is_playing: bool) -> Failure {
+pub(crate) fn failure_of(texts: &Texts, config: &MachineConfig, fault: &Fault, is_playing: bool) -> Failure {
     let refused = match fault.problem {
-        Problem::PartIsOff(part) => match needs(config, part, is_playing) {
+        Problem::PartIsOff(part) => match needs(texts, config, part, is_playing) {
             Err(failure) => return failure,
-            Ok(()) => message(format_args!("{fault}")),
+            Ok(()) => texts.refused(format_args!("{fault}")),
         },
-        Problem::NoSuchTool(word) => no_such_tool(config, word),
-        _ => message(format_args!("{fault}")),
+        Problem::NoSuchTool(word) => texts.keep(FailureKind::Refused, &no_such_tool(config, word)),
+        _ => texts.refused(format_args!("{fault}")),
     };
     let refused = refused.numbered(Error::of_problem(&fault.problem));
-    if fault.halts { Failure::Alarm(refused) } else { Failure::Refused(refused) }
+    if fault.halts { refused.meaning(FailureKind::Alarm) } else { refused }
 }
 
 /// That no extruder has this number, and those there are.
-fn no_such_tool(config: &MachineConfig, word: f64) -> Message {
+fn no_such_tool(config: &MachineConfig, word: f64) -> ShortText {
     let mut extruders: Vec<(ToolId, &str), MAX_EXTRUDERS> =
         config.extruders.iter().map(|extruder| (extruder.tool_id, extruder.name.as_str())).collect();
     units::sort_short(&mut extruders, |(one, _), (other, _)| one.cmp(other));
-    let mut text = message(format_args!("no extruder has tool_id {word}; there are"));
+    let mut text = short(format_args!("no extruder has tool_id {word}; there are"));
     for (place, (id, name)) in extruders.iter().enumerate() {
         let comma = if place == 0 { "" } else { "," };
         // What does not fit any more is left out.
@@ -87,18 +90,18 @@ fn no_such_tool(config: &MachineConfig, word: f64) -> Message {
 
 /// Whether a file whose code of this row is not carried out makes another part, or harms somebody: why.
 #[cold]
-pub(crate) fn makes_another_part(row: Option<&CodeInfo>, block: &Block<'_>) -> Option<Failure> {
+pub(crate) fn makes_another_part(texts: &Texts, row: Option<&CodeInfo>, block: &Block<'_>) -> Option<Failure> {
     let code = block.code?;
     let is_off = block.get('S') == Some(0.0);
     let why = match row {
         None if code.letter == Letter::G => "is not known here, and what follows counts on it",
         Some(row) if row.is_missing() => {
-            return Some(Failure::Refused(message(format_args!("{code} is not carried out here: {}", row.help))));
+            return Some(texts.refused(format_args!("{code} is not carried out here: {}", row.help)));
         }
         Some(row) if row.is_needed && !is_off || code.letter == Letter::G => "is for a part that this machine has not",
         _ => return None,
     };
-    Some(Failure::Refused(message(format_args!("{code} {why}"))))
+    Some(texts.refused(format_args!("{code} {why}")))
 }
 
 /// At boot: what stays off, in one line.
@@ -129,26 +132,35 @@ mod tests {
         config
     }
 
+    /// The failure, and what it says.
+    fn said(texts: &Texts, failure: Failure) -> (FailureKind, String) {
+        (failure.kind, texts.of(failure).to_string())
+    }
+
     #[test]
     fn a_part_that_is_off_is_refused_and_stops_a_file() {
-        let config = machine();
-        let Err(Failure::Refused(text)) = needs(&config, Part::Probe, false) else { panic!("it must be refused") };
+        let (config, texts) = (machine(), Texts::new());
+        let needs = |part, is_playing| needs(&texts, &config, part, is_playing);
+        let (kind, text) = said(&texts, needs(Part::Probe, false).unwrap_err());
+        assert_eq!(kind, FailureKind::Refused);
         assert!(text.ends_with("is off: see config.ini, line 12"), "{text}");
-        assert_eq!(needs(&config, Part::Probe, true), Err(Failure::Alarm(text)));
-        assert_eq!(needs(&config, Part::Player, true), Ok(()));
+        assert_eq!(said(&texts, needs(Part::Probe, true).unwrap_err()), (FailureKind::Alarm, text));
+        assert_eq!(needs(Part::Player, true), Ok(()));
     }
 
     #[test]
     fn a_tool_that_nobody_has_is_refused_with_those_there_are() {
-        let fault = Problem::NoSuchTool(7.0).refused(6);
-        let text = message(format_args!("no extruder has tool_id 7; there are P0 first, P1 second"));
-        assert_eq!(failure_of(&machine(), &fault, false), Failure::Refused(text));
+        let texts = Texts::new();
+        let failure = failure_of(&texts, &machine(), &Problem::NoSuchTool(7.0).refused(6), false);
+        let text = "no extruder has tool_id 7; there are P0 first, P1 second".to_owned();
+        assert_eq!(said(&texts, failure), (FailureKind::Refused, text));
     }
 
     #[test]
     fn a_fault_that_halts_is_an_alarm() {
-        let fault = Problem::NegativeFeedRate.alarm(3);
-        let text = message(format_args!("feed rate < 0, column 3")).numbered(Error::Negative);
-        assert_eq!(failure_of(&machine(), &fault, false), Failure::Alarm(text));
+        let texts = Texts::new();
+        let failure = failure_of(&texts, &machine(), &Problem::NegativeFeedRate.alarm(3), false);
+        assert_eq!(said(&texts, failure), (FailureKind::Alarm, "feed rate < 0, column 3".to_owned()));
+        assert_eq!(failure.error, Error::Negative);
     }
 }

@@ -5,7 +5,7 @@ use heapless::Vec;
 use program::Part;
 use units::{Duty, Micros, SwitchId};
 
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 use crate::heat::Output;
 use crate::needs::needs;
 use crate::ports::{Input, InputLevels};
@@ -168,6 +168,7 @@ impl Outputs {
     /// # Errors
     /// See [`needs`].
     pub fn check(
+        texts: &Texts,
         config: &MachineConfig,
         switch: SwitchId,
         on: bool,
@@ -175,7 +176,7 @@ impl Outputs {
         is_playing: bool,
     ) -> Result<(), Failure> {
         let turns_on = output(config, switch).is_some_and(|output| asked(output, on, s).0);
-        if turns_on { needs(config, Part::Switch(switch), is_playing) } else { Ok(()) }
+        if turns_on { needs(texts, config, Part::Switch(switch), is_playing) } else { Ok(()) }
     }
 
     /// Turns an output on or off, `s` being its S word. Gives the change for whoever applies it, at once or
@@ -395,6 +396,7 @@ impl Outputs {
     /// When it stays off, or the value is none.
     pub fn switch_command(
         &mut self,
+        texts: &Texts,
         config: &MachineConfig,
         arguments: &str,
         reply: &mut Reply<'_>,
@@ -418,14 +420,14 @@ impl Outputs {
             return Ok(None);
         }
         if config.automatic_fan(name).is_some() {
-            return Err(Failure::Refused(message(format_args!("{name} runs by itself: see [fan] in config.ini"))));
+            return Err(texts.refused(format_args!("{name} runs by itself: see [fan] in config.ini")));
         }
         // A file that is being played goes on: it is not the file that asks.
-        needs(config, Part::Switch(switch), false)?;
+        needs(texts, config, Part::Switch(switch), false)?;
         let change = match (value, value.parse::<f32>()) {
             ("on" | "off", _) => self.turn_plainly(config, switch, value == "on"),
             (_, Ok(number)) if number.is_finite() => self.set(config, switch, number > 0.0, number.clamp(0.0, 255.0)),
-            _ => return Err(Failure::Refused(message(format_args!("{value} is not on, off or a number")))),
+            _ => return Err(texts.refused(format_args!("{value} is not on, off or a number"))),
         };
         reply.say(format_args!("switch {name} set to: {value}\n"));
         Ok(change)

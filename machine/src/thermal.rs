@@ -114,7 +114,9 @@ impl Thermal {
     /// temperature at which Z is right. Says what holds.
     pub fn command(&mut self, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
         if self.sensor.is_none() {
-            return Err(Failure::refused("M290.1 needs to know which sensor the frame has: [z thermal adjust] sensor"));
+            return Err(Failure::refused(
+                &"M290.1 needs to know which sensor the frame has: [z thermal adjust] sensor",
+            ));
         }
         if let Some(on) = words.get('S') {
             self.enabled = on != 0.0;

@@ -18,10 +18,10 @@ impl Waited {
     /// For what ends with the machine's halt.
     ///
     /// # Errors
-    /// [`Failure::Halted`].
+    /// [`Failure::HALTED`].
     pub const fn unless_halted(self) -> Result<(), Failure> {
         match self {
-            Self::Halted => Err(Failure::Halted),
+            Self::Halted => Err(Failure::HALTED),
             Self::Free | Self::Held => Ok(()),
         }
     }

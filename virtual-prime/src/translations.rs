@@ -1,8 +1,9 @@
 //! What an image was translated to, kept from one process to the next.
 //!
-//! Translating our image takes longer than running it to its prompt. A file holds the translations of one image by
-//! one build of this program, which alone can use it; the emulator compares what it was made from, so a stale one
-//! costs time and changes nothing. Where it cannot be read or written everything is translated, as without.
+//! Translating our image takes longer than running it to its prompt. A file holds the translations of one
+//! image by one build of this program, which alone can use it; the emulator compares what it was made from,
+//! so a stale one costs time and changes nothing. Where it cannot be read or written everything is
+//! translated, as without.
 
 use std::env;
 use std::fs;
@@ -28,8 +29,8 @@ static LOADED: Once = Once::new();
 static WRITTEN: AtomicU32 = AtomicU32::new(0);
 static WRITING: Mutex<()> = Mutex::new(());
 
-/// Takes over what earlier processes have translated. `image` is the first one that is run; tests run variants of
-/// the one that `VELVET_ELF` names.
+/// Takes over what earlier processes have translated. `image` is the first one that is run; tests run
+/// variants of the one that `VELVET_ELF` names.
 pub fn load(image: &Path) {
     LOADED.call_once(|| {
         let image = env::var_os("VELVET_ELF").map_or_else(|| image.to_owned(), PathBuf::from);

@@ -11,7 +11,7 @@ use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
 use crate::arms::refused;
 use crate::executor::Hands;
-use crate::failure::{Failure, message};
+use crate::failure::Failure;
 use crate::homing::come_to_rest;
 use crate::ports::Ports;
 
@@ -66,7 +66,7 @@ impl Apart {
             set_free(&mut config, *slave);
             start[axis_of(*slave)] = 0.0;
         }
-        hands.motion(|motion| motion.configure(config)).map_err(refused)?;
+        hands.motion(|motion| motion.configure(config)).map_err(|error| refused(hands.texts(), error))?;
         let apart = Self { whole, here };
         match hands.set_position(start) {
             Ok(()) => Ok(apart),
@@ -80,7 +80,7 @@ impl Apart {
         come_to_rest(hands);
         if let Err(error) = hands.motion(|motion| motion.configure(self.whole)) {
             hands.axes().forget_all_homed();
-            return Err(Failure::Alarm(message(format_args!("slaves are still apart: reset the machine ({error})"))));
+            return Err(hands.texts().alarm(format_args!("slaves are still apart: reset the machine ({error})")));
         }
         hands.set_position(self.here)
     }

@@ -10,7 +10,7 @@ use units::{Actuator, Axis, MmPerSecond};
 
 use super::apart::{Apart, axis_of, slaves_of};
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::homing::{homing_switch, stops_in_time, wait_trigger};
 use crate::ports::{Input, Ports};
 
@@ -48,15 +48,16 @@ pub(crate) fn align_slave<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<
 }
 
 fn plan<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<Search, Failure> {
+    let texts = hands.texts();
     let config = hands.config();
     let axis =
         match Axis::PRIMARY.into_iter().filter(|axis| words.axis(*axis).is_some()).collect::<heapless::Vec<_, 3>>()[..]
         {
             [axis] => axis,
-            _ => return Err(Failure::refused(USAGE)),
+            _ => return Err(Failure::refused(&USAGE)),
         };
     let letter = axis.letter();
-    let refused = |text: core::fmt::Arguments<'_>| Err(Failure::Refused(message(text)));
+    let refused = |text: core::fmt::Arguments<'_>| Err(texts.refused(text));
     let master = Actuator::from_index(axis as usize);
     let slave = master.and_then(|master| slaves_of(config, master).first().copied());
     let Some(slave) = slave else {
@@ -102,10 +103,10 @@ impl Search {
             target[own] = 0.0;
             hands.go(target, self.rate, motion::Mode::Feed)?;
             hands.standstill()?;
-            return Err(Failure::Refused(message(format_args!(
+            return Err(hands.texts().refused(format_args!(
                 "endstop of {} was not triggered, please make sure it is within {FARTHEST} mm: it is back where it was",
                 own.letter()
-            ))));
+            )));
         };
         let at = hands.motion(|motion| motion.position_of_steps(&found.steps))[own];
         let way = at * self.towards;

@@ -56,15 +56,15 @@ pub(crate) fn advise<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let config = hands.config();
     let screws = &config.bed_screws;
     if screws.screws.is_empty() {
-        return Err(Failure::refused("G35 needs to know where the screws are: write screws in [bed screws]"));
+        return Err(Failure::refused(&"G35 needs to know where the screws are: write screws in [bed screws]"));
     }
     if !config.probe.enable {
-        return Err(Failure::refused("G35 needs a probe: [zprobe] enable"));
+        return Err(Failure::refused(&"G35 needs a probe: [zprobe] enable"));
     }
     hands.standstill()?;
     check_homed(hands)?;
     if !hands.all_homed() {
-        return Err(Failure::refused("G35 touches the bed at places of the machine: home it first"));
+        return Err(Failure::refused(&"G35 touches the bed at places of the machine: home it first"));
     }
     // Screws level the bed as it is, and what was measured belongs to the bed before.
     leveling::take_off(hands)?;

@@ -13,7 +13,7 @@ use super::apart::{move_slaves, slaves_of};
 use super::fit::{Bed, Shape};
 use super::words::Corner;
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::leveling;
 use crate::ports::Ports;
 use crate::probing::{check_homed, touch_places};
@@ -31,7 +31,7 @@ pub(crate) fn align<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -
     let config = hands.config();
     if config.z_alignment.motors.is_empty() || !config.probe.enable {
         return Err(Failure::refused(
-            "G34 needs to know where the Z motors are: write motors and points in [z alignment]",
+            &"G34 needs to know where the Z motors are: write motors and points in [z alignment]",
         ));
     }
     let mut settings = config.z_alignment.clone();
@@ -44,7 +44,7 @@ pub(crate) fn align<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -
     hands.standstill()?;
     check_homed(hands)?;
     if !hands.all_homed() {
-        return Err(Failure::refused("G34 touches the bed at places of the machine: home it first"));
+        return Err(Failure::refused(&"G34 touches the bed at places of the machine: home it first"));
     }
     // What was measured belongs to a bed that is about to move.
     leveling::take_off(hands)?;
@@ -75,13 +75,13 @@ fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, settings: &ZAlignment, slaves:
                 "Moving the motors does not mend it: {before:.3} mm before, {worst:.3} mm after. They stand as before.\n\
                  Does [z alignment] motors name gamma's place first and then the slaves', and do all turn the same way?\n"
             ));
-            return Err(Failure::refused("the Z motors do not bring the bed level: check their order and direction"));
+            return Err(Failure::refused(&"the Z motors do not bring the bed level: check their order and direction"));
         }
         if worst > settings.max_adjust.0 {
             hands.say(format_args!("Turn that motor by hand first, or check motors and points in [z alignment]\n"));
             let most = settings.max_adjust.0;
             let text = format_args!("a Z motor is off by {worst:.3} mm, max_adjust is {most}: none was moved");
-            return Err(Failure::Refused(message(text)));
+            return Err(hands.texts().refused(text));
         }
         if round == settings.retries {
             before = worst;
@@ -95,7 +95,7 @@ fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, settings: &ZAlignment, slaves:
         "Repeat it with more rounds (I) or a greater tolerance (T); M48 says what the probe can do\n"
     ));
     let text = format_args!("a Z motor is still off by {before:.4} mm, tolerance {}", settings.tolerance.0);
-    Err(Failure::Refused(message(text)))
+    Err(hands.texts().refused(text))
 }
 
 /// Touches the points; says how each motor stands to the first one.
@@ -107,7 +107,7 @@ fn measure<P: Ports>(
     let touches = touch_places(hands, &settings.points, settings.initial_height.0)?;
     let shape = Shape::of(settings.motors.len(), settings.twist);
     let bed = Bed::through(&touches, &settings.motors, shape)
-        .ok_or_else(|| Failure::refused("these points do not tell how the motors stand: see [z alignment] points"))?;
+        .ok_or_else(|| Failure::refused(&"these points do not tell how the motors stand: see [z alignment] points"))?;
     let over_first = settings.motors.first().map_or(0.0, |first| bed.height(*first));
     let mut offsets = Offsets::new();
     for (slave, place) in slaves.iter().zip(settings.motors.iter().skip(1)) {

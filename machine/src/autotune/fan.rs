@@ -69,6 +69,7 @@ pub(super) fn measure<P: Ports>(
     model: ModelSettings,
     blower: Blower,
 ) -> Result<ModelSettings, Failure> {
+    let texts = hands.texts();
     let most = blower.most(hands);
     if most <= 0.0 {
         return Ok(model);
@@ -77,7 +78,7 @@ pub(super) fn measure<P: Ports>(
     hands.heat(|heat| {
         let max = heat.heater(ask.heater).map_or(Duty::FULL, |heater| heater.settings.max_duty);
         heat.set_trial_law(ask.heater, LawSettings::Model(model), max);
-        change_target(heat, config, ask.heater, ask.target)
+        change_target(texts, heat, config, ask.heater, ask.target)
     })?;
     hands.say(format_args!("What its fan takes: without it\n"));
     let still = held_with(hands, ask.heater, &model)?;

@@ -6,7 +6,7 @@
 use units::{Actuator, Axis};
 
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::{ChopperFit, Coil, MotorDrivers, Ports};
 
 use super::strokes;
@@ -16,26 +16,26 @@ use super::strokes;
 /// through the coil; when the driver does not take it.
 pub(crate) fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, letter: char) -> Outcome {
     let config = hands.config();
-    let axis = Axis::from_letter(letter).ok_or_else(|| Failure::refused(super::USAGE))?;
+    let axis = Axis::from_letter(letter).ok_or_else(|| hands.texts().because(super::USAGE))?;
     let motor = Actuator::from_index(axis as usize).filter(|motor| config.actuators[*motor].present);
-    let motor = motor.ok_or_else(|| Failure::refused("that axis has no motor"))?;
+    let motor = motor.ok_or_else(|| Failure::refused(&"that axis has no motor"))?;
     let name = motor.name();
     let written = config.actuators[motor].coil;
     let (Some(resistance), Some(henries)) = (written.resistance, written.henries) else {
-        return Err(Failure::Refused(message(format_args!(
+        return Err(hands.texts().refused(format_args!(
             "write [actuator] {name}.coil_resistance and {name}.coil_inductance, as the motor's data sheet has them"
-        ))));
+        )));
     };
-    let supply = hands.voltage("vmotor").ok_or_else(|| Failure::refused("the motor supply is not measured: vmotor"))?;
+    let supply =
+        hands.voltage("vmotor").ok_or_else(|| Failure::refused(&"the motor supply is not measured: vmotor"))?;
     let coil = Coil { resistance, henries };
     let (fit, current) = hands.drivers(|drivers| (drivers.fit_chopper(motor, coil, supply), drivers.current(motor)));
-    let fit = fit.map_err(|fault| strokes::silent(motor, fault))?;
+    let fit = fit.map_err(|fault| strokes::silent(hands.texts(), motor, fault))?;
     let amps = current.map_or(0.0, |current| current.0);
     let Some(fit) = fit else {
-        return Err(Failure::Refused(message(format_args!(
-            "{:.1} V do not drive {amps:.2} A through {:.2} Ohm",
-            supply.0, resistance.0
-        ))));
+        return Err(hands
+            .texts()
+            .refused(format_args!("{:.1} V do not drive {amps:.2} A through {:.2} Ohm", supply.0, resistance.0)));
     };
     hands.tuning().choppers[motor] = Some(fit);
     explain(hands, (supply.0, resistance.0, henries * 1e3, amps), &fit);

@@ -20,7 +20,7 @@ use config::{ArmSolution, MachineConfig};
 use units::{Actuator, Amps, Axis, AxisSet};
 
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::{MotorDrivers, Ports, StallSearch};
 use crate::tuning::StallThreshold;
 use readings::{FIRST, Halving, LAST, Readings, middle};
@@ -78,12 +78,12 @@ pub(crate) fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> O
     hands.watch_stalls(true);
     hands.motion(|motion| motion.set_overrides(overrides.feed, overrides.rapid));
     let found = match found {
-        Err(Failure::Halted) => return Err(Failure::Halted),
+        Err(Failure::HALTED) => return Err(Failure::HALTED),
         found => found,
     };
     hands.standstill()?;
     hands.go_there(from, units::MmPerSecond(speeds.first().copied().unwrap_or(1.0)))?;
-    put_back.map_err(|fault| strokes::silent(way.motor, fault))?;
+    put_back.map_err(|fault| strokes::silent(hands.texts(), way.motor, fault))?;
     keep(hands, &way, found?)
 }
 
@@ -107,10 +107,10 @@ fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Speeds) -
     }
     let homing = find_either(hands, way, &rates, stop.stall.current)?;
     if homing.slowest > stop.slow_rate.0.min(stop.fast_rate.0) + 0.01 {
-        return Err(Failure::Refused(message(format_args!(
+        return Err(hands.texts().refused(format_args!(
             "at {:.0} mm/s no threshold tells a stall from running free: home faster, or with more stall_current",
             stop.slow_rate.0
-        ))));
+        )));
     }
     Ok([Some(watched), Some(homing)])
 }
@@ -158,7 +158,7 @@ fn find<P: Ports>(
         found = Some(Found { threshold, free, stands, slowest: *rate, readings });
     }
     found.ok_or_else(|| {
-        Failure::refused("no threshold tells a stall from running free: a higher speed, or less current, may")
+        Failure::refused(&"no threshold tells a stall from running free: a higher speed, or less current, may")
     })
 }
 
@@ -176,7 +176,7 @@ fn crawl<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, current: Option<Amps
         "// crawling at {rate:.1} mm/s, where it induces next to nothing, it reads 0 up to {highest}\n"
     ));
     if halving.found() == Some(FIRST) {
-        return Err(Failure::refused("it reads something even where it hardly turns: its load cannot be told so"));
+        return Err(Failure::refused(&"it reads something even where it hardly turns: its load cannot be told so"));
     }
     Ok(highest)
 }
@@ -206,7 +206,7 @@ fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, [watched, homing]: Bo
         let kept = StallThreshold { threshold: found.threshold, filter };
         let word = kept.words();
         let set = hands.drivers(|drivers| drivers.set_option(motor, 7, &word));
-        set.map_err(|fault| strokes::silent(motor, fault))?;
+        set.map_err(|fault| strokes::silent(hands.texts(), motor, fault))?;
         hands.tuning().stall_thresholds[motor] = Some(kept);
         say(hands, "stall_threshold", &found);
         let least = config.load_speed(motor).0;
@@ -243,17 +243,14 @@ fn say<P: Ports>(hands: &mut Hands<'_, '_, P>, name: &str, found: &Found) {
 fn prepare<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(Way, Speeds), Failure> {
     let mut words = arguments.split_ascii_whitespace();
     let letter = words.next().and_then(|word| word.chars().next());
-    let axis = letter.and_then(Axis::from_letter).ok_or_else(|| Failure::refused(USAGE))?;
+    let axis = letter.and_then(Axis::from_letter).ok_or_else(|| Failure::refused(&USAGE))?;
     let config = hands.config();
     let motor = measurable(config, axis)?;
     if hands.is_playing() {
-        return Err(Failure::refused("a job is under way"));
+        return Err(Failure::refused(&"a job is under way"));
     }
     if !hands.axes().homed().has(axis) {
-        return Err(Failure::Refused(message(format_args!(
-            "home {} first: it goes over its whole travel",
-            axis.letter()
-        ))));
+        return Err(hands.texts().refused(format_args!("home {} first: it goes over its whole travel", axis.letter())));
     }
     let way = way(hands, axis, motor)?;
     let mut speeds = Speeds::new();
@@ -261,7 +258,7 @@ fn prepare<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(W
         let rate = word.parse().ok().filter(|rate: &f64| rate.is_finite() && *rate > 0.0);
         let pushed = rate.map(|rate| speeds.push(rate));
         if !matches!(pushed, Some(Ok(()))) {
-            return Err(Failure::refused(USAGE));
+            return Err(Failure::refused(&USAGE));
         }
     }
     let least = config.load_speed(motor).0;
@@ -271,9 +268,9 @@ fn prepare<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(W
     units::sort_short(&mut speeds, |one, other| other.total_cmp(one));
     for rate in &speeds {
         if *rate < least || !way.is_long_enough(*rate) {
-            return Err(Failure::Refused(message(format_args!(
+            return Err(hands.texts().refused(format_args!(
                 "{rate:.0} mm/s: give speeds from stall_least_speed, {least:.0}, on, that its travel leaves room for"
-            ))));
+            )));
         }
     }
     Ok((way, speeds))
@@ -282,14 +279,14 @@ fn prepare<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(W
 /// The motor of an axis that has it for itself, with a driver that measures load.
 fn measurable(config: &MachineConfig, axis: Axis) -> Result<Actuator, Failure> {
     let motor = Actuator::from_index(axis as usize).filter(|motor| config.actuators[*motor].present);
-    let motor = motor.ok_or_else(|| Failure::refused("that axis has no motor"))?;
+    let motor = motor.ok_or_else(|| Failure::refused(&"that axis has no motor"))?;
     if config.stall_thresholds(motor).is_none() {
-        return Err(Failure::refused("its driver measures no load"));
+        return Err(Failure::refused(&"its driver measures no load"));
     }
     let is_alone = config.motion.arm_solution == ArmSolution::Cartesian || !AxisSet::PRIMARY.has(axis);
     let has_slave = config.actuators().any(|(_, other)| other.slaved_to == Some(motor));
     if !is_alone || has_slave {
-        return Err(Failure::refused("its motor does not move this axis alone: each would have another load"));
+        return Err(Failure::refused(&"its motor does not move this axis alone: each would have another load"));
     }
     Ok(motor)
 }
@@ -299,7 +296,7 @@ fn way<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, motor: Actuator) -> R
     let settings = &hands.config().actuators[motor];
     let [least, most] = hands.travel().ends().map(|ends| ends[axis]);
     if !(least.is_finite() && most.is_finite()) || most - least < 4.0 * CLEAR {
-        return Err(Failure::refused("its travel has no ends that are known, or is too short"));
+        return Err(Failure::refused(&"its travel has no ends that are known, or is too short"));
     }
     let own = limits.actuator_acceleration[motor].map_or(f64::INFINITY, |own| own.0);
     let jerk = limits.axis_jerk.get(axis as usize).copied().flatten().or(limits.jerk).map(|jerk| jerk.0);
@@ -324,9 +321,9 @@ fn usual_speeds<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, least: f64) -
         fast *= 0.9;
     }
     if fast < slow {
-        return Err(Failure::Refused(message(format_args!(
-            "it can be no faster than {fast:.0} mm/s: its load can be told from {slow:.0} on"
-        ))));
+        return Err(hands
+            .texts()
+            .refused(format_args!("it can be no faster than {fast:.0} mm/s: its load can be told from {slow:.0} on")));
     }
     let mut speeds = Speeds::new();
     for rate in [fast, libm::sqrt(fast * slow), slow] {

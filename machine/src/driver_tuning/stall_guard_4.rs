@@ -49,7 +49,7 @@ pub(super) fn find<P: Ports>(
         found = Some(Found { threshold: middle, free, stands, slowest: *rate, readings });
     }
     found.ok_or_else(|| {
-        Failure::refused("no threshold tells a stall from running free: a higher speed, or less current, may")
+        Failure::refused(&"no threshold tells a stall from running free: a higher speed, or less current, may")
     })
 }
 

@@ -6,7 +6,7 @@ use units::{Actuator, Axis, Micros, MmPerSecond};
 
 use super::readings::Readings;
 use crate::executor::Hands;
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 use crate::homing;
 use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch, Wake};
 
@@ -56,17 +56,19 @@ impl Way {
 
 /// Sets the driver for the next way.
 pub(super) fn set<P: Ports>(hands: &mut Hands<'_, '_, P>, motor: Actuator, search: StallSearch) -> Result<(), Failure> {
-    hands.drivers(|drivers| drivers.begin_stall_search(motor, search)).map_err(|fault| silent(motor, fault))
+    hands
+        .drivers(|drivers| drivers.begin_stall_search(motor, search))
+        .map_err(|fault| silent(hands.texts(), motor, fault))
 }
 
-pub(super) fn silent(motor: Actuator, fault: DriverFault) -> Failure {
+pub(super) fn silent(texts: &Texts, motor: Actuator, fault: DriverFault) -> Failure {
     let why = match fault {
         DriverFault::External => "has no driver of this board",
         DriverFault::Silent | DriverFault::BadAnswer => "its driver does not answer",
         DriverFault::Reset => "its driver was without power",
         DriverFault::BadSetting => "its driver cannot be set so",
     };
-    Failure::Refused(message(format_args!("{}: {why}", motor.name())))
+    texts.refused(format_args!("{}: {why}", motor.name()))
 }
 
 /// There and back at a speed: what the driver reads while that is constant.
@@ -84,14 +86,14 @@ pub(super) fn there_and_back<P: Ports>(
     for _ in 0..2 {
         one_way(hands, way, rate, is_crawl, &mut readings)?;
         if hands.is_let_go() {
-            return Err(Failure::refused("it was stopped: nothing was changed"));
+            return Err(Failure::refused(&"it was stopped: nothing was changed"));
         }
     }
     if readings.count() < way.count(is_crawl) {
-        return Err(Failure::Refused(message(format_args!(
+        return Err(hands.texts().refused(format_args!(
             "at {rate:.1} mm/s there were {} readings only: the axis did not keep its speed",
             readings.count()
-        ))));
+        )));
     }
     is_sound(hands, way.motor)?;
     Ok(readings)
@@ -122,7 +124,7 @@ fn one_way<P: Ports>(
         if hands.now() >= due {
             due = due.plus(period);
             let reading = hands.drivers(|drivers| drivers.reserve(way.motor));
-            readings.add(reading.map_err(|fault| silent(way.motor, fault))?);
+            readings.add(reading.map_err(|fault| silent(hands.texts(), way.motor, fault))?);
         }
         hands.wait(Wake::Any).unless_halted()?;
     }
@@ -131,7 +133,7 @@ fn one_way<P: Ports>(
 
 /// A driver that is hot or has a coil open measures something else.
 fn is_sound<P: Ports>(hands: &mut Hands<'_, '_, P>, motor: Actuator) -> Result<(), Failure> {
-    let status = hands.drivers(|drivers| drivers.status(motor)).map_err(|fault| silent(motor, fault))?;
+    let status = hands.drivers(|drivers| drivers.status(motor)).map_err(|fault| silent(hands.texts(), motor, fault))?;
     let name = motor.name();
     let why = if status.over_temperature || status.over_temperature_warning {
         "its driver is hot: let it cool, or lower the current"
@@ -140,5 +142,5 @@ fn is_sound<P: Ports>(hands: &mut Hands<'_, '_, P>, motor: Actuator) -> Result<(
     } else {
         return Ok(());
     };
-    Err(Failure::Refused(message(format_args!("{name}: {why}"))))
+    Err(hands.texts().refused(format_args!("{name}: {why}")))
 }

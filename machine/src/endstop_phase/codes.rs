@@ -9,7 +9,7 @@ use units::{Axis, AxisSet};
 use super::axes::{checked, is_external};
 use super::cycle::{CYCLE, within};
 use super::records::{EndstopPhases, Record};
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::ports::MotionPort;
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
@@ -23,6 +23,7 @@ const FEW: u32 = 5;
 /// # Errors
 /// A refusal where an axis has no phase, or what was collected says nothing.
 pub(crate) fn endstop_phase(
+    texts: &Texts,
     ports: &mut impl MotionPort,
     config: &MachineConfig,
     phases: &mut EndstopPhases,
@@ -35,13 +36,13 @@ pub(crate) fn endstop_phase(
     let named = words.axes();
     if let Some(axis) = named.without(able).axes().next() {
         let letter = axis.letter();
-        return refused(format_args!("{letter}: write phase_check = true for its homing endstop first"));
+        return refused(texts, format_args!("{letter}: write phase_check = true for its homing endstop first"));
     }
     if able.is_empty() {
-        return refused(format_args!("no homing endstop has phase_check = true"));
+        return refused(texts, format_args!("no homing endstop has phase_check = true"));
     }
     let motion = ports.motion(|motion| motion.config().copied());
-    let motion = motion.ok_or_else(|| Failure::refused("motion is not configured"))?;
+    let motion = motion.ok_or_else(|| Failure::refused(&"motion is not configured"))?;
     for axis in if named.is_empty() { able } else { named }.axes() {
         let external = is_external(config, &motion, axis);
         match code {
@@ -49,16 +50,16 @@ pub(crate) fn endstop_phase(
                 report(axis, phases.of(axis), tuning.phases[axis], external, reply);
                 say_wide(axis, phases.of(axis), config, reply);
             }
-            1 => calibrate(axis, phases.of(axis), tuning, external, reply)?,
-            2 => set(axis, words, tuning, external)?,
+            1 => calibrate(texts, axis, phases.of(axis), tuning, external, reply)?,
+            2 => set(texts, axis, words, tuning, external)?,
             _ => phases.of(axis).forget(),
         }
     }
     Ok(Answer::Ok)
 }
 
-fn refused(why: fmt::Arguments<'_>) -> Outcome {
-    Err(Failure::Refused(message(why)))
+fn refused(texts: &Texts, why: fmt::Arguments<'_>) -> Outcome {
+    Err(texts.refused(why))
 }
 
 fn report(axis: Axis, record: &Record, calibrated: Option<f64>, external: bool, reply: &mut Reply<'_>) {
@@ -103,6 +104,7 @@ fn say_wide(axis: Axis, record: &Record, config: &MachineConfig, reply: &mut Rep
 }
 
 fn calibrate(
+    texts: &Texts,
     axis: Axis,
     record: &Record,
     tuning: &mut Tuning,
@@ -110,7 +112,7 @@ fn calibrate(
     reply: &mut Reply<'_>,
 ) -> Result<(), Failure> {
     let (letter, all) = (axis.letter(), &record.collected);
-    let refused = |why: fmt::Arguments<'_>| Err(Failure::Refused(message(why)));
+    let refused = |why: fmt::Arguments<'_>| Err(texts.refused(why));
     if external {
         return refused(format_args!(
             "{letter}: no phase of an external driver is true after power up; the first homing's is used"
@@ -144,13 +146,11 @@ fn as_saved(phase: f64) -> f64 {
     within(libm::round(phase * 100.0) / 100.0, CYCLE)
 }
 
-fn set(axis: Axis, words: &Words<'_>, tuning: &mut Tuning, external: bool) -> Result<(), Failure> {
+fn set(texts: &Texts, axis: Axis, words: &Words<'_>, tuning: &mut Tuning, external: bool) -> Result<(), Failure> {
     let letter = axis.letter();
     let Some(phase) = words.get(letter) else { return Ok(()) };
     if external {
-        return Err(Failure::Refused(message(format_args!(
-            "{letter}: no phase of an external driver is true after power up"
-        ))));
+        return Err(texts.refused(format_args!("{letter}: no phase of an external driver is true after power up")));
     }
     tuning.phases[axis] = (phase >= 0.0).then_some(as_saved(phase));
     Ok(())

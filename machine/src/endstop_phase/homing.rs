@@ -6,7 +6,7 @@ use units::Axis;
 use super::cycle::{CYCLE, FULL_STEP, nearest, within};
 use super::found::Unread;
 use crate::executor::Hands;
-use crate::failure::{Failure, Message, message};
+use crate::failure::{Failure, ShortText, short};
 use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::Ports;
 
@@ -64,7 +64,7 @@ pub(crate) fn at_switch<P: Ports>(
         return Ok([hit - off * mm, place]);
     }
     let letter = axis.letter();
-    let why = message(format_args!(
+    let why = short(format_args!(
         "{letter}: the switch closed {:+.4} mm from its phase, allowed are {tolerance:.4}: is it loose, or a pulley?",
         off * mm
     ));
@@ -89,14 +89,14 @@ fn say_lost<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, places: f64, mm_
     }
 }
 
-fn why_unread(axis: Axis, unread: Unread) -> Message {
+fn why_unread(axis: Axis, unread: Unread) -> ShortText {
     let letter = axis.letter();
     match unread {
-        Unread::Silent(motor) => message(format_args!(
+        Unread::Silent(motor) => short(format_args!(
             "{letter}: driver {} does not say its phase at the switch: check its supply and wiring",
             motor.name()
         )),
-        Unread::Uneven => message(format_args!(
+        Unread::Uneven => short(format_args!(
             "{letter}: does not follow its motors evenly, so their phases say nothing: delete phase_check"
         )),
     }
@@ -105,10 +105,10 @@ fn why_unread(axis: Axis, unread: Unread) -> Message {
 fn warn_or_halt<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     settings: &EndstopPhaseConfig,
-    why: &Message,
+    why: &ShortText,
 ) -> Result<(), Failure> {
     if settings.halts {
-        return Err(Failure::Alarm(why.clone().numbered(Error::Locked).alarming(Alarm::HomingSearch)));
+        return Err(hands.texts().alarm(format_args!("{why}")).numbered(Error::Locked).alarming(Alarm::HomingSearch));
     }
     hands.announce(format_args!("WARNING: {why}; homed to the switch alone\n"));
     Ok(())

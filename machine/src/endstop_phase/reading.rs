@@ -30,7 +30,7 @@ pub(crate) enum Pass {
 /// since: notes the phase, where the configuration asks for it.
 ///
 /// # Errors
-/// [`Failure::Halted`].
+/// [`Failure::HALTED`].
 pub(crate) fn switch_closed<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     axis: Axis,

@@ -9,10 +9,11 @@ use super::{
     Hands, Machine, fast_forward, flow, functions, halt, holes, home, kept, leave_out, lights, objects, operator,
     program_io, shapes, suspend, tool_change,
 };
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::grbl::numbers::Alarm;
 use crate::heat::{Full, Output};
 use crate::heat_codes;
+use crate::heat_codes::TargetRefusal;
 use crate::motion_codes;
 use crate::needs::{failure_of, needs};
 use crate::outputs::Outputs;
@@ -22,7 +23,7 @@ use program::State;
 
 /// A block that the program refuses: what is off, the configuration knows better.
 pub(super) fn failed_by<P: Ports>(machine: &Machine<'_, P>, fault: &Fault) -> Failure {
-    failure_of(machine.config, fault, machine.jobs.is_playing())
+    failure_of(machine.texts, machine.config, fault, machine.jobs.is_playing())
 }
 
 /// The action of a block, and what follows it.
@@ -43,7 +44,9 @@ pub(super) fn carry_out_all<P: Ports>(machine: &mut Machine<'_, P>, first: &Acti
 
 /// Runs a code that the machine itself has written.
 pub(super) fn run_text<P: Ports>(machine: &mut Machine<'_, P>, text: &str, dialect: Dialect, to: Recipient) -> Outcome {
-    let Some(Ok(block)) = Blocks::new(text.as_bytes()).next() else { return Err(Failure::refused(text)) };
+    let Some(Ok(block)) = Blocks::new(text.as_bytes()).next() else {
+        return Err(machine.texts.because(text));
+    };
     let Some(row) = machine.program.row(&block, dialect) else { return Ok(Answer::Unknown) };
     let facts = machine.facts();
     match machine.program.run(&block, row, facts, dialect) {
@@ -93,7 +96,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         Action::Halt => machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n")),
         Action::Release => halt::clear_halt(machine, to),
         Action::Message(_) => {}
-        Action::Acceleration(value) => return motion_codes::acceleration(&mut machine.ports, value),
+        Action::Acceleration(value) => return motion_codes::acceleration(machine.texts, &mut machine.ports, value),
         Action::Call { number, times } => return flow::call(machine, number, times),
         Action::Return => {
             let ended = flow::end_call(machine)?;
@@ -156,7 +159,7 @@ fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to:
         Action::AwaitInput(wait) => program_io::await_input(machine, wait),
         // The program refuses them by name before: nothing here turns a spindle so.
         Action::Orient { .. } | Action::RigidTap { .. } | Action::SurfaceSpeed(Some(_)) => {
-            Err(Failure::refused("this needs a spindle encoder"))
+            Err(Failure::refused(&"this needs a spindle encoder"))
         }
         Action::Suspend { heaters_stay, words } => suspend::suspend(machine, heaters_stay, Some(&words), to),
         Action::Resume => suspend::resume(machine, to),
@@ -176,7 +179,7 @@ fn heat_and_wait<P: Ports>(
     to: Recipient,
 ) -> Outcome {
     if target > crate::heat::OFF_BELOW {
-        needs(machine.config, Part::Heater(heater), machine.jobs.is_playing())?;
+        needs(machine.texts, machine.config, Part::Heater(heater), machine.jobs.is_playing())?;
     }
     machine.jobs.set_heating(true);
     let heated = heat_codes::heat_and_wait(&mut Hands::new(machine, to), heater, target, cools);
@@ -190,7 +193,7 @@ fn set_position<P: Ports>(machine: &mut Machine<'_, P>, to: &PerAxis<Option<f64>
     let named = units::AxisSet::collect(units::Axis::ALL.into_iter().filter(|axis| to[*axis].is_some()));
     named.axes().for_each(|axis| position[axis] = to[axis].unwrap_or(position[axis]));
     let set = machine.ports.motion(|motion| motion.set_position(position));
-    set.map_err(|refusal| Failure::Refused(message(format_args!("{refusal}"))))?;
+    set.map_err(|refusal| machine.texts.refused(format_args!("{refusal}")))?;
     if homed {
         machine.mark_homed(named);
     }
@@ -237,8 +240,8 @@ pub(super) fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> 
     let output = match effect {
         Effect::Target { heater, target } => {
             if target > crate::heat::OFF_BELOW {
-                needs(machine.config, Part::Heater(heater), is_playing)?;
-                heat_codes::check_target(&mut machine.ports, machine.config, heater, target)?;
+                needs(machine.texts, machine.config, Part::Heater(heater), is_playing)?;
+                heat_codes::check_target(machine.texts, &mut machine.ports, machine.config, heater, target)?;
                 if !machine.ports.supervisor(|supervisor| supervisor.fet_supply_on()) {
                     return Err(heat_codes::no_heater_supply());
                 }
@@ -246,7 +249,7 @@ pub(super) fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> 
             Some(Output::Target(heater, target))
         }
         Effect::Switch { switch, on, value } => {
-            Outputs::check(machine.config, switch, on, value, is_playing)?;
+            Outputs::check(machine.texts, machine.config, switch, on, value, is_playing)?;
             machine.outputs.turn(machine.config, switch, on, value)
         }
         Effect::Arm { rule, armed } => {
@@ -282,8 +285,10 @@ fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<(), Fa
         if machine.safety.is_halted() || is_idle && machine.ports.heat(|heat| !heat.has_effects()) {
             let applied = machine.ports.heat(|heat| heat.apply(output));
             return applied.map_err(|why| match output {
-                Output::Target(heater, target) => heat_codes::target_refused(machine.config, heater, target, why),
-                _ => Failure::Halted,
+                Output::Target(heater, target) => {
+                    TargetRefusal { config: machine.config, heater, target, why }.failure(machine.texts)
+                }
+                _ => Failure::HALTED,
             });
         }
         match machine.ports.motion(motion::Motion::mark) {
@@ -292,7 +297,7 @@ fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<(), Fa
                 Err(Full) => machine.wait(Wake::Any).unless_halted()?,
             },
             Err(Refusal::Full | Refusal::Stopping) => machine.wait(Wake::Any).unless_halted()?,
-            Err(refusal) => return Err(Failure::Refused(message(format_args!("{refusal}")))),
+            Err(refusal) => return Err(machine.texts.refused(format_args!("{refusal}"))),
         }
     }
 }

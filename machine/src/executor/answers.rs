@@ -5,7 +5,7 @@ use program::Dialect;
 
 use super::source::{Origin, Source};
 use super::{Machine, grbl, stack};
-use crate::failure::{Answer, Failure, Message, Outcome};
+use crate::failure::{Answer, Failure, FailureKind, Outcome};
 use crate::grbl::numbers::Error;
 use crate::ports::Ports;
 use crate::sessions::{Recipient, Reply, SessionId};
@@ -30,7 +30,7 @@ fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option
     let carried_out = outcome.is_ok();
     // Whoever is there now has asked for nothing, and counts his own answers.
     let is_for_him = source.origin != Origin::Session || !machine.sessions.has_left(source.to);
-    if !is_for_him && matches!(outcome, Ok(_) | Err(Failure::Refused(_))) {
+    if !is_for_him && matches!(outcome, Ok(_) | Err(Failure { kind: FailureKind::Refused, .. })) {
         return done(machine, carried_out, source);
     }
     say_answer(machine, outcome, last, source.to);
@@ -39,11 +39,13 @@ fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option
 
 /// A line that has been answered already comes to no good end: a sender must not count a second answer.
 pub(super) fn fail_late<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure, source: Source) {
-    match (failure, source.origin) {
-        (Failure::Refused(text), Origin::Session) => machine.announce(format_args!("// WARNING {text}\n")),
-        (Failure::Alarm(text), Origin::Session) => alarm(machine, &text, Recipient::All),
-        (Failure::Halted, Origin::Session) => {}
-        (failure, _) => say_answer(machine, Err(failure), None, source.to),
+    match (failure.kind, source.origin) {
+        (FailureKind::Refused, Origin::Session) => {
+            machine.announce(format_args!("// WARNING {}\n", machine.texts.of(failure)));
+        }
+        (FailureKind::Alarm, Origin::Session) => alarm(machine, failure, Recipient::All),
+        (FailureKind::Halted, Origin::Session) => {}
+        _ => say_answer(machine, Err(failure), None, source.to),
     }
     done(machine, false, source);
 }
@@ -70,12 +72,12 @@ fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Op
         (Ok(Answer::Ok | Answer::PassedOver), _) | (Ok(Answer::Unknown), None) => machine.say(to, format_args!("ok\n")),
         (Ok(Answer::Said), _) => {}
         (Ok(Answer::Unknown), Some(code)) => machine.say(to, format_args!("ok - {code} ignored\n")),
-        (Err(Failure::Halted), _) => say_locked(machine, to),
-        (Err(Failure::Alarm(text)), _) => alarm(machine, &text, to),
-        (Err(Failure::Refused(text)), _) => {
+        (Err(failure), _) => match failure.kind {
+            FailureKind::Halted => say_locked(machine, to),
+            FailureKind::Alarm => alarm(machine, failure, to),
             // One line, one answer: it stands for ok.
-            machine.sessions.refuse(to, text.error, format_args!("{text}"));
-        }
+            FailureKind::Refused => machine.refuse(to, failure),
+        },
     }
 }
 
@@ -93,15 +95,16 @@ pub(super) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) 
 }
 
 /// Halts because a command asked for what must not be.
-pub(super) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, text: &Message, to: Recipient) {
+pub(super) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Recipient) {
+    let text = machine.texts.of(why);
     if is_grbl(machine, to) {
-        machine.halt(text.alarm, format_args!("Entering Alarm/Halt state\n"));
-        return machine.sessions.refuse(to, text.error, format_args!("{text}"));
+        machine.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
+        return machine.sessions.refuse(to, why.error, format_args!("{text}"));
     }
     // Others must learn why the machine stands.
     let to = if to == Recipient::Nobody { Recipient::All } else { to };
     machine.say(to, format_args!("Error: {text}\n"));
-    machine.halt(text.alarm, format_args!("Entering Alarm/Halt state\n"));
+    machine.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
 }
 
 /// A line that cannot be read.

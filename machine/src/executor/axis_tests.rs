@@ -6,7 +6,7 @@ use units::{Actuator, Axis, AxisSet, MmPerSecond, MmPerSecond2, PerAxis};
 
 use super::{Hands, Machine};
 use crate::driver_tuning;
-use crate::failure::{Failure, Outcome, message};
+use crate::failure::{Failure, Outcome};
 use crate::homing;
 use crate::ports::Ports;
 use crate::sessions::Recipient;
@@ -35,7 +35,7 @@ pub(super) struct Speed {
 
 fn is_alone<P: Ports>(machine: &Machine<'_, P>, axis: Axis) -> Result<(), Failure> {
     if crate::arms::homes_by_motor(machine.config) && AxisSet::PRIMARY.has(axis) {
-        return Err(Failure::refused("towers and arms home together: no axis can be looked at alone"));
+        return Err(Failure::refused(&"towers and arms home together: no axis can be looked at alone"));
     }
     Ok(())
 }
@@ -82,10 +82,10 @@ pub(super) fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Re
         return Ok(());
     }
     let steps = libm::round(off / turn) * FULL_STEPS_LOST;
-    Err(Failure::Refused(message(format_args!(
+    Err(machine.texts.refused(format_args!(
         "{letter} is {off:.3} mm off: {} full steps were lost: less speed or acceleration, or more current",
         libm::fabs(steps)
-    ))))
+    )))
 }
 
 /// `tune_driver`: measures which stallGuard threshold the motor of an axis is to have.
@@ -121,10 +121,10 @@ pub(super) fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, to: Re
     let motor = Actuator::from_index(test.axis as usize).and_then(|motor| limits.actuator_acceleration[motor]);
     if let Some(most) = motor.filter(|most| most.0 < needed) {
         let letter = test.axis.letter();
-        return Err(Failure::Refused(message(format_args!(
+        return Err(machine.texts.refused(format_args!(
             "test sweep: this needs {needed} mm/s2, and motor {letter} may take {}: M204 {letter} changes it",
             most.0
-        ))));
+        )));
     }
     hands.standstill()?;
     hands.motion(|motion| motion.bypass_filters(true));
@@ -157,7 +157,7 @@ fn shake<P: Ports>(
             hands.say(format_args!("{hertz:.0} Hz\n"));
         }
         let own = Limits { acceleration: MmPerSecond2(SWEEP_ACCELERATION * hertz), ..*limits };
-        hands.motion(|motion| motion.set_limits(own)).map_err(crate::arms::refused)?;
+        hands.motion(|motion| motion.set_limits(own)).map_err(|error| crate::arms::refused(hands.texts(), error))?;
         let mut far = *here;
         far[test.axis] += way_at(hertz);
         // One Hz takes so many periods.

@@ -7,7 +7,7 @@ use super::answers::{bad_line, finish, is_grbl};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::{Origin, Source};
 use super::{Machine, actions, filament, objects, operator, passed_over, shapes};
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::needs::needs;
 use crate::ports::Ports;
 use crate::sessions::{LineBytes, Recipient};
@@ -192,7 +192,7 @@ fn wait<P: Ports>(
         return Ok(());
     }
     machine.frames.drop_down_to(height);
-    Err(Failure::refused("scripts start each other without end"))
+    Err(Failure::refused(&"scripts start each other without end"))
 }
 
 /// Whether a line goes on after such an answer. What a file asks for and the machine does not do is looked
@@ -231,9 +231,9 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
         state if allowed.has(state) => {}
         State::Invalid => {
             let text = "the configuration has errors: mend config.ini and reset";
-            return Begun::Ended(Err(Failure::refused(text)));
+            return Begun::Ended(Err(machine.texts.because(text)));
         }
-        _ => return Begun::Ended(Err(Failure::Halted)),
+        _ => return Begun::Ended(Err(Failure::HALTED)),
     }
     let Some(row) = row else { return Begun::Ended(unknown(machine, block.code, source.to)) };
     // A file that saves or loads settings would never end.
@@ -242,7 +242,7 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
         return Begun::Done;
     }
     if let Some(part) = row.part
-        && let Err(failure) = needs(machine.config, part, machine.jobs.is_playing())
+        && let Err(failure) = needs(machine.texts, machine.config, part, machine.jobs.is_playing())
     {
         return Begun::Ended(Err(failure));
     }
@@ -302,7 +302,7 @@ fn run_begun<'b, P: Ports>(
 fn without_its_part<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
     match code {
         Some(code) if is_grbl(machine, to) => {
-            Err(Failure::Refused(message(format_args!("{code}: what it needs is not configured here"))))
+            Err(machine.texts.refused(format_args!("{code}: what it needs is not configured here")))
         }
         _ => Ok(Answer::Unknown),
     }
@@ -313,7 +313,7 @@ fn without_its_part<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: 
 fn unknown<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
     match code {
         Some(code) if is_grbl(machine, to) && crate::grbl::accepts(code) => Ok(Answer::Ok),
-        Some(code) if is_grbl(machine, to) => Err(Failure::Refused(message(format_args!("{code} is not known here")))),
+        Some(code) if is_grbl(machine, to) => Err(machine.texts.refused(format_args!("{code} is not known here"))),
         _ => Ok(Answer::Unknown),
     }
 }

@@ -2,14 +2,14 @@
 //! leaves what there is to the motors; these brake along their path and are held as long as it lasts. A
 //! journal notes the job; without one the card keeps what has happened, and the next start tells it.
 
-use core::fmt::{Arguments, Write as _};
+use core::fmt::Write as _;
 
 use program::State;
 use units::{Micros, Volts};
 
 use super::Machine;
 use crate::brown_out::{PATH, news, told};
-use crate::failure::Message;
+use crate::failure::{ShortText, short};
 use crate::falling_supply::OFF;
 use crate::grbl::numbers::Alarm;
 use crate::ports::{DateTime, Ports, StorageError};
@@ -63,8 +63,8 @@ fn falls<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool, volts: Volts,
     }
     let whose = if of_heaters { "heaters" } else { "motors" };
     let text =
-        text(format_args!("the {whose}' supply has fallen to {:.1} V, and has {:.1} V usually", volts.0, usual.0));
-    let event = event(machine, &text);
+        short(format_args!("the {whose}' supply has fallen to {:.1} V, and has {:.1} V usually", volts.0, usual.0));
+    let event = event(machine, text.as_str());
     machine.halt_holding(
         Alarm::Abort,
         format_args!("ERROR: {text}: heaters are off, motors are held as long as it lasts\n"),
@@ -74,7 +74,7 @@ fn falls<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool, volts: Volts,
     if machine.journal.is_noting() {
         machine.brown_out.to_keep = Some(event);
     } else {
-        let written = machine.brown_out.keep(&mut machine.ports, &event);
+        let written = machine.brown_out.keep(&mut machine.ports, event.as_str());
         not_written(machine, written);
     }
 }
@@ -96,16 +96,9 @@ fn gone<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool) {
     }
 }
 
-fn text(what: Arguments<'_>) -> Message {
-    let mut text = Message::new();
-    // What does not fit is cut.
-    let _ = text.write_fmt(what);
-    text
-}
-
 /// What has happened, for the next start.
-fn event<P: Ports>(machine: &Machine<'_, P>, what: &str) -> Message {
-    let mut event = Message::new();
+fn event<P: Ports>(machine: &Machine<'_, P>, what: &str) -> ShortText {
+    let mut event = ShortText::NONE;
     let date = machine.ports.date();
     // What does not fit is cut. A clock that nobody has set says nothing.
     let _ = if date.year > DateTime::UNSET.year { write!(event, "{date}: {what}") } else { write!(event, "{what}") };
@@ -146,6 +139,6 @@ pub(super) fn fet_supply_lost<P: Ports>(machine: &mut Machine<'_, P>) {
 pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>) {
     let Some(event) = news(&mut machine.ports) else { return };
     machine.announce(format_args!("WARNING: when the machine was on last: {event}\n"));
-    let written = told(&mut machine.ports, &event);
+    let written = told(&mut machine.ports, event.as_str());
     not_written(machine, written);
 }

@@ -11,7 +11,7 @@ use super::{
     log, long_answers, motion_tests, objects, passed_over, play_from, program_io, recording, statistics, suspend,
     update,
 };
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, FailureKind, Outcome, Texts, short};
 use crate::files::{self, listings};
 use crate::heat_codes;
 use crate::jog;
@@ -57,7 +57,7 @@ fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Out
     if matches!(word, "m23" | "m32" | "m117") {
         return Ok(Answer::Ok);
     }
-    let Some(info) = find(word) else { return Err(unknown(line, word)) };
+    let Some(info) = find(word) else { return Err(unknown(machine.texts, line, word)) };
     if asks_for_help(arguments) {
         machine.say(to, format_args!("{} {} - {}\n", info.word, info.takes, info.help));
         return Ok(Answer::Ok);
@@ -73,11 +73,11 @@ fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Out
     work(machine, word, arguments, to)
 }
 
-fn unknown(line: &str, word: &str) -> Failure {
+fn unknown(texts: &Texts, line: &str, word: &str) -> Failure {
     match program::commands::waits_for(word) {
-        Some(part) => Failure::Refused(message(format_args!("{word} needs {part}"))),
-        None if line.starts_with('$') => Failure::refused("Invalid statement"),
-        None => Failure::Refused(message(format_args!("Unsupported command - {line}"))),
+        Some(part) => texts.refused(format_args!("{word} needs {part}")),
+        None if line.starts_with('$') => Failure::refused(&"Invalid statement"),
+        None => texts.refused(format_args!("Unsupported command - {line}")),
     }
 }
 
@@ -93,8 +93,8 @@ fn may_run<P: Ports>(machine: &Machine<'_, P>, info: &CommandInfo) -> Result<(),
     let state = machine.safety.state();
     match state {
         _ if info.states.has(state) => Ok(()),
-        State::Invalid => Err(Failure::refused("the configuration has errors: mend config.ini and reset")),
-        _ => Err(Failure::Halted),
+        State::Invalid => Err(Failure::refused(&"the configuration has errors: mend config.ini and reset")),
+        _ => Err(Failure::HALTED),
     }
 }
 
@@ -112,7 +112,7 @@ pub(super) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Rec
     match say_or_set(machine, word, arguments, to) {
         Some(Ok(Answer::Ok)) => machine.say(to, format_args!("ok\n")),
         Some(Ok(_)) => {}
-        Some(Err(Failure::Refused(text))) => machine.sessions.refuse(to, text.error, format_args!("{text}")),
+        Some(Err(text @ Failure { kind: FailureKind::Refused, .. })) => machine.refuse(to, text),
         _ => return false,
     }
     true
@@ -172,7 +172,7 @@ fn echo<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
         } else if let Some(rest) = text.strip_prefix("-1 ") {
             let uart = &machine.config.uart;
             if !uart.enable {
-                return Err(Failure::refused("echo -1: [uart console] is not enabled"));
+                return Err(Failure::refused(&"echo -1: [uart console] is not enabled"));
             }
             // The debug UART is 0, the others follow.
             heard_by = Recipient::Session(SessionId(1 + uart.channel));
@@ -192,8 +192,8 @@ fn speak<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> O
     match (known, to.session().and_then(|id| machine.sessions.get_mut(id))) {
         _ if name.is_empty() => {}
         (Some(dialect), Some(session)) => session.dialect = dialect,
-        _ if is_grbl => return Err(Failure::refused("with grbl_mode every console speaks GRBL's dialect")),
-        _ => return Err(Failure::refused("a console speaks smoothie, marlin, reprapfirmware or klipper")),
+        _ if is_grbl => return Err(Failure::refused(&"with grbl_mode every console speaks GRBL's dialect")),
+        _ => return Err(Failure::refused(&"a console speaks smoothie, marlin, reprapfirmware or klipper")),
     }
     let spoken = machine.sessions.dialect_of(to);
     machine.say(to, format_args!("this console speaks {}'s dialect\n", spoken.name()));
@@ -220,8 +220,8 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, t
             reports::thermistors(reply);
             return Some(Ok(Answer::Ok));
         }
-        "calc_thermistor" => return Some(reports::thermistor_coefficients(arguments, reply)),
-        "setregs" => return Some(motors::set_registers(ports, config, arguments, reply)),
+        "calc_thermistor" => return Some(reports::thermistor_coefficients(machine.texts, arguments, reply)),
+        "setregs" => return Some(motors::set_registers(machine.texts, ports, config, arguments, reply)),
         "$S" => outputs.report(config, arguments, reply),
         "$#" => {
             reports::offsets(program, arguments.trim_start_matches('-').starts_with('v'), reply);
@@ -258,7 +258,7 @@ fn list<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
     let listing = match word {
         "ls" => listings::directory(files, arguments),
         "cat" => listings::file(files, arguments, now, ports, reply),
-        _ => listings::section(arguments, ports, reply),
+        _ => listings::section(machine.texts, arguments, ports, reply),
     }?;
     match listing {
         Some(listing) => long_answers::begin(machine, listing, to),
@@ -286,21 +286,21 @@ fn help<P: Ports>(machine: &mut Machine<'_, P>, about: &str, to: Recipient) -> O
             machine.say(to, format_args!("{about} - {}\n", row.help));
             Ok(Answer::Ok)
         }
-        None => Err(Failure::Refused(message(format_args!("nothing is known of {about}")))),
+        None => Err(machine.texts.refused(format_args!("nothing is known of {about}"))),
     }
 }
 
 fn play<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    needs(machine.config, Part::Player, machine.jobs.is_playing())?;
+    needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
     if machine.ports.disk() != Disk::Kept {
-        return Err(Failure::refused(StorageError::Lent.text()));
+        return Err(machine.texts.because(StorageError::Lent.text()));
     }
     let forced = arguments.strip_prefix("--force ").or_else(|| arguments.strip_suffix(" --force"));
     let (arguments, from) = play_from::split(forced.unwrap_or(arguments))?;
     let was_open = machine.jobs.is_open();
     let now = machine.ports.now();
     let Machine { ports, files, jobs, sessions, .. } = machine;
-    let played = jobs.play_command(files, arguments, now, ports, &mut Reply::new(sessions, to));
+    let played = jobs.play_command(machine.texts, files, arguments, now, ports, &mut Reply::new(sessions, to));
     if forced.is_some() && !was_open {
         jobs.force();
     }
@@ -325,7 +325,7 @@ fn load<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Ou
 /// `ry` and `upload`: what the console sends is a file from now on.
 fn receive<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
     if to.session().is_none() {
-        return Err(Failure::refused("only a console can send a file"));
+        return Err(Failure::refused(&"only a console can send a file"));
     }
     long_answers::sender_is_there(machine, to)?;
     let now = machine.ports.now();
@@ -335,7 +335,7 @@ fn receive<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, 
         "ry" => files.transfers.receive(!arguments.is_empty(), now, reply),
         _ => {
             let path = files.absolute(arguments);
-            files.transfers.receive_plain(arguments.trim_matches('"'), path, ports, reply)
+            files.transfers.receive_plain(machine.texts, arguments.trim_matches('"'), path, ports, reply)
         }
     }?;
     long_answers::begin_transfer(machine, to)
@@ -374,8 +374,8 @@ fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
         machine.say(to, format_args!("{date}\n"));
         return Ok(Answer::Ok);
     }
-    let date = DateTime::parse(arguments).ok_or_else(|| Failure::refused("write date YYMMDDhhmmss"))?;
-    if machine.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused("the clock does not run")) }
+    let date = DateTime::parse(arguments).ok_or_else(|| Failure::refused(&"write date YYMMDDhhmmss"))?;
+    if machine.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused(&"the clock does not run")) }
 }
 
 /// What takes time.
@@ -463,7 +463,7 @@ fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
 
 fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let Machine { outputs, sessions, config, ports, .. } = machine;
-    let change = outputs.switch_command(config, arguments, &mut Reply::new(sessions, to))?;
+    let change = outputs.switch_command(machine.texts, config, arguments, &mut Reply::new(sessions, to))?;
     if let Some(output) = change {
         // A switch takes anything.
         let _ = ports.heat(|heat| heat.apply(output));
@@ -474,13 +474,13 @@ fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient
 /// `$P`: G30 with these words, also where G30 means something else.
 fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipient) -> Outcome {
     if !machine.config.probe.enable {
-        return Err(Failure::refused("no probe is configured: [zprobe] enable"));
+        return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));
     }
-    let text = message(format_args!("G30 P1 {words}"));
-    let mut blocks = Blocks::new(text.as_bytes());
+    let text = short(format_args!("G30 P1 {words}"));
+    let mut blocks = Blocks::new(text.as_str().as_bytes());
     if !matches!((blocks.next(), blocks.next()), (Some(Ok(_)), None)) {
-        return Err(Failure::refused("$P takes the words of G30"));
+        return Err(Failure::refused(&"$P takes the words of G30"));
     }
     let dialect = machine.sessions.dialect_of(to);
-    actions::run_text(machine, &text, dialect, to)
+    actions::run_text(machine, text.as_str(), dialect, to)
 }

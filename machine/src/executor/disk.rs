@@ -18,23 +18,23 @@ const HAS_IT: &str = "a computer has the SD card already: eject it there, or msc
 pub(super) fn msc<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let SystemConfig { msc_enable, .. } = machine.config.system;
     match arguments {
-        _ if !msc_enable => Err(Failure::refused("MSC is disabled: [system] msc_enable")),
+        _ if !msc_enable => Err(Failure::refused(&"MSC is disabled: [system] msc_enable")),
         "" => lend(machine, to),
-        "off" if machine.ports.disk() == Disk::Kept => Err(Failure::refused("no computer has the SD card")),
+        "off" if machine.ports.disk() == Disk::Kept => Err(Failure::refused(&"no computer has the SD card")),
         "off" => {
             machine.ports.revoke_card();
             Ok(Answer::Ok)
         }
-        _ => Err(Failure::refused("write msc, or msc off")),
+        _ => Err(Failure::refused(&"write msc, or msc off")),
     }
 }
 
 fn lend<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     if machine.jobs.is_open() {
-        return Err(Failure::refused("a file is played: wait for its end, or abort it"));
+        return Err(Failure::refused(&"a file is played: wait for its end, or abort it"));
     }
     if machine.ports.disk() != Disk::Kept {
-        return Err(Failure::refused(HAS_IT));
+        return Err(Failure::refused(&HAS_IT));
     }
     loop {
         match machine.ports.lend_card() {
@@ -42,11 +42,11 @@ fn lend<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
             Ok(false) => {
                 machine.wait(Wake::Any).whatever_happens();
             }
-            Err(NotLent::NoComputer) => return Err(Failure::refused(NO_COMPUTER)),
+            Err(NotLent::NoComputer) => return Err(Failure::refused(&NO_COMPUTER)),
             Err(NotLent::Storage(StorageError::Busy)) => {
-                return Err(Failure::refused("files are open: end what writes or reads them"));
+                return Err(Failure::refused(&"files are open: end what writes or reads them"));
             }
-            Err(NotLent::Storage(error)) => return Err(Failure::refused(error.text())),
+            Err(NotLent::Storage(error)) => return Err(machine.texts.because(error.text())),
         }
     }
     machine.say(to, format_args!("The computer has the SD card: eject it there to give it back\n"));

@@ -5,7 +5,7 @@
 
 use super::answers::answered;
 use super::{Hands, Machine, card};
-use crate::failure::{Answer, Failure, Outcome, about_file};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::files::editing::Editing;
 use crate::files::editor::{Step, shown};
 use crate::files::editor_commands::{Command, HELP, What, parse};
@@ -23,20 +23,20 @@ const TOO_LONG: Trouble = "the line is too long to be edited";
 /// # Errors
 /// When another file is being edited, or one of both cannot be opened.
 pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let Recipient::Session(id) = to else { return Err(Failure::refused("only a console can edit a file")) };
+    let Recipient::Session(id) = to else { return Err(Failure::refused(&"only a console can edit a file")) };
     let Machine { files, ports, .. } = machine;
     if files.editing.is_some() {
-        return Err(Failure::refused("another file is being edited"));
+        return Err(Failure::refused(&"another file is being edited"));
     }
     let mut names = words(arguments);
     let (Some(from), Some(into), None) = (names.next(), names.next(), names.next()) else {
-        return Err(Failure::refused("Need unique input file and output file"));
+        return Err(Failure::refused(&"Need unique input file and output file"));
     };
     let (input, output) = (files.absolute(from), files.absolute(into));
     if input.eq_ignore_ascii_case(&output) {
-        return Err(Failure::refused("Need unique input file and output file"));
+        return Err(Failure::refused(&"Need unique input file and output file"));
     }
-    let cannot = |name: &str, error: StorageError| Failure::Refused(about_file(name, error.text()));
+    let cannot = |name: &str, error: StorageError| machine.texts.about_file(name, error.text());
     let source = ports.open(&input, OpenMode::Read).map_err(|error| cannot(from, error))?;
     let target = ports.open(&output, OpenMode::Write).map_err(|error| {
         // It was only opened to be read.

@@ -25,11 +25,11 @@ use crate::safety::Event;
 /// While the machine moves, is suspended or halted.
 pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until) -> Result<(), Failure> {
     if !machine.safety.apply(Event::CheckBegins) {
-        return Err(Failure::refused("the machine has to stand, without a suspended job, for lines to be read over"));
+        return Err(Failure::refused(&"the machine has to stand, without a suspended job, for lines to be read over"));
     }
     if !machine.frames.push(Frame::FastForward) {
         machine.safety.apply(Event::CheckEnds);
-        return Err(Failure::refused("scripts start each other without end"));
+        return Err(Failure::refused(&"scripts start each other without end"));
     }
     machine.passed = Some(Passed::new(until, *machine.program.position()));
     Ok(())

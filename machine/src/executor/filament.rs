@@ -102,7 +102,7 @@ pub(super) fn forget_width<P: Ports>(machine: &mut Machine<'_, P>) {
 /// When there is none.
 fn extruder<P: Ports>(machine: &Machine<'_, P>) -> Result<Axis, Failure> {
     let axis = machine.program.tools().active().map(|tool| tool.settings.axis);
-    axis.ok_or_else(|| Failure::refused("there is no extruder whose filament could be changed"))
+    axis.ok_or_else(|| Failure::refused(&"there is no extruder whose filament could be changed"))
 }
 
 /// Pushes filament, or draws it back, and waits for its end.
@@ -135,7 +135,7 @@ pub(super) fn change<P: Ports>(machine: &Machine<'_, P>, words: &Words<'_>) -> R
     if let Some(wanted) = words.get('T')
         && tool.is_none_or(|tool| f64::from(tool.0) != wanted)
     {
-        return Err(Failure::refused("M600 T: select this tool first, with T"));
+        return Err(Failure::refused(&"M600 T: select this tool first, with T"));
     }
     let mut lengths = machine.tuning.filament_change;
     let length = |letter, as_ever| words.get(letter).map_or(as_ever, |length: f64| Mm(length.abs()));
@@ -200,12 +200,12 @@ fn park<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -
 pub(super) fn go_aside<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>) -> Outcome {
     if words.get('P') == Some(1.0) {
         return Err(Failure::refused(
-            "G27 P1: the tool is lifted by [filament change] lift, from where it is: leave P out",
+            &"G27 P1: the tool is lifted by [filament change] lift, from where it is: leave P out",
         ));
     }
     let change = machine.tuning.filament_change;
     if change.lift.0 <= 0.0 && change.park.iter().all(Option::is_none) {
-        return Err(Failure::refused("G27: where to? [filament change] has no lift, park_x and park_y"));
+        return Err(Failure::refused(&"G27: where to? [filament change] has no lift, park_x and park_y"));
     }
     machine.standstill()?;
     let parked = park(machine, &change);
@@ -248,7 +248,7 @@ pub(super) fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool, lengt
     let length = length.map_or(if loads { change.load } else { change.unload }, Mm);
     if length.0 == 0.0 {
         let text = if loads { "M701: how far? Give L, or set M603 L" } else { "M702: how far? Give U, or set M603 U" };
-        return Err(Failure::refused(text));
+        return Err(machine.texts.because(text));
     }
     if loads {
         load(machine, length)?

@@ -8,7 +8,7 @@ use program::Next;
 
 use super::source::{Origin, Source};
 use super::{Machine, log};
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::files::Path;
 use crate::jobs::Listeners;
 use crate::ports::Ports;
@@ -21,27 +21,33 @@ pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'
     let (here, after) = machine.jobs.places();
     match machine.program.flow_line(line, here, after) {
         Ok(next) => go_on(machine, next),
-        Err(fault) => Err(Failure::Refused(message(format_args!("{fault}")))),
+        Err(fault) => Err(machine.texts.refused(format_args!("{fault}"))),
     }
 }
 
 /// Outside of files only a subroutine can be called that is a file. It is a job then.
 fn run_elsewhere<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {
     if line.word != FlowWord::Call || source.origin != Origin::Session {
-        return Err(Failure::refused("here only O<name> call works; other O words belong in a file that is played"));
+        return Err(Failure::refused(&"here only O<name> call works; other O words belong in a file that is played"));
     }
     let mut name = Path::new();
     if write!(name, "{}.ngc", line.label).is_err() {
-        return Err(Failure::refused("the name is too long"));
+        return Err(Failure::refused(&"the name is too long"));
     }
     let path = machine.files.absolute(&name);
     let now = machine.ports.now();
-    machine.jobs.open(&path, Listeners { tells_end: source.to, ..Listeners::default() }, &mut machine.ports, now)?;
+    machine.jobs.open(
+        machine.texts,
+        &path,
+        Listeners { tells_end: source.to, ..Listeners::default() },
+        &mut machine.ports,
+        now,
+    )?;
     let called = machine.program.flow_line(line, Default::default(), Default::default());
     if let Err(fault) = called {
         end(machine);
         machine.jobs.close(&mut machine.ports);
-        return Err(Failure::Refused(message(format_args!("{fault}"))));
+        return Err(machine.texts.refused(format_args!("{fault}")));
     }
     machine.program.enter_file();
     Ok(Answer::Ok)
@@ -50,19 +56,19 @@ fn run_elsewhere<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, so
 /// M98.
 pub(super) fn call<P: Ports>(machine: &mut Machine<'_, P>, number: u32, times: u32) -> Outcome {
     if !machine.jobs.is_playing() {
-        return Err(Failure::refused("M98 works in files that are played"));
+        return Err(Failure::refused(&"M98 works in files that are played"));
     }
     let (_, after) = machine.jobs.places();
     match machine.program.call(number, times, after) {
         Ok(next) => go_on(machine, next),
-        Err(fault) => Err(Failure::Refused(message(format_args!("{fault}")))),
+        Err(fault) => Err(machine.texts.refused(format_args!("{fault}"))),
     }
 }
 
 /// M99.
 pub(super) fn end_call<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     if !machine.jobs.is_playing() {
-        return Err(Failure::refused("M99 works in files that are played"));
+        return Err(Failure::refused(&"M99 works in files that are played"));
     }
     let next = machine.program.end_call().unwrap_or(Next::At(program::Place::default()));
     go_on(machine, next)
@@ -72,7 +78,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, next: Next) -> Outcome {
     let Machine { jobs, ports, program, .. } = machine;
     match next {
         Next::Following => {}
-        Next::At(place) => jobs.go_to(place, ports).map_err(|error| Failure::refused(error.text()))?,
+        Next::At(place) => jobs.go_to(place, ports).map_err(|error| machine.texts.because(error.text()))?,
         Next::FirstOf(name) if jobs.call_file(&name, ports)? => program.enter_file(),
         Next::FirstOf(_) => program.search_sub(),
         Next::Returned if jobs.return_from_file(ports) => {}

@@ -4,13 +4,15 @@
 //! bytes it asks for, a block of the card at a time, and only while the look-ahead queue is empty, takes no
 //! more, or has all there is of the job.
 
+use core::fmt::Arguments;
+
 use config::JobPreflight;
 use motion::Tag;
 use program::Dialect;
 use units::{Celsius, MAX_HEATERS, Micros};
 
 use super::{Machine, long_answers};
-use crate::failure::{Failure, Message, Outcome, about_file, message};
+use crate::failure::{Failure, Outcome};
 use crate::files::Path;
 use crate::forecast::{Ahead, Answer, Foresight, LookAhead, Purpose, Stage, Wanted};
 use crate::jobs::{FileLines, Lookup, Outlook, PausePlace, Planned, Step, TOO_DEEP, sub_path};
@@ -28,11 +30,11 @@ const CHANGED: &str = "the file has changed meanwhile";
 /// `check file`: what it asks of the machine as that is now.
 pub(super) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
     if name.is_empty() {
-        return Err(Failure::refused("which file? check file"));
+        return Err(Failure::refused(&"which file? check file"));
     }
     let foresight = machine.foresight;
     if foresight.is_under_way() {
-        return Err(Failure::refused(match foresight.purpose() {
+        return Err(machine.texts.because(match foresight.purpose() {
             Purpose::Job => "the file that is played is still looked at: ask again in a moment",
             Purpose::Check => "a file is being looked at already",
         }));
@@ -84,8 +86,8 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
     }
     let dialect = machine.jobs.dialect();
     match begin(machine, &path, Purpose::Job, dialect) {
-        Err(Failure::Refused(why)) if holds && machine.config.player.preflight == JobPreflight::Refuse => {
-            return refuse(machine, &why);
+        Err(why) if why.is_refusal() && holds && machine.config.player.preflight == JobPreflight::Refuse => {
+            return refuse(machine, format_args!("{}", machine.texts.of(why)));
         }
         // A file that cannot be read twice is played all the same.
         Err(_) => return Start::Now,
@@ -135,7 +137,7 @@ fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, foresight: &For
     warn(machine, foresight);
     if machine.ahead.leaves {
         foresight.forget();
-        return refuse(machine, &message(format_args!("it would leave the travel")));
+        return refuse(machine, format_args!("it would leave the travel"));
     }
     let waited = machine.ports.now().since(machine.ahead.waits_since);
     if foresight.is_under_way() && waited < machine.config.player.preflight_wait {
@@ -158,13 +160,13 @@ fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) -> S
             ));
             Start::Now
         }
-        Stage::Done => refuse(machine, &message(format_args!("{stops} of its lines would stop it"))),
-        Stage::Failed(why) => refuse(machine, &message(format_args!("it could not be looked at: {why}"))),
-        _ => refuse(machine, &message(format_args!("the look at it was broken off"))),
+        Stage::Done => refuse(machine, format_args!("{stops} of its lines would stop it")),
+        Stage::Failed(why) => refuse(machine, format_args!("it could not be looked at: {why}")),
+        _ => refuse(machine, format_args!("the look at it was broken off")),
     }
 }
 
-fn refuse<P: Ports>(machine: &mut Machine<'_, P>, why: &Message) -> Start {
+fn refuse<P: Ports>(machine: &mut Machine<'_, P>, why: Arguments<'_>) -> Start {
     let to = machine.jobs.tells_end();
     machine.jobs.close(&mut machine.ports);
     machine.announce(format_args!("error:the job was not begun: {why}; play --force file begins it all the same\n"));
@@ -185,7 +187,7 @@ fn begin<P: Ports>(
     foresight.forget();
     let can_look = ports.motion(|motion| beside.look_ahead.stand_as(motion));
     ahead.close(ports);
-    let failed = |error: StorageError| Failure::Refused(about_file(path, error.text()));
+    let failed = |error: StorageError| machine.texts.about_file(path, error.text());
     let file = ports.open(path, OpenMode::Beside).map_err(failed)?;
     let size = ports.size(file).map_err(failed)?;
     let forced = crate::program_setup::file_dialect(machine.config).or(dialect);
@@ -375,7 +377,7 @@ pub(super) fn check_piece<P: Ports>(
 ) -> Result<bool, Failure> {
     let foresight = machine.foresight;
     if foresight.purpose() != Purpose::Check {
-        return Err(Failure::refused("broken off: a job has begun"));
+        return Err(Failure::refused(&"broken off: a job has begun"));
     }
     let config = machine.config;
     let reply = &mut Reply::new(machine.sessions, to);
@@ -385,8 +387,8 @@ pub(super) fn check_piece<P: Ports>(
     }
     match foresight.stage() {
         Stage::Ready | Stage::Running => Ok(true),
-        Stage::Free => Err(Failure::refused("broken off")),
-        Stage::Failed(why) => Err(Failure::refused(why)),
+        Stage::Free => Err(Failure::refused(&"broken off")),
+        Stage::Failed(why) => Err(machine.texts.because(why)),
         Stage::Done => {
             if *line == 0 && foresight.missed() > 0 {
                 reply.say(format_args!("and {} more\n", foresight.missed()));

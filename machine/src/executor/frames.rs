@@ -7,7 +7,7 @@ use heapless::Vec;
 use program::LeftHole;
 
 use super::source::Source;
-use crate::failure::{Answer, Failure};
+use crate::failure::{Answer, KeptFailure};
 use crate::files::Path;
 use crate::journal::Step;
 use crate::ports::FileHandle;
@@ -70,7 +70,7 @@ pub(super) enum Then {
     /// The bed is probed and leveled by this grid; whoever asked hears how it goes.
     LevelByGrid(Plan, Recipient),
     /// What came before the script ended like this.
-    Ended(Result<(), Failure>),
+    Ended(Result<(), KeptFailure>),
     /// A job is gone on with after a power cut: the next step of that.
     Recover(Step, Recipient),
     /// A stall has stopped the job: the next step of getting over it.

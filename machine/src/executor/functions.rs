@@ -12,7 +12,7 @@ use super::frames::Then;
 use super::{
     Hands, Machine, automatic, card, filament, foresee, long_answers, objects, program_io, recover, statistics, suspend,
 };
-use crate::failure::{Answer, Failure, Outcome, about_file};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::files::{self, OVERRIDE_PATH, listings, safe_file};
 use crate::ports::{Ports, Wake};
 use crate::reports::Status;
@@ -159,17 +159,21 @@ fn set_standing<P: Ports>(
     let Machine { ports, program, sessions, axes, config, tuning, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     Some(match function {
-        Function::Microsteps => motors::microsteps(ports, config, words, reply),
-        Function::DriverRegister => motors::write_register(ports, config, words, reply),
-        Function::StealthThresholds => driver_codes::stealth_thresholds(ports, config, tuning, words, reply),
-        Function::StealthMode => driver_codes::stealth_mode(ports, config, tuning, words, reply),
-        Function::MotorPositions => arms::motor_positions(ports, words),
-        Function::HomeOffsetsFromHere if !words.has('T') => {
-            arms::home_offsets_from_here(ports, config, axes, tuning, words, reply)
+        Function::Microsteps => motors::microsteps(machine.texts, ports, config, words, reply),
+        Function::DriverRegister => motors::write_register(machine.texts, ports, config, words, reply),
+        Function::StealthThresholds => {
+            driver_codes::stealth_thresholds(machine.texts, ports, config, tuning, words, reply)
         }
-        Function::StepsPerMm => motion_codes::steps_per_mm(ports, config, program.tools(), words, reply),
-        Function::PressureAdvance => motion_codes::pressure_advance(ports, config, program.tools(), words, reply),
-        Function::InputShaping => motion_codes::input_shaping(ports, words, reply),
+        Function::StealthMode => driver_codes::stealth_mode(machine.texts, ports, config, tuning, words, reply),
+        Function::MotorPositions => arms::motor_positions(machine.texts, ports, words),
+        Function::HomeOffsetsFromHere if !words.has('T') => {
+            arms::home_offsets_from_here(machine.texts, ports, config, axes, tuning, words, reply)
+        }
+        Function::StepsPerMm => motion_codes::steps_per_mm(machine.texts, ports, config, program.tools(), words, reply),
+        Function::PressureAdvance => {
+            motion_codes::pressure_advance(machine.texts, ports, config, program.tools(), words, reply)
+        }
+        Function::InputShaping => motion_codes::input_shaping(machine.texts, ports, words, reply),
         Function::MotorsOff => {
             let extruder = program.tools().active().map(|tool| tool.settings.axis).filter(|_| words.has('E'));
             let named = extruder.map_or(words.axes(), |axis| words.axes().with(axis));
@@ -207,9 +211,9 @@ fn motion_or_heat<P: Ports>(
     let Machine { ports, program, sessions, safety, axes, bed, tuning, config, thermal, phases, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     Some(match function {
-        Function::MotorsOn => axes.enable(ports, config, tuning, now).map(ok),
+        Function::MotorsOn => axes.enable(machine.texts, ports, config, tuning, now).map(ok),
         Function::AxisSpeeds => {
-            let set = motion_codes::axis_speeds(ports, config, program, words, reply);
+            let set = motion_codes::axis_speeds(machine.texts, ports, config, program, words, reply);
             set.map(|rate| {
                 if let Some(rate) = rate {
                     program.set_seek_rate(rate);
@@ -217,16 +221,20 @@ fn motion_or_heat<P: Ports>(
                 Answer::Ok
             })
         }
-        Function::MotorSpeeds => motion_codes::motor_speeds(ports, config, program.tools(), words, reply),
-        Function::Accelerations => motion_codes::accelerations(ports, config, program.tools(), words),
-        Function::CornerSettings => motion_codes::corner_settings(ports, words),
-        Function::Jerk => motion_codes::jerk(ports, words),
+        Function::MotorSpeeds => {
+            motion_codes::motor_speeds(machine.texts, ports, config, program.tools(), words, reply)
+        }
+        Function::Accelerations => motion_codes::accelerations(machine.texts, ports, config, program.tools(), words),
+        Function::CornerSettings => motion_codes::corner_settings(machine.texts, ports, words),
+        Function::Jerk => motion_codes::jerk(machine.texts, ports, words),
         Function::Trims => arms::trims(tuning, words, reply).map(ok),
         Function::HomeOffsets => arms::home_offsets(tuning, words, reply).map(ok),
-        Function::EndstopPhase => endstop_phase::endstop_phase(ports, config, phases, tuning, words, reply),
+        Function::EndstopPhase => {
+            endstop_phase::endstop_phase(machine.texts, ports, config, phases, tuning, words, reply)
+        }
         Function::SoftEndstops => motion_codes::soft_endstops(&mut safety.travel, config, tuning, words, reply),
         Function::MotorMilliamps | Function::MotorAmps => {
-            motors::motor_currents(ports, config, axes, tuning, words, reply)
+            motors::motor_currents(machine.texts, ports, config, axes, tuning, words, reply)
         }
         Function::ProbeSettings => probing::probe_settings(tuning, words, reply),
         Function::ThermalAdjust => thermal.command(words, reply),
@@ -234,14 +242,14 @@ fn motion_or_heat<P: Ports>(
         Function::ProbeOffset => leveling::probe_offset(bed, words, reply),
         Function::AxisTwist => leveling::axis_twist(bed, words, reply),
         Function::MarlinProbeOffset => leveling::marlin_probe_offset(bed, words, reply),
-        Function::MaximumTemperature => heat_codes::maximum_temperature(ports, config, words, reply),
-        Function::PidGains => heat_codes::pid_gains(ports, config, words, reply),
-        Function::HeaterModel => heat_codes::heater_model(ports, config, words, reply),
-        Function::Sensor => heat_codes::sensors(ports, config, tuning, words, reply),
-        Function::DriverChopper => motors::describe_choppers(ports, config, words, reply),
-        Function::DriverOption => motors::driver_option(ports, config, tuning, words, reply),
-        Function::ForgetDriverTroubles => driver_codes::forget_told(ports, config, words),
-        Function::HomingThresholds => driver_codes::homing_thresholds(config, tuning, words, reply),
+        Function::MaximumTemperature => heat_codes::maximum_temperature(machine.texts, ports, config, words, reply),
+        Function::PidGains => heat_codes::pid_gains(machine.texts, ports, config, words, reply),
+        Function::HeaterModel => heat_codes::heater_model(machine.texts, ports, config, words, reply),
+        Function::Sensor => heat_codes::sensors(machine.texts, ports, config, tuning, words, reply),
+        Function::DriverChopper => motors::describe_choppers(machine.texts, ports, config, words, reply),
+        Function::DriverOption => motors::driver_option(machine.texts, ports, config, tuning, words, reply),
+        Function::ForgetDriverTroubles => driver_codes::forget_told(machine.texts, ports, config, words),
+        Function::HomingThresholds => driver_codes::homing_thresholds(machine.texts, config, tuning, words, reply),
         _ => return None,
     })
 }
@@ -283,8 +291,8 @@ fn report<P: Ports>(
             arms::report_homing(config, axes, reply);
             Ok(Answer::Ok)
         }
-        Function::FilamentDiameter => reports::filament_diameter(config, program.tools(), words, reply),
-        Function::FlowFactor => reports::flow_factor(config, program.tools(), words, reply),
+        Function::FilamentDiameter => reports::filament_diameter(machine.texts, config, program.tools(), words, reply),
+        Function::FlowFactor => reports::flow_factor(machine.texts, config, program.tools(), words, reply),
         Function::SayToAll => {
             let text = program::said_by_m118(words.text().unwrap_or(""));
             sessions.say(Recipient::All, format_args!("{text}\n"));
@@ -343,9 +351,11 @@ fn file_or_job<P: Ports>(
     let name = words.text();
     Some(match function {
         Function::Mount => {
-            let mounted = files::commands::mount(ports, reply);
+            let mounted = files::commands::mount(machine.texts, ports, reply);
             let news = match &mounted {
-                Err(Failure::Refused(why)) => Event::CardFailed(Text::new(format_args!("{why}"))),
+                Err(why) if why.is_refusal() => {
+                    Event::CardFailed(Text::new(format_args!("{}", machine.texts.of(*why))))
+                }
                 _ => Event::CardMounted,
             };
             ports.events().record(ports.now(), &news);
@@ -353,7 +363,7 @@ fn file_or_job<P: Ports>(
         }
         Function::SelectFile | Function::StartFile => {
             let was_open = jobs.is_open();
-            let selected = jobs.select(name, function == Function::StartFile, now, ports, reply);
+            let selected = jobs.select(machine.texts, name, function == Function::StartFile, now, ports, reply);
             if was_open && selected.is_ok() {
                 // Loops and subroutines of a job that was paused are none of the next one's.
                 program.end_program();
@@ -365,10 +375,10 @@ fn file_or_job<P: Ports>(
         Function::StartJob if jobs.is_suspended() => return None,
         // One that has not begun is suspended before its first move.
         Function::StartJob if jobs.begun() > 0 && filament.is_missing(config).is_some() => {
-            filament.must_be_there(config).map(|()| Answer::Ok)
+            filament.must_be_there(machine.texts, config).map(|()| Answer::Ok)
         }
         Function::StartJob => {
-            let started = jobs.start(ports, reply);
+            let started = jobs.start(machine.texts, ports, reply);
             journal.reopen(ports);
             started
         }
@@ -377,10 +387,10 @@ fn file_or_job<P: Ports>(
             Ok(Answer::Ok)
         }
         Function::RestartJob if words.get('S').is_some_and(|offset| offset > 0.0) => Err(Failure::refused(
-            "M26 S: play file --from byte N begins there, with modes and E as the file has them by then",
+            &"M26 S: play file --from byte N begins there, with modes and E as the file has them by then",
         )),
         Function::RestartJob => {
-            let restarted = jobs.restart(ports);
+            let restarted = jobs.restart(machine.texts, ports);
             if restarted.is_ok() {
                 program.end_program();
             }
@@ -395,11 +405,11 @@ fn file_or_job<P: Ports>(
         }
         Function::Upload => match to {
             Recipient::Session(session) => files.begin_upload(session, name.unwrap_or(""), ports, reply),
-            _ => Err(Failure::refused("only a session can upload a file")),
+            _ => Err(Failure::refused(&"only a session can upload a file")),
         },
         Function::EndUpload => Ok(Answer::Ok),
         Function::RemoveFile => files.remove(name.unwrap_or(""), ports, reply),
-        Function::DeleteGrid => leveling::delete(config, ports, bed, words, reply),
+        Function::DeleteGrid => leveling::delete(machine.texts, config, ports, bed, words, reply),
         Function::ForgetSettings => {
             let removed = safe_file::remove(ports, OVERRIDE_PATH);
             match removed {
@@ -407,7 +417,7 @@ fn file_or_job<P: Ports>(
                     reply.say(format_args!("configuration override file deleted\n"));
                     Ok(Answer::Ok)
                 }
-                Err(error) => Err(Failure::Refused(about_file(OVERRIDE_PATH, error.text()))),
+                Err(error) => Err(machine.texts.about_file(OVERRIDE_PATH, error.text())),
             }
         }
         _ => return None,
@@ -417,7 +427,7 @@ fn file_or_job<P: Ports>(
 // --- saved settings ---
 
 fn load_settings<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
-    let path = files::override_path(set)?;
+    let path = files::override_path(machine.texts, set)?;
     if let Err(error) = suspend::begin_replay(machine, &path, to, false) {
         machine.say(to, format_args!("failed to load configuration override {path}: {}\n", error.text()));
     }
@@ -426,8 +436,8 @@ fn load_settings<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: 
 
 /// Whatever moment the power goes, the file is the old one or the new one.
 pub(super) fn save_settings<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
-    let path = files::override_path(set)?;
-    let failed = |error: crate::ports::StorageError| Failure::Refused(about_file(&path, error.text()));
+    let path = files::override_path(machine.texts, set)?;
+    let failed = |error: crate::ports::StorageError| machine.texts.about_file(&path, error.text());
     let mut draft = safe_file::Draft::begin(&mut machine.ports, &path).map_err(failed)?;
     for part in 0..saved_settings::PARTS {
         let Machine { ports, program, config, tuning, bed, thermal, .. } = machine;

@@ -7,7 +7,7 @@ use units::{Axis, AxisSet};
 
 use super::frames::Frame;
 use super::{Hands, Machine, actions, functions, kept, long_answers, program_io};
-use crate::failure::{Answer, Failure, Outcome, about_file, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::files::listings;
 use crate::grbl::framing::LOCKED;
 use crate::grbl::numbers::Error;
@@ -24,7 +24,7 @@ pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Rec
     machine.follow_motion();
     if let Some(words) = command.strip_prefix("J=") {
         let modal = machine.program.modal().clone();
-        let jog = jog::read(words, &modal)?;
+        let jog = jog::read(machine.texts, words, &modal)?;
         let jogged = jog::jog(&mut Hands::new(machine, to), &jog, &modal);
         machine.resynchronise();
         return jogged.map(|()| Answer::Ok);
@@ -63,7 +63,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipie
         }
         _ => match command.split_once('=') {
             Some((key @ ("N0" | "N1" | "I"), text)) => store(machine, key, text)?,
-            _ => return Err(Failure::numbered(Error::Statement, "this $ command is not known: $ lists them")),
+            _ => return Err(Failure::refused(&"this $ command is not known: $ lists them").numbered(Error::Statement)),
         },
     }
     Ok(Answer::Ok)
@@ -84,7 +84,7 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) {
             if what == "I+" {
                 hal::firmware(version, reply);
             }
-            reports::message(version, reply);
+            reports::short(version, reply);
         }
         _ => reports::build(config, &grbl.own, version, queue, reply),
     }
@@ -130,7 +130,7 @@ fn with_sources<P: Ports, R>(
     f: impl FnOnce(&Sources<'_>, &mut Sessions) -> R,
 ) -> Result<R, Failure> {
     let motion = machine.ports.motion(|motion| motion.config().copied());
-    let motion = motion.ok_or_else(|| Failure::numbered(Error::Locked, "motion is not configured"))?;
+    let motion = motion.ok_or_else(|| Failure::refused(&"motion is not configured").numbered(Error::Locked))?;
     let Machine { safety, sessions, config, tuning, grbl, .. } = machine;
     let travel = safety.travel.up_to_date(config, tuning);
     let (soft_limits, ends) = (travel.is_on(config), travel.ends());
@@ -150,17 +150,19 @@ fn list<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Fai
 /// `$n=value`: acts at once, and is saved at once.
 fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Recipient) -> Outcome {
     may_set(machine)?;
-    let setting = Setting::of(number).ok_or_else(|| Failure::numbered(Error::Statement, "there is no such setting"))?;
-    let change = with_sources(machine, |of, _| setting.change(value, of))??;
+    let setting =
+        Setting::of(number).ok_or_else(|| Failure::refused(&"there is no such setting").numbered(Error::Statement))?;
+    let texts = machine.texts;
+    let change = with_sources(machine, |of, _| setting.change(texts, value, of))??;
     match change {
         Change::Nothing => {}
         Change::Own(set, value) => {
             set(&mut machine.grbl.own, value);
             save_own(machine)?;
         }
-        Change::Switch(code) => drop(run_code(machine, &code)?),
+        Change::Switch(code) => drop(run_code(machine, code.as_str())?),
         Change::Code(code) => {
-            run_code(machine, &code)?;
+            run_code(machine, code.as_str())?;
             save(machine, to)?;
         }
     }
@@ -171,7 +173,7 @@ fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Rec
 fn may_set<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
     match machine.safety.state() {
         State::Idle | State::Alarm => Ok(()),
-        _ => Err(Failure::numbered(Error::NotIdle, "settings are changed from standstill")),
+        _ => Err(Failure::refused(&"settings are changed from standstill").numbered(Error::NotIdle)),
     }
 }
 
@@ -185,8 +187,10 @@ fn run_code<P: Ports>(machine: &mut Machine<'_, P>, code: &str) -> Outcome {
 
 /// Saves what M500 saves.
 fn save<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
-    if let Err(Failure::Refused(why)) = functions::save_settings(machine, None, Recipient::Nobody) {
-        return Err(Failure::Refused(why.numbered(Error::Storage)));
+    if let Err(why) = functions::save_settings(machine, None, Recipient::Nobody)
+        && why.is_refusal()
+    {
+        return Err(why.numbered(Error::Storage));
     }
     if !machine.config.general.config_override {
         machine.say(to, format_args!("saved, but [general] config-override is off: the next reset forgets it\n"));
@@ -197,14 +201,14 @@ fn save<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Fai
 fn save_own<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     let Machine { ports, grbl, .. } = machine;
     stored::write(ports, &grbl.own)
-        .map_err(|error| Failure::Refused(about_file(stored::PATH, error.text()).numbered(Error::Storage)))
+        .map_err(|error| machine.texts.about_file(stored::PATH, error.text()).numbered(Error::Storage))
 }
 
 /// `$N0=`, `$N1=`, `$I=`. A startup line is looked through, and runs at the next boot or reset.
 fn store<P: Ports>(machine: &mut Machine<'_, P>, key: &str, text: &str) -> Result<(), Failure> {
     may_set(machine)?;
     let text = text.trim();
-    let too_long = |_| Failure::numbered(Error::StoredLength, "80 characters are kept at most");
+    let too_long = |_| Failure::refused(&"80 characters are kept at most").numbered(Error::StoredLength);
     let kept = Text::try_from(text).map_err(too_long)?;
     if key != "I" {
         look_through(machine, text)?;
@@ -223,12 +227,12 @@ fn look_through<P: Ports>(machine: &Machine<'_, P>, text: &str) -> Result<(), Fa
     for block in Blocks::new(text.as_bytes()) {
         let block = block.map_err(|error| {
             let number = Error::of_refusal(&Refusal::Syntax(error));
-            Failure::Refused(message(format_args!("{error}")).numbered(number))
+            machine.texts.refused(format_args!("{error}")).numbered(number)
         })?;
         let is_known =
             machine.program.row(&block, Dialect::Grbl).is_some() || block.code.is_some_and(crate::grbl::accepts);
         if !is_known {
-            return Err(Failure::refused("a startup line has only known codes"));
+            return Err(Failure::refused(&"a startup line has only known codes"));
         }
     }
     Ok(())
@@ -240,10 +244,10 @@ pub(super) fn startup_ended<P: Ports>(machine: &mut Machine<'_, P>, number: u8, 
     let Some(text) = grbl.own.startup.get(usize::from(number)) else { return };
     match outcome {
         Ok(_) => sessions.say(Recipient::All, format_args!(">{text}:ok\n")),
-        Err(Failure::Refused(why) | Failure::Alarm(why)) => {
-            sessions.say(Recipient::All, format_args!(">{text}:error:{}\n", why.error.number()));
+        Err(why) => {
+            let error = if why.has_text() { why.error } else { Error::Locked };
+            sessions.say(Recipient::All, format_args!(">{text}:error:{}\n", error.number()));
         }
-        Err(Failure::Halted) => sessions.say(Recipient::All, format_args!(">{text}:error:9\n")),
     }
 }
 
@@ -260,7 +264,9 @@ pub(super) fn begin_startup<P: Ports>(machine: &mut Machine<'_, P>) {
 fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) -> Outcome {
     may_set(machine)?;
     if !matches!(what, "$" | "#" | "*") {
-        return Err(Failure::numbered(Error::Statement, "$RST=$ restores settings, $RST=# offsets, $RST=* all"));
+        return Err(
+            Failure::refused(&"$RST=$ restores settings, $RST=# offsets, $RST=* all").numbered(Error::Statement)
+        );
     }
     if what != "#" {
         let fresh = if what == "*" {
@@ -284,19 +290,16 @@ fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) ->
 /// Steps and limits are as `config.ini` has them.
 fn restore_motion<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     machine.standstill()?;
-    let config = motion_config(machine.config).map_err(|_| Failure::refused("the geometry fits no machine"))?;
+    let config = motion_config(machine.config).map_err(|_| Failure::refused(&"the geometry fits no machine"))?;
     let configured = machine.ports.motion(|motion| motion.configure(config));
-    configured.map_err(|error| Failure::Refused(message(format_args!("{error}"))))
+    configured.map_err(|error| machine.texts.refused(format_args!("{error}")))
 }
 
 // --- the rest ---
 
 /// A refusal that the machine is not idle is the reason of.
 fn not_idle(failure: Failure) -> Failure {
-    match failure {
-        Failure::Refused(text) => Failure::Refused(text.numbered(Error::NotIdle)),
-        failure => failure,
-    }
+    if failure.is_refusal() { failure.numbered(Error::NotIdle) } else { failure }
 }
 
 /// `$H`, `$HX` and so on: ends an alarm, too.
@@ -304,11 +307,11 @@ fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Ou
     let mut named = AxisSet::NONE;
     for letter in axes.chars() {
         let axis = Axis::from_letter(letter.to_ascii_uppercase());
-        let unknown = || Failure::numbered(Error::Statement, "$H homes all axes, $HX, $HY and $HZ one");
+        let unknown = || Failure::refused(&"$H homes all axes, $HX, $HY and $HZ one").numbered(Error::Statement);
         named = named.with(axis.ok_or_else(unknown)?);
     }
     if machine.can_home.is_empty() {
-        return Err(Failure::numbered(Error::NotEnabled, "no endstop has a homing_direction: [endstops]"));
+        return Err(Failure::refused(&"no endstop has a homing_direction: [endstops]").numbered(Error::NotEnabled));
     }
     match machine.safety.state() {
         State::Idle | State::Suspended => {}
@@ -318,7 +321,7 @@ fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Ou
             machine.release();
             machine.wait_release();
         }
-        _ => return Err(Failure::numbered(Error::NotIdle, "homing begins from standstill")),
+        _ => return Err(Failure::refused(&"homing begins from standstill").numbered(Error::NotIdle)),
     }
     super::home::home(machine, named, to)
 }

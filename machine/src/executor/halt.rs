@@ -59,7 +59,7 @@ impl<P: Ports> Machine<'_, P> {
     pub(super) fn sleep(&mut self) -> Result<(), Failure> {
         let now = self.ports.now();
         if !self.safety.sleep(now) {
-            return Err(Failure::refused("the machine sleeps from standstill only: wait, or stop it"));
+            return Err(Failure::refused(&"the machine sleeps from standstill only: wait, or stop it"));
         }
         self.stop_everything();
         self.drop_job();

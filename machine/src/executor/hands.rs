@@ -15,7 +15,7 @@ use super::{Machine, probe_script};
 use crate::axes::Axes;
 use crate::bed::Bed;
 use crate::endstop_phase::EndstopPhases;
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 use crate::files::safe_file::Draft;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
@@ -46,6 +46,11 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// The machine as configured.
     pub const fn config(&self) -> &'c MachineConfig {
         self.machine.config
+    }
+
+    /// What failures say.
+    pub const fn texts(&self) -> &'c Texts {
+        self.machine.texts
     }
 
     /// What codes have changed of it.
@@ -99,7 +104,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// When it is not.
     pub fn motion_config(&mut self) -> Result<MotionConfig, Failure> {
         let config = self.motion(|motion| motion.config().copied());
-        config.ok_or_else(|| Failure::refused("motion is not configured"))
+        config.ok_or_else(|| Failure::refused(&"motion is not configured"))
     }
 
     /// Heat control.
@@ -219,7 +224,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// Waits for a length of time, whatever moves.
     ///
     /// # Errors
-    /// [`Failure::Halted`].
+    /// [`Failure::HALTED`].
     pub fn wait_for(&mut self, time: Micros) -> Result<(), Failure> {
         self.machine.wait_for(time)
     }
@@ -227,7 +232,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// Waits until everything queued has been executed.
     ///
     /// # Errors
-    /// [`Failure::Halted`].
+    /// [`Failure::HALTED`].
     pub fn standstill(&mut self) -> Result<(), Failure> {
         self.machine.standstill()
     }
@@ -240,7 +245,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// Waits while the operator holds the machine, or the door is open.
     ///
     /// # Errors
-    /// [`Failure::Halted`].
+    /// [`Failure::HALTED`].
     pub fn wait_while_held(&mut self) -> Result<(), Failure> {
         while matches!(self.state(), State::Hold | State::Door) {
             self.wait(Wake::Time).unless_halted()?;
@@ -316,7 +321,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// When it is not.
     pub fn set_position(&mut self, position: PerAxis<f64>) -> Result<(), Failure> {
         let set = self.motion(|motion| motion.set_position(position));
-        set.map_err(|refusal| Failure::Refused(message(format_args!("{refusal}"))))
+        set.map_err(|refusal| self.texts().refused(format_args!("{refusal}")))
     }
 
     /// Every motor gets its current.

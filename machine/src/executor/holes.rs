@@ -20,7 +20,7 @@ pub(super) fn retract_by_hand<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome
         return Ok(Answer::Ok);
     }
     machine.frames.drop_down_to(height);
-    Err(Failure::refused("scripts start each other without end"))
+    Err(Failure::refused(&"scripts start each other without end"))
 }
 
 /// He has: what follows are the program's next actions.
@@ -32,5 +32,5 @@ pub(super) fn take_up<P: Ports>(machine: &mut Machine<'_, P>, left: &LeftHole) -
     if machine.program.return_to(left) {
         return Ok(());
     }
-    Err(Failure::refused("other holes were drilled while this one waited (G88): nothing of it goes on"))
+    Err(Failure::refused(&"other holes were drilled while this one waited (G88): nothing of it goes on"))
 }

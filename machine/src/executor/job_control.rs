@@ -28,7 +28,9 @@ pub(super) fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
         }
         "clear" => machine.jobs.pauses.clear(),
         "list" => {}
-        _ => return Err(parse_pause("").err().unwrap_or(Failure::Halted)),
+        _ => {
+            return Err(parse_pause("").err().unwrap_or(Failure::HALTED));
+        }
     }
     let Machine { jobs, sessions, .. } = machine;
     let mut reply = Reply::new(sessions, to);
@@ -70,7 +72,7 @@ pub(super) fn due_before<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) ->
 
 /// `TUNING_TOWER`, for the job that is played or comes next.
 pub(super) fn tower<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>) -> Outcome {
-    machine.jobs.tower = Some(Tower::new(command)?);
+    machine.jobs.tower = Some(Tower::new(machine.texts, command)?);
     Ok(Answer::Ok)
 }
 
@@ -81,17 +83,17 @@ pub(super) fn queue<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
     }
     let Machine { jobs, files, ports, sessions, .. } = machine;
     let absolute = |name: &str| files.absolute(name);
-    jobs.queue.command(arguments, absolute, ports, &mut Reply::new(sessions, to))?;
+    jobs.queue.command(machine.texts, arguments, absolute, ports, &mut Reply::new(sessions, to))?;
     Ok(Answer::Ok)
 }
 
 fn play_next<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    needs(machine.config, Part::Player, machine.jobs.is_playing())?;
+    needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
     let next = machine.jobs.queue.next().cloned();
-    let path = next.ok_or_else(|| Failure::refused("no file waits: queue add file"))?;
+    let path = next.ok_or_else(|| Failure::refused(&"no file waits: queue add file"))?;
     let now = machine.ports.now();
     let listeners = Listeners { tells_end: to, ..Listeners::default() };
-    let size = machine.jobs.open(&path, listeners, &mut machine.ports, now)?;
+    let size = machine.jobs.open(machine.texts, &path, listeners, &mut machine.ports, now)?;
     machine.jobs.queue.take();
     machine.say(to, format_args!("Playing {path}\n  File size {size}\n"));
     Ok(Answer::Ok)
@@ -103,7 +105,9 @@ pub(super) fn after_job<P: Ports>(machine: &mut Machine<'_, P>) {
     if !machine.config.player.queue_auto {
         return machine.announce(format_args!("// NOTE {next} is next: clear the bed, then queue next\n"));
     }
-    if let Err(Failure::Refused(why)) = play_next(machine, Recipient::All) {
-        machine.announce(format_args!("// WARNING {next} was not begun: {why}\n"));
+    if let Err(why) = play_next(machine, Recipient::All)
+        && why.is_refusal()
+    {
+        machine.announce(format_args!("// WARNING {next} was not begun: {}\n", machine.texts.of(why)));
     }
 }

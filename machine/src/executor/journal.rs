@@ -68,9 +68,9 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
         ));
     };
     match make(machine) {
-        Err(Failure::Halted) => return,
-        Err(Failure::Refused(why)) => {
-            return machine.announce(format_args!("// WARNING no journal of this job: {why}\n"));
+        Err(Failure::HALTED) => return,
+        Err(why) if why.is_refusal() => {
+            return machine.announce(format_args!("// WARNING no journal of this job: {}\n", machine.texts.of(why)));
         }
         _ => {}
     }
@@ -101,7 +101,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
 /// Makes the journal's file, where there is none: M413 may have switched it on, or the card is another one.
 /// Everybody is served between its blocks.
 fn make<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-    let failed = |error: StorageError| Failure::refused(error.text());
+    let failed = |error: StorageError| machine.texts.because(error.text());
     card::at_rest(machine);
     let Some(mut blank) = Blank::begin(&mut machine.ports).map_err(failed)? else { return Ok(()) };
     machine.announce(format_args!("// NOTE the journal is made on the card, before the job begins\n"));

@@ -2,7 +2,7 @@
 //! [`crate::files::kept`].
 
 use super::{Machine, card};
-use crate::failure::{Answer, Failure, Outcome, about_file};
+use crate::failure::{Answer, Outcome};
 use crate::files::kept::{PARAMETERS, Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools};
 use crate::ports::{Ports, StorageError, Wake};
 
@@ -28,7 +28,7 @@ pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
 pub(super) fn reload_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     match read_tools(machine) {
         Ok(()) => Ok(Answer::Ok),
-        Err(error) => Err(Failure::Refused(about_file(TOOLS, error.text()))),
+        Err(error) => Err(machine.texts.about_file(TOOLS, error.text())),
     }
 }
 

@@ -7,7 +7,7 @@ use units::{Micros, SwitchId};
 
 use super::Machine;
 use super::program_io::apply;
-use crate::failure::{Failure, message};
+use crate::failure::Failure;
 use crate::heat::{HeatControl, OFF_BELOW};
 use crate::lights::Condition;
 use crate::ports::{Ports, Wake};
@@ -39,7 +39,7 @@ pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, change: LightChange
         match machine.ports.motion(motion::Motion::mark) {
             Ok(mark) if machine.riding_lights.wait(mark, change).is_ok() => return Ok(()),
             Ok(_) | Err(Refusal::Full | Refusal::Stopping) => machine.wait(Wake::Any).unless_halted()?,
-            Err(refusal) => return Err(Failure::Refused(message(format_args!("{refusal}")))),
+            Err(refusal) => return Err(machine.texts.refused(format_args!("{refusal}"))),
         }
     }
 }

@@ -3,7 +3,7 @@
 use gcode::Decoder;
 use motion::Tag;
 
-use crate::failure::message;
+use crate::failure::short;
 use crate::jobs::of_number;
 
 /// What the moves of a line with a number are made for.
@@ -36,9 +36,9 @@ pub(crate) fn decoder_expecting(line: &[u8]) -> Decoder {
 #[cold]
 fn decoder_before(number: i64) -> Decoder {
     let mut decoder = Decoder::new();
-    let setting = message(format_args!("N{} M110", number - 1));
+    let setting = short(format_args!("N{} M110", number - 1));
     // A number too large for the decoder is refused by it, with the line itself.
-    let _ = decoder.decode(setting.as_bytes());
+    let _ = decoder.decode(setting.as_str().as_bytes());
     decoder
 }
 

@@ -16,7 +16,7 @@ use super::{
     Machine, actions, blocks, card, commands, editing, fast_forward, filament, flow, foresee, grbl, job_control,
     journal, kept, log, named, objects, passed_over, stack, stall_recovery, statistics, suspend,
 };
-use crate::failure::{Answer, message};
+use crate::failure::Answer;
 use crate::files::NotSaved;
 use crate::grbl::numbers::Error;
 use crate::jobs::{Next, Scripts};
@@ -139,7 +139,7 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
 
 /// The next line of the file being played. False when there is none.
 fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    machine.jobs.open_boot_file(machine.config, &mut machine.ports);
+    machine.jobs.open_boot_file(machine.texts, machine.config, &mut machine.ports);
     if !machine.jobs.is_playing() || !matches!(machine.safety.state(), State::Idle | State::Run | State::Check) {
         return false;
     }
@@ -350,8 +350,8 @@ fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], source: Sou
         Err(Refusal::Resend { .. }) => {
             // Its checksum is wrong: the file is damaged.
             let text = core::str::from_utf8(line).unwrap_or("(not text)");
-            let text = message(format_args!("checksum does not match: {text}"));
-            alarm(machine, &text, source.to);
+            let why = machine.texts.alarm(format_args!("checksum does not match: {text}"));
+            alarm(machine, why, source.to);
         }
         Err(refusal) => say_refusal(machine, refusal, line, source.to),
     }

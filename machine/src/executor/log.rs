@@ -6,7 +6,7 @@ use gcode::{Parameter, Parameters as _};
 use program::Remark;
 
 use super::Machine;
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 use crate::files::logs::LogFlaw;
 use crate::ports::Ports;
 
@@ -21,25 +21,27 @@ pub(super) fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, remark: &Remark<
     let Machine { logs, files, ports, program, .. } = machine;
     match *remark {
         Remark::OpenLog { name, appends } => {
-            logs.text.open(&files.absolute(name), appends, ports).map_err(|flaw| named(name, flaw))
+            logs.text.open(&files.absolute(name), appends, ports).map_err(|flaw| named(machine.texts, name, flaw))
         }
         Remark::OpenProbe(name) => {
-            logs.contacts.open(&files.absolute(name), false, ports).map_err(|flaw| named(name, flaw))
+            logs.contacts.open(&files.absolute(name), false, ports).map_err(|flaw| named(machine.texts, name, flaw))
         }
         Remark::Log(text) if logs.text.is_open() => {
             let mut line = heapless::String::<LINE>::new();
             // What does not fit is cut.
             let _ = program::write_values(program, text, &mut line);
-            logs.text.write_line(&line, ports).map_err(|flaw| named("the log file", flaw))
+            logs.text.write_line(&line, ports).map_err(|flaw| named(machine.texts, "the log file", flaw))
         }
-        Remark::CloseLog => logs.text.close(ports).map_err(|flaw| named("the log file", flaw)),
-        Remark::CloseProbe => logs.contacts.close(ports).map_err(|flaw| named("the file of contacts", flaw)),
+        Remark::CloseLog => logs.text.close(ports).map_err(|flaw| named(machine.texts, "the log file", flaw)),
+        Remark::CloseProbe => {
+            logs.contacts.close(ports).map_err(|flaw| named(machine.texts, "the file of contacts", flaw))
+        }
         _ => Ok(()),
     }
 }
 
-fn named(name: &str, flaw: LogFlaw) -> Failure {
-    Failure::Refused(message(format_args!("{name}: {}", flaw.text())))
+fn named(texts: &Texts, name: &str, flaw: LogFlaw) -> Failure {
+    texts.refused(format_args!("{name}: {}", flaw.text()))
 }
 
 /// G38 has found a contact: X Y Z A B C U V W of it, as the program reads them.

@@ -27,7 +27,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, listing: Listing, to
 
 /// M911: drivers one after the other.
 pub(super) fn describe_drivers<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
-    let motors = motors::named_drivers(words, machine.config)?;
+    let motors = motors::named_drivers(machine.texts, words, machine.config)?;
     if !machine.ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
         machine.say(to, format_args!("VMOT is off\n"));
     }
@@ -70,8 +70,8 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
         }
         Err(failure) => {
             listings::close(&listing, &mut machine.ports);
-            if let Failure::Refused(text) | Failure::Alarm(text) = failure {
-                machine.sessions.refuse(to, text.error, format_args!("{text}"));
+            if failure.has_text() {
+                machine.refuse(to, failure);
             }
         }
     }
@@ -88,7 +88,7 @@ pub(super) fn sender_is_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipi
         session.forget_visit(ports.inbox(id));
         session.broke_off_file = true;
     }
-    Err(Failure::refused("whoever was to send the file has gone"))
+    Err(Failure::refused(&"whoever was to send the file has gone"))
 }
 
 /// A console takes what it sends for a file from now on.
@@ -140,7 +140,7 @@ fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Reci
     match listing {
         Listing::Settings { part } => {
             let text = saved_settings::part(*part, ports, program, config, (tuning, thermal), bed);
-            let text = text.map_err(|_| Failure::refused("the settings are too many to show"))?;
+            let text = text.map_err(|_| Failure::refused(&"the settings are too many to show"))?;
             reply.say(format_args!("{text}"));
             if *part == 1 {
                 arms::say_line_cutting(tuning, reply);
@@ -174,6 +174,6 @@ fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Reci
             motors::describe_driver(ports, motor, *all, reply);
             Ok(*motors != 0)
         }
-        listing => listings::piece(listing, now, ports, reply),
+        listing => listings::piece(machine.texts, listing, now, ports, reply),
     }
 }

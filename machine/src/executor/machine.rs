@@ -21,7 +21,7 @@ use crate::bed::Bed;
 use crate::brown_out::BrownOut;
 use crate::buttons::Buttons;
 use crate::endstop_phase::EndstopPhases;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::fans::Fans;
 use crate::filament::{self, Filament};
 use crate::files::Files;
@@ -57,6 +57,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) config_took: Micros,
     /// What the lines mean.
     pub(super) program: Interpreter,
+    /// What failures say.
+    pub(super) texts: &'c Texts,
     /// Who talks to it.
     pub(super) sessions: &'c mut Sessions,
     /// Whether it may move.
@@ -147,6 +149,7 @@ impl<'c, P: Ports> Machine<'c, P> {
     pub(super) fn new(
         ports: P,
         config: &'c MachineConfig,
+        texts: &'c Texts,
         sessions: &'c mut Sessions,
         config_took: Micros,
         foresight: &'c Foresight,
@@ -158,6 +161,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             config,
             config_took,
             program: Interpreter::new(crate::program_setup::setup(config)),
+            texts,
             sessions,
             safety: Safety::default(),
             axes: Axes::new(config),
@@ -219,6 +223,11 @@ impl<'c, P: Ports> Machine<'c, P> {
         self.sessions.say(Recipient::All, text);
     }
 
+    /// Refuses whoever is meant, with what a failure says.
+    pub(super) fn refuse(&mut self, to: Recipient, why: Failure) {
+        self.sessions.refuse(to, why.error, format_args!("{}", self.texts.of(why)));
+    }
+
     /// Keeps an event, in the ring that survives a reset.
     pub(super) fn record(&self, event: &Happened) {
         self.ports.events().record(self.ports.now(), event);
@@ -272,7 +281,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             self.wait(Wake::Time).unless_halted()?;
         }
         self.drained();
-        if self.safety.is_halted() { Err(Failure::Halted) } else { Ok(()) }
+        if self.safety.is_halted() { Err(Failure::HALTED) } else { Ok(()) }
     }
 
     /// Waits for a length of time, whatever moves.
@@ -300,7 +309,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         } else if self.safety.apply(Event::CheckBegins) {
             self.say(to, format_args!("[MSG:Enabled]\n"));
         } else {
-            return Err(Failure::refused("check mode begins from standstill, without a suspended job"));
+            return Err(Failure::refused(&"check mode begins from standstill, without a suspended job"));
         }
         Ok(Answer::Ok)
     }
@@ -309,13 +318,13 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     pub(super) fn enable_motors(&mut self) -> Result<(), Failure> {
         let now = self.ports.now();
-        self.axes.enable(&mut self.ports, self.config, &self.tuning, now)
+        self.axes.enable(self.texts, &mut self.ports, self.config, &self.tuning, now)
     }
 
     /// Whether moves are taken: where the configuration asks for it, only once the machine is homed.
     pub(super) fn may_move(&self) -> Result<(), Failure> {
         if self.config.motion.must_be_homed && !self.facts().all_homed() {
-            return Err(Failure::alarm("Must be homed before moving"));
+            return Err(Failure::alarm(&"Must be homed before moving"));
         }
         Ok(())
     }
@@ -334,13 +343,13 @@ impl<'c, P: Ports> Machine<'c, P> {
     /// Whether a straight move stays within the travel.
     pub(super) fn stays_within(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Failure> {
         let homed = self.axes.homed();
-        self.travel().check(from, to, homed).map_err(|out| out.failure(self.config))
+        self.travel().check(from, to, homed).map_err(|out| out.failure(self.texts, self.config))
     }
 
     /// The same for a curve that goes this far along the axes.
     pub(super) fn curve_stays_within(&mut self, from: &PerAxis<f64>, bounds: &Bounds) -> Result<(), Failure> {
         let homed = self.axes.homed();
-        self.travel().check_bounds(from, bounds, homed).map_err(|out| out.failure(self.config))
+        self.travel().check_bounds(from, bounds, homed).map_err(|out| out.failure(self.texts, self.config))
     }
 
     /// The same for the moves that a block makes from here on, behind its first: it is carried out whole, or
@@ -348,7 +357,7 @@ impl<'c, P: Ports> Machine<'c, P> {
     pub(super) fn rest_stays_within(&mut self, first: &PerAxis<f64>) -> Result<(), Failure> {
         let (travel, mut from) = (self.safety.travel.up_to_date(self.config, &self.tuning), *first);
         for to in &self.program.moves_to_come() {
-            travel.check(&from, to, self.axes.homed()).map_err(|out| out.failure(self.config))?;
+            travel.check(&from, to, self.axes.homed()).map_err(|out| out.failure(self.texts, self.config))?;
             from = *to;
         }
         Ok(())
@@ -369,13 +378,13 @@ impl<'c, P: Ports> Machine<'c, P> {
                     waited.unless_halted()?;
                 }
                 Err(Refusal::NoFeedRate) => {
-                    return Err(Failure::Alarm(message(format_args!("Undefined feed rate")).numbered(Error::FeedRate)));
+                    return Err(self.texts.alarm(format_args!("Undefined feed rate")).numbered(Error::FeedRate));
                 }
                 Err(refusal @ Refusal::Unreachable) if !halts_out_of_reach(self.config) => {
-                    return Err(Failure::Refused(message(format_args!("{refusal}")).numbered(Error::Target)));
+                    return Err(self.texts.refused(format_args!("{refusal}")).numbered(Error::Target));
                 }
                 Err(refusal) => {
-                    return Err(Failure::Alarm(message(format_args!("{refusal}")).numbered(Error::Target)));
+                    return Err(self.texts.alarm(format_args!("{refusal}")).numbered(Error::Target));
                 }
             }
         }

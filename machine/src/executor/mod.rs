@@ -74,6 +74,7 @@ pub use hands::Hands;
 pub(crate) use line_numbers::decoder_expecting;
 use machine::{Beside, Machine};
 
+use crate::failure::Texts;
 use crate::forecast::{Desk, Foresight, Work, read_file};
 use crate::ports::{Ports, Wake};
 use crate::sessions::Sessions;
@@ -84,15 +85,16 @@ const LINES_IN_A_ROW: u8 = 4;
 /// Boots and serves, for ever. It rests whenever it has nothing to do ([`crate::ports::Rest`]).
 pub fn run<P: Ports>(mut ports: P) -> Infallible {
     let mut config = boot::unread();
+    let texts = Texts::new();
     let mut sessions = Sessions::new();
     let read = boot::read_config(&mut ports, &mut sessions, &mut config);
     let mut workspace = ports.workspace();
-    let desk = RefCell::new(workspace.as_deref_mut().map(|workspace| Desk::new(&config, workspace)));
+    let desk = RefCell::new(workspace.as_deref_mut().map(|workspace| Desk::new(&config, &texts, workspace)));
     let foresight = Foresight::new();
     let place = pin!(None);
     let mut look_ahead = Work::new(&foresight, &desk, || read_file(&foresight, &desk), place);
     let beside = Beside { serve: serve::serve, look_ahead: &mut look_ahead };
-    let mut machine = Machine::new(ports, &config, &mut sessions, read.took, &foresight, beside);
+    let mut machine = Machine::new(ports, &config, &texts, &mut sessions, read.took, &foresight, beside);
     boot::start(&mut machine, read);
     loop {
         machine.serve();

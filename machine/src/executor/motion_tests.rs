@@ -186,9 +186,9 @@ impl Figure {
 /// # Errors
 /// What is not understood, leaves the travel or is refused as the codes are; while a file is played.
 pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let test = parse(arguments).map_err(Failure::refused)?;
+    let test = parse(arguments).map_err(|error| machine.texts.refused(format_args!("{error}")))?;
     if machine.jobs.is_playing() {
-        return Err(Failure::refused("a file is being played: abort it first"));
+        return Err(Failure::refused(&"a file is being played: abort it first"));
     }
     machine.standstill()?;
     match test {
@@ -248,11 +248,11 @@ fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recipient) 
 /// One motor's steps, as a move of its axis.
 fn step<P: Ports>(machine: &mut Machine<'_, P>, steps: &Steps, to: Recipient) -> Result<(), Failure> {
     let config = machine.ports.motion(|motion| motion.config().copied());
-    let config = config.ok_or_else(|| Failure::refused("motion is not configured"))?;
+    let config = config.ok_or_else(|| Failure::refused(&"motion is not configured"))?;
     let motor = Actuator::from_index(steps.axis as usize).and_then(|motor| config.actuators[motor]);
-    let per_mm = motor.ok_or_else(|| Failure::refused("axis is out of range"))?.steps_per_mm;
+    let per_mm = motor.ok_or_else(|| Failure::refused(&"axis is out of range"))?.steps_per_mm;
     if config.kinematics != Kinematics::Cartesian && steps.axis as usize <= Axis::Z as usize {
-        return Err(Failure::refused("test raw: on this machine no motor moves one axis alone"));
+        return Err(Failure::refused(&"test raw: on this machine no motor moves one axis alone"));
     }
     let (count, rate) = match steps.are_mm {
         true => (steps.count * per_mm, steps.rate * per_mm),

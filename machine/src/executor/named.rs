@@ -6,7 +6,7 @@ use program::extended::{self, Asked, CodeLine};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::{Origin, Source};
 use super::{Machine, job_control};
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::jobs::Name;
 use crate::ports::Ports;
 use crate::program_setup::PartNames;
@@ -44,7 +44,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>, source:
             if machine.frames.push(Frame::Rest(rest)) {
                 return Named::Codes;
             }
-            Named::Ended(Err(Failure::refused("scripts start each other without end")))
+            Named::Ended(Err(Failure::refused(&"scripts start each other without end")))
         }
         Ok(Asked::Console(asked)) => Named::Console(asked),
         Ok(Asked::Tower) => Named::Ended(job_control::tower(machine, command)),
@@ -54,7 +54,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>, source:
             }
             Named::Ended(Ok(Answer::PassedOver))
         }
-        Err(fault) => Named::Ended(Err(Failure::Refused(message(format_args!("{} {fault}", command.name()))))),
+        Err(fault) => Named::Ended(Err(machine.texts.refused(format_args!("{} {fault}", command.name())))),
     }
 }
 

@@ -7,7 +7,7 @@ use units::Axis;
 
 use super::source::{Origin, Source};
 use super::{Machine, actions, journal, leave_out};
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::jobs::By;
 use crate::ports::Ports;
 use crate::sessions::{Recipient, Reply};
@@ -35,7 +35,7 @@ pub(super) fn label<P: Ports>(machine: &mut Machine<'_, P>, text: &str, to: Reci
     if by != By::File {
         journal::objects_change(machine);
     }
-    labelled.map(|()| Answer::Ok).map_err(Failure::refused)
+    labelled.map(|()| Answer::Ok).map_err(|error| machine.texts.refused(format_args!("{error}")))
 }
 
 /// The print has ended: the program is where the machine is.
@@ -63,7 +63,7 @@ pub(super) fn is_left_out<P: Ports>(machine: &mut Machine<'_, P>, request: &Move
         machine.standstill()?;
         leave_out::filament_counts_anew(machine);
         let set = machine.ports.motion(|motion| motion.set_position(back.place));
-        set.map_err(|refusal| Failure::Alarm(message(format_args!("{refusal}"))))?;
+        set.map_err(|refusal| machine.texts.alarm(format_args!("{refusal}")))?;
     }
     Ok(false)
 }

@@ -4,7 +4,7 @@ use program::{Pause, Remark, State};
 
 use super::frames::Frame;
 use super::{Machine, log};
-use crate::failure::{Answer, Failure, Message, Outcome};
+use crate::failure::{Answer, Failure, Outcome, ShortText};
 use crate::ports::{Ports, Wake};
 use crate::safety::Event;
 
@@ -18,7 +18,7 @@ pub(super) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> 
         return Ok(());
     }
     let values = |machine: &Machine<'_, P>, said: &str| {
-        let mut text = Message::new();
+        let mut text = ShortText::NONE;
         // What does not fit is cut.
         let _ = program::write_values(&machine.program, said, &mut text);
         text
@@ -57,7 +57,7 @@ pub(super) fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Argu
     if machine.jobs.is_playing() {
         machine.announce(format_args!("// {what}: ~ or M24 goes on, abort ends the job\n"));
         if !machine.frames.push(Frame::Operator) {
-            return Err(Failure::refused("scripts start each other without end"));
+            return Err(Failure::refused(&"scripts start each other without end"));
         }
         machine.jobs.wait_for_operator();
         return Ok(Answer::Ok);
@@ -65,10 +65,10 @@ pub(super) fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Argu
     machine.announce(format_args!("// {what}: ~ goes on\n"));
     // Held as by `!`, so that everybody sees why nothing moves, and `~` goes on.
     if !machine.safety.apply(Event::Started) || !machine.safety.apply(Event::Hold) {
-        return Err(Failure::Halted);
+        return Err(Failure::HALTED);
     }
     while matches!(machine.safety.state(), State::Hold | State::Door) {
         machine.wait(Wake::Any).whatever_happens();
     }
-    if machine.safety.is_halted() { Err(Failure::Halted) } else { Ok(Answer::Ok) }
+    if machine.safety.is_halted() { Err(Failure::HALTED) } else { Ok(Answer::Ok) }
 }

@@ -16,7 +16,7 @@ use crate::sessions::Recipient;
 pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, dialect: Dialect) -> Outcome {
     let Some(code) = block.code else { return Ok(Answer::Unknown) };
     let row = machine.program.row(block, dialect);
-    if let Some(failure) = makes_another_part(row, block) {
+    if let Some(failure) = makes_another_part(machine.texts, row, block) {
         return Err(failure);
     }
     if let Some(noted) = machine.jobs.noted() {

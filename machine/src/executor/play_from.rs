@@ -33,7 +33,7 @@ pub(super) fn split(arguments: &str) -> Result<(&str, Option<Until>), Failure> {
         (Some("line"), Some(line), None) => Ok((before, Some(Until::Line(line)))),
         (Some("layer"), Some(layer), None) => Ok((before, Some(Until::Layer(layer)))),
         (Some("byte"), Some(offset), None) => Ok((before, Some(Until::Offset(offset)))),
-        _ => Err(Failure::refused(USAGE)),
+        _ => Err(Failure::refused(&USAGE)),
     }
 }
 
@@ -52,13 +52,13 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Re
 
 fn start<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) -> Outcome {
     if !machine.facts().all_homed() {
-        return Err(Failure::refused("home first: a job that begins in the middle goes straight to its place"));
+        return Err(Failure::refused(&"home first: a job that begins in the middle goes straight to its place"));
     }
     fast_forward::keep(machine);
     // It would move from where the job is to go on.
     machine.jobs.scripts().map(Scripts::take_before);
     if !machine.frames.push(Frame::Then(Then::PlayFrom(to))) {
-        return Err(Failure::refused("scripts start each other without end"));
+        return Err(Failure::refused(&"scripts start each other without end"));
     }
     if let Err(failure) = fast_forward::begin(machine, until) {
         machine.frames.drop_top();
@@ -82,7 +82,7 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Re
     }
     let mut has_heated = false;
     let done = go_there(machine, to, &mut has_heated);
-    if matches!(done, Err(Failure::Refused(_))) {
+    if done.is_err_and(|failure| failure.is_refusal()) {
         machine.jobs.close(&mut machine.ports);
         fast_forward::put_back(machine);
         if has_heated {
@@ -95,9 +95,9 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Re
 
 fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_heated: &mut bool) -> Result<(), Failure> {
     let passed = fast_forward::take(machine).filter(|passed| passed.has_arrived);
-    let passed = passed.ok_or_else(|| Failure::refused("the file ends before this place, or marks no layers"))?;
+    let passed = passed.ok_or_else(|| Failure::refused(&"the file ends before this place, or marks no layers"))?;
     if passed.has_asked {
-        return Err(Failure::refused("the file probes or reads inputs before: what follows depends on what it finds"));
+        return Err(Failure::refused(&"the file probes or reads inputs before: what follows depends on what it finds"));
     }
     let (kept, place, line) = (machine.program.keep(), *machine.program.position(), machine.jobs.line() + 1);
     // Where the tool stands, in the file's count of filament.

@@ -2,7 +2,7 @@
 
 use units::Micros;
 
-use crate::failure::Message;
+use crate::failure::ShortText;
 use crate::melt::Flow;
 use crate::slow_turning::SlowTurning;
 use crate::stall_watch::StallWatch;
@@ -21,5 +21,5 @@ pub(super) struct Polls {
     /// A sequence makes drivers say stall.
     pub ignores_stalls: bool,
     /// What was wrong with the line of saved settings that just ended.
-    pub settings_problem: Option<Message>,
+    pub settings_problem: Option<ShortText>,
 }

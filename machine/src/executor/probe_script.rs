@@ -10,7 +10,7 @@ use gcode::{Block, Blocks};
 use program::{Action, Dialect, Effect, Meaning};
 
 use super::{Machine, shapes};
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 use crate::needs::failure_of;
 use crate::outputs::Outputs;
 use crate::ports::Ports;
@@ -26,7 +26,7 @@ pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &st
         done = lines(machine, key, script);
     }
     let stands = match done {
-        Err(Failure::Halted) => Ok(()),
+        Err(Failure::HALTED) => Ok(()),
         _ => machine.standstill(),
     };
     machine.program.come_back_to(kept);
@@ -34,16 +34,16 @@ pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &st
     done.and(stands)
 }
 
-fn refused(key: &str, block: &Block<'_>, why: Arguments<'_>) -> Failure {
+fn refused(texts: &Texts, key: &str, block: &Block<'_>, why: Arguments<'_>) -> Failure {
     match block.code {
-        Some(code) => Failure::Refused(message(format_args!("[zprobe] {key}: {code} {why}"))),
-        None => Failure::Refused(message(format_args!("[zprobe] {key}: {why}"))),
+        Some(code) => texts.refused(format_args!("[zprobe] {key}: {code} {why}")),
+        None => texts.refused(format_args!("[zprobe] {key}: {why}")),
     }
 }
 
 fn lines<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {
     for block in Blocks::new(script.as_bytes()) {
-        let block = block.map_err(|error| Failure::Refused(message(format_args!("[zprobe] {key}: {error}"))))?;
+        let block = block.map_err(|error| machine.texts.refused(format_args!("[zprobe] {key}: {error}")))?;
         run_block(machine, key, &block)?;
     }
     Ok(())
@@ -51,17 +51,17 @@ fn lines<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Res
 
 fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_>) -> Result<(), Failure> {
     let Some(row) = machine.program.row(block, Dialect::Smoothie) else {
-        return Err(refused(key, block, format_args!("is not known here")));
+        return Err(refused(machine.texts, key, block, format_args!("is not known here")));
     };
     let (facts, is_playing) = (machine.facts(), machine.jobs.is_playing());
     let meaning = machine.program.run(block, row, facts, Dialect::Smoothie);
-    let meaning = meaning.map_err(|fault| failure_of(machine.config, &fault, is_playing))?;
+    let meaning = meaning.map_err(|fault| failure_of(machine.texts, machine.config, &fault, is_playing))?;
     while let Some(effect) = machine.program.next_effect() {
         switch(machine, key, block, effect)?;
     }
     let mut next = match meaning {
         Meaning::Nothing | Meaning::PassedOver => None,
-        Meaning::Unknown => return Err(refused(key, block, format_args!("is not known here"))),
+        Meaning::Unknown => return Err(refused(machine.texts, key, block, format_args!("is not known here"))),
         Meaning::Action(action) => Some(action),
     };
     while let Some(action) = next {
@@ -82,7 +82,14 @@ fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_
                 machine.wait_for(time)?;
             }
             Action::Finish => machine.standstill()?,
-            _ => return Err(refused(key, block, format_args!("is none of moves, waits, modes and switches"))),
+            _ => {
+                return Err(refused(
+                    machine.texts,
+                    key,
+                    block,
+                    format_args!("is none of moves, waits, modes and switches"),
+                ));
+            }
         }
         next = machine.program.next_action();
     }
@@ -92,12 +99,12 @@ fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_
 /// Turns a switch, once what comes before has been made.
 fn switch<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_>, effect: Effect) -> Result<(), Failure> {
     let Effect::Switch { switch, on, value } = effect else {
-        return Err(refused(key, block, format_args!("heats: a probe's script does not")));
+        return Err(refused(machine.texts, key, block, format_args!("heats: a probe's script does not")));
     };
-    Outputs::check(machine.config, switch, on, value, machine.jobs.is_playing())?;
+    Outputs::check(machine.texts, machine.config, switch, on, value, machine.jobs.is_playing())?;
     machine.standstill()?;
     if let Some(output) = machine.outputs.turn(machine.config, switch, on, value) {
-        machine.ports.heat(|heat| heat.apply(output)).map_err(|_| Failure::Halted)?;
+        machine.ports.heat(|heat| heat.apply(output)).map_err(|_| Failure::HALTED)?;
     }
     Ok(())
 }

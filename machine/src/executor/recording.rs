@@ -74,7 +74,7 @@ pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: 
     let count = match arguments {
         "" => TOLD,
         "all" => u32::MAX,
-        count => count.parse().map_err(|_| Failure::refused("events takes a number, or all"))?,
+        count => count.parse().map_err(|_| Failure::refused(&"events takes a number, or all"))?,
     };
     follow(machine);
     let entries = machine.ports.events().last(count);
@@ -109,7 +109,7 @@ pub(super) fn tell_last<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -
 /// Without a debugger nothing would go on.
 pub(super) fn stop_for_debugger<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     if machine.safety.state() != State::Idle && !machine.safety.is_halted() {
-        return Err(Failure::refused("the machine moves: stop it first"));
+        return Err(Failure::refused(&"the machine moves: stop it first"));
     }
     if machine.ports.stop_for_debugger() {
         return Ok(Answer::Ok);

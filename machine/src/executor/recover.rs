@@ -16,7 +16,7 @@ use super::frames::{Frame, Then};
 use super::journal::Heights;
 use super::passed::{Passed, Until};
 use super::{Hands, Machine, fast_forward, foresee, journal, restore, stall_recovery, suspend};
-use crate::failure::{Answer, Failure, Outcome, about_file, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::homing;
 use crate::jobs::{Listeners, Scripts};
 use crate::journal::{Doing, Found, Offer, Recovery, Step, find, forget, machine_value};
@@ -81,13 +81,13 @@ fn say<P: Ports>(machine: &mut Machine<'_, P>, offer: &Offer, to: Recipient) {
 /// M1000 and M916. `S` says what there is, `C` forgets it, `Z`: where the tool stands.
 pub(super) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
     if machine.jobs.is_open() || machine.jobs.is_suspended() {
-        return Err(Failure::refused("a job is under way: abort ends it"));
+        return Err(Failure::refused(&"a job is under way: abort ends it"));
     }
-    let failed = |error: crate::ports::StorageError| Failure::Refused(about_file(crate::journal::PATH, error.text()));
+    let failed = |error: crate::ports::StorageError| machine.texts.about_file(crate::journal::PATH, error.text());
     let offer = match find(&mut machine.ports).map_err(failed)? {
         Found::Offer(offer) => offer,
-        Found::Broken => return Err(Failure::refused("the journal is damaged: the job cannot be gone on with")),
-        Found::Nothing => return Err(Failure::refused("no job was interrupted on this card")),
+        Found::Broken => return Err(Failure::refused(&"the journal is damaged: the job cannot be gone on with")),
+        Found::Nothing => return Err(Failure::refused(&"no job was interrupted on this card")),
     };
     if words.has('C') {
         forget(&offer, &mut machine.ports).map_err(failed)?;
@@ -106,21 +106,20 @@ pub(super) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>,
 fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, to: Recipient) -> Outcome {
     let now = machine.ports.now();
     let listeners = Listeners { tells_end: to, ..Listeners::default() };
-    machine.jobs.open(&offer.file.path, listeners, &mut machine.ports, now)?;
+    machine.jobs.open(machine.texts, &offer.file.path, listeners, &mut machine.ports, now)?;
     let Machine { jobs, ports, .. } = machine;
     let _begun_before = (jobs.take_new(), jobs.scripts().map(Scripts::take_before));
-    let failed = |error: crate::ports::StorageError| Failure::Refused(about_file(&offer.file.path, error.text()));
+    let failed = |error: crate::ports::StorageError| machine.texts.about_file(&offer.file.path, error.text());
     let file = machine_value(ports).and_then(|value| jobs.played_file(value, ports)).map_err(failed)?;
     let is_same = (file.size, file.written, file.check) == (offer.file.size, offer.file.written, offer.file.check);
     if !is_same {
-        return Err(Failure::Refused(message(format_args!(
-            "{} is not the file that was played: M1000 C forgets the job",
-            offer.file.path
-        ))));
+        return Err(machine
+            .texts
+            .refused(format_args!("{} is not the file that was played: M1000 C forgets the job", offer.file.path)));
     }
     if file.machine != offer.file.machine {
         return Err(Failure::refused(
-            "config.ini or the saved settings are not those the job was begun with: put them back, or M1000 C forgets the job",
+            &"config.ini or the saved settings are not those the job was begun with: put them back, or M1000 C forgets the job",
         ));
     }
     let bed = machine.ports.motion(|motion| motion.compensation().bed());
@@ -128,12 +127,12 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
     let has_mesh = offer.entry.has_mesh != 0;
     if has_mesh && bed == Bed::Flat {
         return Err(Failure::refused(
-            "the job was made with the bed's mesh: M375 loads it as M374 has saved it, then M1000",
+            &"the job was made with the bed's mesh: M375 loads it as M374 has saved it, then M1000",
         ));
     }
     let here = machine.ports.motion(|motion| motion.commanded_position());
     let before = program::beginning(&mut machine.program);
-    let before = before.ok_or_else(|| Failure::refused(OTHER_MODES))?;
+    let before = before.ok_or_else(|| Failure::refused(&OTHER_MODES))?;
     fast_forward::keep(machine);
     machine.recovery = Some(Recovery {
         z: z.unwrap_or(offer.entry.position[Axis::Z as usize]),
@@ -158,14 +157,14 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
 
 /// Reads the file from its beginning until so many lines have begun; then follows this step.
 fn read_up_to<P: Ports>(machine: &mut Machine<'_, P>, lines: u32, then: Step, to: Recipient) -> Outcome {
-    let Some(recovery) = &mut machine.recovery else { return Err(Failure::Halted) };
+    let Some(recovery) = &mut machine.recovery else { return Err(Failure::HALTED) };
     let dialect = usize::from(recovery.offer.file.dialect).checked_sub(1);
     if !program::begin_again(&mut machine.program, &mut recovery.offer.beginning) {
-        return Err(Failure::refused("the journal is damaged: the job cannot be gone on with"));
+        return Err(Failure::refused(&"the journal is damaged: the job cannot be gone on with"));
     }
     // As it was at the entry: what was made up for where the job began is another temperature's.
     machine.program.set_thermal_z(recovery.offer.entry.thermal_z);
-    machine.jobs.read_again(&mut machine.ports).map_err(|error| Failure::refused(error.text()))?;
+    machine.jobs.read_again(&mut machine.ports).map_err(|error| machine.texts.because(error.text()))?;
     if let Some(dialect) = dialect.and_then(|place| Dialect::ALL.get(place)) {
         machine.jobs.read_as(*dialect);
     }
@@ -174,7 +173,7 @@ fn read_up_to<P: Ports>(machine: &mut Machine<'_, P>, lines: u32, then: Step, to
 
 fn read_on<P: Ports>(machine: &mut Machine<'_, P>, until: Until, then: Step, to: Recipient) -> Outcome {
     if !machine.frames.push(Frame::Then(Then::Recover(then, to))) {
-        return Err(Failure::refused("scripts start each other without end"));
+        return Err(Failure::refused(&"scripts start each other without end"));
     }
     fast_forward::begin(machine, until)?;
     // It has begun once: its journal is not begun anew, and nothing refuses it.
@@ -213,7 +212,7 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: Step, to: Reci
         Step::Prepare => prepare(machine, to),
         Step::GoBack => go_back(machine, to),
     };
-    if matches!(done, Err(Failure::Refused(_))) {
+    if done.is_err_and(|failure| failure.is_refusal()) {
         give_up(machine);
     }
     done
@@ -222,16 +221,16 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: Step, to: Reci
 /// What was read over, when it came to its end.
 fn arrived<P: Ports>(machine: &mut Machine<'_, P>) -> Result<Passed, Failure> {
     let passed = fast_forward::take(machine).filter(|passed| passed.has_arrived);
-    let passed = passed.ok_or_else(|| Failure::refused("the file ends before the line that was made"))?;
+    let passed = passed.ok_or_else(|| Failure::refused(&"the file ends before the line that was made"))?;
     if passed.has_asked {
-        return Err(Failure::refused("the file probes or reads inputs: what follows depends on what it found then"));
+        return Err(Failure::refused(&"the file probes or reads inputs: what follows depends on what it found then"));
     }
     Ok(passed)
 }
 
 fn compare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     let passed = arrived(machine)?;
-    let Some(recovery) = &mut machine.recovery else { return Err(Failure::Halted) };
+    let Some(recovery) = &mut machine.recovery else { return Err(Failure::HALTED) };
     let (from, end, was) = (passed.line_began_at, *machine.program.position(), recovery.offer.entry.position);
     // An arc may go beyond its ends.
     let slack = SAME_PLACE + Axis::PRIMARY.into_iter().map(|axis| (end[axis] - from[axis]).abs()).sum::<f64>();
@@ -241,7 +240,7 @@ fn compare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     };
     let was_at_it = recovery.offer.entry.left_out == 0 && recovery.offer.entry.doing == Doing::Job;
     if was_at_it && !Axis::PRIMARY.into_iter().all(is_there) {
-        return Err(Failure::refused("the file does not lead to where the machine was: M1000 C forgets the job"));
+        return Err(Failure::refused(&"the file does not lead to where the machine was: M1000 C forgets the job"));
     }
     recovery.highest = passed.z[1].max(end[Axis::Z]);
     // The file is read twice: it has to lead to the same place.
@@ -253,18 +252,18 @@ fn compare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
 
 fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     // The file may end within that time.
-    let passed = fast_forward::take(machine).ok_or(Failure::Halted)?;
+    let passed = fast_forward::take(machine).ok_or(Failure::HALTED)?;
     let up = homes_upwards(machine);
-    let Some(recovery) = &mut machine.recovery else { return Err(Failure::Halted) };
+    let Some(recovery) = &mut machine.recovery else { return Err(Failure::HALTED) };
     let entry = &recovery.offer.entry;
     // What was moved since it was switched on is known.
     let is_lost = |axis: Axis| entry.strayed & 1 << axis as u8 != 0 && !machine.journal.strayed.has(axis);
     let known = machine.axes.homed().or(machine.can_home);
     if let Some(axis) = [Axis::X, Axis::Y].into_iter().find(|axis| is_lost(*axis) && !known.has(*axis)) {
-        return Err(Failure::Refused(message(format_args!(
+        return Err(machine.texts.refused(format_args!(
             "{} was moved after the job and has no switch: M1000 C forgets the job",
             axis.letter()
-        ))));
+        )));
     }
     let [mut least, mut most] = entry.z;
     if !entry.stands && !entry.doing.waits() {
@@ -272,17 +271,19 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     }
     let is_told = recovery.z_is_told || machine.axes.homed().has(Axis::Z);
     if is_lost(Axis::Z) && !is_told && !up {
-        return Err(Failure::refused("Z was moved after the job: measure it, then M1000 Z with where the tool stands"));
+        return Err(Failure::refused(
+            &"Z was moved after the job: measure it, then M1000 Z with where the tool stands",
+        ));
     }
     if entry.doing == Doing::WaitsAnywhere && !is_told && !up {
         return Err(Failure::refused(
-            "power_loss_gcode may have moved Z: measure it, then M1000 Z with where the tool stands",
+            &"power_loss_gcode may have moved Z: measure it, then M1000 Z with where the tool stands",
         ));
     }
     if most - least >= NEAR_Z && !is_told && !up {
-        return Err(Failure::Refused(message(format_args!(
+        return Err(machine.texts.refused(format_args!(
             "Z may be anywhere from {least:.2} to {most:.2}: measure it, then M1000 Z with where the tool stands"
-        ))));
+        )));
     }
     let is_anywhere = entry.doing == Doing::WaitsAnywhere || is_lost(Axis::Z) || most - least >= NEAR_Z;
     recovery.goes_up_blind = is_anywhere && !is_told;
@@ -304,16 +305,16 @@ fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     let passed = arrived(machine)?;
     let (kept, place) = (machine.program.keep(), *machine.program.position());
     let Machine { recovery, jobs, journal, ports, .. } = machine;
-    let Some(recovery) = recovery else { return Err(Failure::Halted) };
+    let Some(recovery) = recovery else { return Err(Failure::HALTED) };
     if Axis::PRIMARY.into_iter().any(|axis| (place[axis] - recovery.place[axis]).abs() > SAME_Z) {
         return Err(Failure::refused(
-            "the file leads to another place each time that it is read: M1000 C forgets the job",
+            &"the file leads to another place each time that it is read: M1000 C forgets the job",
         ));
     }
     (recovery.kept, recovery.place, recovery.switches) = (Some(kept), place, passed.switches);
     recovery.has_heated = true;
     jobs.objects.set_left_out(recovery.offer.entry.left_out);
-    journal.go_on(&recovery.offer, ports).map_err(|error| Failure::refused(error.text()))?;
+    journal.go_on(&recovery.offer, ports).map_err(|error| machine.texts.because(error.text()))?;
     let entry = recovery.offer.entry;
     restore::heat(machine, &entry.targets.map(|target| Celsius(target as f32)), to)?;
     lift(machine, &entry.position, to)?;
@@ -331,7 +332,7 @@ fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
 /// upwards.
 fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> Result<(), Failure> {
     let sag = machine.config.player.power_loss.sag;
-    let Some(recovery) = &machine.recovery else { return Err(Failure::Halted) };
+    let Some(recovery) = &machine.recovery else { return Err(Failure::HALTED) };
     let (z, z_is_told, is_blind, highest) = (recovery.z, recovery.z_is_told, recovery.goes_up_blind, recovery.highest);
     let mut here = machine.ports.motion(|motion| motion.commanded_position());
     let homed = machine.axes.homed();
@@ -398,7 +399,7 @@ fn above<P: Ports>(machine: &mut Machine<'_, P>, highest: f64) -> f64 {
 
 fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     machine.standstill()?;
-    let Some(recovery) = machine.recovery.clone() else { return Err(Failure::Halted) };
+    let Some(recovery) = machine.recovery.clone() else { return Err(Failure::HALTED) };
     let (entry, mut place) = (recovery.offer.entry, recovery.place);
     // The frame is not as warm as it was there.
     place[Axis::Z] += machine.thermal.offset() - entry.thermal_z;

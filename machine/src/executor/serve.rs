@@ -15,7 +15,7 @@ use super::{
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
-use crate::heat_codes::heat_fault_text;
+use crate::heat_codes::{HeatFaultText, TargetRefusal};
 use crate::ports::{Disk, InputLevels, Ports};
 use crate::safety::{Event, Hit};
 use crate::sessions::{Listing, Recipient, Rights, SessionId, Visitor};
@@ -349,10 +349,8 @@ impl<P: Ports> Machine<'_, P> {
 
     fn watch_heat(&mut self) {
         if let Some((heater, target, why)) = self.ports.heat(HeatControl::take_refusal) {
-            let failure = crate::heat_codes::target_refused(self.config, heater, target, why);
-            if let crate::failure::Failure::Refused(text) = failure {
-                self.announce(format_args!("error:{text}\n"));
-            }
+            let text = TargetRefusal { config: self.config, heater, target, why };
+            self.announce(format_args!("error:{text}\n"));
         }
         if let Some((sensor, words)) = self.ports.heat(HeatControl::take_chip_fault) {
             let name = self.config.temperatures.get(sensor.index()).map_or("", |controller| controller.name.as_str());
@@ -360,7 +358,7 @@ impl<P: Ports> Machine<'_, P> {
             self.record(&Happened::Warned(Text::new(format_args!("{name}: {words}"))));
         }
         let Some(fault) = self.ports.heat(HeatControl::take_fault) else { return };
-        let text = heat_fault_text(self.config, fault);
+        let text = HeatFaultText { config: self.config, fault };
         if self.safety.is_halted() {
             // The outputs are off already; that it goes on all the same a person must hear.
             self.record(&Happened::Warned(Text::new(format_args!("{text}"))));

@@ -1,5 +1,7 @@
 //! Moves of the program, submitted to motion as [`crate::drawing`] draws them.
 
+use core::fmt::Arguments;
+
 use config::MachineConfig;
 use motion::geometry::LineSettings;
 use motion::path::Bounds;
@@ -8,7 +10,8 @@ use units::PerAxis;
 
 use super::Machine;
 use crate::drawing::{self, Draws};
-use crate::failure::{Failure, Message};
+use crate::failure::Failure;
+use crate::grbl::numbers::Error;
 use crate::ports::Ports;
 use crate::safety::Event;
 
@@ -70,8 +73,8 @@ impl<P: Ports> Draws for Drawing<'_, '_, P> {
         self.0.ports.motion(|motion| motion.config().is_some_and(|config| !config.kinematics.is_linear()))
     }
 
-    fn wrong(&mut self, what: Message) -> Failure {
-        Failure::Alarm(what)
+    fn wrong(&mut self, what: Arguments<'_>) -> Failure {
+        self.0.texts.alarm(what).numbered(Error::Target)
     }
 
     fn line_may_be(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Failure> {

@@ -8,7 +8,7 @@ use super::frames::{Frame, Replay, Then};
 use super::source::{Origin, Source};
 use super::suspend::{self, start_script};
 use super::{Hands, Machine, actions, answers, blocks, holes, play_from, recover, stall_recovery, tool_change};
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, FailureKind, Outcome, short};
 use crate::ports::{Ports, StorageError};
 use crate::probing::{level_by_cartesian_grid, stow_after};
 use crate::sessions::{LineBytes, Recipient};
@@ -16,7 +16,7 @@ use crate::sessions::{LineBytes, Recipient};
 /// Does the next thing of what was started last.
 pub(super) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.safety.is_halted() {
-        return fail(machine, Failure::Halted);
+        return fail(machine, Failure::HALTED);
     }
     match machine.frames.top() {
         Some(Frame::Replay(_)) => replay_next(machine),
@@ -87,7 +87,7 @@ fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
             }
             outcome
         }
-        Err(error) => Err(Failure::Refused(message(format_args!("{text}: {error}")))),
+        Err(error) => Err(machine.texts.refused(format_args!("{text}: {error}"))),
     };
     if let Err(failure) = outcome {
         fail(machine, failure);
@@ -103,18 +103,19 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failu
             let leveled = level_by_cartesian_grid(hands, &plan);
             let leveled = stow_after(hands, leveled).map(|_| ());
             machine.resynchronise_if_still();
-            match leveled {
-                // What came before is undone by the second script, however leveling ended.
-                Ok(()) | Err(Failure::Refused(_)) => {
-                    let [_, after] = &machine.config.probe_gcode;
-                    start_script(machine, after, Then::Ended(leveled))?;
-                }
-                Err(failure) => return Err(failure),
+            if let Err(failure) = leveled
+                && !failure.is_refusal()
+            {
+                return Err(failure);
             }
+            // What came before is undone by the second script, however leveling ended.
+            let [_, after] = &machine.config.probe_gcode;
+            let ended = leveled.map_err(|failure| machine.texts.kept(failure));
+            start_script(machine, after, Then::Ended(ended))?;
         }
         Then::Ended(how) => {
             machine.standstill()?;
-            return how;
+            return how.map_err(|kept| machine.texts.taken_up(&kept));
         }
         Then::Suspended => {
             machine.standstill()?;
@@ -140,13 +141,13 @@ fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
                 return answers::finish(machine, Err(failure), rest.last, rest.source);
             }
             Frame::Replay(replay) => {
-                if let Failure::Alarm(text) = &failure {
-                    answers::alarm(machine, text, replay.asked);
+                if failure.is_alarm() {
+                    answers::alarm(machine, failure, replay.asked);
                 }
                 end_replay(machine, replay, Err("the machine is halted"));
             }
             // Where the machine is the job cannot be gone on with.
-            Frame::Then(Then::Recover(..)) if matches!(failure, Failure::Refused(_)) => recover::give_up(machine),
+            Frame::Then(Then::Recover(..)) if failure.is_refusal() => recover::give_up(machine),
             Frame::Script(..)
             | Frame::Then(_)
             | Frame::Startup(_)
@@ -157,10 +158,10 @@ fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
         }
     }
     // A script around a job: no line waits for its end.
-    match failure {
-        Failure::Refused(why) => machine.sessions.refuse(Recipient::All, why.error, format_args!("{why}")),
-        Failure::Alarm(why) => answers::alarm(machine, &why, Recipient::All),
-        Failure::Halted => {}
+    match failure.kind {
+        FailureKind::Refused => machine.refuse(Recipient::All, failure),
+        FailureKind::Alarm => answers::alarm(machine, failure, Recipient::All),
+        FailureKind::Halted => {}
     }
     if machine.jobs.begun() == 0 && machine.jobs.is_playing() {
         machine.jobs.set_paused(true);
@@ -241,8 +242,8 @@ fn replay_line<P: Ports>(machine: &mut Machine<'_, P>, line: &LineBytes) {
 /// A line of settings has ended. What cannot be done is said, and the rest goes on.
 pub(super) fn settings_line_ended<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome) {
     machine.polls.settings_problem = match outcome {
-        Ok(Answer::Unknown) => Some(message(format_args!("nobody knows the saved setting"))),
-        Err(Failure::Refused(why)) => Some(why),
+        Ok(Answer::Unknown) => Some(short(format_args!("nobody knows the saved setting"))),
+        Err(why) if why.is_refusal() => Some(machine.texts.copy_of(why)),
         Err(failure) => return fail(machine, failure),
         Ok(_) => None,
     };

@@ -6,6 +6,8 @@
 //! there, and the job is suspended. From there on it is `resume`, with homing before it: whether that begins
 //! by itself is all that `pause` and `recover` differ in.
 
+use core::fmt::Display;
+
 use config::{MachineConfig, OnStall};
 use motion::State as Motion;
 use program::{BEGINNING_BYTES, State};
@@ -14,7 +16,7 @@ use units::{Actuator, Axis, AxisSet, PerAxis};
 use super::frames::{Frame, StallStep, Then};
 use super::passed::{Passed, Until};
 use super::{Hands, Machine, fast_forward, journal, leave_out, suspend};
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, FailureKind, short};
 use crate::homing;
 use crate::jobs::{StalledJob, Suspended};
 use crate::ports::Ports;
@@ -133,7 +135,7 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: StallStep) -> 
     match looked {
         Ok(true) => get_over(machine, &stopped),
         Ok(false) => Ok(()),
-        Err(Failure::Refused(why)) => end_job(machine, &stopped, &why),
+        Err(why) if why.is_refusal() => end_job(machine, &stopped, machine.texts.of(why)),
         Err(failure) => Err(failure),
     }
 }
@@ -141,7 +143,7 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: StallStep) -> 
 /// Up from the part, and then the file is read up to where the job was. True: that is known already.
 fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<bool, Failure> {
     if !machine.jobs.is_open() {
-        return Err(Failure::Halted);
+        return Err(Failure::HALTED);
     }
     let [_, most] = machine.travel().ends();
     let top = stopped.at[Axis::Z] + machine.config.motors.stall.lift.0;
@@ -153,15 +155,15 @@ fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> R
         machine.safety.apply(crate::safety::Event::Suspend);
         return Ok(true);
     }
-    let made = stopped.made.ok_or_else(|| Failure::refused("what moved was none of its lines"))?;
+    let made = stopped.made.ok_or_else(|| Failure::refused(&"what moved was none of its lines"))?;
     let beginning = machine.stalls.beginning_of(machine.jobs.count());
-    let mut beginning = beginning.ok_or_else(|| Failure::refused(CHANGED))?;
+    let mut beginning = beginning.ok_or_else(|| Failure::refused(&CHANGED))?;
     if !program::begin_again(&mut machine.program, &mut beginning) {
-        return Err(Failure::refused(CHANGED));
+        return Err(Failure::refused(&CHANGED));
     }
-    machine.jobs.read_again(&mut machine.ports).map_err(|error| Failure::refused(error.text()))?;
+    machine.jobs.read_again(&mut machine.ports).map_err(|error| machine.texts.because(error.text()))?;
     if !machine.frames.push(Frame::Then(Then::Stalled(StallStep::Suspend))) {
-        return Err(Failure::refused("scripts start each other without end"));
+        return Err(Failure::refused(&"scripts start each other without end"));
     }
     machine.announce(format_args!("// the file is read up to line {}, where the job was\n", stopped.line));
     fast_forward::begin(machine, Until::Begun(made)).inspect_err(|_| machine.frames.drop_top())?;
@@ -183,9 +185,9 @@ fn rise<P: Ports>(machine: &mut Machine<'_, P>, top: f64) -> Result<(), Failure>
 /// The program stands where the job was: it is suspended there.
 fn found<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<(), Failure> {
     let passed = fast_forward::take(machine).filter(|passed| passed.has_arrived);
-    let passed = passed.ok_or_else(|| Failure::refused("the file ends before the line that was under way"))?;
+    let passed = passed.ok_or_else(|| Failure::refused(&"the file ends before the line that was under way"))?;
     if passed.has_asked {
-        return Err(Failure::refused("the file probes or reads inputs: what follows depends on what it found then"));
+        return Err(Failure::refused(&"the file probes or reads inputs: what follows depends on what it found then"));
     }
     machine.program.set_thermal_z(machine.thermal.offset());
     machine.jobs.objects.set_left_out(stopped.left_out);
@@ -233,8 +235,8 @@ fn get_over<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result
     let Some(count) = machine.stalls.take_recovery(now, settings) else {
         let (most, minutes) = (settings.most, settings.time.seconds() / 60.0);
         let why =
-            message(format_args!("{most} stalls within {minutes:.0} minutes are enough: something is in its way; "));
-        return pause(machine, stopped, &why);
+            short(format_args!("{most} stalls within {minutes:.0} minutes are enough: something is in its way; "));
+        return pause(machine, stopped, why.as_str());
     };
     let most = settings.most;
     machine.announce(format_args!("// it homes and goes on by itself, {count} of {most}\n"));
@@ -243,9 +245,10 @@ fn get_over<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result
         Err(failure) => Err(failure),
     };
     match returned {
-        Err(Failure::Refused(why) | Failure::Alarm(why)) => {
+        Err(why) if why.has_text() => {
             machine.stalls.rest();
-            pause(machine, stopped, &message(format_args!("{why}; ")))
+            let why = short(format_args!("{}; ", machine.texts.of(why)));
+            pause(machine, stopped, why.as_str())
         }
         returned => returned,
     }
@@ -260,10 +263,10 @@ pub(super) fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failu
     let homed = machine.axes.homed();
     let lost = lost.without(homed);
     if !homed.has(Axis::Z) {
-        return Err(Failure::refused("Z is not homed, and is not homed onto a part: home it where that is safe"));
+        return Err(Failure::refused(&"Z is not homed, and is not homed onto a part: home it where that is safe"));
     }
     if let Some(axis) = lost.without(machine.can_home).axes().next() {
-        return Err(Failure::Refused(message(format_args!("{} has nothing to home with: set it", axis.letter()))));
+        return Err(machine.texts.refused(format_args!("{} has nothing to home with: set it", axis.letter())));
     }
     machine.stalls.phase = Phase::Returns;
     rise(machine, above)?;
@@ -272,11 +275,13 @@ pub(super) fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failu
     }
     machine.announce(format_args!("// homing what has lost its place\n"));
     let found = homing::home(&mut Hands::new(machine, Recipient::All), lost);
-    if let Err(Failure::Alarm(why)) = found {
+    if let Err(why) = found
+        && why.is_alarm()
+    {
         // What has not stalled is where it was.
         machine.axes.mark_homed(homed);
         machine.stalls.rest();
-        return Err(Failure::Refused(why));
+        return Err(why.meaning(FailureKind::Refused));
     }
     found
 }
@@ -307,7 +312,7 @@ fn pause<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: &str) -
 }
 
 /// It cannot be gone on with: not even where it was is known.
-fn end_job<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: &str) -> Result<(), Failure> {
+fn end_job<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: impl Display) -> Result<(), Failure> {
     machine.stalls.rest();
     machine.passed = None;
     let line = stopped.line;

@@ -35,7 +35,7 @@ pub(super) fn suspend<P: Ports>(
         Some(words) => Some(filament::change(machine, words)?),
         None => None,
     };
-    needs(machine.config, Part::Player, machine.jobs.is_playing())?;
+    needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
     machine.announce(format_args!("// Suspending print, waiting for queue to empty...\n"));
     if !machine.jobs.set_paused(true) {
         machine.announce(format_args!("// action:pause\n"));
@@ -90,7 +90,7 @@ fn leave<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) 
     let left = filament::leave(machine, change);
     machine.resynchronise_if_still();
     match left {
-        Err(Failure::Refused(why)) => machine.announce(format_args!("// WARNING {why}\n")),
+        Err(why) if why.is_refusal() => machine.announce(format_args!("// WARNING {}\n", machine.texts.of(why))),
         left => return left,
     }
     Ok(())
@@ -102,12 +102,12 @@ pub(super) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
         machine.say(to, format_args!("Not suspended\n"));
         return Ok(Answer::Ok);
     };
-    needs(machine.config, Part::Player, machine.jobs.is_playing())?;
-    machine.filament.must_be_there(machine.config)?;
+    needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
+    machine.filament.must_be_there(machine.texts, machine.config)?;
     machine.announce(format_args!("// resuming print...\n"));
     let heated = || HeaterId::all().zip(targets).filter(|(_, target)| target.0 > 0.0);
     for (id, target) in heated() {
-        heat_codes::set_target(&mut machine.ports, machine.config, id, target)?;
+        heat_codes::set_target(machine.texts, &mut machine.ports, machine.config, id, target)?;
     }
     if heated().next().is_some() {
         machine.announce(format_args!("// Waiting for heaters...\n"));
@@ -177,7 +177,7 @@ pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
 /// Runs a line of the configuration, and then what follows it.
 pub(super) fn start_script<'c, P: Ports>(machine: &mut Machine<'c, P>, script: &'c str, then: Then) -> Outcome {
     let fits = machine.frames.push(Frame::Then(then)) && machine.frames.push(Frame::Script(script, 0));
-    if fits { Ok(Answer::Ok) } else { Err(Failure::refused("scripts start each other without end")) }
+    if fits { Ok(Answer::Ok) } else { Err(Failure::refused(&"scripts start each other without end")) }
 }
 
 /// Runs a line of the configuration, where there is one. False: there is none, or no room for it.

@@ -39,5 +39,5 @@ pub(super) fn put_in<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Resul
 }
 
 fn push<'c, P: Ports>(machine: &mut Machine<'c, P>, frame: Frame<'c>) -> Result<(), Failure> {
-    if machine.frames.push(frame) { Ok(()) } else { Err(Failure::refused("scripts start each other without end")) }
+    if machine.frames.push(frame) { Ok(()) } else { Err(Failure::refused(&"scripts start each other without end")) }
 }

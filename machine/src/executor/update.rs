@@ -9,7 +9,7 @@ use events::{Event, Text};
 use units::Micros;
 
 use super::{Hands, Machine, card};
-use crate::failure::{Answer, Failure, Outcome, about_file, message};
+use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::copying::read_through;
 use crate::ports::{Arrival, Firmware, Flaw, OpenMode, Ports, Running, Storage, StorageError, Wake};
 use crate::reports::{Came, failure};
@@ -85,8 +85,13 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if machine.update.is_asked {
         machine.update.is_asked = false;
-        if let Err(Failure::Refused(why)) = download(machine, Recipient::All) {
-            machine.announce(format_args!("WARNING: the firmware download that a host asked for: {why}\n"));
+        if let Err(why) = download(machine, Recipient::All)
+            && why.is_refusal()
+        {
+            machine.announce(format_args!(
+                "WARNING: the firmware download that a host asked for: {}\n",
+                machine.texts.of(why)
+            ));
         }
         return true;
     }
@@ -112,9 +117,9 @@ pub(super) fn command<P: Ports>(machine: &mut Machine<'_, P>, word: &str, to: Re
 fn flash<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     is_at_rest(machine)?;
     machine.say(to, format_args!("looking at {FILE}\n"));
-    let firmware = look_at_file(machine, to).map_err(|why| Failure::Refused(message(format_args!("{why}"))))?;
+    let firmware = look_at_file(machine, to).map_err(|why| machine.texts.refused(format_args!("{why}")))?;
     if firmware.runs {
-        return Err(Failure::refused("flashme.bin is the firmware that runs"));
+        return Err(Failure::refused(&"flashme.bin is the firmware that runs"));
     }
     install(machine, &firmware, to).map(|()| Answer::Ok)
 }
@@ -127,14 +132,14 @@ fn download<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     is_at_rest(machine)?;
     // The boot stage has room for one image: without a copy to come back to it takes none.
     keep_previous(machine, to).map_err(|error| {
-        Failure::Refused(message(format_args!(
+        machine.texts.refused(format_args!(
             "this firmware cannot be kept on the card, so that it could come back: {}",
             error.text()
-        )))
+        ))
     })?;
     is_at_rest(machine)?;
     if !machine.ports.ask_for_download() {
-        return Err(Failure::refused("this board has no firmware download over USB"));
+        return Err(Failure::refused(&"this board has no firmware download over USB"));
     }
     machine.record(&Event::UpdateAsked(Text::from("over USB")));
     machine.say(to, format_args!("the board waits for firmware over USB in a second; RESET starts this one again\n"));
@@ -145,13 +150,13 @@ fn download<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
 /// The machine can be left alone for a while.
 fn is_at_rest<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     if machine.jobs.is_open() {
-        return Err(Failure::refused("a job is under way: abort it first"));
+        return Err(Failure::refused(&"a job is under way: abort it first"));
     }
     if !machine.ports.motion(|motion| motion.is_idle()) {
-        return Err(Failure::refused("the machine moves: stop it first"));
+        return Err(Failure::refused(&"the machine moves: stop it first"));
     }
     if machine.ports.heat(|heat| heat.any_on()) {
-        return Err(Failure::refused("a heater is on: switch heaters off first"));
+        return Err(Failure::refused(&"a heater is on: switch heaters off first"));
     }
     Ok(())
 }
@@ -165,8 +170,10 @@ fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
         }
         Err(_) => return,
     }
-    if let Err(Failure::Refused(why)) = is_at_rest(machine) {
-        return machine.announce(format_args!("WARNING: {FILE} was not looked at: {why}\n"));
+    if let Err(why) = is_at_rest(machine)
+        && why.is_refusal()
+    {
+        return machine.announce(format_args!("WARNING: {FILE} was not looked at: {}\n", machine.texts.of(why)));
     }
     let to = Recipient::All;
     match look_at_file(machine, to) {
@@ -178,8 +185,10 @@ fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
         Ok(firmware) if firmware.was_refused => machine
             .announce(format_args!("WARNING: {FILE} is not asked for again; the command flash does it all the same\n")),
         Ok(firmware) => {
-            if let Err(Failure::Refused(why)) = install(machine, &firmware, to) {
-                machine.announce(format_args!("ERROR: {FILE} was not installed: {why}\n"));
+            if let Err(why) = install(machine, &firmware, to)
+                && why.is_refusal()
+            {
+                machine.announce(format_args!("ERROR: {FILE} was not installed: {}\n", machine.texts.of(why)));
             }
         }
         Err(why) => machine.announce(format_args!("ERROR: {FILE} was not installed: {why}\n")),
@@ -187,12 +196,11 @@ fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 fn install<P: Ports>(machine: &mut Machine<'_, P>, firmware: &Firmware, to: Recipient) -> Result<(), Failure> {
-    keep_previous(machine, to)
-        .map_err(|error| Failure::Refused(message(format_args!("{}", about_file(PREVIOUS, error.text())))))?;
+    keep_previous(machine, to).map_err(|error| machine.texts.about_file(PREVIOUS, error.text()))?;
     // Somebody may have begun something meanwhile.
     is_at_rest(machine)?;
     if !machine.ports.ask_for_install(firmware.id) {
-        return Err(Failure::refused("the log of updates in flash takes no entry: install it with a debug probe"));
+        return Err(Failure::refused(&"the log of updates in flash takes no entry: install it with a debug probe"));
     }
     machine.record(&Event::UpdateAsked(Text::from(firmware.version.as_str())));
     machine.say(

@@ -94,7 +94,7 @@ pub fn told_of_width(
 fn needs_sensor(config: &MachineConfig) -> Result<(), Failure> {
     match config.filament_width.enable {
         true => Ok(()),
-        false => Err(Failure::refused("there is no sensor of the filament's width: [filament width sensor] enable")),
+        false => Err(Failure::refused(&"there is no sensor of the filament's width: [filament width sensor] enable")),
     }
 }
 
@@ -122,7 +122,7 @@ fn tell_settings(
             if detector.leave_heaters_on { "on" } else { "off" }
         ));
     } else if words.has('S') || words.has('P') {
-        return Err(Failure::refused("M404 S and P: there is no [filament detector]"));
+        return Err(Failure::refused(&"M404 S and P: there is no [filament detector]"));
     }
     if config.filament_width.enable {
         let sensor = &tuning.filament_width;

@@ -13,7 +13,7 @@ const MB: u64 = 1_000_000;
 
 /// `card`
 pub(crate) fn card<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
-    let Some(facts) = hands.storage().card_facts() else { return Err(Failure::refused("no SD card")) };
+    let Some(facts) = hands.storage().card_facts() else { return Err(Failure::refused(&"no SD card")) };
     let CardFacts { kind, name, maker, blocks, bus_khz, is_protected, .. } = facts;
     let name = core::str::from_utf8(&name).unwrap_or("?");
     let mut size = String::<16>::new();

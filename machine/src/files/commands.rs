@@ -2,7 +2,7 @@
 
 use super::Files;
 use super::paths::words;
-use crate::failure::{Answer, Failure, Outcome};
+use crate::failure::{Answer, Outcome, Texts};
 use crate::ports::Storage;
 use crate::sessions::Reply;
 
@@ -10,8 +10,8 @@ use crate::sessions::Reply;
 ///
 /// # Errors
 /// When there is none, or none that can be read.
-pub fn mount(storage: &mut impl Storage, reply: &mut Reply<'_>) -> Outcome {
-    storage.mount().map_err(|error| Failure::refused(error.text()))?;
+pub fn mount(texts: &Texts, storage: &mut impl Storage, reply: &mut Reply<'_>) -> Outcome {
+    storage.mount().map_err(|error| texts.because(error.text()))?;
     reply.say(format_args!("SD card ok\n"));
     Ok(Answer::Ok)
 }

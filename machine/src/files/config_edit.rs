@@ -6,7 +6,7 @@ use heapless::Vec;
 use super::paths::{CONFIG_PATH, quoted};
 use super::safe_file::Draft;
 use crate::executor::Hands;
-use crate::failure::{Failure, about_file};
+use crate::failure::Failure;
 use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError, Wake};
 
 /// Bytes read at a time.
@@ -81,7 +81,7 @@ pub(crate) fn config_set<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str
         return Ok(());
     }
     if value.contains('#') {
-        return Err(Failure::refused("a value has no #: what follows it is a comment"));
+        return Err(Failure::refused(&"a value has no #: what follows it is a comment"));
     }
     let edit = Edit { section, key, value: (!value.is_empty()).then_some(value) };
     if let Err(why) = check_edit(&edit) {
@@ -89,7 +89,7 @@ pub(crate) fn config_set<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str
         return Ok(());
     }
     let changed = change_config(hands, edit);
-    changed.map_err(|error| Failure::Refused(about_file(CONFIG_PATH, error.text())))?;
+    changed.map_err(|error| hands.texts().about_file(CONFIG_PATH, error.text()))?;
     match edit.value {
         Some(value) => hands.say(format_args!("set config: [{section}] {key} = {value}\n")),
         None => hands.say(format_args!("deleted config: [{section}] {key}\n")),

@@ -152,7 +152,7 @@ fn write_beginning<P: Ports>(
 /// `md5sum file ...`
 pub(crate) fn md5sum<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
     if words(arguments).next().is_none() {
-        return Err(Failure::refused("md5sum needs the names of files"));
+        return Err(Failure::refused(&"md5sum needs the names of files"));
     }
     for name in words(arguments) {
         let path = absolute(directory, name);

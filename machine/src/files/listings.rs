@@ -10,7 +10,7 @@ use units::Micros;
 
 use super::Files;
 use super::paths::{CARD, CONFIG_PATH, Path, quoted, words};
-use crate::failure::{Failure, about_file};
+use crate::failure::{Failure, Texts};
 use crate::ports::{DirectoryEntry, FileTime, LIST_CHUNK, OpenMode, Storage, StorageError};
 use crate::sessions::{Listing, Reply};
 
@@ -83,19 +83,24 @@ pub fn file(
 ///
 /// # Errors
 /// When config.ini cannot be read.
-pub fn section(arguments: &str, storage: &mut impl Storage, reply: &mut Reply<'_>) -> Result<Option<Listing>, Failure> {
+pub fn section(
+    texts: &Texts,
+    arguments: &str,
+    storage: &mut impl Storage,
+    reply: &mut Reply<'_>,
+) -> Result<Option<Listing>, Failure> {
     let (section, _) = quoted(arguments);
     if section.is_empty() {
         reply.say(format_args!("Usage: config-get section\nok\n"));
         return Ok(None);
     }
-    let section = String::try_from(section).map_err(|_| Failure::refused("no section has a name as long as this"))?;
-    let file = storage.open(CONFIG_PATH, OpenMode::Read).map_err(config_failed)?;
+    let section = String::try_from(section).map_err(|_| Failure::refused(&"no section has a name as long as this"))?;
+    let file = storage.open(CONFIG_PATH, OpenMode::Read).map_err(|error| config_failed(texts, error))?;
     Ok(Some(Listing::Section { file, section, inside: false, found: false, line: Vec::new(), begins: true }))
 }
 
-fn config_failed(error: StorageError) -> Failure {
-    Failure::Refused(about_file(CONFIG_PATH, error.text()))
+fn config_failed(texts: &Texts, error: StorageError) -> Failure {
+    texts.about_file(CONFIG_PATH, error.text())
 }
 
 // --- how they end ---
@@ -126,6 +131,7 @@ pub const fn ending(listing: &Listing) -> &'static str {
 /// # Errors
 /// When config.ini cannot be read.
 pub fn piece(
+    texts: &Texts,
     listing: &mut Listing,
     now: Micros,
     storage: &mut impl Storage,
@@ -135,7 +141,7 @@ pub fn piece(
         Listing::File { begins: Some(begins), .. } if now < *begins => Ok(true),
         Listing::Directory { .. } => Ok(directory_piece(listing, storage, reply)),
         Listing::File { .. } => Ok(file_piece(listing, storage, reply)),
-        _ => section_piece(listing, storage, reply),
+        _ => section_piece(texts, listing, storage, reply),
     }
 }
 
@@ -246,10 +252,15 @@ fn beginning(bytes: &[u8]) -> &str {
 }
 
 /// Looks through some more of config.ini for settings of the section.
-fn section_piece(listing: &mut Listing, storage: &mut impl Storage, reply: &mut Reply<'_>) -> Result<bool, Failure> {
+fn section_piece(
+    texts: &Texts,
+    listing: &mut Listing,
+    storage: &mut impl Storage,
+    reply: &mut Reply<'_>,
+) -> Result<bool, Failure> {
     let Listing::Section { file, section, inside, found, line, begins } = listing else { return Ok(false) };
     let mut bytes = [0; CONFIG_CHUNK];
-    let count = storage.read(*file, &mut bytes).map_err(config_failed)?;
+    let count = storage.read(*file, &mut bytes).map_err(|error| config_failed(texts, error))?;
     if count == 0 {
         show_setting(line, *begins, section, inside, reply);
         *found |= *inside;
@@ -301,7 +312,7 @@ mod tests {
         let (mut text, mut longest, mut more) = (Text::new(), 0, true);
         let mut desk = Desk::new();
         while more {
-            let said = desk.hears(|reply| more = piece(&mut listing, Micros(0), card, reply).unwrap());
+            let said = desk.hears(|reply| more = piece(&Texts::new(), &mut listing, Micros(0), card, reply).unwrap());
             longest = longest.max(said.len());
             text += &said;
         }
@@ -329,7 +340,7 @@ mod tests {
         let mut card = Card::default();
         card.put(CONFIG_PATH, config);
         let mut begun = None;
-        Desk::new().hears(|reply| begun = section(name, &mut card, reply).unwrap());
+        Desk::new().hears(|reply| begun = section(&Texts::new(), name, &mut card, reply).unwrap());
         whole(begun.unwrap(), &mut card).0
     }
 
@@ -394,11 +405,12 @@ mod tests {
         let why = "the SD card reports a read or write error";
         assert_eq!(whole(shows.unwrap(), &mut card).0, format!("Could not read /sd/a.g: {why}\n"));
         let mut gets = None;
-        desk.hears(|reply| gets = section("a", &mut card, reply).unwrap());
+        desk.hears(|reply| gets = section(&Texts::new(), "a", &mut card, reply).unwrap());
         let mut gets = gets.unwrap();
         desk.hears(|reply| {
-            let failed = piece(&mut gets, Micros(0), &mut card, reply);
-            assert_eq!(failed, Err(Failure::Refused(about_file(CONFIG_PATH, why))));
+            let texts = Texts::new();
+            let failed = piece(&texts, &mut gets, Micros(0), &mut card, reply).unwrap_err();
+            assert_eq!(texts.of(failed).to_string(), format!("{CONFIG_PATH}: {why}"));
         });
         close(&gets, &mut card);
         assert_eq!(card.open_files(), 0);
@@ -410,7 +422,8 @@ mod tests {
         assert_eq!(of_section("\"motion control\"", config), "speed = 3\nd = 5\n");
         assert_eq!(of_section("two", config), "e = 6\n");
         assert_eq!(of_section("three", config), "No section named three\n");
-        Desk::new().hears(|reply| assert!(section(&"x".repeat(49), &mut Card::default(), reply).is_err()));
+        Desk::new()
+            .hears(|reply| assert!(section(&Texts::new(), &"x".repeat(49), &mut Card::default(), reply).is_err()));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use core::fmt::Write as _;
 use drivers::fat::{is_legal_name, stripped};
 use heapless::String;
 
-use crate::failure::{Failure, about_file};
+use crate::failure::{Failure, Texts};
 use crate::ports::{PATH_BYTES, StorageError};
 
 /// An absolute path.
@@ -52,16 +52,16 @@ pub(super) fn absolute(directory: &str, name: &str) -> Path {
 ///
 /// # Errors
 /// When no file can have this name.
-pub fn override_path(set: Option<&str>) -> Result<Path, Failure> {
+pub fn override_path(texts: &Texts, set: Option<&str>) -> Result<Path, Failure> {
     let set = set.map_or("", str::trim);
     // Periods at the end do not count in a name: with them, one set would be another.
     if !set.is_empty() && (!is_legal_name(set) || stripped(set) != set) {
-        return Err(Failure::refused("a set of settings cannot have this name: no file can"));
+        return Err(Failure::refused(&"a set of settings cannot have this name: no file can"));
     }
     let mut path = Path::new();
     let point = if set.is_empty() { "" } else { "." };
     let written = write!(path, "{OVERRIDE_PATH}{point}{set}");
-    written.map_err(|_| Failure::Refused(about_file(CARD, StorageError::BadPath.text())))?;
+    written.map_err(|_| texts.about_file(CARD, StorageError::BadPath.text()))?;
     Ok(path)
 }
 
@@ -136,12 +136,12 @@ mod tests {
 
     #[test]
     fn sets_of_settings_have_names_that_files_can_have() {
-        assert_eq!(override_path(None).unwrap(), OVERRIDE_PATH);
-        assert_eq!(override_path(Some("  ")).unwrap(), OVERRIDE_PATH);
-        assert_eq!(override_path(Some(" abs ")).unwrap(), "/sd/config-override.abs");
+        assert_eq!(override_path(&Texts::new(), None).unwrap(), OVERRIDE_PATH);
+        assert_eq!(override_path(&Texts::new(), Some("  ")).unwrap(), OVERRIDE_PATH);
+        assert_eq!(override_path(&Texts::new(), Some(" abs ")).unwrap(), "/sd/config-override.abs");
         for name in ["a/b", "a.", "..", "a:b"] {
-            assert!(override_path(Some(name)).is_err(), "{name}");
+            assert!(override_path(&Texts::new(), Some(name)).is_err(), "{name}");
         }
-        assert!(override_path(Some(&"x".repeat(PATH_BYTES))).is_err());
+        assert!(override_path(&Texts::new(), Some(&"x".repeat(PATH_BYTES))).is_err());
     }
 }

@@ -6,7 +6,7 @@ use units::Micros;
 
 use super::paths::Path;
 use super::ymodem::{Broken, Event, Receiver};
-use crate::failure::Failure;
+use crate::failure::{Failure, Texts};
 use crate::ports::{Consoles, FileHandle, OpenMode, Storage, StorageError};
 use crate::sessions::{Received, Reply, SessionId};
 
@@ -111,6 +111,7 @@ impl Transfers {
     /// When it cannot be opened, or another console sends one.
     pub fn receive_plain(
         &mut self,
+        texts: &Texts,
         name: &str,
         path: Path,
         storage: &mut impl Storage,
@@ -118,10 +119,10 @@ impl Transfers {
     ) -> Result<(), Failure> {
         self.is_free()?;
         if name.is_empty() {
-            return Err(Failure::refused("the name of a file is missing"));
+            return Err(Failure::refused(&"the name of a file is missing"));
         }
         let file = storage.open(&path, OpenMode::Write);
-        let file = file.map_err(|error| Failure::Refused(crate::failure::about_file(&path, error.text())))?;
+        let file = file.map_err(|error| texts.about_file(&path, error.text()))?;
         reply.say(format_args!("uploading to file: {name}, send control-D or control-Z to finish\n"));
         let way = Way::Plain(heapless::Vec::new());
         self.current = Some(Transfer { way, file: Some((file, path)), silent: false, count: 0, is_complete: false });
@@ -152,7 +153,7 @@ impl Transfers {
     }
 
     fn is_free(&self) -> Result<(), Failure> {
-        if self.current.is_some() { Err(Failure::refused("another console sends a file")) } else { Ok(()) }
+        if self.current.is_some() { Err(Failure::refused(&"another console sends a file")) } else { Ok(()) }
     }
 
     /// Goes on with what this console has sent until its count of bytes received was `end`.

@@ -50,7 +50,7 @@ impl Files {
         reply: &mut Reply<'_>,
     ) -> Outcome {
         if self.upload.is_some() {
-            return Err(Failure::refused("another file is being uploaded"));
+            return Err(Failure::refused(&"another file is being uploaded"));
         }
         let path = self.absolute(name);
         let file = if name.is_empty() { Err(StorageError::BadPath) } else { storage.open(&path, OpenMode::Write) };
@@ -220,7 +220,7 @@ mod tests {
         begin(&mut files, &mut card, &mut desk, "up.g");
         desk.hears(|reply| {
             let refused = files.begin_upload(SessionId(1), "other.g", &mut card, reply);
-            assert_eq!(refused, Err(Failure::refused("another file is being uploaded")));
+            assert_eq!(refused, Err(Failure::refused(&"another file is being uploaded")));
         });
         files.session_ended(SessionId(1), &mut card);
         assert!(files.uploads_from(ME));

@@ -9,6 +9,7 @@ use motion::{Mode, Motion, Passage};
 use program::{Dialect, Next};
 
 use super::foresight::{Answer, Foresight, Purpose, Stage, Wanted};
+use crate::failure::Texts;
 use crate::files::Path;
 use crate::jobs;
 use crate::ports::{FileHandle, Workspace};
@@ -24,9 +25,9 @@ pub(crate) struct Desk<'a> {
 impl<'a> Desk<'a> {
     /// In a workspace. Never inlined, as it is large.
     #[inline(never)]
-    pub fn new(config: &'a MachineConfig, workspace: &'a mut Workspace) -> Self {
+    pub fn new(config: &'a MachineConfig, texts: &'a Texts, workspace: &'a mut Workspace) -> Self {
         let Workspace { motion, program } = workspace;
-        Self { preflight: Preflight::of_nothing(config, program), motion }
+        Self { preflight: Preflight::of_nothing(config, texts, program), motion }
     }
 }
 

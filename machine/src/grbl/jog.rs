@@ -7,7 +7,7 @@ use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
 use super::numbers::Error;
 use crate::executor::Hands;
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 use crate::ports::{Ports, Wake};
 use crate::safety::Event;
 
@@ -27,22 +27,22 @@ pub(crate) struct Jog {
     machine: bool,
 }
 
-fn bad(what: &str) -> Failure {
-    Failure::numbered(Error::BadJog, what)
+fn bad(texts: &Texts, what: &str) -> Failure {
+    texts.because(what).numbered(Error::BadJog)
 }
 
 /// Reads what follows `$J=`. Units and distance mode are the program's where the jog has none of its own.
 ///
 /// # Errors
 /// When it is no jog: without axis or feed rate, or with a code that no jog takes.
-pub(crate) fn read(text: &str, modal: &Modal) -> Result<Jog, Failure> {
+pub(crate) fn read(texts: &Texts, text: &str, modal: &Modal) -> Result<Jog, Failure> {
     let (mut inches, mut absolute, mut machine) = (modal.inches, modal.absolute, false);
     let mut words = PerAxis([None; units::MAX_AXES]);
     let mut feed = None;
     for block in Blocks::new(text.as_bytes()) {
         let block = block.map_err(|error| {
             let number = Error::of_refusal(&gcode::Refusal::Syntax(error));
-            Failure::Refused(message(format_args!("{error}")).numbered(number))
+            texts.refused(format_args!("{error}")).numbered(number)
         })?;
         match block.code.map(|code| (code.letter, code.number, code.subcode)) {
             None => {}
@@ -51,25 +51,26 @@ pub(crate) fn read(text: &str, modal: &Modal) -> Result<Jog, Failure> {
             Some((gcode::Letter::G, 90, 0)) => absolute = true,
             Some((gcode::Letter::G, 91, 0)) => absolute = false,
             Some((gcode::Letter::G, 53, 0)) => machine = true,
-            Some(_) => return Err(bad("a jog takes G20 G21 G90 G91 G53, axes and F alone")),
+            Some(_) => return Err(bad(texts, "a jog takes G20 G21 G90 G91 G53, axes and F alone")),
         }
         for (letter, value) in block.words() {
-            let value = value.ok_or_else(|| Failure::numbered(Error::Number, "a word of a jog has no number"))?;
+            let value =
+                value.ok_or_else(|| Failure::refused(&"a word of a jog has no number").numbered(Error::Number))?;
             match (letter, Axis::from_letter(letter)) {
                 (_, Some(axis)) => words[axis] = Some(value),
                 ('F', _) => feed = Some(value),
                 ('N', _) => {}
-                _ => return Err(bad("a jog takes G20 G21 G90 G91 G53, axes and F alone")),
+                _ => return Err(bad(texts, "a jog takes G20 G21 G90 G91 G53, axes and F alone")),
             }
         }
     }
     let unit = if inches { MM_PER_INCH } else { 1.0 };
     if words.0.iter().all(Option::is_none) {
-        return Err(Failure::numbered(Error::NoAxes, "a jog names an axis"));
+        return Err(Failure::refused(&"a jog names an axis").numbered(Error::NoAxes));
     }
-    let rate = feed.ok_or_else(|| Failure::numbered(Error::FeedRate, "a jog has its own F"))? * unit / 60.0;
+    let rate = feed.ok_or_else(|| Failure::refused(&"a jog has its own F").numbered(Error::FeedRate))? * unit / 60.0;
     if rate <= 0.0 {
-        return Err(Failure::numbered(Error::FeedRate, "F of a jog is above zero"));
+        return Err(Failure::refused(&"F of a jog is above zero").numbered(Error::FeedRate));
     }
     let words = PerAxis(words.0.map(|word| word.map(|value| value * unit)));
     Ok(Jog { words, rate: MmPerSecond(rate), absolute, machine })
@@ -109,16 +110,18 @@ pub(crate) fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, jog: &Jog, modal: &Mod
     let has_motor =
         |axis: Axis| Actuator::from_index(axis as usize).is_some_and(|motor| config.actuators[motor].present);
     if let Some(axis) = Axis::ALL.into_iter().find(|axis| jog.words[*axis].is_some() && !has_motor(*axis)) {
-        return Err(Failure::Refused(message(format_args!("{} has no motor", axis.letter())).numbered(Error::BadJog)));
+        return Err(hands.texts().refused(format_args!("{} has no motor", axis.letter())).numbered(Error::BadJog));
     }
     if config.motion.must_be_homed && !hands.all_homed() {
-        return Err(Failure::numbered(Error::NeedsHoming, "Must be homed before moving"));
+        return Err(Failure::refused(&"Must be homed before moving").numbered(Error::NeedsHoming));
     }
     // A stop of long ago is none of this jog.
     let _before = hands.stop_requested();
     loop {
         if !matches!(hands.state(), State::Idle | State::Suspended | State::Jog) {
-            return Err(Failure::numbered(Error::NotIdle, "a jog begins from standstill, or behind another one"));
+            return Err(
+                Failure::refused(&"a jog begins from standstill, or behind another one").numbered(Error::NotIdle)
+            );
         }
         let is_free = hands.motion(|motion| {
             let (used, size) = motion.queue_level();
@@ -135,7 +138,7 @@ pub(crate) fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, jog: &Jog, modal: &Mod
     let (from, homed) = (hands.position(), hands.axes().homed());
     let target = jog.target(&from, modal);
     if let Err(out) = hands.travel().check(&from, &target, homed) {
-        return Err(Failure::Refused(message(format_args!("{out}")).numbered(Error::JogTravel)));
+        return Err(hands.texts().refused(format_args!("{out}")).numbered(Error::JogTravel));
     }
     if target == from {
         return Ok(());
@@ -162,8 +165,8 @@ mod tests {
     }
 
     fn number(text: &str) -> Error {
-        match read(text, &modal()) {
-            Err(Failure::Refused(text)) => text.error,
+        match read(&Texts::new(), text, &modal()) {
+            Err(text) if text.is_refusal() => text.error,
             other => panic!("{text}: {other:?}"),
         }
     }
@@ -200,7 +203,7 @@ mod tests {
             let mut modal = modal();
             modal.absolute = mode == 1;
             let place = PerAxis([from, 1.0, 2.0, 0.0, 0.0, 0.0]);
-            let jog = read(&text, &modal).unwrap();
+            let jog = read(&Texts::new(), &text, &modal).unwrap();
             let unit = if inches { 25.4 } else { 1.0 };
             let word = format!("{x:.3}").parse::<f64>().unwrap() * unit;
             let expected = [word + 10.0, from + word, word][mode];

@@ -98,7 +98,7 @@ pub(crate) fn build(config: &MachineConfig, own: &Own, version: &str, queue: usi
     let room = INBOX_BYTES - 1;
     self::version(own, reply);
     reply.say(format_args!("[OPT:VNM{corexy}H,{queue},{room}]\n"));
-    message(version, reply);
+    short(version, reply);
 }
 
 /// The version that senders look for, and the build's text.
@@ -107,7 +107,7 @@ pub(crate) fn version(own: &Own, reply: &mut Reply<'_>) {
 }
 
 /// Who it is in truth.
-pub(crate) fn message(version: &str, reply: &mut Reply<'_>) {
+pub(crate) fn short(version: &str, reply: &mut Reply<'_>) {
     reply.say(format_args!("[MSG:Velvet {version}]\n"));
 }
 

@@ -9,7 +9,7 @@ use units::{Actuator, Axis, PerAxis};
 
 use super::Own;
 use super::numbers::Error;
-use crate::failure::{Failure, Message, message};
+use crate::failure::{Failure, ShortText, Texts, short};
 
 /// What the values are taken from.
 #[derive(Clone, Copy, Debug)]
@@ -258,9 +258,9 @@ pub(crate) enum Change {
     /// It has that value.
     Nothing,
     /// This code does it, and what M500 saves must be saved.
-    Code(Message),
+    Code(ShortText),
     /// This code does it, until the next reset.
-    Switch(Message),
+    Switch(ShortText),
     /// The dialect's own changes.
     Own(fn(&mut Own, f64), f64),
 }
@@ -312,11 +312,11 @@ impl Setting {
     ///
     /// # Errors
     /// When it is no number that the setting takes, or the setting is read only.
-    pub fn change(self, text: &str, of: &Sources<'_>) -> Result<Change, Failure> {
+    pub fn change(self, texts: &Texts, text: &str, of: &Sources<'_>) -> Result<Change, Failure> {
         let wanted = text.trim().parse::<f64>().ok().filter(|value| value.is_finite() && value.abs() < 1e9);
-        let wanted = wanted.ok_or_else(|| Failure::numbered(Error::Number, "a setting takes a number"))?;
+        let wanted = wanted.ok_or_else(|| Failure::refused(&"a setting takes a number").numbered(Error::Number))?;
         if wanted < 0.0 {
-            return Err(Failure::numbered(Error::Negative, "a setting is not negative"));
+            return Err(Failure::refused(&"a setting is not negative").numbered(Error::Negative));
         }
         let (value, decimals) = self.value(of);
         // As far as it is said.
@@ -326,22 +326,21 @@ impl Setting {
         }
         match self.row.write {
             Write::Config(key) => {
-                let text = message(format_args!("{}: change {key} in config.ini and reset", self.row.meaning));
-                Err(Failure::Refused(text.numbered(Error::Statement)))
+                let text = format_args!("{}: change {key} in config.ini and reset", self.row.meaning);
+                Err(texts.refused(text).numbered(Error::Statement))
             }
             Write::Code(code, letter, factor) => {
                 let letter = letter.unwrap_or(self.axis.letter());
-                Ok(Change::Code(message(format_args!("{code} {letter}{:.9}", wanted * factor))))
+                Ok(Change::Code(short(format_args!("{code} {letter}{:.9}", wanted * factor))))
             }
             Write::Switch(_) if wanted != 0.0 && !homes(of.config) => {
-                Err(Failure::numbered(Error::NeedsHoming, "soft limits need homing: no endstop has a homing_direction"))
+                Err(Failure::refused(&"soft limits need homing: no endstop has a homing_direction")
+                    .numbered(Error::NeedsHoming))
             }
-            Write::Switch(code) => Ok(Change::Switch(message(format_args!("{code}{}", u8::from(wanted != 0.0))))),
+            Write::Switch(code) => Ok(Change::Switch(short(format_args!("{code}{}", u8::from(wanted != 0.0))))),
             Write::Own(set) => Ok(Change::Own(set, wanted)),
-            Write::Laser => Err(Failure::numbered(
-                Error::NoLaserOutput,
-                "laser mode is not supported yet: M3 S keeps its power in G0",
-            )),
+            Write::Laser => Err(Failure::refused(&"laser mode is not supported yet: M3 S keeps its power in G0")
+                .numbered(Error::NoLaserOutput)),
         }
     }
 }

@@ -5,7 +5,7 @@ use program::Words;
 use units::{Celsius, Duty};
 
 use super::heater_named;
-use crate::failure::{Answer, Failure, Outcome};
+use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::heat::{HeatControl, HeaterSettings, LawSettings, ModelSettings, PidGains};
 use crate::ports::HeatPort;
 use crate::sessions::Reply;
@@ -15,12 +15,13 @@ use crate::sessions::Reply;
 /// # Errors
 /// When nobody has that id, or its maximum cannot be set so.
 pub(crate) fn maximum_temperature(
+    texts: &Texts,
     ports: &mut impl HeatPort,
     config: &MachineConfig,
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    change_or_report(ports, config, words, reply, set_maximum, |settings, name, tool_id, reply| {
+    change_or_report(texts, ports, config, words, reply, set_maximum, |settings, name, tool_id, reply| {
         let max = settings.max.0;
         reply.say(format_args!("Maximum temperature for {name}({tool_id}) is {max:.6}\u{b0}C\n"));
     })
@@ -31,12 +32,13 @@ pub(crate) fn maximum_temperature(
 /// # Errors
 /// When nobody has that id, or it has no gains.
 pub(crate) fn pid_gains(
+    texts: &Texts,
     ports: &mut impl HeatPort,
     config: &MachineConfig,
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    change_or_report(ports, config, words, reply, set_gains, |settings, name, tool_id, reply| {
+    change_or_report(texts, ports, config, words, reply, set_gains, |settings, name, tool_id, reply| {
         let max_duty = settings.max_duty.0;
         match settings.law {
             LawSettings::Pid(g) => reply.say(format_args!(
@@ -63,24 +65,28 @@ pub(crate) fn pid_gains(
 /// # Errors
 /// When nobody has that id, or with these figures nothing can be controlled.
 pub(crate) fn heater_model(
+    texts: &Texts,
     ports: &mut impl HeatPort,
     config: &MachineConfig,
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    change_or_report(ports, config, words, reply, set_model, |settings, name, tool_id, reply| match settings.law {
-        LawSettings::Model(ModelSettings { power_w, capacity, loss, fan_loss, late_s, filament_heat }) => {
-            reply.say(format_args!(
+    change_or_report(texts, ports, config, words, reply, set_model, |settings, name, tool_id, reply| {
+        match settings.law {
+            LawSettings::Model(ModelSettings { power_w, capacity, loss, fan_loss, late_s, filament_heat }) => {
+                reply.say(format_args!(
                 "{name}(S{tool_id}): P: {power_w:.2} C: {capacity:.4} K: {loss:.5} F: {fan_loss:.5} D: {late_s:.3} H: \
                  {filament_heat:.6}\n"
             ));
+            }
+            _ => reply.say(format_args!("{name}(S{tool_id}): not controlled by a model, see M306\n")),
         }
-        _ => reply.say(format_args!("{name}(S{tool_id}): not controlled by a model, see M306\n")),
     })
 }
 
 /// Without S says the setting of every heater, with S alone that of one, and with more words changes it.
 fn change_or_report(
+    texts: &Texts,
     ports: &mut impl HeatPort,
     config: &MachineConfig,
     words: &Words<'_>,
@@ -91,14 +97,14 @@ fn change_or_report(
     let number = words.code().number;
     let (named, selects) = match number {
         304 => (Some(bed(config)?), 0),
-        _ => (words.get('S').map(|word| heater_named(config, number, 'S', word)).transpose()?, 1),
+        _ => (words.get('S').map(|word| heater_named(texts, config, number, 'S', word)).transpose()?, 1),
     };
     if let Some(id) = named.filter(|_| words.count() > selects) {
         let changed = ports.heat(|heat| change(heat, config, id, words));
         return if changed {
             Ok(Answer::Ok)
         } else {
-            Err(Failure::refused("that cannot be set on this temperature control"))
+            Err(Failure::refused(&"that cannot be set on this temperature control"))
         };
     }
     for (id, controller) in config.heaters().filter(|(id, _)| named.is_none_or(|named| named == *id)) {
@@ -114,7 +120,7 @@ fn change_or_report(
 /// The bed: the heater that M140 sets.
 fn bed(config: &MachineConfig) -> Result<HeaterId, Failure> {
     let bed = config.heaters().find(|(_, heater)| heater.set_m_code == 140 && heater.heater_pin.is_some());
-    bed.map(|(id, _)| id).ok_or_else(|| Failure::refused("M304: there is no bed: no heater has set_m_code = 140"))
+    bed.map(|(id, _)| id).ok_or_else(|| Failure::refused(&"M304: there is no bed: no heater has set_m_code = 140"))
 }
 
 fn set_maximum(heat: &mut HeatControl, _: &MachineConfig, id: HeaterId, words: &Words<'_>) -> bool {

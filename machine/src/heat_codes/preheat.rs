@@ -6,7 +6,7 @@ use units::Celsius;
 
 use super::{allow_target, change_target, check_supply};
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Outcome};
 use crate::needs::needs;
 use crate::ports::Ports;
 use crate::sessions::Reply;
@@ -17,6 +17,7 @@ use crate::sessions::Reply;
 /// # Errors
 /// When no heater has it, one does not allow its temperature or stays off, or there is no supply.
 pub(crate) fn preheat<P: Ports>(hands: &mut Hands<'_, '_, P>, name: &str) -> Outcome {
+    let texts = hands.texts();
     let config = hands.config();
     if name.is_empty() {
         list(config, &mut hands.reply());
@@ -26,19 +27,17 @@ pub(crate) fn preheat<P: Ports>(hands: &mut Hands<'_, '_, P>, name: &str) -> Out
     let target = |heater: &TemperatureConfig| if is_off { Some(Celsius(0.0)) } else { heater.preset(name) };
     let meant = || config.heaters().filter_map(|(id, heater)| Some((id, target(heater)?)));
     if meant().next().is_none() {
-        return Err(Failure::Refused(message(format_args!(
-            "no heater has a preset {name}: write preheat to see them"
-        ))));
+        return Err(texts.refused(format_args!("no heater has a preset {name}: write preheat to see them")));
     }
     if !is_off {
         for (id, target) in meant() {
-            needs(config, Part::Heater(id), hands.is_playing())?;
-            hands.heat(|heat| allow_target(heat, config, id, target))?;
+            needs(texts, config, Part::Heater(id), hands.is_playing())?;
+            hands.heat(|heat| allow_target(texts, heat, config, id, target))?;
             check_supply(hands, target)?;
         }
     }
     for (id, target) in meant() {
-        hands.heat(|heat| change_target(heat, config, id, target))?;
+        hands.heat(|heat| change_target(texts, heat, config, id, target))?;
     }
     Ok(Answer::Ok)
 }

@@ -8,7 +8,7 @@ use program::Words;
 use units::{Celsius, HeaterId, Ohms};
 
 use super::heater_named;
-use crate::failure::{Answer, Failure, Outcome};
+use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::heat::Sensor;
 use crate::ports::HeatPort;
 use crate::sessions::Reply;
@@ -20,6 +20,7 @@ use crate::tuning::Tuning;
 /// When nobody has that id, the words make no thermistor, or the heater is on: what it is measured by must
 /// not change under it.
 pub(crate) fn sensors(
+    texts: &Texts,
     ports: &mut impl HeatPort,
     config: &MachineConfig,
     tuning: &mut Tuning,
@@ -32,19 +33,19 @@ pub(crate) fn sensors(
         }
         return Ok(Answer::Ok);
     };
-    let id = heater_named(config, words.code().number, 'S', word)?;
+    let id = heater_named(texts, config, words.code().number, 'S', word)?;
     let Some(controller) = config.temperatures.get(id.index()) else { return Ok(Answer::Ok) };
     if controller.sensor.kind != SensorKind::Thermistor {
-        return Err(Failure::refused("M305: its sensor is no thermistor"));
+        return Err(Failure::refused(&"M305: its sensor is no thermistor"));
     }
     let own = if words.count() == 1 { None } else { Some(changed(&thermistor_of(controller, id, tuning), words)?) };
     let described = SensorConfig { thermistor: own.unwrap_or(controller.sensor.thermistor), ..controller.sensor };
     let sensor = Sensor::from(&described);
     if let Some(flaw) = sensor.flaw() {
-        return Err(Failure::refused(flaw));
+        return Err(texts.because(flaw));
     }
     if !ports.heat(|heat| heat.set_sensor(id, sensor)) {
-        return Err(Failure::refused("M305: the heater is on: switch it off first"));
+        return Err(Failure::refused(&"M305: the heater is on: switch it off first"));
     }
     if let Some(place) = tuning.thermistors.get_mut(id.index()) {
         *place = own;
@@ -64,7 +65,8 @@ fn changed(now: &ThermistorConfig, words: &Words<'_>) -> Result<ThermistorConfig
     match (any("P"), any("BRX"), any("IJK")) {
         (true, false, false) => {
             let entry = BUILT_IN.iter().find(|entry| words.get('P') == Some(f64::from(entry.index)));
-            let entry = entry.ok_or_else(|| Failure::refused("M305: P is the number of no sensor: see thermistors"))?;
+            let entry =
+                entry.ok_or_else(|| Failure::refused(&"M305: P is the number of no sensor: see thermistors"))?;
             (thermistor.table, thermistor.use_beta_table) = (Some(entry.name), entry.is_beta());
             (thermistor.coefficients, thermistor.rt_curve, thermistor.r0) = (None, None, entry.r0);
         }
@@ -80,11 +82,11 @@ fn changed(now: &ThermistorConfig, words: &Words<'_>) -> Result<ThermistorConfig
                 *value = words.get(letter).unwrap_or(*value);
             }
             if values.iter().any(|value| value.is_nan()) {
-                return Err(Failure::refused("M305: I, J and K belong together"));
+                return Err(Failure::refused(&"M305: I, J and K belong together"));
             }
             (thermistor.table, thermistor.coefficients, thermistor.rt_curve) = (None, Some(values), None);
         }
-        _ => return Err(Failure::refused(MIXED)),
+        _ => return Err(Failure::refused(&MIXED)),
     }
     Ok(thermistor)
 }

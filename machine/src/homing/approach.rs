@@ -12,7 +12,7 @@ use super::stall;
 use super::switches::{inputs_of, operated, slave_inputs_of, slowest, switch_of, towards};
 use crate::endstop_phase::{self, Came, Pass};
 use crate::executor::Hands;
-use crate::failure::Failure;
+use crate::failure::{Failure, Texts};
 use crate::grbl::numbers::Alarm;
 use crate::ports::Ports;
 
@@ -58,7 +58,7 @@ fn find<P: Ports>(
     let was_cut = first.was_cut;
     let (mut hits, mut places) = (agreed_hits(hands, set, slow, samples)?, *places);
     if let Some(axis) = stalled {
-        stall::is_at_the_end(config, axis, first.at[axis], hits[axis])?;
+        stall::is_at_the_end(hands.texts(), config, axis, first.at[axis], hits[axis])?;
     }
     for axis in phased.axes() {
         let came = Came { was_homed: were_homed.has(axis), was_cut };
@@ -108,7 +108,7 @@ fn agreed_hits<P: Ports>(
         round.say(hands, set, samples.tells_all);
         match round.worst(set, samples.tolerance) {
             None => return Ok(round.means(set, hits)),
-            Some(worst) if retries == 0 => return Err(disagree(worst, samples)),
+            Some(worst) if retries == 0 => return Err(disagree(hands.texts(), worst, samples)),
             Some(_) => retries -= 1,
         }
     }
@@ -177,7 +177,7 @@ impl Approach {
             }
             hands.go(target, self.rate, Mode::Feed)?;
             let Some(trigger) = wait_trigger(hands)? else {
-                return Err(progress.not_found(config));
+                return Err(progress.not_found(hands.texts(), config));
             };
             let own =
                 |axis: &Axis| switch_of(config, *axis).is_some_and(|(input, _)| Some(input.bit()) == bit_of(&trigger));
@@ -237,6 +237,7 @@ impl Approach {
         hands.latch().disarm();
         if !self.may_be_there && progress.missing == self.set {
             return Err(alarm(
+                hands.texts(),
                 config,
                 axis,
                 Alarm::HomingPullOff,
@@ -269,6 +270,7 @@ impl Progress {
             self.disturbed += 1;
         } else {
             return Err(alarm(
+                hands.texts(),
                 config,
                 axis,
                 Alarm::HomingSearch,
@@ -289,9 +291,10 @@ impl Progress {
         self.slaves.closed(axis, hit[axis], towards(stop));
     }
 
-    fn not_found(&self, config: &MachineConfig) -> Failure {
+    fn not_found(&self, texts: &Texts, config: &MachineConfig) -> Failure {
         match self.missing.and(self.slaves.axes()).axes().next() {
             Some(axis) => alarm(
+                texts,
                 config,
                 axis,
                 Alarm::HomingSearch,
@@ -299,7 +302,7 @@ impl Progress {
             ),
             None => {
                 let axis = self.missing.axes().next().unwrap_or(Axis::X);
-                alarm(config, axis, Alarm::HomingSearch, "endstop was not reached within its travel")
+                alarm(texts, config, axis, Alarm::HomingSearch, "endstop was not reached within its travel")
             }
         }
     }

@@ -6,7 +6,7 @@ use units::{Axis, AxisSet, PerAxis};
 
 use super::switches::switch_of;
 use crate::executor::Hands;
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::{Ports, Wake};
 
@@ -23,7 +23,7 @@ pub(super) struct Hits {
 /// Waits until the move has ended, by itself or by a trigger.
 ///
 /// # Errors
-/// [`Failure::Halted`].
+/// [`Failure::HALTED`].
 pub(crate) fn wait_trigger<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Option<Trigger>, Failure> {
     hands.standstill()?;
     // An input that fires at the very last step is seen by the feed at its next run only.
@@ -34,7 +34,7 @@ pub(crate) fn wait_trigger<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Opt
 }
 
 /// Homing of this axis has failed.
-pub(super) fn alarm(config: &MachineConfig, axis: Axis, number: Alarm, what: &str) -> Failure {
+pub(super) fn alarm(texts: &Texts, config: &MachineConfig, axis: Axis, number: Alarm, what: &str) -> Failure {
     let name = switch_of(config, axis).map_or("?", |(_, stop)| stop.name.as_str());
-    Failure::Alarm(message(format_args!("{} {name}: {what}", axis.letter())).numbered(Error::Locked).alarming(number))
+    texts.alarm(format_args!("{} {name}: {what}", axis.letter())).numbered(Error::Locked).alarming(number)
 }

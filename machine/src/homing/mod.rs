@@ -27,7 +27,7 @@ use units::{Axis, AxisSet, MmPerSecond, PerAxis};
 
 use crate::arms;
 use crate::executor::Hands;
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, FailureKind};
 use crate::ports::Ports;
 use crate::safety::Event;
 use crate::tuning::Tuning;
@@ -64,7 +64,7 @@ pub(crate) fn home_before_probing<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Res
     if hands.all_homed() {
         return Ok(());
     }
-    Err(Failure::refused("home the machine with G28 first: home_gcode says how, and may hold any code"))
+    Err(Failure::refused(&"home the machine with G28 first: home_gcode says how, and may hold any code"))
 }
 
 /// Homes an axis with so many slow approaches to its switch, and says how well they agree. Gives how far from
@@ -82,7 +82,7 @@ fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, samples: &S
     let config = hands.config();
     let chosen = chosen(config, named);
     if chosen.is_empty() {
-        return Err(Failure::refused("nothing to home: no endstop with a homing_direction for that"));
+        return Err(Failure::refused(&"nothing to home: no endstop with a homing_direction for that"));
     }
     if hands.cancel_suspend() {
         hands.announce(format_args!("//Suspend cancelled due to homing cycle\n"));
@@ -91,13 +91,13 @@ fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, samples: &S
     hands.enable_motors()?;
     hands.apply(Event::HomingBegins);
     let mut homed = find_switches(hands, chosen, samples);
-    if !matches!(homed, Err(Failure::Alarm(_))) {
+    if !homed.is_err_and(|failure| failure.is_alarm()) {
         // A hold may have come with the very last step. In it homing would not end.
         homed = homed.and(hands.wait_while_held());
     }
     hands.apply(Event::HomingEnds);
     hands.stay_suspended();
-    if let Err(Failure::Alarm(_)) = homed {
+    if let Err(Failure { kind: FailureKind::Alarm, .. }) = homed {
         hands.axes().forget_all_homed();
         let word = if config.general.grbl_mode { "ALARM: Homing fail" } else { "ERROR: Homing cycle failed" };
         hands.announce(format_args!("{word}\n"));
@@ -164,14 +164,14 @@ fn find_switches<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet, sample
     let suspended = hands.motion(|motion| motion.suspend_compensation(true));
     let homed = match suspended {
         Ok(()) => home_in_space(hands, chosen, samples),
-        Err(busy) => Err(Failure::Refused(message(format_args!("{busy}")))),
+        Err(busy) => Err(hands.texts().refused(format_args!("{busy}"))),
     };
     hands.motion(|motion| motion.bypass_filters(false));
     if !was_suspended {
         // A stop or a halt may still be coming to its end.
         come_to_rest(hands);
         let restored = hands.motion(|motion| motion.suspend_compensation(false));
-        return homed.and(restored.map_err(|busy| Failure::Alarm(message(format_args!("{busy}")))));
+        return homed.and(restored.map_err(|busy| hands.texts().alarm(format_args!("{busy}"))));
     }
     homed
 }

@@ -12,7 +12,7 @@ use units::{Axis, Micros, MmPerSecond, PerActuator, PerAxis};
 use super::switch_places;
 use crate::arms;
 use crate::executor::Hands;
-use crate::failure::{Failure, message};
+use crate::failure::Failure;
 use crate::ports::{Ports, Wake};
 use crate::tuning::Tuning;
 
@@ -45,7 +45,7 @@ impl MotorSpace {
         // Limits of the tool are none of a motor; its own hold.
         plain.limits.axis_speed = [None; 3];
         plain.limits.max_speed = None;
-        hands.motion(|motion| motion.configure(plain)).map_err(arms::refused)?;
+        hands.motion(|motion| motion.configure(plain)).map_err(|error| arms::refused(hands.texts(), error))?;
         if let Err(failure) = hands.set_position(PerAxis(motors.0)) {
             // It was in force a moment ago, so nothing is wrong with it.
             let _ = hands.motion(|motion| motion.configure(config));
@@ -70,9 +70,7 @@ impl MotorSpace {
         let motors = hands.position();
         if let Err(error) = hands.motion(|motion| motion.configure(config)) {
             hands.axes().forget_all_homed();
-            return Err(Failure::Alarm(message(format_args!(
-                "the kinematics are still off: reset the machine ({error})"
-            ))));
+            return Err(hands.texts().alarm(format_args!("the kinematics are still off: reset the machine ({error})")));
         }
         hands.set_position(self.kinematics.point(&PerActuator(motors.0)))
     }

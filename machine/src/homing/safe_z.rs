@@ -40,7 +40,7 @@ pub(super) fn before<P: Ports>(hands: &mut Hands<'_, '_, P>, cycle: AxisSet) -> 
         return Ok(());
     }
     if !hands.axes().homed().has_all(XY) {
-        return Err(Failure::refused("Z homes at safe_z_x and safe_z_y: home X and Y first"));
+        return Err(Failure::refused(&"Z homes at safe_z_x and safe_z_y: home X and Y first"));
     }
     let mut target = hands.position();
     for (axis, place) in [Axis::X, Axis::Y].into_iter().zip(place) {

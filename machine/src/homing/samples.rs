@@ -5,7 +5,7 @@ use core::cell::Cell;
 use units::{Axis, AxisSet, PerAxis};
 
 use crate::executor::Hands;
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::Ports;
 use crate::spread::Spread;
@@ -77,13 +77,13 @@ impl Round {
 }
 
 /// Why homing has failed.
-pub(super) fn disagree((axis, range): (Axis, f64), samples: &Samples) -> Failure {
+pub(super) fn disagree(texts: &Texts, (axis, range): (Axis, f64), samples: &Samples) -> Failure {
     let letter = axis.letter();
-    let text = message(format_args!(
+    let text = format_args!(
         "{letter}: approaches lie {range:.3} mm apart, homing_tolerance is {}: is the switch loose, or the slow_rate high?",
         samples.tolerance
-    ));
-    Failure::Alarm(text.numbered(Error::Locked).alarming(Alarm::HomingSearch))
+    );
+    texts.alarm(text).numbered(Error::Locked).alarming(Alarm::HomingSearch)
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ use units::{Actuator, Axis, AxisSet, Micros, MmPerSecond};
 use super::hits::{Hits, alarm, wait_trigger};
 use super::switches::{switch_of, towards};
 use crate::executor::Hands;
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 use crate::grbl::numbers::Alarm;
 use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch, Wake};
 
@@ -65,7 +65,7 @@ pub(super) fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Resul
     for motor in motors(config, axis) {
         let threshold = hands.tuning().homing_thresholds[motor].unwrap_or(stop.stall.threshold);
         let search = StallSearch { current: stop.stall.current, threshold };
-        said(motor, hands.drivers(|drivers| drivers.begin_stall_search(motor, search)))?;
+        said(hands.texts(), motor, hands.drivers(|drivers| drivers.begin_stall_search(motor, search)))?;
     }
     Ok(())
 }
@@ -77,13 +77,13 @@ pub(super) fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Resul
 pub(super) fn end<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<(), Failure> {
     let ended = motors(hands.config(), axis).map(|motor| {
         let set = hands.drivers(|drivers| drivers.end_stall_search(motor));
-        said(motor, set)
+        said(hands.texts(), motor, set)
     });
     // All of them, also behind one that is silent.
     ended.fold(Ok(()), Result::and)
 }
 
-fn said(motor: Actuator, done: Result<(), DriverFault>) -> Result<(), Failure> {
+fn said(texts: &Texts, motor: Actuator, done: Result<(), DriverFault>) -> Result<(), Failure> {
     let why = match done {
         // One that has an output of its own for stalls is set on itself.
         Ok(()) | Err(DriverFault::External) => return Ok(()),
@@ -91,7 +91,7 @@ fn said(motor: Actuator, done: Result<(), DriverFault>) -> Result<(), Failure> {
         Err(DriverFault::Silent | DriverFault::BadAnswer) => "does not answer, check its supply and wiring",
         Err(DriverFault::Reset) => "was without power, check its supply",
     };
-    Err(Failure::Alarm(message(format_args!("motor driver {} {why}", motor.name()))))
+    Err(texts.alarm(format_args!("motor driver {} {why}", motor.name())))
 }
 
 /// Moves towards the end of the axis until its motor stalls.
@@ -104,7 +104,7 @@ pub(super) fn approach<P: Ports>(
     let config = hands.config();
     let mut at = hands.position();
     let Some((input, stop)) = switch_of(config, axis) else {
-        return Err(Failure::refused("the axis has no end to home to"));
+        return Err(Failure::refused(&"the axis has no end to home to"));
     };
     let mut target = at;
     target[axis] += towards(stop) * travel(stop);
@@ -117,10 +117,10 @@ pub(super) fn approach<P: Ports>(
     let free = mean_reading(hands, axis)?;
     let Some(trigger) = wait_trigger(hands)? else {
         let what = "the motor did not stall within its travel: stall_threshold may be too high for it";
-        return Err(alarm(config, axis, Alarm::HomingSearch, what));
+        return Err(alarm(hands.texts(), config, axis, Alarm::HomingSearch, what));
     };
     if free.is_some_and(|mean| mean < LEAST_FREE) {
-        return Err(alarm(config, axis, Alarm::HomingSearch, STALLS_BEFORE));
+        return Err(alarm(hands.texts(), config, axis, Alarm::HomingSearch, STALLS_BEFORE));
     }
     at[axis] = hands.motion(|motion| motion.position_of_steps(&trigger.steps))[axis];
     Ok(Hits { at, unsure: AxisSet::NONE, was_cut: true })
@@ -170,7 +170,13 @@ pub(crate) fn steady<P: Ports>(hands: &mut Hands<'_, '_, P>, full_step: f64) -> 
 ///
 /// # Errors
 /// An alarm when it was on the way there, or when there was nothing where the first one was.
-pub(super) fn is_at_the_end(config: &MachineConfig, axis: Axis, first: f64, second: f64) -> Result<(), Failure> {
+pub(super) fn is_at_the_end(
+    texts: &Texts,
+    config: &MachineConfig,
+    axis: Axis,
+    first: f64,
+    second: f64,
+) -> Result<(), Failure> {
     let further = switch_of(config, axis).map_or(0.0, |(_, stop)| (second - first) * towards(stop));
     let allowed = SAME_END * full_step(config, axis);
     let what = if further < -allowed {
@@ -180,5 +186,5 @@ pub(super) fn is_at_the_end(config: &MachineConfig, axis: Axis, first: f64, seco
     } else {
         return Ok(());
     };
-    Err(alarm(config, axis, Alarm::HomingSearch, what))
+    Err(alarm(texts, config, axis, Alarm::HomingSearch, what))
 }

@@ -4,7 +4,7 @@ use program::Dialect;
 use units::Micros;
 
 use super::{Job, Jobs, Layers, Listeners, PRINTING, StalledJob, Suspended};
-use crate::failure::{Answer, Failure, Outcome, about_file};
+use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::files::{Files, Path};
 use crate::ports::{Calendar, OpenMode, Storage, StorageError};
 use crate::sessions::{Recipient, Reply};
@@ -21,6 +21,7 @@ impl Jobs {
     /// When nobody knows the dialect. What else failed is said.
     pub fn play_command(
         &mut self,
+        texts: &Texts,
         files: &Files,
         arguments: &str,
         now: Micros,
@@ -31,7 +32,7 @@ impl Jobs {
         let (path, date) = (files.absolute(name), ports.date());
         let dialect = match options.split_once("-f").map(|(_, rest)| rest.split_whitespace().next().unwrap_or("")) {
             None => None,
-            Some(name) => Some(Dialect::named(name).ok_or_else(|| Failure::refused(DIALECTS))?),
+            Some(name) => Some(Dialect::named(name).ok_or_else(|| Failure::refused(&DIALECTS))?),
         };
         let options = options.split("-f").next().unwrap_or("");
         let wanted = |option| if options.contains(option) { reply.to() } else { Recipient::Nobody };
@@ -40,7 +41,7 @@ impl Jobs {
             reply.say(format_args!("{PRINTING}\n"));
             return Ok(Answer::Ok);
         }
-        match self.open(&path, listeners, ports, now) {
+        match self.open(texts, &path, listeners, ports, now) {
             Ok(size) => {
                 self.set_paused(options.contains("-p"));
                 if let Some(dialect) = dialect {
@@ -68,23 +69,24 @@ impl Jobs {
     /// Without a name, or while another job goes on or is suspended.
     pub fn select(
         &mut self,
+        texts: &Texts,
         name: Option<&str>,
         plays: bool,
         now: Micros,
         storage: &mut impl Storage,
         reply: &mut Reply<'_>,
     ) -> Outcome {
-        let name = name.ok_or_else(|| Failure::refused("the name of a file is missing"))?;
+        let name = name.ok_or_else(|| Failure::refused(&"the name of a file is missing"))?;
         if self.is_playing() {
-            return Err(Failure::refused(PRINTING));
+            return Err(Failure::refused(&PRINTING));
         }
         if self.suspended.is_some() && self.job.is_some() {
-            return Err(Failure::refused(SUSPENDED));
+            return Err(Failure::refused(&SUSPENDED));
         }
         self.close(storage);
         let tells_end = if plays { reply.to() } else { Recipient::Nobody };
         let listeners = Listeners { tells_end, ..Listeners::default() };
-        let opened = on_card(name).map(|path| self.open(&path, listeners, storage, now));
+        let opened = on_card(name).map(|path| self.open(texts, &path, listeners, storage, now));
         if let Some(Ok(size)) = opened {
             self.set_paused(!plays);
             reply.say(format_args!("File opened:{name} Size:{size}\nFile selected\n"));
@@ -99,13 +101,13 @@ impl Jobs {
     /// # Errors
     /// Without a selected file, and while the job is suspended: the machine is not where the job goes on.
     /// Where its card was taken out meanwhile, that has to be back, and the file as it was.
-    pub fn start(&mut self, storage: &mut impl Storage, reply: &Reply<'_>) -> Outcome {
-        let Some(job) = &mut self.job else { return Err(Failure::refused(NOTHING_SELECTED)) };
+    pub fn start(&mut self, texts: &Texts, storage: &mut impl Storage, reply: &Reply<'_>) -> Outcome {
+        let Some(job) = &mut self.job else { return Err(Failure::refused(&NOTHING_SELECTED)) };
         if self.suspended.is_some() {
-            return Err(Failure::refused(SUSPENDED));
+            return Err(Failure::refused(&SUSPENDED));
         }
         if job.is_lost {
-            find_again(job, storage)?;
+            find_again(texts, job, storage)?;
         }
         (job.paused, job.waits_for_operator) = (false, false);
         job.listeners.tells_end = reply.to();
@@ -116,14 +118,14 @@ impl Jobs {
     ///
     /// # Errors
     /// Without a selected file, or when the card does not answer.
-    pub fn restart(&mut self, storage: &mut impl Storage) -> Outcome {
+    pub fn restart(&mut self, texts: &Texts, storage: &mut impl Storage) -> Outcome {
         self.return_all(storage);
-        let job = self.job.as_mut().ok_or_else(|| Failure::refused(NOTHING_SELECTED))?;
+        let job = self.job.as_mut().ok_or_else(|| Failure::refused(&NOTHING_SELECTED))?;
         // What is known of it, and noted, begins anew too.
         (job.has_begun, job.is_new, job.layers) = (false, true, Layers::default());
         let restarted = job.lines.restart(storage);
         self.forget_places();
-        restarted.map_err(|error| Failure::refused(error.text()))?;
+        restarted.map_err(|error| texts.because(error.text()))?;
         Ok(Answer::Ok)
     }
 
@@ -164,10 +166,10 @@ impl Jobs {
 }
 
 /// Opens the file of a job again, on a card that was put back.
-fn find_again(job: &mut Job, storage: &mut impl Storage) -> Result<(), Failure> {
-    let failed = |error: StorageError| Failure::Refused(about_file(&job.path, error.text()));
+fn find_again(texts: &Texts, job: &mut Job, storage: &mut impl Storage) -> Result<(), Failure> {
+    let failed = |error: StorageError| texts.about_file(&job.path, error.text());
     if !job.callers.is_empty() {
-        return Err(Failure::refused("the card was taken out in the file of a subroutine: abort, and play it again"));
+        return Err(Failure::refused(&"the card was taken out in the file of a subroutine: abort, and play it again"));
     }
     storage.mount().map_err(failed)?;
     let file = storage.open(&job.path, OpenMode::Read).map_err(failed)?;
@@ -182,10 +184,7 @@ fn find_again(job: &mut Job, storage: &mut impl Storage) -> Result<(), Failure> 
         // It was only read.
         let _ = storage.close(file);
         is_same.map_err(failed)?;
-        return Err(Failure::Refused(about_file(
-            &job.path,
-            "is not the file that was played: put its card back, or abort",
-        )));
+        return Err(texts.about_file(&job.path, "is not the file that was played: put its card back, or abort"));
     }
     storage.read_ahead(file);
     job.is_lost = false;
@@ -232,19 +231,19 @@ mod tests {
         fn play(&mut self, arguments: &str) -> String {
             let Self { jobs, card, desk } = self;
             desk.hears(|reply| {
-                assert_eq!(jobs.play_command(&Files::default(), arguments, Micros(0), card, reply), OK);
+                assert_eq!(jobs.play_command(&Texts::new(), &Files::default(), arguments, Micros(0), card, reply), OK);
             })
         }
 
         fn select(&mut self, name: Option<&str>, plays: bool) -> (Outcome, String) {
             let (Self { jobs, card, desk }, mut done) = (self, Ok(Answer::Unknown));
-            let said = desk.hears(|reply| done = jobs.select(name, plays, Micros(0), card, reply));
+            let said = desk.hears(|reply| done = jobs.select(&Texts::new(), name, plays, Micros(0), card, reply));
             (done, said)
         }
 
         fn start(&mut self) -> Outcome {
             let (Self { jobs, desk, card }, mut done) = (self, Ok(Answer::Unknown));
-            desk.hears(|reply| done = jobs.start(card, reply));
+            desk.hears(|reply| done = jobs.start(&Texts::new(), card, reply));
             done
         }
 
@@ -286,8 +285,8 @@ mod tests {
     #[test]
     fn a_file_is_selected_then_played() {
         let mut table = Table::new();
-        assert_eq!(table.start(), Err(Failure::refused("no file is selected")));
-        assert_eq!(table.select(None, false).0, Err(Failure::refused("the name of a file is missing")));
+        assert_eq!(table.start(), Err(Failure::refused(&"no file is selected")));
+        assert_eq!(table.select(None, false).0, Err(Failure::refused(&"the name of a file is missing")));
         assert_eq!(table.select(Some("no.g"), true), (OK, "file.open failed: no.g\n".into()));
         assert_eq!(table.select(Some(&"x".repeat(PATH_BYTES)), true).0, OK);
         assert!(!table.jobs.set_paused(false), "there is no job");
@@ -295,7 +294,7 @@ mod tests {
         assert!(!table.jobs.is_playing());
         assert_eq!((table.start(), table.jobs.tells_end()), (OK, ME));
         assert!(table.jobs.is_playing());
-        assert_eq!(table.select(Some("a.g"), true).0, Err(Failure::refused("Currently printing, abort print first")));
+        assert_eq!(table.select(Some("a.g"), true).0, Err(Failure::refused(&"Currently printing, abort print first")));
         table.jobs.set_paused(true);
         assert_eq!(table.select(Some("my - part.g"), true).0, OK);
         assert!(table.jobs.is_playing());
@@ -307,9 +306,9 @@ mod tests {
         let mut table = Table::new();
         assert_eq!(table.select(Some("a.g"), true).0, OK);
         table.suspend();
-        let refused = Err(Failure::refused(SUSPENDED));
+        let refused = Err(Failure::refused(&SUSPENDED));
         assert_eq!(table.start(), refused);
-        assert_eq!(table.select(Some("my - part.g"), false), (refused.clone(), String::new()));
+        assert_eq!(table.select(Some("my - part.g"), false), (refused, String::new()));
         assert_eq!(table.select(Some("my - part.g"), true).0, refused);
         assert!(!table.jobs.is_playing() && table.jobs.is_suspended() && table.card.open_files() == 1);
         assert!(SUSPENDED.contains("resume") && SUSPENDED.contains("M601"));

@@ -246,7 +246,8 @@ mod tests {
         let text = ";FLAVOR:RepRap\nG28\n";
         for (forced, said) in [(None, None), (Some(Dialect::Klipper), None), (None, Some(Dialect::Marlin))] {
             let (mut jobs, mut card) = (Jobs::new(forced), Card::with(&[("/sd/a.g", text)]));
-            jobs.open("/sd/a.g", Listeners::default(), &mut card, units::Micros(0)).unwrap();
+            jobs.open(&crate::failure::Texts::new(), "/sd/a.g", Listeners::default(), &mut card, units::Micros(0))
+                .unwrap();
             said.into_iter().for_each(|dialect| jobs.read_as(dialect));
             let wanted = said.or(forced).unwrap_or(Dialect::RepRapFirmware);
             let mut gave = next(&mut jobs, &mut card);

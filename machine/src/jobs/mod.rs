@@ -29,7 +29,7 @@ use motion::Tag;
 use program::{Dialect, Place};
 use units::Micros;
 
-use crate::failure::{Failure, about_file};
+use crate::failure::{Failure, Texts};
 use crate::files::paths::Path;
 use crate::ports::{Clock, OpenMode, Storage, StorageError};
 use crate::sessions::{LineBytes, Recipient, Reply, SessionId};
@@ -224,22 +224,22 @@ impl Jobs {
     /// While another one is open, or when it cannot be read.
     pub fn open(
         &mut self,
+        texts: &Texts,
         path: &str,
         listeners: Listeners,
         storage: &mut impl Storage,
         now: Micros,
     ) -> Result<u32, Failure> {
         if self.job.is_some() {
-            return Err(Failure::refused(PRINTING));
+            return Err(Failure::refused(&PRINTING));
         }
-        let failed = |error: StorageError| Failure::Refused(about_file(path, error.text()));
+        let failed = |error: StorageError| texts.about_file(path, error.text());
         let file = storage.open(path, OpenMode::Read).map_err(failed)?;
         let size = storage.size(file).map_err(|error| {
             // It is of no use: a failing close changes nothing.
             let _ = storage.close(file);
             failed(error)
         })?;
-        // It fits: it is the path of a file.
         let path = Path::try_from(path).unwrap_or_default();
         // Where that cannot be found out, its size and what is in it are all there is to go by.
         let written = crate::journal::written(&path, storage).unwrap_or(0);
@@ -298,11 +298,11 @@ impl Jobs {
     }
 
     /// Opens the boot file when it is due.
-    pub fn open_boot_file(&mut self, config: &MachineConfig, ports: &mut (impl Storage + Clock)) {
+    pub fn open_boot_file(&mut self, texts: &Texts, config: &MachineConfig, ports: &mut (impl Storage + Clock)) {
         if self.job.is_none() && core::mem::take(&mut self.boot_file_is_due) {
             let now = ports.now();
             // There need not be such a file.
-            let _ = self.open(&config.player.on_boot_gcode, Listeners::default(), ports, now);
+            let _ = self.open(texts, &config.player.on_boot_gcode, Listeners::default(), ports, now);
         }
     }
 
@@ -458,7 +458,7 @@ impl Jobs {
         if job.callers.is_full() {
             // It was only opened: a failing close loses nothing.
             let _ = storage.close(file);
-            return Err(Failure::refused(TOO_DEEP));
+            return Err(Failure::refused(&TOO_DEEP));
         }
         let caller = core::mem::replace(&mut job.lines, FileLines::played(file, storage));
         let _there_is_room = job.callers.push(caller);

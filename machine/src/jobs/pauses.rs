@@ -71,12 +71,12 @@ impl Pauses {
     /// When there are too many, or the command is too long.
     pub fn add(&mut self, place: Place, command: &str) -> Result<(), Failure> {
         let command = if command.is_empty() { SUSPEND } else { command };
-        let command = Command::try_from(command).map_err(|_| Failure::refused("the command is too long"))?;
+        let command = Command::try_from(command).map_err(|_| Failure::refused(&"the command is too long"))?;
         // A file that is read several times asks for its own each time.
         if self.all.iter().any(|(known, does)| *known == place && *does == command) {
             return Ok(());
         }
-        let full = |_| Failure::refused("there are eight places already: pause clear forgets them");
+        let full = |_| Failure::refused(&"there are eight places already: pause clear forgets them");
         self.all.push((place, command)).map_err(full)
     }
 
@@ -108,7 +108,7 @@ pub(super) fn prints(line: &[u8]) -> bool {
 /// Which words are taken.
 pub fn parse(text: &str) -> Result<(Place, &str), Failure> {
     const WORDS: &str = "pause takes: at layer N, at line N, at height MM, list, clear; a command may follow";
-    let wrong = || Failure::refused(WORDS);
+    let wrong = || Failure::refused(&WORDS);
     let (kind, rest) = text.trim().split_once(' ').ok_or_else(wrong)?;
     let (number, command) = rest.trim().split_once(' ').unwrap_or((rest.trim(), ""));
     let count = || number.parse::<u32>().ok().filter(|count| *count > 0).ok_or_else(wrong);

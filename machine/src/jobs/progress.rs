@@ -253,7 +253,16 @@ mod tests {
     fn reading(lines: usize) -> (Jobs, Card, Vec<Tag>) {
         let mut card = Card::with(&[("/sd/a.g", &"G1 X1 Y12\n".repeat(10))]);
         let mut jobs = Jobs::default();
-        assert_eq!(jobs.open("/sd/a.g", Listeners::default(), &mut card, Micros::from_seconds(5)), Ok(100));
+        assert_eq!(
+            jobs.open(
+                &crate::failure::Texts::new(),
+                "/sd/a.g",
+                Listeners::default(),
+                &mut card,
+                Micros::from_seconds(5)
+            ),
+            Ok(100)
+        );
         jobs.read_as(program::Dialect::Smoothie);
         let mut line = LineBytes::new();
         let mut tags = Vec::new();
@@ -323,7 +332,7 @@ mod tests {
         jobs.executing(Some(tags[7]));
         jobs.set_heating(true);
         jobs.close(&mut card);
-        assert_eq!(jobs.open("/sd/a.g", Listeners::default(), &mut card, NOW), Ok(100));
+        assert_eq!(jobs.open(&crate::failure::Texts::new(), "/sd/a.g", Listeners::default(), &mut card, NOW), Ok(100));
         jobs.executing(Some(tags[7]));
         assert_eq!(said(&jobs, ""), "file: /sd/a.g, 0.0 % complete, elapsed time: 00:00:00\n");
     }
@@ -332,7 +341,7 @@ mod tests {
     fn nothing_of_it_is_done_when_it_begins_again() {
         let (mut jobs, mut card, tags) = reading(9);
         jobs.executing(Some(tags[7]));
-        assert!(jobs.restart(&mut card).is_ok());
+        assert!(jobs.restart(&crate::failure::Texts::new(), &mut card).is_ok());
         jobs.executing(Some(tags[8]));
         assert_eq!(jobs.progress(NOW), Some((30, 0)));
     }

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use crate::failure::Failure;
+use crate::failure::{Failure, Texts};
 use crate::files::Path;
 use crate::ports::{OpenMode, Storage};
 use crate::sessions::Reply;
@@ -34,6 +34,7 @@ impl Queue {
     /// When there is no such file, or no room.
     pub fn command(
         &mut self,
+        texts: &Texts,
         arguments: &str,
         absolute: impl Fn(&str) -> Path,
         storage: &mut impl Storage,
@@ -43,14 +44,14 @@ impl Queue {
         let rest = rest.trim();
         match word {
             "" | "list" => {}
-            "add" => self.add(rest, absolute, storage)?,
+            "add" => self.add(texts, rest, absolute, storage)?,
             "remove" => {
                 let place = rest.parse::<usize>().ok().and_then(|place| place.checked_sub(1));
                 let place = place.filter(|place| *place < self.files.len());
-                self.files.remove(place.ok_or_else(|| Failure::refused("no file waits at this place: see queue"))?);
+                self.files.remove(place.ok_or_else(|| Failure::refused(&"no file waits at this place: see queue"))?);
             }
             "clear" => self.files.clear(),
-            _ => return Err(Failure::refused("queue takes: add file [times], list, next, remove place, clear")),
+            _ => return Err(Failure::refused(&"queue takes: add file [times], list, next, remove place, clear")),
         }
         if self.files.is_empty() {
             reply.say(format_args!("no file waits\n"));
@@ -61,7 +62,13 @@ impl Queue {
         Ok(())
     }
 
-    fn add(&mut self, rest: &str, absolute: impl Fn(&str) -> Path, storage: &mut impl Storage) -> Result<(), Failure> {
+    fn add(
+        &mut self,
+        texts: &Texts,
+        rest: &str,
+        absolute: impl Fn(&str) -> Path,
+        storage: &mut impl Storage,
+    ) -> Result<(), Failure> {
         let whole = absolute(rest);
         // A name may end in a number.
         let (path, times) = match rest.rsplit_once(' ') {
@@ -70,13 +77,13 @@ impl Queue {
             }
             _ => (whole, Some(1)),
         };
-        let times = times.ok_or_else(|| Failure::refused("how often? queue add file times"))?;
+        let times = times.ok_or_else(|| Failure::refused(&"how often? queue add file times"))?;
         let file = storage.open(&path, OpenMode::Read);
-        let file = file.map_err(|error| Failure::Refused(crate::failure::about_file(&path, error.text())))?;
+        let file = file.map_err(|error| texts.about_file(&path, error.text()))?;
         // It was only opened: a failing close loses nothing.
         let _ = storage.close(file);
         if self.files.len() + times > MOST {
-            return Err(Failure::refused("sixteen files can wait, no more"));
+            return Err(Failure::refused(&"sixteen files can wait, no more"));
         }
         for _ in 0..times {
             // There is room.
@@ -107,7 +114,8 @@ mod tests {
         fn ask(&mut self, arguments: &str) -> (bool, String) {
             let (Self { queue, card, desk }, mut went) = (self, false);
             let absolute = |name: &str| Files::default().absolute(name);
-            let said = desk.hears(|reply| went = queue.command(arguments, absolute, card, reply).is_ok());
+            let said =
+                desk.hears(|reply| went = queue.command(&Texts::new(), arguments, absolute, card, reply).is_ok());
             (went, said)
         }
     }

@@ -5,7 +5,7 @@ const ME: Recipient = Recipient::Session(SessionId(0));
 
 fn open(text: &str, listeners: Listeners) -> (Jobs, Card) {
     let (mut jobs, mut card) = (Jobs::default(), Card::with(&[("/sd/a.g", text)]));
-    assert_eq!(jobs.open("/sd/a.g", listeners, &mut card, Micros(0)), Ok(text.len() as u32));
+    assert_eq!(jobs.open(&Texts::new(), "/sd/a.g", listeners, &mut card, Micros(0)), Ok(text.len() as u32));
     jobs.read_as(Dialect::Smoothie);
     (jobs, card)
 }
@@ -82,13 +82,13 @@ fn the_boot_file_is_played_once_and_need_not_be_there() {
     for there in [true, false] {
         let mut card = if there { Card::with(&[("/sd/a.g", "G28\n")]) } else { Card::default() };
         let mut jobs = Jobs::default();
-        jobs.open_boot_file(&config, &mut card);
+        jobs.open_boot_file(&Texts::new(), &config, &mut card);
         assert!(!jobs.is_playing(), "it is not due");
         jobs.queue_boot_file(&config);
-        jobs.open_boot_file(&config, &mut card);
+        jobs.open_boot_file(&Texts::new(), &config, &mut card);
         assert_eq!(jobs.is_playing(), there);
         jobs.close(&mut card);
-        jobs.open_boot_file(&config, &mut card);
+        jobs.open_boot_file(&Texts::new(), &config, &mut card);
         assert!(!jobs.is_playing(), "once");
     }
 }

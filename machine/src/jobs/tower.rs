@@ -7,7 +7,7 @@ use gcode::Extended;
 use heapless::String;
 
 use super::pauses::prints;
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 
 /// How the value follows the height.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,28 +37,28 @@ impl Tower {
     ///
     /// # Errors
     /// What is missing or no number.
-    pub fn new(command: &Extended<'_>) -> Result<Self, Failure> {
+    pub fn new(texts: &Texts, command: &Extended<'_>) -> Result<Self, Failure> {
         let text = |key: &'static str| {
             let value = command.get(key).map(|value| value.trim_matches(['\'', '"']).trim());
-            value.filter(|value| !value.is_empty()).ok_or_else(|| refused(key))
+            value.filter(|value| !value.is_empty()).ok_or_else(|| refused(texts, key))
         };
         let number = |key: &'static str| match command.get(key) {
             None => Ok(None),
             Some(value) => match value.trim().parse::<f64>() {
                 Ok(number) if number.is_finite() => Ok(Some(number)),
-                _ => Err(Failure::Refused(message(format_args!("TUNING_TOWER: {key} is no number: {value}")))),
+                _ => Err(texts.refused(format_args!("TUNING_TOWER: {key} is no number: {value}"))),
             },
         };
         let slope = match (number("FACTOR")?, number("STEP_DELTA")?, number("STEP_HEIGHT")?) {
             (Some(factor), None, None) => Slope::Steady { factor, band: number("BAND")?.unwrap_or(0.0).max(0.0) },
             (None, Some(delta), Some(height)) if height > 0.0 => Slope::Steps { delta, height },
-            _ => return Err(refused("FACTOR, or STEP_DELTA and STEP_HEIGHT")),
+            _ => return Err(refused(texts, "FACTOR, or STEP_DELTA and STEP_HEIGHT")),
         };
-        let long = |_| Failure::refused("TUNING_TOWER: COMMAND or PARAMETER is too long");
+        let long = |_| Failure::refused(&"TUNING_TOWER: COMMAND or PARAMETER is too long");
         Ok(Self {
             command: Command::try_from(text("COMMAND")?).map_err(long)?,
             parameter: String::try_from(text("PARAMETER")?).map_err(long)?,
-            start: number("START")?.ok_or_else(|| refused("START"))?,
+            start: number("START")?.ok_or_else(|| refused(texts, "START"))?,
             slope,
             skip: number("SKIP")?.unwrap_or(0.0),
             at: None,
@@ -105,8 +105,8 @@ impl fmt::Display for Short {
 }
 
 #[cold]
-fn refused(what: &str) -> Failure {
-    Failure::Refused(message(format_args!("TUNING_TOWER needs {what}")))
+fn refused(texts: &Texts, what: &str) -> Failure {
+    texts.refused(format_args!("TUNING_TOWER needs {what}"))
 }
 
 #[cfg(test)]
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     fn tower(text: &str) -> Tower {
-        Tower::new(&Extended::new(text)).unwrap()
+        Tower::new(&Texts::new(), &Extended::new(text)).unwrap()
     }
 
     /// What is set at each of these heights.
@@ -154,9 +154,10 @@ mod tests {
             ("COMMAND=M900 PARAMETER=K START=x FACTOR=1", "no number"),
         ] {
             let line = std::format!("TUNING_TOWER {text}");
-            let refused = Tower::new(&Extended::new(&line)).unwrap_err();
-            let Failure::Refused(why) = refused else { panic!("{refused:?}") };
-            assert!(why.contains(missing), "{text}: {why}");
+            let texts = Texts::new();
+            let refused = Tower::new(&texts, &Extended::new(&line)).unwrap_err();
+            let why = std::format!("{}", texts.of(refused));
+            assert!(refused.is_refusal() && why.contains(missing), "{text}: {why}");
         }
     }
 }

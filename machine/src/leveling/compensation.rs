@@ -8,7 +8,7 @@ use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis};
 use super::words::{fade_up_to, interpolation};
 use crate::bed::{Bed, MeshName};
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::ports::{Ports, Wake};
 
 /// The tool follows a change of compensation at this speed at most.
@@ -18,8 +18,8 @@ const NOTHING: f64 = 1e-6;
 /// After a halt the motors' places are known within a millisecond or two; much more is a fault.
 const SETTLING_TIME: Micros = Micros::from_millis(100);
 
-fn refuse(error: CompensationError) -> Failure {
-    Failure::Refused(message(format_args!("{error}")))
+fn refuse(texts: &Texts, error: CompensationError) -> Failure {
+    texts.refused(format_args!("{error}"))
 }
 
 /// Changes the compensation: coordinates stay, and the motors follow where the machine knows where it is.
@@ -29,7 +29,7 @@ pub(super) fn recompensate<P: Ports>(
 ) -> Outcome {
     hands.standstill()?;
     let before = hands.position();
-    hands.motion(change).map_err(refuse)?;
+    hands.motion(change).map_err(|error| refuse(hands.texts(), error))?;
     return_to(hands, before)
 }
 
@@ -37,7 +37,7 @@ pub(super) fn recompensate<P: Ports>(
 /// change: it may stand at the bed, and where it read before may be below.
 pub(crate) fn take_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
     hands.standstill()?;
-    hands.motion(Motion::level_off).map_err(refuse)
+    hands.motion(Motion::level_off).map_err(|error| refuse(hands.texts(), error))
 }
 
 /// Takes leveling off, or puts the same back: the tool stays where it stands, and what it reads changes. Over
@@ -49,7 +49,7 @@ fn recompensate_in_place<P: Ports>(
 ) -> Outcome {
     hands.standstill()?;
     let before = hands.position();
-    hands.motion(change).map_err(refuse)?;
+    hands.motion(change).map_err(|error| refuse(hands.texts(), error))?;
     let changed = changed(&hands.position(), &before);
     if !hands.axes().homed().has_all(changed) {
         hands.set_position(before)?;
@@ -133,7 +133,7 @@ pub(super) fn shape_in_force<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Option<G
 /// left there. Without words says it.
 pub(crate) fn fade_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: Option<f64>, target: Option<f64>) -> Outcome {
     if height.is_some_and(|height| height < 0.0) {
-        return Err(Failure::refused("the height at which the mesh has faded is 0 or more"));
+        return Err(Failure::refused(&"the height at which the mesh has faded is 0 or more"));
     }
     if height.is_some() || target.is_some() {
         let before = *hands.bed();
@@ -201,7 +201,7 @@ pub(super) fn level_again<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<bool
 /// # Errors
 /// When something moves.
 pub(crate) fn set_compensation_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
-    hands.motion(|motion| motion.suspend_compensation(true)).map_err(refuse)
+    hands.motion(|motion| motion.suspend_compensation(true)).map_err(|error| refuse(hands.texts(), error))
 }
 
 /// Puts compensation in force again; nothing moves. Waits for the end of a stop or a halt.
@@ -214,7 +214,7 @@ pub(crate) fn put_compensation_back<P: Ports>(hands: &mut Hands<'_, '_, P>) -> R
         match hands.motion(|motion| motion.suspend_compensation(false)) {
             Ok(()) => return Ok(()),
             Err(_) if hands.now().since(since) < SETTLING_TIME => hands.wait(Wake::Any).whatever_happens(),
-            Err(error) => return Err(Failure::Alarm(message(format_args!("leveling is still off: {error}")))),
+            Err(error) => return Err(hands.texts().alarm(format_args!("leveling is still off: {error}"))),
         }
     }
 }

@@ -13,7 +13,7 @@ use units::Axis;
 use super::compensation::{adopt_grid, shape_in_force};
 use super::grid;
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, about_file, message};
+use crate::failure::{Answer, Failure, FailureKind, Outcome, Texts};
 use crate::files::safe_file::{self, Draft};
 use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError, Wake};
 use crate::sessions::Reply;
@@ -85,7 +85,12 @@ impl Header {
 
     /// Whether this header of a file is what the configuration asks for; the shape of the grid, and whether
     /// its radius is another one.
-    pub(super) fn matches(&self, strategy: Leveling, wanted: &GridShape) -> Result<(GridShape, bool), Failure> {
+    pub(super) fn matches(
+        &self,
+        texts: &Texts,
+        strategy: Leveling,
+        wanted: &GridShape,
+    ) -> Result<(GridShape, bool), Failure> {
         let expected = Self::of(strategy, wanted);
         let counts = if strategy == Leveling::CartesianGrid && wanted.count[0] != wanted.count[1] { 2 } else { 1 };
         for index in 0..counts {
@@ -93,7 +98,7 @@ impl Header {
             if found != configured {
                 let along = if index == 0 { 'X' } else { 'Y' };
                 let text = format_args!("the file has {found} points along {along}, the configuration {configured}");
-                return Err(Failure::Refused(message(text)));
+                return Err(texts.refused(text));
             }
         }
         let is_same = |back: usize| {
@@ -103,7 +108,7 @@ impl Header {
         if strategy == Leveling::DeltaGrid {
             let radius = self.number(0);
             if !(1.0..=10_000.0).contains(&radius) {
-                return Err(Failure::refused("the radius in the file is no radius: save the grid again"));
+                return Err(Failure::refused(&"the radius in the file is no radius: save the grid again"));
             }
             let shape = if is_same(0) { *wanted } else { grid::around(radius, self.byte(0)) };
             return Ok((shape, !is_same(0)));
@@ -113,7 +118,7 @@ impl Header {
                 let (found, configured) = (self.number(back), expected.number(back));
                 let text =
                     format_args!("{along}_size in the file is {found:.3} mm, in the configuration {configured:.3}");
-                return Err(Failure::Refused(message(text)));
+                return Err(texts.refused(text));
             }
         }
         Ok((*wanted, false))
@@ -124,10 +129,10 @@ impl Header {
 fn grid_wanted(leveling: &LevelingConfig) -> Result<(Leveling, &'static str, GridShape), Failure> {
     let named = leveling.strategy.and_then(|strategy| file_path(strategy).map(|path| (strategy, path)));
     let (strategy, path) = named.ok_or_else(|| {
-        Failure::refused("no grid strategy is configured: write leveling = cartesian grid in [zprobe]")
+        Failure::refused(&"no grid strategy is configured: write leveling = cartesian grid in [zprobe]")
     })?;
     let shape = grid::configured(leveling).ok_or_else(|| {
-        Failure::refused("with only_by_two_corners a grid belongs to its probing: it is neither saved nor loaded")
+        Failure::refused(&"with only_by_two_corners a grid belongs to its probing: it is neither saved nor loaded")
     })?;
     Ok((strategy, path, shape))
 }
@@ -135,14 +140,14 @@ fn grid_wanted(leveling: &LevelingConfig) -> Result<(Leveling, &'static str, Gri
 /// M374 without a name.
 pub(super) fn save_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let (strategy, path, wanted) = grid_wanted(&hands.config().leveling)?;
-    let shape = shape_in_force(hands).ok_or_else(|| Failure::refused("no grid to save"))?;
+    let shape = shape_in_force(hands).ok_or_else(|| Failure::refused(&"no grid to save"))?;
     if strategy == Leveling::CartesianGrid && !is_same(&shape, &wanted) {
         return Err(Failure::refused(
-            "the grid in force is not the configured one: save it with a name, M374 P\"name\"",
+            &"the grid in force is not the configured one: save it with a name, M374 P\"name\"",
         ));
     }
     let written = write_grid(hands, strategy, path, &shape);
-    written.map_err(|error| Failure::Refused(about_file(path, error.text())))?;
+    written.map_err(|error| hands.texts().about_file(path, error.text()))?;
     hands.say(format_args!("grid saved to {path}\n"));
     Ok(Answer::Ok)
 }
@@ -194,24 +199,30 @@ fn heights_from<P: Ports>(hands: &mut Hands<'_, '_, P>, done: usize) -> heapless
 ///
 /// # Errors
 /// When no grid is configured, or the card refuses.
-pub(super) fn delete_grid(config: &MachineConfig, storage: &mut impl Storage, reply: &mut Reply<'_>) -> Outcome {
+pub(super) fn delete_grid(
+    texts: &Texts,
+    config: &MachineConfig,
+    storage: &mut impl Storage,
+    reply: &mut Reply<'_>,
+) -> Outcome {
     let (_, path, _) = grid_wanted(&config.leveling)?;
     let removed = safe_file::remove(storage, path);
-    removed.map_err(|error| Failure::Refused(about_file(path, error.text())))?;
+    removed.map_err(|error| texts.about_file(path, error.text()))?;
     reply.say(format_args!("{path} deleted\n"));
     Ok(Answer::Ok)
 }
 
 /// M375 without a name.
 pub(super) fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+    let texts = hands.texts();
     let (strategy, path, wanted) = grid_wanted(&hands.config().leveling)?;
     // The draft belongs to whoever fills it: nothing may be on its way.
     hands.standstill()?;
-    let about = |failure: Failure| match failure {
-        Failure::Refused(why) => Failure::Refused(message(format_args!("{path}: {why}"))),
-        other => other,
+    let about = |failure: Failure| match failure.kind {
+        FailureKind::Refused => texts.refused(format_args!("{path}: {}", texts.of(failure))),
+        _ => failure,
     };
-    let failed = |error: StorageError| Failure::Refused(about_file(path, error.text()));
+    let failed = |error: StorageError| texts.about_file(path, error.text());
     safe_file::settle(hands.storage(), path).map_err(failed)?;
     let file = hands.storage().open(path, OpenMode::Read).map_err(failed)?;
     let read = read_grid(hands, file, strategy, &wanted);
@@ -236,18 +247,19 @@ fn read_grid<P: Ports>(
     strategy: Leveling,
     wanted: &GridShape,
 ) -> Result<(GridShape, bool), Failure> {
-    let failed = |error: StorageError| Failure::refused(error.text());
+    let texts = hands.texts();
+    let failed = |error: StorageError| texts.because(error.text());
     let mut header = Header::of(strategy, wanted);
     let length = header.length;
     let begin = header.bytes.get_mut(..length).unwrap_or_default();
     if !fill(hands.storage(), file, begin).map_err(failed)? {
-        return Err(Failure::refused("the file is too short to be a grid"));
+        return Err(Failure::refused(&"the file is too short to be a grid"));
     }
-    let shape = header.matches(strategy, wanted)?;
+    let shape = header.matches(texts, strategy, wanted)?;
     let (size, expected) = (hands.storage().size(file).map_err(failed)? as usize, length + 4 * wanted.points());
     if size != expected {
         let text = format_args!("the file has {size} bytes, such a grid has {expected}: save it again");
-        return Err(Failure::Refused(message(text)));
+        return Err(texts.refused(text));
     }
     let mut done = 0;
     while done < wanted.points() {
@@ -255,7 +267,7 @@ fn read_grid<P: Ports>(
         let mut bytes = [0; 4 * CHUNK];
         let chunk = bytes.get_mut(..4 * count).unwrap_or_default();
         if !fill(hands.storage(), file, chunk).map_err(failed)? {
-            return Err(Failure::refused("the file ends before its grid does"));
+            return Err(Failure::refused(&"the file ends before its grid does"));
         }
         hands.motion(|motion| {
             for (to, bytes) in motion.draft().iter_mut().skip(done).zip(chunk.chunks_exact(4)) {
@@ -289,7 +301,7 @@ pub(crate) fn grid_point<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
     let point = named_point(&shape, words, [here[Axis::X], here[Axis::Y]]);
     let (height, more) = (words.get('Z'), words.get('Q'));
     let (Some(point), true) = (point, height.is_some() != more.is_some()) else {
-        return Err(Failure::refused("M421 takes I and J (column and row from 0), X and Y, or C; and Z or Q"));
+        return Err(Failure::refused(&"M421 takes I and J (column and row from 0), X and Y, or C; and Z or Q"));
     };
     hands.motion(|motion| {
         motion.copy_to_draft();

@@ -71,7 +71,7 @@ fn say_from<P: Ports>(hands: &mut Hands<'_, '_, P>, first: usize) -> Outcome {
 
 /// A line of the map of the grid in force.
 fn line_of(motion: &Motion, means: Means, index: usize) -> Result<Option<Line>, Failure> {
-    let none = || Failure::refused("no grid levels the machine: load one with M375, or measure with G32");
+    let none = || Failure::refused(&"no grid levels the machine: load one with M375, or measure with G32");
     let grid = motion.compensation().grid().ok_or_else(none)?;
     let form = Form::of(grid.shape(), grid.heights()).ok_or_else(none)?;
     Ok(line(grid.shape(), &form, &|x, y| motion.compensation().height(x, y).z, means, index))

@@ -11,7 +11,7 @@ use super::profile_file::{self, ProfileReader};
 use super::{fade_height, grid_file, show_map};
 use crate::bed::{Bed, MeshName};
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, about_file, message};
+use crate::failure::{Answer, Failure, FailureKind, Outcome, Texts};
 use crate::files::safe_file::{self, Draft};
 use crate::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, Ports, Storage, StorageError, Wake};
 use crate::sessions::Reply;
@@ -24,8 +24,8 @@ const CHUNK: usize = 128;
 type Path = heapless::String<40>;
 
 /// The name in the words; `None` where there is none.
-fn name_in(words: &Words<'_>) -> Result<Option<MeshName>, Failure> {
-    words.text().map(MeshName::read).transpose().map_err(Failure::refused)
+fn name_in(texts: &Texts, words: &Words<'_>) -> Result<Option<MeshName>, Failure> {
+    words.text().map(MeshName::read).transpose().map_err(|error| texts.refused(format_args!("{error}")))
 }
 
 fn path_of(name: &MeshName) -> Path {
@@ -37,11 +37,11 @@ fn path_of(name: &MeshName) -> Path {
 
 /// M374.
 pub(crate) fn save<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
-    let Some(name) = name_in(words)? else { return grid_file::save_grid(hands) };
-    let shape = shape_in_force(hands).ok_or_else(|| Failure::refused("no mesh to save: measure the bed with G32"))?;
+    let Some(name) = name_in(hands.texts(), words)? else { return grid_file::save_grid(hands) };
+    let shape = shape_in_force(hands).ok_or_else(|| Failure::refused(&"no mesh to save: measure the bed with G32"))?;
     let path = path_of(&name);
     let written = write(hands, &path, &shape);
-    written.map_err(|error| Failure::Refused(about_file(&path, error.text())))?;
+    written.map_err(|error| hands.texts().about_file(&path, error.text()))?;
     hands.bed().mesh_name = name;
     hands.say(format_args!("mesh saved to {path}\n"));
     Ok(Answer::Ok)
@@ -82,15 +82,16 @@ fn write<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &str, shape: &GridShape) 
 /// # Errors
 /// When there is none, or the card refuses.
 pub(crate) fn delete(
+    texts: &Texts,
     config: &MachineConfig,
     storage: &mut impl Storage,
     bed: &mut Bed,
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    let Some(name) = name_in(words)? else { return grid_file::delete_grid(config, storage, reply) };
+    let Some(name) = name_in(texts, words)? else { return grid_file::delete_grid(texts, config, storage, reply) };
     let path = path_of(&name);
-    safe_file::remove(storage, &path).map_err(|error| Failure::Refused(about_file(&path, error.text())))?;
+    safe_file::remove(storage, &path).map_err(|error| texts.about_file(&path, error.text()))?;
     if bed.mesh_name == name {
         // It stays in force; M500 has no file any more to load it from.
         bed.mesh_name = MeshName::default();
@@ -102,25 +103,26 @@ pub(crate) fn delete(
 
 /// M375.
 pub(crate) fn load<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
-    match name_in(words)? {
+    match name_in(hands.texts(), words)? {
         Some(name) => load_named(hands, name),
         None => grid_file::load_grid(hands),
     }
 }
 
 fn load_named<P: Ports>(hands: &mut Hands<'_, '_, P>, name: MeshName) -> Outcome {
+    let texts = hands.texts();
     let path = path_of(&name);
     // The draft belongs to whoever fills it: nothing may be on its way.
     hands.standstill()?;
-    let failed = |error: StorageError| Failure::Refused(about_file(&path, error.text()));
+    let failed = |error: StorageError| texts.about_file(&path, error.text());
     safe_file::settle(hands.storage(), &path).map_err(failed)?;
     let file = hands.storage().open(&path, OpenMode::Read).map_err(failed)?;
     let read = read(hands, file);
     // It was only read: a failing close loses nothing.
     let _ = hands.storage().close(file);
-    let about = |failure: Failure| match failure {
-        Failure::Refused(why) => Failure::Refused(message(format_args!("{path}: {why}"))),
-        other => other,
+    let about = |failure: Failure| match failure.kind {
+        FailureKind::Refused => texts.refused(format_args!("{path}: {}", texts.of(failure))),
+        _ => failure,
     };
     let shape = read.map_err(about)?;
     adopt_grid(hands, &shape).map_err(about)?;
@@ -136,12 +138,13 @@ fn load_named<P: Ports>(hands: &mut Hands<'_, '_, P>, name: MeshName) -> Outcome
 
 /// The heights are then in the draft.
 fn read<P: Ports>(hands: &mut Hands<'_, '_, P>, file: FileHandle) -> Result<GridShape, Failure> {
+    let texts = hands.texts();
     let mut reader = ProfileReader::default();
     loop {
         let mut chunk = [0; CHUNK];
-        let count = hands.storage().read(file, &mut chunk).map_err(|error| Failure::refused(error.text()))?;
+        let count = hands.storage().read(file, &mut chunk).map_err(|error| texts.because(error.text()))?;
         let bytes = chunk.get(..count).unwrap_or_default();
-        let flaw = |flaw| Failure::Refused(message(format_args!("{flaw}")));
+        let flaw = |flaw| texts.refused(format_args!("{flaw}"));
         if bytes.is_empty() {
             return hands
                 .motion(|motion| reader.finish(&mut |index, height| put(motion.draft(), index, height)))
@@ -168,7 +171,7 @@ pub(crate) fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let loaded = hands.bed().mesh_name;
     loop {
         let listed = names_behind(hands.storage(), seen);
-        let (entries, names) = listed.map_err(|error| Failure::Refused(about_file("/sd", error.text())))?;
+        let (entries, names) = listed.map_err(|error| hands.texts().about_file("/sd", error.text()))?;
         for name in &names {
             found += 1;
             let mark = if *name == loaded { " (in force)" } else { "" };
@@ -198,7 +201,7 @@ pub(crate) fn use_mesh<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>
     let (wanted, is_level) =
         (words.get('S'), hands.motion(|motion| motion.compensation().bed() != motion::compensation::Bed::Flat));
     if let Some(number) = words.get('L') {
-        load_named(hands, numbered(number)?)?;
+        load_named(hands, numbered(hands.texts(), number)?)?;
     } else if wanted == Some(0.0) {
         level_aside(hands)?;
     } else if (words.has('S') || words.is_bare()) && !is_level && !level_again(hands)? {
@@ -215,12 +218,12 @@ pub(crate) fn use_mesh<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>
 }
 
 /// Marlin's slots: the name of a mesh is then a number.
-fn numbered(number: f64) -> Result<MeshName, Failure> {
+fn numbered(texts: &Texts, number: f64) -> Result<MeshName, Failure> {
     let mut name = heapless::String::<8>::new();
     let is_slot = (0.0..=99.0).contains(&number) && libm::floor(number) == number;
     let written = core::fmt::write(&mut name, format_args!("{}", number as u8));
     if !is_slot || written.is_err() {
-        return Err(Failure::refused("a mesh's number is 0 to 99: it is its name on the card"));
+        return Err(Failure::refused(&"a mesh's number is 0 to 99: it is its name on the card"));
     }
-    MeshName::read(&name).map_err(Failure::refused)
+    MeshName::read(&name).map_err(|error| texts.refused(format_args!("{error}")))
 }

@@ -20,7 +20,7 @@ pub(crate) fn probe_point(bed: &mut Bed, words: &Words<'_>, reply: &mut Reply<'_
     if let Some(number) = words.get('P') {
         let index = [0.0, 1.0, 2.0].iter().position(|known| *known == number);
         let point = index.and_then(|index| bed.points.get_mut(index));
-        let [x, y] = point.ok_or_else(|| Failure::refused("M557: P is 0, 1 or 2"))?;
+        let [x, y] = point.ok_or_else(|| Failure::refused(&"M557: P is 0, 1 or 2"))?;
         *x = words.get('X').unwrap_or(*x);
         *y = words.get('Y').unwrap_or(*y);
     }
@@ -112,10 +112,10 @@ pub(crate) fn axis_twist(bed: &mut Bed, words: &Words<'_>, reply: &mut Reply<'_>
     let place = words.as_length('X').or(words.as_length('Y'));
     if let Some(place) = place {
         let high =
-            words.as_length('Z').ok_or_else(|| Failure::refused("M851.6 needs Z, what the probe reads too high"))?;
+            words.as_length('Z').ok_or_else(|| Failure::refused(&"M851.6 needs Z, what the probe reads too high"))?;
         let points = bed.twist.points();
         if points.last().is_some_and(|[last, _]| *last >= place) || points.len() == MOST_TWIST_POINTS {
-            return Err(Failure::refused("M851.6: places rise, eight at most; M851.6 R forgets them"));
+            return Err(Failure::refused(&"M851.6: places rise, eight at most; M851.6 R forgets them"));
         }
         if bed.twist.points().is_empty() {
             bed.twist.along_y = words.has('Y');

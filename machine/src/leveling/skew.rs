@@ -9,7 +9,7 @@ use super::compensation::recompensate;
 use super::words::{SQUARE, configured, skew_of, square};
 use crate::bed::MeshName;
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, about_file, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::files::safe_file::{self, Draft};
 use crate::ports::{MotionPort, OpenMode, Ports, Storage, StorageError};
 use crate::sessions::Reply;
@@ -28,14 +28,14 @@ pub(crate) fn skew<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) ->
     if words.code().subcode > 1 {
         return profile(hands, words);
     }
-    let measured = square(words)?;
+    let measured = square(hands.texts(), words)?;
     if words.code().subcode == 1 {
-        let factor = measured.ok_or_else(|| Failure::refused(SQUARE))?;
+        let factor = measured.ok_or_else(|| Failure::refused(&SQUARE))?;
         say_lean(hands, factor);
         return Ok(Answer::Ok);
     }
     let before = hands.motion(|motion| motion.compensation().skew());
-    let changed = skew_of(before, words)?;
+    let changed = skew_of(hands.texts(), before, words)?;
     if let Some(skew) = changed {
         recompensate(hands, |motion| motion.set_skew(skew))?;
     }
@@ -67,14 +67,15 @@ const LONGEST: usize = 128;
 /// SKEW_PROFILE: M852.2 saves the skew under a name, M852.3 loads it, M852.4 deletes the file. The file is a
 /// line as M500 writes it, so that it can be read, and played.
 fn profile<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let texts = hands.texts();
     let name = words
         .text()
         .and_then(|text| MeshName::read(text).ok())
-        .ok_or_else(|| Failure::refused("a profile needs a name, P\"name\": 24 letters, digits, - and _ at most"))?;
+        .ok_or_else(|| Failure::refused(&"a profile needs a name, P\"name\": 24 letters, digits, - and _ at most"))?;
     let mut path = heapless::String::<40>::new();
     // A name of 24 letters fits.
     let _ = write!(path, "/sd/{}{ENDING}", name.as_str());
-    let failed = |error: StorageError| Failure::Refused(about_file(&path, error.text()));
+    let failed = |error: StorageError| texts.about_file(&path, error.text());
     match words.code().subcode {
         2 => {
             let Skew { xy, xz, yz } = hands.motion(|motion| motion.compensation().skew());
@@ -86,9 +87,9 @@ fn profile<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome
             hands.say(format_args!("skew saved to {path}\n"));
         }
         3 => {
-            let skew = read_file(hands.storage(), &path).map_err(failed)?.ok_or_else(|| {
-                Failure::Refused(message(format_args!("{path} holds no skew: a line M852 I J K is meant")))
-            })?;
+            let skew = read_file(hands.storage(), &path)
+                .map_err(failed)?
+                .ok_or_else(|| texts.refused(format_args!("{path} holds no skew: a line M852 I J K is meant")))?;
             recompensate(hands, |motion| motion.set_skew(skew))?;
             let Skew { xy, xz, yz } = skew;
             hands.say(format_args!("Skew factors: XY {xy:.8} XZ {xz:.8} YZ {yz:.8}\n"));

@@ -48,7 +48,7 @@ pub(crate) fn show_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
 /// A line of the table, and whether more follow.
 fn table_line(motion: &Motion, with_places: bool, index: usize) -> Result<(Line, bool), Failure> {
     let grid = motion.compensation().grid();
-    let grid = grid.ok_or_else(|| Failure::refused("no grid levels the machine: load one with M375"))?;
+    let grid = grid.ok_or_else(|| Failure::refused(&"no grid levels the machine: load one with M375"))?;
     let (shape, rows) = (grid.shape(), grid.shape().count[1]);
     // Before the first row there may be a heading.
     let line = match index.checked_sub(usize::from(with_places)) {

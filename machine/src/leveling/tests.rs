@@ -1,3 +1,4 @@
+use crate::failure::Texts;
 use config::{Leveling, LevelingConfig};
 use motion::GridShape;
 use units::Mm;
@@ -31,16 +32,21 @@ fn headers_are_those_of_smoothieware_and_tell_what_differs() {
     let (_, square) = cartesian([5, 5]);
     let (_, oblong) = cartesian([5, 4]);
     let header = |shape| Header::of(Leveling::CartesianGrid, shape);
-    assert!(header(&square).matches(Leveling::CartesianGrid, &square).is_ok());
-    assert!(header(&oblong).matches(Leveling::CartesianGrid, &oblong).is_ok());
+    assert!(header(&square).matches(&Texts::new(), Leveling::CartesianGrid, &square).is_ok());
+    assert!(header(&oblong).matches(&Texts::new(), Leveling::CartesianGrid, &oblong).is_ok());
     let (_, other) = cartesian([7, 4]);
-    assert!(header(&other).matches(Leveling::CartesianGrid, &oblong).is_err());
+    assert!(header(&other).matches(&Texts::new(), Leveling::CartesianGrid, &oblong).is_err());
     let wide = GridShape { step: [26.0, -20.0], ..oblong };
-    assert!(header(&wide).matches(Leveling::CartesianGrid, &oblong).is_err());
+    assert!(header(&wide).matches(&Texts::new(), Leveling::CartesianGrid, &oblong).is_err());
     let (small, large) = (around(40.0, 5), around(50.0, 5));
-    let found = Header::of(Leveling::DeltaGrid, &large).matches(Leveling::DeltaGrid, &small).expect("any radius");
+    let found = Header::of(Leveling::DeltaGrid, &large)
+        .matches(&Texts::new(), Leveling::DeltaGrid, &small)
+        .expect("any radius");
     assert_eq!(found, (large, true));
-    assert_eq!(Header::of(Leveling::DeltaGrid, &small).matches(Leveling::DeltaGrid, &small), Ok((small, false)));
+    assert_eq!(
+        Header::of(Leveling::DeltaGrid, &small).matches(&Texts::new(), Leveling::DeltaGrid, &small),
+        Ok((small, false))
+    );
 }
 
 #[test]

@@ -4,7 +4,7 @@ use config::{Leveling, LevelingConfig, MeshInterpolation};
 use motion::{Fade, Interpolation, Plane, Skew};
 use program::Words;
 
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 
 /// Skew factors are kept to as many parts of one: so they are saved exactly.
 const SKEW_PARTS: f64 = 1e8;
@@ -32,8 +32,8 @@ pub(crate) fn configured(leveling: &LevelingConfig) -> Skew {
 ///
 /// # Errors
 /// When its lengths are no square's.
-pub(crate) fn skew_of(before: Skew, words: &Words<'_>) -> Result<Option<Skew>, Failure> {
-    let (measured, mut skew, mut any) = (square(words)?, before, false);
+pub(crate) fn skew_of(texts: &Texts, before: Skew, words: &Words<'_>) -> Result<Option<Skew>, Failure> {
+    let (measured, mut skew, mut any) = (square(texts, words)?, before, false);
     let plane = words.get('P').map_or(0, |plane| plane as usize);
     for (index, (letter, factor)) in
         [('I', &mut skew.xy), ('J', &mut skew.xz), ('K', &mut skew.yz)].into_iter().enumerate()
@@ -50,16 +50,16 @@ pub(crate) fn skew_of(before: Skew, words: &Words<'_>) -> Result<Option<Skew>, F
 pub(super) const SQUARE: &str = "a square needs A, B and D: both diagonals AC and BD, and the side AD";
 
 /// The factor that the words' lengths tell, where they name any.
-pub(super) fn square(words: &Words<'_>) -> Result<Option<f64>, Failure> {
+pub(super) fn square(texts: &Texts, words: &Words<'_>) -> Result<Option<f64>, Failure> {
     let [ac, bd, ad] = ['A', 'B', 'D'].map(|letter| words.as_length(letter));
     match (ac, bd, ad) {
         (None, None, None) => Ok(None),
         (Some(ac), Some(bd), Some(ad)) => {
             let factor = Skew::from_square(ac, bd, ad);
             let text = format_args!("no nearly square figure has diagonals of {ac} and {bd} mm and a side of {ad} mm");
-            factor.map(Some).ok_or_else(|| Failure::Refused(message(text)))
+            factor.map(Some).ok_or_else(|| texts.refused(text))
         }
-        _ => Err(Failure::refused(SQUARE)),
+        _ => Err(Failure::refused(&SQUARE)),
     }
 }
 
@@ -73,10 +73,10 @@ pub(crate) fn plane_of(words: &Words<'_>) -> Result<Option<Plane>, Failure> {
         return Ok(None);
     }
     let [Some(a), Some(b), Some(c), Some(d)] = parts else {
-        return Err(Failure::refused("M561 takes A, B, C and D, or none of them"));
+        return Err(Failure::refused(&"M561 takes A, B, C and D, or none of them"));
     };
     let plane = Plane::from_equation(plane_words([a, b, c, d]));
-    plane.map(Some).ok_or_else(|| Failure::refused("M561: that plane stands upright"))
+    plane.map(Some).ok_or_else(|| Failure::refused(&"M561: that plane stands upright"))
 }
 
 /// The words of M561: numbers, or what Smoothieware saved, the bits of single-precision numbers.

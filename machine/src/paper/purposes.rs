@@ -6,7 +6,7 @@ use super::moves::{CLEAR, go_over, lift, unleveled};
 use super::state::{Along, Purpose, Walk};
 use crate::arms::homes_by_motor;
 use crate::executor::Hands;
-use crate::failure::{Failure, message};
+use crate::failure::Failure;
 use crate::ports::Ports;
 use crate::probing::touch_here;
 
@@ -16,7 +16,7 @@ impl Purpose {
         match number as u8 {
             0 => begin_probe_offset(hands),
             1 if hands.config().homing_endstop(Axis::Z).is_none() => {
-                Err(Failure::refused("Z has no switch to home with: [endstops] homing_direction"))
+                Err(Failure::refused(&"Z has no switch to home with: [endstops] homing_direction"))
             }
             1 => Ok(Self::Endstop),
             2 => Ok(Self::Height),
@@ -43,7 +43,7 @@ impl Purpose {
 /// Touches the bed under the probe, and brings the tool over the same place.
 fn begin_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Purpose, Failure> {
     if !hands.config().probe.enable {
-        return Err(Failure::refused("no probe is configured: [zprobe] enable"));
+        return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));
     }
     let contact = touch_here(hands)?;
     let [dx, dy, _] = hands.bed().probe_offsets;
@@ -72,7 +72,7 @@ fn set_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, offset: f64) {
 fn set_homing_position<P: Ports>(hands: &mut Hands<'_, '_, P>, reads: f64) -> Result<(), Failure> {
     let offset = hands.tuning().home_offset()[Axis::Z] - reads;
     if !offset.is_finite() {
-        return Err(Failure::Refused(message(format_args!("Z reads {reads}"))));
+        return Err(hands.texts().refused(format_args!("Z reads {reads}")));
     }
     lift(hands)?;
     hands.tuning().set_home_offset(Axis::Z, offset);

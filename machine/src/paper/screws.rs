@@ -12,7 +12,7 @@ impl Walk {
     pub fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
         if hands.config().bed_screws.screws.is_empty() {
             return Err(Failure::refused(
-                "BED_SCREWS_ADJUST needs to know where the screws are: write screws in [bed screws]",
+                &"BED_SCREWS_ADJUST needs to know where the screws are: write screws in [bed screws]",
             ));
         }
         // A mesh would lift the tool along with what the screws are to mend.

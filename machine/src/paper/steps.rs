@@ -7,7 +7,7 @@ use super::moves::{go_to_height, lift};
 use super::state::{Purpose, Test};
 use super::tried::{Step, Tried};
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::Ports;
 
 /// A step is no longer, mm: nobody means more.
@@ -21,7 +21,7 @@ pub(crate) fn paper_test<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
     if hands.paper().test.is_some() && !hands.all_homed() {
         hands.paper().end();
         return Err(Failure::refused(
-            "the paper test has ended, for the machine does not know any more where it is: home it",
+            &"the paper test has ended, for the machine does not know any more where it is: home it",
         ));
     }
     match words.code().subcode {
@@ -35,10 +35,10 @@ pub(crate) fn paper_test<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
 
 fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, number: f64) -> Outcome {
     if hands.paper().test.is_some() {
-        return Err(Failure::refused("a paper test is under way: ACCEPT (M851.3) or ABORT (M851.4) it first"));
+        return Err(Failure::refused(&"a paper test is under way: ACCEPT (M851.3) or ABORT (M851.4) it first"));
     }
     if !hands.all_homed() {
-        return Err(Failure::refused("a paper test needs a machine that knows where it is: home it first"));
+        return Err(Failure::refused(&"a paper test needs a machine that knows where it is: home it first"));
     }
     let purpose = Purpose::begin(hands, number)?;
     await_paper(hands, purpose);
@@ -63,13 +63,13 @@ fn step<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
             let up = share > 0.0;
             if libm::fabs(share) > 1.5 { Step::Whole { up } } else { Step::Halfway { up } }
         }
-        _ => return Err(Failure::refused("M851.2 needs Z, by how much, or S: 1 or -1 halfway, 2 or -2 all the way")),
+        _ => return Err(Failure::refused(&"M851.2 needs Z, by how much, or S: 1 or -1 halfway, 2 or -2 all the way")),
     };
-    let Some(test) = &mut hands.paper().test else { return Err(Failure::refused(NONE)) };
+    let Some(test) = &mut hands.paper().test else { return Err(Failure::refused(&NONE)) };
     test.tried.note(here);
     let next = test.tried.next(here, step);
     if libm::fabs(next - here) > LONGEST_STEP {
-        return Err(Failure::Refused(message(format_args!("a step of a paper test is {LONGEST_STEP} mm at most"))));
+        return Err(hands.texts().refused(format_args!("a step of a paper test is {LONGEST_STEP} mm at most")));
     }
     go_to_height(hands, next)?;
     if let Some(test) = &hands.paper().test {
@@ -80,10 +80,10 @@ fn step<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
 }
 
 fn accept<P: Ports>(hands: &mut Hands<'_, '_, P>, turned: bool) -> Outcome {
-    let Some(test) = &hands.paper().test else { return Err(Failure::refused(NONE)) };
+    let Some(test) = &hands.paper().test else { return Err(Failure::refused(&NONE)) };
     let purpose = test.purpose.clone();
     if turned && !matches!(purpose, Purpose::Screws(_)) {
-        return Err(Failure::refused("ADJUSTED says that a screw was turned: ACCEPT here"));
+        return Err(Failure::refused(&"ADJUSTED says that a screw was turned: ACCEPT here"));
     }
     // A halt on the way ends the test by itself; nothing has been changed then.
     match purpose.accept(hands, turned) {
@@ -107,7 +107,7 @@ fn accept<P: Ports>(hands: &mut Hands<'_, '_, P>, turned: bool) -> Outcome {
 
 fn give_up<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     if !hands.paper().end() {
-        return Err(Failure::refused(NONE));
+        return Err(Failure::refused(&NONE));
     }
     lift(hands)?;
     hands.say(format_args!("the paper test has ended, nothing was changed\n"));

@@ -24,11 +24,11 @@ impl Along {
     pub fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
         let config = hands.config();
         if !config.probe.enable {
-            return Err(Failure::refused("no probe is configured: [zprobe] enable"));
+            return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));
         }
         if config.axis_twist.start == config.axis_twist.end {
             return Err(Failure::refused(
-                "where is the twist to be measured? [axis twist compensation] start, end and line",
+                &"where is the twist to be measured? [axis twist compensation] start, end and line",
             ));
         }
         Self { contact: 0.0, offsets: Vec::new() }.go(hands)

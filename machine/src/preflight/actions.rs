@@ -9,7 +9,7 @@ use super::finding::Kind;
 use super::homing;
 use super::lines::{Reading, Said};
 use super::settings;
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, short};
 use crate::heat::OFF_BELOW;
 use crate::motion_codes;
 use crate::needs::needs;
@@ -50,7 +50,7 @@ impl Reading<'_, '_> {
             Action::SetPosition { ref to, homed } => self.set_position(to, homed).await,
             Action::ForgetHoming(axes) => self.preflight.homed = self.preflight.homed.without(axes),
             Action::Acceleration(value) => {
-                let set = motion_codes::acceleration(&mut self.shadow(), value);
+                let set = motion_codes::acceleration(self.preflight.texts, &mut self.shadow(), value);
                 set.map_err(|failure| self.failed(Kind::Word, failure))?;
                 self.acceleration_is_asked();
             }
@@ -62,7 +62,7 @@ impl Reading<'_, '_> {
             }
             Action::Call { number, times } => match self.preflight.program.call(number, times, self.after) {
                 Ok(place) => *next = place,
-                Err(fault) => return Err(self.say(Kind::Flow, message(format_args!("{fault}")))),
+                Err(fault) => return Err(self.say(Kind::Flow, short(format_args!("{fault}")))),
             },
             Action::Return => {
                 *next = self.preflight.program.end_call().unwrap_or(Next::At(Place::default()));
@@ -79,7 +79,7 @@ impl Reading<'_, '_> {
             Action::Pause(_) | Action::ChangeTool(_) | Action::Suspend { .. } | Action::RetractByHand => {
                 self.standstill().await;
             }
-            Action::Halt => return Err(self.say(Kind::Unforeseen, message(format_args!("M112 halts the machine")))),
+            Action::Halt => return Err(self.say(Kind::Unforeseen, short(format_args!("M112 halts the machine")))),
             _ => {}
         }
         Ok(())
@@ -90,7 +90,7 @@ impl Reading<'_, '_> {
         match effect {
             Effect::Target { heater, target } => self.target(heater, target),
             Effect::Switch { switch, on, value } => {
-                let checked = Outputs::check(self.preflight.config, switch, on, value, true);
+                let checked = Outputs::check(self.preflight.texts, self.preflight.config, switch, on, value, true);
                 checked.map_err(|failure| self.failed(Kind::Off, failure))
             }
             Effect::Arm { .. } | Effect::Light(_) => Ok(()),
@@ -105,16 +105,17 @@ impl Reading<'_, '_> {
             return Ok(());
         }
         let config = self.preflight.config;
-        needs(config, Part::Heater(heater), true).map_err(|failure| self.failed(Kind::Off, failure))?;
+        needs(self.preflight.texts, config, Part::Heater(heater), true)
+            .map_err(|failure| self.failed(Kind::Off, failure))?;
         let Some(settings) = config.heater(heater) else { return Ok(()) };
         let most = self.preflight.most_celsius.get(heater.index()).copied().unwrap_or(settings.max_temp);
         let name = settings.name.as_str();
         if settings.heater_pin.is_none() {
-            return Err(self.say(Kind::TooHot, message(format_args!("{name} is a sensor without a heater"))));
+            return Err(self.say(Kind::TooHot, short(format_args!("{name} is a sensor without a heater"))));
         }
         if target > most {
             let text = format_args!("{name}: {:.1} C is above its max_temp {:.1} C", target.0, most.0);
-            return Err(self.say(Kind::TooHot, message(text)));
+            return Err(self.say(Kind::TooHot, short(text)));
         }
         Ok(())
     }
@@ -146,22 +147,26 @@ impl Reading<'_, '_> {
             Function::BedPlane => self.set(function, words).await,
             _ if words.is_bare() && !matches!(function, Function::LoadGrid | Function::WaitForHeaters) => Ok(()),
             Function::AxisSpeeds => {
-                let set = motion_codes::set_axis_speeds(&mut self.shadow(), config, &tools, words);
+                let set =
+                    motion_codes::set_axis_speeds(self.preflight.texts, &mut self.shadow(), config, &tools, words);
                 set.map(|seek| rate = seek)
             }
             Function::MotorSpeeds => {
-                motion_codes::set_motor_speeds(&mut self.shadow(), config, &tools, words).map(drop)
+                motion_codes::set_motor_speeds(self.preflight.texts, &mut self.shadow(), config, &tools, words)
+                    .map(drop)
             }
             Function::Accelerations => {
-                let set = motion_codes::accelerations(&mut self.shadow(), config, &tools, words);
+                let set = motion_codes::accelerations(self.preflight.texts, &mut self.shadow(), config, &tools, words);
                 set.map(|_| {
                     if words.has('S') {
                         self.acceleration_is_asked();
                     }
                 })
             }
-            Function::CornerSettings => motion_codes::corner_settings(&mut self.shadow(), words).map(drop),
-            Function::Jerk => motion_codes::jerk(&mut self.shadow(), words).map(drop),
+            Function::CornerSettings => {
+                motion_codes::corner_settings(self.preflight.texts, &mut self.shadow(), words).map(drop)
+            }
+            Function::Jerk => motion_codes::jerk(self.preflight.texts, &mut self.shadow(), words).map(drop),
             Function::SpeedFactor => {
                 let factor = words.get('S').unwrap_or(1.0).clamp(0.1, 10.0);
                 self.motion.set_overrides(factor, factor);
@@ -180,7 +185,7 @@ impl Reading<'_, '_> {
             }
             Function::StepsPerMm => {
                 self.standstill().await;
-                motion_codes::set_steps_per_mm(&mut self.shadow(), config, &tools, words)
+                motion_codes::set_steps_per_mm(self.preflight.texts, &mut self.shadow(), config, &tools, words)
             }
             _ => self.set(function, words).await,
         };
@@ -195,7 +200,7 @@ impl Reading<'_, '_> {
         if settings::stands_first(function) {
             self.standstill().await;
         }
-        settings::set(self.preflight, self.motion, function, words)?;
+        settings::set(self.preflight.texts, self.preflight, self.motion, function, words)?;
         if settings::stands_first(function) {
             self.preflight.program.resynchronise(self.motion.commanded_position());
         }
@@ -211,7 +216,7 @@ impl Reading<'_, '_> {
     fn unforeseen(&mut self) {
         if !core::mem::replace(&mut self.preflight.once.unforeseen, true) {
             let text = "what is found here decides what follows: it is looked at as if nothing had been found";
-            self.say(Kind::Unforeseen, message(format_args!("{text}")));
+            self.say(Kind::Unforeseen, short(format_args!("{text}")));
         }
     }
 

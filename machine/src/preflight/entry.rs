@@ -9,7 +9,7 @@ use super::lines::Reading;
 use super::settings;
 use super::state::{Listener, MOST_LINES, Preflight};
 use super::text::read;
-use crate::failure::{Message, message};
+use crate::failure::{ShortText, short};
 use crate::jobs::is_comment;
 
 impl Preflight<'_> {
@@ -49,12 +49,12 @@ impl Preflight<'_> {
         heights: &[f32],
         has_a_name: bool,
         motion: &mut Motion,
-    ) -> Result<(), Message> {
+    ) -> Result<(), ShortText> {
         settings::level_by(self, motion, shape, heights, has_a_name)
     }
 
     /// What is wrong with this line.
-    pub(super) fn finding(&self, line: u32, kind: Kind, what: Message) -> Finding {
+    pub(super) fn finding(&self, line: u32, kind: Kind, what: ShortText) -> Finding {
         Finding { sub: self.files.last().cloned(), line, kind, what }
     }
 
@@ -81,7 +81,7 @@ impl Preflight<'_> {
     /// The next line, which begins at this place, is longer than any.
     pub fn too_long(&mut self, here: Place, listener: &mut dyn Listener) {
         self.totals.stops += 1;
-        let what = message(format_args!("the line is longer than {MAX_LINE_LENGTH} letters"));
+        let what = short(format_args!("the line is longer than {MAX_LINE_LENGTH} letters"));
         listener.found(&self.finding(here.line + 1, Kind::Text, what));
     }
 
@@ -90,7 +90,7 @@ impl Preflight<'_> {
         let is_endless = self.totals.lines > MOST_LINES;
         if is_endless {
             let text = format_args!("more than {MOST_LINES} lines are carried out: what follows is not looked at");
-            listener.found(&self.finding(self.line, Kind::Unforeseen, message(text)));
+            listener.found(&self.finding(self.line, Kind::Unforeseen, short(text)));
         }
         is_endless
     }

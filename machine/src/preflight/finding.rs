@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::limits::Limit;
-use crate::failure::Message;
+use crate::failure::ShortText;
 
 /// The name of a subroutine.
 pub type SubName = gcode::expression::Name;
@@ -97,7 +97,7 @@ pub struct Finding {
     /// What sort of thing.
     pub kind: Kind,
     /// What is wrong.
-    pub what: Message,
+    pub what: ShortText,
 }
 
 impl fmt::Display for Finding {

@@ -7,7 +7,7 @@ use program::{Dialect, Fault, Meaning, MotionMode, Next, Place, Problem};
 use super::finding::{Kind, MOST_ALIKE, Severity};
 use super::state::{Listener, Preflight};
 use crate::executor::decoder_expecting;
-use crate::failure::{Failure, Message, message};
+use crate::failure::{Failure, ShortText, short};
 use crate::needs::{failure_of, makes_another_part, needs};
 use crate::program_setup::PartNames;
 
@@ -27,7 +27,7 @@ impl Reading<'_, '_> {
     // --- saying ---
 
     /// Something is wrong with this line.
-    pub fn say(&mut self, kind: Kind, what: Message) -> Said {
+    pub fn say(&mut self, kind: Kind, what: ShortText) -> Said {
         let preflight = &mut *self.preflight;
         let alike = match kind {
             Kind::OutOfTravel => Some(&mut preflight.once.out_of_travel),
@@ -52,10 +52,8 @@ impl Reading<'_, '_> {
 
     /// What the machine would refuse, or halt with.
     pub fn failed(&mut self, kind: Kind, failure: Failure) -> Said {
-        match failure {
-            Failure::Alarm(what) | Failure::Refused(what) => self.say(kind, what),
-            Failure::Halted => Said,
-        }
+        let what = self.preflight.texts.copy_of(failure);
+        if failure.has_text() { self.say(kind, what) } else { Said }
     }
 
     fn wrong(&mut self, fault: &Fault) -> Said {
@@ -65,7 +63,7 @@ impl Reading<'_, '_> {
             Problem::Needs(..) => Kind::Unknown,
             _ => Kind::Word,
         };
-        let failure = failure_of(self.preflight.config, fault, true);
+        let failure = failure_of(self.preflight.texts, self.preflight.config, fault, true);
         self.failed(kind, failure)
     }
 
@@ -87,7 +85,7 @@ impl Reading<'_, '_> {
                     next
                 }
                 Err(fault) => {
-                    self.say(Kind::Flow, message(format_args!("{fault}")));
+                    self.say(Kind::Flow, short(format_args!("{fault}")));
                     Next::Following
                 }
             },
@@ -97,8 +95,8 @@ impl Reading<'_, '_> {
             Ok(Line::Blank | Line::Console(_)) => Next::Following,
             Err(refusal) => {
                 let what = match refusal {
-                    Refusal::Resend { .. } => message(format_args!("checksum does not match")),
-                    refusal => message(format_args!("{refusal}")),
+                    Refusal::Resend { .. } => short(format_args!("checksum does not match")),
+                    refusal => short(format_args!("{refusal}")),
                 };
                 self.say(Kind::Text, what);
                 Next::Following
@@ -109,7 +107,7 @@ impl Reading<'_, '_> {
     /// Nothing may be open any more.
     pub fn end_of_file(&mut self) {
         if let (Err(fault), false) = (self.preflight.program.end_file(), self.preflight.has_ended) {
-            self.say(Kind::Flow, message(format_args!("the file ends, and {fault}")));
+            self.say(Kind::Flow, short(format_args!("the file ends, and {fault}")));
         }
     }
 
@@ -119,7 +117,7 @@ impl Reading<'_, '_> {
             Ok(program::extended::Asked::Codes) => self.codes(Blocks::new(codes.as_bytes())).await,
             Ok(_) => Next::Following,
             Err(fault) => {
-                self.say(Kind::Unknown, message(format_args!("{} {fault}", command.name())));
+                self.say(Kind::Unknown, short(format_args!("{} {fault}", command.name())));
                 Next::Following
             }
         }
@@ -138,7 +136,7 @@ impl Reading<'_, '_> {
                 Ok(true) => {}
                 Ok(false) => break,
                 Err(error) => {
-                    self.say(Kind::Text, message(format_args!("{error}")));
+                    self.say(Kind::Text, short(format_args!("{error}")));
                     self.preflight.program.drop_line();
                     return next;
                 }
@@ -189,14 +187,16 @@ impl Reading<'_, '_> {
         let dialect: Dialect = self.preflight.dialect;
         let Some(row) = self.preflight.program.row(block, dialect) else { return self.not_done(block) };
         if let Some(part) = row.part
-            && let Err(failure) = needs(self.preflight.config, part, true)
+            && let Err(failure) = needs(self.preflight.texts, self.preflight.config, part, true)
         {
             return Err(self.failed(Kind::Off, failure));
         }
         let facts = self.preflight.facts();
         let meaning = match self.preflight.program.run(block, row, facts, dialect) {
             Ok(meaning) => meaning,
-            Err(fault) => return Err(self.wrong(&fault)),
+            Err(fault) => {
+                return Err(self.wrong(&fault));
+            }
         };
         let is_rapid = self.preflight.program.modal().motion == MotionMode::Rapid;
         self.preflight.asks_of_rapids |= is_rapid && block.has('F');
@@ -229,11 +229,11 @@ impl Reading<'_, '_> {
     /// A code that is not carried out.
     fn not_done(&mut self, block: &Block<'_>) -> Result<(), Said> {
         let row = self.preflight.program.row(block, self.preflight.dialect);
-        if let Some(failure) = makes_another_part(row, block) {
+        if let Some(failure) = makes_another_part(self.preflight.texts, row, block) {
             return Err(self.failed(Kind::Unknown, failure));
         }
         if let Some(code) = block.code {
-            self.say(Kind::PassedOver, message(format_args!("{code} is passed over: the part is the same without")));
+            self.say(Kind::PassedOver, short(format_args!("{code} is passed over: the part is the same without")));
         }
         Ok(())
     }

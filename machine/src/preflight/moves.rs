@@ -1,5 +1,7 @@
 //! Moves: held against the travel, then given to motion as the executor does, with nobody waiting.
 
+use core::fmt::Arguments;
+
 use config::MachineConfig;
 use motion::geometry::LineSettings;
 use motion::path::{Bounds, Curve};
@@ -12,7 +14,7 @@ use super::finding::Kind;
 use super::limits::{self, Demand, Limit, Met};
 use super::lines::{Reading, Said};
 use crate::drawing::{self, Draws};
-use crate::failure::{Message, message};
+use crate::failure::short;
 
 /// A share that is rounding.
 const SAME: f64 = 1e-6;
@@ -54,7 +56,7 @@ impl Reading<'_, '_> {
                 Ok(()) => break,
                 Err(Refusal::Full | Refusal::Stopping) if self.pass() => self.preflight.turn().await,
                 Err(refusal) => {
-                    return Err(self.say(Kind::Unreachable, message(format_args!("{refusal}"))));
+                    return Err(self.say(Kind::Unreachable, short(format_args!("{refusal}"))));
                 }
             }
         }
@@ -73,11 +75,11 @@ impl Reading<'_, '_> {
         let moves = Axis::PRIMARY.into_iter().any(|axis| request.target[axis] != from[axis]);
         if moves && !preflight.facts().all_homed() {
             if preflight.config.motion.must_be_homed {
-                return Err(self.say(Kind::Unreachable, message(format_args!("Must be homed before moving"))));
+                return Err(self.say(Kind::Unreachable, short(format_args!("Must be homed before moving"))));
             }
             if !core::mem::replace(&mut preflight.once.not_homed, true) {
                 let text = "it moves before it homes: such moves are not held against the travel";
-                self.say(Kind::NotHomed, message(format_args!("{text}")));
+                self.say(Kind::NotHomed, short(format_args!("{text}")));
             }
         }
         self.look_for_cold(request, from);
@@ -99,7 +101,7 @@ impl Reading<'_, '_> {
             if let Some(said) = self.preflight.once.cold.get_mut(axis as usize) {
                 *said = true;
             }
-            self.say(Kind::Cold, message(format_args!("filament is fed while {} is off", settings.name)));
+            self.say(Kind::Cold, short(format_args!("filament is fed while {} is off", settings.name)));
         }
     }
 
@@ -185,13 +187,13 @@ impl Reading<'_, '_> {
         let Met { limit, asked, most, .. } = *met;
         let text = format_args!("is asked for {asked:.1} mm/s and limited to {most:.1} mm/s");
         let what = match limit {
-            Limit::AxisSpeed(axis) => message(format_args!("{} {text}", axis.letter())),
+            Limit::AxisSpeed(axis) => short(format_args!("{} {text}", axis.letter())),
             Limit::MotorRate(motor) => match Axis::ALL.get(motor as usize).filter(|axis| !Axis::PRIMARY.contains(axis))
             {
-                Some(axis) => message(format_args!("{} {text}", axis.letter())),
-                None => message(format_args!("motor {} {text}", motor.name())),
+                Some(axis) => short(format_args!("{} {text}", axis.letter())),
+                None => short(format_args!("motor {} {text}", motor.name())),
             },
-            _ => message(format_args!("the path {text}")),
+            _ => short(format_args!("the path {text}")),
         };
         self.say(Kind::Speed, what);
     }
@@ -201,7 +203,7 @@ impl Reading<'_, '_> {
         if let Some(most) = most.filter(|_| self.is_news(Limit::Flow)) {
             let flow = most / share;
             let text = format_args!("{flow:.1} mm3/s of filament are asked for and limited to {most:.1} mm3/s");
-            self.say(Kind::Speed, message(text));
+            self.say(Kind::Speed, short(text));
         }
     }
 
@@ -209,7 +211,7 @@ impl Reading<'_, '_> {
         if let (Limit::MotorAcceleration(motor), true) = (met.limit, self.is_news(met.limit)) {
             let (name, most) = (motor.name(), met.most);
             let text = format_args!("{asked:.0} mm/s2 are asked for and motor {name} is limited to {most:.0} mm/s2");
-            self.say(Kind::Acceleration, message(text));
+            self.say(Kind::Acceleration, short(text));
         }
     }
 
@@ -253,19 +255,19 @@ impl Draws for Reading<'_, '_> {
         self.motion.config().is_some_and(|config| !config.kinematics.is_linear())
     }
 
-    fn wrong(&mut self, what: Message) -> Said {
-        self.say(Kind::Word, what)
+    fn wrong(&mut self, what: Arguments<'_>) -> Said {
+        self.say(Kind::Word, short(what))
     }
 
     fn line_may_be(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Said> {
         let homed = self.preflight.homed;
         let checked = self.preflight.travel().check(from, to, homed);
-        checked.map_err(|out| self.say(Kind::OutOfTravel, message(format_args!("{out}"))))
+        checked.map_err(|out| self.say(Kind::OutOfTravel, short(format_args!("{out}"))))
     }
 
     fn curve_may_be(&mut self, from: &PerAxis<f64>, bounds: &Bounds) -> Result<(), Said> {
         let homed = self.preflight.homed;
         let checked = self.preflight.travel().check_bounds(from, bounds, homed);
-        checked.map_err(|out| self.say(Kind::OutOfTravel, message(format_args!("{out}"))))
+        checked.map_err(|out| self.say(Kind::OutOfTravel, short(format_args!("{out}"))))
     }
 }

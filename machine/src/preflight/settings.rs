@@ -7,15 +7,15 @@ use program::{Function, Words};
 
 use super::state::Preflight;
 use crate::arms::words as arms;
-use crate::failure::{Failure, Message, message};
+use crate::failure::{Failure, ShortText, Texts, short};
 use crate::heat_codes::named::maximum_of;
 use crate::leveling::{grid, words as leveling};
 
 /// Sizes of a grid are those of the configuration when they differ by less, mm.
 const SAME_SIZE: f64 = 1e-3;
 
-fn refused(error: impl core::fmt::Display) -> Failure {
-    Failure::Refused(message(format_args!("{error}")))
+fn refused(texts: &Texts, error: impl core::fmt::Display) -> Failure {
+    texts.refused(format_args!("{error}"))
 }
 
 /// Whether such a code is for a machine that stands.
@@ -29,6 +29,7 @@ pub(super) const fn stands_first(function: Function) -> bool {
 /// # Errors
 /// When the machine would refuse it.
 pub(super) fn set(
+    texts: &Texts,
     preflight: &mut Preflight<'_>,
     motion: &mut Motion,
     function: Function,
@@ -43,29 +44,31 @@ pub(super) fn set(
             if let Some((own, kinematics)) = own.and_then(|own| Some((own, arms::arms_of(&own.kinematics, words)?))) {
                 let place = motion.commanded_position();
                 let motors = own.kinematics.actuators(&motion.compensation().motors(&place));
-                motion.configure(MotionConfig { kinematics, ..own }).map_err(refused)?;
+                motion.configure(MotionConfig { kinematics, ..own }).map_err(|error| refused(texts, error))?;
                 let place = motion.compensation().program(&kinematics.point(&motors));
-                motion.set_position(place).map_err(refused)?;
+                motion.set_position(place).map_err(|error| refused(texts, error))?;
             }
             arms::set_arm_tuning(&mut preflight.tuning, config, words);
         }
         Function::MaximumTemperature => {
-            if let Some((heater, most)) = maximum_of(config, words)?
+            if let Some((heater, most)) = maximum_of(texts, config, words)?
                 && let Some(slot) = preflight.most_celsius.get_mut(heater.index())
             {
                 *slot = most;
             }
         }
         Function::Skew => {
-            if let Some(skew) = leveling::skew_of(motion.compensation().skew(), words)? {
-                keeping_the_place(motion, |motion| motion.set_skew(skew).map_err(refused))?;
+            if let Some(skew) = leveling::skew_of(texts, motion.compensation().skew(), words)? {
+                keeping_the_place(texts, motion, |motion| {
+                    motion.set_skew(skew).map_err(|error| refused(texts, error))
+                })?;
             }
         }
         Function::BedPlane => {
             let plane = leveling::plane_of(words)?;
-            keeping_the_place(motion, |motion| match plane {
-                Some(plane) => motion.level_by_plane(plane).map_err(refused),
-                None => motion.level_off().map_err(refused),
+            keeping_the_place(texts, motion, |motion| match plane {
+                Some(plane) => motion.level_by_plane(plane).map_err(|error| refused(texts, error)),
+                None => motion.level_off().map_err(|error| refused(texts, error)),
             })?;
         }
         Function::FadeHeight => {
@@ -80,12 +83,13 @@ pub(super) fn set(
 
 /// Coordinates stay: the tool follows the change.
 fn keeping_the_place(
+    texts: &Texts,
     motion: &mut Motion,
     change: impl FnOnce(&mut Motion) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let before = motion.commanded_position();
     change(motion)?;
-    motion.set_position(before).map_err(refused)
+    motion.set_position(before).map_err(|error| refused(texts, error))
 }
 
 /// Levels by a mesh as the board keeps it.
@@ -98,8 +102,8 @@ pub(super) fn level_by(
     shape: &GridShape,
     heights: &[f32],
     has_a_name: bool,
-) -> Result<(), Message> {
-    let config = preflight.config;
+) -> Result<(), ShortText> {
+    let (config, texts) = (preflight.config, preflight.texts);
     if !has_a_name {
         fits(config, shape)?;
     }
@@ -107,22 +111,21 @@ pub(super) fn level_by(
     let (height, target) = preflight.fade;
     let fade = leveling::fade_up_to(&config.leveling, height, target);
     let between = leveling::interpolation(config.leveling.mesh.interpolation);
-    let levelled = keeping_the_place(motion, |motion| motion.level_by_draft(shape, between, fade).map_err(refused));
-    levelled.map_err(|failure| match failure {
-        Failure::Refused(why) | Failure::Alarm(why) => why,
-        Failure::Halted => Message::new(),
-    })
+    let levelled = keeping_the_place(texts, motion, |motion| {
+        motion.level_by_draft(shape, between, fade).map_err(|error| refused(texts, error))
+    });
+    levelled.map_err(|failure| texts.copy_of(failure))
 }
 
 /// A grid of Smoothieware's says nothing of where it lies: it must be the configured one.
-fn fits(config: &MachineConfig, shape: &GridShape) -> Result<(), Message> {
+fn fits(config: &MachineConfig, shape: &GridShape) -> Result<(), ShortText> {
     let Some(wanted) = grid::configured(&config.leveling) else {
-        return Err(message(format_args!("no grid is configured: write leveling = cartesian grid in [zprobe]")));
+        return Err(short(format_args!("no grid is configured: write leveling = cartesian grid in [zprobe]")));
     };
     let ([nx, ny], [mx, my]) = (shape.count, wanted.count);
     if shape.count != wanted.count {
         let text = format_args!("it has {nx} x {ny} points, the configuration {mx} x {my}: measure the bed again");
-        return Err(message(text));
+        return Err(short(text));
     }
     let is_delta = config.leveling.strategy == Some(Leveling::DeltaGrid);
     let sizes = [0, 1].map(|axis: usize| {
@@ -132,7 +135,7 @@ fn fits(config: &MachineConfig, shape: &GridShape) -> Result<(), Message> {
     for (found, configured) in sizes {
         if !is_delta && libm::fabs(found - configured) > SAME_SIZE {
             let text = format_args!("it is {found:.3} mm long, in the configuration {configured:.3}: measure again");
-            return Err(message(text));
+            return Err(short(text));
         }
     }
     Ok(())

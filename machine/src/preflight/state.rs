@@ -9,6 +9,7 @@ use super::cost::Costs;
 use super::finding::{Finding, Once, SubName};
 use super::limits::Limit;
 use super::turns::end_turn;
+use crate::failure::Texts;
 use crate::jobs::MOST_CALLERS;
 use crate::leveling::words::configured as configured_skew;
 use crate::motion_config::motion_config;
@@ -113,6 +114,8 @@ fn new_program<'p>(config: &MachineConfig, place: &'p mut Option<Interpreter>) -
 #[derive(Debug)]
 pub struct Preflight<'c> {
     pub(super) config: &'c MachineConfig,
+    /// What failures say.
+    pub(super) texts: &'c Texts,
     pub(super) program: &'c mut Interpreter,
     pub(super) tuning: Tuning,
     pub(super) travel: Travel,
@@ -160,6 +163,7 @@ impl<'c> Preflight<'c> {
     /// # Errors
     /// When the machine has no geometry that can move.
     pub fn new(
+        texts: &'c Texts,
         config: &'c MachineConfig,
         dialect: Option<Dialect>,
         program: &'c mut Option<Interpreter>,
@@ -167,7 +171,7 @@ impl<'c> Preflight<'c> {
     ) -> Result<Self, config::ArmSolution> {
         let own = motion_config(config)?;
         motion.configure_to_pass(&own).map_err(|_| config.motion.arm_solution)?;
-        let mut preflight = Self::of_nothing(config, program);
+        let mut preflight = Self::of_nothing(config, texts, program);
         preflight.settling = Motion::settling(&own);
         for (slot, (_, heater)) in preflight.most_celsius.iter_mut().zip(config.heaters()) {
             *slot = heater.max_temp;
@@ -179,10 +183,15 @@ impl<'c> Preflight<'c> {
     }
 
     /// Of no file yet.
-    pub(crate) fn of_nothing(config: &'c MachineConfig, program: &'c mut Option<Interpreter>) -> Self {
+    pub(crate) fn of_nothing(
+        config: &'c MachineConfig,
+        texts: &'c Texts,
+        program: &'c mut Option<Interpreter>,
+    ) -> Self {
         let homes = |axis: &Axis| config.homing_endstop(*axis).is_some();
         Self {
             config,
+            texts,
             program: new_program(config, program),
             tuning: Tuning::new(config),
             travel: Travel::default(),

@@ -8,7 +8,7 @@
 
 use program::Words;
 
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, Texts};
 
 /// From the middle to the axis of an outer pillar, mm.
 const OUTER_RADIUS: f64 = 65.0;
@@ -38,7 +38,7 @@ impl CalibrationPrint {
     ///
     /// # Errors
     /// When it is not whole.
-    pub(super) fn keep(&mut self, words: &Words<'_>) -> Result<(), Failure> {
+    pub(super) fn keep(&mut self, texts: &Texts, words: &Words<'_>) -> Result<(), Failure> {
         self.scale = words.get('S').or(self.scale);
         let Some(list) = words.get('P') else { return Ok(()) };
         let lengths = ['A', 'B', 'C', 'D', 'E', 'F'].map(|letter| words.as_length(letter));
@@ -61,15 +61,15 @@ impl CalibrationPrint {
             }
         };
         let text = "M665.4 needs A to F, six lengths; three, A to C, for P2, the widths of the middle pillar";
-        if is_whole { Ok(()) } else { Err(Failure::refused(text)) }
+        if is_whole { Ok(()) } else { Err(texts.because(text)) }
     }
 
     /// The twelve distances.
     ///
     /// # Errors
     /// When a list is missing.
-    pub(super) fn distances(&self) -> Result<[Measured; 12], Failure> {
-        let missing = |what: &str| Failure::Refused(message(format_args!("of the part {what} is missing: M665.4")));
+    pub(super) fn distances(&self, texts: &Texts) -> Result<[Measured; 12], Failure> {
+        let missing = |what: &str| texts.refused(format_args!("of the part {what} is missing: M665.4"));
         let centre = self.centre.ok_or_else(|| missing("CENTER_DISTS (P0)"))?;
         let outer = self.outer.ok_or_else(|| missing("OUTER_DISTS (P1)"))?;
         let [a, b, c] = self.centre_widths.ok_or_else(|| missing("CENTER_PILLAR_WIDTHS (P2)"))?;
@@ -115,7 +115,7 @@ mod tests {
             outer_widths: Some([9.5; 6]),
             scale: Some(2.0),
         };
-        let all = print.distances().unwrap_or_else(|_| panic!("it is whole"));
+        let all = print.distances(&Texts::new()).unwrap_or_else(|_| panic!("it is whole"));
         for (place, ([[x, y], [i, j]], measured)) in all.into_iter().enumerate() {
             assert!((libm::hypot(i - x, j - y) - 130.0).abs() < 1e-9, "{place}");
             let wanted = if place < 6 { 74.0 - [9.0, 9.2, 9.1][place % 3] } else { 65.5 };
@@ -124,6 +124,6 @@ mod tests {
         // The first outer one: from pillar A, at 210 degrees, in the direction of 330 degrees.
         let ([[x, y], [i, j]], _) = all[6];
         assert!((y - j - 65.0).abs() < 1e-9 && i > x, "{x} {y} {i} {j}");
-        assert!(CalibrationPrint { outer: None, ..print }.distances().is_err());
+        assert!(CalibrationPrint { outer: None, ..print }.distances(&Texts::new()).is_err());
     }
 }

@@ -9,7 +9,7 @@ use super::delta_records::{DeltaRecords, MOST_TOUCHES};
 use super::points::{clear_of, find_bed, probe_point};
 use crate::arms;
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::homing;
 use crate::leveling;
 use crate::ports::Ports;
@@ -101,13 +101,13 @@ pub(super) fn sought(factors: u8, words: &Words<'_>) -> Result<Sought, Failure> 
         9 => (true, true, Arms::Each),
         _ => {
             return Err(Failure::refused(
-                "S is 3 (trims), 4 (and radius), 6 (and angles), 7 (and the arms' length) or 9 (each arm's)",
+                &"S is 3 (trims), 4 (and radius), 6 (and angles), 7 (and the arms' length) or 9 (each arm's)",
             ));
         }
     };
     let sought = Sought { trims: !words.has('R'), radius: radius && !words.has('E'), angles, arms };
     if !sought.trims && !sought.radius && !sought.angles {
-        return Err(Failure::refused("G32: R leaves out the trims and E the radius, so nothing is left"));
+        return Err(Failure::refused(&"G32: R leaves out the trims and E the radius, so nothing is left"));
     }
     Ok(sought)
 }
@@ -131,7 +131,7 @@ fn calibration_rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, goal: &Goal) -> Ou
             // What all rounds have found: noise becomes less.
             let records = hands.delta_records();
             let found = fit(&belief, Evidence { touches: &records.touches, distances: &[] }, goal.sought)
-                .ok_or_else(|| Failure::refused("calibration: the heights of the points make no sense"))?;
+                .ok_or_else(|| Failure::refused(&"calibration: the heights of the points make no sense"))?;
             adopt(hands, &found, goal.sought)?;
             hands.drain();
         }
@@ -149,7 +149,7 @@ fn calibration_rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, goal: &Goal) -> Ou
         "calibration: a spread of {reached:.4} mm is left, more than {:.4}; nothing was changed",
         goal.tolerance
     );
-    Err(Failure::Refused(message(text)))
+    Err(hands.texts().refused(text))
 }
 
 /// Whether a fit of these touches makes them deviate no less than it makes any noise: numbers that are found
@@ -204,7 +204,7 @@ pub(super) fn adopt<P: Ports>(hands: &mut Hands<'_, '_, P>, found: &Found, sough
 /// Radius of the touches, mm.
 fn circle<P: Ports>(hands: &Hands<'_, '_, P>, words: &Words<'_>) -> Result<f64, Failure> {
     let radius = words.as_length('J').unwrap_or(hands.config().delta_calibration.radius.0);
-    if radius > 0.0 { Ok(radius) } else { Err(Failure::refused("J is a radius, above zero")) }
+    if radius > 0.0 { Ok(radius) } else { Err(Failure::refused(&"J is a radius, above zero")) }
 }
 
 /// Homes, finds the bed and touches it at this many places; records the ways of the carriages from their

@@ -11,7 +11,7 @@ use units::{Axis, PerAxis};
 use super::deployed::Deployment;
 use super::search::{check_homed, touches};
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome};
+use crate::failure::{Answer, Failure, FailureKind, Outcome};
 use crate::ports::{Input, Ports};
 
 /// Both settings, as messages name them.
@@ -43,17 +43,17 @@ pub(super) fn ensure<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failu
     }
     if !is_moved(hands) {
         return match sensed(hands) {
-            Some(false) => Err(Failure::refused(NOT_OUT)),
+            Some(false) => Err(Failure::refused(&NOT_OUT)),
             _ => Ok(()),
         };
     }
     if *hands.deployment() == Deployment::Unknown {
         // Where something tells, it is not.
-        sensed(hands).ok_or_else(|| Failure::refused(NOT_KNOWN))?;
+        sensed(hands).ok_or_else(|| Failure::refused(&NOT_KNOWN))?;
     } else if *hands.deployment() != Deployment::Stowed {
         *hands.deployment() = Deployment::Stowed;
         return Err(Failure::refused(
-            "the probe was deployed and is not any more: has it come off? M401 deploys it again",
+            &"the probe was deployed and is not any more: has it come off? M401 deploys it again",
         ));
     }
     let here = hands.position();
@@ -80,7 +80,7 @@ fn deploy<P: Ports>(hands: &mut Hands<'_, '_, P>, by: Deployment) -> Result<(), 
     let [script, _] = &hands.config().probe_scripts;
     run_script(hands, DEPLOY, script)?;
     if sensed(hands) == Some(false) {
-        return Err(Failure::refused(NOT_OUT));
+        return Err(Failure::refused(&NOT_OUT));
     }
     *hands.deployment() = by;
     Ok(())
@@ -108,7 +108,7 @@ fn stow<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
     let [_, script] = &hands.config().probe_scripts;
     run_script(hands, STOW, script)?;
     if sensed(hands) == Some(true) {
-        return Err(Failure::refused("the probe is still deployed: look at it, and at stow_gcode; M402 tries again"));
+        return Err(Failure::refused(&"the probe is still deployed: look at it, and at stow_gcode; M402 tries again"));
     }
     *hands.deployment() = Deployment::Stowed;
     Ok(())
@@ -128,12 +128,12 @@ pub(crate) fn stow_after<P: Ports>(hands: &mut Hands<'_, '_, P>, ended: Outcome)
     if *hands.deployment() != Deployment::BySearch {
         return ended;
     }
-    if matches!(ended, Err(Failure::Halted | Failure::Alarm(_))) || hands.standstill().is_err() {
+    if matches!(ended, Err(Failure::HALTED | Failure { kind: FailureKind::Alarm, .. })) || hands.standstill().is_err() {
         leave_out(hands);
         return ended;
     }
     let stowed = stow(hands);
-    if matches!(stowed, Err(Failure::Refused(_))) && *hands.deployment() != Deployment::Unknown {
+    if stowed.is_err_and(|failure| failure.is_refusal()) && *hands.deployment() != Deployment::Unknown {
         *hands.deployment() = Deployment::ByCommand;
     }
     let answer = ended?;

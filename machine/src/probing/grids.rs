@@ -10,7 +10,7 @@ use super::points::{Neighbour, check_reach, clear_of, find_bed, nozzle_over, pro
 use super::samples::Scatter;
 use super::search::check_homed;
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::homing;
 use crate::leveling::area::{Area, area_of, part_of};
 use crate::leveling::{self, grid};
@@ -47,7 +47,7 @@ pub(super) fn prepare_cartesian_grid<P: Ports>(
     let mut shape = match (area, whole) {
         (Some(area), Some(whole)) => {
             let part = part_of(&whole, &area);
-            part.ok_or_else(|| Failure::refused("the area to probe lies beside the grid that is configured"))?
+            part.ok_or_else(|| Failure::refused(&"the area to probe lies beside the grid that is configured"))?
         }
         _ => cartesian_shape(hands, words, here, two_corners)?,
     };
@@ -58,7 +58,7 @@ pub(super) fn prepare_cartesian_grid<P: Ports>(
     }
     let reference = hands.config().leveling.mesh.zero_reference.unwrap_or(whole.place(0));
     let plan = Plan { shape, radius: None, reference, from: settings.initial_height.0 };
-    check_regions(&plan, &hands.config().leveling.mesh.faulty_regions)?;
+    check_regions(hands.texts(), &plan, &hands.config().leveling.mesh.faulty_regions)?;
     check_places(hands, &plan)?;
     Ok(plan)
 }
@@ -83,7 +83,7 @@ fn around_objects<P: Ports>(
 ) -> Result<GridShape, Failure> {
     let margin = margin.unwrap_or(hands.config().leveling.mesh.adaptive_margin.0);
     if margin < 0.0 {
-        return Err(Failure::refused("D is how far the mesh goes around the objects, 0 mm or more"));
+        return Err(Failure::refused(&"D is how far the mesh goes around the objects, 0 mm or more"));
     }
     let Some([low, high]) = hands.objects_area() else {
         hands.say(format_args!("// no object of the job has an outline: all of the bed is measured\n"));
@@ -91,7 +91,8 @@ fn around_objects<P: Ports>(
     };
     let wanted = [low.map(|place| place - margin), high.map(|place| place + margin)];
     let part = part_of(whole, &wanted);
-    let part = part.ok_or_else(|| Failure::refused("the objects of the job lie beside the grid that is configured"))?;
+    let part =
+        part.ok_or_else(|| Failure::refused(&"the objects of the job lie beside the grid that is configured"))?;
     let ([nx, ny], [[left, near], [right, far]]) = (part.count, area_of(&part));
     hands.say(format_args!(
         "mesh for the objects: X{left:.1} to {right:.1}, Y{near:.1} to {far:.1}, {nx} x {ny} points\n"
@@ -100,11 +101,11 @@ fn around_objects<P: Ports>(
 }
 
 /// Every point can be touched, or worked out from what can.
-fn check_regions(plan: &Plan, corners: &[[f64; 2]]) -> Result<(), Failure> {
+fn check_regions(texts: &Texts, plan: &Plan, corners: &[[f64; 2]]) -> Result<(), Failure> {
     let within = area_of(&plan.shape);
     if faulty::region_of(plan.reference, corners).is_some() {
         return Err(Failure::refused(
-            "the first point lies in one of faulty_regions: write zero_reference in [bed mesh]",
+            &"the first point lies in one of faulty_regions: write zero_reference in [bed mesh]",
         ));
     }
     for index in 0..plan.shape.points() {
@@ -113,7 +114,7 @@ fn check_regions(plan: &Plan, corners: &[[f64; 2]]) -> Result<(), Failure> {
         if faulty::ends(place, &region, &within, corners).iter().all(Option::is_none) {
             let [x, y] = place;
             let text = format_args!("around X{x:.1} Y{y:.1} faulty_regions leave no place to touch: make them smaller");
-            return Err(Failure::Refused(message(text)));
+            return Err(texts.refused(text));
         }
     }
     Ok(())
@@ -137,11 +138,11 @@ pub(super) fn scan_cartesian<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Wor
     hands.standstill()?;
     check_homed(hands)?;
     let (Some(_), Some(_)) = (words.get('X'), words.get('Y')) else {
-        return Err(Failure::refused("G29 takes the size X and Y of the area to scan"));
+        return Err(Failure::refused(&"G29 takes the size X and Y of the area to scan"));
     };
     let shape = cartesian_shape(hands, words, true, false)?;
     if shape.count.iter().any(|count| *count < LEAST_SCAN) {
-        return Err(Failure::refused("G29 scans at least 5 x 5 points: I and J"));
+        return Err(Failure::refused(&"G29 scans at least 5 x 5 points: I and J"));
     }
     let plan = Plan { shape, radius: None, reference: shape.place(0), from: hands.position()[Axis::Z] };
     check_places(hands, &plan)?;
@@ -161,7 +162,7 @@ fn cartesian_shape<P: Ports>(
     let (origin, size) = if two_corners && !here {
         let (Some(x), Some(y), Some(a), Some(b)) = (words.get('X'), words.get('Y'), words.get('A'), words.get('B'))
         else {
-            return Err(Failure::refused("two corners: X and Y are the start, A and B the size of the area"));
+            return Err(Failure::refused(&"two corners: X and Y are the start, A and B the size of the area"));
         };
         ([x, y], [a, b])
     } else {
@@ -175,10 +176,10 @@ fn cartesian_shape<P: Ports>(
     let is_count = |count: &f64| *count >= 2.0 && libm::floor(*count) == *count;
     if !counts.iter().all(is_count) || counts[0] * counts[1] > nx * ny {
         let text = format_args!("I and J are points along X and Y, 2 or more, together at most {}", nx * ny);
-        return Err(Failure::Refused(message(text)));
+        return Err(hands.texts().refused(text));
     }
     if size.contains(&0.0) {
-        return Err(Failure::refused("the area to probe has no size: x_size and y_size, or X and Y"));
+        return Err(Failure::refused(&"the area to probe has no size: x_size and y_size, or X and Y"));
     }
     let step = [size[0] / (counts[0] - 1.0), size[1] / (counts[1] - 1.0)];
     Ok(GridShape { origin, step, count: counts.map(|count| count as usize) })
@@ -188,7 +189,7 @@ fn cartesian_shape<P: Ports>(
 pub(super) fn level_by_delta_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let settings = hands.config().leveling.delta;
     if words.has('D') {
-        return Err(Failure::refused("D measures a part of a cartesian grid: on a delta J makes the circle smaller"));
+        return Err(Failure::refused(&"D measures a part of a cartesian grid: on a delta J makes the circle smaller"));
     }
     let radius = grid_radius(hands, words)?;
     if settings.home {
@@ -196,23 +197,23 @@ pub(super) fn level_by_delta_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, words:
     }
     hands.standstill()?;
     check_homed(hands)?;
-    let count = delta_count(words, settings.count)?;
+    let count = delta_count(hands.texts(), words, settings.count)?;
     let mut plan = round_plan(radius, count, settings.initial_height.0);
     let mesh = &hands.config().leveling.mesh;
     plan.reference = mesh.zero_reference.unwrap_or(plan.reference);
-    check_regions(&plan, &mesh.faulty_regions)?;
+    check_regions(hands.texts(), &plan, &mesh.faulty_regions)?;
     check_places(hands, &plan)?;
     level_by_grid(hands, &plan)
 }
 
 /// Points along a side: as configured, or fewer.
-fn delta_count(words: &Words<'_>, configured: u8) -> Result<u8, Failure> {
+fn delta_count(texts: &Texts, words: &Words<'_>, configured: u8) -> Result<u8, Failure> {
     let Some(count) = words.get('I') else { return Ok(configured) };
     let odd = (3..=configured).step_by(2).find(|odd| f64::from(*odd) == count);
     odd.ok_or_else(|| {
-        Failure::Refused(message(format_args!(
+        texts.refused(format_args!(
             "I is the number of points along a side, odd, from 3 to grid_size, which is {configured}"
-        )))
+        ))
     })
 }
 
@@ -229,7 +230,7 @@ pub(super) fn scan_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
     let usual = if spiral { SPIRAL } else { f64::from(settings.count) };
     let (count, most) = (words.get('I').unwrap_or(usual), if spiral { MOST_SPIRAL } else { MOST_ALONG });
     if !(2.0..=most).contains(&count) {
-        return Err(Failure::Refused(message(format_args!("I is the number of points, 2 to {most}"))));
+        return Err(hands.texts().refused(format_args!("I is the number of points, 2 to {most}")));
     }
     hands.standstill()?;
     check_homed(hands)?;
@@ -259,7 +260,7 @@ fn scan_spiral<P: Ports>(hands: &mut Hands<'_, '_, P>, radius: f64, count: f64, 
 
 fn grid_radius<P: Ports>(hands: &Hands<'_, '_, P>, words: &Words<'_>) -> Result<f64, Failure> {
     let radius = words.as_length('J').unwrap_or(hands.config().leveling.delta.radius.0);
-    if radius >= 1.0 { Ok(radius) } else { Err(Failure::refused("J is a radius, 1 mm or more")) }
+    if radius >= 1.0 { Ok(radius) } else { Err(Failure::refused(&"J is a radius, 1 mm or more")) }
 }
 
 /// Touches the bed at every point of a grid and levels by what is found.
@@ -334,7 +335,7 @@ fn touch_point<P: Ports>(
             *found = Some(contact);
         }
     }
-    faulty::between(place, &ends, &heights).ok_or_else(|| Failure::refused("no place to touch beside a faulty region"))
+    faulty::between(place, &ends, &heights).ok_or_else(|| Failure::refused(&"no place to touch beside a faulty region"))
 }
 
 /// The draft, a line for each row.

@@ -21,7 +21,7 @@ const BACK: f64 = 2.0;
 /// Without a probe, or when its contact is not where it should be.
 pub(crate) fn lost_motion<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, distance: f64) -> Result<(), Failure> {
     if !hands.config().probe.enable {
-        return Err(Failure::refused("no probe is configured: [zprobe] enable"));
+        return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));
     }
     check_homed(hands)?;
     hands.standstill()?;
@@ -30,7 +30,7 @@ pub(crate) fn lost_motion<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, di
     let measured = rounds(hands, axis, distance);
     let rate = hands.tuning().probe.fast_rate;
     let back = match measured {
-        Err(Failure::Alarm(_) | Failure::Halted) => Ok(()),
+        Err(failure) if !failure.is_refusal() => Ok(()),
         _ => hands.go_there(start, rate),
     };
     let put_back = leveling::put_compensation_back(hands);
@@ -76,8 +76,8 @@ fn find<P: Ports>(
     target[axis] += way;
     let found = search(hands, &Search { target, rate, until })?;
     let place = found.ok_or_else(|| match until {
-        Contact::Closes => Failure::refused("test backlash: the probe was not triggered on its way"),
-        Contact::Opens => Failure::refused("test backlash: the probe stays triggered 2 mm back from where it closed"),
+        Contact::Closes => Failure::refused(&"test backlash: the probe was not triggered on its way"),
+        Contact::Opens => Failure::refused(&"test backlash: the probe stays triggered 2 mm back from where it closed"),
     })?;
     Ok(place[axis])
 }

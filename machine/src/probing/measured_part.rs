@@ -12,7 +12,7 @@ use super::delta_fit::{Belief, Distance, Evidence, deviation, fit};
 use super::delta_records::MOST_DISTANCES;
 use crate::arms::is_linear_delta;
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome, short};
 use crate::ports::Ports;
 
 /// A distance that differs by more than this share of itself was misread, or is another one.
@@ -23,9 +23,10 @@ const FACTORS: u8 = 9;
 /// M665.1: from X Y to I J the part is S long; without words, what is kept. M665.2 calibrates by them, S as
 /// that of G32. M665.3 forgets them.
 pub(crate) fn measured_part<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+    let texts = hands.texts();
     if !is_linear_delta(hands.config()) {
         return Err(Failure::refused(
-            "only a linear delta is calibrated by measured parts; see M92 and M852 otherwise",
+            &"only a linear delta is calibrated by measured parts; see M92 and M852 otherwise",
         ));
     }
     match words.code().subcode {
@@ -34,7 +35,7 @@ pub(crate) fn measured_part<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Word
         2 => calibrate(hands, words),
         4 if words.is_bare() => take_print(hands),
         4 => {
-            hands.delta_records().print.keep(words)?;
+            hands.delta_records().print.keep(texts, words)?;
             Ok(Answer::Ok)
         }
         _ => {
@@ -46,7 +47,7 @@ pub(crate) fn measured_part<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Word
 }
 
 fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
-    let needs = || Failure::refused("M665.1 needs X Y I J, the places of both ends, and S, the measured distance");
+    let needs = || Failure::refused(&"M665.1 needs X Y I J, the places of both ends, and S, the measured distance");
     let [x, y, i, j, measured] = ['X', 'Y', 'I', 'J', 'S'].map(|letter| words.as_length(letter));
     let (Some(x), Some(y), Some(i), Some(j), Some(measured)) = (x, y, i, j, measured) else { return Err(needs()) };
     let text = keep_distance(hands, [[x, y], [i, j]], measured)?;
@@ -59,7 +60,7 @@ fn keep_distance<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     ends: [[f64; 2]; 2],
     measured: f64,
-) -> Result<crate::failure::Message, Failure> {
+) -> Result<crate::failure::ShortText, Failure> {
     let belief = belief(hands)?;
     let ends = ends.map(|[x, y]| belief.ways_to(&PerAxis([x, y, 0.0, 0.0, 0.0, 0.0])));
     let distance = Distance { ends, measured };
@@ -67,19 +68,21 @@ fn keep_distance<P: Ports>(
     let error = libm::fabs(measured - meant);
     if !meant.is_finite() || meant < 1.0 || error > MOST_ERROR * meant {
         let text = format_args!("{meant:.3} mm are meant there and {measured:.3} mm were measured: check both");
-        return Err(Failure::Refused(message(text)));
+        return Err(hands.texts().refused(text));
     }
+    let texts = hands.texts();
     let distances = &mut hands.delta_records().distances;
-    distances.push(distance).map_err(|_| {
-        Failure::Refused(message(format_args!("{MOST_DISTANCES} distances are kept at most: M665.3 forgets them")))
-    })?;
+    distances
+        .push(distance)
+        .map_err(|_| texts.refused(format_args!("{MOST_DISTANCES} distances are kept at most: M665.3 forgets them")))?;
     let count = distances.len();
-    Ok(message(format_args!("distance {count}: {meant:.3} mm meant, {:+.3} mm measured\n", measured - meant)))
+    Ok(short(format_args!("distance {count}: {meant:.3} mm meant, {:+.3} mm measured\n", measured - meant)))
 }
 
 /// What was measured of the calibration part are the distances now.
 fn take_print<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
-    let all = hands.delta_records().print.distances()?;
+    let texts = hands.texts();
+    let all = hands.delta_records().print.distances(texts)?;
     let before = core::mem::take(&mut hands.delta_records().distances);
     for (ends, measured) in all {
         if let Err(why) = keep_distance(hands, ends, measured) {
@@ -117,7 +120,7 @@ fn calibrate<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outco
     let count = hands.delta_records().distances.len();
     if count < 3 {
         let text = format_args!("M665.2 needs three distances at least, in different directions, and has {count}");
-        return Err(Failure::Refused(message(text)));
+        return Err(hands.texts().refused(text));
     }
     hands.standstill()?;
     let believed = belief(hands)?;
@@ -130,7 +133,7 @@ fn calibrate<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outco
     }
     let Evidence { touches, distances } = hands.delta_records().evidence();
     let found = fit(&believed, Evidence { touches, distances }, sought).ok_or_else(|| {
-        Failure::refused("these distances make no sense together: M665.1 lists them; nothing was changed")
+        Failure::refused(&"these distances make no sense together: M665.1 lists them; nothing was changed")
     })?;
     let [before, after] = [&believed, &found.belief].map(|belief| distances_off(belief, distances));
     let flat = [&believed, &found.belief].map(|belief| deviation(belief, touches));

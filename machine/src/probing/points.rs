@@ -9,7 +9,7 @@ use super::samples::Touches;
 use super::search::{Search, search};
 use crate::bed::Bed;
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, message};
+use crate::failure::{Answer, Failure};
 use crate::ports::Ports;
 
 /// A bed is not deeper beside a place that was touched than this, mm, and so much more for each mm of way: a
@@ -176,6 +176,7 @@ fn touch_down_to<P: Ports>(
     height: f64,
     deepest: Option<f64>,
 ) -> Result<PerAxis<f64>, Failure> {
+    let texts = hands.texts();
     let probe = hands.tuning().probe;
     let settings = probe.samples;
     go_over(hands, nozzle, height)?;
@@ -202,13 +203,13 @@ fn touch_down_to<P: Ports>(
                 "touches at X{x:.1} Y{y:.1} lie {range:.3} mm apart, samples_tolerance is {}: is the probe firm and clean?",
                 settings.tolerance.0
             );
-            return Err(Failure::Refused(message(text)));
+            return Err(texts.refused(text));
         }
         hands.say(format_args!("// touches at X{x:.1} Y{y:.1} lie {range:.3} mm apart: again\n"));
         hands.drain();
     }
     // The last round returns.
-    Err(Failure::refused("the probe was not used"))
+    Err(Failure::refused(&"the probe was not used"))
 }
 
 /// Searches from where the probe stands, not beyond `deepest`.
@@ -225,13 +226,14 @@ fn touch_once<P: Ports>(
     let Some(contact) = search(hands, &down)? else {
         lift(hands, height)?;
         let (x, y) = (over[Axis::X], over[Axis::Y]);
-        return Err(Failure::Refused(if travel < most {
-            message(format_args!(
+        let texts = hands.texts();
+        return Err(if travel < most {
+            texts.refused(format_args!(
                 "ZProbe not triggered at X{x:.3} Y{y:.3} on {travel:.1} mm of way, far below the point before"
             ))
         } else {
-            message(format_args!("ZProbe not triggered at X{x:.3} Y{y:.3} on {travel} mm of way"))
-        }));
+            texts.refused(format_args!("ZProbe not triggered at X{x:.3} Y{y:.3} on {travel} mm of way"))
+        });
     };
     Ok(contact)
 }
@@ -242,7 +244,7 @@ pub(crate) fn touch_here<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<PerAx
     let touched = touch(hands, [start[Axis::X], start[Axis::Y]], start[Axis::Z], None);
     let ended = match &touched {
         Ok(_) => lift(hands, start[Axis::Z]).map(|()| Answer::Ok),
-        Err(failure) => Err(failure.clone()),
+        Err(failure) => Err(*failure),
     };
     stow_after(hands, ended)?;
     touched

@@ -31,7 +31,7 @@ pub(crate) fn repeatability<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Word
         let found = search(hands, &Search::down(start, rate, REPEAT_TRAVEL, probe.reverse_z))?;
         hands.go_there(start, probe.return_rate)?;
         let Some(contact) = found else {
-            return Err(Failure::refused("ZProbe not triggered within 20 mm"));
+            return Err(Failure::refused(&"ZProbe not triggered within 20 mm"));
         };
         let distance = start[Axis::Z] - contact[Axis::Z];
         seen.add(distance);

@@ -63,7 +63,7 @@ fn is_at_end<P: Ports>(hands: &mut Hands<'_, '_, P>, until: Contact) -> bool {
 /// Probing moves, so it needs what moves need.
 pub(crate) fn check_homed<P: Ports>(hands: &Hands<'_, '_, P>) -> Result<(), Failure> {
     if hands.config().motion.must_be_homed && !hands.all_homed() {
-        return Err(Failure::alarm("Must be homed before moving"));
+        return Err(Failure::alarm(&"Must be homed before moving"));
     }
     Ok(())
 }
@@ -80,7 +80,7 @@ pub(super) fn search<P: Ports>(hands: &mut Hands<'_, '_, P>, search: &Search) ->
     let found = search_at_standstill(hands, search);
     // Ending in a hold would leave the operator to resume a search that is over. An alarm waits for nobody.
     let held = match &found {
-        Err(Failure::Alarm(_) | Failure::Halted) => Ok(()),
+        Err(failure) if !failure.is_refusal() => Ok(()),
         _ => hands.wait_while_held(),
     };
     hands.apply(Event::ProbingEnds);
@@ -97,7 +97,7 @@ fn search_at_standstill<P: Ports>(
         // Smoothieware's words, where the machine knows no more than it.
         let is_moved = search.until == Contact::Closes && deployment::is_moved(hands);
         let text = if is_moved { TOO_EARLY } else { "ZProbe triggered before move, aborting command." };
-        return Err(Failure::numbered(Error::Target, text));
+        return Err(hands.texts().because(text).numbered(Error::Target));
     }
     // Filters would delay the stop at the contact.
     hands.motion(|motion| motion.bypass_filters(true));
@@ -132,7 +132,7 @@ fn search_past_sparks<P: Ports>(
             return Ok(Some(hands.motion(|motion| motion.position_of_steps(&trigger.steps))));
         }
     }
-    Err(Failure::alarm("the probe fires but does not stay triggered: check its wiring"))
+    Err(Failure::alarm(&"the probe fires but does not stay triggered: check its wiring"))
 }
 
 #[cfg(test)]

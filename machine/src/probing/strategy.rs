@@ -9,7 +9,7 @@ use super::grids::{level_by_delta_grid, prepare_cartesian_grid, scan_cartesian, 
 use super::plan::Plan;
 use super::three_point::{level_by_three_points, measure_three_points, show_plane};
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome, message};
+use crate::failure::{Answer, Failure, Outcome};
 use crate::leveling;
 use crate::ports::Ports;
 
@@ -79,6 +79,6 @@ pub(crate) fn strategy<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>
             let put_back = leveling::put_compensation_back(hands);
             done.and_then(|answer| put_back.map(|()| answer))
         }
-        _ => Err(Failure::Refused(message(format_args!("No strategy found to handle G{number}")))),
+        _ => Err(hands.texts().refused(format_args!("No strategy found to handle G{number}"))),
     }
 }

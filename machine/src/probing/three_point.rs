@@ -85,7 +85,7 @@ fn touch_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Re
 fn plane_through([a, b, c]: &[[f64; 2]; 3], [za, zb, zc]: [f64; 3]) -> Result<Plane, Failure> {
     let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
     if libm::fabs(area) < LEAST_AREA {
-        return Err(Failure::refused("the three points stand in a row: set point1 to point3, or M557"));
+        return Err(Failure::refused(&"the three points stand in a row: set point1 to point3, or M557"));
     }
     let x = ((zb - za) * (c[1] - a[1]) - (zc - za) * (b[1] - a[1])) / area;
     let y = ((zc - za) * (b[0] - a[0]) - (zb - za) * (c[0] - a[0])) / area;

@@ -31,7 +31,7 @@ pub(crate) fn probe_down<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeDo
     let Some(contact) = found else {
         if hands.is_playing() {
             // The file waits here: what follows counts on the height.
-            return Err(Failure::refused("ZProbe not triggered"));
+            return Err(Failure::refused(&"ZProbe not triggered"));
         }
         hands.say(format_args!("ZProbe not triggered\n"));
         return Ok(Answer::Ok);
@@ -47,7 +47,7 @@ pub(crate) fn probe_down<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeDo
 /// follows it relies on what it finds.
 pub(crate) fn probe_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeAlong) -> Outcome {
     if !hands.config().probe.enable {
-        return Err(Failure::refused("no probe is configured: [zprobe] enable"));
+        return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));
     }
     check_homed(hands)?;
     let rate = probe.rate.unwrap_or(hands.tuning().probe.slow_rate);
@@ -65,7 +65,7 @@ pub(crate) fn probe_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeA
     hands.say(format_args!("[PRB:{x:.3},{y:.3},{z:.3}:{}]\n", u8::from(found)));
     if !found && probe.must_find {
         hands.halt(Alarm::ProbeMiss, format_args!("ALARM: Probe fail\n"));
-        return Err(Failure::Halted);
+        return Err(Failure::HALTED);
     }
     Ok(Answer::Ok)
 }

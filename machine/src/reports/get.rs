@@ -40,7 +40,7 @@ pub(crate) fn get(
         Some("temp") => temperatures(ports, of.config, words.next(), reply),
         Some("volts") => volts(ports, of.config, words.next(), reply),
         Some(way @ ("fk" | "ik")) => kinematics(ports, way == "fk", words.next(), reply)?,
-        _ => return Err(Failure::refused("get what? pos, wcs, state, mode, status, steps, temp, volts, fk, ik")),
+        _ => return Err(Failure::refused(&"get what? pos, wcs, state, mode, status, steps, temp, volts, fk, ik")),
     }
     Ok(Answer::Ok)
 }
@@ -66,7 +66,7 @@ fn kinematics(
     numbers: Option<&str>,
     reply: &mut Reply<'_>,
 ) -> Result<(), Failure> {
-    let usage = || Failure::refused("usage: get [fk|ik] x[,y,z]");
+    let usage = || Failure::refused(&"usage: get [fk|ik] x[,y,z]");
     let mut given = numbers.unwrap_or("").split(',').map(str::parse::<f64>);
     let mut last = given.next().and_then(Result::ok).ok_or_else(usage)?;
     let mut point = PerAxis::default();
@@ -79,7 +79,7 @@ fn kinematics(
         point[axis] = last;
     }
     let Some(config) = ports.motion(|motion| motion.config().copied()) else {
-        return Err(Failure::refused("motion is not configured"));
+        return Err(Failure::refused(&"motion is not configured"));
     };
     let (name, [x, y, z, ..]) = match forward {
         true => ("cartesian", config.kinematics.point(&PerActuator(point.0)).0),

@@ -4,7 +4,7 @@ use config::MachineConfig;
 use drivers::thermistor::{BUILT_IN, Curve};
 use units::{Celsius, Ohms};
 
-use crate::failure::{Answer, Failure, Outcome};
+use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::sessions::Reply;
 
 /// `modules`: the parts that the configuration switches on, with their names.
@@ -59,19 +59,19 @@ pub(crate) fn thermistors(reply: &mut Reply<'_>) {
 ///
 /// # Errors
 /// When these are not three points of one thermistor.
-pub(crate) fn thermistor_coefficients(arguments: &str, reply: &mut Reply<'_>) -> Outcome {
+pub(crate) fn thermistor_coefficients(texts: &Texts, arguments: &str, reply: &mut Reply<'_>) -> Outcome {
     const USAGE: &str = "usage: calc_thermistor T1,R1,T2,R2,T3,R3 (degrees Celsius and ohms)";
     let mut numbers = [0.0_f32; 6];
     let mut given = arguments.split([',', ' ']).filter(|word| !word.is_empty()).map(str::parse::<f32>);
     for number in &mut numbers {
-        *number = given.next().and_then(Result::ok).ok_or_else(|| Failure::refused(USAGE))?;
+        *number = given.next().and_then(Result::ok).ok_or_else(|| Failure::refused(&USAGE))?;
     }
     if given.next().is_some() {
-        return Err(Failure::refused(USAGE));
+        return Err(Failure::refused(&USAGE));
     }
     let [t1, r1, t2, r2, t3, r3] = numbers;
     let points = [(Celsius(t1), Ohms(r1)), (Celsius(t2), Ohms(r2)), (Celsius(t3), Ohms(r3))];
-    let curve = Curve::from_points(points).map_err(|error| Failure::refused(error.message()))?;
+    let curve = Curve::from_points(points).map_err(|error| texts.because(error.message()))?;
     let [c1, c2, c3] = curve.coefficients();
     reply.say(format_args!("Steinhart Hart coefficients:  I{c1:.18} J{c2:.18} K{c3:.18}\n"));
     Ok(Answer::Ok)

@@ -6,7 +6,7 @@ use units::Plane;
 
 use super::status::requested_rate;
 use super::{Line, add};
-use crate::failure::{Answer, Outcome};
+use crate::failure::{Answer, Outcome, Texts};
 use crate::needs::failure_of;
 use crate::outputs::Outputs;
 use crate::sessions::Reply;
@@ -84,12 +84,13 @@ fn work_system(program: &Interpreter, reply: &mut Reply<'_>) {
 /// # Errors
 /// When P names an extruder that there is not.
 pub(crate) fn filament_diameter(
+    texts: &Texts,
     config: &MachineConfig,
     tools: &Tools,
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    let tool = tools.selected(words).map_err(|fault| failure_of(config, &fault, false))?;
+    let tool = tools.selected(words).map_err(|fault| failure_of(texts, config, &fault, false))?;
     match tool.settings.filament_diameter {
         Some(diameter) => reply.say(format_args!("Filament Diameter: {diameter:.6}\n")),
         None => reply.say(format_args!("Volumetric extrusion is disabled\n")),
@@ -101,8 +102,14 @@ pub(crate) fn filament_diameter(
 ///
 /// # Errors
 /// When P names an extruder that there is not.
-pub(crate) fn flow_factor(config: &MachineConfig, tools: &Tools, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
-    let tool = tools.selected(words).map_err(|fault| failure_of(config, &fault, false))?;
+pub(crate) fn flow_factor(
+    texts: &Texts,
+    config: &MachineConfig,
+    tools: &Tools,
+    words: &Words<'_>,
+    reply: &mut Reply<'_>,
+) -> Outcome {
+    let tool = tools.selected(words).map_err(|fault| failure_of(texts, config, &fault, false))?;
     reply.say(format_args!("Flow rate at {:6.2} %\n", tool.flow * 100.0));
     Ok(Answer::Ok)
 }

@@ -20,7 +20,7 @@ use config::{ArmSolution, HomingDirection, MachineConfig};
 use motion::path::Bounds;
 use units::{Axis, AxisSet, PerAxis};
 
-use crate::failure::{Failure, message};
+use crate::failure::{Failure, FailureKind, Texts};
 use crate::grbl::numbers::{Alarm, Error};
 use crate::tuning::Tuning;
 
@@ -102,9 +102,9 @@ impl OutOfTravel {
     /// What comes of it: the machine halts, or only the move is refused.
     #[cold]
     #[must_use]
-    pub fn failure(&self, config: &MachineConfig) -> Failure {
-        let text = message(format_args!("{self}")).numbered(Error::Target).alarming(Alarm::SoftLimit);
-        if config.soft_endstops.halt { Failure::Alarm(text) } else { Failure::Refused(text) }
+    pub fn failure(&self, texts: &Texts, config: &MachineConfig) -> Failure {
+        let refused = texts.refused(format_args!("{self}")).numbered(Error::Target).alarming(Alarm::SoftLimit);
+        if config.soft_endstops.halt { refused.meaning(FailureKind::Alarm) } else { refused }
     }
 }
 

@@ -12,7 +12,9 @@ use super::{Found, Subs, machine_config, preflight_beside, told, with};
 fn as_saved(config: &str, saved: &str, mesh: Option<(&GridShape, &[f32])>, text: &str) -> String {
     let machine = machine_config(config);
     let (mut motion, mut program, mut found) = (Box::new(Motion::new()), None, Found::default());
-    let mut preflight = Preflight::new(&machine, dialect_of(text.as_bytes()), &mut program, &mut motion).unwrap();
+    let texts = machine::Texts::new();
+    let mut preflight =
+        Preflight::new(&texts, &machine, dialect_of(text.as_bytes()), &mut program, &mut motion).unwrap();
     let loads_mesh = preflight.load_settings(saved.as_bytes(), &mut motion, &mut found);
     assert!(found.0.is_empty() && loads_mesh.is_some() == saved.contains("M375"), "{:?}", found.0);
     if let Some((shape, heights)) = mesh {

@@ -27,8 +27,9 @@ type Subs = [(&'static str, &'static str)];
 fn preflight_beside(config: &str, text: &str, subs: &Subs) -> (Vec<Finding>, Totals) {
     let config = machine_config(config);
     let (mut motion, mut program, mut found) = (Box::new(Motion::new()), None, Found::default());
+    let texts = machine::Texts::new();
     let mut preflight =
-        Preflight::new(&config, dialect_of(text.as_bytes()), &mut program, &mut motion).expect("it can move");
+        Preflight::new(&texts, &config, dialect_of(text.as_bytes()), &mut program, &mut motion).expect("it can move");
     let sub = |name: &str| subs.iter().find(|(known, _)| *known == name).map(|(_, text)| text.as_bytes());
     read(&mut preflight, text.as_bytes(), &sub, &mut motion, &mut found).expect("they do not call too deep");
     (found.0, *preflight.totals())

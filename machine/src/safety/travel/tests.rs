@@ -144,10 +144,13 @@ fn a_move_out_of_travel_is_refused_or_halts_as_configured() {
     let mut config = mill();
     let out = OutOfTravel { axis: Axis::Z, target: -101.0, end: -100.0 };
     let text = "machine Z -101.000 is out of travel, which ends at -100.000 ([soft endstop] z_min)";
-    let text = message(format_args!("{text}")).numbered(Error::Target).alarming(Alarm::SoftLimit);
-    assert_eq!(out.failure(&config), Failure::Refused(text.clone()));
-    config.soft_endstops.halt = true;
-    assert_eq!(out.failure(&config), Failure::Alarm(text));
+    for (halts, kind) in [(false, FailureKind::Refused), (true, FailureKind::Alarm)] {
+        config.soft_endstops.halt = halts;
+        let texts = Texts::new();
+        let failure = out.failure(&texts, &config);
+        assert_eq!((failure.kind, failure.error, failure.alarm), (kind, Error::Target, Alarm::SoftLimit));
+        assert_eq!(texts.of(failure).to_string(), text);
+    }
 }
 
 #[test]
