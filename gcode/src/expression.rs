@@ -170,10 +170,11 @@ impl<'l, 'p> Reader<'l, 'p> {
             self.at += 1;
             return Ok(None);
         }
-        for (text, operator) in Operator::ALL {
-            if starts_with(self.rest(), text) {
+        let first = self.rest().first().map(u8::to_ascii_uppercase);
+        for (text, operator) in &Operator::ALL {
+            if text.as_bytes().first() == first.as_ref() && starts_with(self.rest(), text) {
                 self.at += text.len();
-                return Ok(Some(operator));
+                return Ok(Some(*operator));
             }
         }
         Err(self.error(self.at, Problem::Expected(b']')))
@@ -193,7 +194,8 @@ impl<'l, 'p> Reader<'l, 'p> {
             return Ok(Parameter::Named(self.name()?));
         }
         let number = self.value()?;
-        let whole = libm::round(number);
+        // The nearest whole number: what is less than 1 is refused, and the cast makes nought of it.
+        let whole = f64::from((number + 0.5) as u32);
         if libm::fabs(number - whole) > WHOLE || !(1.0..=f64::from(u16::MAX)).contains(&whole) {
             return Err(self.error(begin, Problem::NoParameter));
         }

@@ -30,24 +30,32 @@ pub enum FlowWord {
 }
 
 impl FlowWord {
-    /// As written; longer ones before those they begin with.
-    const ALL: [(&'static str, Self); 15] = [
-        ("SUB", Self::Sub),
-        ("ENDSUB", Self::EndSub),
-        ("CALL", Self::Call),
-        ("RETURN", Self::Return),
-        ("IF", Self::If),
-        ("ELSEIF", Self::ElseIf),
-        ("ELSE", Self::Else),
-        ("ENDIF", Self::EndIf),
-        ("WHILE", Self::While),
-        ("ENDWHILE", Self::EndWhile),
-        ("DO", Self::Do),
-        ("REPEAT", Self::Repeat),
-        ("ENDREPEAT", Self::EndRepeat),
-        ("BREAK", Self::Break),
-        ("CONTINUE", Self::Continue),
-    ];
+    /// The word of these letters, whichever case they are in.
+    fn of(written: &[u8]) -> Option<Self> {
+        const LONGEST: usize = "endrepeat".len();
+        let mut lower = [0; LONGEST];
+        let lower = lower.get_mut(..written.len())?;
+        lower.copy_from_slice(written);
+        lower.make_ascii_lowercase();
+        Some(match &*lower {
+            b"sub" => Self::Sub,
+            b"endsub" => Self::EndSub,
+            b"call" => Self::Call,
+            b"return" => Self::Return,
+            b"if" => Self::If,
+            b"elseif" => Self::ElseIf,
+            b"else" => Self::Else,
+            b"endif" => Self::EndIf,
+            b"while" => Self::While,
+            b"endwhile" => Self::EndWhile,
+            b"do" => Self::Do,
+            b"repeat" => Self::Repeat,
+            b"endrepeat" => Self::EndRepeat,
+            b"break" => Self::Break,
+            b"continue" => Self::Continue,
+            _ => return None,
+        })
+    }
 
     /// In lower case.
     #[must_use]
@@ -114,8 +122,8 @@ impl<'a> FlowLine<'a> {
         }
         let length = rest.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
         let written = rest.get(..length).unwrap_or(&[]);
-        let known = FlowWord::ALL.into_iter().find(|(word, _)| written.eq_ignore_ascii_case(word.as_bytes()));
-        let (_, word) = known.ok_or(SyntaxError { column: column(begin), problem: Problem::BadFlowWord })?;
+        let bad = SyntaxError { column: column(begin), problem: Problem::BadFlowWord };
+        let word = FlowWord::of(written).ok_or(bad)?;
         Ok(Self { label, word, line, worked_out, at: begin + length })
     }
 
@@ -193,13 +201,15 @@ fn length_of_value(text: &[u8]) -> usize {
 /// The digits of a label, without leading zeros.
 fn number(line: &[u8], reader: &mut Reader<'_, '_>) -> Result<Name, SyntaxError> {
     let begin = reader.at;
+    let rest = line.get(begin..).unwrap_or(&[]);
+    let length = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    // A zero by itself stays.
+    let zeros = rest.iter().take(length.saturating_sub(1)).take_while(|byte| **byte == b'0').count();
+    reader.at += length;
     let mut label = Name::new();
-    while let Some(&byte) = line.get(reader.at).filter(|byte| byte.is_ascii_digit()) {
-        reader.at += 1;
-        if label == "0" {
-            label.clear();
-        }
-        label.push(char::from(byte)).map_err(|_| SyntaxError { column: column(begin), problem: Problem::BadName })?;
+    for digit in rest.get(zeros..length).unwrap_or(&[]) {
+        let pushed = label.push(char::from(*digit));
+        pushed.map_err(|_| SyntaxError { column: column(begin), problem: Problem::BadName })?;
     }
     Ok(label)
 }
