@@ -51,8 +51,8 @@ impl Reader {
         let number = disk.volume.block_of(chain.at) + in_cluster / BLOCK_BYTES as u32;
         let rest = disk.load(number)?.get(in_cluster as usize % BLOCK_BYTES..).unwrap_or(&[]);
         let count = rest.len().min(buffer.len()).min(left as usize);
-        for (to, from) in buffer.iter_mut().zip(rest.iter().take(count)) {
-            *to = *from;
+        if let (Some(to), Some(from)) = (buffer.get_mut(..count), rest.get(..count)) {
+            to.copy_from_slice(from);
         }
         Ok(count)
     }

@@ -73,14 +73,15 @@ use core::pin::pin;
 pub use hands::Hands;
 pub(crate) use line_numbers::decoder_expecting;
 use machine::{Beside, Machine};
+use units::Micros;
 
 use crate::failure::Texts;
 use crate::forecast::{Desk, Foresight, Work, read_file};
 use crate::ports::{Ports, Wake};
 use crate::sessions::Sessions;
 
-/// So many lines at most are carried out before everybody is served: most take ten microseconds or two.
-const LINES_IN_A_ROW: u8 = 4;
+/// Everybody is served when lines have been carried out for so long: most take ten microseconds or two.
+const SERVE_AFTER: Micros = Micros(50);
 
 /// Boots and serves, for ever. It rests whenever it has nothing to do ([`crate::ports::Rest`]).
 pub fn run<P: Ports>(mut ports: P) -> Infallible {
@@ -98,12 +99,13 @@ pub fn run<P: Ports>(mut ports: P) -> Infallible {
     boot::start(&mut machine, read);
     loop {
         machine.serve();
-        let mut has_run = 0;
-        while has_run < LINES_IN_A_ROW && lines::run_next(&mut machine) {
-            has_run += 1;
-        }
-        if has_run == 0 && !(machine.update.waits() && update::run_next(&mut machine)) {
+        let since = machine.ports.now();
+        let mut has_run = lines::run_next(&mut machine);
+        if !has_run && !(machine.update.waits() && update::run_next(&mut machine)) {
             machine.rest(Wake::Time);
+        }
+        while has_run && machine.ports.now().since(since) < SERVE_AFTER {
+            has_run = lines::run_next(&mut machine);
         }
     }
 }

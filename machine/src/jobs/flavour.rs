@@ -191,7 +191,7 @@ mod tests {
     fn next(jobs: &mut Jobs, card: &mut Card) -> (Next, String) {
         let mut line = LineBytes::new();
         let mut next = jobs.next_line(card, &mut line);
-        while next == Next::Nothing {
+        while matches!(next, Next::Nothing) {
             next = jobs.next_line(card, &mut line);
         }
         (next, String::from_utf8(line.to_vec()).unwrap())

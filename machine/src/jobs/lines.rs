@@ -88,11 +88,11 @@ impl FileLines {
     pub fn next(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
         let begins = self.read;
         let next = self.gather(storage, line);
-        if next != Next::TooLong {
+        if !matches!(next, Next::TooLong) {
             return next;
         }
         let next = cut(self.gathering.beginning(), line);
-        if next == Next::Line && !line.trim_ascii_start().starts_with(b";") {
+        if matches!(next, Next::Line) && !line.trim_ascii_start().starts_with(b";") {
             self.shorten_outline(begins, storage, line);
         }
         next
@@ -114,7 +114,7 @@ impl FileLines {
     /// The next line, of what is at hand. `None`: more has to be read first ([`Self::fill`]).
     pub fn next_at_hand(&mut self, line: &mut LineBytes) -> Option<Next> {
         let next = if self.at_end { Some(Next::End) } else { self.gather_at_hand(line) };
-        if next == Some(Next::TooLong) { Some(cut(self.gathering.beginning(), line)) } else { next }
+        if matches!(next, Some(Next::TooLong)) { Some(cut(self.gathering.beginning(), line)) } else { next }
     }
 
     /// What is at hand was the end of the file: its last line may have no end.

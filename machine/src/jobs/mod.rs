@@ -354,14 +354,14 @@ impl Jobs {
         if let Next::Failed(_) = next {
             (job.is_lost, job.paused) = (true, true);
         }
-        job.in_comment = next == Next::Line && is_comment(line);
+        job.in_comment = matches!(next, Next::Line) && is_comment(line);
         if job.in_comment && line.trim_ascii_start().first() == Some(&b'%') {
             // The first one begins the program, the second one ends it (NIST RS-274/NGC, 3.3).
             if core::mem::replace(&mut job.has_begun, true) {
                 job.lines.end();
             }
         }
-        if next == Next::Line && matches!(line.first(), Some(b';' | b'S' | b's' | b' ' | b'M')) {
+        if matches!(next, Next::Line) && matches!(line.first(), Some(b';' | b'S' | b's' | b' ' | b'M')) {
             marked(job, line);
         }
         next
