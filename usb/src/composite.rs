@@ -7,7 +7,7 @@ use usb_device::class_prelude::{UsbBus, UsbBusAllocator, UsbClass};
 use usb_device::device::{StringDescriptors, UsbDevice, UsbDeviceBuilder, UsbDeviceState, UsbRev, UsbVidPid};
 use usb_device::endpoint::EndpointAddress;
 
-use crate::cdc::{Endpoints, Line, SerialPort};
+use crate::cdc::{Line, Numbers, SerialPort};
 use crate::dfu::{Detach, DfuRuntime};
 use crate::identity::{MANUFACTURER, MILLIAMPERES, PRODUCT, PRODUCT_NAME, RELEASE, SerialNumber, VENDOR};
 use crate::microsoft::MicrosoftOs;
@@ -99,8 +99,8 @@ impl<'a, B: UsbBus, L: Line, M: Medium, D: Detach> Composite<'a, B, L, M, D> {
         functions: Functions<L, M, D>,
     ) -> Result<Self> {
         let Functions { first, second, disk, detach } = functions;
-        let first = SerialPort::new(bus, Endpoints::FIRST, FIRST_PORT, first)?;
-        let second = second.map(|line| SerialPort::new(bus, Endpoints::SECOND, SECOND_PORT, line)).transpose()?;
+        let first = SerialPort::new(bus, Numbers::FIRST, FIRST_PORT, first)?;
+        let second = second.map(|line| SerialPort::new(bus, Numbers::SECOND, SECOND_PORT, line)).transpose()?;
         let disk = disk.map(|medium| MassStorage::new(bus, DISK, serial.clone(), medium)).transpose()?;
         let runtime = detach.map(|machine| DfuRuntime::new(bus, DOWNLOAD, machine));
         let microsoft = runtime.as_ref().map(|runtime| MicrosoftOs::for_function(runtime.interface()));

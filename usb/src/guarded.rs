@@ -1,10 +1,15 @@
-//! A bus that answers for what `usb-device` leaves open on endpoint 0.
+//! A bus that answers for what `usb-device` leaves open on endpoint 0, and does for serial ports what their
+//! class leaves to it.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use heapless::Vec;
 use usb_device::bus::{PollResult, UsbBus};
 use usb_device::endpoint::{EndpointAddress, EndpointType};
 use usb_device::{Result, UsbDirection, UsbError};
+
+use crate::PACKET_BYTES;
+use crate::cdc::Ports;
 
 /// The longest data stage from the host that `usb-device` takes, with its feature `control-buffer-256`.
 pub const CONTROL_BYTES: u16 = 256;
@@ -15,16 +20,19 @@ const CONTROL_IN: u8 = 0x80;
 /// A bus, and two refusals on top: `usb-device` 0.3 neither answers a request whose data stage is longer than
 /// its buffer, nor data of the host where none is due; the host would wait out its five seconds. Both are
 /// request errors, which is a stall until the next request (USB 2.0 section 9.2.7).
+///
+/// Serial ports have their endpoints numbered and their descriptors mended (`cdc/guard.rs`).
 pub struct Guarded<B> {
     bus: B,
     /// What is read next from endpoint 0 is a request.
     is_setup: AtomicBool,
+    ports: Ports,
 }
 
 impl<B> Guarded<B> {
     /// Nothing has come yet.
     pub const fn new(bus: B) -> Self {
-        Self { bus, is_setup: AtomicBool::new(false) }
+        Self { bus, is_setup: AtomicBool::new(false), ports: Ports::new() }
     }
 
     /// The bus itself.
@@ -46,6 +54,16 @@ impl<B: UsbBus> Guarded<B> {
         self.bus.set_stalled(CONTROL_OUT.into(), true);
         self.bus.set_stalled(CONTROL_IN.into(), true);
     }
+
+    /// A packet of endpoint 0 for the host. Not where others go by.
+    #[cold]
+    fn answer(&self, packet: &[u8]) -> Result<usize> {
+        let mut mended = Vec::<u8, PACKET_BYTES>::from_slice(packet).map_err(|_| UsbError::BufferOverflow)?;
+        self.ports.mend(&mut mended);
+        let written = self.bus.write(CONTROL_IN.into(), &mended);
+        self.ports.pass(*written.as_ref().unwrap_or(&0));
+        written
+    }
 }
 
 impl<B: UsbBus> UsbBus for Guarded<B> {
@@ -59,7 +77,12 @@ impl<B: UsbBus> UsbBus for Guarded<B> {
         packet: u16,
         interval: u8,
     ) -> Result<EndpointAddress> {
-        self.bus.alloc_ep(direction, address, kind, packet, interval)
+        let numbered = address.map_or_else(|| self.ports.number(direction, kind), Ok)?;
+        if address.is_none() && kind == EndpointType::Interrupt {
+            // The port has this one itself.
+            return Ok(numbered);
+        }
+        self.bus.alloc_ep(direction, Some(numbered), kind, packet, interval)
     }
 
     fn enable(&mut self) {
@@ -76,6 +99,9 @@ impl<B: UsbBus> UsbBus for Guarded<B> {
     }
 
     fn write(&self, endpoint: EndpointAddress, packet: &[u8]) -> Result<usize> {
+        if endpoint == EndpointAddress::from(CONTROL_IN) {
+            return self.answer(packet);
+        }
         self.bus.write(endpoint, packet)
     }
 
@@ -86,7 +112,12 @@ impl<B: UsbBus> UsbBus for Guarded<B> {
         }
         let was_setup = self.is_setup.swap(false, Ordering::Relaxed);
         let is_wrong = match read {
-            Ok(count) => was_setup && announced(into.get(..count).unwrap_or_default()) > CONTROL_BYTES,
+            Ok(count) if was_setup => {
+                let request = into.get(..count).unwrap_or_default();
+                self.ports.look_at(request);
+                announced(request) > CONTROL_BYTES
+            }
+            Ok(_) => false,
             Err(error) => error == UsbError::BufferOverflow,
         };
         if !is_wrong {

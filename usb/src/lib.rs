@@ -20,7 +20,7 @@ mod storage;
 #[cfg(test)]
 mod testing;
 
-pub use cdc::{Line, LineCoding, Parity, SerialPort, StopBits};
+pub use cdc::{Line, SerialPort};
 pub use composite::{Composite, Functions, Held, Presence};
 pub use dfu::{Detach, DfuRuntime, DownloadDevice, Firmware, Refused, TRANSFER_BYTES};
 pub use guarded::Guarded;

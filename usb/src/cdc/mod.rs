@@ -1,7 +1,9 @@
-//! Serial ports: communications device class, abstract control model (CDC 1.2, PSTN 1.2).
+//! Serial ports: communications device class, abstract control model (CDC 1.2, PSTN 1.2). `usbd-serial` is
+//! the class; who is there, and what it lacks, is here.
 
 mod coding;
+mod guard;
 mod port;
 
-pub use coding::{LineCoding, Parity, StopBits};
-pub use port::{Endpoints, Line, SerialPort};
+pub use guard::{Numbers, Ports};
+pub use port::{Line, SerialPort};

@@ -16,14 +16,16 @@
 use usb_device::Result;
 use usb_device::bus::{InterfaceNumber, StringIndex};
 use usb_device::class_prelude::{
-    ControlIn, ControlOut, DescriptorWriter, EndpointIn, EndpointOut, EndpointType, UsbBus, UsbBusAllocator, UsbClass,
+    ControlIn, ControlOut, DescriptorWriter, EndpointIn, EndpointType, UsbBus, UsbBusAllocator, UsbClass,
 };
 use usb_device::control::{Recipient, Request, RequestType};
 use usb_device::descriptor::lang_id::LangID;
 use usb_device::device::DEFAULT_ALTERNATE_SETTING;
 use usb_device::endpoint::EndpointAddress;
+use usbd_serial::CdcAcmClass;
 
-use super::coding::{CODING_BYTES, LineCoding};
+use super::coding::{self, LineCoding};
+use super::guard::{NOTIFICATION_INTERVAL, NOTIFICATION_PACKET, Numbers};
 use crate::standard;
 use crate::{PACKET_BYTES, PACKETS_HELD};
 
@@ -47,36 +49,15 @@ pub trait Line {
     fn come_back(&mut self);
 }
 
-const CLASS_COMMUNICATIONS: u8 = 0x02;
-const CLASS_DATA: u8 = 0x0A;
-const SUBCLASS_ABSTRACT_CONTROL: u8 = 0x02;
-/// None: with 1, the commands of a modem, Linux's ModemManager would try to dial.
-const PROTOCOL_NONE: u8 = 0x00;
-
-/// Class-specific descriptor of an interface (CDC 1.2, table 12), and its kinds (table 13).
-const CS_INTERFACE: u8 = 0x24;
-const HEADER: u8 = 0x00;
-const CALL_MANAGEMENT: u8 = 0x01;
-const ABSTRACT_CONTROL: u8 = 0x02;
-const UNION: u8 = 0x06;
-/// The port knows line coding, control lines and serial state (PSTN 1.2, table 4); it sends no break.
-const CAPABILITIES: u8 = 0x02;
-
 /// Requests (PSTN 1.2, table 13).
 const SET_LINE_CODING: u8 = 0x20;
 const GET_LINE_CODING: u8 = 0x21;
 const SET_CONTROL_LINE_STATE: u8 = 0x22;
-/// A host that wants to hear: a terminal is ready (PSTN 1.2, table 18).
-const DTR: u16 = 1;
 
 /// Notification SERIAL_STATE (PSTN 1.2, section 6.5.4): carrier and data set ready. They are always there; a
 /// program that waits for a carrier when it opens a port goes on.
 const SERIAL_STATE_BYTES: usize = 10;
 const DCD_AND_DSR: u8 = 0b11;
-/// An interrupt endpoint with room for it.
-const NOTIFICATION_PACKET: u16 = 16;
-/// How often a host asks for one, ms.
-const NOTIFICATION_INTERVAL: u8 = 32;
 
 /// Visits that may have ended behind different packets in the controller, or before the first.
 const ENDS: usize = PACKETS_HELD + 1;
@@ -90,35 +71,15 @@ struct End {
     is_undone: bool,
 }
 
-/// Numbers of a port's endpoints, as Smoothieware v2 has them.
-#[derive(Clone, Copy)]
-pub struct Endpoints {
-    /// Bulk, to the host.
-    pub to_host: u8,
-    /// Bulk, from the host.
-    pub from_host: u8,
-    /// Interrupt, to the host.
-    pub notify: u8,
-}
-
-impl Endpoints {
-    /// Of the first port.
-    pub const FIRST: Self = Self { to_host: 0x81, from_host: 0x01, notify: 0x82 };
-    /// Of the second one.
-    pub const SECOND: Self = Self { to_host: 0x83, from_host: 0x02, notify: 0x84 };
-}
-
 /// A serial port over a line.
 pub struct SerialPort<'a, B: UsbBus, L> {
-    control: InterfaceNumber,
-    data: InterfaceNumber,
-    name: (StringIndex, &'static str),
+    class: CdcAcmClass<'a, B>,
+    /// The interface for its requests.
+    control: u8,
     notify: EndpointIn<'a, B>,
-    to_host: EndpointIn<'a, B>,
-    from_host: EndpointOut<'a, B>,
     line: L,
+    /// What the host has set it to, which the class forgets when the bus is reset.
     coding: LineCoding,
-    has_dtr: bool,
     /// Whoever was there let DTR fall. What comes behind that may still be his: a computer that gives up on
     /// what it has not sent takes it back when it has let DTR fall.
     dtr_fell: bool,
@@ -139,28 +100,21 @@ pub struct SerialPort<'a, B: UsbBus, L> {
 }
 
 impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
-    /// A port with these endpoints.
+    /// A port with these numbers, at a [`crate::Guarded`] bus that has made those before it.
     ///
     /// # Errors
-    /// The bus does not have them.
-    pub fn new(bus: &'a UsbBusAllocator<B>, endpoints: Endpoints, name: &'static str, line: L) -> Result<Self> {
-        let packet = PACKET_BYTES as u16;
-        let address = |number: u8| Some(EndpointAddress::from(number));
+    /// The bus does not have the endpoint for notifications.
+    ///
+    /// # Panics
+    /// It does not have the others.
+    pub fn new(bus: &'a UsbBusAllocator<B>, numbers: Numbers, name: &'static str, line: L) -> Result<Self> {
+        let (notify, kind) = (Some(numbers.notify.into()), EndpointType::Interrupt);
         Ok(Self {
-            control: bus.interface(),
-            data: bus.interface(),
-            name: (bus.string(), name),
-            to_host: bus.alloc(address(endpoints.to_host), EndpointType::Bulk, packet, 0)?,
-            from_host: bus.alloc(address(endpoints.from_host), EndpointType::Bulk, packet, 0)?,
-            notify: bus.alloc(
-                address(endpoints.notify),
-                EndpointType::Interrupt,
-                NOTIFICATION_PACKET,
-                NOTIFICATION_INTERVAL,
-            )?,
+            class: CdcAcmClass::new_with_interface_names(bus, PACKET_BYTES as u16, Some(name), None),
+            control: numbers.control,
+            notify: bus.alloc(notify, kind, NOTIFICATION_PACKET.into(), NOTIFICATION_INTERVAL)?,
             line,
-            coding: LineCoding::default(),
-            has_dtr: false,
+            coding: coding::DEFAULT,
             dtr_fell: false,
             is_open: false,
             is_configured: false,
@@ -174,12 +128,6 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         })
     }
 
-    /// What the host has set it to.
-    #[must_use]
-    pub const fn coding(&self) -> LineCoding {
-        self.coding
-    }
-
     /// What it is connected to.
     pub const fn line(&mut self) -> &mut L {
         &mut self.line
@@ -188,7 +136,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
     /// The endpoint at which packets of the host arrive.
     #[must_use]
     pub fn from_host(&self) -> EndpointAddress {
-        self.from_host.address()
+        self.class.read_ep().address()
     }
 
     /// Moves what can be moved, a packet each way, so that a run is bounded; all that somebody has left when
@@ -231,7 +179,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
     /// Whether somebody is there, met or not.
     fn has_somebody(&self) -> bool {
         match self.ends.last() {
-            Some(end) => end.is_undone || self.has_dtr,
+            Some(end) => end.is_undone || self.class.dtr(),
             None => self.is_open,
         }
     }
@@ -293,7 +241,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
 
     /// Meets whoever has come, when all that was left by those before him is fetched.
     fn meet(&mut self) {
-        if self.has_dtr && self.can_talk() && !self.goes && self.ends.is_empty() {
+        if self.class.dtr() && self.can_talk() && !self.goes && self.ends.is_empty() {
             self.set_open(true);
         }
     }
@@ -307,7 +255,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
     /// Fetches a packet of the host, if there is one.
     fn receive_packet(&mut self) -> bool {
         let mut packet = [0; PACKET_BYTES];
-        let read = self.from_host.read(&mut packet);
+        let read = self.class.read_packet(&mut packet);
         let bytes = packet.get(..*read.as_ref().unwrap_or(&0)).unwrap_or_default();
         if !bytes.is_empty() {
             if self.ends.is_empty() {
@@ -337,7 +285,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
             // It has room for all of them.
             let _fits = self.packet.extend_from_slice(bytes.get(..count).unwrap_or_default());
         }
-        if (!self.packet.is_empty() || self.owes_end) && self.to_host.write(&self.packet).is_ok() {
+        if (!self.packet.is_empty() || self.owes_end) && self.class.write_packet(&self.packet).is_ok() {
             self.owes_end = self.packet.is_full();
             self.packet.clear();
         }
@@ -345,8 +293,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
 
     fn tell_state(&mut self) {
         if self.owes_notification {
-            let control = u8::from(self.control);
-            let state: [u8; SERIAL_STATE_BYTES] = [0xA1, 0x20, 0, 0, control, 0, 2, 0, DCD_AND_DSR, 0];
+            let state: [u8; SERIAL_STATE_BYTES] = [0xA1, 0x20, 0, 0, self.control, 0, 2, 0, DCD_AND_DSR, 0];
             self.owes_notification = self.notify.write(&state).is_err();
         }
     }
@@ -354,51 +301,50 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
     /// Everything as behind a reset of the bus; what the host has set stays.
     fn begin_anew(&mut self, configured: bool) {
         self.goes |= self.is_configured;
-        (self.has_dtr, self.dtr_fell) = (false, false);
+        self.class.reset();
+        self.dtr_fell = false;
         self.is_suspended = false;
         self.is_configured = configured;
         self.owes_notification = configured;
     }
 
-    fn set_dtr(&mut self, dtr: bool) {
-        // A host that never sets it, but sets RTS, has not gone.
-        if self.has_dtr != dtr {
-            self.has_dtr = dtr;
-            self.dtr_fell = !dtr;
-            // Whoever was there without it is not the one who sets it now.
-            self.goes |= !dtr || self.is_open;
-            self.meet();
-            self.owes_notification |= dtr;
+    /// DTR has risen or fallen. Not where a host that never sets it sets RTS: that one has not gone.
+    fn dtr_changed(&mut self) {
+        let dtr = self.class.dtr();
+        self.dtr_fell = !dtr;
+        // Whoever was there without it is not the one who sets it now.
+        self.goes |= !dtr || self.is_open;
+        self.meet();
+        self.owes_notification |= dtr;
+    }
+
+    /// Whether a request is one of a port. The class takes words for a modem too, and codings that are none.
+    fn takes(&mut self, request: &Request, data: &[u8]) -> bool {
+        match request.request {
+            SET_LINE_CODING => {
+                let coding = coding::parse(data);
+                self.coding = coding.unwrap_or(self.coding);
+                coding.is_some()
+            }
+            SET_CONTROL_LINE_STATE => true,
+            _ => false,
         }
     }
 
     fn is_for_us(&self, request: &Request) -> bool {
         request.request_type == RequestType::Class
             && request.recipient == Recipient::Interface
-            && request.index == u16::from(u8::from(self.control))
+            && request.index == u16::from(self.control)
     }
 }
 
 impl<B: UsbBus, L: Line> UsbClass<B> for SerialPort<'_, B, L> {
     fn get_configuration_descriptors(&self, writer: &mut DescriptorWriter<'_>) -> Result<()> {
-        let (control, data) = (self.control, self.data);
-        let (class, subclass) = (CLASS_COMMUNICATIONS, SUBCLASS_ABSTRACT_CONTROL);
-        let name = Some(self.name.0);
-        writer.iad(control, 2, class, subclass, PROTOCOL_NONE, name)?;
-        writer.interface_alt(control, DEFAULT_ALTERNATE_SETTING, class, subclass, PROTOCOL_NONE, name)?;
-        // CDC 1.20.
-        writer.write(CS_INTERFACE, &[HEADER, 0x20, 0x01])?;
-        writer.write(CS_INTERFACE, &[CALL_MANAGEMENT, 0, data.into()])?;
-        writer.write(CS_INTERFACE, &[ABSTRACT_CONTROL, CAPABILITIES])?;
-        writer.write(CS_INTERFACE, &[UNION, control.into(), data.into()])?;
-        writer.endpoint(&self.notify)?;
-        writer.interface(data, CLASS_DATA, 0, 0)?;
-        writer.endpoint(&self.to_host)?;
-        writer.endpoint(&self.from_host)
+        self.class.get_configuration_descriptors(writer)
     }
 
-    fn get_string(&self, index: StringIndex, _: LangID) -> Option<&str> {
-        (index == self.name.0).then_some(self.name.1)
+    fn get_string(&self, index: StringIndex, language: LangID) -> Option<&str> {
+        self.class.get_string(index, language)
     }
 
     fn reset(&mut self) {
@@ -406,22 +352,23 @@ impl<B: UsbBus, L: Line> UsbClass<B> for SerialPort<'_, B, L> {
     }
 
     fn set_alt_setting(&mut self, interface: InterfaceNumber, alternative: u8) -> bool {
-        let is_ours = alternative == DEFAULT_ALTERNATE_SETTING && (interface == self.control || interface == self.data);
-        if is_ours && interface == self.data {
-            self.to_host.unstall();
-            self.from_host.unstall();
+        let (interface, data) = (u8::from(interface), self.control + 1);
+        let is_ours = alternative == DEFAULT_ALTERNATE_SETTING && (interface == self.control || interface == data);
+        if is_ours && interface == data {
+            self.class.write_ep().unstall();
+            self.class.read_ep().unstall();
         }
         is_ours
     }
 
     fn control_in(&mut self, transfer: ControlIn<'_, '_, '_, B>) {
         let request = transfer.request();
-        if self.is_for_us(request) {
-            // It waits for an answer, and this one fits its buffer.
-            let _ = match request.request {
-                GET_LINE_CODING => transfer.accept_with(&self.coding.bytes()),
-                _ => transfer.reject(),
-            };
+        if self.is_for_us(request) && request.request == GET_LINE_CODING {
+            // The class has forgotten it at a reset, and answers no host that asks for less or for more. It
+            // waits for an answer, and this one fits its buffer.
+            let _ = transfer.accept_with(&self.coding);
+        } else {
+            self.class.control_in(transfer);
         }
     }
 
@@ -430,26 +377,19 @@ impl<B: UsbBus, L: Line> UsbClass<B> for SerialPort<'_, B, L> {
         if let Some(configured) = standard::configures(&request) {
             self.begin_anew(configured);
             // USB 2.0 section 9.1.1.5: every endpoint begins anew.
-            self.to_host.unstall();
-            self.from_host.unstall();
+            self.class.write_ep().unstall();
+            self.class.read_ep().unstall();
             self.notify.unstall();
         }
-        if !self.is_for_us(&request) {
+        if self.is_for_us(&request) && !self.takes(&request, transfer.data()) {
+            // It waits for an answer, so this is one.
+            let _ = transfer.reject();
             return;
         }
-        let accepted = match request.request {
-            SET_LINE_CODING => {
-                let coding = transfer.data().get(..CODING_BYTES).and_then(LineCoding::parse);
-                self.coding = coding.unwrap_or(self.coding);
-                coding.is_some()
-            }
-            SET_CONTROL_LINE_STATE => {
-                self.set_dtr(request.value & DTR != 0);
-                true
-            }
-            _ => false,
-        };
-        // It waits for an answer, so this is one.
-        let _ = if accepted { transfer.accept() } else { transfer.reject() };
+        let had_dtr = self.class.dtr();
+        self.class.control_out(transfer);
+        if self.class.dtr() != had_dtr {
+            self.dtr_changed();
+        }
     }
 }

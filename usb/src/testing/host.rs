@@ -140,6 +140,16 @@ impl<D: Device> Host<D> {
         match request {
             Request { kind: 0x02, request: 1, value: 0, index, .. } => *self.toggle(index as u8) = false,
             Request { kind: 0x00, request: 9, .. } => self.toggles.clear(),
+            // Endpoints of the interfaces that have bytes: of both ports, and the disk.
+            Request { kind: 0x01, request: 11, index, .. } => {
+                let endpoints: &[u8] = match index {
+                    1 => &[0x81, 0x01],
+                    3 => &[0x83, 0x02],
+                    4 => &[0x85, 0x03],
+                    _ => &[],
+                };
+                endpoints.iter().for_each(|address| *self.toggle(*address) = false);
+            }
             _ => {}
         }
     }

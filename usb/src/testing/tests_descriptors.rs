@@ -89,6 +89,7 @@ fn every_serial_port_is_one_function() {
     for place in ports {
         let association = &descriptors[place].body;
         let (first, name) = (association[0], association[5]);
+        assert!(name > 3, "a name of its own");
         assert_eq!(association[1..5], [2, 0x02, 0x02, 0x00]);
         let control = &descriptors[place + 1];
         assert_eq!(control.kind, INTERFACE);
@@ -96,9 +97,29 @@ fn every_serial_port_is_one_function() {
         let specific: Vec<&[u8]> =
             descriptors[place + 2..].iter().take_while(|one| one.kind == 0x24).map(|one| &one.body[..]).collect();
         let expected: [&[u8]; 4] =
-            [&[0x00, 0x20, 0x01], &[0x01, 0, first + 1], &[0x02, 0x02], &[0x06, first, first + 1]];
+            [&[0x00, 0x10, 0x01], &[0x02, 0x02], &[0x06, first, first + 1], &[0x01, 0, first + 1]];
         assert_eq!(specific, expected);
         assert_eq!(descriptors[place + 7].body[0], first + 1, "the data interface follows");
+    }
+}
+
+/// It is mended on its way to the host: wherever a host ends the answer, or asks for something else.
+#[test]
+fn every_part_of_the_configuration_is_of_the_same_one() {
+    let mut board = Board::new(Options::ALL);
+    board.host.reset();
+    let whole = board.host.descriptor(CONFIGURATION, 0, 1024).unwrap();
+    let device = board.host.descriptor(DEVICE, 0, 18).unwrap();
+    for length in 1..=whole.len() {
+        let part = board.host.descriptor(CONFIGURATION, 0, length as u16).unwrap();
+        assert_eq!(part, whole[..length], "{length} bytes");
+    }
+    for packets in 0..4 {
+        board.host.bus.wire().setup(Request::new(0x80, 6, 0x0200, 0, 1024).bytes());
+        board.host.device_runs();
+        (0..packets).for_each(|_| drop(board.host.in_packet(0)));
+        assert_eq!(board.host.descriptor(DEVICE, 0, 18).unwrap(), device, "behind {packets} packets of another");
+        assert_eq!(board.host.descriptor(CONFIGURATION, 0, 1024).unwrap(), whole);
     }
 }
 

@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use super::bus::Event;
 use super::{Board, Failure, Options, Request};
 
+const SEND_ENCAPSULATED: u8 = 0x00;
 const SET_LINE_CODING: u8 = 0x20;
 const GET_LINE_CODING: u8 = 0x21;
 const SET_CONTROL_LINE_STATE: u8 = 0x22;
@@ -264,12 +265,17 @@ fn the_line_coding_reads_back() {
     board.host.out(Request::new(0x21, SET_LINE_CODING, 0, 0, 7), &set).unwrap();
     assert_eq!(coding(&mut board, 0).unwrap(), set);
     assert_eq!(coding(&mut board, 2).unwrap(), default, "each port its own");
+    for length in [1, 4, 8, 64] {
+        let part = board.host.ask(Request::new(0xA1, GET_LINE_CODING, 0, 0, length)).unwrap();
+        assert_eq!(part, set[..set.len().min(length.into())], "{length} bytes are asked for");
+    }
     let wrong = [0, 0, 0, 0, 9, 9, 9];
     assert_eq!(board.host.out(Request::new(0x21, SET_LINE_CODING, 0, 0, 7), &wrong), Err(Failure::Stall));
     assert_eq!(board.host.out(Request::new(0x21, SET_LINE_CODING, 0, 0, 3), &wrong[..3]), Err(Failure::Stall));
     board.host.enumerate();
     assert_eq!(coding(&mut board, 0).unwrap(), set, "kept");
     assert_eq!(board.host.out(Request::new(0x21, SEND_BREAK, 100, 0, 0), &[]), Err(Failure::Stall));
+    assert_eq!(board.host.out(Request::new(0x21, SEND_ENCAPSULATED, 0, 0, 3), b"ATZ"), Err(Failure::Stall));
     assert_eq!(coding(&mut board, 1), Err(Failure::Stall), "the data interface has none");
 }
 
@@ -282,6 +288,25 @@ fn carrier_is_told_once_at_each_coming() {
     set_lines(&mut board, 0, 1);
     assert!(board.host.in_packet(2).is_ok());
     assert_eq!(board.host.try_in(2), Ok(None));
+    board.host.out(Request::new(0, 9, 1, 0, 0), &[]).unwrap();
+    assert!(board.host.in_packet(2).is_ok() && board.host.in_packet(4).is_ok(), "both begin anew");
+}
+
+#[test]
+fn an_interface_that_is_set_begins_anew() {
+    let mut board = Board::enumerated();
+    set_lines(&mut board, 0, 1);
+    set_lines(&mut board, 2, 1);
+    for (round, interface) in [1, 3, 0, 2, 1].into_iter().enumerate() {
+        for (line, from_host, to_host) in [(0, 1, 1), (1, 2, 3)] {
+            board.host.bulk_out(from_host, b"M105\n").unwrap();
+            board.lines[line].say(b"ok\n");
+            board.host.device_runs();
+            assert_eq!(board.host.bulk_in(to_host, 64).unwrap(), b"ok\n");
+            assert_eq!(board.lines[line].state().received.len(), 5 * (round + 1));
+        }
+        board.host.out(Request::new(0x01, 11, 0, interface, 0), &[]).unwrap();
+    }
 }
 
 #[test]

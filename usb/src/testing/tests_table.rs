@@ -137,6 +137,9 @@ fn classes(table: &mut Table) {
         tell(table, "line coding", [0x21, 0x20], [0, interface], &LINE, Bytes(0));
         ask(table, "line coding", [0xA1, 0x21], [0, interface, 7], Bytes(7));
         ask(table, "line coding", [0xA1, 0x21], [0, interface, 4], Bytes(4));
+        ask(table, "line coding", [0xA1, 0x21], [0, interface, 64], Bytes(7));
+        tell(table, "no modem", [0x21, 0x00], [0, interface], b"ATZ", Stall);
+        ask(table, "no modem", [0xA1, 0x01], [0, interface, 64], Stall);
         (0..4).for_each(|lines| tell(table, "DTR and RTS", [0x21, 0x22], [lines, interface], &[], Bytes(0)));
         for wrong in [&LINE[..0], &LINE[..6], &[1; 8][..], &[1; 64][..]] {
             tell(table, "no line coding", [0x21, 0x20], [0, interface], wrong, Stall);
