@@ -116,6 +116,8 @@ impl UsbBus for OtgBus {
         modify(registers::DCFG, 0x7F << 4, u32::from(address) << 4);
     }
 
+    // Called for answers to requests and for packets of data: a call is a twentieth of a run of the latter.
+    #[inline]
     fn write(&self, endpoint: EndpointAddress, packet: &[u8]) -> Result<usize> {
         if !endpoint.is_in() {
             return Err(UsbError::InvalidEndpoint);

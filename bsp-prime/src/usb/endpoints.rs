@@ -346,6 +346,8 @@ impl State {
         PollResult::Data { ep_out: from_host, ep_in_complete, ep_setup }
     }
 
+    // As its caller.
+    #[inline]
     pub(super) fn send(&mut self, number: usize, packet: &[u8]) -> Result<usize> {
         self.to_host.get(number).copied().flatten().ok_or(UsbError::InvalidEndpoint)?;
         let at = registers::diepctl(number);
