@@ -100,12 +100,10 @@ pub fn run<P: Ports>(mut ports: P) -> Infallible {
     loop {
         machine.serve();
         let since = machine.ports.now();
-        let mut has_run = lines::run_next(&mut machine);
-        if !has_run && !(machine.update.waits() && update::run_next(&mut machine)) {
+        if lines::run_next(&mut machine) {
+            while machine.ports.now().since(since) < SERVE_AFTER && lines::run_next(&mut machine) {}
+        } else if !machine.update.waits() || !update::run_next(&mut machine) {
             machine.rest(Wake::Time);
-        }
-        while has_run && machine.ports.now().since(since) < SERVE_AFTER {
-            has_run = lines::run_next(&mut machine);
         }
     }
 }
