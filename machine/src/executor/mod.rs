@@ -82,6 +82,8 @@ use crate::sessions::Sessions;
 
 /// Everybody is served when lines have been carried out for so long: most take ten microseconds or two.
 const SERVE_AFTER: Micros = Micros(50);
+/// And when so many have been: a host's clock may stand still while lines are carried out.
+const LINES_IN_A_ROW: u8 = 16;
 
 /// Boots and serves, for ever. It rests whenever it has nothing to do ([`crate::ports::Rest`]).
 pub fn run<P: Ports>(mut ports: P) -> Infallible {
@@ -101,7 +103,10 @@ pub fn run<P: Ports>(mut ports: P) -> Infallible {
         machine.serve();
         let since = machine.ports.now();
         if lines::run_next(&mut machine) {
-            while machine.ports.now().since(since) < SERVE_AFTER && lines::run_next(&mut machine) {}
+            let mut left = LINES_IN_A_ROW - 1;
+            while left > 0 && machine.ports.now().since(since) < SERVE_AFTER && lines::run_next(&mut machine) {
+                left -= 1;
+            }
         } else if !machine.update.waits() || !update::run_next(&mut machine) {
             machine.rest(Wake::Time);
         }
