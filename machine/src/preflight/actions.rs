@@ -9,6 +9,7 @@ use super::finding::Kind;
 use super::homing;
 use super::lines::{Reading, Said};
 use super::settings;
+use crate::apart::apart;
 use crate::failure::{Failure, short};
 use crate::heat::OFF_BELOW;
 use crate::motion_codes;
@@ -136,9 +137,6 @@ impl Reading<'_, '_> {
 
     /// Of the codes that the machine does itself, those that change where and how fast it may go.
     async fn function(&mut self, function: Function, words: &Words<'_>) -> Result<(), Said> {
-        let config = self.preflight.config;
-        let tools = self.preflight.program.tools().clone();
-        let mut rate = None;
         let set = match function {
             Function::LabelObject => {
                 self.listener.labelled(self.preflight.begun, words.text().unwrap_or(""));
@@ -146,38 +144,6 @@ impl Reading<'_, '_> {
             }
             Function::BedPlane => self.set(function, words).await,
             _ if words.is_bare() && !matches!(function, Function::LoadGrid | Function::WaitForHeaters) => Ok(()),
-            Function::AxisSpeeds => {
-                let set =
-                    motion_codes::set_axis_speeds(self.preflight.texts, &mut self.shadow(), config, &tools, words);
-                set.map(|seek| rate = seek)
-            }
-            Function::MotorSpeeds => {
-                motion_codes::set_motor_speeds(self.preflight.texts, &mut self.shadow(), config, &tools, words)
-                    .map(drop)
-            }
-            Function::Accelerations => {
-                let set = motion_codes::accelerations(self.preflight.texts, &mut self.shadow(), config, &tools, words);
-                set.map(|_| {
-                    if words.has('S') {
-                        self.acceleration_is_asked();
-                    }
-                })
-            }
-            Function::CornerSettings => {
-                motion_codes::corner_settings(self.preflight.texts, &mut self.shadow(), words).map(drop)
-            }
-            Function::Jerk => motion_codes::jerk(self.preflight.texts, &mut self.shadow(), words).map(drop),
-            Function::SpeedFactor => {
-                let factor = words.get('S').unwrap_or(1.0).clamp(0.1, 10.0);
-                self.motion.set_overrides(factor, factor);
-                Ok(())
-            }
-            Function::SoftEndstops => {
-                if let Some(on) = words.get('S') {
-                    self.preflight.travel.switch(on != 0.0);
-                }
-                Ok(())
-            }
             Function::WaitForHeaters => {
                 self.standstill().await;
                 self.preflight.totals.heat_waits += 1;
@@ -185,15 +151,55 @@ impl Reading<'_, '_> {
             }
             Function::StepsPerMm => {
                 self.standstill().await;
-                motion_codes::set_steps_per_mm(self.preflight.texts, &mut self.shadow(), config, &tools, words)
+                apart(|| self.set_steps_per_mm(words))
             }
-            _ => self.set(function, words).await,
+            _ => match apart(|| self.set_limits(function, words)) {
+                Some(set) => set,
+                None => self.set(function, words).await,
+            },
         };
-        if let Some(rate) = rate {
-            self.preflight.program.set_seek_rate(rate);
-            self.preflight.asks_of_rapids = true;
-        }
         set.map_err(|failure| self.failed(Kind::Word, failure))
+    }
+
+    fn set_steps_per_mm(&mut self, words: &Words<'_>) -> Result<(), Failure> {
+        let Self { preflight, motion, .. } = self;
+        let shadow = &mut Shadow { motion, latch: Latch::new() };
+        motion_codes::set_steps_per_mm(preflight.texts, shadow, preflight.config, preflight.program.tools(), words)
+    }
+
+    /// What sets how fast axes and motors may go, or where. `None` for every other function.
+    fn set_limits(&mut self, function: Function, words: &Words<'_>) -> Option<Result<(), Failure>> {
+        let Self { preflight, motion, .. } = self;
+        let (texts, config, tools) = (preflight.texts, preflight.config, preflight.program.tools());
+        let shadow = &mut Shadow { motion, latch: Latch::new() };
+        Some(match function {
+            Function::AxisSpeeds => motion_codes::set_axis_speeds(texts, shadow, config, tools, words).map(|rate| {
+                if let Some(rate) = rate {
+                    preflight.program.set_seek_rate(rate);
+                    preflight.asks_of_rapids = true;
+                }
+            }),
+            Function::MotorSpeeds => motion_codes::set_motor_speeds(texts, shadow, config, tools, words).map(drop),
+            Function::Accelerations => motion_codes::accelerations(texts, shadow, config, tools, words).map(|_| {
+                if words.has('S') {
+                    self.acceleration_is_asked();
+                }
+            }),
+            Function::CornerSettings => motion_codes::corner_settings(texts, shadow, words).map(drop),
+            Function::Jerk => motion_codes::jerk(texts, shadow, words).map(drop),
+            Function::SpeedFactor => {
+                let factor = words.get('S').unwrap_or(1.0).clamp(0.1, 10.0);
+                self.motion.set_overrides(factor, factor);
+                Ok(())
+            }
+            Function::SoftEndstops => {
+                if let Some(on) = words.get('S') {
+                    preflight.travel.switch(on != 0.0);
+                }
+                Ok(())
+            }
+            _ => return None,
+        })
     }
 
     async fn set(&mut self, function: Function, words: &Words<'_>) -> Result<(), Failure> {

@@ -13,6 +13,7 @@ use super::cost::{Costs, Wish};
 use super::finding::Kind;
 use super::limits::{self, Demand, Limit, Met};
 use super::lines::{Reading, Said};
+use crate::apart::apart;
 use crate::drawing::{self, Draws};
 use crate::failure::short;
 
@@ -42,7 +43,8 @@ impl Reading<'_, '_> {
         let deviation = || limits().map_or(0.0, |limits| limits.junction_deviation.get());
         let own = drawing::in_motions_terms(request, self.preflight.tag(), deviation);
         self.preflight.without_flow_limit = self.speed_without_flow_limit(request, from);
-        for piece in drawing::draw(self, *from, request, own)? {
+        let drawn = apart(|| drawing::draw(self, *from, request, own))?;
+        for piece in drawn {
             self.take(&piece).await?;
         }
         Ok(())
