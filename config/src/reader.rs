@@ -86,10 +86,16 @@ enum Current {
     Known(usize, &'static Section),
 }
 
+/// Never inlined: the defaults are on the stack meanwhile, and are large.
+#[inline(never)]
+fn reset(config: &mut MachineConfig) {
+    *config = MachineConfig::default();
+}
+
 impl<'a> Reader<'a> {
     /// Starts reading into `config`, which is overwritten with the board's defaults.
     pub fn new(config: &'a mut MachineConfig, board: BoardId, sink: &'a mut dyn Sink) -> Self {
-        *config = MachineConfig::default();
+        reset(config);
         let mut reader = Self {
             config,
             board,

@@ -1,8 +1,10 @@
 //! Idle: the machine's executor, and what it does while it rests.
 
+use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use bsp_prime::thread_stack;
+use machine::Lasting;
 use machine::ports::{Ports, Wake};
 use motion::{Access, Motion};
 use rtic::Mutex;
@@ -33,7 +35,22 @@ impl<M: Mutex<T = &'static mut Motion>> Access for Locked<'_, M> {
 
 /// Runs the executor for ever, on the thread stack: its state is larger than DTCM.
 pub fn run<P: Ports>(ports: impl FnOnce() -> P) -> ! {
-    thread_stack::run(move || machine::run(ports()))
+    thread_stack::run(move || {
+        let lasting = lasting();
+        machine::run(ports(), lasting)
+    })
+}
+
+#[unsafe(link_section = ".axisram")]
+static mut LASTING: MaybeUninit<Lasting> = MaybeUninit::uninit();
+
+/// What the executor has beside its stack. Once. Never inlined: parts of it are on the stack meanwhile.
+#[inline(never)]
+fn lasting() -> &'static mut Lasting {
+    let lasting = &raw mut LASTING;
+    // SAFETY: `run` does not return and is called once, by `idle`, so this is the only reference there
+    // ever is.
+    unsafe { (*lasting).write(Lasting::new()) }
 }
 
 /// What the executor's rest is made of: the log is told, USB asked for room, and the core sleeps until it is

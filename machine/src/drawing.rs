@@ -18,6 +18,7 @@ use motion::{Corner, Mode, Tag};
 use program::{Centre, Interpreter, Move, Rate, Shape};
 use units::{MmPerSecond, PerAxis, Plane};
 
+use crate::apart::apart;
 use crate::motion_config::arc_settings;
 
 /// Parts of a turn on a machine that bends lines.
@@ -88,13 +89,14 @@ pub(crate) fn draw<D: Draws>(
         Shape::Cubic([(i, j), (p, q)]) => {
             let ([x, y, ..], [to_x, to_y, ..]) = (from.0, request.target.0);
             let points = [[x, y, 0.0], [x + i, y + j, 0.0], [to_x + p, to_y + q, 0.0], [to_x, to_y, 0.0]];
-            drawing.spline(Bezier::cubic(points)).map(Pieces::Bezier)
+            apart(|| drawing.spline(Bezier::cubic(points)).map(Pieces::Bezier))
         }
         Shape::Quadratic((i, j)) => {
             let ([x, y, ..], [to_x, to_y, ..]) = (from.0, request.target.0);
-            drawing.spline(Bezier::quadratic([[x, y, 0.0], [x + i, y + j, 0.0], [to_x, to_y, 0.0]])).map(Pieces::Bezier)
+            let points = [[x, y, 0.0], [x + i, y + j, 0.0], [to_x, to_y, 0.0]];
+            apart(|| drawing.spline(Bezier::quadratic(points)).map(Pieces::Bezier))
         }
-        Shape::Nurbs { order } => {
+        Shape::Nurbs { order } => apart(|| {
             let point = |p: &program::ControlPoint| ControlPoint { x: p.x, y: p.y, weight: p.weight };
             let points: heapless::Vec<ControlPoint, MOST_POINTS> =
                 drawing.by.program().control_points().iter().map(point).collect();
@@ -103,7 +105,7 @@ pub(crate) fn draw<D: Draws>(
                 return Err(drawing.by.wrong(format_args!("{text}")));
             };
             drawing.spline(nurbs).map(Pieces::Nurbs)
-        }
+        }),
     };
     Ok(Drawn { pieces: shape?, piece: drawing.piece })
 }

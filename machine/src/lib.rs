@@ -10,6 +10,7 @@
 #![forbid(unsafe_code)]
 
 mod alignment;
+mod apart;
 mod arms;
 mod autotune;
 mod axes;
@@ -67,7 +68,7 @@ mod tuning;
 mod wait;
 pub mod watchdog;
 
-pub use executor::run;
+pub use executor::{Lasting, run};
 pub use failure::Texts;
 pub use files::{CONFIG_PATH, kept, safe_file};
 pub use jobs::Layers;

@@ -139,8 +139,9 @@ impl Runner {
         let shared = Rc::new(ports::Shared::new(world, setup, board_id));
         let stack = DefaultStack::new(STACK_BYTES).map_err(|error| format!("no stack for the executor: {error}"))?;
         let of_executor = Rc::clone(&shared);
-        let executor =
-            Coroutine::with_stack(stack, move |yielder, ()| machine::run(HostPorts::new(of_executor, yielder)));
+        let executor = Coroutine::with_stack(stack, move |yielder, ()| {
+            machine::run(HostPorts::new(of_executor, yielder), &mut Box::new(machine::Lasting::new()))
+        });
         let tasks = Tasks::new(inputs);
         Ok(Self { tasks, shared, executor, machine, slot_ns: 0, turns: TURNS_PER_SLOT })
     }

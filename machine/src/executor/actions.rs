@@ -9,6 +9,7 @@ use super::{
     Hands, Machine, fast_forward, flow, functions, halt, holes, home, kept, leave_out, lights, objects, operator,
     program_io, shapes, suspend, tool_change,
 };
+use crate::apart::apart;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::grbl::numbers::Alarm;
 use crate::heat::{Full, Output};
@@ -132,31 +133,31 @@ const fn is_checked<P: Ports>(machine: &Machine<'_, P>, action: &Action<'_>) -> 
 /// What begins from standstill, or ends somewhere that only the machine knows.
 fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
     let done = match *action {
-        Action::Home(axes) => home::home(machine, axes, to),
+        Action::Home(axes) => apart(|| home::home(machine, axes, to)),
         Action::SetPosition { to: ref position, homed } => set_position(machine, position, homed),
         Action::ForgetHoming(axes) => {
             machine.axes.forget_homed(axes);
             Ok(Answer::Ok)
         }
-        Action::ProbeDown(ref probe) => {
+        Action::ProbeDown(ref probe) => apart(|| {
             let hands = &mut Hands::new(machine, to);
             let ended = crate::probing::probe_down(hands, probe);
             if probe.stays {
                 crate::probing::leave_out(hands);
             }
             crate::probing::stow_after(hands, ended)
-        }
-        Action::ProbeAlong(ref probe) => {
+        }),
+        Action::ProbeAlong(ref probe) => apart(|| {
             let hands = &mut Hands::new(machine, to);
             let ended = crate::probing::probe_along(hands, probe);
             crate::probing::leave_out(hands);
             ended
-        }
-        Action::HeatAndWait { heater, target, cools } => heat_and_wait(machine, (heater, target, cools), to),
-        Action::EndProgram => end_program(machine),
-        Action::Pause(why) => operator::pause(machine, why),
-        Action::ChangeTool(tool) => tool_change::begin(machine, tool),
-        Action::AwaitInput(wait) => program_io::await_input(machine, wait),
+        }),
+        Action::HeatAndWait { heater, target, cools } => apart(|| heat_and_wait(machine, (heater, target, cools), to)),
+        Action::EndProgram => apart(|| end_program(machine)),
+        Action::Pause(why) => apart(|| operator::pause(machine, why)),
+        Action::ChangeTool(tool) => apart(|| tool_change::begin(machine, tool)),
+        Action::AwaitInput(wait) => apart(|| program_io::await_input(machine, wait)),
         // The program refuses them by name before: nothing here turns a spindle so.
         Action::Orient { .. } | Action::RigidTap { .. } | Action::SurfaceSpeed(Some(_)) => {
             Err(Failure::refused(&"this needs a spindle encoder"))

@@ -11,6 +11,7 @@ use program::Dialect;
 use units::Micros;
 
 use super::{Machine, automatic, brown_out, grbl, kept, lights, recover, statistics, suspend, update};
+use crate::apart::apart;
 use crate::axes::{internal_motors, on_board_motors};
 use crate::failure::about_file;
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
@@ -38,23 +39,17 @@ pub(super) struct Read {
     pub took: Micros,
 }
 
-/// A configuration before it is read. Never inlined: it would be on the caller's stack a second time.
-#[inline(never)]
-pub(super) fn unread() -> MachineConfig {
-    MachineConfig::default()
-}
-
 /// Greets, reads the configuration and says what is wrong with it.
 pub(super) fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions, config: &mut MachineConfig) -> Read {
     sessions.configure(ports);
     greet(ports, sessions);
     let mut findings = Vec::new();
     let since = ports.now();
-    let summary = read_file(ports, config, &mut findings);
+    let summary = apart(|| read_file(ports, config, &mut findings));
     let took = ports.now().since(since);
     let banner = if config.general.grblhal { hal::BANNER } else { framing::BANNER };
     sessions.set_dialect(ports, crate::program_setup::dialect(config), banner);
-    if let Err(why) = ports.connect(&config.system) {
+    if let Err(why) = apart(|| ports.connect(&config.system)) {
         sessions.say(Recipient::All, format_args!("ERROR: USB does not work: {why}\n"));
     }
     report(ports, sessions, &findings, &summary);

@@ -11,6 +11,7 @@ use super::{
     log, long_answers, motion_tests, objects, passed_over, play_from, program_io, recording, statistics, suspend,
     update,
 };
+use crate::apart::apart;
 use crate::failure::{Answer, Failure, FailureKind, Outcome, Texts, short};
 use crate::files::{self, listings};
 use crate::heat_codes;
@@ -127,39 +128,41 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             }
             return Some(Ok(Answer::Ok));
         }
-        "help" => return Some(help(machine, arguments, to)),
-        "ls" | "cat" | "config-get" => return Some(list(machine, word, arguments, to)),
+        "help" => return Some(apart(|| help(machine, arguments, to))),
+        "ls" | "cat" | "config-get" => return Some(apart(|| list(machine, word, arguments, to))),
         "progress" => {
-            let now = machine.ports.now();
-            machine.follow_job();
-            let outlook = foresee::outlook(machine);
-            let Machine { jobs, sessions, .. } = machine;
-            jobs.progress_command(arguments, now, &outlook, &mut Reply::new(sessions, to));
-            return Some(Ok(Answer::Ok));
+            return Some(apart(|| {
+                let now = machine.ports.now();
+                machine.follow_job();
+                let outlook = foresee::outlook(machine);
+                let Machine { jobs, sessions, .. } = machine;
+                jobs.progress_command(arguments, now, &outlook, &mut Reply::new(sessions, to));
+                Ok(Answer::Ok)
+            }));
         }
-        "echo" => return Some(echo(machine, arguments, to)),
-        "date" => return Some(date(machine, arguments, to)),
-        "ed" => return Some(editing::begin(machine, arguments, to)),
-        "ry" | "upload" => return Some(receive(machine, word, arguments, to)),
-        "dl" => return Some(receive_counted(machine, arguments, to)),
-        "break" => return Some(recording::stop_for_debugger(machine, to)),
-        "events" => return Some(recording::tell(machine, arguments, to)),
+        "echo" => return Some(apart(|| echo(machine, arguments, to))),
+        "date" => return Some(apart(|| date(machine, arguments, to))),
+        "ed" => return Some(apart(|| editing::begin(machine, arguments, to))),
+        "ry" | "upload" => return Some(apart(|| receive(machine, word, arguments, to))),
+        "dl" => return Some(apart(|| receive_counted(machine, arguments, to))),
+        "break" => return Some(apart(|| recording::stop_for_debugger(machine, to))),
+        "events" => return Some(apart(|| recording::tell(machine, arguments, to))),
         "reset" => {
             machine.say(to, format_args!("Reset will occur in 1 second\n"));
             machine.record(&events::Event::ResetAsked);
             machine.ports.request_reset();
             return Some(Ok(Answer::Ok));
         }
-        "dialect" => return Some(speak(machine, arguments, to)),
-        "$C" => return Some(machine.check_mode(to)),
+        "dialect" => return Some(apart(|| speak(machine, arguments, to))),
+        "$C" => return Some(apart(|| machine.check_mode(to))),
         "$SLP" => return Some(machine.sleep().map(|()| Answer::Ok)),
-        "check" => return Some(foresee::check(machine, arguments, to)),
-        "play" => return Some(play(machine, arguments, to)),
-        "queue" => return Some(job_control::queue(machine, arguments, to)),
-        "config-load" | "load" => return Some(load(machine, arguments, to)),
+        "check" => return Some(apart(|| foresee::check(machine, arguments, to))),
+        "play" => return Some(apart(|| play(machine, arguments, to))),
+        "queue" => return Some(apart(|| job_control::queue(machine, arguments, to))),
+        "config-load" | "load" => return Some(apart(|| load(machine, arguments, to))),
         _ => {}
     }
-    report(machine, word, arguments, to).or_else(|| file_command(machine, word, arguments, to))
+    apart(|| report(machine, word, arguments, to)).or_else(|| apart(|| file_command(machine, word, arguments, to)))
 }
 
 /// `echo [-n] [-1] text`: to whoever asks, or to what is at the auxiliary UART.
@@ -388,30 +391,33 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
     {
         return Ok(Answer::Ok);
     }
+    // Each with a frame of its own: they wait, and much is called from there.
     match word {
-        "abort" => abort(machine, to),
-        "pause" => job_control::pause(machine, arguments, to),
-        "suspend" => suspend::suspend(machine, arguments.starts_with(['l', 'h']), None, to),
+        "abort" => apart(|| abort(machine, to)),
+        "pause" => apart(|| job_control::pause(machine, arguments, to)),
+        "suspend" => apart(|| suspend::suspend(machine, arguments.starts_with(['l', 'h']), None, to)),
         "resume" => suspend::resume(machine, to),
-        "switch" => switch(machine, arguments, to),
-        "preheat" => heat_codes::preheat(&mut Hands::new(machine, to), arguments),
-        "config-set" => files::config_edit::config_set(&mut Hands::new(machine, to), arguments).map(|()| Answer::Said),
-        "$H" => home::home(machine, units::AxisSet::NONE, to),
-        "$J" => {
+        "switch" => apart(|| switch(machine, arguments, to)),
+        "preheat" => apart(|| heat_codes::preheat(&mut Hands::new(machine, to), arguments)),
+        "config-set" => {
+            apart(|| files::config_edit::config_set(&mut Hands::new(machine, to), arguments)).map(|()| Answer::Said)
+        }
+        "$H" => apart(|| home::home(machine, units::AxisSet::NONE, to)),
+        "$J" => apart(|| {
             let e_axis = machine.program.tools().active().map(|tool| tool.settings.axis);
             let done = jog::jog(&mut Hands::new(machine, to), arguments, e_axis);
             let position = machine.ports.motion(|motion| motion.commanded_position());
             machine.program.resynchronise(position);
             done
-        }
-        "$P" => probe(machine, arguments, to),
-        "test" => motion_tests::run(machine, arguments, to),
-        "tune_driver" => axis_tests::tune_driver(machine, arguments, to),
-        "gpio" => crate::gpio::command(&mut Hands::new(machine, to), arguments),
-        "flash" | "dfu" => update::command(machine, word, to),
-        "msc" => disk::msc(machine, arguments, to),
-        "card" => files::card_facts::card(&mut Hands::new(machine, to)),
-        "cp" | "truncate" | "md5sum" => {
+        }),
+        "$P" => apart(|| probe(machine, arguments, to)),
+        "test" => apart(|| motion_tests::run(machine, arguments, to)),
+        "tune_driver" => apart(|| axis_tests::tune_driver(machine, arguments, to)),
+        "gpio" => apart(|| crate::gpio::command(&mut Hands::new(machine, to), arguments)),
+        "flash" | "dfu" => apart(|| update::command(machine, word, to)),
+        "msc" => apart(|| disk::msc(machine, arguments, to)),
+        "card" => apart(|| files::card_facts::card(&mut Hands::new(machine, to))),
+        "cp" | "truncate" | "md5sum" => apart(|| {
             let directory = machine.files.directory().clone();
             let hands = &mut Hands::new(machine, to);
             match word {
@@ -419,7 +425,7 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
                 "truncate" => files::copying::truncate(hands, &directory, arguments),
                 _ => files::copying::md5sum(hands, &directory, arguments),
             }
-        }
+        }),
         _ => Ok(Answer::Unknown),
     }
 }

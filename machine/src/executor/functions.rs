@@ -12,6 +12,7 @@ use super::frames::Then;
 use super::{
     Hands, Machine, automatic, card, filament, foresee, long_answers, objects, program_io, recover, statistics, suspend,
 };
+use crate::apart::apart;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::files::{self, OVERRIDE_PATH, listings, safe_file};
 use crate::ports::{Ports, Wake};
@@ -57,52 +58,54 @@ pub(super) fn run<P: Ports>(
         return Ok(Answer::Ok);
     }
     if function == Function::GoOnWithJob {
-        return recover::command(machine, &words, to);
+        return apart(|| recover::command(machine, &words, to));
     }
+    sequence(machine, function, &words, to)
+}
+
+/// One that takes time. Each has a frame of its own: they wait, and much is called from there.
+fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &Words<'_>, to: Recipient) -> Outcome {
     let hands = &mut Hands::new(machine, to);
     match function {
-        Function::ProbeStrategy => probe_strategy(machine, &words, words.code(), to),
-        Function::MeasureBed => probe_strategy(machine, &words, Code::g(31), to),
-        Function::ProbeRepeatability => {
-            let ended = probing::repeatability(hands, &words);
-            probing::stow_after(hands, ended)
-        }
-        Function::AlignZ => {
-            let ended = alignment::align(hands, &words);
-            probing::stow_after(hands, ended)
-        }
-        Function::AlignSlave => alignment::align_slave(hands, &words),
-        Function::BedScrews => {
-            let ended = alignment::advise(hands);
-            probing::stow_after(hands, ended)
-        }
-        Function::PaperTest => crate::paper::paper_test(hands, &words),
+        Function::ProbeStrategy => probe_strategy(machine, words, words.code(), to),
+        Function::MeasureBed => probe_strategy(machine, words, Code::g(31), to),
+        Function::ProbeRepeatability => stowed(hands, |hands| probing::repeatability(hands, words)),
+        Function::AlignZ => stowed(hands, |hands| alignment::align(hands, words)),
+        Function::AlignSlave => apart(|| alignment::align_slave(hands, words)),
+        Function::BedScrews => stowed(hands, alignment::advise),
+        Function::PaperTest => apart(|| crate::paper::paper_test(hands, words)),
         Function::DeployProbe => probing::deploy_or_stow(hands, true),
         Function::StowProbe => probing::deploy_or_stow(hands, false),
-        Function::LevelingOff => leveling::level_off(hands),
-        Function::SaveGrid => leveling::save(hands, &words),
-        Function::ListMeshes => leveling::list(hands),
-        Function::LoadGrid => leveling::load(hands, &words),
-        Function::UseGrid => leveling::use_mesh(hands, &words),
-        Function::FadeHeight => leveling::fade_height(hands, words.as_length('H'), words.as_length('T')),
-        Function::MeshOffset => leveling::mesh_offset(hands, &words),
-        Function::GridPoint => leveling::grid_point(hands, &words),
-        Function::BedPlane => leveling::bed_plane(hands, &words),
-        Function::Skew => leveling::skew(hands, &words),
-        Function::MeasuredPart => probing::measured_part(hands, &words),
-        Function::ArmSettings => arms::arm_settings(hands, &words).map(|()| Answer::Ok),
-        Function::Statistics => Ok(statistics::told(machine, &words, to)),
-        Function::Park => filament::go_aside(machine, &words),
-        Function::LoadFilament => filament::by_hand(machine, true, words.get('L')),
-        Function::UnloadFilament => filament::by_hand(machine, false, words.get('U')),
+        Function::LevelingOff => apart(|| leveling::level_off(hands)),
+        Function::SaveGrid => apart(|| leveling::save(hands, words)),
+        Function::ListMeshes => apart(|| leveling::list(hands)),
+        Function::LoadGrid => apart(|| leveling::load(hands, words)),
+        Function::UseGrid => apart(|| leveling::use_mesh(hands, words)),
+        Function::FadeHeight => apart(|| leveling::fade_height(hands, words.as_length('H'), words.as_length('T'))),
+        Function::MeshOffset => apart(|| leveling::mesh_offset(hands, words)),
+        Function::GridPoint => apart(|| leveling::grid_point(hands, words)),
+        Function::BedPlane => apart(|| leveling::bed_plane(hands, words)),
+        Function::Skew => apart(|| leveling::skew(hands, words)),
+        Function::MeasuredPart => apart(|| probing::measured_part(hands, words)),
+        Function::ArmSettings => apart(|| arms::arm_settings(hands, words)).map(|()| Answer::Ok),
+        Function::Statistics => apart(|| Ok(statistics::told(machine, words, to))),
+        Function::Park => apart(|| filament::go_aside(machine, words)),
+        Function::LoadFilament => apart(|| filament::by_hand(machine, true, words.get('L'))),
+        Function::UnloadFilament => apart(|| filament::by_hand(machine, false, words.get('U'))),
         // What stands still goes on from where it was.
         Function::StartJob => suspend::resume(machine, to),
-        Function::WaitForHeaters => heat_codes::wait_for_all(hands, &words).map(|()| Answer::Ok),
-        Function::TunePid => autotune::tune_pid(hands, &words),
-        Function::HomeOffsetsFromHere => autotune::tune_model(hands, &words),
+        Function::WaitForHeaters => apart(|| heat_codes::wait_for_all(hands, words)).map(|()| Answer::Ok),
+        Function::TunePid => apart(|| autotune::tune_pid(hands, words)),
+        Function::HomeOffsetsFromHere => apart(|| autotune::tune_model(hands, words)),
         Function::SaveSettings => save_settings(machine, words.text(), to),
         _ => Ok(Answer::Unknown),
     }
+}
+
+/// One that probes, and puts the probe away after it.
+fn stowed<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: impl FnOnce(&mut Hands<'_, '_, P>) -> Outcome) -> Outcome {
+    let ended = apart(|| probe(hands));
+    probing::stow_after(hands, ended)
 }
 
 /// G29, G31 and G32. The scripts around a cartesian grid may hold any code, so they are run from here.
@@ -127,9 +130,8 @@ fn stands_first(function: Function, words: &Words<'_>) -> bool {
         Function::StealthMode => true,
         Function::PressureAdvance => words.has('K') || words.has('S') || words.has('W'),
         Function::InputShaping => !words.is_bare(),
-        Function::MotorsOff | Function::MotorPositions | Function::HomeOffsetsFromHere | Function::DriverRegister => {
-            true
-        }
+        Function::MotorsOff | Function::MotorPositions => true,
+        Function::HomeOffsetsFromHere | Function::DriverRegister => true,
         _ => false,
     }
 }
@@ -192,8 +194,8 @@ fn say_or_set<P: Ports>(
     to: Recipient,
 ) -> Option<Outcome> {
     motion_or_heat(machine, function, words, to)
-        .or_else(|| report(machine, function, words, to))
-        .or_else(|| file_or_job(machine, function, words, to))
+        .or_else(|| apart(|| report(machine, function, words, to)))
+        .or_else(|| apart(|| file_or_job(machine, function, words, to)))
 }
 
 fn motion_or_heat<P: Ports>(

@@ -16,6 +16,7 @@ use super::{
     Machine, actions, blocks, card, commands, editing, fast_forward, filament, flow, foresee, grbl, job_control,
     journal, kept, log, named, objects, passed_over, stack, stall_recovery, statistics, suspend,
 };
+use crate::apart::apart;
 use crate::failure::Answer;
 use crate::files::NotSaved;
 use crate::grbl::numbers::Error;
@@ -100,7 +101,7 @@ fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
 fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) {
     let to = Recipient::Session(id);
     if machine.files.edits_from(id) {
-        return editing::run_line(machine, id, line);
+        return apart(|| editing::run_line(machine, id, line));
     }
     let Some(session) = machine.sessions.get_mut(id) else { return };
     let may_operate = session.rights == Rights::Operate;
@@ -205,7 +206,7 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
             machine.announce(format_args!("// NOTE the file is read as {}'s, as it says\n", dialect.name()));
         }
         Next::TooLong => pause_job(machine, "is too long"),
-        Next::End => return end_job(machine),
+        Next::End => return apart(|| end_job(machine)),
         Next::Failed(why) => {
             machine.journal.lose();
             machine.record(&Event::CardFailed(Text::new(format_args!("reading the job failed: {why}"))));

@@ -3,6 +3,7 @@
 use program::Words;
 
 use super::{Machine, card, foresee, recording};
+use crate::apart::apart;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::files::{Progress, listings};
 use crate::grbl::hal;
@@ -49,7 +50,7 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     let Some(mut listing) = session.listing.take() else { return };
     let to = Recipient::Session(id);
     if matches!(listing, Listing::Transfer) {
-        return continue_transfer(machine, id);
+        return apart(|| continue_transfer(machine, id));
     }
     if machine.sessions.take_stop(to) {
         // He waits for its end all the same.
@@ -57,7 +58,7 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
         machine.say(to, format_args!("{}", listings::ending(&listing)));
         return settle(machine, id);
     }
-    let more = piece(machine, &mut listing, to);
+    let more = apart(|| piece(machine, &mut listing, to));
     match more {
         Ok(true) => {
             if let Some(session) = machine.sessions.get_mut(id) {

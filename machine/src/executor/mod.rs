@@ -70,11 +70,13 @@ use core::cell::RefCell;
 use core::convert::Infallible;
 use core::pin::pin;
 
+use config::MachineConfig;
 pub use hands::Hands;
 pub(crate) use line_numbers::decoder_expecting;
 use machine::{Beside, Machine};
 use units::Micros;
 
+use crate::apart::apart;
 use crate::failure::Texts;
 use crate::forecast::{Desk, Foresight, Work, read_file};
 use crate::ports::{Ports, Wake};
@@ -85,20 +87,41 @@ const SERVE_AFTER: Micros = Micros(50);
 /// And when so many have been: a host's clock may stand still while lines are carried out.
 const LINES_IN_A_ROW: u8 = 16;
 
+/// What the executor has beside its stack, for as long as it runs. Large: whoever calls [`run`] says where it
+/// lies.
+pub struct Lasting {
+    config: MachineConfig,
+    texts: Texts,
+    sessions: Sessions,
+    foresight: Foresight,
+}
+
+impl Lasting {
+    /// Before anything has been read or said.
+    #[must_use]
+    #[expect(clippy::new_without_default, reason = "there is one of it")]
+    pub fn new() -> Self {
+        Self {
+            config: MachineConfig::default(),
+            texts: Texts::new(),
+            sessions: Sessions::new(),
+            foresight: Foresight::new(),
+        }
+    }
+}
+
 /// Boots and serves, for ever. It rests whenever it has nothing to do ([`crate::ports::Rest`]).
-pub fn run<P: Ports>(mut ports: P) -> Infallible {
-    let mut config = boot::unread();
-    let texts = Texts::new();
-    let mut sessions = Sessions::new();
-    let read = boot::read_config(&mut ports, &mut sessions, &mut config);
+pub fn run<P: Ports>(mut ports: P, lasting: &mut Lasting) -> Infallible {
+    let Lasting { config, texts, sessions, foresight } = lasting;
+    let read = apart(|| boot::read_config(&mut ports, sessions, config));
+    let (config, texts, foresight) = (&*config, &*texts, &*foresight);
     let mut workspace = ports.workspace();
-    let desk = RefCell::new(workspace.as_deref_mut().map(|workspace| Desk::new(&config, &texts, workspace)));
-    let foresight = Foresight::new();
+    let desk = RefCell::new(workspace.as_deref_mut().map(|workspace| Desk::new(config, texts, workspace)));
     let place = pin!(None);
-    let mut look_ahead = Work::new(&foresight, &desk, || read_file(&foresight, &desk), place);
+    let mut look_ahead = Work::new(foresight, &desk, || read_file(foresight, &desk), place);
     let beside = Beside { serve: serve::serve, look_ahead: &mut look_ahead };
-    let mut machine = Machine::new(ports, &config, &texts, &mut sessions, read.took, &foresight, beside);
-    boot::start(&mut machine, read);
+    let mut machine = Machine::new(ports, config, texts, sessions, read.took, foresight, beside);
+    apart(|| boot::start(&mut machine, read));
     loop {
         machine.serve();
         let since = machine.ports.now();

@@ -12,6 +12,7 @@ use super::{
     Machine, automatic, brown_out, commands, door, filament, foresee, functions, grbl, journal, leave_out, lights,
     long_answers, program_io, recording, stall_recovery, stalls, statistics, update,
 };
+use crate::apart::apart;
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
 use crate::heat::HeatControl;
@@ -55,8 +56,8 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     }
     if now >= machine.polls.due {
         machine.polls.due = now.plus(POLL_PERIOD);
-        machine.watch(now);
-        update::watch(machine, now);
+        apart(|| machine.watch(now));
+        apart(|| update::watch(machine, now));
         if machine.safety.state() == State::Door {
             door::stop_what_is_behind(machine);
         }
@@ -65,7 +66,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
         foresee::serve(machine);
     }
     if machine.jobs.objects.is_cutting() || machine.cut.brakes {
-        leave_out::serve(machine);
+        apart(|| leave_out::serve(machine));
     }
     machine.sessions.flush(&mut machine.ports, now);
 }
@@ -78,7 +79,7 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         if self.sessions.is_visited_anew(&self.ports, id) {
-            self.follow_visitor(id);
+            apart(|| self.follow_visitor(id));
         }
         if self.ports.inbox(id).has_news() {
             self.serve_requests(id);
@@ -250,11 +251,11 @@ impl<P: Ports> Machine<'_, P> {
         }
         let line = line.clone();
         let to = Recipient::Session(id);
-        let is_answered = match decoder.decode(&line) {
+        let is_answered = apart(|| match decoder.decode(&line) {
             Ok(Line::Console(command)) => commands::answer(self, command, to),
             Ok(Line::Code(blocks)) => functions::answer(self, blocks, to),
             _ => false,
-        };
+        });
         if let Some(session) = self.sessions.get_mut(id).filter(|_| is_answered) {
             session.decoder = decoder;
             session.drop_line();

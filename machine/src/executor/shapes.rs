@@ -9,6 +9,7 @@ use program::{Interpreter, Move, Shape, State};
 use units::PerAxis;
 
 use super::Machine;
+use crate::apart::apart;
 use crate::drawing::{self, Draws};
 use crate::failure::Failure;
 use crate::grbl::numbers::Error;
@@ -45,7 +46,8 @@ pub(super) fn take_at_once<P: Ports>(machine: &mut Machine<'_, P>, request: &Mov
 pub(super) fn submit<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
     let from = machine.ports.motion(|motion| motion.commanded_position());
     let own = in_motions_terms(machine, request);
-    for piece in drawing::draw(&mut Drawing(machine), from, request, own)? {
+    let drawn = apart(|| drawing::draw(&mut Drawing(machine), from, request, own))?;
+    for piece in drawn {
         machine.submit(&piece)?;
     }
     Ok(())

@@ -333,7 +333,11 @@ impl Compensation {
 
     pub(crate) fn copy_to_draft(&mut self) {
         let surface = &mut *self.surface;
-        surface.draft = if self.bed == Bed::Grid { surface.heights } else { [0.0; MOST_POINTS] };
+        if self.bed == Bed::Grid {
+            surface.draft.copy_from_slice(&surface.heights);
+        } else {
+            surface.draft.fill(0.0);
+        }
     }
 
     pub(crate) fn set_suspended(&mut self, suspended: bool) {

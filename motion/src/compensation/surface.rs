@@ -123,11 +123,11 @@ impl Default for Surface {
 }
 
 impl Surface {
-    /// What is in force in another one.
+    /// What is in force in another one. Arrays are copied where they lie: they are large for a stack.
     pub(super) fn copy_in_force(&mut self, other: &Self) {
-        self.heights = other.heights;
-        (self.shape, self.interpolation) = (other.shape, other.interpolation);
-        (self.fine, self.coefficients) = (other.fine, other.coefficients);
+        self.heights.copy_from_slice(&other.heights);
+        self.coefficients.copy_from_slice(&other.coefficients);
+        (self.shape, self.interpolation, self.fine) = (other.shape, other.interpolation, other.fine);
         (self.everywhere, self.inside) = (other.everywhere, other.inside);
     }
 
