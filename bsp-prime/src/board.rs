@@ -52,7 +52,7 @@ pub struct Board {
     /// Who and why.
     pub identity: Identity,
     /// Every pin that has not one fixed use.
-    pub pins: Pins,
+    pub pins: &'static mut Pins,
     /// Enables of drivers and power outputs, all off.
     pub guards: Guards,
     /// LED1 to LED4, off.
@@ -109,6 +109,10 @@ pub fn enable_interrupt(interrupt: pac::Interrupt) {
     unsafe { cortex_m::peripheral::NVIC::unmask(interrupt) };
 }
 
+/// All zero, as the section is. Out of the way of `Board`, which is moved about.
+#[unsafe(link_section = ".axizero")]
+static mut PINS: Pins = Pins::new();
+
 impl Board {
     /// Brings the board up.
     ///
@@ -136,8 +140,10 @@ impl Board {
         memory::prepare_d2();
         silicon::compensate_outputs();
         time::start();
-        let mut pins = Pins::new();
-        let guards = claim_guards(&mut pins);
+        let pins = &raw mut PINS;
+        // SAFETY: the peripherals exist once, so this comes here once, and nothing else names the table.
+        let pins = unsafe { &mut *pins };
+        let guards = claim_guards(pins);
         step_engine::start(device.TIM2, &mut core.NVIC);
         let mut debug = uart::port(PortName::Debug);
         debug.1.open(DEBUG_BAUD, uart::Frame::PLAIN);

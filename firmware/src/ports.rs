@@ -56,7 +56,7 @@ const PLAY_LED: u8 = 1;
 
 /// Peripherals that only the dispatcher uses.
 pub struct Owned {
-    pub pins: Pins,
+    pub pins: &'static mut Pins,
     pub spi: SpiBuses,
     pub motors_enable: Output,
     pub leds: [Output; 4],
@@ -186,15 +186,15 @@ where
                 let _fits = triggers.lock(|triggers| triggers.add(number, spec, pin));
             }
         };
-        wiring::inputs(config, &mut self.owned.pins, place, report);
+        wiring::inputs(config, self.owned.pins, place, report);
     }
 
     fn wire_heat(&mut self, config: &MachineConfig, report: &mut Report<'_>) {
         let (owned, heat, strips) = (&mut self.owned, &mut self.shared.heat, &mut self.strips);
         // Longer than other locks, and still some microseconds only: the calibration begun at power-on is
         // over. Nothing heats yet.
-        heat.lock(|heat| wiring::temperatures(config, &mut owned.pins, &mut heat.io, report));
-        heat.lock(|heat| wiring::tachometers(config, &mut owned.pins, &mut heat.io, report));
+        heat.lock(|heat| wiring::temperatures(config, owned.pins, &mut heat.io, report));
+        heat.lock(|heat| wiring::tachometers(config, owned.pins, &mut heat.io, report));
         heat.lock(|heat| {
             let HeatIo { switches, pwm, pwm_switches, .. } = &mut heat.io;
             let place = |index: usize, output| {
@@ -202,14 +202,14 @@ where
                     *slot = Some(output);
                 }
             };
-            wiring::switch_outputs(config, &mut owned.pins, pwm, place, report);
+            wiring::switch_outputs(config, owned.pins, pwm, place, report);
             for (slot, switch) in pwm_switches.iter_mut().zip(&config.switches) {
                 if let Some(OutputPin::Pwm(output)) = switch.output_pin {
                     let (timer, channel) = (usize::from(output.timer), usize::from(output.channel));
                     *slot = Some((timer.wrapping_sub(1), channel.wrapping_sub(1)));
                 }
             }
-            *strips = wiring::led_strips(config, &mut owned.pins, pwm, &mut owned.led_sender, report);
+            *strips = wiring::led_strips(config, owned.pins, pwm, &mut owned.led_sender, report);
         });
     }
 }
@@ -342,7 +342,7 @@ const BORROWER: &str = "the command gpio";
 
 impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> PinPort for BoardPorts<M, H, S, T, K> {
     fn borrow_pin(&mut self, pin: Pin, drive: Option<bool>) -> Result<bool, PinTaken> {
-        let pins = &mut self.owned.pins;
+        let pins = &mut *self.owned.pins;
         let level = match drive {
             None => pins.input(wiring::spec(pin), BORROWER).map(|input| {
                 // Its resistor needs its time: 40 kOhm on some 100 pF.
@@ -382,11 +382,10 @@ where
         let mut report = Report::new(report);
         wiring::guards(config, &mut report);
         // First of all, so that no sensor's chip listens to what drivers are told.
-        let sensors = wiring::sensors(config, &mut self.owned.pins, &mut self.owned.spi, &mut report);
+        let sensors = wiring::sensors(config, self.owned.pins, &mut self.owned.spi, &mut report);
         let reads_chips = !sensors.is_empty();
-        let bank =
-            wiring::motors(config, &mut self.owned.pins, &mut self.owned.spi, &mut self.owned.uarts, &mut report);
-        wiring::voltages(config, &mut self.owned.pins, &mut report);
+        let bank = wiring::motors(config, self.owned.pins, &mut self.owned.spi, &mut self.owned.uarts, &mut report);
+        wiring::voltages(config, self.owned.pins, &mut report);
         self.shared.slow.lock(|slow| {
             slow.drivers = bank;
             slow.sensors = sensors;

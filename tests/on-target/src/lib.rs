@@ -17,7 +17,7 @@ static TICK: Mutex<RefCell<Option<Ticker>>> = Mutex::new(RefCell::new(None));
 /// What is left of the board for a test once its interrupts are placed.
 pub struct Bench {
     /// Everything but the heat tick.
-    pub pins: bsp_prime::pins::Pins,
+    pub pins: &'static mut bsp_prime::pins::Pins,
     /// Enables, off.
     pub guards: bsp_prime::board::Guards,
     /// The motor drivers' bus.

@@ -16,8 +16,8 @@ const PAINT: u64 = 0x5AFE_57AC;
 const GUARD_BYTES: u64 = 256;
 /// End of DTCM, where the main stack begins (RM0399 section 2.3.2).
 const DTCM_END: u64 = 0x2002_0000;
-/// Of the executor's stack at least this much is left.
-const LEAST_OF_EXECUTOR_BYTES: u64 = 40 * 1024;
+/// Of the executor's stack at least its margin is left (`bsp-prime/src/thread_stack.rs`).
+const LEAST_OF_EXECUTOR_BYTES: u64 = 12 * 1024;
 /// Of that of the interrupts.
 const LEAST_OF_INTERRUPTS_BYTES: u64 = 8 * 1024;
 
