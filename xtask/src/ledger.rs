@@ -11,7 +11,7 @@ mod history;
 mod hold;
 mod jobs;
 mod machines;
-mod measure;
+pub mod measure;
 pub mod page;
 mod table;
 
@@ -22,8 +22,8 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::{memory, sizes};
-use board::Bench;
+use crate::{budget, memory};
+pub use board::Bench;
 
 /// Flat numbers by name.
 pub type Ledger = BTreeMap<String, f64>;
@@ -33,7 +33,7 @@ const TOLERANCE: f64 = 0.02;
 
 /// Keys of what a crate takes of the flash. Code moves from one to another when it is inlined: only their sum
 /// is held to anything.
-const SIZE: &str = "flash_of_";
+pub const SIZE: &str = "flash_of_";
 
 /// Of these, more is better.
 pub const RATES: [&str; 4] = ["sustained_steps_per_s", "lines_per_s", "lines_per_s_smooth", "queue_depth_ms"];
@@ -41,19 +41,24 @@ pub const RATES: [&str; 4] = ["sustained_steps_per_s", "lines_per_s", "lines_per
 /// Measures, prints, compares with the committed ledger, and writes `bench/ledger.json`, the figures of
 /// `docs/performance.md` and the history page.
 pub fn run(root: &Path, elf: &Path, virtual_prime: &Path, velvet: &Path) -> Result<()> {
-    let scratch = root.join("out/bench");
-    let ledger = measure(root, &Bench { elf, virtual_prime, velvet, scratch: scratch.clone() })?;
+    let bench = Bench { velvet, ..bench(root, elf, virtual_prime) };
+    let ledger = measure(root, &bench)?;
     let path = root.join("bench/ledger.json");
     let before = committed(root).or_else(|| read(&path));
     table::print(&ledger, before.as_ref());
     fs::write(&path, serde_json::to_string_pretty(&ledger)? + "\n").with_context(|| path.display().to_string())?;
     page::write(root, &ledger)?;
-    let page = scratch.join("history.html");
+    let page = bench.scratch.join("history.html");
     history::write(root, &ledger, &page)?;
     println!("history: {}", page.strip_prefix(root).unwrap_or(&page).display());
     let worse = regressions(&ledger, before.as_ref());
     ensure!(worse.is_empty(), "worse by more than {:.0} %: {}", TOLERANCE * 100.0, worse.join(", "));
     Ok(())
+}
+
+/// Where the image is measured, without what verifies its steps.
+pub fn bench<'a>(root: &Path, elf: &'a Path, virtual_prime: &'a Path) -> Bench<'a> {
+    Bench { elf, virtual_prime, velvet: Path::new(""), scratch: root.join("out/bench") }
 }
 
 fn measure(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
@@ -69,14 +74,13 @@ fn measure(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
         }
     }
     ledger.insert("ram_bytes".into(), ram as f64);
-    for (name, bytes) in sizes::by_crate(&image)? {
-        ledger.insert(format!("{SIZE}{}", name.replace(' ', "_")), bytes as f64);
-    }
+    ledger.extend(budget::sizes(root, &image)?);
     config::measure(root, bench.elf, bench.virtual_prime, &bench.scratch.join("config"), &mut ledger)?;
     Ok(ledger)
 }
 
-fn read(path: &Path) -> Option<Ledger> {
+/// The ledger that lies there.
+pub fn read(path: &Path) -> Option<Ledger> {
     serde_json::from_slice(&fs::read(path).ok()?).ok()
 }
 

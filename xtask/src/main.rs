@@ -1,5 +1,6 @@
 //! Checks and builds that cargo alone cannot do. `cargo run -p xtask` lists them.
 
+mod budget;
 mod deps;
 mod docs;
 mod itcm;
@@ -9,6 +10,7 @@ mod seal;
 mod sizes;
 mod sources;
 mod structure;
+mod thumb;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -16,6 +18,7 @@ use std::process::ExitCode;
 use anyhow::{Result, bail};
 
 const HELP: &str = "usage: cargo xtask <task>
+  budget ELF VP    the image keeps within bench/budget.toml: its sizes, and what it costs on the virtual board VP
   deps             every crate uses only what the architecture allows, and no source breaks a house rule
   docs             what the documentation names exists, and its figures are those of the ledger
   figures          writes the ledger's figures into docs/performance.md
@@ -25,7 +28,8 @@ const HELP: &str = "usage: cargo xtask <task>
   seal ELF BOOT    puts the boot stage BOOT and the digest into the firmware ELF; the whole flash as raw bytes into ELF.bin,
                    the image for a card into flashme.bin beside it
   memory ELF       bytes taken in each memory region
-  sizes ELF        bytes of flash that each crate takes";
+  sizes ELF [WHAT] where bytes and stacks go: crate (bytes of flash by crate), function (the largest), text (constants by
+                   kind, texts that are there twice) or stack (how deep stacks get, by calls and frames)";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -47,7 +51,9 @@ fn run(arguments: &[String]) -> Result<()> {
         ["seal", elf, boot] => seal::run(Path::new(elf), Path::new(boot)),
         ["ledger", elf, board, velvet] => ledger::run(root(), Path::new(elf), Path::new(board), Path::new(velvet)),
         ["memory", elf] => memory::report(Path::new(elf)),
-        ["sizes", elf] => sizes::report(Path::new(elf)),
+        ["sizes", elf] => sizes::report(Path::new(elf), "crate"),
+        ["sizes", elf, what] => sizes::report(Path::new(elf), what),
+        ["budget", elf, board] => budget::check(root(), Path::new(elf), Path::new(board)),
         ["itcm", elf] => itcm::check(Path::new(elf)),
         _ => bail!("{HELP}"),
     }

@@ -104,8 +104,10 @@ fn motion(records: &Recorded, moving: &Range<u64>) -> String {
     let instructions = began.iter().max().zip(began.iter().min()).map_or(0, |(last, first)| last - first);
     let mut text =
         format!("{{\"seconds\": {:.6}, \"instructions\": {instructions}", (moving.end - moving.start) as f64 * 1e-9);
-    let windows = records.masking.windows.iter().filter(|window| moving.contains(&window.at_ns));
-    if let Some(longest) = windows.max_by_key(|window| window.instructions) {
+    let windows = &records.masking.windows;
+    text += &format!(", \"masked_windows_of_run\": {}", windows.len());
+    let moving_windows = windows.iter().filter(|window| moving.contains(&window.at_ns));
+    if let Some(longest) = moving_windows.max_by_key(|window| window.instructions) {
         text += &format!(", \"masked_max\": {}, \"masked_at\": {}", longest.instructions, longest.address);
     }
     let settled = moving.start + AHEAD_NS + SETTLED_NS..moving.end.saturating_sub(SETTLED_NS);

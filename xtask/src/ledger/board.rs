@@ -21,8 +21,10 @@ pub const GUARD: &str = "look_at_heaters";
 pub const LATE: &str = "fall_behind";
 /// The step interrupt, and the parts of it that are functions of their own.
 pub const STEP: [&str; 4] = ["TIM2", "play_carefully", "catch_up", LATE];
-/// Software tasks: one of these runs the planner, the other the slow watch.
-const SOFTWARE: [&str; 2] = ["LPTIM1", "LPTIM2"];
+/// What software asks for: the slow watch over drivers and supplies, the planner, and the chips of sensors.
+pub const WATCH: &str = "LPTIM1";
+pub const PLANNER: &str = "LPTIM2";
+const SOFTWARE: [&str; 3] = [WATCH, PLANNER, "LPTIM3"];
 /// Other interrupts.
 const OTHERS: [&str; 2] = ["SDMMC1", USB];
 
@@ -226,18 +228,6 @@ impl Measured {
     /// Of a function's calls, `min`, `median`, `p99` or `max`.
     pub fn calls(&self, function: &str, statistic: &str) -> Result<f64> {
         self.number(&["functions", function, statistic])
-    }
-
-    /// The software task that runs the planner: of the two, the one that runs more often.
-    pub fn planner(&self) -> Result<&'static str> {
-        let [a, b] = SOFTWARE;
-        Ok(if self.calls(a, "calls")? > self.calls(b, "calls")? { a } else { b })
-    }
-
-    /// The other one: the watch over drivers and supplies, and the chips of sensors.
-    pub fn watch(&self) -> Result<&'static str> {
-        let planner = self.planner()?;
-        SOFTWARE.into_iter().find(|task| *task != planner).context("two software tasks")
     }
 
     /// Instructions of consoles and dispatcher to the last step: what no counted task executed.

@@ -42,6 +42,28 @@ pub fn lines(count: usize) -> String {
     path(count, "")
 }
 
+/// A straight row of half circles, to the left and to the right.
+pub fn arcs(count: usize) -> String {
+    let mut job = String::from("G17\nG1 F6000\n");
+    let [along, ..] = PATH_MM;
+    for index in 1..=count {
+        let [x, radius] = [index as f64, 0.5].map(|of| along * of / count as f64);
+        let turn = if index % 2 == 0 { 2 } else { 3 };
+        line(&mut job, &format!("G{turn} X{x:.4} Y0 I{radius:.4} J0"));
+    }
+    job
+}
+
+/// The path as CAM programs write it for GRBL: without blanks, and X and Y only.
+pub fn lines_of_grbl(count: usize) -> String {
+    let mut job = String::from("G21\nG90\nG1F6000\n");
+    for index in 1..=count {
+        let [x, y, _] = PATH_MM.map(|end| end * index as f64 / count as f64);
+        line(&mut job, &format!("G1X{x:.3}Y{y:.3}"));
+    }
+    job
+}
+
 /// The same, and one of each line's numbers has to be worked out.
 pub fn lines_with_expressions(count: usize) -> String {
     format!("#1=0\n{}", path(count, "[#1 + 2*"))

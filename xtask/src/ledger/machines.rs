@@ -89,6 +89,11 @@ impl Machines {
         self.shaped_printer().replace(PLANNER, &format!("{PLANNER}jerk = 250000\n"))
     }
 
+    /// The printer, spoken to in GRBL's dialect.
+    pub fn in_grbl(&self) -> String {
+        self.printer.replace("grbl_mode = false", "grbl_mode = true")
+    }
+
     /// The printer, which looks ahead at its jobs.
     pub fn looking_ahead(&self) -> String {
         self.printer.replace("preflight = off", "preflight = warn")
@@ -155,6 +160,7 @@ mod tests {
         assert!(
             machines.smooth_printer().contains("\njerk = 250000\n") && machines.smooth_printer().contains("shaper")
         );
+        assert!(machines.in_grbl().contains("\ngrbl_mode = true\n"));
         assert!(machines.looking_ahead().contains("\npreflight = warn\n"));
         assert!(machines.smooth(winch).contains("\njerk = 1000000\n") && !shaped.contains("jerk"));
         let levelled = machines.levelled(&KINDS[0]);

@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result, bail, ensure};
 
 use super::Ledger;
-use super::board::{BYTES, Bench, FEED, GUARD, HEAT, Job, LATE, Measured, Results, USB};
+use super::board::{BYTES, Bench, FEED, GUARD, HEAT, Job, LATE, Measured, PLANNER, Results, USB, WATCH};
 use super::hold;
 use super::jobs;
 use super::machines::{KINDS, Kind, Machines};
@@ -21,6 +21,9 @@ const RATES: [u32; 12] =
 const LOADED_AXES: f64 = 1.0 + 0.975 + 0.95;
 /// What names of jobs and keys end with where ramps are limited in jerk, shaped, and extruders advanced.
 const SMOOTH: &str = "_smooth";
+/// What names of jobs and keys end with that are arcs, and that are in GRBL's dialect.
+const ARCS: &str = "_arcs";
+const GRBL: &str = "_grbl";
 /// What names of jobs end with that are looked ahead at.
 const AHEAD: &str = "_ahead";
 /// The kinds that are measured on an uneven bed.
@@ -30,19 +33,25 @@ type Program = fn(usize) -> String;
 /// Jobs of so many lines, or turns, of a program: their names are those of the ledger's rows.
 const LANGUAGE: [(&str, Program); 3] =
     [("expression", jobs::lines_with_expressions), ("called_line", jobs::lines_called), ("turn", jobs::turns)];
-/// Runs every job.
-pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
+
+fn machines(root: &Path) -> Result<Machines> {
     let read = |file: &str| {
         let path = root.join("bench").join(file);
         fs::read_to_string(&path).with_context(|| path.display().to_string())
     };
-    let machines = Machines { printer: read("config.ini")?, fast: read("fast.ini")? };
+    Ok(Machines { printer: read("config.ini")?, fast: read("fast.ini")? })
+}
+
+/// Runs every job.
+pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
+    let machines = machines(root)?;
     let results = bench.run(list(&machines))?;
     let mut ledger = Ledger::new();
     steps(&results, &mut ledger)?;
     kinematics(&results, &mut ledger)?;
     lines(&results, "", &mut ledger)?;
     lines(&results, SMOOTH, &mut ledger)?;
+    dialects(&results, &mut ledger)?;
     language(&results, &mut ledger)?;
     let printer = results.of("printer-3")?;
     ledger.insert("start_ms".into(), round(printer.calls(HEAT, "first_ns")? * 1e-6));
@@ -59,6 +68,49 @@ pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     Ok(ledger)
 }
 
+/// The figures that `bench/budget.toml` holds, by the shortest jobs that give them.
+pub fn held(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
+    let machines = machines(root)?;
+    let (printer, smooth, fastest) = (&machines.printer, machines.smooth_printer(), RATES[0]);
+    let mut list = vec![
+        Job::new("computer", &machines.with_two_ports(), jobs::watched()).with_computer(),
+        Job::new("loaded", &machines.fastest(), jobs::loaded(fastest)).under_load(),
+    ];
+    for (count, which) in [(jobs::FEW, "few"), (jobs::MANY, "many")] {
+        list.push(Job::new(format!("lines-{which}"), printer, jobs::lines(count)));
+        list.push(Job::new(format!("lines-{which}{SMOOTH}"), &smooth, jobs::lines(count)));
+        list.push(Job::new(format!("turn-{which}"), printer, jobs::turns(count)));
+    }
+    list.extend(dialect_jobs(&machines));
+    let results = bench.run(list)?;
+    let mut ledger = Ledger::new();
+    for with in ["", SMOOTH] {
+        ledger.insert(format!("line_instructions{with}"), round(line_cost(&results, with)?));
+    }
+    dialects(&results, &mut ledger)?;
+    ledger.insert("turn_instructions".into(), round(cost(&results, "turn", "")?));
+    usb(results.of("computer")?, &mut ledger)?;
+    let loaded = results.of("loaded")?;
+    ensure!(keeps_up(loaded, fastest)?, "steps are late at {fastest} steps/s of the fastest motor");
+    windows(loaded, &mut ledger)?;
+    for (key, latency_us) in hold::latencies_us(bench, &machines)? {
+        ledger.insert(key.into(), round(latency_us));
+    }
+    Ok(ledger)
+}
+
+/// The longest times in which a step, or the feed, has to wait, under load.
+fn windows(run: &Measured, ledger: &mut Ledger) -> Result<()> {
+    ensure!(
+        run.number(&["moving", "masked_windows_of_run"])? > 0.0,
+        "no window with interrupts masked was seen at all"
+    );
+    // There may be none while the machine moves.
+    ledger.insert("masked_window_max_instructions".into(), run.number(&["moving", "masked_max"]).unwrap_or(0.0));
+    ledger.insert("feed_run_max_loaded_instructions".into(), run.calls(FEED, "max")?);
+    Ok(())
+}
+
 /// All jobs but those that look for the highest rate.
 fn list(machines: &Machines) -> Vec<Job> {
     let (fast, printer) = (&machines.fast, &machines.printer);
@@ -69,6 +121,7 @@ fn list(machines: &Machines) -> Vec<Job> {
     list.push(Job::new("watched", printer, jobs::watched()));
     list.push(Job::new("lines-few", printer, jobs::lines(jobs::FEW)));
     list.push(Job::new("lines-many", printer, jobs::lines(jobs::MANY)));
+    list.extend(dialect_jobs(machines));
     for (name, job) in LANGUAGE {
         list.push(Job::new(format!("{name}-few"), printer, job(jobs::FEW)));
         list.push(Job::new(format!("{name}-many"), printer, job(jobs::MANY)));
@@ -101,13 +154,12 @@ fn name(kind: &Kind, shaped: bool) -> String {
 
 /// The slow watch: four drivers on the board are asked once a second, the supplies are looked at ten times.
 fn watch(run: &Measured, ledger: &mut Ledger) -> Result<()> {
-    let task = run.watch()?;
     ensure!(run.seconds_moving()? > 3.0, "too short for the drivers to be asked three times");
     let late = run.number(&["functions", LATE, "calls"])?;
     ensure!(late == 0.0, "{late} steps were late while the drivers were asked");
-    let share = run.moving(task)? / run.seconds_moving()? / INSTRUCTIONS_PER_S;
+    let share = run.moving(WATCH)? / run.seconds_moving()? / INSTRUCTIONS_PER_S;
     ledger.insert("driver_watch_percent".into(), (share * 10_000.0).round() / 100.0);
-    ledger.insert("driver_watch_max_instructions".into(), run.calls(task, "max")?);
+    ledger.insert("driver_watch_max_instructions".into(), run.calls(WATCH, "max")?);
     Ok(())
 }
 
@@ -155,11 +207,10 @@ fn lines(results: &Results, with: &str, ledger: &mut Ledger) -> Result<()> {
     let each = |cost: &dyn Fn(&Measured) -> Result<f64>| -> Result<f64> {
         Ok((cost(many)? - cost(few)?) / (many.lines()? - few.lines()?))
     };
-    let planner = many.planner()?;
     let line = each(&Measured::dispatcher)?;
-    let plan = each(&|run| run.number(&["functions", planner, "total"]))?;
+    let plan = each(&|run| run.number(&["functions", PLANNER, "total"]))?;
     let solve = each(&|run| run.number(&["functions", FEED, "total"]))?;
-    let passes = [many.calls(planner, "max")?, hard.calls(hard.planner()?, "max")?];
+    let passes = [many.calls(PLANNER, "max")?, hard.calls(PLANNER, "max")?];
     let runs = [many.calls(FEED, "max")?, hard.calls(FEED, "max")?];
     // Everything that ran while the machine moved, its steps included.
     let lines_per_s = (INSTRUCTIONS_PER_S * many.lines()? / many.while_moving()?).round();
@@ -173,20 +224,49 @@ fn lines(results: &Results, with: &str, ledger: &mut Ledger) -> Result<()> {
     Ok(())
 }
 
+/// The lines of a mill: arcs, and GRBL's dialect.
+fn dialect_jobs(machines: &Machines) -> Vec<Job> {
+    let mill = machines.in_grbl();
+    [jobs::FEW, jobs::MANY]
+        .into_iter()
+        .zip(["few", "many"])
+        .flat_map(|(count, which)| {
+            let arcs = Job::new(format!("lines-{which}{ARCS}"), &machines.printer, jobs::arcs(count));
+            [arcs, Job::new(format!("lines-{which}{GRBL}"), &mill, jobs::lines_of_grbl(count))]
+        })
+        .collect()
+}
+
+fn dialects(results: &Results, ledger: &mut Ledger) -> Result<()> {
+    for with in [ARCS, GRBL] {
+        ledger.insert(format!("line_instructions{with}"), round(line_cost(results, with)?));
+    }
+    Ok(())
+}
+
+/// Instructions of the executor for a line.
+fn line_cost(results: &Results, with: &str) -> Result<f64> {
+    let of = |which: &str| results.of(&format!("lines-{which}{with}"));
+    let (few, many) = (of("few")?, of("many")?);
+    Ok((many.dispatcher()? - few.dispatcher()?) / (many.lines()? - few.lines()?))
+}
+
 /// What expressions, subroutines, loops and looking ahead cost: an expression, a called line and a line that
 /// is looked at beyond the same line without, a turn of a loop in all.
 fn language(results: &Results, ledger: &mut Ledger) -> Result<()> {
-    let cost = |job: &str, with: &str| -> Result<f64> {
-        let of = |which: &str| results.of(&format!("{job}-{which}{with}"))?.dispatcher();
-        Ok((of("many")? - of("few")?) / (jobs::MANY - jobs::FEW) as f64)
-    };
-    let plain = cost("lines", "")?;
+    let plain = cost(results, "lines", "")?;
     for (name, _) in LANGUAGE {
         let without = if name == "turn" { 0.0 } else { plain };
-        ledger.insert(format!("{name}_instructions"), round(cost(name, "")? - without));
+        ledger.insert(format!("{name}_instructions"), round(cost(results, name, "")? - without));
     }
-    ledger.insert("look_ahead_instructions".into(), round(cost("lines", AHEAD)? - plain));
+    ledger.insert("look_ahead_instructions".into(), round(cost(results, "lines", AHEAD)? - plain));
     Ok(())
+}
+
+/// Instructions of the executor for each turn or line of a job.
+fn cost(results: &Results, job: &str, with: &str) -> Result<f64> {
+    let of = |which: &str| results.of(&format!("{job}-{which}{with}"))?.dispatcher();
+    Ok((of("many")? - of("few")?) / (jobs::MANY - jobs::FEW) as f64)
 }
 
 /// The USB interrupt, which is all of the device's task, while a computer says and hears all it can on both
@@ -221,8 +301,7 @@ fn sustained(bench: &Bench<'_>, machines: &Machines, ledger: &mut Ledger) -> Res
         let load = run.while_moving()? / run.seconds_moving()? / INSTRUCTIONS_PER_S;
         ledger.insert("sustained_load_percent".into(), round(load * 100.0));
         ledger.insert("queue_depth_ms".into(), run.number(&["moving", "ahead_ns_min"])?.round() / 1e6);
-        ledger.insert("masked_window_max_instructions".into(), run.number(&["moving", "masked_max"])?);
-        ledger.insert("feed_run_max_loaded_instructions".into(), run.calls(FEED, "max")?);
+        windows(run, ledger)?;
         ledger.insert("heat_tick_max_instructions".into(), run.calls(HEAT, "max")?);
         let heat = run.moving(HEAT)? / run.seconds_moving()? / INSTRUCTIONS_PER_S;
         ledger.insert("heat_percent".into(), (heat * 10_000.0).round() / 100.0);

@@ -4,8 +4,6 @@
 //! written in. Constants without a name, and what has no symbol at all, are one entry each.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::path::Path;
 
 use anyhow::{Context, Result};
 use object::{Object, ObjectSymbol, SymbolKind};
@@ -41,9 +39,8 @@ pub fn by_crate(elf_bytes: &[u8]) -> Result<BTreeMap<String, u64>> {
 }
 
 /// Prints them, largest first.
-pub fn report(elf: &Path) -> Result<()> {
-    let sizes = by_crate(&fs::read(elf).with_context(|| elf.display().to_string())?)?;
-    let mut sizes: Vec<_> = sizes.into_iter().collect();
+pub fn report(elf: &[u8]) -> Result<()> {
+    let mut sizes: Vec<_> = by_crate(elf)?.into_iter().collect();
     sizes.sort_by_key(|(_, size)| std::cmp::Reverse(*size));
     let sum: u64 = sizes.iter().map(|(_, size)| size).sum();
     for (name, size) in sizes {

@@ -1,0 +1,229 @@
+//! Limits that the image is held to: `bench/budget.toml` has a row for each figure, with the most or the
+//! least it may be, and what that was given for.
+//!
+//! Sizes come from the linked image, costs from short jobs on the virtual board. Both are exact for a
+//! compiler, which the file names: an image of another one is measured and told of, and held to nothing.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use object::{Object, ObjectSection, ObjectSymbol};
+use toml_edit::{Document, Item, Table};
+
+use crate::ledger::{self, Ledger, SIZE};
+use crate::{memory, sizes};
+
+const FILE: &str = "bench/budget.toml";
+/// Every figure that was measured, whether or not it has a row.
+const FIGURES: &str = "out/bench/held.json";
+/// Where the priorities of interrupts are written.
+const TASKS: &str = "firmware/src/main.rs";
+/// The symbol of the executor's stack.
+const STACK: &str = "thread_stack5STACK";
+
+/// What a figure may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Limit {
+    AtMost(f64),
+    AtLeast(f64),
+}
+
+impl Limit {
+    fn holds(self, figure: f64) -> bool {
+        match self {
+            Self::AtMost(limit) => figure <= limit,
+            Self::AtLeast(limit) => figure >= limit,
+        }
+    }
+}
+
+/// The file: the compiler, and limits by figure.
+#[derive(Debug, PartialEq)]
+struct Budget {
+    compiler: String,
+    limits: BTreeMap<String, Limit>,
+}
+
+/// Measures the image, prints each figure beside its limit, and fails when one is past it.
+pub fn check(root: &Path, elf: &Path, virtual_prime: &Path) -> Result<()> {
+    let budget = Budget::parse(&fs::read_to_string(root.join(FILE)).context(FILE)?).context(FILE)?;
+    let image = fs::read(elf).with_context(|| elf.display().to_string())?;
+    let mut figures = sizes(root, &image)?;
+    figures.extend(ledger::measure::held(root, &ledger::bench(root, elf, virtual_prime))?);
+    fs::write(root.join(FIGURES), serde_json::to_string_pretty(&figures)? + "\n").context(FIGURES)?;
+    let before = ledger::read(&root.join("bench/ledger.json")).unwrap_or_default();
+    let past = budget.past(&figures, &before)?;
+    println!("{}", budget.table(&figures, &before));
+    let compiler = compiler(&image)?;
+    if compiler != budget.compiler {
+        println!("the image is of {compiler}, the limits are those of {}: told, and held to nothing", budget.compiler);
+        println!("{past}");
+        return Ok(());
+    }
+    ensure!(past.is_empty(), "past the limits of {FILE}:\n{past}");
+    Ok(())
+}
+
+/// What the linked image takes: flash in all and by crate, what is free of each memory, and its stacks.
+pub fn sizes(root: &Path, image: &[u8]) -> Result<Ledger> {
+    let mut figures = Ledger::new();
+    for ((name, used), (_, range)) in memory::used(image)?.into_iter().zip(memory::REGIONS) {
+        if name == "flash" {
+            figures.insert("flash_bytes".into(), used as f64);
+        } else {
+            figures.insert(format!("{name}_free_bytes"), (range.end - range.start) as f64 - used as f64);
+        }
+    }
+    for (name, bytes) in sizes::by_crate(image)? {
+        figures.insert(format!("{SIZE}{}", name.replace(' ', "_")), bytes as f64);
+    }
+    let tasks = fs::read_to_string(root.join(TASKS)).context(TASKS)?;
+    let (executor, main) = (sizes::executor_bytes(image)? as f64, sizes::main_bytes(image, &tasks)? as f64);
+    figures.insert("executor_stack_bytes".into(), executor);
+    figures.insert("executor_stack_margin_bytes".into(), executor_stack(image)? as f64 - executor);
+    figures.insert("main_stack_bytes".into(), main);
+    let free = figures.get("dtcm_free_bytes").copied().unwrap_or_default();
+    figures.insert("main_stack_margin_bytes".into(), free - main);
+    Ok(figures)
+}
+
+/// The size of what is reserved for the executor's stack.
+fn executor_stack(image: &[u8]) -> Result<u64> {
+    let file = object::File::parse(image).context("not an ELF file")?;
+    let stack = file.symbols().find(|symbol| symbol.name().is_ok_and(|name| name.contains(STACK)));
+    Ok(stack.context("the image has no stack of the executor")?.size())
+}
+
+/// The compiler that made the image, as it says itself.
+fn compiler(image: &[u8]) -> Result<String> {
+    let file = object::File::parse(image).context("not an ELF file")?;
+    let comment = file.section_by_name(".comment").context("the image does not say who made it")?;
+    let text = String::from_utf8_lossy(comment.data()?).into_owned();
+    let said = text.split('\0').find(|part| part.starts_with("rustc")).context("no version of rustc in the image")?;
+    Ok(said.to_owned())
+}
+
+impl Budget {
+    fn parse(text: &str) -> Result<Self> {
+        let file = text.parse::<Document<String>>()?;
+        let compiler = file.get("compiler").and_then(Item::as_str).context("no compiler")?.to_owned();
+        let mut limits = BTreeMap::new();
+        for (kind, limit) in [("at_most", Limit::AtMost as fn(f64) -> Limit), ("at_least", Limit::AtLeast)] {
+            let rows = file.get(kind).and_then(Item::as_table).with_context(|| format!("no [{kind}]"))?;
+            for (name, value) in rows_of(rows) {
+                let value = value.with_context(|| format!("{name}: write {{ limit = 1, for = \"...\" }}"))?;
+                ensure!(limits.insert(name.to_owned(), limit(value)).is_none(), "{name} has two limits");
+            }
+        }
+        Ok(Self { compiler, limits })
+    }
+
+    /// A line for each figure that is past its limit, with what it was at the last entry of the ledger, and
+    /// for the flash what has grown since.
+    fn past(&self, figures: &Ledger, before: &Ledger) -> Result<String> {
+        let mut past = String::new();
+        let mut is_flash = false;
+        for (name, limit) in &self.limits {
+            let Some(&figure) = figures.get(name) else { bail!("{name} is no figure that is measured") };
+            if limit.holds(figure) {
+                continue;
+            }
+            is_flash |= name.starts_with("flash_");
+            let (Limit::AtMost(bound) | Limit::AtLeast(bound)) = *limit;
+            let since = before.get(name).map_or("not measured".into(), f64::to_string);
+            writeln!(past, "  {name}: {figure}, the limit is {bound}; at the last entry {since}")?;
+        }
+        if is_flash {
+            past += &grown(figures, before);
+        }
+        Ok(past)
+    }
+
+    fn table(&self, figures: &Ledger, before: &Ledger) -> String {
+        let mut table = format!("{:<40} {:>12} {:>12} {:>12}\n", "figure", "now", "limit", "last entry");
+        for (name, limit) in &self.limits {
+            let (sign, bound) = match *limit {
+                Limit::AtMost(bound) => ("<=", bound),
+                Limit::AtLeast(bound) => (">=", bound),
+            };
+            let [now, since] = [figures, before].map(|of| of.get(name).map_or("-".into(), f64::to_string));
+            // Writing to a string cannot fail.
+            let _ = writeln!(table, "{name:<40} {now:>12} {sign} {bound:>9} {since:>12}");
+        }
+        table
+    }
+}
+
+/// Name and limit of each row.
+fn rows_of(rows: &Table) -> impl Iterator<Item = (&str, Option<f64>)> {
+    rows.iter().map(|(name, row)| {
+        let limit = row.get("limit").filter(|_| row.get("for").is_some_and(Item::is_str));
+        let limit = limit.and_then(|limit| limit.as_float().or_else(|| limit.as_integer().map(|whole| whole as f64)));
+        (name, limit)
+    })
+}
+
+/// The crates whose flash has changed since the last entry, the most first.
+fn grown(figures: &Ledger, before: &Ledger) -> String {
+    let crates = figures.iter().filter(|(name, _)| name.starts_with(SIZE));
+    let mut changes: Vec<(f64, &str)> = crates
+        .map(|(name, now)| (now - before.get(name).unwrap_or(&0.0), name.as_str()))
+        .filter(|(change, _)| *change != 0.0)
+        .collect();
+    changes.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let lines: Vec<String> = changes.iter().map(|(change, name)| format!("    {name} {change:+}\n")).collect();
+    format!("  since the last entry:\n{}", lines.concat())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "compiler = \"rustc version 1\"\n\
+        [at_most]\nflash_bytes = { limit = 1000, for = \"all of it\" }\nline_instructions = { limit = 10.5, for = \"x\" }\n\
+        [at_least]\ndtcm_free_bytes = { limit = 7, for = \"y\" }\n";
+
+    fn figures(entries: &[(&str, f64)]) -> Ledger {
+        entries.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect()
+    }
+
+    #[test]
+    fn a_figure_past_its_limit_is_named_with_what_grew() {
+        let budget = Budget::parse(TEXT).expect("a budget");
+        let within = [("flash_bytes", 1000.0), ("line_instructions", 10.5), ("dtcm_free_bytes", 7.0)];
+        assert_eq!(budget.past(&figures(&within), &Ledger::new()).expect("figures"), "");
+        let past = [
+            ("flash_bytes", 1001.0),
+            ("line_instructions", 10.0),
+            ("dtcm_free_bytes", 6.0),
+            ("flash_of_machine", 70.0),
+            ("flash_of_core", 5.0),
+        ];
+        let before = figures(&[("flash_bytes", 990.0), ("flash_of_machine", 60.0), ("flash_of_core", 5.0)]);
+        assert_eq!(
+            budget.past(&figures(&past), &before).expect("figures"),
+            "  dtcm_free_bytes: 6, the limit is 7; at the last entry not measured\n  \
+             flash_bytes: 1001, the limit is 1000; at the last entry 990\n  \
+             since the last entry:\n    flash_of_machine +10\n"
+        );
+    }
+
+    #[test]
+    fn a_row_needs_a_figure_a_limit_and_a_reason() {
+        let budget = Budget::parse(TEXT).expect("a budget");
+        assert!(budget.past(&figures(&[("flash_bytes", 1.0)]), &Ledger::new()).is_err());
+        assert!(Budget::parse(&TEXT.replace(", for = \"x\"", "")).is_err());
+        assert!(Budget::parse(&TEXT.replace("limit = 7", "limit = \"7\"")).is_err());
+        assert!(Budget::parse(&TEXT.replace("compiler", "compilers")).is_err());
+    }
+
+    #[test]
+    fn the_file_of_this_project_can_be_read() {
+        let text = include_str!("../../bench/budget.toml");
+        let budget = Budget::parse(text).expect("a budget");
+        assert!(budget.compiler.starts_with("rustc version ") && budget.limits.len() > 20);
+    }
+}

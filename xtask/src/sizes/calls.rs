@@ -1,0 +1,164 @@
+//! Who calls whom in an image, and how much of the stack is taken when that happens: from its machine code,
+//! with the frames as they are, inlined calls and tail calls included.
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result};
+use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
+
+use crate::thumb::{self, Effect};
+
+/// A function of the image.
+#[derive(Debug, Default)]
+pub struct Function {
+    /// As a person writes it.
+    pub name: String,
+    /// How many bytes of the stack it takes at most, calls not counted.
+    pub frame: i64,
+    /// What it calls by address: where that begins, and what it has on the stack itself meanwhile.
+    pub calls: BTreeMap<u64, i64>,
+    /// What it has on the stack at most while it calls something by a register, if it does.
+    pub by_register: Option<i64>,
+    /// The addresses in the image that it has as constants, with bit 0: functions that it may hand on.
+    pub constants: Vec<u32>,
+}
+
+/// Every function of the image, by the address at which it begins.
+pub fn functions(elf: &[u8]) -> Result<BTreeMap<u64, Function>> {
+    let file = object::File::parse(elf).context("not an ELF file")?;
+    let mut bounds = BTreeMap::new();
+    for symbol in file.symbols().filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0) {
+        bounds.entry(symbol.address() & !1).or_insert((symbol.size(), symbol.name().unwrap_or_default()));
+    }
+    let mut functions = BTreeMap::new();
+    for section in file.sections().filter(|section| section.kind() == SectionKind::Text) {
+        let (data, from) = (section.data()?, section.address());
+        let code = Code { data, from, marks: marks(&file) };
+        for (&start, &(size, name)) in bounds.range(from..from + section.size()) {
+            let mut function = read(&code, start, start + size);
+            function.name = format!("{:#}", rustc_demangle::demangle(name));
+            functions.insert(start, function);
+        }
+    }
+    Ok(functions)
+}
+
+/// A section with code.
+struct Code<'e> {
+    data: &'e [u8],
+    from: u64,
+    /// Where code begins (true) and data (false): mapping symbols `$t` and `$d` (ELF for the Arm
+    /// architecture, section 5.5.5).
+    marks: BTreeMap<u64, bool>,
+}
+
+impl Code<'_> {
+    fn half(&self, address: u64) -> u16 {
+        let at = usize::try_from(address - self.from).unwrap_or(usize::MAX);
+        let bytes = self.data.get(at..).and_then(|bytes| bytes.first_chunk());
+        bytes.map_or(0, |bytes| u16::from_le_bytes(*bytes))
+    }
+
+    fn is_code(&self, address: u64) -> bool {
+        self.marks.range(..=address).next_back().is_none_or(|(_, &is_code)| is_code)
+    }
+}
+
+fn marks(file: &object::File<'_>) -> BTreeMap<u64, bool> {
+    let mark = |symbol: object::Symbol<'_, '_>| {
+        let name = symbol.name().ok()?;
+        let is_code = name == "$t" || name.starts_with("$t.");
+        (is_code || name == "$d" || name.starts_with("$d.")).then_some((symbol.address(), is_code))
+    };
+    file.symbols().filter_map(mark).collect()
+}
+
+/// Follows the instructions of a function in their order. The depth of the stack is known behind a branch
+/// forwards; behind what does not go on and is led to from nowhere before, it is that of the last table or
+/// else the deepest.
+fn read(code: &Code<'_>, start: u64, end: u64) -> Function {
+    let mut function = Function::default();
+    let mut registers: [Option<u32>; 16] = [None; 16];
+    let mut below: [i64; 16] = [0; 16];
+    let mut known: BTreeMap<u64, i64> = BTreeMap::new();
+    let (mut depth, mut of_table, mut address) = (Some(0), None, start);
+    while address < end {
+        if !code.is_code(address) {
+            address += 2;
+            continue;
+        }
+        let instruction = thumb::decode(address, code.half(address), code.half(address + 2));
+        let mut here = known.get(&address).copied().or(depth).or(of_table).unwrap_or(function.frame);
+        let at = here;
+        let mut goes_on = true;
+        match instruction.effect {
+            Effect::Stack(bytes) => here += bytes,
+            Effect::StackBy(register) => here += i64::from(registers[usize::from(register)].unwrap_or_default()),
+            Effect::BelowStack(register, bytes) => below[usize::from(register)] = here + bytes,
+            Effect::StackFrom(register) => here = here.max(below[usize::from(register)] + ALIGNED),
+            Effect::Constant(register, value) => registers[usize::from(register)] = Some(value),
+            Effect::Upper(register, value) => {
+                let register = &mut registers[usize::from(register)];
+                *register = register.map(|lower| lower & 0xFFFF | u32::from(value) << 16);
+                function.constants.extend(*register);
+            }
+            Effect::Literal(register, address) => {
+                let word = u32::from(code.half(address)) | u32::from(code.half(address + 2)) << 16;
+                registers[usize::from(register)] = Some(word);
+                function.constants.push(word);
+            }
+            Effect::Call(target) => call(&mut function, target, at),
+            Effect::CallRegister(register) | Effect::JumpRegister(register) => {
+                goes_on = matches!(instruction.effect, Effect::CallRegister(_));
+                match registers[usize::from(register)] {
+                    Some(target) => call(&mut function, u64::from(target), at),
+                    None => function.by_register = function.by_register.max(Some(at)),
+                }
+            }
+            Effect::Branch(target) if (start..end).contains(&target) => {
+                known.insert(target, at);
+            }
+            Effect::Branch(target) => call(&mut function, target, at),
+            Effect::Jump(target) => {
+                goes_on = false;
+                if (start..end).contains(&target) {
+                    known.insert(target, at);
+                } else {
+                    call(&mut function, target, at);
+                }
+            }
+            Effect::Table => {
+                goes_on = false;
+                of_table = Some(at);
+            }
+            Effect::Return => goes_on = false,
+            Effect::Other(written) => forget(&mut registers, written),
+        }
+        if matches!(instruction.effect, Effect::Call(_) | Effect::CallRegister(_)) {
+            forget(&mut registers, CALLERS);
+        }
+        function.frame = function.frame.max(here);
+        depth = goes_on.then_some(here);
+        address += instruction.length;
+    }
+    function
+}
+
+/// What aligning a frame may take beyond its size.
+const ALIGNED: i64 = 32;
+
+/// Registers that a called function may use as it likes: r0 to r3 and r12 (procedure call standard, section
+/// 6.1.1).
+const CALLERS: u16 = 0x100F;
+
+fn forget(registers: &mut [Option<u32>; 16], written: u16) {
+    for (number, register) in registers.iter_mut().enumerate().filter(|(number, _)| written >> number & 1 == 1) {
+        debug_assert!(number < 16);
+        *register = None;
+    }
+}
+
+fn call(function: &mut Function, target: u64, depth: i64) {
+    let most = function.calls.entry(target & !1).or_insert(depth);
+    *most = depth.max(*most);
+}

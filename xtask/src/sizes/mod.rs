@@ -1,0 +1,30 @@
+//! Where the image's bytes and its stacks go.
+
+mod calls;
+mod crates;
+mod depth;
+mod functions;
+mod pointers;
+mod stack;
+mod text;
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+pub use crates::by_crate;
+pub use stack::{executor_bytes, main_bytes};
+
+/// Prints the bytes by crate, the largest functions, the kinds of constants, the stacks, or the deepest path
+/// from a function.
+pub fn report(elf: &Path, what: &str) -> Result<()> {
+    let elf = fs::read(elf).with_context(|| elf.display().to_string())?;
+    match what {
+        "crate" => crates::report(&elf),
+        "function" => functions::report(&elf),
+        "text" => text::report(&elf),
+        "stack" => stack::report(&elf),
+        function => stack::report_from(&elf, function).context("sizes: crate, function, text, stack, or a function"),
+    }
+}
