@@ -33,6 +33,7 @@
 mod cursor;
 mod disk;
 mod geometry;
+mod letter_case;
 mod lookup;
 mod moving;
 mod name;

@@ -2,6 +2,7 @@
 //! Entries").
 
 use super::cursor::Cursor;
+use super::letter_case::capital;
 use super::record::{SLOT_BYTES, Slot};
 use super::{half, put};
 
@@ -71,7 +72,7 @@ impl Name {
 
     /// Whether both are the same name, by [`same_name`]'s rule.
     pub(crate) fn same(&self, other: impl Iterator<Item = u16>) -> bool {
-        self.units().iter().copied().map(fold).eq(other.map(fold))
+        self.units().iter().copied().map(capital).eq(other.map(capital))
     }
 
     /// Slots that its long form takes.
@@ -189,20 +190,5 @@ pub fn is_legal_name(name: &str) -> bool {
 /// same as themselves.
 #[must_use]
 pub fn same_name(one: &str, other: &str) -> bool {
-    stripped(one).encode_utf16().map(fold).eq(stripped(other).encode_utf16().map(fold))
-}
-
-/// The capital of a small letter; everything else stays as it is.
-pub(super) fn fold(unit: u16) -> u16 {
-    fn only(mut letters: impl Iterator<Item = char>) -> Option<char> {
-        letters.next().filter(|_| letters.next().is_none())
-    }
-    if let Ok(byte) = u8::try_from(unit)
-        && byte.is_ascii()
-    {
-        return u16::from(byte.to_ascii_uppercase());
-    }
-    let Some(small) = char::from_u32(u32::from(unit)) else { return unit };
-    let capital = only(small.to_uppercase()).filter(|capital| only(capital.to_lowercase()) == Some(small));
-    capital.and_then(|capital| u16::try_from(u32::from(capital)).ok()).unwrap_or(unit)
+    stripped(one).encode_utf16().map(capital).eq(stripped(other).encode_utf16().map(capital))
 }

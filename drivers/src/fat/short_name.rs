@@ -1,6 +1,7 @@
 //! Short names: eight characters and three, as every entry has one beside its long name.
 
-use super::name::{Name, fold};
+use super::letter_case::capital;
+use super::name::Name;
 
 /// Tails from `~1` to `~9`.
 pub(super) const TAILS: u8 = 9;
@@ -128,7 +129,7 @@ impl Basis {
     pub fn hashed(mut self, name: &Name, round: u16) -> Self {
         // FNV-1a, 32 bits, folded to 16.
         let bytes =
-            round.to_le_bytes().into_iter().chain(name.units().iter().flat_map(|unit| fold(*unit).to_le_bytes()));
+            round.to_le_bytes().into_iter().chain(name.units().iter().flat_map(|unit| capital(*unit).to_le_bytes()));
         let hash = bytes.fold(0x811C_9DC5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
         let hash = (hash >> 16) ^ hash;
         let kept = self.stem_length.min(2);
