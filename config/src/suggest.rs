@@ -10,8 +10,8 @@ use heapless::String;
 pub(crate) fn klipper_section(name: &str) -> Option<&'static str> {
     let first = name.split([' ', '_']).next().filter(|first| !first.is_empty())?;
     let of_klipper = |row: &Setting| {
-        let section = row.klipper.strip_prefix('[').and_then(|rest| rest.split_once(']'));
-        section.is_some_and(|(section, _)| section == name || section.split(['_', ' ']).next() == Some(first))
+        let section = row.klipper_section.text();
+        !section.is_empty() && (section == name || section.split(['_', ' ']).next() == Some(first))
     };
     SECTIONS.iter().find(|section| section.settings.iter().any(&of_klipper)).map(|section| section.name)
 }
@@ -23,7 +23,7 @@ pub(crate) fn section(name: &str) -> Option<&'static str> {
 
 /// Whether Velvet acts on anything in a section.
 pub(crate) fn is_supported(section: &Section) -> bool {
-    section.settings.iter().any(|row| row.support == Support::Now)
+    section.settings.iter().any(|row| *row.support == Support::Now)
 }
 
 /// How bad an unknown key is, and what to do. A near miss is an error: the machine would run with another

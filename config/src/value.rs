@@ -3,7 +3,7 @@
 use crate::flaw::Flaw;
 use crate::machine::{CommandCode, MachineConfig};
 use crate::pin::{self, PinName, VoltageInput};
-use crate::schema::{Kind, PinRole};
+use crate::schema::{Kind, PinRole, Words};
 use heapless::Vec;
 use units::Axis;
 
@@ -47,11 +47,11 @@ pub(crate) fn parse<'t>(kind: &Kind, text: &'t str) -> Result<Value<'t>, Flaw<'t
     }
     match *kind {
         Kind::Bool(_) => boolean(text),
-        Kind::Integer((low, high), _) => integer(text, low, high),
-        Kind::Number(range, _) => number(text).and_then(|value| in_range(value, range)).map(Value::Number),
+        Kind::Integer(&(low, high), _) => integer(text, low, high),
+        Kind::Number(&range, _) => number(text).and_then(|value| in_range(value, range)).map(Value::Number),
         Kind::Numbers(count, _) => numbers(text, count),
         Kind::Places(most, _) => places(text, most),
-        Kind::Word(words, _) => {
+        Kind::Word(&Words(words), _) => {
             let index = words.iter().position(|word| word.eq_ignore_ascii_case(text));
             index.map(Value::Word).ok_or(Flaw::NotAWord(text, words))
         }
@@ -232,8 +232,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const NUMBER: Kind = Kind::Number((-1e9, 1e9), |_, _, _| ());
-    const INTEGER: Kind = Kind::Integer((i64::MIN, i64::MAX), |_, _, _| ());
+    const NUMBER: Kind = Kind::Number(&(-1e9, 1e9), |_, _, _| ());
+    const INTEGER: Kind = Kind::Integer(&(i64::MIN, i64::MAX), |_, _, _| ());
     const REGISTERS: Kind = Kind::Registers(|_, _, _| ());
 
     #[test]

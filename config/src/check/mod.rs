@@ -72,7 +72,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
 /// Refuses what Velvet cannot do yet, where its function is not disabled.
 fn wishes(checks: &mut Checks<'_, '_>) {
     for &(path, span) in checks.ledger.wishes() {
-        let Some(Support::NotYet { severity, advice }) = path.setting().map(|setting| setting.support) else {
+        let Some(&Support::NotYet { severity, advice }) = path.setting().map(|setting| setting.support) else {
             continue;
         };
         if pins::is_in_use(checks, path) {

@@ -18,7 +18,7 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
         for place in (0..MOST).take_while(|place| !name(*place).is_empty()) {
             let Some(path) = Path::named(section.name, place, "enable") else { break };
             let is_said = checks.ledger.span(path).is_some() || checks.ledger.is_unreadable(path);
-            let is_enabled_anyway = path.setting().is_some_and(|setting| setting.default == Fallback::Value("true"));
+            let is_enabled_anyway = path.setting().is_some_and(|setting| setting.fallback() == Fallback::Value("true"));
             if is_said || is_enabled_anyway || checks.ledger.first_of(path.section, path.place).is_none() {
                 continue;
             }

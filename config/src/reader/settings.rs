@@ -164,7 +164,7 @@ impl Reader<'_> {
                 let at = At::new(value_span, key, path.module(self.config));
                 match (flaw, row.typical) {
                     (Flaw::OutOfRange(value, (_, high)), Some(_)) if value > high => {
-                        let fix = suggest::OtherUnit { unit: row.unit, value, is_low: false };
+                        let fix = suggest::OtherUnit { unit: row.unit.text(), value, is_low: false };
                         self.reporter.report(Severity::Error, at, reason, format_args!("{fix}"));
                     }
                     _ => {
@@ -178,7 +178,7 @@ impl Reader<'_> {
                 self.doubt(path, row, key, &value, value_span);
                 self.keep(path, row, &value);
                 // Instances of a section that is still to come are not told apart.
-                let has_place = row.support == Support::Now
+                let has_place = *row.support == Support::Now
                     || row.is_common
                     || path.section().is_some_and(|section| section.instances().is_none());
                 if !has_place {
@@ -203,13 +203,13 @@ impl Reader<'_> {
 
     /// Notes a value that asks for something that does not exist, and says when one no longer means anything.
     fn object_to(&mut self, path: Path, row: &Setting, key: &str, value: &Value<'_>, span: Span) {
-        let is_default = match row.default {
+        let is_default = match row.fallback() {
             Fallback::Value(text) => value::parse(&row.kind, text).is_ok_and(|default| default == *value),
             // What follows from other settings is never a switched-on extra.
             Fallback::Derived => *value == Value::Bool(false),
             Fallback::Required => false,
         };
-        match row.support {
+        match *row.support {
             _ if is_default => {}
             Support::Needless { why } => {
                 let at = At::new(span, key, path.module(self.config));
@@ -236,10 +236,12 @@ impl Reader<'_> {
             _ => return,
         };
         // Zero and less mean "none" wherever they are allowed.
-        let Some((low, high)) = row.typical.filter(|&(low, high)| value > 0.0 && !(low..=high).contains(&value)) else {
+        let Some((low, high)) =
+            row.typical.copied().filter(|&(low, high)| value > 0.0 && !(low..=high).contains(&value))
+        else {
             return;
         };
-        let unit = row.unit;
+        let unit = row.unit.text();
         let (much, bound) = if value < low { ("less", low) } else { ("more", high) };
         let fix = suggest::OtherUnit { unit, value, is_low: value < low };
         let extreme = if value < low { "at least" } else { "at most" };
@@ -251,7 +253,7 @@ impl Reader<'_> {
     fn keep(&mut self, path: Path, row: &Setting, value: &Value<'_>) {
         value::store(&row.kind, value, self.config, usize::from(path.place));
         if let (Kind::Pin(..), Value::Pin(pin)) = (&row.kind, value)
-            && row.support == Support::Now
+            && *row.support == Support::Now
         {
             self.ledger.ask(path, *pin);
         }
@@ -269,7 +271,7 @@ impl Reader<'_> {
                     }
                 }
                 Form::Keyed(instances) => {
-                    for (name, _) in section.settings.iter().flat_map(|row| row.by_name) {
+                    for (name, _) in section.settings.iter().flat_map(|row| row.by_name.0) {
                         if let Ok(place) = (instances.create)(self.config, name) {
                             self.default_instance(index, section, place, name);
                         }
@@ -310,9 +312,9 @@ impl Reader<'_> {
     }
 
     fn default_setting(&mut self, path: Path, row: &'static Setting, instance: &str) {
-        let of_the_board = self.board == BoardId::Prime2660 && !row.by_name.iter().any(|(name, _)| *name == instance);
+        let of_the_board = self.board == BoardId::Prime2660 && !row.by_name.0.iter().any(|(name, _)| *name == instance);
         let by_board =
-            row.by_name.iter().find(|(name, _)| of_the_board && *name == TMC2660_BOARD).map(|&(_, text)| text);
+            row.by_name.0.iter().find(|(name, _)| of_the_board && *name == TMC2660_BOARD).map(|&(_, text)| text);
         let Some(text) = by_board.or_else(|| row.default_for(instance)) else { return };
         // An empty default of a word or a number stands for "not set".
         if let Ok(value) = value::parse(&row.kind, text) {

@@ -1,16 +1,17 @@
 //! `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[current control]`.
 
 use super::build::{ANY, POSITIVE, bool, integer, number, pin, registers, word};
-use super::{CannotCreate, Form, Instances, PinRole, Section};
+use super::{ByName, CannotCreate, Docs, Form, Instances, PinRole, Section, Support, Words};
 use super::{coil, driver_load, stall};
+use crate::diagnostic::Severity;
 use crate::machine::{DriverKind, MachineConfig};
 use crate::pin::PinName;
 use units::{Actuator, Amps, Micros, MmPerSecond, MmPerSecond2, Ohms};
 
 const ACTUATOR_NAMES: &[&str] = &["alpha", "beta", "gamma", "delta", "epsilon", "zeta"];
-const MASTERS: &[&str] = &["none", "alpha", "beta", "gamma"];
-const DRIVERS: &[&str] =
-    &["tmc2590", "tmc2660", "external", "tmc2130", "tmc5160", "tmc2240", "tmc2208", "tmc2209", "tmc2226"];
+const MASTERS: &Words = &Words(&["none", "alpha", "beta", "gamma"]);
+const DRIVERS: &Words =
+    &Words(&["tmc2590", "tmc2660", "external", "tmc2130", "tmc5160", "tmc2240", "tmc2208", "tmc2209", "tmc2226"]);
 
 pub(super) fn actuator_place(name: &str) -> Result<usize, CannotCreate> {
     Actuator::from_name(name).map(|actuator| actuator as usize).ok_or(CannotCreate::UnknownName(ACTUATOR_NAMES))
@@ -47,8 +48,8 @@ const fn driver(word: usize) -> DriverKind {
 
 pub const ACTUATOR: Section = Section {
     name: "actuator",
-    summary: "The motors: alpha, beta, gamma, delta, epsilon, zeta for X, Y, Z, A, B, C. A machine has those the file \
-              names, without a gap. Extruders are delta and up.",
+    docs: Docs::new("The motors: alpha, beta, gamma, delta, epsilon, zeta for X, Y, Z, A, B, C. A machine has those the file \
+              names, without a gap. Extruders are delta and up."),
     form: Form::Named(Instances {
         noun: "motor",
         find: |c, name| {
@@ -69,14 +70,14 @@ pub const ACTUATOR: Section = Section {
         number(
             "steps_per_mm",
             "80",
-            (1e-6, 1e6),
+            &(1e-6, 1e6),
             motor!(|m, v| m.steps_per_mm = v),
             "Steps (with microsteps) per millimetre, or per degree of a rotary axis.",
         )
         .klipper("[stepper_<axis>] rotation_distance")
-        .by_name(&[("gamma", "2560")])
+        .by_name(&ByName(&[("gamma", "2560")]))
         .unit("steps/mm")
-        .typical(0.5, 20_000.0)
+        .typical(&(0.5, 20_000.0))
         .v1("<axis>_steps_per_mm"),
         number(
             "max_rate",
@@ -86,7 +87,7 @@ pub const ACTUATOR: Section = Section {
             "Top speed of the motor. M203.1 changes it.",
         )
         .unit("mm/min")
-        .typical(30.0, 1_000_000.0)
+        .typical(&(30.0, 1_000_000.0))
         .v1("<axis>_max_rate"),
         number(
             "acceleration",
@@ -96,7 +97,7 @@ pub const ACTUATOR: Section = Section {
             "Acceleration limit of the motor; 0 or less: default_acceleration.",
         )
         .unit("mm/s^2")
-        .typical(5.0, 100_000.0)
+        .typical(&(5.0, 100_000.0))
         .v1("<axis>_acceleration"),
         pin(
             "step_pin",
@@ -106,7 +107,7 @@ pub const ACTUATOR: Section = Section {
             "Step output.",
         )
         .klipper("[stepper_<axis>] step_pin")
-        .by_name(&[("alpha", "PD3"), ("beta", "PK2"), ("gamma", "PG3"), ("delta", "PC6")])
+        .by_name(&ByName(&[("alpha", "PD3"), ("beta", "PK2"), ("gamma", "PG3"), ("delta", "PC6")]))
         .v1("<axis>_step_pin"),
         pin(
             "dir_pin",
@@ -117,7 +118,7 @@ pub const ACTUATOR: Section = Section {
              counts up, so add the ! where it has none and take it away where it has one.",
         )
         .klipper("[stepper_<axis>] dir_pin")
-        .by_name(&[("alpha", "PD4"), ("beta", "PG2"), ("gamma", "PG4"), ("delta", "PG5")])
+        .by_name(&ByName(&[("alpha", "PD4"), ("beta", "PG2"), ("gamma", "PG4"), ("delta", "PG5")]))
         .v1("<axis>_dir_pin"),
         pin(
             "en_pin",
@@ -131,7 +132,7 @@ pub const ACTUATOR: Section = Section {
         integer(
             "microsteps",
             "32",
-            (1, 256),
+            &(1, 256),
             motor!(|m, v| m.microsteps = v as u16),
             "Microsteps per full step of a driver that is not external: 1, 2, 4, 8, 16, 32, 64, 128 or 256. steps_per_mm must \
              fit. M909 changes it.",
@@ -146,7 +147,7 @@ pub const ACTUATOR: Section = Section {
             motor!(|m, v| m.driver = driver(v)),
             "What drives the motor. All but external also need their entry in the section of the same name.",
         )
-        .by_name(&[("epsilon", "external"), ("zeta", "external"), ("tmc2660 board", "tmc2660")])
+        .by_name(&ByName(&[("epsilon", "external"), ("zeta", "external"), ("tmc2660 board", "tmc2660")]))
         .v1("motor_driver_control.<axis>.chip"),
         word(
             "slaved_to",
@@ -158,7 +159,7 @@ pub const ACTUATOR: Section = Section {
         integer(
             "dir_setup_ns",
             "500",
-            (0, 100_000),
+            &(0, 100_000),
             motor!(|m, v| m.dir_setup_ns = v as u32),
             "Time from a change of direction to the next step. On-board drivers need 20 ns, optically isolated ones \
              some microseconds.",
@@ -246,13 +247,13 @@ macro_rules! driver_section {
     ($section:literal, $family:ident, $kind:expr, $summary:literal, [$($row:expr),* $(,)?]) => {
         Section {
             name: $section,
-            summary: $summary,
+            docs: Docs::new($summary),
             form: chips!($family, $kind),
             settings: &[
                 integer(
                     "spi_channel",
                     "1",
-                    (0, 1),
+                    &(0, 1),
                     |c, _, v| c.$family.spi_channel = v as u8,
                     "SPI bus of these drivers: 1 is SPI4, where the on-board ones are; 0 is SPI1 on header GE, for chips of this \
                      kind on a separate board.",
@@ -261,7 +262,7 @@ macro_rules! driver_section {
                 integer(
                     "standstill_time",
                     "10",
-                    (0, 86_400),
+                    &(0, 86_400),
                     |c, _, v| c.$family.standstill_time = Micros::from_seconds(v.unsigned_abs()),
                     "Time without a step after which standstill_current applies.",
                 )
@@ -274,7 +275,7 @@ macro_rules! driver_section {
                     chip!($family, |chip, v| chip.spi_cs_pin = v.and_then(PinName::digital)),
                     "Chip select; it is active low by itself, without !.",
                 ).klipper("[tmc2660 <stepper>] cs_pin")
-                .by_name(&[("alpha", "PJ13"), ("beta", "PG8"), ("gamma", "PG7"), ("delta", "PG6")]),
+                .by_name(&ByName(&[("alpha", "PJ13"), ("beta", "PG8"), ("gamma", "PG7"), ("delta", "PG6")])),
                 bool(
                     "step_interpolation",
                     "false",
@@ -284,11 +285,11 @@ macro_rules! driver_section {
                 integer(
                     "standstill_current",
                     "0",
-                    (0, 20_000),
+                    &(0, 20_000),
                     chip!($family, |chip, v| chip.standstill_current = (v > 0).then_some(milliamps(v))),
                     "Lower current after standstill_time; 0 keeps the full current.",
                 ).klipper("[tmc2660 <stepper>] idle_current_percent")
-                .unit("mA").typical(50.0, 20_000.0),
+                .unit("mA").typical(&(50.0, 20_000.0)),
                 registers(
                     "reg",
                     chip!($family, |chip, v| chip.registers = v),
@@ -333,7 +334,7 @@ pub const TMC2590: Section = driver_section!(
         integer(
             "gate_drive",
             "3",
-            (0, 7),
+            &(0, 7),
             chip!(tmc2590, |chip, v| chip.gate_drive = Some(v as u8)),
             "How hard the MOSFETs' gates are driven: the slopes SLPH and SLPL, with SLP2 as their top bit. More is cooler \
              MOSFETs, and more ringing, radio noise and false short circuits.",
@@ -352,24 +353,24 @@ pub const TMC2590: Section = driver_section!(
         integer(
             "sense_resistor",
             "50",
-            (1, 1_000),
+            &(1, 1_000),
             chip!(tmc2590, |chip, v| chip.sense_resistor = milliohms(v)),
             "The driver's sense resistor; the motor current scales with it.",
         )
         .klipper("[tmc2660 <stepper>] sense_resistor")
         .unit("mOhm")
-        .typical(10.0, 500.0)
+        .typical(&(10.0, 500.0))
         .v1("motor_driver_control.<axis>.sense_resistor"),
         integer(
             "max_current",
             "5500",
-            (1, 20_000),
+            &(1, 20_000),
             chip!(tmc2590, |chip, v| chip.max_current = milliamps(v)),
             "Ceiling of any motor current; higher requests are cut.",
         )
         .derived("5500 with 50 mOhm, 4400 with 75 mOhm, else 3200")
         .unit("mA")
-        .typical(100.0, 20_000.0)
+        .typical(&(100.0, 20_000.0))
         .v1("motor_driver_control.<axis>.max_current"),
         pin(
             "reset_pin",
@@ -395,11 +396,14 @@ pub const TMC2660: Section = driver_section!(
             chip!(tmc2660, |chip, v| chip.passive_fast_decay = v),
             "Passive fast decay of the coil current, which damps resonance at medium speed; a TMC2590 has it.",
         )
-        .not_yet_harmless("leave it out; a TMC2660 has no passive fast decay"),
+        .support(&Support::NotYet {
+            severity: Severity::Warning,
+            advice: "leave it out; a TMC2660 has no passive fast decay",
+        }),
         integer(
             "gate_drive",
             "0",
-            (0, 3),
+            &(0, 3),
             chip!(tmc2660, |chip, v| chip.gate_drive = Some(v as u8)),
             "Slopes of the bridges, SLPH and SLPL: 0 the gentlest, 3 the steepest. More is a cooler chip, and more ringing, \
              radio noise and false short circuits.",
@@ -410,28 +414,28 @@ pub const TMC2660: Section = driver_section!(
         integer(
             "sense_resistor",
             "100",
-            (1, 1_000),
+            &(1, 1_000),
             chip!(tmc2660, |chip, v| chip.sense_resistor = milliohms(v)),
             "The driver's sense resistor; the motor current scales with it.",
         )
         .klipper("[tmc2660 <stepper>] sense_resistor")
         .unit("mOhm")
-        .typical(10.0, 500.0),
+        .typical(&(10.0, 500.0)),
         integer(
             "max_current",
             "2800",
-            (1, 20_000),
+            &(1, 20_000),
             chip!(tmc2660, |chip, v| chip.max_current = milliamps(v)),
             "Ceiling of any motor current; higher requests are cut.",
         )
         .unit("mA")
-        .typical(100.0, 20_000.0),
+        .typical(&(100.0, 20_000.0)),
     ]
 );
 
 pub const CURRENT_CONTROL: Section = Section {
     name: "current control",
-    summary: "Motor currents.",
+    docs: Docs::new("Motor currents."),
     form: Form::Named(Instances {
         noun: "motor",
         find: |_, name| actuator_place(name).ok(),
@@ -442,13 +446,13 @@ pub const CURRENT_CONTROL: Section = Section {
     settings: &[number(
         "current",
         "",
-        (0.001, 20.0),
+        &(0.001, 20.0),
         motor!(|m, v| m.current = Some(Amps(v as f32))),
         "Peak coil current of a driver that is not external. A slave takes its master's. M906 and M907 change it.",
     )
     .klipper("[tmc2660 <stepper>] run_current")
     .required()
     .unit("A")
-    .typical(0.05, 10.0)
+    .typical(&(0.05, 10.0))
     .v1("<axis>_current")],
 };

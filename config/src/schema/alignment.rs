@@ -1,13 +1,13 @@
 //! `[z alignment]`, `[bed screws]`, `[axis twist compensation]` and `[z thermal adjust]`.
 
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, number, places, text, word};
-use super::{Form, Section, Setting};
+use super::{Docs, Form, Section, Setting, Words};
 use crate::machine::{MAX_POINTS, MAX_SCREWS, MAX_Z_MOTORS, MOST_TWIST_POINTS, Thread};
 use heapless::Vec;
 use units::Mm;
 
 /// Threads of common screws with which way raises the bed, named as Klipper names them.
-const THREADS: &[&str] = &["CW-M3", "CCW-M3", "CW-M4", "CCW-M4", "CW-M5", "CCW-M5", "CW-M6", "CCW-M6"];
+const THREADS: &Words = &Words(&["CW-M3", "CCW-M3", "CW-M4", "CCW-M4", "CW-M5", "CCW-M5", "CW-M6", "CCW-M6"]);
 /// Their coarse pitches (ISO 261), mm, a pair each.
 const PITCHES: [f64; 4] = [0.5, 0.7, 0.8, 1.0];
 
@@ -18,8 +18,8 @@ fn thread(word: usize) -> Thread {
 
 pub const Z_ALIGNMENT: Section = Section {
     name: "z alignment",
-    summary: "Levels a bed or a gantry by the motors that carry it: two or more Z motors, gamma and its slaves (slaved_to), each \
-              turned alone. G34 does it.",
+    docs: Docs::new("Levels a bed or a gantry by the motors that carry it: two or more Z motors, gamma and its slaves (slaved_to), each \
+              turned alone. G34 does it."),
     form: Form::Plain,
     settings: &[
         places(
@@ -54,7 +54,7 @@ pub const Z_ALIGNMENT: Section = Section {
         integer(
             "retries",
             "5",
-            (0, 30),
+            &(0, 30),
             |c, _, v| c.z_alignment.retries = v as u8,
             "Rounds after the first one at most. G34 I changes it.",
         )
@@ -69,7 +69,7 @@ pub const Z_ALIGNMENT: Section = Section {
             "A motor that is off by more than this is not moved: something else is wrong.",
         )
         .unit("mm")
-        .typical(0.1, 20.0)
+        .typical(&(0.1, 20.0))
         .klipper("[quad_gantry_level] max_adjust")
         .velvet(),
         initial_height(|c, _, v| c.z_alignment.initial_height = Mm(v)),
@@ -78,7 +78,7 @@ pub const Z_ALIGNMENT: Section = Section {
 
 pub const BED_SCREWS: Section = Section {
     name: "bed screws",
-    summary: "The screws that a person levels the bed by. G35 says how far each is to be turned.",
+    docs: Docs::new("The screws that a person levels the bed by. G35 says how far each is to be turned."),
     form: Form::Plain,
     settings: &[
         places(
@@ -110,7 +110,7 @@ pub const BED_SCREWS: Section = Section {
             "Way of one turn of another thread; 0: that of thread.",
         )
         .unit("mm")
-        .typical(0.2, 2.0)
+        .typical(&(0.2, 2.0))
         .velvet(),
         tolerance("0.02", |c, _, v| c.bed_screws.tolerance = Mm(v), "Level when no screw is off by more."),
         number(
@@ -129,10 +129,10 @@ pub const BED_SCREWS: Section = Section {
 
 pub const AXIS_TWIST: Section = Section {
     name: "axis twist compensation",
-    summary: "A probe beside the tool reads wrongly along an axis whose rail is twisted. What it reads too high is taken off.",
+    docs: Docs::new("A probe beside the tool reads wrongly along an axis whose rail is twisted. What it reads too high is taken off."),
     form: Form::Plain,
     settings: &[
-        word("axis", "x", &["x", "y"], |c, _, v| c.axis_twist.along_y = v == 1, "The axis whose rail is twisted.").velvet(),
+        word("axis", "x", &Words(&["x", "y"]), |c, _, v| c.axis_twist.along_y = v == 1, "The axis whose rail is twisted.").velvet(),
         places(
             "points",
             MOST_TWIST_POINTS,
@@ -147,7 +147,7 @@ pub const AXIS_TWIST: Section = Section {
             .klipper("[axis_twist_compensation] calibrate_end_x"),
         place_of("line", |c, _, v| c.axis_twist.line = Mm(v), "On which line of the other axis it is measured.")
             .klipper("[axis_twist_compensation] calibrate_y"),
-        integer("samples", "3", (2, 8), |c, _, v| c.axis_twist.samples = v as u8, "At how many places it is measured.")
+        integer("samples", "3", &(2, 8), |c, _, v| c.axis_twist.samples = v as u8, "At how many places it is measured.")
             .unit("places")
             .velvet(),
         initial_height(|c, _, v| c.axis_twist.initial_height = Mm(v)),
@@ -156,7 +156,7 @@ pub const AXIS_TWIST: Section = Section {
 
 pub const Z_THERMAL: Section = Section {
     name: "z thermal adjust",
-    summary: "A frame that grows with its temperature moves the tool against the bed. Z is shifted against that, from where it homed.",
+    docs: Docs::new("A frame that grows with its temperature moves the tool against the bed. Z is shifted against that, from where it homed."),
     form: Form::Plain,
     settings: &[
         text(
@@ -171,20 +171,20 @@ pub const Z_THERMAL: Section = Section {
         number(
             "coefficient",
             "0",
-            (-1.0, 1.0),
+            &(-1.0, 1.0),
             |c, _, v| c.z_thermal.coefficient = v,
             "By how much the tool comes away from the bed for each degree; 0: not known, and nothing is shifted. M290.1 K changes it.",
         )
         .unit("mm/K")
         .klipper("[z_thermal_adjust] temp_coeff")
         .velvet(),
-        number("smooth_time", "2", (0.0, 600.0), |c, _, v| c.z_thermal.smooth_s = v, "Readings are smoothed over so long.")
+        number("smooth_time", "2", &(0.0, 600.0), |c, _, v| c.z_thermal.smooth_s = v, "Readings are smoothed over so long.")
             .unit("s")
             .klipper("[z_thermal_adjust] smooth_time")
             .velvet(),
         number("max_adjust", "0.5", POSITIVE, |c, _, v| c.z_thermal.max_adjust = Mm(v), "Z is shifted by no more.")
             .unit("mm")
-            .typical(0.01, 2.0)
+            .typical(&(0.01, 2.0))
             .klipper("[z_thermal_adjust] max_z_adjustment")
             .velvet(),
     ],
@@ -195,7 +195,7 @@ const fn place_of(key: &'static str, set: super::Set<f64>, summary: &'static str
 }
 
 const fn tolerance(default: &'static str, set: super::Set<f64>, summary: &'static str) -> Setting {
-    number("tolerance", default, POSITIVE, set, summary).unit("mm").typical(0.001, 1.0).velvet()
+    number("tolerance", default, POSITIVE, set, summary).unit("mm").typical(&(0.001, 1.0)).velvet()
 }
 
 const fn initial_height(set: super::Set<f64>) -> Setting {

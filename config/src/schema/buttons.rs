@@ -2,7 +2,7 @@
 
 use super::build::{bool, integer, new_name, number, pin, text};
 use super::switches::spaced;
-use super::{CannotCreate, Form, Instances, PinRole, Section};
+use super::{CannotCreate, Docs, Form, Instances, PinRole, Section};
 use crate::machine::{ButtonConfig, MAX_BUTTONS};
 use crate::pin::PinName;
 use units::Micros;
@@ -20,8 +20,10 @@ macro_rules! button {
 
 pub const BUTTON_BOX: Section = Section {
     name: "button box",
-    summary: "Buttons that send lines. KILL halts at once, SUSPEND suspends the job or goes on with it, $J STOP ends a \
+    docs: Docs::new(
+        "Buttons that send lines. KILL halts at once, SUSPEND suspends the job or goes on with it, $J STOP ends a \
               jog that a button began with $J -c.",
+    ),
     form: Form::Named(Instances {
         noun: "button",
         find: |c, name| c.buttons.iter().position(|button| button.name == name),
@@ -37,7 +39,7 @@ pub const BUTTON_BOX: Section = Section {
         integer(
             "poll_frequency_hz",
             "20",
-            (1, 100),
+            &(1, 100),
             |c, _, v| c.button_poll_hz = v as u16,
             "How often buttons are looked at. Contacts may bounce as long as the time between two looks.",
         )
@@ -76,7 +78,7 @@ pub const BUTTON_BOX: Section = Section {
         number(
             "long_press_time",
             "1",
-            (0.2, 60.0),
+            &(0.2, 60.0),
             button!(|b, v| b.long_press_time = Micros((v * 1e6) as u64)),
             "How long a long press is.",
         )

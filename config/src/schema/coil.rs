@@ -12,7 +12,7 @@ fn of(config: &mut MachineConfig, place: usize) -> Option<&mut CoilConfig> {
 pub(super) const RESISTANCE: Setting = number(
     "coil_resistance",
     "0",
-    (0.01, 1_000.0),
+    &(0.01, 1_000.0),
     |c, i, v| {
         if let Some(coil) = of(c, i) {
             coil.resistance = Some(Ohms(v as f32));
@@ -22,13 +22,13 @@ pub(super) const RESISTANCE: Setting = number(
 )
 .derived("not known")
 .unit("Ohm")
-.typical(0.3, 100.0)
+.typical(&(0.3, 100.0))
 .velvet();
 
 pub(super) const INDUCTANCE: Setting = number(
     "coil_inductance",
     "0",
-    (0.01, 1_000.0),
+    &(0.01, 1_000.0),
     |c, i, v| {
         if let Some(coil) = of(c, i) {
             coil.henries = Some(v as f32 * 1e-3);
@@ -38,5 +38,5 @@ pub(super) const INDUCTANCE: Setting = number(
 )
 .derived("not known")
 .unit("mH")
-.typical(0.3, 100.0)
+.typical(&(0.3, 100.0))
 .velvet();

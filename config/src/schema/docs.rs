@@ -1,17 +1,20 @@
-//! What people read about a setting at a desk. The board has no use for it.
+//! What people read about a section or a setting at a desk. The board has no use for it.
 
 use super::Since;
 
-/// What the settings reference says of a setting.
+/// What the settings reference says of a section or a setting.
 #[cfg(any(test, feature = "std"))]
 #[derive(Clone, Copy, Debug)]
 pub struct Docs {
-    /// What it does, in one or two sentences.
+    /// What it is for, in one or two sentences.
     pub summary: &'static str,
     /// Who had it first.
     pub since: Since,
     /// What a missing line means, where that is worked out from other settings; empty elsewhere.
     pub derived: &'static str,
+    /// The setting of Klipper that is nearest, as `[section] key`; empty for none. Units and meaning may
+    /// differ.
+    pub klipper: &'static str,
 }
 
 /// The same in an image: nothing of it.
@@ -22,7 +25,7 @@ pub struct Docs;
 #[cfg(any(test, feature = "std"))]
 impl Docs {
     pub(super) const fn new(summary: &'static str) -> Self {
-        Self { summary, since: Since::Smoothieware, derived: "" }
+        Self { summary, since: Since::Smoothieware, derived: "", klipper: "" }
     }
 
     pub(super) const fn since(self, since: Since) -> Self {
@@ -31,6 +34,10 @@ impl Docs {
 
     pub(super) const fn derived(self, derived: &'static str) -> Self {
         Self { derived, ..self }
+    }
+
+    pub(super) const fn klipper(self, klipper: &'static str) -> Self {
+        Self { klipper, ..self }
     }
 }
 
@@ -45,6 +52,10 @@ impl Docs {
     }
 
     pub(super) const fn derived(self, _: &'static str) -> Self {
+        self
+    }
+
+    pub(super) const fn klipper(self, _: &'static str) -> Self {
         self
     }
 }

@@ -5,13 +5,13 @@ macro_rules! load_settings {
     ($family:ident) => {
         pub mod $family {
             use crate::machine::{MachineConfig, TmcConfig};
-            use crate::schema::Setting;
+            use crate::schema::{Setting, Words};
             use crate::schema::build::{NOT_NEGATIVE, bool, integer, number, word};
             use units::MmPerSecond;
 
-            const UP: &[&str] = &["1", "2", "4", "8"];
-            const DOWN: &[&str] = &["32", "8", "2", "1"];
-            const LEAST: &[&str] = &["half", "quarter"];
+            const UP: &Words = &Words(&["1", "2", "4", "8"]);
+            const DOWN: &Words = &Words(&["32", "8", "2", "1"]);
+            const LEAST: &Words = &Words(&["half", "quarter"]);
 
             fn of(config: &mut MachineConfig, place: usize) -> Option<&mut TmcConfig> {
                 config.$family.axes.0.get_mut(place)
@@ -31,7 +31,7 @@ macro_rules! load_settings {
             pub const THRESHOLD: Setting = integer(
                 "stall_threshold",
                 "10",
-                (-64, 63),
+                &(-64, 63),
                 chip!(|chip, v| chip.stall_threshold = Some(v as i8)),
                 "Shifts what the driver measures of the load (SGT), which coolStep goes by: lower reads lower. Homing without a \
                  switch has a threshold of its own, in [endstops].",
@@ -73,7 +73,7 @@ macro_rules! load_settings {
             pub const LOWER: Setting = integer(
                 "coolstep_lower",
                 "0",
-                (0, 480),
+                &(0, 480),
                 chip!(|chip, v| chip.cool_step.lower = v as u16),
                 "Lets the driver lower the current by itself where the load is small, and raise it below this reading of the \
                  load (M911 says it; 32 SEMIN): a multiple of 32. 0 keeps the current as it is.",
@@ -85,7 +85,7 @@ macro_rules! load_settings {
             pub const UPPER: Setting = integer(
                 "coolstep_upper",
                 "0",
-                (0, 992),
+                &(0, 992),
                 chip!(|chip, v| chip.cool_step.upper = Some(v as u16)),
                 "From this reading on the current falls (32 (SEMIN + SEMAX + 1)): a multiple of 32 above coolstep_lower.",
             )

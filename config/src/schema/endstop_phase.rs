@@ -1,11 +1,11 @@
 //! `[endstops]`: the settings of the phase that a motor has at its switch.
 
-use super::Setting;
 use super::build::{NOT_NEGATIVE, bool, number, word};
+use super::{Setting, Words};
 use crate::machine::{EndstopPhaseConfig, MachineConfig};
 use units::Mm;
 
-const REACTIONS: &[&str] = &["warn", "halt"];
+const REACTIONS: &Words = &Words(&["warn", "halt"]);
 
 /// `|phase, value| ...` on the phase of the endstop at the instance's place.
 macro_rules! phase {
@@ -35,7 +35,7 @@ pub(super) const CHECK: Setting = bool(
 pub(super) const PHASE: Setting = number(
     "phase",
     "0",
-    (0.0, 1_023.999),
+    &(0.0, 1_023.999),
     phase!(|p, v| p.calibrated = Some(v)),
     "The calibrated phase, which ENDSTOP_PHASE_CALIBRATE finds and M500 saves. 0 to 1024 is one cycle; it rises as the motor \
      counts up. Klipper's trigger_phase a/b is 1024 a/b. Not for external drivers, whose phase nobody can read.",

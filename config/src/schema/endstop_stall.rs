@@ -33,19 +33,19 @@ pub(super) const HOMING: Setting = bool(
 pub(super) const CURRENT: Setting = number(
     "stall_current",
     "0",
-    (0.001, 20.0),
+    &(0.001, 20.0),
     stall!(|s, v| s.current = Some(Amps(v as f32))),
     "Peak coil current while it homes so: less pushes less hard against the end, and stalls sooner.",
 )
 .derived("that of the motor")
 .unit("A")
-.typical(0.05, 10.0)
+.typical(&(0.05, 10.0))
 .velvet();
 
 pub(super) const THRESHOLD: Setting = integer(
     "stall_threshold",
     "0",
-    (-64, 255),
+    &(-64, 255),
     stall!(|s, v| s.threshold = v as i16),
     "How little load counts as a stall (SGT, -64 to 63): lower is more sensitive. Too low stalls on the way, too high never \
      stalls. With a TMC2209 or TMC2226 (SGTHRS, 0 to 255) it is the other way round.",

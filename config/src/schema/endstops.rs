@@ -1,13 +1,13 @@
 //! `[endstops]`
 
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, axes, bool, integer, new_name, number, pin, text, word};
-use super::{CannotCreate, Form, Instances, PinRole, Section, Set, Setting, endstop_phase, endstop_stall};
+use super::{CannotCreate, Docs, Form, Instances, PinRole, Section, Set, Setting, Words, endstop_phase, endstop_stall};
 use crate::machine::{EndstopConfig, HomingDirection, MAX_ENDSTOPS};
 use crate::pin::PinName;
 use units::{Axis, Micros, Mm, MmPerSecond};
 
-const AXES: &[&str] = &["X", "Y", "Z", "A", "B", "C"];
-const DIRECTIONS: &[&str] = &["none", "home_to_min", "home_to_max"];
+const AXES: &Words = &Words(&["X", "Y", "Z", "A", "B", "C"]);
+const DIRECTIONS: &Words = &Words(&["none", "home_to_min", "home_to_max"]);
 
 /// `|stop, value| ...` on the endstop at the instance's place.
 macro_rules! stop {
@@ -57,7 +57,7 @@ pub fn millis(value: f64) -> Micros {
 
 pub const ENDSTOPS: Section = Section {
     name: "endstops",
-    summary: "Switches that axes home to and that limit their travel, and how homing goes.",
+    docs: Docs::new("Switches that axes home to and that limit their travel, and how homing goes."),
     form: Form::Named(Instances {
         noun: "endstop",
         find: |c, name| c.endstops.iter().position(|stop| stop.name == name),
@@ -116,7 +116,7 @@ pub const ENDSTOPS: Section = Section {
             "Longest homing move; not to meet the switch within it halts.",
         )
         .unit("mm")
-        .typical(2.0, 5_000.0)
+        .typical(&(2.0, 5_000.0))
         .v1("<axis>_max_travel"),
         number(
             "fast_rate",
@@ -127,7 +127,7 @@ pub const ENDSTOPS: Section = Section {
         )
         .klipper("[stepper_<axis>] homing_speed")
         .unit("mm/s")
-        .typical(0.5, 500.0)
+        .typical(&(0.5, 500.0))
         .v1("<axis>_fast_homing_rate_mm_s"),
         number(
             "slow_rate",
@@ -138,7 +138,7 @@ pub const ENDSTOPS: Section = Section {
         )
         .klipper("[stepper_<axis>] second_homing_speed")
         .unit("mm/s")
-        .typical(0.1, 100.0)
+        .typical(&(0.1, 100.0))
         .v1("<axis>_slow_homing_rate_mm_s"),
         number(
             "retract",
@@ -149,7 +149,7 @@ pub const ENDSTOPS: Section = Section {
         )
         .klipper("[stepper_<axis>] homing_retract_dist")
         .unit("mm")
-        .typical(0.1, 50.0)
+        .typical(&(0.1, 50.0))
         .v1("<axis>_homing_retract_mm"),
         bool(
             "limit_enable",
@@ -169,7 +169,7 @@ pub const ENDSTOPS: Section = Section {
         number(
             "debounce_ms",
             "0",
-            (0.0, 1_000.0),
+            &(0.0, 1_000.0),
             |c, _, v| c.homing.debounce = millis(v),
             "How long a switch must stay hit to count.",
         )
@@ -246,7 +246,7 @@ pub const ENDSTOPS: Section = Section {
         integer(
             "homing_samples",
             "1",
-            (1, 20),
+            &(1, 20),
             |c, _, v| c.homing.samples = v as u8,
             "Slow approaches to each switch; with more than one they must agree, and their mean counts.",
         )
@@ -265,7 +265,7 @@ pub const ENDSTOPS: Section = Section {
         integer(
             "homing_retries",
             "3",
-            (0, 20),
+            &(0, 20),
             |c, _, v| c.homing.retries = v as u8,
             "Rounds that are added where they lie further apart; then homing has failed.",
         )

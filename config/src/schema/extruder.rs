@@ -1,7 +1,7 @@
 //! `[extruder]`
 
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, new_name, number};
-use super::{CannotCreate, Form, Instances, Section, Setting};
+use super::{CannotCreate, Docs, Form, Instances, Section, Setting};
 use crate::machine::{ExtruderConfig, MAX_EXTRUDERS, ToolId};
 use units::{Mm, MmPerSecond};
 
@@ -18,7 +18,7 @@ macro_rules! extruder {
 
 pub const EXTRUDER: Section = Section {
     name: "extruder",
-    summary: "Extruders and their firmware retraction. Tool 0 turns motor delta, tool 1 epsilon, tool 2 zeta.",
+    docs: Docs::new("Extruders and their firmware retraction. Tool 0 turns motor delta, tool 1 epsilon, tool 2 zeta."),
     form: Form::Named(Instances {
         noun: "extruder",
         find: |c, name| c.extruders.iter().position(|extruder| extruder.name == name),
@@ -33,7 +33,7 @@ pub const EXTRUDER: Section = Section {
     settings: &[
         bool("enable", "false", extruder!(|e, v| e.enable = v), "There is such an extruder.")
             .v1("extruder.<name>.enable"),
-        integer("tool_id", "0", (0, 2), extruder!(|e, v| e.tool_id = ToolId(v as u8)), "Tool number; also picks the motor."),
+        integer("tool_id", "0", &(0, 2), extruder!(|e, v| e.tool_id = ToolId(v as u8)), "Tool number; also picks the motor."),
         offset("x_offset", extruder!(|e, v| e.offset[0] = Mm(v))).v1("extruder.<name>.x_offset"),
         offset("y_offset", extruder!(|e, v| e.offset[1] = Mm(v))).v1("extruder.<name>.y_offset"),
         offset("z_offset", extruder!(|e, v| e.offset[2] = Mm(v))).v1("extruder.<name>.z_offset"),
@@ -46,7 +46,7 @@ pub const EXTRUDER: Section = Section {
         )
         .klipper("[extruder] filament_diameter")
         .unit("mm")
-        .typical(1.0, 4.0)
+        .typical(&(1.0, 4.0))
         .v1("extruder.<name>.filament_diameter"),
         number(
             "retract_length",
@@ -57,7 +57,7 @@ pub const EXTRUDER: Section = Section {
         )
         .klipper("[firmware_retraction] retract_length")
         .unit("mm")
-        .typical(0.1, 50.0)
+        .typical(&(0.1, 50.0))
         .v1("extruder.<name>.retract_length"),
         number(
             "retract_feedrate",
@@ -68,7 +68,7 @@ pub const EXTRUDER: Section = Section {
         )
         .klipper("[firmware_retraction] retract_speed")
         .unit("mm/s")
-        .typical(1.0, 200.0)
+        .typical(&(1.0, 200.0))
         .v1("extruder.<name>.retract_feedrate"),
         number(
             "retract_recover_length",
@@ -89,7 +89,7 @@ pub const EXTRUDER: Section = Section {
         )
         .klipper("[firmware_retraction] unretract_speed")
         .unit("mm/s")
-        .typical(1.0, 200.0)
+        .typical(&(1.0, 200.0))
         .v1("extruder.<name>.retract_recover_feedrate"),
         number(
             "retract_zlift_length",
@@ -108,23 +108,23 @@ pub const EXTRUDER: Section = Section {
             "Speed of the hop; the only rate here in mm/min. M207 Q changes it.",
         )
         .unit("mm/min")
-        .typical(60.0, 60_000.0)
+        .typical(&(60.0, 60_000.0))
         .v1("extruder.<name>.retract_zlift_feedrate"),
         number(
             "pressure_advance",
             "0",
-            (0.0, 10.0),
+            &(0.0, 10.0),
             extruder!(|e, v| e.pressure_advance_s = v),
             "Filament pushed ahead for each mm/s of its speed, on moves that extrude while X or Y move; 0 for none.",
         )
         .unit("s")
-        .typical(0.001, 2.0)
+        .typical(&(0.001, 2.0))
         .klipper("[extruder] pressure_advance")
         .velvet(),
         number(
             "pressure_advance_smooth_time",
             "0.04",
-            (0.001, 0.2),
+            &(0.001, 0.2),
             extruder!(|e, v| e.pressure_advance_smooth_time_s = v),
             "Width of the window that pressure advance is averaged over. With pressure advance on, all axes lag behind the \
              plan by at least half of it.",

@@ -94,7 +94,7 @@ fn every_default_is_smoothiewares_or_its_difference_is_stated() {
                 || (ours.is_empty() && text == "none")
                 || (ours == "none" && text.is_empty())
                 || (ours.is_empty() && matches!(row.kind, Kind::Numbers(..)) && text.chars().all(|c| "0,".contains(c)))
-                || (text.starts_with("253 minus") && matches!(row.default, Fallback::Derived))
+                || (text.starts_with("253 minus") && matches!(row.fallback(), Fallback::Derived))
                 || matches!((value::parse(&row.kind, ours), value::parse(&row.kind, &text)), (Ok(a), Ok(b)) if a == b);
             if !same {
                 wrong.push(format!("{} {instance}: ours is {ours}, Smoothieware's {text}", fact.name));
@@ -115,7 +115,7 @@ const NO_UNITS: &[&str] = &["PWM steps", "S units", "segments", "fraction", "poi
 fn every_unit_is_smoothiewares() {
     let mut wrong = Vec::new();
     for fact in facts() {
-        let ours = row(fact.name).unit;
+        let ours = row(fact.name).unit.text();
         let same = fact.unit == ours
             || SAME_UNITS.contains(&(fact.unit, ours))
             || (ours.is_empty() && NO_UNITS.contains(&fact.unit))
@@ -142,8 +142,8 @@ fn every_bound_is_smoothiewares_or_its_difference_is_stated() {
     let mut wrong = Vec::new();
     for fact in facts() {
         let (low, high) = match row(fact.name).kind {
-            Kind::Integer((low, high), _) => (low as f64, high as f64),
-            Kind::Number(range, _) => range,
+            Kind::Integer(&(low, high), _) => (low as f64, high as f64),
+            Kind::Number(&range, _) => range,
             _ => continue,
         };
         let stated = OTHER_BOUNDS.iter().any(|(name, _)| *name == fact.name);

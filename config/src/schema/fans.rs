@@ -1,7 +1,7 @@
 //! `[fan]`.
 
 use super::build::{NOT_NEGATIVE, bool, new_name, number, pin, text, word};
-use super::{CannotCreate, Form, Instances, PinRole, Section};
+use super::{CannotCreate, Docs, Form, Instances, PinRole, Section, Words};
 use crate::machine::{FanConfig, FanFollows, MAX_FANS, StoppedFan};
 use crate::pin::PinName;
 use units::{Celsius, Micros};
@@ -17,7 +17,7 @@ macro_rules! fan {
     };
 }
 
-const PERCENT: (f64, f64) = (0.0, 100.0);
+const PERCENT: &(f64, f64) = &(0.0, 100.0);
 
 /// A share from percent.
 const fn share(percent: f64) -> f32 {
@@ -30,8 +30,8 @@ const fn time(seconds: f64) -> Micros {
 
 pub const FAN: Section = Section {
     name: "fan",
-    summary: "Fans: each has the name of the [switch] that drives it. It can follow heaters, motors or a temperature by \
-              itself, be helped to start, and be watched by its tachometer.",
+    docs: Docs::new("Fans: each has the name of the [switch] that drives it. It can follow heaters, motors or a temperature by \
+              itself, be helped to start, and be watched by its tachometer."),
     form: Form::Named(Instances {
         noun: "fan",
         find: |c, name| c.fans.iter().position(|fan| fan.name == name),
@@ -48,7 +48,7 @@ pub const FAN: Section = Section {
         word(
             "follows",
             "codes",
-            &["codes", "heaters", "electronics", "temperature"],
+            &Words(&["codes", "heaters", "electronics", "temperature"]),
             fan!(|f, v| f.follows = match v {
                 1 => FanFollows::Heaters,
                 2 => FanFollows::Electronics,
@@ -73,7 +73,7 @@ pub const FAN: Section = Section {
         number(
             "temperature",
             "50",
-            (0.0, 2_000.0),
+            &(0.0, 2_000.0),
             fan!(|f, v| f.temperature = Celsius(v as f32)),
             "heaters: warm from here on. temperature: what it keeps.",
         )
@@ -83,7 +83,7 @@ pub const FAN: Section = Section {
         number(
             "hysteresis",
             "2",
-            (0.0, 100.0),
+            &(0.0, 100.0),
             fan!(|f, v| f.hysteresis = Celsius(v as f32)),
             "It goes on or off when `temperature` is passed by so much.",
         )
@@ -108,7 +108,7 @@ pub const FAN: Section = Section {
         number(
             "linger",
             "30",
-            (0.0, 86_400.0),
+            &(0.0, 86_400.0),
             fan!(|f, v| f.linger = time(v)),
             "electronics: how long it runs on when motors and heaters are off.",
         )
@@ -118,7 +118,7 @@ pub const FAN: Section = Section {
         word(
             "control",
             "bang-bang",
-            &["bang-bang", "pid"],
+            &Words(&["bang-bang", "pid"]),
             fan!(|f, v| f.control.pid = v == 1),
             "temperature: full on and off, or as much as it takes.",
         )
@@ -162,7 +162,7 @@ pub const FAN: Section = Section {
         number(
             "kick_start_time",
             "0",
-            (0.0, 10.0),
+            &(0.0, 10.0),
             fan!(|f, v| f.drive.kick_start = time(v)),
             "From standstill it has max_power for so long first, so that it starts at any speed.",
         )
@@ -191,7 +191,7 @@ pub const FAN: Section = Section {
         number(
             "pulses_per_turn",
             "2",
-            (0.1, 100.0),
+            &(0.1, 100.0),
             fan!(|f, v| f.tachometer.pulses_per_turn = v as f32),
             "Pulses that the tachometer gives in a turn.",
         )
@@ -200,7 +200,7 @@ pub const FAN: Section = Section {
         number(
             "min_rpm",
             "100",
-            (0.0, 100_000.0),
+            &(0.0, 100_000.0),
             fan!(|f, v| f.tachometer.min_rpm = v as f32),
             "Slower than this while it is driven, it counts as stopped. 0: that is not watched.",
         )
@@ -209,7 +209,7 @@ pub const FAN: Section = Section {
         number(
             "stopped_after",
             "5",
-            (1.0, 600.0),
+            &(1.0, 600.0),
             fan!(|f, v| f.tachometer.stopped_after = time(v)),
             "When it has been so slow for so long.",
         )
@@ -218,7 +218,7 @@ pub const FAN: Section = Section {
         word(
             "when_stopped",
             "tell",
-            &["tell", "halt"],
+            &Words(&["tell", "halt"]),
             fan!(|f, v| f.tachometer.when_stopped = if v == 1 { StoppedFan::Halt } else { StoppedFan::Tell }),
             "A fan that has stopped is told on every console, or halts the machine.",
         )

@@ -1,13 +1,13 @@
 //! `[filament detector]` and `[filament change]`.
 
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, number, pin};
-use super::{Form, PinRole, Section};
+use super::{Docs, Form, PinRole, Section};
 use crate::pin::PinName;
 use units::{Micros, Mm, MmPerSecond};
 
 pub const FILAMENT_DETECTOR: Section = Section {
     name: "filament detector",
-    summary: "Notices that filament has run out or is stuck, and suspends the job.",
+    docs: Docs::new("Notices that filament has run out or is stuck, and suspends the job."),
     form: Form::Plain,
     settings: &[
         bool("enable", "false", |c, _, v| c.filament_detector.enable = v, "There is a detector.")
@@ -40,7 +40,7 @@ pub const FILAMENT_DETECTOR: Section = Section {
         integer(
             "seconds_per_check",
             "2",
-            (1, 3600),
+            &(1, 3600),
             |c, _, v| c.filament_detector.check_every = Micros::from_millis(v as u64 * 1000),
             "Between two looks at the pulses. M404 S changes it.",
         )
@@ -67,7 +67,7 @@ pub const FILAMENT_DETECTOR: Section = Section {
 
 pub const FILAMENT_CHANGE: Section = Section {
     name: "filament change",
-    summary: "How M600, M701 and M702 move filament and the tool. Lengths of 0 leave it to a person.",
+    docs: Docs::new("How M600, M701 and M702 move filament and the tool. Lengths of 0 leave it to a person."),
     form: Form::Plain,
     settings: &[
         number(
@@ -110,7 +110,7 @@ pub const FILAMENT_CHANGE: Section = Section {
             "How fast it goes there.",
         )
         .unit("mm/s")
-        .typical(0.5, 300.0)
+        .typical(&(0.5, 300.0))
         .velvet(),
         number(
             "unload_length",
@@ -129,7 +129,7 @@ pub const FILAMENT_CHANGE: Section = Section {
             "How fast.",
         )
         .unit("mm/s")
-        .typical(0.5, 300.0)
+        .typical(&(0.5, 300.0))
         .velvet(),
         number(
             "load_length",
@@ -142,7 +142,7 @@ pub const FILAMENT_CHANGE: Section = Section {
         .velvet(),
         number("load_feedrate", "25", POSITIVE, |c, _, v| c.filament_change.load_rate = MmPerSecond(v), "How fast.")
             .unit("mm/s")
-            .typical(0.5, 300.0)
+            .typical(&(0.5, 300.0))
             .velvet(),
         number(
             "purge_length",
@@ -155,7 +155,7 @@ pub const FILAMENT_CHANGE: Section = Section {
         .velvet(),
         number("purge_feedrate", "3", POSITIVE, |c, _, v| c.filament_change.purge_rate = MmPerSecond(v), "How fast.")
             .unit("mm/s")
-            .typical(0.5, 300.0)
+            .typical(&(0.5, 300.0))
             .velvet(),
     ],
 };

@@ -1,19 +1,19 @@
 //! `[filament width sensor]`.
 
 use super::build::{NOT_NEGATIVE, bool, integer, number, pin};
-use super::{Form, PinRole, Section};
+use super::{Docs, Form, PinRole, Section};
 use crate::pin::PinName;
 use units::{Mm, ToolId};
 
 /// What a reading may be: ten-thousandths of full scale, of two inputs together.
-const RAW: (f64, f64) = (-1e6, 1e6);
+const RAW: &(f64, f64) = &(-1e6, 1e6);
 /// Filament, and what gauges it.
-const DIAMETER: (f64, f64) = (0.1, 20.0);
+const DIAMETER: &(f64, f64) = &(0.1, 20.0);
 
 pub const FILAMENT_WIDTH_SENSOR: Section = Section {
     name: "filament width sensor",
-    summary: "Measures how thick filament is, corrects the flow by it, and suspends the job where it is too thin or \
-              too thick.",
+    docs: Docs::new("Measures how thick filament is, corrects the flow by it, and suspends the job where it is too thin or \
+              too thick."),
     form: Form::Plain,
     settings: &[
         bool("enable", "false", |c, _, v| c.filament_width.enable = v, "There is such a sensor.")
@@ -152,7 +152,7 @@ pub const FILAMENT_WIDTH_SENSOR: Section = Section {
         integer(
             "tool_id",
             "0",
-            (0, 2),
+            &(0, 2),
             |c, _, v| c.filament_width.tool = ToolId(v as u8),
             "The extruder whose filament it measures.",
         )

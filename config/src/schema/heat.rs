@@ -3,14 +3,14 @@
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, new_name, number, numbers, pin, places, text, word};
 use super::heat_control as control;
 use super::spi_sensors as spi;
-use super::{CannotCreate, Form, Instances, PinRole, Section};
+use super::{ByName, CannotCreate, Docs, Form, Instances, PinRole, Section, Words};
 use crate::machine::{MAX_TEMPERATURES, MAX_VOLTAGE_POINTS, SensorKind, TemperatureConfig, ToolId};
 use crate::pin::PinName;
 use units::{Celsius, Duty, Micros, Ohms, Volts};
 
 /// Built-in thermistors: Steinhart-Hart entries first, then those that are known by their beta only. A name
 /// in both tables means the first, unless `use_beta_table` is set.
-pub const THERMISTORS: &[&str] = &[
+pub const THERMISTORS: &Words = &Words(&[
     "EPCOS100K",
     "Vishay100K",
     "Honeywell100K",
@@ -20,7 +20,7 @@ pub const THERMISTORS: &[&str] = &[
     "RRRF100K",
     "RRRF10K",
     "HT100K",
-];
+]);
 
 /// `|heater, value| ...` on the controller at the instance's place.
 macro_rules! heater {
@@ -48,8 +48,8 @@ fn three_points(v: &[f64]) -> Option<[(f64, f64); 3]> {
 
 pub const TEMPERATURE_CONTROL: Section = Section {
     name: "temperature control",
-    summary: "Heaters and temperature sensors. The names hotend, hotend2, bed and board have the Prime's pins, labels \
-              and tool numbers as defaults.",
+    docs: Docs::new("Heaters and temperature sensors. The names hotend, hotend2, bed and board have the Prime's pins, labels \
+              and tool numbers as defaults."),
     form: Form::Named(Instances {
         noun: "temperature control",
         find: |c, name| c.temperatures.iter().position(|heater| heater.name == name),
@@ -67,12 +67,12 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "tool_id",
             "255",
-            (0, 255),
+            &(0, 255),
             heater!(|h, v| h.tool_id = ToolId(v as u8)),
             "Number of the heater in M-codes. 250 and above stay active whatever tool is selected; below 100 the \
              M-codes are those of a hotend, else those of a bed.",
         )
-        .by_name(&[("hotend", "0"), ("hotend2", "1"), ("bed", "254"), ("board", "253")])
+        .by_name(&ByName(&[("hotend", "0"), ("hotend2", "1"), ("bed", "254"), ("board", "253")]))
         .derived("hotend 0, hotend2 1, bed 254, board 253; others count down from 252"),
         text(
             "designator",
@@ -81,12 +81,12 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             heater!(|h, v| h.designator = heapless::String::try_from(v).unwrap_or_default()),
             "Label in temperature reports. Hosts expect T for the hotend and B for the bed.",
         )
-        .by_name(&[("hotend", "T"), ("hotend2", "T2"), ("bed", "B"), ("board", "P")])
+        .by_name(&ByName(&[("hotend", "T"), ("hotend2", "T2"), ("bed", "B"), ("board", "P")]))
         .v1("temperature_control.<name>.designator"),
         word(
             "sensor",
             "thermistor",
-            &SensorKind::WORDS,
+            &Words(&SensorKind::WORDS),
             heater!(|h, v| h.sensor.kind = SensorKind::ALL.get(v).copied().unwrap_or_default()),
             "Kind of sensor: a thermistor; platinum of 100 or 1000 Ohm straight on the input, r2 its pull-up; a \
              thermocouple with an AD8494 to AD8497; or anything else that gives a voltage, by its voltage_curve. On SPI, \
@@ -106,7 +106,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         number(
             "sensor_filter",
             "0",
-            (0.0, 60.0),
+            &(0.0, 60.0),
             heater!(|h, v| h.sensor.filter_s = v as f32),
             "Time constant of a low-pass filter between sensor and control; 0: none. Readings are that much late: a \
              steady rise is seen so many seconds later, a jump to 63 % after it and to 95 % after three times it. \
@@ -123,13 +123,13 @@ pub const TEMPERATURE_CONTROL: Section = Section {
              pull-up of 4.7 kOhm; ADC1_0 is on the board; ADC1_4, ADC1_5, ADC1_6 are on the header, without a pull-up.",
         )
         .klipper("[extruder] sensor_pin")
-        .by_name(&[("hotend", "ADC1_1"), ("hotend2", "ADC1_2"), ("bed", "ADC1_3"), ("board", "ADC1_0")])
+        .by_name(&ByName(&[("hotend", "ADC1_1"), ("hotend2", "ADC1_2"), ("bed", "ADC1_3"), ("board", "ADC1_0")]))
         .v1("temperature_control.<name>.thermistor_pin"),
         word(
             "thermistor",
             "",
             THERMISTORS,
-            heater!(|h, v| h.sensor.thermistor.table = THERMISTORS.get(v).copied()),
+            heater!(|h, v| h.sensor.thermistor.table = THERMISTORS.0.get(v).copied()),
             "A built-in thermistor by name. Without one, rt_curve, coefficients or beta must describe it.",
         )
         .klipper("[extruder] sensor_type")
@@ -156,7 +156,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         number(
             "t0",
             "25",
-            (-273.0, 1_000.0),
+            &(-273.0, 1_000.0),
             heater!(|h, v| h.sensor.thermistor.t0 = Celsius(v as f32)),
             "Temperature at which the thermistor has r0.",
         )
@@ -199,7 +199,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         number(
             "amplifier_offset",
             "0",
-            (0.0, 3.3),
+            &(0.0, 3.3),
             heater!(|h, v| h.sensor.amplifier_offset = Volts(v as f32)),
             "Output of an ad849x at 0 C: the voltage of its REF pin, 1.25 on many breakout boards. With 0 it reads \
              nothing below 1.4 C.",
@@ -235,12 +235,12 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             "Heater output. nc makes this a sensor only.",
         )
         .klipper("[extruder] heater_pin")
-        .by_name(&[("hotend", "PE0"), ("hotend2", "PB8"), ("bed", "PE3")])
+        .by_name(&ByName(&[("hotend", "PE0"), ("hotend2", "PB8"), ("bed", "PE3")]))
         .v1("temperature_control.<name>.heater_pin"),
         integer(
             "max_pwm",
             "255",
-            (0, 255),
+            &(0, 255),
             heater!(|h, v| h.max_pwm = Duty(v as u8)),
             "Ceiling of the heater's power, of 255. M301 Y changes it.",
         )
@@ -249,7 +249,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         number(
             "cycle_time",
             "0",
-            (0.0, 10.0),
+            &(0.0, 10.0),
             heater!(|h, v| h.cycle = Micros((v * 1e6) as u64)),
             "The heater is on once in so long, for its share of it, as a relay on mains needs: 0.2 and more. 0: as often as \
              can be.",
@@ -278,7 +278,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         number(
             "i_max",
             "255",
-            (0.0, 255.0),
+            &(0.0, 255.0),
             heater!(|h, v| h.pid.i_max = v as f32),
             "Limit of the integral part, of 255. M301 X changes it.",
         )
@@ -316,7 +316,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         number(
             "min_temp",
             "0",
-            (-273.0, 2_000.0),
+            &(-273.0, 2_000.0),
             heater!(|h, v| h.min_temp = Celsius(v as f32)),
             "A reading below this while heating means a broken sensor: heater off, halt.",
         )
@@ -326,18 +326,18 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         number(
             "max_temp",
             "300",
-            (-273.0, 2_000.0),
+            &(-273.0, 2_000.0),
             heater!(|h, v| h.max_temp = Celsius(v as f32)),
             "Highest target; a reading above it while heating means heater off, halt. M143 changes it.",
         )
         .klipper("[extruder] max_temp")
         .unit("C")
-        .typical(1.0, 700.0)
+        .typical(&(1.0, 700.0))
         .v1("temperature_control.<name>.max_temp"),
         integer(
             "runaway_range",
             "20",
-            (0, 500),
+            &(0, 500),
             heater!(|h, v| h.runaway.range = (v > 0).then_some(Celsius(v as f32))),
             "Once at the target, further than this from it for more than 5 s halts; 0 switches that off.",
         )
@@ -346,7 +346,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "runaway_heating_timeout",
             "300",
-            (0, 86_400),
+            &(0, 86_400),
             heater!(|h, v| h.runaway.heating_timeout = positive_seconds(v)),
             "Longer than this to the target halts; 0 switches that off.",
         )
@@ -355,7 +355,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "runaway_cooling_timeout",
             "300",
-            (0, 86_400),
+            &(0, 86_400),
             heater!(|h, v| h.runaway.cooling_timeout = positive_seconds(v)),
             "Time allowed to cool to a lower target; 0: none.",
         )
@@ -391,7 +391,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "verify_gain_time",
             "20",
-            (0, 86_400),
+            &(0, 86_400),
             heater!(|h, v| h.verify.gain_time = positive_seconds(v)),
             "A heater that was given full output for so long (half output counts half) and has not warmed by \
              verify_gain halts: no heater, no supply, or the sensor is not on it. 0 switches that off.",
@@ -430,7 +430,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "full_power_timeout",
             "0",
-            (0, 604_800),
+            &(0, 604_800),
             heater!(|h, v| h.verify.full_power_timeout = positive_seconds(v)),
             "At full output for longer than this without a pause halts; 0: no limit.",
         )
@@ -438,7 +438,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "hold_timeout",
             "0",
-            (0, 604_800),
+            &(0, 604_800),
             heater!(|h, v| h.verify.hold_timeout = positive_seconds(v)),
             "On at one target for longer than this halts; 0: no limit. Longer than the longest job.",
         )
@@ -446,7 +446,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "readings_per_second",
             "20",
-            (1, 100),
+            &(1, 100),
             heater!(|h, v| h.sensor.readings_per_second = v as u16),
             "How often the sensor is read and the heater adjusted.",
         )
@@ -458,7 +458,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "set_m_code",
             "104",
-            (0, 9_999),
+            &(0, 9_999),
             heater!(|h, v| h.set_m_code = v as u16),
             "M-code that sets the target.",
         )
@@ -467,7 +467,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "set_and_wait_m_code",
             "109",
-            (0, 9_999),
+            &(0, 9_999),
             heater!(|h, v| h.set_and_wait_m_code = v as u16),
             "M-code that sets the target and waits for it.",
         )
@@ -476,7 +476,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "get_m_code",
             "105",
-            (0, 9_999),
+            &(0, 9_999),
             heater!(|h, v| h.get_m_code = v as u16),
             "M-code that reports the temperature.",
         )

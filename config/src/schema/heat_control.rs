@@ -1,15 +1,15 @@
 //! `[temperature control]`: the derivative's filter, control by a model of the heater, when a wait for a
 //! temperature is over, and presets.
 
-use super::Setting;
 use super::build::{NOT_NEGATIVE, POSITIVE, number, text, word};
 use super::heat::heater;
+use super::{Setting, Words};
 use units::{Celsius, Micros};
 
 pub const D_FILTER: Setting = number(
     "d_filter",
     "0.5",
-    (0.0, 60.0),
+    &(0.0, 60.0),
     heater!(|h, v| h.pid.d_filter_s = v as f32),
     "Time constant of the derivative's filter; 0: none, and noise of a tenth of a degree switches the output \
      between its limits.",
@@ -19,7 +19,7 @@ pub const D_FILTER: Setting = number(
 pub const CONTROL: Setting = word(
     "control",
     "pid",
-    &["pid", "model"],
+    &Words(&["pid", "model"]),
     heater!(|h, v| h.by_model = v == 1),
     "pid, or model: by the figures below, which M306 finds and M500 keeps. A fan and filament are made up for \
      before the sensor tells of them.",
@@ -93,7 +93,7 @@ pub const FAN: Setting = text(
 pub const WAIT_WINDOW: Setting = number(
     "wait_window",
     "0",
-    (0.0, 100.0),
+    &(0.0, 100.0),
     heater!(|h, v| h.wait.window = Celsius(v as f32)),
     "M109 and its like are over this near below the target; with R, this near on either side, and never nearer \
      than 1 C.",
@@ -103,7 +103,7 @@ pub const WAIT_WINDOW: Setting = number(
 pub const WAIT_DWELL: Setting = number(
     "wait_dwell",
     "0",
-    (0.0, 3_600.0),
+    &(0.0, 3_600.0),
     heater!(|h, v| h.wait.dwell = Micros((v * 1e6) as u64)),
     "For so long without a break the temperature must be there until M109 and its like are over.",
 )
@@ -112,7 +112,7 @@ pub const WAIT_DWELL: Setting = number(
 pub const WAIT_TIMEOUT: Setting = number(
     "wait_timeout",
     "0",
-    (0.0, 86_400.0),
+    &(0.0, 86_400.0),
     heater!(|h, v| h.wait.timeout = Micros((v * 1e6) as u64)),
     "M109 and its like end with an error after so long, and the heater goes on heating; 0: never.",
 )

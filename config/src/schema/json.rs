@@ -1,7 +1,7 @@
 //! A JSON Schema of the configuration (draft 2020-12), for editors that know such things: a section is an
 //! object, an instance an object in it, a setting a number, a boolean or a text.
 
-use super::{Fallback, Form, Instances, Kind, PinRole, SECTIONS, Section, Setting, Support};
+use super::{Fallback, Form, Instances, Kind, PinRole, SECTIONS, Section, Setting, Support, Unit};
 use crate::render::quoted;
 use std::fmt::Write;
 use std::format;
@@ -30,7 +30,7 @@ fn section(section: &Section) -> String {
     let head = format!(
         "    {}: {{\n      \"description\": {},\n      \"type\": \"object\",\n      \"additionalProperties\": false,\n",
         quoted(section.name),
-        quoted(section.summary)
+        quoted(section.docs.summary)
     );
     let body = match section.form {
         Form::Plain => properties("      ", section.settings.iter()),
@@ -70,7 +70,7 @@ fn properties<'a>(margin: &str, rows: impl Iterator<Item = &'a Setting>) -> Stri
 fn setting(row: &Setting) -> String {
     let mut parts = kind(row);
     parts.push(format!("\"description\": {}", quoted(row.docs.summary)));
-    if let Fallback::Value(text) = row.default
+    if let Fallback::Value(text) = row.fallback()
         && !text.is_empty()
     {
         let value = match row.kind {
@@ -79,18 +79,18 @@ fn setting(row: &Setting) -> String {
         };
         parts.push(format!("\"default\": {value}"));
     }
-    if !row.unit.is_empty() {
-        parts.push(format!("\"x-unit\": {}", quoted(row.unit)));
+    if row.unit != Unit::NONE {
+        parts.push(format!("\"x-unit\": {}", quoted(row.unit.text())));
     }
     if let Some((low, high)) = row.typical {
         parts.push(format!("\"x-typical\": [{low}, {high}]"));
     }
-    for (name, text) in [("x-v1", row.v1), ("x-klipper", row.klipper)] {
+    for (name, text) in [("x-v1", row.v1), ("x-klipper", row.docs.klipper)] {
         if !text.is_empty() {
             parts.push(format!("\"{name}\": {}", quoted(text)));
         }
     }
-    if row.support != Support::Now {
+    if *row.support != Support::Now {
         parts.push("\"x-supported\": false".to_string());
     }
     format!("{{ {} }}", parts.join(", "))
@@ -116,7 +116,7 @@ fn kind(row: &Setting) -> Vec<String> {
             pattern(&format!("|{number}[, ]+{number}([, ]+{number}[, ]+{number}){{0,{}}}", most.saturating_sub(1)))
         }
         Kind::Word(words, _) => {
-            let words: Vec<String> = words.iter().map(|word| quoted(word)).collect();
+            let words: Vec<String> = words.0.iter().map(|word| quoted(word)).collect();
             std::vec![format!("\"enum\": [{}]", words.join(", "))]
         }
         Kind::Text(longest, _) => std::vec![typed("string"), format!("\"maxLength\": {longest}")],

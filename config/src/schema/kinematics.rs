@@ -1,12 +1,12 @@
 //! Geometry of the kinematics other than Cartesian and CoreXY.
 
 use super::build::{ANY, POSITIVE, bool, number, numbers};
-use super::{Form, Section, Setting};
+use super::{Docs, Form, Section, Setting};
 use crate::machine::MachineConfig;
 
 pub const LINEAR_DELTA: Section = Section {
     name: "linear delta",
-    summary: "Geometry of a delta with three towers.",
+    docs: Docs::new("Geometry of a delta with three towers."),
     form: Form::Plain,
     settings: &[
         number(
@@ -124,7 +124,7 @@ pub const LINEAR_DELTA: Section = Section {
 
 pub const ROTARY_DELTA: Section = Section {
     name: "rotary delta",
-    summary: "Geometry of a delta with three shoulder motors.",
+    docs: Docs::new("Geometry of a delta with three shoulder motors."),
     form: Form::Plain,
     settings: &[
         number("delta_e", "131.636", POSITIVE, |c, _, v| c.motion.arms.rotary_delta.e = v, "End effector length.")
@@ -195,7 +195,7 @@ pub const ROTARY_DELTA: Section = Section {
 
 pub const MORGAN_SCARA: Section = Section {
     name: "morgan scara",
-    summary: "Geometry of a two-link arm.",
+    docs: Docs::new("Geometry of a two-link arm."),
     form: Form::Plain,
     settings: &[
         number("arm1_length", "150", POSITIVE, |c, _, v| c.motion.arms.morgan.length[0] = v, "Inner arm length.")
@@ -247,7 +247,7 @@ pub const MORGAN_SCARA: Section = Section {
 
 pub const COREXZ: Section = Section {
     name: "corexz",
-    summary: "Gearing of CoreXZ.",
+    docs: Docs::new("Gearing of CoreXZ."),
     form: Form::Plain,
     settings: &[
         number("x_reduction", "1", POSITIVE, |c, _, v| c.motion.arms.corexz[0] = v, "X gearing factor.")
@@ -259,7 +259,9 @@ pub const COREXZ: Section = Section {
 
 pub const DELTESIAN: Section = Section {
     name: "deltesian",
-    summary: "Geometry of two vertical towers, left (alpha) and right (beta), over a bed that gamma moves in Y.",
+    docs: Docs::new(
+        "Geometry of two vertical towers, left (alpha) and right (beta), over a bed that gamma moves in Y.",
+    ),
     form: Form::Plain,
     settings: &[
         number(
@@ -303,7 +305,7 @@ pub const DELTESIAN: Section = Section {
 
 pub const GENERIC_CARTESIAN: Section = Section {
     name: "generic cartesian",
-    summary: "Which axes a motor moves with, as three factors.",
+    docs: Docs::new("Which axes a motor moves with, as three factors."),
     form: Form::Plain,
     settings: &[
         row("alpha", |c, _, v| c.motion.arms.generic[0] = three(v).unwrap_or_default()),
@@ -314,7 +316,7 @@ pub const GENERIC_CARTESIAN: Section = Section {
 
 pub const WINCH: Section = Section {
     name: "winch",
-    summary: "Where the ropes leave their winches; 3 to 6 of them, without a gap.",
+    docs: Docs::new("Where the ropes leave their winches; 3 to 6 of them, without a gap."),
     form: Form::Plain,
     settings: &[
         anchor("alpha", |c, _, v| c.motion.arms.anchors[0] = three(v)),

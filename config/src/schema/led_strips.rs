@@ -1,7 +1,7 @@
 //! `[led strip]`.
 
 use super::build::{bool, integer, new_name, number, pin, text, word};
-use super::{CannotCreate, Form, Instances, PinRole, Section};
+use super::{CannotCreate, Docs, Form, Instances, PinRole, Section, Words};
 use crate::machine::{LedStripConfig, MAX_STRIPS, MOST_LIGHTS, StripShows};
 use crate::pin::PinName;
 use units::ColourOrder;
@@ -22,12 +22,12 @@ const fn steps(share: f64) -> u8 {
     (share * 255.0 + 0.5) as u8
 }
 
-const SHARE: (f64, f64) = (0.0, 1.0);
+const SHARE: &(f64, f64) = &(0.0, 1.0);
 
 pub const LED_STRIP: Section = Section {
     name: "led strip",
-    summary: "Lights of any colour: strips of WS2812, SK6812 and the like, each light with its own colour, on a timer's \
-              pin; or one light whose colours are outputs of [switch]. M150 and SET_LED set them.",
+    docs: Docs::new("Lights of any colour: strips of WS2812, SK6812 and the like, each light with its own colour, on a timer's \
+              pin; or one light whose colours are outputs of [switch]. M150 and SET_LED set them."),
     form: Form::Named(Instances {
         noun: "strip",
         find: |c, name| c.led_strips.iter().position(|strip| strip.name == name),
@@ -57,7 +57,7 @@ pub const LED_STRIP: Section = Section {
         integer(
             "chain_count",
             "1",
-            (1, MOST_LIGHTS as i64),
+            &(1, MOST_LIGHTS as i64),
             strip!(|s, v| s.chain_count = v as u16),
             "Lights in the chain.",
         )
@@ -72,13 +72,13 @@ pub const LED_STRIP: Section = Section {
         )
         .klipper("[neopixel <name>] color_order")
         .velvet(),
-        integer("number", "-1", (-1, 15), strip!(|s, v| s.number = v as u8), "S of M150 that means it.")
+        integer("number", "-1", &(-1, 15), strip!(|s, v| s.number = v as u8), "S of M150 that means it.")
             .derived("0, 1, 2 in the order of their names")
             .velvet(),
         number(
             "brightness",
             "100",
-            (0.0, 100.0),
+            &(0.0, 100.0),
             strip!(|s, v| s.brightness = (v / 100.0) as f32),
             "How bright full brightness is. A light at full white takes up to 60 mA: keep it below what the supply gives.",
         )
@@ -103,7 +103,7 @@ pub const LED_STRIP: Section = Section {
         word(
             "shows",
             "codes",
-            &["codes", "state"],
+            &Words(&["codes", "state"]),
             strip!(|s, v| s.shows = if v == 1 { StripShows::State } else { StripShows::Codes }),
             "codes: what M150 and SET_LED say. state: the same, but while the machine heats how far it is (orange), while \
              it makes a file how far that is (green), while it waits for a person yellow, and halted blinking red.",

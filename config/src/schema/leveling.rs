@@ -1,18 +1,18 @@
 //! The leveling strategies' sections, and `[skew correction]`.
 
 use super::build::{ANY, NOT_NEGATIVE, bool, integer, nowhere, number, numbers, places, text, word};
-use super::{Form, Section, Setting};
+use super::{Docs, Form, Section, Setting, Words};
 use crate::machine::{MAX_FAULTY, MeshInterpolation};
 use units::Mm;
 
 /// Points along a side of a grid; `motion` has room for no more.
-const SIDE: (i64, i64) = (2, 50);
+const SIDE: &(i64, i64) = &(2, 50);
 /// Skew factors: tangents of six degrees.
-const SKEW: (f64, f64) = (-0.1, 0.1);
+const SKEW: &(f64, f64) = &(-0.1, 0.1);
 
 pub const THREE_POINT: Section = Section {
     name: "three point leveling strategy",
-    summary: "Levels the bed as a plane through three probed points.",
+    docs: Docs::new("Levels the bed as a plane through three probed points."),
     form: Form::Plain,
     settings: &[
         point("point1", |c, _, v| c.leveling.points[0] = pair(v), "First probe point as X,Y. M557 P0 changes it.")
@@ -41,7 +41,7 @@ pub const THREE_POINT: Section = Section {
 
 pub const CARTESIAN_GRID: Section = Section {
     name: "cartesian grid leveling strategy",
-    summary: "Levels the bed by a rectangular grid of heights, through which a smooth surface is laid.",
+    docs: Docs::new("Levels the bed by a rectangular grid of heights, through which a smooth surface is laid."),
     form: Form::Plain,
     settings: &[
         size("x_size", |c, _, v| c.leveling.grid.size[0] = Mm(v), "Width of the area from X0; may be negative.")
@@ -137,13 +137,13 @@ pub const CARTESIAN_GRID: Section = Section {
 
 pub const DELTA_GRID: Section = Section {
     name: "delta grid leveling strategy",
-    summary: "Levels the bed of a delta by a square grid of heights around the middle.",
+    docs: Docs::new("Levels the bed of a delta by a square grid of heights around the middle."),
     form: Form::Plain,
     settings: &[
         number(
             "radius",
             "50",
-            (1.0, 10_000.0),
+            &(1.0, 10_000.0),
             |c, _, v| c.leveling.delta.radius = Mm(v),
             "Radius of the probed circle.",
         )
@@ -184,13 +184,13 @@ pub const DELTA_GRID: Section = Section {
 
 pub const BED_MESH: Section = Section {
     name: "bed mesh",
-    summary: "What the grids of both strategies have in common. docs/leveling.md tells more.",
+    docs: Docs::new("What the grids of both strategies have in common. docs/leveling.md tells more."),
     form: Form::Plain,
     settings: &[
         word(
             "interpolation",
             "spline",
-            &["spline", "bilinear", "lagrange"],
+            &Words(&["spline", "bilinear", "lagrange"]),
             |c, _, v| c.leveling.mesh.interpolation = interpolation(v),
             "What lies between the points: a smooth surface, straight lines (25 points along a side at most), or one polynomial \
              through all points of a line (6 at most).",
@@ -205,7 +205,7 @@ pub const BED_MESH: Section = Section {
             "How far around the objects of a file the mesh goes that is measured for them alone. G31 D changes it.",
         )
         .unit("mm")
-        .typical(0.0, 50.0)
+        .typical(&(0.0, 50.0))
         .klipper("[bed_mesh] adaptive_margin")
         .velvet(),
         places(
@@ -239,8 +239,10 @@ const fn interpolation(word: usize) -> MeshInterpolation {
 
 pub const SKEW_CORRECTION: Section = Section {
     name: "skew correction",
-    summary: "Takes back that two axes of the machine are not at right angles. For each plane either the factor (the tangent of the \
+    docs: Docs::new(
+        "Takes back that two axes of the machine are not at right angles. For each plane either the factor (the tangent of the \
               angle by which the second axis leans towards the first) or three lengths measured on a square made with the machine.",
+    ),
     form: Form::Plain,
     settings: &[
         factor("xy", |c, _, v| c.leveling.skew[0].factor = v, "How far Y leans towards X. M852 I changes it."),
@@ -275,7 +277,7 @@ const fn offsets(set: SetNumbers) -> Setting {
 }
 
 const fn size(key: &'static str, set: super::Set<f64>, summary: &'static str) -> Setting {
-    number(key, "0", (-10_000.0, 10_000.0), set, summary).unit("mm")
+    number(key, "0", &(-10_000.0, 10_000.0), set, summary).unit("mm")
 }
 
 const fn points(key: &'static str, set: super::Set<i64>, summary: &'static str) -> Setting {

@@ -110,7 +110,7 @@ fn chapter(page: &mut String, section: &Section) {
     let _ = write!(
         page,
         "\n## [{}]\n\n{}\n\n| Key | Type | Default | Unit | Meaning | v1 name | Klipper |\n|---|---|---|---|---|---|---|\n",
-        section.name, section.summary
+        section.name, section.docs.summary
     );
     for setting in section.settings {
         let _ = writeln!(
@@ -119,10 +119,10 @@ fn chapter(page: &mut String, section: &Section) {
             key(section, setting),
             kind(setting),
             default(setting),
-            setting.unit,
+            setting.unit.text(),
             meaning(setting),
             code(setting.v1),
-            code(setting.klipper)
+            code(setting.docs.klipper)
         );
     }
     if let Some(example) = super::examples::of(section.name) {
@@ -165,11 +165,13 @@ fn kind(setting: &Setting) -> String {
     match setting.kind {
         Kind::Bool(_) => "true, false".to_string(),
         Kind::Integer((low, high), _) => std::format!("whole number {low} to {high}{}", usually(setting)),
-        Kind::Number((low, high), _) => std::format!("number{}{}", range(low, high), usually(setting)),
+        Kind::Number((low, high), _) => std::format!("number{}{}", range(*low, *high), usually(setting)),
         Kind::Numbers(count, _) => std::format!("{count} numbers, commas between"),
-        Kind::Places(most, _) if setting.unit.contains(',') => std::format!("up to {most} pairs {}", setting.unit),
+        Kind::Places(most, _) if setting.unit.text().contains(',') => {
+            std::format!("up to {most} pairs {}", setting.unit.text())
+        }
         Kind::Places(most, _) => std::format!("up to {most} places X,Y"),
-        Kind::Word(words, _) => words.join(", "),
+        Kind::Word(words, _) => words.0.join(", "),
         Kind::Text(longest, _) => std::format!("text, {longest} characters"),
         Kind::Command(_) => "G or M code".to_string(),
         Kind::Registers(_) => "5 hexadecimal numbers".to_string(),
@@ -188,12 +190,18 @@ fn kind(setting: &Setting) -> String {
 }
 
 fn default(setting: &Setting) -> String {
-    let own = match setting.default {
+    let own = match setting.fallback() {
         Fallback::Value(value) => code(value),
         Fallback::Derived => return setting.docs.derived.to_string(),
         Fallback::Required => "must be written".to_string(),
     };
-    setting.by_name.iter().fold(own, |text, (name, value)| std::format!("{text} {name}: `{value}`")).trim().to_string()
+    setting
+        .by_name
+        .0
+        .iter()
+        .fold(own, |text, (name, value)| std::format!("{text} {name}: `{value}`"))
+        .trim()
+        .to_string()
 }
 
 fn meaning(setting: &Setting) -> String {

@@ -30,6 +30,7 @@ mod json;
 mod kinematics;
 mod led_strips;
 mod leveling;
+mod lists;
 #[cfg(any(test, feature = "std"))]
 mod markdown;
 mod modules;
@@ -53,6 +54,7 @@ use crate::pin::PinName;
 pub use docs::Docs;
 #[cfg(any(test, feature = "std"))]
 pub use json::json_schema;
+pub use lists::{KlipperSection, Unit};
 #[cfg(any(test, feature = "std"))]
 pub use markdown::markdown;
 
@@ -132,7 +134,7 @@ pub struct Section {
     /// The text between the brackets.
     pub name: &'static str,
     /// What it is about.
-    pub summary: &'static str,
+    pub docs: Docs,
     /// How its lines look.
     pub form: Form,
     /// Its settings.
@@ -176,7 +178,7 @@ pub enum CannotCreate {
     NameTooLong,
 }
 
-/// One setting.
+/// One setting. There are some 700 of them: what is rare, or the same in many rows, is behind a reference.
 pub struct Setting {
     /// The key, without the instance's name.
     pub key: &'static str,
@@ -184,24 +186,31 @@ pub struct Setting {
     pub is_common: bool,
     /// Type, range and place in the description.
     pub kind: Kind,
-    /// Unit of the value in the file; empty for none.
-    pub unit: &'static str,
+    /// Unit of the value in the file.
+    pub unit: Unit,
     /// What machines have, where a wrong unit is an easy slip. Beyond it a value is taken, with a warning.
-    pub typical: Option<(f64, f64)>,
-    /// What a missing line means.
-    pub default: Fallback,
+    pub typical: Option<&'static (f64, f64)>,
+    /// See [`Setting::fallback`]: the text, and whether one that is not there is worked out.
+    default: Option<&'static str>,
+    is_derived: bool,
     /// Defaults of instances with these names, and of boards with these drivers (`tmc2660 board`).
-    pub by_name: &'static [(&'static str, &'static str)],
+    pub by_name: &'static ByName,
     /// What people read about it.
     pub docs: Docs,
     /// Its name in Smoothieware v1, with `<axis>` or `<name>`; empty for none.
     pub v1: &'static str,
-    /// The setting of Klipper that is nearest, as `[section] key`; empty for none. Units and meaning may
-    /// differ.
-    pub klipper: &'static str,
+    /// Where Klipper has the setting that is nearest.
+    pub klipper_section: KlipperSection,
     /// Whether Velvet acts on it.
-    pub support: Support,
+    pub support: &'static Support,
 }
+
+/// Defaults of some instances: name and value.
+pub struct ByName(pub &'static [(&'static str, &'static str)]);
+
+/// The words that a setting takes.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Words(pub &'static [&'static str]);
 
 /// What a missing line means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -255,16 +264,16 @@ pub enum Kind {
     /// `true` or `false`.
     Bool(Set<bool>),
     /// A whole number from `.0` to `.1`.
-    Integer((i64, i64), Set<i64>),
+    Integer(&'static (i64, i64), Set<i64>),
     /// A number from `.0` to `.1`.
-    Number((f64, f64), Set<f64>),
+    Number(&'static (f64, f64), Set<f64>),
     /// This many numbers, with commas between; an empty value stands for none.
     Numbers(usize, for<'v> fn(&mut MachineConfig, usize, &'v [f64])),
     /// Up to this many places, X and Y each, with commas or blanks between the numbers; an empty value stands
     /// for none.
     Places(usize, for<'v> fn(&mut MachineConfig, usize, &'v [[f64; 2]])),
     /// One of these words, in either case.
-    Word(&'static [&'static str], Set<usize>),
+    Word(&'static Words, Set<usize>),
     /// Text of at most this many bytes.
     Text(usize, for<'v> fn(&mut MachineConfig, usize, &'v str)),
     /// A G or M code such as `M106` or `M106.1`; an empty value stands for none.
@@ -314,13 +323,21 @@ impl Section {
 }
 
 impl Setting {
+    /// What a missing line means.
+    #[must_use]
+    pub const fn fallback(&self) -> Fallback {
+        match (self.default, self.is_derived) {
+            (Some(text), _) => Fallback::Value(text),
+            (None, true) => Fallback::Derived,
+            (None, false) => Fallback::Required,
+        }
+    }
+
     /// The default of the instance with this name, as text; none when it has to be derived or written.
     #[must_use]
     pub fn default_for(&self, instance: &str) -> Option<&'static str> {
-        match (self.by_name.iter().find(|(name, _)| *name == instance), self.default) {
-            (Some(&(_, value)), _) | (None, Fallback::Value(value)) => Some(value),
-            _ => None,
-        }
+        let own = self.by_name.0.iter().find(|(name, _)| *name == instance);
+        own.map_or(self.default, |&(_, value)| Some(value))
     }
 }
 

@@ -2,7 +2,8 @@
 //! used.
 
 use super::build::{ANY, bool, integer, no_text, nowhere, number, pin, text};
-use super::{Form, Instances, PinRole, Section};
+use super::{Docs, Form, Instances, PinRole, Section, Support};
+use crate::diagnostic::Severity;
 
 /// Instances that nothing stores yet.
 const UNREAD: Instances = Instances {
@@ -13,14 +14,18 @@ const UNREAD: Instances = Instances {
     is_live: |_, _| true,
 };
 
+/// A part's own switch, where the machine does something else than meant without that part.
+const NOT_YET: &Support = &Support::NotYet { severity: Severity::Error, advice: LEAVE_DISABLED };
+/// The same, where the machine works without.
+const NOT_YET_HARMLESS: &Support = &Support::NotYet { severity: Severity::Warning, advice: LEAVE_DISABLED };
+const LEAVE_DISABLED: &str = "leave it disabled until Velvet can do it";
+
 pub const LASER: Section = Section {
     name: "laser",
-    summary: "A laser whose power follows the speed.",
+    docs: Docs::new("A laser whose power follows the speed."),
     form: Form::Plain,
     settings: &[
-        bool("enable", "false", nowhere, "There is a laser.")
-            .v1("laser_module_enable")
-            .not_yet("leave it disabled until Velvet can do it"),
+        bool("enable", "false", nowhere, "There is a laser.").v1("laser_module_enable").support(NOT_YET),
         pin("pwm_pin", "nc", PinRole::Pwm, nowhere, "Timer channel that drives the laser.")
             .v1("laser_module_pwm_pin")
             .dormant(),
@@ -48,7 +53,7 @@ pub const LASER: Section = Section {
         bool("proportional_power", "true", nowhere, "Power follows the speed along the path.")
             .v1("laser_module_proportional_power")
             .dormant(),
-        integer("proportional_power_frequency", "10000", (0, 1_000_000), nowhere, "Rate of power updates.")
+        integer("proportional_power_frequency", "10000", &(0, 1_000_000), nowhere, "Rate of power updates.")
             .unit("Hz")
             .dormant(),
     ],
@@ -56,11 +61,10 @@ pub const LASER: Section = Section {
 
 pub const LATHE: Section = Section {
     name: "lathe",
-    summary: "Threading in step with a spindle.",
+    docs: Docs::new("Threading in step with a spindle."),
     form: Form::Plain,
     settings: &[
-        bool("enable", "false", nowhere, "Understand threading with G33.")
-            .not_yet("leave it disabled until Velvet can do it"),
+        bool("enable", "false", nowhere, "Understand threading with G33.").support(NOT_YET),
         number("encoder_ppr", "1000", ANY, nowhere, "Encoder pulses per turn of the spindle, gearing included.")
             .unit("pulses/rev")
             .dormant(),
@@ -77,20 +81,17 @@ pub const LATHE: Section = Section {
 
 pub const ELS: Section = Section {
     name: "els",
-    summary: "Panel of an electronic leadscrew.",
+    docs: Docs::new("Panel of an electronic leadscrew."),
     form: Form::Plain,
-    settings: &[bool("enable", "false", nowhere, "There is such a panel.")
-        .not_yet_harmless("leave it disabled until Velvet can do it")],
+    settings: &[bool("enable", "false", nowhere, "There is such a panel.").support(NOT_YET_HARMLESS)],
 };
 
 pub const ST7920: Section = Section {
     name: "st7920",
-    summary: "Graphic display.",
+    docs: Docs::new("Graphic display."),
     form: Form::Plain,
     settings: &[
-        bool("enable", "false", nowhere, "There is such a display.")
-            .v1("panel.enable")
-            .not_yet_harmless("leave it disabled until Velvet can do it"),
+        bool("enable", "false", nowhere, "There is such a display.").v1("panel.enable").support(NOT_YET_HARMLESS),
         pin("clk", "nc", PinRole::Output, nowhere, "Clock of the bit-banged display link.").dormant(),
         pin("mosi", "nc", PinRole::Output, nowhere, "Data of the bit-banged display link.").dormant(),
     ],
@@ -98,11 +99,10 @@ pub const ST7920: Section = Section {
 
 pub const TM1638: Section = Section {
     name: "tm1638",
-    summary: "Lamp and key module.",
+    docs: Docs::new("Lamp and key module."),
     form: Form::Plain,
     settings: &[
-        bool("enable", "false", nowhere, "There is such a module.")
-            .not_yet_harmless("leave it disabled until Velvet can do it"),
+        bool("enable", "false", nowhere, "There is such a module.").support(NOT_YET_HARMLESS),
         pin("clock_pin", "nc", PinRole::Output, nowhere, "Clock pin.").dormant(),
         pin("data_pin", "nc", PinRole::Output, nowhere, "Bidirectional data pin.").dormant(),
         pin("strobe_pin", "nc", PinRole::Output, nowhere, "Strobe pin.").dormant(),
@@ -111,25 +111,22 @@ pub const TM1638: Section = Section {
 
 pub const MPG: Section = Section {
     name: "mpg",
-    summary: "Handwheels.",
+    docs: Docs::new("Handwheels."),
     form: Form::Named(UNREAD),
     settings: &[
-        bool("enable", "false", nowhere, "There is such a handwheel.")
-            .not_yet("leave it disabled until Velvet can do it"),
+        bool("enable", "false", nowhere, "There is such a handwheel.").support(NOT_YET),
         pin("enca_pin", "nc", PinRole::Interrupt, nowhere, "Encoder phase A.").v1("panel.encoder_a_pin").dormant(),
         pin("encb_pin", "nc", PinRole::Interrupt, nowhere, "Encoder phase B.").v1("panel.encoder_b_pin").dormant(),
-        integer("axis", "-1", (-1, 5), nowhere, "Actuator index that is stepped.").dormant(),
+        integer("axis", "-1", &(-1, 5), nowhere, "Actuator index that is stepped.").dormant(),
     ],
 };
 
 pub const NETWORK: Section = Section {
     name: "network",
-    summary: "Ethernet and what it serves.",
+    docs: Docs::new("Ethernet and what it serves."),
     form: Form::Plain,
     settings: &[
-        bool("enable", "false", nowhere, "Use Ethernet.")
-            .v1("network.enable")
-            .not_yet_harmless("leave it disabled until Velvet can do it"),
+        bool("enable", "false", nowhere, "Use Ethernet.").v1("network.enable").support(NOT_YET_HARMLESS),
         text("ip_address", "auto", 96, no_text, "Fixed address, or auto for DHCP.").v1("network.ip_address").dormant(),
         text("ip_mask", "255.255.255.0", 96, no_text, "Netmask used with a fixed address.")
             .v1("network.ip_mask")
@@ -150,7 +147,7 @@ pub const NETWORK: Section = Section {
         .dormant(),
         bool("ntp_enable", "true", nowhere, "Set the clock from the network.").dormant(),
         text("ntp_server", "pool.ntp.org", 96, no_text, "Host to ask for the time.").dormant(),
-        integer("timezone", "0", (-12, 14), nowhere, "Whole hours added to UTC.").unit("h").dormant(),
+        integer("timezone", "0", &(-12, 14), nowhere, "Whole hours added to UTC.").unit("h").dormant(),
         text(
             "firmware_url",
             "http://download.smoothieware.org/",

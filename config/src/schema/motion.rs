@@ -1,12 +1,12 @@
 //! `[motion control]`, `[planner]`, `[conveyor]`.
 
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, number, numbers, word};
-use super::{Form, Section};
+use super::{Docs, Form, Section, Support, Words};
 use crate::machine::ArmSolution;
 use units::{Micros, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3};
 
 /// The words of `arm_solution`, and what they mean.
-const ARM_SOLUTIONS: &[&str] = &[
+const ARM_SOLUTIONS: &Words = &Words(&[
     "cartesian",
     "linear_delta",
     "rostock",
@@ -24,7 +24,7 @@ const ARM_SOLUTIONS: &[&str] = &[
     "winch",
     "generic_cartesian",
     "lathe",
-];
+]);
 
 const fn arm_solution(word: usize) -> ArmSolution {
     match word {
@@ -51,7 +51,7 @@ fn limit(mm_per_minute: f64) -> Option<MmPerSecond> {
 
 pub const MOTION_CONTROL: Section = Section {
     name: "motion control",
-    summary: "Speeds, arcs and kinematics of the machine as a whole.",
+    docs: Docs::new("Speeds, arcs and kinematics of the machine as a whole."),
     form: Form::Plain,
     settings: &[
         number(
@@ -61,7 +61,7 @@ pub const MOTION_CONTROL: Section = Section {
             |c, _, v| c.motion.default_feed_rate = MmPerSecond::from_per_minute(v),
             "Speed of G1, G2 and G3 until an F word sets it.",
         )
-        .unit("mm/min").typical(60.0, 100_000.0)
+        .unit("mm/min").typical(&(60.0, 100_000.0))
         .v1("default_feed_rate"),
         number(
             "default_seek_rate",
@@ -70,7 +70,7 @@ pub const MOTION_CONTROL: Section = Section {
             |c, _, v| c.motion.default_seek_rate = MmPerSecond::from_per_minute(v),
             "Speed of G0 until an F word on a G0 sets it, which in GRBL's dialect none does.",
         )
-        .unit("mm/min").typical(120.0, 200_000.0)
+        .unit("mm/min").typical(&(120.0, 200_000.0))
         .v1("default_seek_rate"),
         bool(
             "compliant_seek_rate",
@@ -117,23 +117,23 @@ pub const MOTION_CONTROL: Section = Section {
             "Above zero: arcs are cut into chords that leave them by this at most. With 0 here and in mm_per_arc_segment arcs are \
              exact.",
         )
-        .unit("mm").typical(0.0001, 1.0)
+        .unit("mm").typical(&(0.0001, 1.0))
         .v1("mm_max_arc_error"),
         integer(
             "arc_correction",
             "5",
-            (0, 1_000),
+            &(0, 1_000),
             |c, _, v| c.motion.arc_correction = v as u16,
             "Kept for old configurations: every corner of an arc that is cut is computed exactly.",
         )
         .v1("arc_correction")
-        .needless("every point of an arc is computed exactly"),
+        .support(&Support::Needless { why: "every point of an arc is computed exactly" }),
         axis_limit("x_axis_max_speed", "60000", |c, _, v| c.motion.axis_max_speed[0] = limit(v), "X")
-            .v1("x_axis_max_speed").typical(300.0, 300_000.0),
+            .v1("x_axis_max_speed").typical(&(300.0, 300_000.0)),
         axis_limit("y_axis_max_speed", "60000", |c, _, v| c.motion.axis_max_speed[1] = limit(v), "Y")
-            .v1("y_axis_max_speed").typical(300.0, 300_000.0),
+            .v1("y_axis_max_speed").typical(&(300.0, 300_000.0)),
         axis_limit("z_axis_max_speed", "300", |c, _, v| c.motion.axis_max_speed[2] = limit(v), "Z").klipper("[printer] max_z_velocity")
-            .v1("z_axis_max_speed").typical(30.0, 300_000.0),
+            .v1("z_axis_max_speed").typical(&(30.0, 300_000.0)),
         number(
             "max_speed",
             "0",
@@ -141,7 +141,7 @@ pub const MOTION_CONTROL: Section = Section {
             |c, _, v| c.motion.max_speed = limit(v),
             "Limit of the speed along the path; 0 for none. M203 P changes it.",
         ).klipper("[printer] max_velocity")
-        .unit("mm/min").typical(120.0, 300_000.0),
+        .unit("mm/min").typical(&(120.0, 300_000.0)),
         number(
             "default_acceleration",
             "100",
@@ -149,7 +149,7 @@ pub const MOTION_CONTROL: Section = Section {
             |c, _, v| c.motion.default_acceleration = MmPerSecond2(v),
             "Acceleration of a move, unless a motor's own limit is lower. M204 S changes it.",
         ).klipper("[printer] max_accel")
-        .unit("mm/s^2").typical(5.0, 100_000.0)
+        .unit("mm/s^2").typical(&(5.0, 100_000.0))
         .v1("acceleration"),
         bool(
             "segment_z_moves",
@@ -208,21 +208,21 @@ const fn axis_limit(
 
 pub const PLANNER: Section = Section {
     name: "planner",
-    summary: "Look-ahead: how fast corners are taken.",
+    docs: Docs::new("Look-ahead: how fast corners are taken."),
     form: Form::Plain,
     settings: &[
         number(
             "junction_deviation",
             "0.05",
-            (0.0, 10.0),
+            &(0.0, 10.0),
             |c, _, v| c.planner.junction_deviation = Mm(v),
             "How far a rounded corner would miss the exact one; sets the speed kept through it. 0 stops at every corner.",
-        ).unit("mm").typical(0.0001, 1.0)
+        ).unit("mm").typical(&(0.0001, 1.0))
         .v1("junction_deviation"),
         number(
             "z_junction_deviation",
             "-1",
-            (-1.0, 10.0),
+            &(-1.0, 10.0),
             |c, _, v| c.planner.z_junction_deviation = (v >= 0.0).then_some(Mm(v)),
             "The same for moves of Z alone; negative: as junction_deviation.",
         )
@@ -231,16 +231,16 @@ pub const PLANNER: Section = Section {
         number(
             "minimum_planner_speed",
             "0",
-            (0.0, 1_000.0),
+            &(0.0, 1_000.0),
             |c, _, v| c.planner.minimum_planner_speed = MmPerSecond(v),
             "Slowest speed at the start, the end and the corners of moves.",
         )
-        .unit("mm/s").typical(0.001, 50.0)
+        .unit("mm/s").typical(&(0.001, 50.0))
         .v1("minimum_planner_speed"),
         integer(
             "planner_queue_size",
             "32",
-            (4, 224),
+            &(4, 224),
             |c, _, v| c.planner.queue_size = v as u16,
             "Moves the planner looks ahead.",
         )
@@ -254,7 +254,7 @@ pub const PLANNER: Section = Section {
             "Limit of the rate of change of acceleration along the path: speed profiles are then S-curves. 0 here and for every axis: \
              trapezoids. Ramps take acceleration / jerk longer. Short moves need more planner_queue_size.",
         )
-        .unit("mm/s^3").typical(1_000.0, 10_000_000.0)
+        .unit("mm/s^3").typical(&(1_000.0, 10_000_000.0))
         .velvet(),
         axis_jerk("x_axis_max_jerk", |c, _, v| c.planner.axis_jerk[0] = some_jerk(v), "The same for the X part of a move."),
         axis_jerk("y_axis_max_jerk", |c, _, v| c.planner.axis_jerk[1] = some_jerk(v), "The same for the Y part of a move."),
@@ -262,18 +262,18 @@ pub const PLANNER: Section = Section {
         number(
             "square_corner_velocity",
             "0",
-            (0.0, 1_000.0),
+            &(0.0, 1_000.0),
             |c, _, v| c.planner.square_corner_velocity = (v > 0.0).then_some(MmPerSecond(v)),
             "Speed kept through a right angle at default_acceleration; other corners in proportion. Above 0 it takes the place of both \
              junction deviations; M205 X goes back to them.",
         )
-        .unit("mm/s").typical(0.1, 50.0)
+        .unit("mm/s").typical(&(0.1, 50.0))
         .klipper("[printer] square_corner_velocity")
         .velvet(),
         number(
             "minimum_cruise_ratio",
             "0",
-            (0.0, 0.95),
+            &(0.0, 0.95),
             |c, _, v| c.planner.minimum_cruise_ratio = v,
             "Share of the way between two slow places that is cruised: the peak between is lowered for it. Calms short zigzags. For \
              trapezoids only.",
@@ -288,17 +288,17 @@ fn some_jerk(jerk: f64) -> Option<MmPerSecond3> {
 }
 
 const fn axis_jerk(key: &'static str, set: super::Set<f64>, summary: &'static str) -> super::Setting {
-    number(key, "0", NOT_NEGATIVE, set, summary).unit("mm/s^3").typical(1_000.0, 10_000_000.0).velvet()
+    number(key, "0", NOT_NEGATIVE, set, summary).unit("mm/s^3").typical(&(1_000.0, 10_000_000.0)).velvet()
 }
 
 pub const CONVEYOR: Section = Section {
     name: "conveyor",
-    summary: "When queued moves start.",
+    docs: Docs::new("When queued moves start."),
     form: Form::Plain,
     settings: &[integer(
         "queue_delay_time_ms",
         "100",
-        (0, 60_000),
+        &(0, 60_000),
         |c, _, v| c.planner.queue_delay = Micros::from_millis(v.unsigned_abs()),
         "How long an idle machine gathers moves before it starts them; a full queue starts at once.",
     )

@@ -3,13 +3,13 @@
 use super::build::{NOT_NEGATIVE, POSITIVE, bool, integer, number, numbers, pin, text, word};
 use super::endstops::millis;
 use super::leveling::line_of;
-use super::{Form, PinRole, Section};
+use super::{Docs, Form, PinRole, Section, Words};
 use crate::machine::Leveling;
 use crate::pin::PinName;
 use units::{Micros, Mm, MmPerSecond};
 
 /// The words of `leveling`, and what they mean.
-const STRATEGIES: &[&str] = &["three point", "delta grid", "cartesian grid"];
+const STRATEGIES: &Words = &Words(&["three point", "delta grid", "cartesian grid"]);
 
 const fn strategy(word: usize) -> Leveling {
     match word {
@@ -20,12 +20,12 @@ const fn strategy(word: usize) -> Leveling {
 }
 
 /// The words of `factors`, and their numbers.
-const FACTORS: &[&str] = &["3", "4", "6", "7", "9"];
+const FACTORS: &Words = &Words(&["3", "4", "6", "7", "9"]);
 const FACTOR_COUNTS: [u8; 5] = [3, 4, 6, 7, 9];
 
 pub const ZPROBE: Section = Section {
     name: "zprobe",
-    summary: "A probe that finds the bed or the work piece.",
+    docs: Docs::new("A probe that finds the bed or the work piece."),
     form: Form::Plain,
     settings: &[
         bool("enable", "false", |c, _, v| c.probe.enable = v, "There is a probe.").v1("zprobe.enable"),
@@ -47,7 +47,7 @@ pub const ZPROBE: Section = Section {
         )
         .klipper("[probe] speed")
         .unit("mm/s")
-        .typical(0.1, 50.0)
+        .typical(&(0.1, 50.0))
         .v1("zprobe.slow_feedrate"),
         number(
             "fast_feedrate",
@@ -57,7 +57,7 @@ pub const ZPROBE: Section = Section {
             "Speed of travel between probed points. M670 K changes it.",
         )
         .unit("mm/s")
-        .typical(1.0, 500.0)
+        .typical(&(1.0, 500.0))
         .v1("zprobe.fast_feedrate"),
         number(
             "return_feedrate",
@@ -68,7 +68,7 @@ pub const ZPROBE: Section = Section {
         )
         .klipper("[probe] lift_speed")
         .unit("mm/s")
-        .typical(0.1, 500.0)
+        .typical(&(0.1, 500.0))
         .v1("zprobe.return_feedrate"),
         number(
             "probe_height",
@@ -93,7 +93,7 @@ pub const ZPROBE: Section = Section {
         number(
             "dwell_before_probing",
             "0",
-            (0.0, 60.0),
+            &(0.0, 60.0),
             |c, _, v| c.probe.dwell = Micros((v * 1e6) as u64),
             "Pause before each search. M670 D changes it.",
         )
@@ -102,7 +102,7 @@ pub const ZPROBE: Section = Section {
         number(
             "debounce_ms",
             "0",
-            (0.0, 1_000.0),
+            &(0.0, 1_000.0),
             |c, _, v| c.probe.debounce = millis(v),
             "How long the probe must stay triggered to count; 0 stops at once.",
         )
@@ -154,7 +154,7 @@ pub const ZPROBE: Section = Section {
         integer(
             "samples",
             "1",
-            (1, 50),
+            &(1, 50),
             |c, _, v| c.probe.samples.count = v as u8,
             "Touches of each place where a bed is measured: grids, three points, Z motors, screws.",
         )
@@ -164,7 +164,7 @@ pub const ZPROBE: Section = Section {
         word(
             "samples_result",
             "average",
-            &["average", "median"],
+            &Words(&["average", "median"]),
             |c, _, v| c.probe.samples.median = v == 1,
             "What several touches come to. A median leaves out one that went wrong.",
         )
@@ -178,13 +178,13 @@ pub const ZPROBE: Section = Section {
             "Touches of one place that lie further apart are made again; 0: they are not held against each other.",
         )
         .unit("mm")
-        .typical(0.003, 1.0)
+        .typical(&(0.003, 1.0))
         .klipper("[probe] samples_tolerance")
         .velvet(),
         integer(
             "samples_retries",
             "3",
-            (0, 20),
+            &(0, 20),
             |c, _, v| c.probe.samples.retries = v as u8,
             "How often they are made again before measuring ends with an error.",
         )
@@ -199,7 +199,7 @@ pub const ZPROBE: Section = Section {
             "How far the probe rises between touches of one place.",
         )
         .unit("mm")
-        .typical(0.2, 20.0)
+        .typical(&(0.2, 20.0))
         .klipper("[probe] sample_retract_dist")
         .velvet(),
         word(
@@ -212,7 +212,7 @@ pub const ZPROBE: Section = Section {
         word(
             "calibration",
             "",
-            &["delta"],
+            &Words(&["delta"]),
             |c, _, _| c.delta_calibration.enable = true,
             "How G32 calibrates the machine; the strategy has a section of its own.",
         ),
@@ -221,7 +221,7 @@ pub const ZPROBE: Section = Section {
 
 pub const DELTA_CALIBRATION: Section = Section {
     name: "delta calibration strategy",
-    summary: "Finds the geometry of a delta by probing: endstop trims, radius, angles, arms.",
+    docs: Docs::new("Finds the geometry of a delta by probing: endstop trims, radius, angles, arms."),
     form: Form::Plain,
     settings: &[
         number(

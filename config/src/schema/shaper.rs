@@ -1,11 +1,11 @@
 //! `[input shaper]`
 
 use super::build::{number, word};
-use super::{Form, Section, Setting};
+use super::{Docs, Form, Section, Setting, Words};
 use crate::machine::InputShaper;
 
 /// The words of `shaper_type_x` and its like, and what they mean.
-const SHAPERS: &[&str] = &["zv", "mzv", "zvd", "ei", "2hump_ei", "3hump_ei"];
+const SHAPERS: &Words = &Words(&["zv", "mzv", "zvd", "ei", "2hump_ei", "3hump_ei"]);
 
 const fn shaper(word: usize) -> InputShaper {
     match word {
@@ -20,8 +20,10 @@ const fn shaper(word: usize) -> InputShaper {
 
 pub const INPUT_SHAPER: Section = Section {
     name: "input shaper",
-    summary: "Moves X, Y and Z so that resonances of the frame cancel themselves. All axes then lag behind the plan by the \
+    docs: Docs::new(
+        "Moves X, Y and Z so that resonances of the frame cancel themselves. All axes then lag behind the plan by the \
               longest shaper's mean delay, about 0.2 (zv) to 0.8 (3hump_ei) periods of its resonance.",
+    ),
     form: Form::Plain,
     settings: &[
         kind("shaper_type_x", |c, _, v| c.input_shapers[0].shaper = shaper(v), "Shaper of X."),
@@ -69,13 +71,13 @@ const fn kind(key: &'static str, set: super::Set<usize>, summary: &'static str) 
 }
 
 const fn frequency(key: &'static str, set: super::Set<f64>, summary: &'static str) -> Setting {
-    number(key, "0", (0.0, 1_000.0), set, summary)
+    number(key, "0", &(0.0, 1_000.0), set, summary)
         .unit("Hz")
-        .typical(5.0, 200.0)
+        .typical(&(5.0, 200.0))
         .klipper("[input_shaper] shaper_freq_<axis>")
         .velvet()
 }
 
 const fn damping(key: &'static str, set: super::Set<f64>, summary: &'static str) -> Setting {
-    number(key, "0.1", (0.0, 0.99), set, summary).klipper("[input_shaper] damping_ratio_<axis>").velvet()
+    number(key, "0.1", &(0.0, 0.99), set, summary).klipper("[input_shaper] damping_ratio_<axis>").velvet()
 }

@@ -1,12 +1,12 @@
 //! `[soft endstop]`: where moves end.
 
 use super::build::{ANY, bool, number};
-use super::{Form, Section, Set, Setting};
+use super::{Docs, Form, Section, Set, Setting};
 use units::Mm;
 
 pub const SOFT_ENDSTOP: Section = Section {
     name: "soft endstop",
-    summary: "The ends of travel in machine coordinates: no move of a homed axis starts that would leave them.",
+    docs: Docs::new("The ends of travel in machine coordinates: no move of a homed axis starts that would leave them."),
     form: Form::Plain,
     settings: &[
         bool(

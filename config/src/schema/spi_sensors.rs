@@ -2,7 +2,7 @@
 
 use super::build::{POSITIVE, integer, number, pin, word};
 use super::heat::heater;
-use super::{PinRole, Setting};
+use super::{PinRole, Setting, Words};
 use crate::machine::ThermocoupleType;
 use crate::pin::PinName;
 use units::Ohms;
@@ -12,7 +12,7 @@ const AVERAGING: [&str; 5] = ["1", "2", "4", "8", "16"];
 pub const SPI_CHANNEL: Setting = integer(
     "spi_channel",
     "-1",
-    (-1, 1),
+    &(-1, 1),
     heater!(|h, v| h.sensor.spi.channel = u8::try_from(v).ok()),
     "SPI bus of a max31855, max31856 or max31865: 0 is SPI1 (SCK PA5, MISO PA6, MOSI PB5), 1 is SPI4 (SCK PE12, MISO \
      PE5, MOSI PE6), which the motor drivers have as well. Any number of sensors may be on either.",
@@ -28,7 +28,7 @@ pub const SPI_SELECT_PIN: Setting = pin(
 pub const TC_TYPE: Setting = word(
     "tc_type",
     "K",
-    &ThermocoupleType::WORDS,
+    &Words(&ThermocoupleType::WORDS),
     heater!(|h, v| h.sensor.spi.thermocouple = ThermocoupleType::ALL.get(v).copied().unwrap_or_default()),
     "Type of the thermocouple on a max31856. A max31855 is made for one type, which its name ends with.",
 )
@@ -37,7 +37,7 @@ pub const TC_TYPE: Setting = word(
 pub const TC_AVERAGING: Setting = word(
     "tc_averaging",
     "4",
-    &AVERAGING,
+    &Words(&AVERAGING),
     heater!(|h, v| h.sensor.spi.averaging = 1 << v),
     "So many readings of a max31855, or so many samples of a max31856, make one temperature. More is calmer and later: \
      the last readings of a max31855 come 0.1 s apart; each sample more of a max31856 takes 0.02 s.",
@@ -47,7 +47,7 @@ pub const TC_AVERAGING: Setting = word(
 pub const MAINS_FREQUENCY: Setting = word(
     "mains_frequency",
     "50",
-    &["50", "60"],
+    &Words(&["50", "60"]),
     heater!(|h, v| h.sensor.spi.mains_60_hz = v == 1),
     "Frequency of the mains, which the filter of a max31856 or max31865 takes out.",
 )
@@ -57,7 +57,7 @@ pub const MAINS_FREQUENCY: Setting = word(
 pub const RTD_WIRES: Setting = word(
     "rtd_wires",
     "2",
-    &["2", "3", "4"],
+    &Words(&["2", "3", "4"]),
     heater!(|h, v| h.sensor.spi.rtd_wires = v as u8 + 2),
     "Wires of the platinum sensor on a max31865, as the bridges on its board are soldered.",
 )

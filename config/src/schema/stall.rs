@@ -1,14 +1,14 @@
 //! `[actuator]`: what a stall in a job leads to.
 
-use super::Setting;
 use super::build::{NOT_NEGATIVE, integer, number, word};
+use super::{Setting, Words};
 use crate::machine::OnStall;
 use units::{Micros, Mm};
 
 pub(super) const ON_STALL: Setting = word(
     "on_stall",
     "halt",
-    OnStall::WORDS,
+    &Words(OnStall::WORDS),
     |c, i, v| {
         if let Some(motor) = c.actuators.0.get_mut(i) {
             motor.on_stall = OnStall::ALL.get(v).copied();
@@ -25,7 +25,7 @@ pub(super) const ON_STALL: Setting = word(
 pub(super) const RECOVERIES: Setting = integer(
     "stall_recoveries",
     "3",
-    (1, 16),
+    &(1, 16),
     |c, _, v| c.motors.stall.most = v as u8,
     "How often a job gets over stalls by itself (on_stall = recover) within stall_recovery_time. At one more it pauses.",
 )

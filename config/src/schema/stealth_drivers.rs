@@ -3,20 +3,20 @@
 
 use super::actuators::{actuator_name, actuator_place, chip, chips, milliamps};
 use super::build::{NOT_NEGATIVE, bool, integer, number, pin, word};
-use super::{Form, Instances, PinRole, Section, Setting, outside_stall};
+use super::{Docs, Form, Instances, PinRole, Section, Setting, Words, outside_stall};
 use crate::machine::DriverKind;
 use crate::pin::PinName;
 use units::{Micros, MmPerSecond, Ohms};
 
 /// Clocks of the blanking time, as words since there are no others.
-const BLANK_TIMES: &[&str] = &["16", "24", "36", "54"];
+const BLANK_TIMES: &Words = &Words(&["16", "24", "36", "54"]);
 const BLANK_CLOCKS: [u8; 4] = [16, 24, 36, 54];
 /// Those of the chips on a UART.
-const WIRE_BLANK_TIMES: &[&str] = &["16", "24", "32", "40"];
+const WIRE_BLANK_TIMES: &Words = &Words(&["16", "24", "32", "40"]);
 const WIRE_BLANK_CLOCKS: [u8; 4] = [16, 24, 32, 40];
-const UP: &[&str] = &["1", "2", "4", "8"];
-const DOWN: &[&str] = &["32", "8", "2", "1"];
-const LEAST: &[&str] = &["half", "quarter"];
+const UP: &Words = &Words(&["1", "2", "4", "8"]);
+const DOWN: &Words = &Words(&["32", "8", "2", "1"]);
+const LEAST: &Words = &Words(&["half", "quarter"]);
 
 macro_rules! stealth_section {
     (
@@ -26,14 +26,14 @@ macro_rules! stealth_section {
     ) => {
         pub const $name: Section = Section {
             name: $section,
-            summary: $summary,
+            docs: Docs::new($summary),
             form: chips!($family, $kind),
             settings: &[
                 $channel,
                 integer(
                     "standstill_time",
                     "10",
-                    (0, 86_400),
+                    &(0, 86_400),
                     |c, _, v| c.$family.standstill_time = Micros::from_seconds(v.unsigned_abs()),
                     "Time without a step after which standstill_current applies.",
                 )
@@ -45,14 +45,14 @@ macro_rules! stealth_section {
                 integer(
                     "max_current",
                     $most,
-                    (1, 20_000),
+                    &(1, 20_000),
                     chip!($family, |chip, v| chip.max_current = milliamps(v)),
                     "Ceiling of any motor current; higher requests are cut.",
                 )
                 .derived($most)
                 .velvet()
                 .unit("mA")
-                .typical(100.0, 20_000.0),
+                .typical(&(100.0, 20_000.0)),
                 bool(
                     "step_interpolation",
                     "false",
@@ -64,14 +64,14 @@ macro_rules! stealth_section {
                 integer(
                     "standstill_current",
                     "0",
-                    (0, 20_000),
+                    &(0, 20_000),
                     chip!($family, |chip, v| chip.standstill_current = (v > 0).then_some(milliamps(v))),
                     "Lower current after standstill_time; 0 keeps the full current.",
                 )
                 .velvet()
                 .klipper(concat!("[", $section, " <stepper>] hold_current"))
                 .unit("mA")
-                .typical(50.0, 20_000.0),
+                .typical(&(50.0, 20_000.0)),
                 number(
                     "stealthchop_threshold",
                     "0",
@@ -86,7 +86,7 @@ macro_rules! stealth_section {
                 integer(
                     "off_time",
                     "3",
-                    (1, 15),
+                    &(1, 15),
                     chip!($family, |chip, v| chip.off_time = v as u8),
                     "spreadCycle's slow decay phase (TOFF).",
                 )
@@ -104,7 +104,7 @@ macro_rules! stealth_section {
                 integer(
                     "hysteresis_start",
                     "5",
-                    (1, 8),
+                    &(1, 8),
                     chip!($family, |chip, v| chip.hysteresis_start = v as u8),
                     "spreadCycle's hysteresis to begin with, above its end (HSTRT + 1).",
                 )
@@ -113,7 +113,7 @@ macro_rules! stealth_section {
                 integer(
                     "hysteresis_end",
                     "-2",
-                    (-3, 12),
+                    &(-3, 12),
                     chip!($family, |chip, v| chip.hysteresis_end = v as i8),
                     "spreadCycle's hysteresis in the end (HEND - 3); start and end together are at most 15.",
                 )
@@ -131,7 +131,7 @@ macro_rules! spi_channel {
         const ROW: Setting = integer(
             "spi_channel",
             "1",
-            (0, 1),
+            &(0, 1),
             |c, _, v| c.$family.channel = v as u8,
             "SPI bus of these drivers: 1 is SPI4 on header GA, which the on-board drivers use too; 0 is SPI1 on header GE.",
         )
@@ -147,7 +147,7 @@ macro_rules! uart_channel {
         const ROW: Setting = integer(
             "uart_channel",
             "0",
-            (0, 1),
+            &(0, 1),
             |c, _, v| c.$family.channel = v as u8,
             "UART of these drivers: 0 is on header GD, TX on 4 and RX on 5; 1 is on header GB, TX on 4 and RX on 5. TX goes \
              over 1 kOhm to PDN_UART, RX straight to it.",
@@ -178,7 +178,7 @@ macro_rules! uart_address {
         const ROW: Setting = integer(
             "uart_address",
             "0",
-            (0, 3),
+            &(0, 3),
             chip!($family, |chip, v| chip.uart_address = v as u8),
             "The driver's address on its UART: 1 for MS1 high, and 2 for MS2 high.",
         )
@@ -194,7 +194,7 @@ macro_rules! stall_guard_2 {
         const ROW: Setting = integer(
                 "stall_threshold",
                 "0",
-                (-64, 63),
+                &(-64, 63),
                 chip!($family, |chip, v| chip.stall_threshold = v as i16),
                 "Shifts what the driver measures of the load (SGT), which coolStep goes by: lower reads lower. Homing without a \
                  switch has a threshold of its own, in [endstops].",
@@ -229,7 +229,7 @@ macro_rules! cool_step {
             pub const LOWER: Setting = integer(
                 "coolstep_lower",
                 "0",
-                (0, 480),
+                &(0, 480),
                 chip!($family, |chip, v| chip.cool_step.lower = v as u16),
                 "Lets the driver lower the current by itself where the load is small, and raise it below this reading of the \
                  load (M911 says it; 32 SEMIN): a multiple of 32. 0 keeps the current as it is.",
@@ -240,7 +240,7 @@ macro_rules! cool_step {
             pub const UPPER: Setting = integer(
                 "coolstep_upper",
                 "0",
-                (0, 992),
+                &(0, 992),
                 chip!($family, |chip, v| chip.cool_step.upper = Some(v as u16)),
                 "From this reading on the current falls (32 (SEMIN + SEMAX + 1)): a multiple of 32 above coolstep_lower.",
             )
@@ -287,7 +287,7 @@ macro_rules! stall_guard_4 {
         const ROW: Setting = integer(
             "stall_threshold",
             "0",
-            (0, 255),
+            &(0, 255),
             chip!($family, |chip, v| chip.stall_threshold = v as i16),
             "Half of the reading up to which the driver's output DIAG says stall (SGTHRS): higher is more sensitive. Homing \
              without a switch has a threshold of its own, in [endstops].",
@@ -304,7 +304,7 @@ macro_rules! sense_resistor {
         const ROW: Setting = integer(
             "sense_resistor",
             "",
-            (1, 1_000),
+            &(1, 1_000),
             chip!($family, |chip, v| chip.resistor = Some(Ohms(v as f32 / 1_000.0))),
             "The sense resistor on the driver's own board; the motor current scales with it.",
         )
@@ -312,7 +312,7 @@ macro_rules! sense_resistor {
         .velvet()
         .klipper(concat!("[", $section, " <stepper>] sense_resistor"))
         .unit("mOhm")
-        .typical(10.0, 500.0);
+        .typical(&(10.0, 500.0));
         ROW
     }};
 }
@@ -403,7 +403,7 @@ spi_section!(
         const ROW: Setting = integer(
             "reference_resistor",
             "",
-            (1_000, 1_000_000),
+            &(1_000, 1_000_000),
             chip!(tmc2240, |chip, v| chip.resistor = Some(Ohms(v as f32))),
             "The resistor at IREF on the driver's own board, mostly 12000; the motor current scales with it.",
         )
@@ -411,7 +411,7 @@ spi_section!(
         .velvet()
         .klipper("[tmc2240 <stepper>] rref")
         .unit("Ohm")
-        .typical(12_000.0, 60_000.0);
+        .typical(&(12_000.0, 60_000.0));
         ROW
     },
     "what the reference resistor gives, at most 3000"

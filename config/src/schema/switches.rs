@@ -1,7 +1,8 @@
 //! `[switch]`, `[pwm1]`, `[pwm2]`, `[voltage monitor]`.
 
 use super::build::{bool, command, integer, new_name, number, pin, text, voltage, word};
-use super::{CannotCreate, Form, Instances, PinRole, Section};
+use super::{ByName, CannotCreate, Docs, Form, Instances, PinRole, Section, Support, Words};
+use crate::diagnostic::Severity;
 use crate::machine::{Command, InputBehaviour, MAX_SWITCHES, MAX_VOLTAGES, OutputKind, SwitchConfig, VoltageMonitor};
 use crate::pin::{PinName, VoltageInput};
 use units::{Duty, Micros};
@@ -36,8 +37,8 @@ const fn output_kind(word: usize) -> OutputKind {
 
 pub const SWITCH: Section = Section {
     name: "switch",
-    summary: "Outputs that codes switch (fans, lamps, power supplies, a spindle) and inputs that issue commands. A \
-              switch named spindle is the one that $G reports.",
+    docs: Docs::new("Outputs that codes switch (fans, lamps, power supplies, a spindle) and inputs that issue commands. A \
+              switch named spindle is the one that $G reports."),
     form: Form::Named(Instances {
         noun: "switch",
         find: |c, name| c.switches.iter().position(|switch| switch.name == name),
@@ -62,7 +63,7 @@ pub const SWITCH: Section = Section {
         word(
             "input_pin_behavior",
             "momentary",
-            &["momentary", "toggle"],
+            &Words(&["momentary", "toggle"]),
             switch!(|s, v| s.input_behaviour = if v == 1 { InputBehaviour::Toggle } else { InputBehaviour::Momentary }),
             "momentary follows the pin, toggle flips at each press.",
         )
@@ -98,7 +99,7 @@ pub const SWITCH: Section = Section {
         integer(
             "subcode",
             "0",
-            (0, 255),
+            &(0, 255),
             switch!(|s, v| s.subcode = v as u8),
             "Subcode of both codes, where they have none of their own.",
         )
@@ -106,7 +107,7 @@ pub const SWITCH: Section = Section {
         integer(
             "io_number",
             "-1",
-            (-1, 63),
+            &(-1, 63),
             switch!(|s, v| s.io_number = u8::try_from(v).ok()),
             "The P or E by which M62 to M68 know it: outputs and inputs have numbers of their own. -1: none.",
         ),
@@ -122,7 +123,7 @@ pub const SWITCH: Section = Section {
         word(
             "output_type",
             "",
-            &["digital", "sigmadeltapwm", "hwpwm"],
+            &Words(&["digital", "sigmadeltapwm", "hwpwm"]),
             switch!(|s, v| s.output_kind = output_kind(v)),
             "digital is on or off; sigmadeltapwm takes S0 to S255; hwpwm takes percent on a timer channel.",
         )
@@ -131,7 +132,7 @@ pub const SWITCH: Section = Section {
         integer(
             "max_pwm",
             "255",
-            (0, 255),
+            &(0, 255),
             switch!(|s, v| s.max_pwm = Duty(v as u8)),
             "What S255 means on a sigmadeltapwm output.",
         )
@@ -139,7 +140,7 @@ pub const SWITCH: Section = Section {
         number(
             "cycle_time",
             "0",
-            (0.0, 10.0),
+            &(0.0, 10.0),
             switch!(|s, v| s.cycle = Micros((v * 1e6) as u64)),
             "sigmadeltapwm: the output is on once in so long, for its share of it, as a relay needs. 0: as often as can be.",
         )
@@ -151,7 +152,7 @@ pub const SWITCH: Section = Section {
         number(
             "startup_value",
             "0",
-            (0.0, 255.0),
+            &(0.0, 255.0),
             switch!(|s, v| s.startup_value = v as f32),
             "sigmadeltapwm: the value of on, 0 to 255. hwpwm: percent of off.",
         )
@@ -160,7 +161,7 @@ pub const SWITCH: Section = Section {
         number(
             "default_on_value",
             "0",
-            (0.0, 100.0),
+            &(0.0, 100.0),
             switch!(|s, v| s.default_on_value = v as f32),
             "hwpwm: percent of an on code without words, and at boot with startup_state.",
         )
@@ -169,7 +170,7 @@ pub const SWITCH: Section = Section {
         number(
             "on_delay",
             "0",
-            (0.0, 60.0),
+            &(0.0, 60.0),
             switch!(|s, v| s.on_delay = Micros((v * 1e6) as u64)),
             "So long after an on code has turned it on, the next line follows: a power supply has come up by then.",
         )
@@ -178,7 +179,7 @@ pub const SWITCH: Section = Section {
         number(
             "servo_max_angle",
             "0",
-            (0.0, 720.0),
+            &(0.0, 720.0),
             switch!(|s, v| s.servo.max_angle = v as f32),
             "hwpwm: it turns a servo, and S is an angle up to this, or the width of its pulses in us. 0: S is percent.",
         )
@@ -188,7 +189,7 @@ pub const SWITCH: Section = Section {
         number(
             "servo_min_us",
             "1000",
-            (100.0, 10_000.0),
+            &(100.0, 10_000.0),
             switch!(|s, v| s.servo.pulse_us[0] = v as f32),
             "Width of the servo's pulses at angle 0; they are never less wide.",
         )
@@ -198,7 +199,7 @@ pub const SWITCH: Section = Section {
         number(
             "servo_max_us",
             "2000",
-            (100.0, 10_000.0),
+            &(100.0, 10_000.0),
             switch!(|s, v| s.servo.pulse_us[1] = v as f32),
             "The same at servo_max_angle; they are never wider.",
         )
@@ -213,7 +214,10 @@ pub const SWITCH: Section = Section {
         )
         .klipper("[output_pin <name>] shutdown_value")
         .v1("switch.<name>.failsafe_set_to")
-        .not_yet_harmless("leave it out; a fault of the firmware resets the board, and outputs go off"),
+        .support(&Support::NotYet {
+            severity: Severity::Warning,
+            advice: "leave it out; a fault of the firmware resets the board, and outputs go off",
+        }),
         bool("halt_set_to", "false", switch!(|s, v| s.halt_set_to = v), "State when the machine halts.")
             .v1("switch.<name>.halt_set_to"),
         bool(
@@ -227,12 +231,12 @@ pub const SWITCH: Section = Section {
 
 pub const PWM1: Section = Section {
     name: "pwm1",
-    summary: "Timer of PWM1_1 to PWM1_4 (PE9, PE11, PE13, PE14). The section must be there to use them.",
+    docs: Docs::new("Timer of PWM1_1 to PWM1_4 (PE9, PE11, PE13, PE14). The section must be there to use them."),
     form: Form::Plain,
     settings: &[integer(
         "frequency",
         "10000",
-        (1, 100_000),
+        &(1, 100_000),
         |c, _, v| c.pwm_frequency_hz[0] = Some(v as u32),
         "Frequency; the duty has 1000 steps, below 200 Hz more.",
     )
@@ -243,12 +247,12 @@ pub const PWM1: Section = Section {
 
 pub const PWM2: Section = Section {
     name: "pwm2",
-    summary: "Timer of PWM2_1 to PWM2_4 (PI5, PI6, PI7, PI2). The section must be there to use them.",
+    docs: Docs::new("Timer of PWM2_1 to PWM2_4 (PI5, PI6, PI7, PI2). The section must be there to use them."),
     form: Form::Plain,
     settings: &[integer(
         "frequency",
         "10000",
-        (1, 100_000),
+        &(1, 100_000),
         |c, _, v| c.pwm_frequency_hz[1] = Some(v as u32),
         "Frequency; the duty has 1000 steps, below 200 Hz more.",
     )
@@ -259,7 +263,7 @@ pub const PWM2: Section = Section {
 
 pub const VOLTAGE_MONITOR: Section = Section {
     name: "voltage monitor",
-    summary: "Voltages to watch, by name. vmotor (ADC3_5) and vfet (ADC3_2) are built in.",
+    docs: Docs::new("Voltages to watch, by name. vmotor (ADC3_5) and vfet (ADC3_2) are built in."),
     form: Form::Keyed(Instances {
         noun: "voltage",
         find: |c, name| c.voltages.iter().position(|voltage| voltage.name == name),
@@ -281,6 +285,6 @@ pub const VOLTAGE_MONITOR: Section = Section {
         },
         "Input ADC3_0 to ADC3_5 and, after a comma, the divider's scale; 11 without one.",
     )
-    .by_name(&[("vmotor", "ADC3_5"), ("vfet", "ADC3_2")])
+    .by_name(&ByName(&[("vmotor", "ADC3_5"), ("vfet", "ADC3_2")]))
     .unit("V")],
 };

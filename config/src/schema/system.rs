@@ -3,13 +3,13 @@
 use units::Micros;
 
 use super::build::{bool, integer, number, pin, text, word};
-use super::{Form, PinRole, Section};
+use super::{Docs, Form, PinRole, Section, Words};
 use crate::machine::{Command, FileDialect, JobPreflight, Parity, PrinterDialect};
 use crate::pin::PinName;
 
 pub const GENERAL: Section = Section {
     name: "general",
-    summary: "How the firmware talks and starts.",
+    docs: Docs::new("How the firmware talks and starts."),
     form: Form::Plain,
     settings: &[
         bool(
@@ -35,7 +35,7 @@ pub const GENERAL: Section = Section {
         word(
             "dialect",
             "smoothie",
-            &["smoothie", "marlin", "reprapfirmware", "klipper"],
+            &Words(&["smoothie", "marlin", "reprapfirmware", "klipper"]),
             |c, _, v| {
                 c.general.dialect = match v {
                     1 => PrinterDialect::Marlin,
@@ -52,13 +52,13 @@ pub const GENERAL: Section = Section {
 
 pub const SYSTEM: Section = Section {
     name: "system",
-    summary: "The board: step timing, power outputs, indicator lamps.",
+    docs: Docs::new("The board: step timing, power outputs, indicator lamps."),
     form: Form::Plain,
     settings: &[
         integer(
             "step_pulse_us",
             "1",
-            (1, 20),
+            &(1, 20),
             |c, _, v| c.system.step_pulse_us = v as u32,
             "Length of a step pulse to an external driver. On-board drivers step on both edges and need none.",
         )
@@ -67,7 +67,7 @@ pub const SYSTEM: Section = Section {
         integer(
             "step_frequency",
             "200000",
-            (1, 1_000_000),
+            &(1, 1_000_000),
             |c, _, v| c.system.step_frequency_hz = v as u32,
             "Highest step rate of one motor; a max_rate beyond it is lowered with a warning. Velvet has no fixed step \
              tick, so this is only a limit.",
@@ -124,20 +124,20 @@ pub const SYSTEM: Section = Section {
         number(
             "brown_out_volts",
             "",
-            (0.0, 60.0),
+            &(0.0, 60.0),
             |c, _, v| c.system.brown_out_volts = Some(units::Volts(v as f32)),
             "When the supply of motors (vmotor) or heaters (vfet) falls below this while something heats or moves, heaters go off at once, motors brake and are held as long as it lasts, and it is told at the next start. 0: never.",
         )
         .derived("three quarters of what the supply usually has")
         .unit("V")
-        .typical(5.0, 45.0)
+        .typical(&(5.0, 45.0))
         .velvet(),
     ],
 };
 
 pub const UPDATE: Section = Section {
     name: "update",
-    summary: "Whose firmware may be installed and run (docs/updates.md).",
+    docs: Docs::new("Whose firmware may be installed and run (docs/updates.md)."),
     form: Form::Plain,
     settings: &[
         text(
@@ -160,7 +160,7 @@ pub const UPDATE: Section = Section {
 
 pub const CONSOLES: Section = Section {
     name: "consoles",
-    summary: "Which consoles there are.",
+    docs: Docs::new("Which consoles there are."),
     form: Form::Plain,
     settings: &[bool(
         "second_usb_serial_enable",
@@ -173,7 +173,7 @@ pub const CONSOLES: Section = Section {
 
 pub const UART_CONSOLE: Section = Section {
     name: "uart console",
-    summary: "The auxiliary UART. The debug UART (PD5, PD6, 115200 baud) is always a console.",
+    docs: Docs::new("The auxiliary UART. The debug UART (PD5, PD6, 115200 baud) is always a console."),
     form: Form::Plain,
     settings: &[
         bool("enable", "false", |c, _, v| c.uart.enable = v, "Use the auxiliary UART."),
@@ -186,19 +186,20 @@ pub const UART_CONSOLE: Section = Section {
         integer(
             "channel",
             "0",
-            (0, 1),
+            &(0, 1),
             |c, _, v| c.uart.channel = v as u8,
             "0 is USART3 (receive PB11, send PD8), 1 is UART4 (receive PH14, send PB9).",
         ),
-        integer("baudrate", "115200", (1_200, 3_000_000), |c, _, v| c.uart.baudrate = v as u32, "Bit rate.")
+        integer("baudrate", "115200", &(1_200, 3_000_000), |c, _, v| c.uart.baudrate = v as u32, "Bit rate.")
             .unit("baud")
             .v1("uart0.baud_rate"),
-        integer("bits", "8", (7, 9), |c, _, v| c.uart.bits = v as u8, "Word length, parity bit included.").unit("bits"),
-        integer("stop_bits", "1", (1, 2), |c, _, v| c.uart.stop_bits = v as u8, "Stop bits.").unit("bits"),
+        integer("bits", "8", &(7, 9), |c, _, v| c.uart.bits = v as u8, "Word length, parity bit included.")
+            .unit("bits"),
+        integer("stop_bits", "1", &(1, 2), |c, _, v| c.uart.stop_bits = v as u8, "Stop bits.").unit("bits"),
         word(
             "parity",
             "none",
-            &["none", "odd", "even"],
+            &Words(&["none", "odd", "even"]),
             |c, _, v| {
                 c.uart.parity = match v {
                     1 => Parity::Odd,
@@ -213,7 +214,7 @@ pub const UART_CONSOLE: Section = Section {
 
 pub const KILL_BUTTON: Section = Section {
     name: "kill button",
-    summary: "A push button or latching switch that halts the machine.",
+    docs: Docs::new("A push button or latching switch that halts the machine."),
     form: Form::Plain,
     settings: &[
         bool("enable", "false", |c, _, v| c.kill_button.enable = v, "There is a kill button.").v1("kill_button_enable"),
@@ -244,8 +245,8 @@ pub const KILL_BUTTON: Section = Section {
 
 pub const SAFETY_DOOR: Section = Section {
     name: "safety door",
-    summary: "The contact of a door or lid. Opened, the machine holds and spindle, laser and coolant are off; closed again, ~ \
-              or M24 goes on. It does not replace a door switch in the supply of what can hurt.",
+    docs: Docs::new("The contact of a door or lid. Opened, the machine holds and spindle, laser and coolant are off; closed again, ~ \
+              or M24 goes on. It does not replace a door switch in the supply of what can hurt."),
     form: Form::Plain,
     settings: &[
         bool("enable", "false", |c, _, v| c.safety_door.enable = v, "There is such a contact.").velvet(),
@@ -263,7 +264,7 @@ pub const SAFETY_DOOR: Section = Section {
 
 pub const PLAYER: Section = Section {
     name: "player",
-    summary: "Files played from the SD card.",
+    docs: Docs::new("Files played from the SD card."),
     form: Form::Plain,
     settings: &[
         text(
@@ -333,7 +334,7 @@ pub const PLAYER: Section = Section {
         word(
             "dialect",
             "auto",
-            &["auto", "smoothie", "marlin", "reprapfirmware", "klipper", "grbl"],
+            &Words(&["auto", "smoothie", "marlin", "reprapfirmware", "klipper", "grbl"]),
             |c, _, v| {
                 c.player.dialect = match v {
                     1 => FileDialect::Smoothie,
@@ -350,7 +351,7 @@ pub const PLAYER: Section = Section {
         word(
             "preflight",
             "travel",
-            &["off", "time", "warn", "travel", "refuse"],
+            &Words(&["off", "time", "warn", "travel", "refuse"]),
             |c, _, v| {
                 c.player.preflight = match v {
                     0 => JobPreflight::Off,
@@ -368,12 +369,12 @@ pub const PLAYER: Section = Section {
         number(
             "preflight_wait",
             "3",
-            (0.0, 600.0),
+            &(0.0, 600.0),
             |c, _, v| c.player.preflight_wait = Micros((v * 1e6) as u64),
             "With preflight = travel: how long a job waits for the look at its file.",
         )
         .unit("s")
-        .typical(0.5, 60.0)
+        .typical(&(0.5, 60.0))
         .velvet(),
         bool(
             "power_loss",
@@ -385,7 +386,7 @@ pub const PLAYER: Section = Section {
         number(
             "power_loss_period",
             "5",
-            (1.0, 600.0),
+            &(1.0, 600.0),
             |c, _, v| c.player.power_loss.period = Micros((v * 1e6) as u64),
             "Time between entries of the journal; a new layer has one at once.",
         )
@@ -394,7 +395,7 @@ pub const PLAYER: Section = Section {
         number(
             "power_loss_motor_volts",
             "0",
-            (0.0, 60.0),
+            &(0.0, 60.0),
             |c, _, v| c.player.power_loss.motor_volts = v as f32,
             "When the motors' supply (vmotor) falls below this under a job, heaters go off and the job is noted at once; 0: \
              never.",
@@ -404,7 +405,7 @@ pub const PLAYER: Section = Section {
         number(
             "power_loss_lift",
             "5",
-            (0.0, 200.0),
+            &(0.0, 200.0),
             |c, _, v| c.player.power_loss.lift = v,
             "How far above everything printed Z goes before X and Y are homed.",
         )
@@ -413,7 +414,7 @@ pub const PLAYER: Section = Section {
         number(
             "power_loss_z_sag",
             "0",
-            (0.0, 50.0),
+            &(0.0, 50.0),
             |c, _, v| c.player.power_loss.sag = v,
             "How far Z sinks when its motor loses its current.",
         )
@@ -432,7 +433,7 @@ pub const PLAYER: Section = Section {
 
 pub const TOOL_CHANGE: Section = Section {
     name: "tool change",
-    summary: "What M6 does on a machine without extruders.",
+    docs: Docs::new("What M6 does on a machine without extruders."),
     form: Form::Plain,
     settings: &[
         text(

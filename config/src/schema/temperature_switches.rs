@@ -1,7 +1,7 @@
 //! `[temperature switch]`.
 
 use super::build::{bool, integer, new_name, number, text, word};
-use super::{CannotCreate, Form, Instances, Section};
+use super::{CannotCreate, Docs, Form, Instances, Section, Words};
 use crate::machine::{MAX_TEMPERATURE_SWITCHES, Name, TemperatureSwitchConfig, Trigger};
 use units::{Celsius, Micros};
 
@@ -23,8 +23,10 @@ const fn seconds(seconds: i64) -> Micros {
 
 pub const TEMPERATURE_SWITCH: Section = Section {
     name: "temperature switch",
-    summary: "Rules that operate an output of [switch] by a temperature: a fan, a pump, a power supply that goes off \
+    docs: Docs::new(
+        "Rules that operate an output of [switch] by a temperature: a fan, a pump, a power supply that goes off \
               when all is cold. Fans of hot ends and cabinets have more in [fan].",
+    ),
     form: Form::Named(Instances {
         noun: "temperature switch",
         find: |c, name| c.temperature_switches.iter().position(|rule| rule.name == name),
@@ -60,7 +62,7 @@ pub const TEMPERATURE_SWITCH: Section = Section {
         word(
             "trigger",
             "level",
-            &["level", "rising", "falling"],
+            &Words(&["level", "rising", "falling"]),
             rule!(|r, v| r.trigger = match v {
                 1 => Trigger::Rising,
                 2 => Trigger::Falling,
@@ -72,7 +74,7 @@ pub const TEMPERATURE_SWITCH: Section = Section {
         integer(
             "arm_mcode",
             "0",
-            (0, 1_023),
+            &(0, 1_023),
             rule!(|r, v| r.arm_mcode = u16::try_from(v).ok().filter(|code| *code > 0)),
             "M-code that arms it (S1), or disarms it (S0); rising and falling act once, then it must be armed anew. \
              0: always armed.",
@@ -82,7 +84,7 @@ pub const TEMPERATURE_SWITCH: Section = Section {
         number(
             "threshold_temp",
             "50",
-            (-273.0, 2_000.0),
+            &(-273.0, 2_000.0),
             rule!(|r, v| r.threshold = Celsius(v as f32)),
             "From here on it is hot, below it is cold.",
         )
@@ -92,7 +94,7 @@ pub const TEMPERATURE_SWITCH: Section = Section {
         integer(
             "heatup_poll",
             "15",
-            (0, 86_400),
+            &(0, 86_400),
             rule!(|r, v| r.heatup_poll = seconds(v)),
             "Time between two looks while it is cold.",
         )
@@ -101,7 +103,7 @@ pub const TEMPERATURE_SWITCH: Section = Section {
         integer(
             "cooldown_poll",
             "60",
-            (0, 86_400),
+            &(0, 86_400),
             rule!(|r, v| r.cooldown_poll = seconds(v)),
             "Time between two looks while it is hot.",
         )

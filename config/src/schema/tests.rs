@@ -43,8 +43,8 @@ fn no_section_or_setting_is_there_twice() {
 #[test]
 fn every_default_is_a_value_of_its_setting() {
     for (section, row) in rows() {
-        let mut texts: std::vec::Vec<_> = row.by_name.iter().map(|&(_, text)| text).collect();
-        if let Fallback::Value(text) = row.default {
+        let mut texts: std::vec::Vec<_> = row.by_name.0.iter().map(|&(_, text)| text).collect();
+        if let Fallback::Value(text) = row.fallback() {
             texts.push(text);
         }
         for text in texts {
@@ -65,7 +65,7 @@ fn every_setting_says_what_it_is_for() {
             row.key,
             row.docs.summary
         );
-        assert!(section.summary.ends_with('.'));
+        assert!(section.docs.summary.ends_with('.'));
     }
 }
 
@@ -73,8 +73,8 @@ fn every_setting_says_what_it_is_for() {
 fn two_values(row: &Setting) -> (String, String) {
     let (a, b) = match row.kind {
         Kind::Bool(_) => ("true".to_string(), "false".to_string()),
-        Kind::Integer((low, high), _) => (format!("{}", low.max(0)), format!("{}", high.min(low.max(0) + 3))),
-        Kind::Number((low, high), _) => {
+        Kind::Integer(&(low, high), _) => (format!("{}", low.max(0)), format!("{}", high.min(low.max(0) + 3))),
+        Kind::Number(&(low, high), _) => {
             // Values that no "zero means none" rule throws together.
             let from = if high > 1.5 { low.max(1.5) } else { 0.5 * (low + high) };
             (format!("{from}"), format!("{}", (from + 1.25).min(high)))
@@ -83,7 +83,7 @@ fn two_values(row: &Setting) -> (String, String) {
         Kind::Numbers(2, _) => ("1,2".into(), "4,5".into()),
         Kind::Numbers(..) => ("1,2,3,4,5,6".into(), "6,5,4,3,2,1".into()),
         Kind::Places(..) => ("1,2, 3,4".into(), "5,6 7,8 9,1".into()),
-        Kind::Word(words, _) => (words[0].into(), words[words.len() - 1].into()),
+        Kind::Word(words, _) => (words.0[0].into(), words.0[words.0.len() - 1].into()),
         Kind::Text(..) if row.key == "color_order" => ("RGB".into(), "GRBW".into()),
         Kind::Text(64, _) if row.key == "key" => ("0f".repeat(32), "10".repeat(32)),
         Kind::Text(..) => ("one".into(), "two".into()),
@@ -116,10 +116,10 @@ fn every_supported_setting_changes_the_description() {
     for (section, row) in rows() {
         let (a, b) = two_values(row);
         // A word without an alternative differs from none.
-        let only = matches!(row.kind, Kind::Word([_], _))
+        let only = matches!(row.kind, Kind::Word(Words([_]), _))
             && stored(section, row, &a) != std::format!("{:?}", MachineConfig::default());
         let differs = only || stored(section, row, &a) != stored(section, row, &b);
-        let is_read = row.support == Support::Now;
+        let is_read = *row.support == Support::Now;
         // The switches of functions to come may be stored or not.
         if is_read {
             assert!(differs, "[{}] {}: {a} and {b} are stored alike", section.name, row.key);
@@ -134,7 +134,7 @@ fn every_supported_setting_changes_the_description() {
 fn every_setting_that_is_not_supported_is_refused_by_name() {
     let mut count = 0;
     for (section, row) in rows() {
-        let Support::NotYet { severity, advice } = row.support else { continue };
+        let Support::NotYet { severity, advice } = *row.support else { continue };
         count += 1;
         let (a, b) = two_values(row);
         let used = if row.default_for("") == Some(a.as_str()) { b } else { a };
@@ -164,7 +164,7 @@ fn every_setting_that_is_not_supported_is_refused_by_name() {
 #[test]
 fn a_missing_function_cannot_be_asked_for_unnoticed() {
     for section in SECTIONS {
-        let dormant = section.settings.iter().filter(|row| row.support == Support::Dormant).count();
+        let dormant = section.settings.iter().filter(|row| *row.support == Support::Dormant).count();
         let has_switch = section.settings.iter().any(|row| matches!(row.support, Support::NotYet { .. }));
         // Leveling strategies are asked for by [zprobe] leveling.
         let is_asked_for_elsewhere = ["strategy"].iter().any(|word| section.name.ends_with(word));

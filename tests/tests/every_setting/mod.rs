@@ -169,7 +169,7 @@ fn every_setting_that_is_acted_on_has_a_row() {
     }
     let acted_on = SECTIONS.iter().flat_map(|section| section.settings.iter().map(move |setting| (section, setting)));
     let missing: Vec<_> = acted_on
-        .filter(|(_, setting)| setting.support == Support::Now)
+        .filter(|(_, setting)| *setting.support == Support::Now)
         .map(|(section, setting)| name(section, setting))
         .filter(|name| !with_rows.contains(name))
         .collect();
@@ -178,7 +178,7 @@ fn every_setting_that_is_acted_on_has_a_row() {
 
 /// The rows of a table whose two values look alike.
 fn alike(rows: &[Row]) -> Vec<String> {
-    let is_acted_on = |row: &&Row| schema_row(row.key).is_some_and(|(_, setting)| setting.support == Support::Now);
+    let is_acted_on = |row: &&Row| schema_row(row.key).is_some_and(|(_, setting)| *setting.support == Support::Now);
     let mut alike = Vec::new();
     for row in rows.iter().filter(is_acted_on) {
         let [one, other] = row.values.map(|value| row.seen(value));
