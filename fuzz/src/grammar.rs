@@ -183,9 +183,9 @@ pub fn code(dice: &mut Dice) -> String {
     }
     for word in row.words {
         if dice.once_in(2) {
-            let _ = write!(line, " {}", word.letter);
+            let _ = write!(line, " {}", word.letter());
             if word.unit != Unit::Flag || dice.once_in(4) {
-                line.push_str(&number(dice, word.bounds, word.unit));
+                line.push_str(&number(dice, *word.bounds, word.unit));
             }
         }
     }

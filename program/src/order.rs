@@ -93,7 +93,7 @@ const fn bits(letters: &str) -> u32 {
 }
 
 fn letters_of(row: &CodeInfo) -> u32 {
-    row.words.iter().fold(0, |letters, word| letters | bit(word.letter))
+    row.words.iter().fold(0, |letters, word| letters | bit(word.letter()))
 }
 
 fn row_of(code: Code) -> Option<&'static CodeInfo> {

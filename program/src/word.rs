@@ -1,14 +1,13 @@
 //! What a row of the table of codes says of each word.
 
-/// A word that a code takes.
+/// A word that a code takes. There are hundreds, with few different bounds: those are behind a reference.
 #[derive(Clone, Copy, Debug)]
 pub struct WordInfo {
-    /// Its letter.
-    pub letter: char,
+    letter: u8,
     /// What its number is.
     pub unit: Unit,
     /// What numbers are allowed.
-    pub bounds: Bounds,
+    pub bounds: &'static Bounds,
     /// What it is for.
     pub text: Doc,
 }
@@ -117,32 +116,24 @@ impl Doc {
 }
 
 /// A word of any value.
+///
+/// # Panics
+/// When its letter is none: as rows are constants, the compiler says it.
 pub(crate) const fn word(letter: char, unit: Unit, text: &'static str) -> WordInfo {
-    WordInfo { letter, unit, bounds: Bounds::Any, text: doc(text) }
+    assert!(letter.is_ascii());
+    WordInfo { letter: letter as u8, unit, bounds: &Bounds::Any, text: doc(text) }
 }
 
 impl WordInfo {
-    /// This or more.
-    pub const fn least(mut self, least: f64) -> Self {
-        self.bounds = Bounds::AtLeast(least);
-        self
+    /// Its letter.
+    #[must_use]
+    pub const fn letter(&self) -> char {
+        self.letter as char
     }
 
-    /// More than this.
-    pub const fn above(mut self, bound: f64) -> Self {
-        self.bounds = Bounds::Above(bound);
-        self
-    }
-
-    /// From this to that.
-    pub const fn within(mut self, least: f64, most: f64) -> Self {
-        self.bounds = Bounds::Within(least, most);
-        self
-    }
-
-    /// Whole, from this to that.
-    pub const fn whole(mut self, least: f64, most: f64) -> Self {
-        self.bounds = Bounds::Whole(least, most);
+    /// A word of these values alone.
+    pub(crate) const fn bounds(mut self, bounds: &'static Bounds) -> Self {
+        self.bounds = bounds;
         self
     }
 }

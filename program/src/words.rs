@@ -103,7 +103,7 @@ impl<'b> Words<'b> {
 
     /// How a letter is read here.
     fn known(&self, letter: char) -> Option<&'static WordInfo> {
-        self.known.iter().find(|word| word.letter == letter.to_ascii_uppercase())
+        self.known.iter().find(|word| word.letter() == letter.to_ascii_uppercase())
     }
 
     fn converted(&self, letter: char, value: f64, unit: Unit) -> f64 {
@@ -196,7 +196,7 @@ impl<'b> Words<'b> {
     /// The first word that is out of them.
     pub(crate) fn check(&self) -> Result<(), Fault> {
         for word in self.known {
-            if let Some(value) = self.block.get(word.letter).filter(|_| word.bounds != Bounds::Any) {
+            if let Some(value) = self.block.get(word.letter()).filter(|_| *word.bounds != Bounds::Any) {
                 self.check_word(word, value)?;
             }
         }
@@ -204,8 +204,8 @@ impl<'b> Words<'b> {
     }
 
     fn check_word(&self, word: &WordInfo, value: f64) -> Result<(), Fault> {
-        let (code, letter) = (self.code(), word.letter);
-        let problem = match word.bounds {
+        let (code, letter) = (self.code(), word.letter());
+        let problem = match *word.bounds {
             Bounds::AtLeast(least) if value < least => Problem::TooLittle(code, letter, least),
             Bounds::Above(bound) if value <= bound => Problem::MustExceed(code, letter, bound),
             Bounds::Within(least, _) if value < least => Problem::TooLittle(code, letter, least),

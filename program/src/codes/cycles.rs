@@ -5,6 +5,7 @@ use gcode::Code;
 use super::row::{CodeInfo, Group, Waits};
 use crate::fault::Part;
 use crate::meaning::{cycles, feed_modes, threads};
+use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
 
 const HOLE: &[WordInfo] = &[
@@ -14,9 +15,10 @@ const HOLE: &[WordInfo] = &[
     word('@', Unit::Length, "where the hole is: distance from the origin of X and Y"),
     word('^', Unit::Number, "angle from X there, degrees"),
     word('R', Unit::Length, "where cutting begins; after G91 from where the axis was before the first hole"),
-    word('Q', Unit::Length, "depth of a peck").above(0.0),
-    word('P', Unit::Number, "dwell at the bottom, s; ms where `[drillingcycles] dwell_units` says P").least(0.0),
-    word('L', Unit::Number, "how many holes; after G91 X and Y apart").whole(1.0, 10_000.0),
+    word('Q', Unit::Length, "depth of a peck").bounds(&Above(0.0)),
+    word('P', Unit::Number, "dwell at the bottom, s; ms where `[drillingcycles] dwell_units` says P")
+        .bounds(&AtLeast(0.0)),
+    word('L', Unit::Number, "how many holes; after G91 X and Y apart").bounds(&Whole(1.0, 10_000.0)),
     word('F', Unit::Feed, "speed from now on"),
     word('S', Unit::Number, "laser or spindle power from now on"),
 ];
@@ -30,15 +32,15 @@ const BY_CODE: &[WordInfo] = &[
     word('J', Unit::Length, FORCE),
     word('K', Unit::Length, FORCE),
     word('R', Unit::Length, FORCE),
-    word('Q', Unit::Length, FORCE).above(0.0),
+    word('Q', Unit::Length, FORCE).bounds(&Above(0.0)),
     word('@', Unit::Length, FORCE),
     word('^', Unit::Number, FORCE),
     word('A', Unit::Number, FORCE),
     word('B', Unit::Number, FORCE),
     word('C', Unit::Number, FORCE),
     word('E', Unit::Number, FORCE),
-    word('P', Unit::Number, FORCE).least(0.0),
-    word('L', Unit::Number, FORCE).whole(1.0, 10_000.0),
+    word('P', Unit::Number, FORCE).bounds(&AtLeast(0.0)),
+    word('L', Unit::Number, FORCE).bounds(&Whole(1.0, 10_000.0)),
     word('F', Unit::Feed, "speed from now on"),
     word('S', Unit::Number, "laser or spindle power from now on"),
 ];
@@ -67,16 +69,16 @@ pub const ROWS: &[CodeInfo] = &[
     cycle(74, "tap a left-hand thread, as G84 with M4 for M3: Z R").differs("not known"),
     CodeInfo::means(Code::g(76), threads::cycle, "cut a thread pass by pass, in G18; refused: no spindle encoder")
         .takes(&[
-            word('P', Unit::Length, "travel of a turn").above(0.0),
+            word('P', Unit::Length, "travel of a turn").bounds(&Above(0.0)),
             word('Z', Unit::Length, "where it ends"),
             word('I', Unit::Length, "crest seen from the drive line, which X is now; below 0: external"),
-            word('J', Unit::Length, "first cut").above(0.0),
+            word('J', Unit::Length, "first cut").bounds(&Above(0.0)),
             word('K', Unit::Length, "height of the thread, above J"),
-            word('R', Unit::Number, "degression: 1 cuts of one depth, 2 of one area").least(1.0),
-            word('Q', Unit::Number, "angle of the compound slide, degrees").within(0.0, 80.0),
-            word('H', Unit::Number, "passes more at full depth").whole(0.0, 100.0),
-            word('E', Unit::Length, "length of the tapers").least(0.0),
-            word('L', Unit::Number, "tapers, 1: at the beginning, 2: at the end, 3: both").whole(0.0, 3.0),
+            word('R', Unit::Number, "degression: 1 cuts of one depth, 2 of one area").bounds(&AtLeast(1.0)),
+            word('Q', Unit::Number, "angle of the compound slide, degrees").bounds(&Within(0.0, 80.0)),
+            word('H', Unit::Number, "passes more at full depth").bounds(&Whole(0.0, 100.0)),
+            word('E', Unit::Length, "length of the tapers").bounds(&AtLeast(0.0)),
+            word('L', Unit::Number, "tapers, 1: at the beginning, 2: at the end, 3: both").bounds(&Whole(0.0, 3.0)),
         ])
         .group(Group::Motion)
         .waits(Waits::Path)

@@ -5,6 +5,7 @@ use gcode::Code;
 use super::row::{CodeInfo, Group, Waits};
 use crate::action::Function;
 use crate::meaning::{extruders, offsets};
+use crate::word::Bounds::{Above, AtLeast, Whole};
 use crate::word::{Unit, WordInfo, word};
 
 const TOOL_WORD: WordInfo = word('P', Unit::Number, "of this tool; of the one in use where it is left out");
@@ -27,14 +28,14 @@ pub const ROWS: &[CodeInfo] = &[
     .takes(&[word('D', Unit::Mm, "its diameter"), TOOL_WORD]),
     CodeInfo::means(Code::m(207), extruders::retraction, "how G10 retracts").takes(&[
         word('S', Unit::Mm, "length"),
-        word('F', Unit::MmPerMinute, "speed").above(0.0),
+        word('F', Unit::MmPerMinute, "speed").bounds(&Above(0.0)),
         word('Z', Unit::Mm, "lift"),
-        word('Q', Unit::MmPerMinute, "speed of the lift").above(0.0),
+        word('Q', Unit::MmPerMinute, "speed of the lift").bounds(&Above(0.0)),
         TOOL_WORD,
     ]),
     CodeInfo::means(Code::m(208), extruders::recovery, "how G11 recovers").takes(&[
         word('S', Unit::Mm, "length beyond the retraction"),
-        word('F', Unit::MmPerMinute, "speed").above(0.0),
+        word('F', Unit::MmPerMinute, "speed").bounds(&Above(0.0)),
         TOOL_WORD,
     ]),
     CodeInfo::either(
@@ -44,24 +45,24 @@ pub const ROWS: &[CodeInfo] = &[
         "scale the flow of what is extruded from now on",
     )
     .takes(&[
-        word('S', Unit::Percent, "factor").above(0.0),
+        word('S', Unit::Percent, "factor").bounds(&Above(0.0)),
         TOOL_WORD,
         word('R', Unit::Number, "frequency of a laser; refused: there is no laser yet"),
     ])
     .differs("on a machine with a laser its power too"),
     filament_detector(404, "how the filament detector looks, and how thick filament is; without words, say it")
         .takes(&[
-            word('S', Unit::Seconds, "time between looks").above(0.0),
-            word('P', Unit::Number, "pulses a mm").above(0.0),
+            word('S', Unit::Seconds, "time between looks").bounds(&Above(0.0)),
+            word('P', Unit::Number, "pulses a mm").bounds(&Above(0.0)),
             word('H', Unit::Number, "1: heaters stay on"),
-            word('W', Unit::Mm, "nominal diameter").above(0.0),
+            word('W', Unit::Mm, "nominal diameter").bounds(&Above(0.0)),
         ])
         .differs("no W"),
     filament_width(404, 1, "forget what was measured of the filament's width"),
     filament_detector(405, "filament detector off, and the sensor of its width"),
     filament_width(405, 1, "sensor of the filament's width off, alone"),
     filament_detector(406, "filament detector on, and the sensor of its width")
-        .takes(&[word('D', Unit::Number, "centimetres from that sensor to the nozzle").above(0.0)])
+        .takes(&[word('D', Unit::Number, "centimetres from that sensor to the nozzle").bounds(&Above(0.0))])
         .differs("no D"),
     filament_width(406, 1, "sensor of the filament's width on, alone"),
     filament_detector(407, "state of the filament detector, and the filament's width").waits(Waits::Question),
@@ -75,18 +76,21 @@ pub const ROWS: &[CodeInfo] = &[
         .takes(&[word('S', Unit::Number, "1: on; 0: off")])
         .differs("not known"),
     CodeInfo::asks(Code::m(603), Function::FilamentLengths, "lengths of a change of filament; without words, say them")
-        .takes(&[word('L', Unit::Mm, "pushed in").least(0.0), word('U', Unit::Mm, "taken out").least(0.0)])
+        .takes(&[
+            word('L', Unit::Mm, "pushed in").bounds(&AtLeast(0.0)),
+            word('U', Unit::Mm, "taken out").bounds(&AtLeast(0.0)),
+        ])
         .differs("not known"),
     CodeInfo::asks(Code::g(27), Function::Park, "lift the tool and go aside, as [filament change] says")
-        .takes(&[word('P', Unit::Number, "Marlin's 0 and 2: as it does here; 1 is refused").whole(0.0, 2.0)])
+        .takes(&[word('P', Unit::Number, "Marlin's 0 and 2: as it does here; 1 is refused").bounds(&Whole(0.0, 2.0))])
         .waits(Waits::Result)
         .differs("not known"),
     CodeInfo::asks(Code::m(701), Function::LoadFilament, "push filament in")
-        .takes(&[word('L', Unit::Mm, "so far; as M603 says without").least(0.0)])
+        .takes(&[word('L', Unit::Mm, "so far; as M603 says without").bounds(&AtLeast(0.0))])
         .waits(Waits::Result)
         .differs("not known"),
     CodeInfo::asks(Code::m(702), Function::UnloadFilament, "take filament out")
-        .takes(&[word('U', Unit::Mm, "so far; as M603 says without").least(0.0)])
+        .takes(&[word('U', Unit::Mm, "so far; as M603 says without").bounds(&AtLeast(0.0))])
         .waits(Waits::Result)
         .differs("not known"),
 ];

@@ -6,18 +6,19 @@ use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, FILES, Waits};
 use crate::action::Function;
 use crate::fault::Part;
 use crate::meaning::program;
+use crate::word::Bounds::AtLeast;
 use crate::word::{Unit, WordInfo, word};
 
 /// How M600 changes filament this time, in Marlin's words; what is not given is as `[filament change]` says.
 const CHANGE: [WordInfo; 9] = [
     word('E', Unit::Mm, "drawn back first"),
-    word('Z', Unit::Mm, "the tool rises by this").least(0.0),
+    word('Z', Unit::Mm, "the tool rises by this").bounds(&AtLeast(0.0)),
     word('X', Unit::Mm, "where it waits, machine X"),
     word('Y', Unit::Mm, "where it waits, machine Y"),
     word('U', Unit::Mm, "taken out"),
     word('L', Unit::Mm, "pushed in"),
-    word('R', Unit::Celsius, "the hot end goes on with this").least(0.0),
-    word('T', Unit::Number, "the tool, which has to be the one in use").least(0.0),
+    word('R', Unit::Celsius, "the hot end goes on with this").bounds(&AtLeast(0.0)),
+    word('T', Unit::Number, "the tool, which has to be the one in use").bounds(&AtLeast(0.0)),
     word('B', Unit::Number, "beeps; there are none"),
 ];
 
@@ -41,7 +42,7 @@ pub const ROWS: &[CodeInfo] = &[
         Unit::Number,
         "from this byte: 0 alone; see play --from",
     )
-    .least(0.0)]),
+    .bounds(&AtLeast(0.0))]),
     CodeInfo::asks(Code::m(27), Function::ReportJob, "how far the file is").waits(Waits::Question),
     CodeInfo::asks(
         Code::m(28),

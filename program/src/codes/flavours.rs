@@ -10,6 +10,7 @@ use crate::action::Function;
 use crate::dialect::{Dialect, Dialects};
 use crate::fault::Part;
 use crate::meaning::{lights, modes, printers, spindle};
+use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
 
 /// A row that is for some dialects alone.
@@ -50,16 +51,16 @@ const JERK: &[WordInfo] = &[
     word('Y', Unit::MmPerSecond, "jerk; the lesser of X and Y is the square corner velocity"),
     word('Z', Unit::MmPerSecond, "has nothing to do"),
     word('E', Unit::MmPerSecond, "has nothing to do"),
-    word('J', Unit::Mm, "junction deviation, instead").above(0.0),
+    word('J', Unit::Mm, "junction deviation, instead").bounds(&Above(0.0)),
     word('S', Unit::MmPerSecond, "least feed rate: has nothing to do"),
     word('T', Unit::MmPerSecond, "the same of moves that do not print"),
-    word('V', Unit::MmPerSecond, "square corner velocity").least(0.0),
-    word('C', Unit::Number, "share of the way left for cruising").within(0.0, 0.95),
+    word('V', Unit::MmPerSecond, "square corner velocity").bounds(&AtLeast(0.0)),
+    word('C', Unit::Number, "share of the way left for cruising").bounds(&Within(0.0, 0.95)),
 ];
 const ACCELERATIONS: &[WordInfo] = &[
-    word('S', Unit::MmPerSecond2, "of all moves").above(0.0),
-    word('P', Unit::MmPerSecond2, "of moves that print; here of all moves").above(0.0),
-    word('T', Unit::MmPerSecond2, "of moves that do not; Klipper: of all, if less than P").above(0.0),
+    word('S', Unit::MmPerSecond2, "of all moves").bounds(&Above(0.0)),
+    word('P', Unit::MmPerSecond2, "of moves that print; here of all moves").bounds(&Above(0.0)),
+    word('T', Unit::MmPerSecond2, "of moves that do not; Klipper: of all, if less than P").bounds(&Above(0.0)),
     word('R', Unit::MmPerSecond2, "of retractions: has nothing to do"),
 ];
 const SPEEDS: &[WordInfo] = &[
@@ -69,15 +70,15 @@ const SPEEDS: &[WordInfo] = &[
     word('E', Unit::MmPerMinute, "of the extruder's motor"),
 ];
 const STRIP_WORDS: &[WordInfo] = &[
-    word('R', Unit::Number, "red").within(0.0, 255.0),
-    word('U', Unit::Number, "green").within(0.0, 255.0),
-    word('B', Unit::Number, "blue").within(0.0, 255.0),
-    word('W', Unit::Number, "white").within(0.0, 255.0),
-    word('P', Unit::Number, "brightness of all of them, 255 is full").within(0.0, 255.0),
+    word('R', Unit::Number, "red").bounds(&Within(0.0, 255.0)),
+    word('U', Unit::Number, "green").bounds(&Within(0.0, 255.0)),
+    word('B', Unit::Number, "blue").bounds(&Within(0.0, 255.0)),
+    word('W', Unit::Number, "white").bounds(&Within(0.0, 255.0)),
+    word('P', Unit::Number, "brightness of all of them, 255 is full").bounds(&Within(0.0, 255.0)),
     word('Y', Unit::Number, "brightness of a DotStar: has nothing to do"),
-    word('S', Unit::Number, "the next so many lights; without it all").whole(1.0, 256.0),
-    word('F', Unit::Number, "1: the next line goes on behind these lights").whole(0.0, 1.0),
-    word('E', Unit::Number, "only the strip with this number").whole(0.0, 15.0),
+    word('S', Unit::Number, "the next so many lights; without it all").bounds(&Whole(1.0, 256.0)),
+    word('F', Unit::Number, "1: the next line goes on behind these lights").bounds(&Whole(0.0, 1.0)),
+    word('E', Unit::Number, "only the strip with this number").bounds(&Whole(0.0, 15.0)),
     word('X', Unit::Number, "kind of the strip, which the configuration says: has nothing to do"),
 ];
 const IDLE: &[WordInfo] = &[

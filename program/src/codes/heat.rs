@@ -6,6 +6,7 @@ use gcode::Code;
 use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
 use crate::action::Function;
 use crate::meaning::spindle;
+use crate::word::Bounds::{Above, AtLeast, Within};
 use crate::word::{Unit, WordInfo, word};
 
 const TARGET_WORDS: &[WordInfo] = &[
@@ -53,7 +54,7 @@ pub const ROWS: &[CodeInfo] = &[
     target(Code::m(140)),
     target_and_wait(Code::m(190)),
     CodeInfo::asks(Code::m(143), Function::MaximumTemperature, "the highest temperature of a heater")
-        .takes(&[word('S', Unit::Id, "its tool_id"), word('P', Unit::Celsius, "the temperature").above(0.0)])
+        .takes(&[word('S', Unit::Id, "its tool_id"), word('P', Unit::Celsius, "the temperature").bounds(&Above(0.0))])
         .differs("an id that nobody has is ignored"),
     CodeInfo::asks(
         Code::m(123),
@@ -84,19 +85,19 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::asks(Code::m(307), Function::HeaterModel, "the model that a heater is controlled by, from now on")
         .takes(&[
             word('S', Unit::Id, "its tool_id"),
-            word('P', Unit::Number, "power at full output, W").above(0.0),
-            word('C', Unit::Number, "heat capacity, J/K").above(0.0),
-            word('K', Unit::Number, "loss to the air, W/K").least(0.0),
-            word('F', Unit::Number, "more with the fan full on, W/K").least(0.0),
-            word('D', Unit::Number, "how late the sensor tells, seconds").above(0.0),
-            word('H', Unit::Number, "what filament takes, J/mm3/K").least(0.0),
+            word('P', Unit::Number, "power at full output, W").bounds(&Above(0.0)),
+            word('C', Unit::Number, "heat capacity, J/K").bounds(&Above(0.0)),
+            word('K', Unit::Number, "loss to the air, W/K").bounds(&AtLeast(0.0)),
+            word('F', Unit::Number, "more with the fan full on, W/K").bounds(&AtLeast(0.0)),
+            word('D', Unit::Number, "how late the sensor tells, seconds").bounds(&Above(0.0)),
+            word('H', Unit::Number, "what filament takes, J/mm3/K").bounds(&AtLeast(0.0)),
         ])
         .differs("not known"),
     CodeInfo::asks(Code::m(305), Function::Sensor, "the thermistor of a heater; without words, say all")
         .takes(&[
             word('S', Unit::Id, "its tool_id; alone: as configured again"),
-            word('B', Unit::Number, "beta, kelvin").above(0.0),
-            word('R', Unit::Number, "resistance at X, ohms").above(0.0),
+            word('B', Unit::Number, "beta, kelvin").bounds(&Above(0.0)),
+            word('R', Unit::Number, "resistance at X, ohms").bounds(&Above(0.0)),
             word('X', Unit::Celsius, "temperature of R"),
             word('I', Unit::Number, "first coefficient of Steinhart and Hart"),
             word('J', Unit::Number, "second coefficient"),
@@ -108,7 +109,7 @@ pub const ROWS: &[CodeInfo] = &[
         .takes(&[
             word('P', Unit::Id, "its tool_id"),
             word('S', Unit::Celsius, "temperature to swing around, 150 where it is left out"),
-            word('C', Unit::Number, "swings, 3 where it is left out").within(3.0, 50.0),
+            word('C', Unit::Number, "swings, 3 where it is left out").bounds(&Within(3.0, 50.0)),
         ])
         .waits(Waits::Result)
         .differs("finds gains of Ziegler and Nichols, which overshoot, and doubles them"),

@@ -6,6 +6,7 @@ use super::row::{CodeInfo, Waits};
 use crate::action::Function;
 use crate::fault::Part;
 use crate::meaning::{homing, offsets, probing};
+use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
 
 const AXES: &[WordInfo] = &[
@@ -109,8 +110,8 @@ pub const ROWS: &[CodeInfo] = &[
     strategy(Code::g(32), "level the bed, or calibrate a delta"),
     CodeInfo::asks(Code::g(34), Function::AlignZ, "turn each Z motor alone until bed and gantry are parallel")
         .takes(&[
-            word('I', Unit::Number, "rounds after the first one, at most").whole(0.0, 30.0),
-            word('T', Unit::Length, "what no motor may be off by more than").above(0.0),
+            word('I', Unit::Number, "rounds after the first one, at most").bounds(&Whole(0.0, 30.0)),
+            word('T', Unit::Length, "what no motor may be off by more than").bounds(&Above(0.0)),
         ])
         .waits(Waits::Result)
         .part(Part::ZAlignment)
@@ -126,8 +127,8 @@ pub const ROWS: &[CodeInfo] = &[
     along(0, "refused: it needs a subcode, 2 to 5").any_subcode(),
     CodeInfo::asks(Code::m(48), Function::ProbeRepeatability, "how well the probe repeats itself")
         .takes(&[
-            word('P', Unit::Number, "how often").within(1.0, 1_000.0),
-            word('F', Unit::Feed, "speed of the searches").above(0.0),
+            word('P', Unit::Number, "how often").bounds(&Within(1.0, 1_000.0)),
+            word('F', Unit::Feed, "speed of the searches").bounds(&Above(0.0)),
         ])
         .waits(Waits::Result)
         .part(Part::Probe)
@@ -148,7 +149,7 @@ pub const ROWS: &[CodeInfo] = &[
         word('Z', Unit::Mm, "what this place is to read"),
         word('T', Unit::Id, "find the model of the heater with this tool_id, and use it: see M307"),
         word('S', Unit::Celsius, "with T: temperature to swing around, 150 where it is left out"),
-        word('C', Unit::Number, "with T: swings, 3 where it is left out").within(3.0, 50.0),
+        word('C', Unit::Number, "with T: swings, 3 where it is left out").bounds(&Within(3.0, 50.0)),
         word('R', Unit::Celsius, "with T: temperature of the air, where the heater is not cold"),
     ])
     .waits(Waits::Standstill)
@@ -168,7 +169,7 @@ pub const ROWS: &[CodeInfo] = &[
         .differs("not known"),
     leveling(Code::m(376), Function::FadeHeight, "where the mesh has faded; without words, say it")
         .takes(&[
-            word('H', Unit::Length, "from Z0 up to this height; 0: it does not fade").least(0.0),
+            word('H', Unit::Length, "from Z0 up to this height; 0: it does not fade").bounds(&AtLeast(0.0)),
             word('T', Unit::Length, "there so much of the correction is left, the same everywhere"),
         ])
         .differs("not known"),
@@ -192,7 +193,7 @@ pub const ROWS: &[CodeInfo] = &[
         ])
         .differs("takes I, J and Z"),
     CodeInfo::asks(Code::m(557), Function::ProbePoint, "the points of three-point leveling").takes(&[
-        word('P', Unit::Number, "which point").whole(0.0, 2.0),
+        word('P', Unit::Number, "which point").bounds(&Whole(0.0, 2.0)),
         word('X', Unit::Length, "where it is"),
         word('Y', Unit::Length, "where it is"),
     ]),
@@ -215,12 +216,13 @@ pub const ROWS: &[CodeInfo] = &[
     ]),
     CodeInfo::asks(Code::m(670), Function::ProbeSettings, "settings of the probe")
         .takes(&[
-            word('S', Unit::MmPerSecond, "slow rate").above(0.0),
-            word('K', Unit::MmPerSecond, "fast rate").above(0.0),
-            word('R', Unit::MmPerSecond, "return rate; 0: twice the slow one, at most the fast one").least(0.0),
-            word('Z', Unit::Mm, "longest way of a search").above(0.0),
-            word('H', Unit::Mm, "height between the points of a grid").above(0.0),
-            word('D', Unit::Seconds, "pause before a search").within(0.0, 60.0),
+            word('S', Unit::MmPerSecond, "slow rate").bounds(&Above(0.0)),
+            word('K', Unit::MmPerSecond, "fast rate").bounds(&Above(0.0)),
+            word('R', Unit::MmPerSecond, "return rate; 0: twice the slow one, at most the fast one")
+                .bounds(&AtLeast(0.0)),
+            word('Z', Unit::Mm, "longest way of a search").bounds(&Above(0.0)),
+            word('H', Unit::Mm, "height between the points of a grid").bounds(&Above(0.0)),
+            word('D', Unit::Seconds, "pause before a search").bounds(&Within(0.0, 60.0)),
             word('I', Unit::Flag, "the contact is the other way round, until the next I or reset"),
         ])
         .part(Part::Probe),
@@ -240,11 +242,11 @@ pub const ROWS: &[CodeInfo] = &[
         Unit::Number,
         "for 0 the probe's offset, 1 where Z homes, 2 a height, 3 the bed's screws, 4 an axis's twist",
     )
-    .whole(0.0, 4.0)]),
+    .bounds(&Whole(0.0, 4.0))]),
     paper(2, "move the tool in a paper test").takes(&[
         word('Z', Unit::Length, "by so much"),
         word('S', Unit::Number, "-1, 1: halfway to the height tried next below or above; -2, 2: to it")
-            .within(-2.0, 2.0),
+            .bounds(&Within(-2.0, 2.0)),
     ]),
     paper(3, "in a paper test, the paper drags"),
     paper(4, "end a paper test, and change nothing"),
@@ -262,10 +264,10 @@ pub const ROWS: &[CodeInfo] = &[
             word('I', Unit::Number, "X and Y"),
             word('J', Unit::Number, "X and Z"),
             word('K', Unit::Number, "Y and Z"),
-            word('P', Unit::Number, "by a measured square in the plane: 0 XY, 1 XZ, 2 YZ").whole(0.0, 2.0),
-            word('A', Unit::Length, "of that square, the diagonal AC from the origin").above(0.0),
-            word('B', Unit::Length, "the other diagonal, BD").above(0.0),
-            word('D', Unit::Length, "the side AD, along the plane's second axis").above(0.0),
+            word('P', Unit::Number, "by a measured square in the plane: 0 XY, 1 XZ, 2 YZ").bounds(&Whole(0.0, 2.0)),
+            word('A', Unit::Length, "of that square, the diagonal AC from the origin").bounds(&Above(0.0)),
+            word('B', Unit::Length, "the other diagonal, BD").bounds(&Above(0.0)),
+            word('D', Unit::Length, "the side AD, along the plane's second axis").bounds(&Above(0.0)),
         ])
         .differs("not known"),
     CodeInfo::asks(Code::m(852).sub(1), Function::Skew, "say the skew factor of a measured square, and change nothing")
@@ -309,20 +311,20 @@ const FLAGS: &[WordInfo] = &[
 ];
 
 const PHASES: &[WordInfo] = &[
-    word('X', Unit::Number, "in 1/256 full steps").within(-1.0, 1_023.999),
-    word('Y', Unit::Number, "in 1/256 full steps").within(-1.0, 1_023.999),
-    word('Z', Unit::Number, "in 1/256 full steps").within(-1.0, 1_023.999),
-    word('A', Unit::Number, "in 1/256 full steps").within(-1.0, 1_023.999),
-    word('B', Unit::Number, "in 1/256 full steps").within(-1.0, 1_023.999),
-    word('C', Unit::Number, "in 1/256 full steps").within(-1.0, 1_023.999),
+    word('X', Unit::Number, "in 1/256 full steps").bounds(&Within(-1.0, 1_023.999)),
+    word('Y', Unit::Number, "in 1/256 full steps").bounds(&Within(-1.0, 1_023.999)),
+    word('Z', Unit::Number, "in 1/256 full steps").bounds(&Within(-1.0, 1_023.999)),
+    word('A', Unit::Number, "in 1/256 full steps").bounds(&Within(-1.0, 1_023.999)),
+    word('B', Unit::Number, "in 1/256 full steps").bounds(&Within(-1.0, 1_023.999)),
+    word('C', Unit::Number, "in 1/256 full steps").bounds(&Within(-1.0, 1_023.999)),
 ];
 
 const PROFILE: &[WordInfo] = &[word('P', Unit::Number, "the name, in quotes: the file is NAME.skew")];
 
 const SQUARE: &[WordInfo] = &[
-    word('A', Unit::Length, "the diagonal AC from the origin").above(0.0),
-    word('B', Unit::Length, "the other diagonal, BD").above(0.0),
-    word('D', Unit::Length, "the side AD, along the plane's second axis").above(0.0),
+    word('A', Unit::Length, "the diagonal AC from the origin").bounds(&Above(0.0)),
+    word('B', Unit::Length, "the other diagonal, BD").bounds(&Above(0.0)),
+    word('D', Unit::Length, "the side AD, along the plane's second axis").bounds(&Above(0.0)),
 ];
 
 const fn strategy(code: Code, help: &'static str) -> CodeInfo {

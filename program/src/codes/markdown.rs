@@ -51,7 +51,7 @@ fn write_all_words(out: &mut impl Write, row: &CodeInfo) -> fmt::Result {
 /// Words that are the same but for their letter.
 fn write_words(out: &mut impl Write, words: &[WordInfo]) -> fmt::Result {
     let Some(word) = words.first() else { return Ok(()) };
-    words.iter().try_for_each(|word| write!(out, "{} ", word.letter))?;
+    words.iter().try_for_each(|word| write!(out, "{} ", word.letter()))?;
     write!(out, "{}", escaped(word.text.text()))?;
     if !word.unit.name().is_empty() {
         write!(out, " ({})", word.unit.name())?;
@@ -124,7 +124,7 @@ pub fn write_dialect(out: &mut impl Write, dialect: Dialect) -> fmt::Result {
 
 fn write_read(out: &mut impl Write, row: &CodeInfo, mark: &str) -> fmt::Result {
     write!(out, "| {mark}{}{mark} | {}{} |", row.code, kept(row), escaped(row.help))?;
-    row.words.iter().try_for_each(|word| write!(out, " {}", word.letter))?;
+    row.words.iter().try_for_each(|word| write!(out, " {}", word.letter()))?;
     writeln!(out, " |")
 }
 

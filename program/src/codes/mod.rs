@@ -174,7 +174,7 @@ mod tests {
     #[test]
     fn no_row_names_a_letter_twice() {
         for row in all() {
-            let letters: BTreeSet<char> = row.words.iter().map(|word| word.letter).collect();
+            let letters: BTreeSet<char> = row.words.iter().map(|word| word.letter()).collect();
             assert_eq!(letters.len(), row.words.len(), "{}", row.code);
             assert!(
                 letters.iter().all(|letter| gcode::WORD_LETTERS.contains(letter) && !"GMN".contains(*letter)),
@@ -189,7 +189,7 @@ mod tests {
     fn every_word_says_what_it_is() {
         for row in all() {
             for word in row.words {
-                assert!(!word.text.text().is_empty(), "{} {}", row.code, word.letter);
+                assert!(!word.text.text().is_empty(), "{} {}", row.code, word.letter());
             }
         }
     }

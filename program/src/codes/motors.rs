@@ -5,6 +5,7 @@ use gcode::Code;
 use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Waits};
 use crate::action::Function;
 use crate::meaning::extruders;
+use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
 
 /// A word for each axis, of one unit.
@@ -53,7 +54,7 @@ pub const ROWS: &[CodeInfo] = &[
         word('E', Unit::MmPerSecond, "of an extruder's motor"),
         word('S', Unit::MmPerSecond, "of G0"),
         word('P', Unit::Number, "of the tool along its path; beside E or V, which extruder"),
-        word('V', Unit::Number, "of the flow of G1 where E counts in mm3, mm3/s; 0: none").least(0.0),
+        word('V', Unit::Number, "of the flow of G1 where E counts in mm3, mm3/s; 0: none").bounds(&AtLeast(0.0)),
     ]),
     CodeInfo::asks(Code::m(203).sub(1), Function::MotorSpeeds, "greatest speeds of motors; without words, say them")
         .takes(by_axis!(
@@ -73,8 +74,9 @@ pub const ROWS: &[CodeInfo] = &[
         word('X', Unit::Mm, "junction deviation; sets square_corner_velocity aside"),
         word('Z', Unit::Mm, "the same for moves of Z alone; below 0: as X"),
         word('S', Unit::MmPerSecond, "least speed"),
-        word('V', Unit::MmPerSecond, "square corner velocity; sets junction deviations aside").least(0.0),
-        word('C', Unit::Number, "share of the way between slow places that is left for cruising").within(0.0, 0.95),
+        word('V', Unit::MmPerSecond, "square corner velocity; sets junction deviations aside").bounds(&AtLeast(0.0)),
+        word('C', Unit::Number, "share of the way between slow places that is left for cruising")
+            .bounds(&Within(0.0, 0.95)),
     ]),
     CodeInfo::asks(Code::m(220), Function::SpeedFactor, "scale all speeds, at once").takes(&[word(
         'S',
@@ -107,7 +109,7 @@ pub const ROWS: &[CodeInfo] = &[
         word('Y', Unit::Length, "one end"),
         word('I', Unit::Length, "the other end's X"),
         word('J', Unit::Length, "the other end's Y"),
-        word('S', Unit::Length, "how far apart they were measured").above(0.0),
+        word('S', Unit::Length, "how far apart they were measured").bounds(&Above(0.0)),
     ])
     .waits(Waits::Standstill)
     .differs("not known"),
@@ -131,14 +133,14 @@ pub const ROWS: &[CodeInfo] = &[
             Unit::Number,
             "0: centre distances, 1: outer distances, 2: widths of the centre pillar, 3: of the outer ones",
         )
-        .whole(0.0, 3.0),
-        word('A', Unit::Length, "the first of them").above(0.0),
-        word('B', Unit::Length, "the second").above(0.0),
-        word('C', Unit::Length, "the third").above(0.0),
-        word('D', Unit::Length, "the fourth").above(0.0),
-        word('E', Unit::Length, "the fifth").above(0.0),
-        word('F', Unit::Length, "the sixth").above(0.0),
-        word('S', Unit::Number, "the part was printed so much larger").above(0.0),
+        .bounds(&Whole(0.0, 3.0)),
+        word('A', Unit::Length, "the first of them").bounds(&Above(0.0)),
+        word('B', Unit::Length, "the second").bounds(&Above(0.0)),
+        word('C', Unit::Length, "the third").bounds(&Above(0.0)),
+        word('D', Unit::Length, "the fourth").bounds(&Above(0.0)),
+        word('E', Unit::Length, "the fifth").bounds(&Above(0.0)),
+        word('F', Unit::Length, "the sixth").bounds(&Above(0.0)),
+        word('S', Unit::Number, "the part was printed so much larger").bounds(&Above(0.0)),
     ])
     .waits(Waits::Standstill)
     .differs("not known"),
@@ -149,8 +151,8 @@ pub const ROWS: &[CodeInfo] = &[
     ]),
     CodeInfo::asks(Code::m(900), Function::PressureAdvance, "pressure advance; without K, say it")
         .takes(&[
-            word('K', Unit::Seconds, "how much").least(0.0),
-            word('W', Unit::Seconds, "smoothed over so long").least(0.0),
+            word('K', Unit::Seconds, "how much").bounds(&AtLeast(0.0)),
+            word('W', Unit::Seconds, "smoothed over so long").bounds(&AtLeast(0.0)),
             TOOL_WORD,
         ])
         .waits(Waits::Standstill)

@@ -5,6 +5,7 @@ use gcode::Code;
 use super::motion::target_words;
 use super::row::{CodeInfo, Group, Waits};
 use crate::meaning::{moves, offsets, tool_table};
+use crate::word::Bounds::Whole;
 use crate::word::{Unit, WordInfo, word};
 
 const LENGTHS: &[WordInfo] =
@@ -20,7 +21,8 @@ const POSITION: &[WordInfo] = &[
 ];
 
 const TOOL_NUMBER: WordInfo =
-    word('H', Unit::Number, "of this tool; of the one in the spindle where it is left out, or 0").whole(0.0, 65_535.0);
+    word('H', Unit::Number, "of this tool; of the one in the spindle where it is left out, or 0")
+        .bounds(&Whole(0.0, 65_535.0));
 
 pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::g(10), offsets::set_offsets, "set a work or tool offset, or the tool table; without L, retract")

@@ -7,6 +7,7 @@ use gcode::Code;
 use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Waits};
 use crate::action::Function;
 use crate::meaning::{lights, printers};
+use crate::word::Bounds::{AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
 
 const NOT_KNOWN: &str = "not known";
@@ -52,15 +53,16 @@ pub const ROWS: &[CodeInfo] = &[
     )
     .takes(&[
         word('S', Unit::Number, "0: it is not; 1: it is again"),
-        word('K', Unit::Number, "by how much the tool comes away from the bed, mm for a degree").within(-1.0, 1.0),
+        word('K', Unit::Number, "by how much the tool comes away from the bed, mm for a degree")
+            .bounds(&Within(-1.0, 1.0)),
         word('R', Unit::Celsius, "the temperature at which Z is right; else that of the last homing"),
     ])
     .differs(NOT_KNOWN),
     CodeInfo::asks(Code::m(420), Function::UseGrid, "level by the saved grid, or as the bed was measured; S0: not")
         .takes(&[
             word('S', Unit::Number, "0: no leveling, until S1 puts the same mesh in force again"),
-            word('Z', Unit::Length, "the mesh fades from Z0 up to this height; 0: it does not").least(0.0),
-            word('L', Unit::Number, "load the mesh with this number as its name").whole(0.0, 99.0),
+            word('Z', Unit::Length, "the mesh fades from Z0 up to this height; 0: it does not").bounds(&AtLeast(0.0)),
+            word('L', Unit::Number, "load the mesh with this number as its name").bounds(&Whole(0.0, 99.0)),
             word('V', Unit::Flag, "show the bed as a map"),
         ])
         .waits(Waits::Standstill)
@@ -81,8 +83,8 @@ pub const ROWS: &[CodeInfo] = &[
         .differs(NOT_KNOWN),
     CodeInfo::asks(Code::m(572), Function::PressureAdvance, "pressure advance; without S, say it")
         .takes(&[
-            word('S', Unit::Seconds, "how much").least(0.0),
-            word('W', Unit::Seconds, "smoothed over so long").least(0.0),
+            word('S', Unit::Seconds, "how much").bounds(&AtLeast(0.0)),
+            word('W', Unit::Seconds, "smoothed over so long").bounds(&AtLeast(0.0)),
             word('D', Unit::Number, "of this extruder"),
         ])
         .waits(Waits::Standstill)
@@ -91,9 +93,9 @@ pub const ROWS: &[CodeInfo] = &[
         .takes(&[
             word('X', Unit::Flag, "of this axis; of X and Y where none is named"),
             word('Y', Unit::Flag, "of this axis"),
-            word('F', Unit::Number, "frequency in Hz; 0: none").least(0.0),
-            word('D', Unit::Number, "damping ratio").within(0.0, 0.99),
-            word('S', Unit::Number, "damping ratio").within(0.0, 0.99),
+            word('F', Unit::Number, "frequency in Hz; 0: none").bounds(&AtLeast(0.0)),
+            word('D', Unit::Number, "damping ratio").bounds(&Within(0.0, 0.99)),
+            word('S', Unit::Number, "damping ratio").bounds(&Within(0.0, 0.99)),
         ])
         .waits(Waits::Standstill)
         .differs(NOT_KNOWN),
@@ -121,13 +123,13 @@ pub const ROWS: &[CodeInfo] = &[
     quiet(191, "wait for the temperature of the chamber, where no heater is named so"),
     CodeInfo::means(Code::m(150), lights::colour, "colour of lights; what is not named is dark")
         .takes(&[
-            word('R', Unit::Number, "red, 255 without a number").within(0.0, 255.0),
-            word('U', Unit::Number, "green").within(0.0, 255.0),
-            word('B', Unit::Number, "blue").within(0.0, 255.0),
-            word('W', Unit::Number, "white").within(0.0, 255.0),
-            word('P', Unit::Number, "brightness of all of them, 255 is full").within(0.0, 255.0),
-            word('I', Unit::Number, "only the light at this place, from 0").whole(0.0, 255.0),
-            word('S', Unit::Number, "only the strip with this number").whole(0.0, 15.0),
+            word('R', Unit::Number, "red, 255 without a number").bounds(&Within(0.0, 255.0)),
+            word('U', Unit::Number, "green").bounds(&Within(0.0, 255.0)),
+            word('B', Unit::Number, "blue").bounds(&Within(0.0, 255.0)),
+            word('W', Unit::Number, "white").bounds(&Within(0.0, 255.0)),
+            word('P', Unit::Number, "brightness of all of them, 255 is full").bounds(&Within(0.0, 255.0)),
+            word('I', Unit::Number, "only the light at this place, from 0").bounds(&Whole(0.0, 255.0)),
+            word('S', Unit::Number, "only the strip with this number").bounds(&Whole(0.0, 15.0)),
             word('K', Unit::Flag, "what is not named stays as it is"),
             word('T', Unit::Number, "0: not seen until the next change of the strip"),
             word('Q', Unit::Number, "0: now, and not where the path has come to it"),

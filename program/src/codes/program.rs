@@ -5,6 +5,7 @@ use gcode::Code;
 use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
 use crate::action::Function;
 use crate::meaning::{program, tool_table};
+use crate::word::Bounds::Whole;
 use crate::word::{Unit, word};
 
 const NOT_KNOWN: &str = "not known";
@@ -22,14 +23,14 @@ pub const ROWS: &[CodeInfo] = &[
         .waits(Waits::Standstill)
         .differs("selects a heater's tool"),
     CodeInfo::means(Code::m(61), tool_table::set_current_tool, "this tool is in the spindle already")
-        .takes(&[word('Q', Unit::Number, "its number, 0 for none").whole(0.0, 65_535.0)])
+        .takes(&[word('Q', Unit::Number, "its number, 0 for none").bounds(&Whole(0.0, 65_535.0))])
         .group(Group::ToolChange)
         .differs(NOT_KNOWN),
     pause(60, "wait until the operator goes on (~ or M24)"),
     CodeInfo::means(Code::m(98), program::call, "call the subroutine O P, L times")
         .takes(&[
-            word('P', Unit::Number, "its number").whole(0.0, 99_999_999.0),
-            word('L', Unit::Number, "how often, 1 where it is left out").whole(0.0, 9_999.0),
+            word('P', Unit::Number, "its number").bounds(&Whole(0.0, 99_999_999.0)),
+            word('L', Unit::Number, "how often, 1 where it is left out").bounds(&Whole(0.0, 9_999.0)),
         ])
         .differs(NOT_KNOWN),
     CodeInfo::means(Code::m(99), program::end_call, "end a subroutine; begin a main program anew").differs(NOT_KNOWN),
