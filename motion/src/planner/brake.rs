@@ -21,6 +21,8 @@
 //! Cost: as without jerk, constant for each block visited, and the pass ends at the first block that keeps
 //! its anchor.
 
+use core::f64::consts::SQRT_2;
+
 use super::{Block, Envelope, LookAhead, Planner};
 use crate::{config::Limits, greatest, least, ramp::Bounds, square_root};
 
@@ -81,7 +83,17 @@ pub(crate) fn is_tangent(before: Option<[f64; 3]>, after: Option<[f64; 3]>) -> b
 /// The greatest `unit * 2^(n/4)` that is not above `value`.
 fn rounded_down(value: f64, unit: f64) -> f64 {
     let n = libm::floor(4.0 * libm::log2(value / unit) + 1e-9);
-    least(unit * libm::exp2(0.25 * n), value)
+    least(unit * power_of_two(n), value)
+}
+
+/// `2^(quarters/4)` of a whole number of quarters, rounded as [`libm::exp2`] does it, which has a table of
+/// 4 kB for any exponent.
+fn power_of_two(quarters: f64) -> f64 {
+    /// 2 to the power of no, one, two and three quarters.
+    const ROOTS: [f64; 4] = [1.0, 1.189_207_115_002_721, SQRT_2, 1.681_792_830_507_429];
+    let whole = libm::floor(0.25 * quarters);
+    let root = ROOTS.get((quarters - 4.0 * whole) as usize);
+    libm::ldexp(root.copied().unwrap_or(1.0), whole as i32)
 }
 
 impl Block {
@@ -290,4 +302,20 @@ fn through(block: &Block, next: &Block, cruise: f64) -> Option<Brake> {
         return None;
     }
     Some(Brake { length: block.length + far.length, top, ..far })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quarters_of_a_power_of_two_are_those_of_the_library() {
+        for quarters in -4000..4000 {
+            let quarters = f64::from(quarters);
+            assert_eq!(power_of_two(quarters), libm::exp2(0.25 * quarters), "{quarters}");
+        }
+        for beyond in [-1e9, 1e9, f64::NEG_INFINITY, f64::INFINITY] {
+            assert_eq!(power_of_two(beyond), libm::exp2(0.25 * beyond), "{beyond}");
+        }
+    }
 }
