@@ -91,7 +91,9 @@ pub fn is_prepared<S: Storage>(storage: &mut S) -> bool {
 /// # Errors
 /// What the card says.
 pub fn prepare<S: Storage>(storage: &mut S, file: FileHandle) -> Result<(), StorageError> {
-    storage.write(file, &[b' '; BLOCK])
+    // In a variable: the reference of a constant would have it lie in flash.
+    let blank = [b' '; BLOCK];
+    storage.write(file, &blank)
 }
 
 /// The fall that nobody has been told of yet.

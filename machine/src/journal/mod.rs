@@ -281,7 +281,9 @@ impl Blank {
     /// # Errors
     /// Those of the card.
     pub fn write(&mut self, storage: &mut impl Storage) -> Result<bool, StorageError> {
-        storage.write(self.file, &[0; BLOCK])?;
+        // In a variable: the reference of a constant would have it lie in flash.
+        let blank = [0; BLOCK];
+        storage.write(self.file, &blank)?;
         self.left = self.left.saturating_sub(1);
         Ok(self.left == 0)
     }
@@ -328,7 +330,7 @@ fn each(storage: &mut impl Storage, mut take: impl FnMut(Kind, u32, &mut Fields<
         }
         match Fields::read(&mut block.clone()) {
             Some((kind, sequence, mut fields)) => take(kind, sequence, &mut fields),
-            None => broken += u32::from(block != [0; BLOCK]),
+            None => broken += u32::from(block.iter().any(|byte| *byte != 0)),
         }
     };
     // It was only read.

@@ -10,7 +10,7 @@ mod listing;
 mod reply;
 mod session;
 
-use core::fmt;
+use core::{array, fmt};
 
 use program::Dialect;
 use units::Micros;
@@ -96,8 +96,9 @@ impl Sessions {
     /// No line, no output. Never inlined: it would be on the caller's stack a second time.
     #[must_use]
     #[inline(never)]
-    pub const fn new() -> Self {
-        Self { sessions: [const { Session::new() }; MAX_SESSIONS], count: 0, turn: 0, button_stop: None, notice: "" }
+    pub fn new() -> Self {
+        // Each is made in its place: as a constant, one of 3 kB would lie in flash to be copied.
+        Self { sessions: array::from_fn(|_| Session::new()), count: 0, turn: 0, button_stop: None, notice: "" }
     }
 
     /// Takes the sessions that a board has.
