@@ -17,6 +17,9 @@ const INSTRUCTIONS_PER_S: f64 = 400e6;
 /// downwards.
 const RATES: [u32; 12] =
     [1_000_000, 950_000, 900_000, 850_000, 800_000, 750_000, 700_000, 650_000, 600_000, 550_000, 500_000, 450_000];
+/// The rate of the fastest motor at which the budget looks at the feed: one that does not hang on how its runs
+/// fall on the queue.
+const HELD_RATE: u32 = 800_000;
 /// How fast the three axes are to each other, together, in the loaded job.
 const LOADED_AXES: f64 = 1.0 + 0.975 + 0.95;
 /// What names of jobs and keys end with where ramps are limited in jerk, shaped, and extruders advanced.
@@ -71,10 +74,10 @@ pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
 /// The figures that `bench/budget.toml` holds, by the shortest jobs that give them.
 pub fn held(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     let machines = machines(root)?;
-    let (printer, smooth, fastest) = (&machines.printer, machines.smooth_printer(), RATES[0]);
+    let (printer, smooth) = (&machines.printer, machines.smooth_printer());
     let mut list = vec![
         Job::new("computer", &machines.with_two_ports(), jobs::watched()).with_computer(),
-        Job::new("loaded", &machines.fastest(), jobs::loaded(fastest)).under_load(),
+        Job::new("loaded", &machines.fastest(), jobs::loaded(HELD_RATE)).under_load(),
     ];
     for (count, which) in [(jobs::FEW, "few"), (jobs::MANY, "many")] {
         list.push(Job::new(format!("lines-{which}"), printer, jobs::lines(count)));
@@ -91,24 +94,22 @@ pub fn held(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     ledger.insert("turn_instructions".into(), round(cost(&results, "turn", "")?));
     usb(results.of("computer")?, &mut ledger)?;
     let loaded = results.of("loaded")?;
-    ensure!(keeps_up(loaded, fastest)?, "steps are late at {fastest} steps/s of the fastest motor");
-    windows(loaded, &mut ledger)?;
+    ensure!(keeps_up(loaded, HELD_RATE)?, "steps are late at {HELD_RATE} steps/s of the fastest motor");
+    ledger.insert("masked_window_max_instructions".into(), masked(loaded)?);
+    ledger.insert("feed_per_step_held".into(), round(loaded.moving(FEED)? / loaded.steps()?));
+    ledger.insert("feed_run_max_held_instructions".into(), loaded.calls(FEED, "max")?);
     for (key, latency_us) in hold::latencies_us(bench, &machines)? {
         ledger.insert(key.into(), round(latency_us));
     }
     Ok(ledger)
 }
 
-/// The longest times in which a step, or the feed, has to wait, under load.
-fn windows(run: &Measured, ledger: &mut Ledger) -> Result<()> {
-    ensure!(
-        run.number(&["moving", "masked_windows_of_run"])? > 0.0,
-        "no window with interrupts masked was seen at all"
-    );
+/// The longest time in which a step has to wait.
+fn masked(run: &Measured) -> Result<f64> {
+    let seen = run.number(&["moving", "masked_windows_of_run"])?;
+    ensure!(seen > 0.0, "no window with interrupts masked was seen at all");
     // There may be none while the machine moves.
-    ledger.insert("masked_window_max_instructions".into(), run.number(&["moving", "masked_max"]).unwrap_or(0.0));
-    ledger.insert("feed_run_max_loaded_instructions".into(), run.calls(FEED, "max")?);
-    Ok(())
+    Ok(run.number(&["moving", "masked_max"]).unwrap_or(0.0))
 }
 
 /// All jobs but those that look for the highest rate.
@@ -301,7 +302,8 @@ fn sustained(bench: &Bench<'_>, machines: &Machines, ledger: &mut Ledger) -> Res
         let load = run.while_moving()? / run.seconds_moving()? / INSTRUCTIONS_PER_S;
         ledger.insert("sustained_load_percent".into(), round(load * 100.0));
         ledger.insert("queue_depth_ms".into(), run.number(&["moving", "ahead_ns_min"])?.round() / 1e6);
-        windows(run, ledger)?;
+        ledger.insert("masked_window_max_instructions".into(), masked(run)?);
+        ledger.insert("feed_run_max_loaded_instructions".into(), run.calls(FEED, "max")?);
         ledger.insert("heat_tick_max_instructions".into(), run.calls(HEAT, "max")?);
         let heat = run.moving(HEAT)? / run.seconds_moving()? / INSTRUCTIONS_PER_S;
         ledger.insert("heat_percent".into(), (heat * 10_000.0).round() / 100.0);
