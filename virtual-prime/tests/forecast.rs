@@ -21,8 +21,9 @@ impl Listener for Found {
 fn preflight(text: &str) -> (String, Totals) {
     let (config, _) = config::parse(CONFIG.as_bytes(), BoardId::default(), &mut ());
     let (mut motion, mut program, mut found) = (Box::new(Motion::new()), None, Found::default());
+    let texts = machine::Texts::new();
     let mut preflight =
-        Preflight::new(&config, dialect_of(text.as_bytes()), &mut program, &mut motion).expect("it can move");
+        Preflight::new(&texts, &config, dialect_of(text.as_bytes()), &mut program, &mut motion).expect("it can move");
     read(&mut preflight, text.as_bytes(), &|_| None, &mut motion, &mut found).expect("it calls nothing");
     let totals = *preflight.totals();
     let told: String =
