@@ -1,5 +1,5 @@
 //! The two clocks, each a free-running 32-bit timer with its 64-bit extension: TIM2 at 200 MHz for steps,
-//! TIM5 at 1 MHz for the rest. And the two periodic interrupts: TIM6 for the step feed, TIM7 for heat and
+//! TIM5 at 1 MHz for the rest. And the two interrupts after a time: TIM6 for the step feed, TIM7 for heat and
 //! slow outputs.
 //!
 //! The extension counts half turns of the timer. One task calls [`Clock::keep`] more often than a half turn
@@ -94,10 +94,14 @@ pub(crate) fn start() {
     }
 }
 
+/// Ticks of the step clock in a microsecond.
+const TICKS_PER_US: u32 = TIMER_HZ / 1_000_000;
+
 /// A periodic interrupt from a basic timer.
 #[derive(Debug)]
 pub struct Ticker {
     registers: *const pac::tim6::RegisterBlock,
+    period_us: u32,
 }
 
 // SAFETY: the pointer is to registers, which are the same from every context; each ticker is the only user of
@@ -113,13 +117,13 @@ impl Ticker {
     /// TIM6, the step feed's.
     #[must_use]
     pub fn feed(_timer: pac::TIM6) -> Self {
-        Self { registers: pac::TIM6::ptr() }
+        Self { registers: pac::TIM6::ptr(), period_us: 0 }
     }
 
     /// TIM7, heat control's and the slow outputs'.
     #[must_use]
     pub fn heat(_timer: pac::TIM7) -> Self {
-        Self { registers: pac::TIM7::ptr() }
+        Self { registers: pac::TIM7::ptr(), period_us: 0 }
     }
 
     fn registers(&self) -> &pac::tim6::RegisterBlock {
@@ -127,16 +131,38 @@ impl Ticker {
         unsafe { &*self.registers }
     }
 
+    /// RM0399 section 46.4: without preload the period holds at once.
+    #[inline(always)]
+    fn set_period(&self) {
+        self.registers().arr.write(|w| w.arr().bits(self.period_us.clamp(2, 65_536) as u16 - 1));
+    }
+
     /// Interrupts every `period_us` microseconds, 2 to 65 536.
     pub fn start(&mut self, period_us: u32) {
+        self.period_us = period_us;
         let timer = self.registers();
         timer.psc.write(|w| w.psc().bits((TIMER_HZ / 1_000_000 - 1) as u16));
-        timer.arr.write(|w| w.arr().bits(period_us.clamp(2, 65_536) as u16 - 1));
+        self.set_period();
         // RM0399 section 46.4: the update event loads the prescaler; its own flag must not count as a period.
         timer.egr.write(|w| w.ug().set_bit());
         timer.sr.reset();
         timer.dier.write(|w| w.uie().set_bit());
         timer.cr1.write(|w| w.cen().set_bit());
+    }
+
+    /// Interrupts so long from now, to the whole microsecond below, and then by its period again. A whole
+    /// period is not counted from now but from the last interrupt, so that periods have no drift.
+    #[inline]
+    pub fn next_in(&mut self, wait: Ticks) {
+        let wait_us = wait.0 as u32 / TICKS_PER_US;
+        if wait_us >= self.period_us {
+            return;
+        }
+        let timer = self.registers();
+        // RM0399 section 46.4: without preload the period holds at once. The counter is set to zero by hand,
+        // and before: an update event would interrupt, and a counter beyond the period runs on to its end.
+        timer.cnt.write(|w| w.cnt().bits(0));
+        timer.arr.write(|w| w.arr().bits(wait_us.max(2) as u16 - 1));
     }
 
     /// Clears the interrupt. True when a period had indeed ended.
@@ -145,6 +171,8 @@ impl Ticker {
         let timer = self.registers();
         let ended = timer.sr.read().uif().bit_is_set();
         timer.sr.reset();
+        // After a wait.
+        self.set_period();
         ended
     }
 }

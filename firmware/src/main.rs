@@ -10,7 +10,7 @@
 //! | 6 | `*_bytes` | USART2, USART3, UART4, SDMMC1 | 16 characters of the line |
 //! | 6 | `usb_packets` | OTG_FS | none: until then the host waits |
 //! | 5 | `heat` | TIM7, 2 kHz | half a millisecond |
-//! | 4 | `feed` | TIM6, 2 kHz | 1 ms: what is written ahead. Hears the console over RTT too |
+//! | 4 | `feed` | TIM6, at the queue's need | 0.125 ms: what is written ahead. Hears the console over RTT too |
 //! | 3 | `plan` | the dispatcher | the next corner |
 //! | 2 | `lights_sent` | DMA2, stream 0 | none: it ends a transmission to a strip of lights |
 //! | 1 | `slow` | `heat`, 10 Hz | a second |
@@ -73,7 +73,8 @@ mod app {
     use machine::sessions::Intake;
     use machine::tasks::{FEED_PERIOD_US, FeedTask, HEAT_PERIOD_US};
     use machine::watchdog::Reporter;
-    use motion::{BlockRing, Motion, Store};
+    use motion::{BlockRing, FeedSchedule, Motion, Store};
+    use units::Ticks;
 
     use crate::consoles::Console;
     use crate::heat_io::Heat;
@@ -83,6 +84,9 @@ mod app {
     use crate::triggers::TriggerInputs;
     use crate::{LATCH, PLANNER, REACHED, REPORTS, SENSORS, SLOW, dispatcher, fault, log, update, usb};
     use machine::heat::HeatControl;
+
+    /// The feed looks after others when this has passed: at each of its runs by period, whatever kept one.
+    const LOOK_EVERY: Ticks = Ticks::from_micros(400);
 
     /// What motion keeps that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for what
     /// the step interrupt, the feed and the planner touch all the time.
@@ -168,7 +172,7 @@ mod app {
             card: board.sd.into_service(),
         };
         let local = Local {
-            step_feed: FeedTask::new(),
+            step_feed: FeedTask::new(FeedSchedule::OnDemand),
             feed_tick,
             heat_tick,
             watchdog: board.watchdog,
@@ -296,23 +300,38 @@ mod app {
         }
     }
 
-    // Keeps 1 to 1.5 ms of steps written ahead.
-    #[task(binds = TIM6_DAC, priority = 4, shared = [motion, triggers], local = [feed_tick, step_feed, typed])]
+    // Keeps 0.125 to 0.625 ms of steps written ahead, more where jerk is limited; the timer is set anew at
+    // each run. What else is to be done twice a millisecond is not done at each run: short lines have up to
+    // twice as many.
+    #[task(
+        binds = TIM6_DAC,
+        priority = 4,
+        shared = [motion, triggers],
+        local = [feed_tick, step_feed, typed, looked: Ticks = Ticks(0)]
+    )]
     fn feed(mut cx: feed::Context) {
         cx.local.feed_tick.acknowledge();
-        cx.shared.triggers.lock(|triggers| triggers.look(&LATCH));
+        let now = time::now_ticks();
+        let looks = now.since(*cx.local.looked) >= LOOK_EVERY;
+        if looks {
+            *cx.local.looked = now;
+            cx.shared.triggers.lock(|triggers| triggers.look(&LATCH));
+        }
         let mut motion = dispatcher::Locked(&mut cx.shared.motion);
         let feed = &mut cx.local.step_feed;
-        if feed.run(time::now_ticks(), &mut motion, step_engine::queue(), &LATCH, &REACHED) {
+        if feed.run(now, &mut motion, step_engine::queue(), &LATCH, &REACHED) {
             time::pend_heat_tick();
         }
         if !step_engine::queue().is_empty() {
             step_engine::wake();
         }
-        // Twice a millisecond: soon enough for an M112.
-        let _heard = cx.local.typed.look(Console::Rtt.inbox());
-        REPORTS.report(Reporter::StepFeed);
-        dispatcher::wake();
+        cx.local.feed_tick.next_in(feed.wait(time::now_ticks()));
+        if looks {
+            // Soon enough for an M112.
+            let _heard = cx.local.typed.look(Console::Rtt.inbox());
+            REPORTS.report(Reporter::StepFeed);
+            dispatcher::wake();
+        }
     }
 
     // One slice of look-ahead.

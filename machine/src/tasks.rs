@@ -4,14 +4,14 @@
 //! | task | period | body |
 //! |---|---|---|
 //! | heat and slow outputs | [`HEAT_PERIOD_US`] | [`HeatTask::run`] |
-//! | step feed | [`FEED_PERIOD_US`] | [`FeedTask::run`] |
+//! | step feed | as [`FeedTask::wait`] says | [`FeedTask::run`] |
 //! | drivers and supplies | every [`CONTROLS_PER_SLOW`] control ticks | [`crate::supervisor::Supervisor::tick`] |
 //! | executor | whenever nothing else runs | [`crate::run`] |
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use motion::queue::StepQueue;
-use motion::{Access, Latch, Mark, StepFeed};
+use motion::{Access, FeedSchedule, Latch, Mark, StepFeed, feed_schedule};
 use units::{Micros, Ticks};
 
 use crate::heat::{HeatControl, MODULATION_HZ};
@@ -19,8 +19,8 @@ use crate::ports::{OutputLevels, SensorReading, SensorReadings};
 
 /// Between two runs of the heat task: a tick of the modulators.
 pub const HEAT_PERIOD_US: u32 = 1_000_000 / MODULATION_HZ;
-/// Between two runs of the step feed.
-pub const FEED_PERIOD_US: u32 = 500;
+/// Between two runs of the step feed by period, and at most between two on demand.
+pub const FEED_PERIOD_US: u32 = (feed_schedule::PERIOD.nanoseconds() / 1_000) as u32;
 /// Modulation ticks between two control ticks: 100 Hz.
 pub const TICKS_PER_CONTROL: u32 = MODULATION_HZ / 100;
 /// Control ticks in a row at which the scan stood: 50 ms, in which it makes over three hundred conversions.
@@ -169,15 +169,21 @@ pub struct FeedTask {
 
 impl Default for FeedTask {
     fn default() -> Self {
-        Self::new()
+        Self::new(FeedSchedule::ByPeriod)
     }
 }
 
 impl FeedTask {
     /// Before the first run.
     #[must_use]
-    pub const fn new() -> Self {
-        Self { feed: StepFeed::new() }
+    pub const fn new(schedule: FeedSchedule) -> Self {
+        Self { feed: StepFeed::new(schedule) }
+    }
+
+    /// How long to wait `now`, at the end of a run, for the next one.
+    #[must_use]
+    pub fn wait(&self, now: Ticks) -> Ticks {
+        self.feed.wait(now)
     }
 
     /// One run. The caller then makes sure that the step timer is armed; and when this says so, that the heat

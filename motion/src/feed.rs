@@ -1,14 +1,15 @@
 //! The step feed: takes segments of trajectory, solves them for steps, merges the motors, fills the step
 //! queue.
 //!
-//! Runs about every half millisecond and keeps 1 to 1.5 ms written ahead: less would let a late run starve
-//! the interrupt, more would delay a hold. It locks the motion object only to take a segment (its knots are
+//! When it runs and how far ahead it writes is the [`FeedSchedule`]'s: less would let a late run starve the
+//! interrupt, more would delay a hold. It locks the motion object only to take a segment (its knots are
 //! computed there, a few hundred instructions) and to report; solving happens without the lock.
 
 use units::{MAX_ACTUATORS, PerActuator, StepCount, Ticks};
 
 use crate::{
     event_merge::{EventMerge, NEVER},
+    feed_schedule::{FeedSchedule, Lead, PERIOD},
     knots::Segment,
     live::Rewind,
     motion::Access,
@@ -22,10 +23,9 @@ use crate::{
 
 /// How far ahead of now the queue may be written: 1.5 ms.
 pub const HORIZON: Ticks = Ticks::from_micros(1_500);
-/// A segment is taken while less than this is written ahead; a segment is at most 0.5 ms long.
-const REFILL: Ticks = Ticks::from_micros(1_000);
-/// Less than this written ahead at the beginning of a run counts as urgent.
-const URGENT: Ticks = Ticks::from_micros(250);
+/// So many events are published together: the first ones of a segment are not to wait for its last ones.
+/// Solving them takes some 25 us.
+pub const BATCH: u32 = 128;
 /// Played positions are worked out every so many runs: it costs a walk over the unplayed events.
 const RUNS_PER_LOOK: u8 = 32;
 
@@ -50,6 +50,8 @@ pub(crate) enum Supply {
     /// Nothing yet: it must be asked again. So no lock is held for long where much trajectory must be settled
     /// at once.
     Later,
+    /// Nothing that ends soon enough: what is written is enough.
+    Enough,
     /// Nothing, now.
     Nothing,
 }
@@ -63,6 +65,10 @@ pub(crate) struct FeedOrders {
     pub rebase: Option<PerActuator<StepCount>>,
     /// The motors were configured anew.
     pub setup: Option<PerActuator<MotorSetup>>,
+    /// A switch or the probe is being searched for: runs are by period.
+    pub searching: bool,
+    /// How far ahead the feed must be when it runs on demand.
+    pub lead: Lead,
 }
 
 /// At least the motors, and a power of two: an index reduced to it needs no check.
@@ -88,18 +94,24 @@ pub struct StepFeed {
     played: PerActuator<StepCount>,
     runs: u8,
     moving: bool,
+    /// As asked for, and at the last run.
+    wanted: FeedSchedule,
+    schedule: FeedSchedule,
+    lead: Lead,
+    /// How long the last segment is.
+    last: Ticks,
 }
 
 impl Default for StepFeed {
     fn default() -> Self {
-        Self::new()
+        Self::new(FeedSchedule::ByPeriod)
     }
 }
 
 impl StepFeed {
     /// Nothing written, nothing to write.
     #[must_use]
-    pub const fn new() -> Self {
+    pub const fn new(schedule: FeedSchedule) -> Self {
         Self {
             motors: [Motor::NONE; SLOTS],
             merge: EventMerge::EMPTY,
@@ -111,14 +123,20 @@ impl StepFeed {
             played: PerActuator([0; MAX_ACTUATORS]),
             runs: 0,
             moving: false,
+            wanted: schedule,
+            schedule,
+            lead: Lead::Short,
+            last: Ticks(0),
         }
     }
 
-    /// One run of the feed task, due every half millisecond. Writes the queue up to [`HORIZON`] ahead of
-    /// `now`, stops the motion if the latch has fired, clears up after a cut. The caller then makes sure the
-    /// step timer is armed. Returns how far the motors have come.
+    /// One run of the feed task, due as [`Self::wait`] said. Writes the queue up to [`HORIZON`] ahead of
+    /// `now` at most, stops the motion if the latch has fired, clears up after a cut. The caller then makes
+    /// sure the step timer is armed. Returns how far the motors have come.
     pub fn run(&mut self, now: Ticks, motion: &mut impl Access, queue: &StepQueue, latch: &Latch) -> Passed {
         let orders = motion.with(|motion| motion.feed_orders());
+        self.schedule = if orders.searching { FeedSchedule::ByPeriod } else { self.wanted };
+        self.lead = orders.lead;
         self.obey(&orders, queue);
         if queue.is_cut() {
             self.clear_up(motion, queue);
@@ -127,13 +145,16 @@ impl StepFeed {
             let trigger = self.locate(fired, now, queue);
             motion.with(|motion| motion.triggered(trigger));
         }
-        let urgent = self.moving && self.end < now.plus(URGENT);
+        let urgent = self.moving && self.end < now.plus(Lead::URGENT);
         let mut segment = Segment::default();
         // Ends: each turn brings the segments, or the trajectory that comes before them, on in time.
-        while self.emit(queue) && self.end < now.plus(REFILL) {
-            match motion.with(|motion| motion.take_segment(now, &mut segment)) {
+        while self.emit(queue)
+            && let Some(window) = self.schedule.window(now, self.end, self.lead, self.last)
+        {
+            match motion.with(|motion| motion.take_segment(&window, &mut segment)) {
                 Supply::Segment => self.load(&segment),
                 Supply::Later => {}
+                Supply::Enough => break,
                 Supply::Nothing => {
                     self.moving = false;
                     break;
@@ -143,6 +164,17 @@ impl StepFeed {
         let report = self.report(queue);
         let squeezed = self.motors.iter_mut().map(|motor| core::mem::take(&mut motor.squeezed)).sum();
         motion.with(|motion| motion.feed_reports(now, report, urgent, squeezed))
+    }
+
+    /// How long to wait `now`, at the end of a run, for the next one.
+    #[must_use]
+    pub fn wait(&self, now: Ticks) -> Ticks {
+        if !self.moving {
+            return PERIOD;
+        }
+        // With the queue full, the segment is not written to its end.
+        let written = self.base.0.saturating_add_signed(i64::from(self.newest));
+        self.schedule.wait(now, if self.merge.is_empty() { self.end } else { Ticks(written) }, self.lead)
     }
 
     fn obey(&mut self, orders: &FeedOrders, queue: &StepQueue) {
@@ -236,6 +268,7 @@ impl StepFeed {
         self.base = base;
         self.scale = Scale::of(segment);
         self.end = whole_ticks(segment.start + segment.duration);
+        self.last = self.end.since(base);
         self.moving = true;
         // Nothing happens before what is written already; events of two motors may share a tick.
         let floor = self.newest.max(0);
@@ -251,7 +284,20 @@ impl StepFeed {
 
     /// Writes events in time order until the current segment is done (true) or the queue is full.
     fn emit(&mut self, queue: &StepQueue) -> bool {
-        let mut writer = queue.writer();
+        loop {
+            if self.emit_batch(queue) {
+                return true;
+            }
+            if queue.free() == 0 {
+                return false;
+            }
+        }
+    }
+
+    /// Writes and publishes the next [`BATCH`] of events, or up to where the current segment is done (true)
+    /// or the queue is full.
+    fn emit_batch(&mut self, queue: &StepQueue) -> bool {
+        let mut writer = queue.writer(BATCH);
         let base = self.base.0 as u32;
         let mut newest = None;
         let done = loop {

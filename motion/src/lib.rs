@@ -21,6 +21,7 @@ pub mod config;
 mod convert;
 mod event_merge;
 pub mod feed;
+pub mod feed_schedule;
 pub mod filters;
 pub mod geometry;
 mod jerk_limited;
@@ -54,6 +55,7 @@ pub use compensation::{
 };
 pub use config::{ActuatorConfig, ConfigError, Limits, MotionConfig};
 pub use feed::StepFeed;
+pub use feed_schedule::FeedSchedule;
 pub use filters::{FilterConfig, PressureAdvance, Shaper, ShaperKind};
 pub use kinematics::Kinematics;
 pub use motion::{Access, Counters, Motion, Passage, State, Waiting};

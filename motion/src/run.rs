@@ -191,16 +191,26 @@ impl Run {
         })
     }
 
-    /// Moves the cursor one slice on. `None` at the end of the profile.
-    pub fn advance(&mut self) -> Option<Slice> {
+    /// There is more of the profile.
+    pub fn has_more(&self) -> bool {
+        self.profile.phases.iter().skip(self.phase).any(|phase| phase.duration > NEGLIGIBLE_SECONDS)
+    }
+
+    /// Moves the cursor one slice on. `None` at the end of the profile, and when the slice would end later
+    /// than `latest`: then the cursor stays where it is.
+    pub fn advance(&mut self, latest: TickTime) -> Option<Slice> {
         let phase = self.current()?;
         let slices = f64::from(ceil_i32(phase.duration / slice_seconds(&phase, self.block.clearance)));
         let seconds = phase.duration / slices;
-        let fresh = self.taken == 0;
-        self.taken += 1;
-        let last = f64::from(self.taken) >= slices;
-        let local = if last { phase.duration } else { f64::from(self.taken) * seconds };
+        let taken = self.taken + 1;
+        let last = f64::from(taken) >= slices;
+        let local = if last { phase.duration } else { f64::from(taken) * seconds };
         let end = self.phase_start + tick_time(local);
+        if end > latest {
+            return None;
+        }
+        let fresh = self.taken == 0;
+        self.taken = taken;
         let entry = self.speed;
         if last {
             self.speed = phase.speed_at(phase.duration);

@@ -119,6 +119,8 @@ pub(crate) struct Filters {
     /// The piece of trajectory that the last stretch ends within, having lumped its beginning together with
     /// others.
     pub cut_piece: Option<Piece>,
+    /// The output has a kink at `out`, which the knot that was not taken then has found.
+    turned: bool,
     /// Output at `out`: place, and velocity just before.
     pub point: PerAxis<f64>,
     velocity: PerAxis<f64>,
@@ -152,6 +154,7 @@ impl Filters {
             out: TickTime::ZERO,
             drained: true,
             cut_piece: None,
+            turned: false,
             point: PerAxis([0.0; MAX_AXES]),
             velocity: PerAxis([0.0; MAX_AXES]),
         }
@@ -231,6 +234,7 @@ impl Filters {
         self.out = at;
         self.drained = true;
         self.cut_piece = None;
+        self.turned = false;
         self.corrections.clear();
         self.point = place;
         self.velocity = PerAxis([0.0; MAX_AXES]);
@@ -290,12 +294,12 @@ impl Filters {
     }
 
     /// Moves on to the next knot, at most half a millisecond on, not beyond `settled`, up to where the
-    /// trajectory is known.
-    pub fn advance(&mut self, settled: TickTime) -> Knot {
+    /// trajectory is known. `None` when that would be later than `latest`.
+    pub fn advance(&mut self, settled: TickTime, latest: TickTime) -> Option<Knot> {
         let now = self.out.to_bits() as u64;
         let mut room = settled.saturating_sub(self.out).min(tick_time(SEGMENT_SECONDS)).to_bits() as u64;
         let mut nearest = u64::MAX;
-        let mut turned = false;
+        let mut turned = self.turned;
         let (history, cursors) = self.cursors_mut();
         for cursor in cursors {
             turned |= history.pass(&mut cursor.count, now.wrapping_sub(cursor.delay), true);
@@ -306,6 +310,13 @@ impl Filters {
         turned |= self.begin_corrections(now);
         let nearest = nearest.min(self.corrections.left(now).unwrap_or(u64::MAX));
         room = room.min(nearest.max(LEAST_SPACING));
+        let out = self.out + TickTime::from_bits(u128::from(room));
+        if out > latest {
+            // The cursors have passed into their next stretches, and will not do so again.
+            self.turned = turned;
+            return None;
+        }
+        self.turned = false;
         let start = self.point;
         let entry = if turned { self.output(now).1 } else { self.velocity };
         let end = now.wrapping_add(room);
@@ -315,10 +326,10 @@ impl Filters {
         }
         let (point, exit) = self.output(end);
         self.end_corrections(end);
-        self.out += TickTime::from_bits(u128::from(room));
+        self.out = out;
         self.point = point;
         self.velocity = exit;
-        Knot { seconds: history::seconds(room), start, entry, point, exit }
+        Some(Knot { seconds: history::seconds(room), start, entry, point, exit })
     }
 
     /// Place and velocity at `time`, each cursor's stretch taken as it is.

@@ -79,7 +79,7 @@ impl Motion {
         self.passed
     }
 
-    /// Path speed at the cursor, about 1.5 ms and the filters' latency ahead of the motors.
+    /// Path speed at the cursor, 1.5 ms at most and the filters' latency ahead of the motors.
     #[must_use]
     pub fn speed(&self) -> MmPerSecond {
         MmPerSecond(self.run.as_ref().map_or(0.0, |run| run.speed))

@@ -2,11 +2,12 @@
 
 use units::{PerActuator, StepCount, StepPosition, Ticks};
 
-use super::{LEAD, Motion, State};
+use super::{Motion, State};
 use crate::{
     compensation::{Compensation, Warped},
     config::MotionConfig,
     feed::{FeedOrders, FeedReport, Supply},
+    feed_schedule::{Lead, Window},
     greatest,
     knots::{Segment, Span, step_positions_after, steps_per_mm},
     least,
@@ -26,30 +27,39 @@ impl Motion {
     ///
     /// Never inlined: once a slice, it would take registers from the feed's loop over the steps.
     #[inline(never)]
-    pub(crate) fn take_segment(&mut self, now: Ticks, segment: &mut Segment) -> Supply {
+    pub(crate) fn take_segment(&mut self, window: &Window, segment: &mut Segment) -> Supply {
         if self.planner.pushed() != self.seen.0 {
-            self.seen = (self.planner.pushed(), now);
+            self.seen = (self.planner.pushed(), window.now);
         }
         if self.filters.bypassed != self.filters.bypass_wanted {
             self.obey_bypass();
         }
         if self.filters.engaged() {
-            return self.filtered_segment(now, segment);
+            return self.filtered_segment(window, segment);
         }
-        let Some(slice) = self.next_slice(now) else { return Supply::Nothing };
-        self.segment(&slice, now, segment);
+        let Some(slice) = self.next_slice(window) else {
+            let has_more = self.run.as_ref().is_some_and(Run::has_more);
+            return if has_more { Supply::Enough } else { Supply::Nothing };
+        };
+        self.segment(&slice, window, segment);
         Supply::Segment
     }
 
-    /// The next slice of trajectory; it begins at the clock.
-    pub(super) fn next_slice(&mut self, now: Ticks) -> Option<Slice> {
+    /// The next slice of trajectory; it begins at the clock. `None`: there is none now, or it would end too
+    /// late.
+    pub(super) fn next_slice(&mut self, window: &Window) -> Option<Slice> {
+        let now = window.now;
         // Ends: each turn of the loop consumes a block or returns.
         loop {
             if self.run.is_none() {
                 self.begin_from_rest(now)?;
             }
             if self.resting && self.state == State::Running {
-                self.start_clock(now);
+                if window.is_bounded() {
+                    // It would be fixed now when this begins, and perhaps be late when it is taken.
+                    return None;
+                }
+                self.start_clock(window.start);
             }
             let run = self.run.as_mut()?;
             if let Some(piece) = run.new_piece() {
@@ -61,8 +71,11 @@ impl Motion {
             if !self.timeline.has_begun(block) {
                 self.timeline.begin(block, run.block.tag, self.clock);
             }
-            if let Some(slice) = run.advance() {
+            if let Some(slice) = run.advance(at_tick(window.latest)) {
                 return Some(slice);
+            }
+            if run.has_more() {
+                return None;
             }
             self.end_of_profile(now)?;
         }
@@ -126,10 +139,10 @@ impl Motion {
         Some(())
     }
 
-    /// Whatever follows a standstill begins a moment ahead of now.
-    fn start_clock(&mut self, now: Ticks) {
+    /// Whatever follows a standstill begins then, a moment ahead of now.
+    fn start_clock(&mut self, start: Ticks) {
         self.resting = false;
-        let wait = at_tick(now.plus(LEAD)).saturating_sub(self.clock);
+        let wait = at_tick(start).saturating_sub(self.clock);
         self.clock += wait;
         if let Some(run) = &mut self.run {
             run.shift(wait);
@@ -230,7 +243,7 @@ impl Motion {
     }
 
     /// Turns a slice of trajectory into motor positions and speeds at its ends.
-    fn segment(&mut self, slice: &Slice, now: Ticks, segment: &mut Segment) {
+    fn segment(&mut self, slice: &Slice, window: &Window, segment: &mut Segment) {
         segment.start = self.clock;
         segment.duration = slice.end.saturating_sub(self.clock);
         if let (Some(config), Some(run)) = (&self.config, &mut self.run) {
@@ -256,16 +269,16 @@ impl Motion {
             self.knots = ends;
         }
         self.clock = slice.end;
-        self.shift_if_late(segment, now);
+        self.shift_if_late(segment, window);
     }
 
     /// A segment that begins in the past cannot be played: the rest of the trajectory moves on in time.
-    pub(super) fn shift_if_late(&mut self, segment: &mut Segment, now: Ticks) {
-        if whole_ticks(segment.start) >= now {
+    pub(super) fn shift_if_late(&mut self, segment: &mut Segment, window: &Window) {
+        if whole_ticks(segment.start) >= window.now {
             return;
         }
         self.counters.late = self.counters.late.saturating_add(1);
-        let shift = at_tick(now.plus(LEAD)).saturating_sub(segment.start);
+        let shift = at_tick(window.start).saturating_sub(segment.start);
         segment.start += shift;
         self.clock += shift;
         if let Some(piece) = &mut self.piece {
@@ -280,7 +293,9 @@ impl Motion {
 
     /// What the feed must know before it goes on.
     pub(crate) fn feed_orders(&mut self) -> FeedOrders {
-        core::mem::take(&mut self.orders)
+        let next = self.run.as_ref().map(|run| &run.block).or(self.planner.front());
+        let lead = if next.is_some_and(|block| block.jerk > 0.0) { Lead::OverPlans } else { Lead::Short };
+        FeedOrders { searching: self.filters.bypass_wanted, lead, ..core::mem::take(&mut self.orders) }
     }
 
     /// The feed's word on what it did.

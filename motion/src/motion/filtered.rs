@@ -1,17 +1,18 @@
 //! The trajectory through the filters: it runs ahead and is remembered; segments are cut from what comes out.
 
-use units::{Actuator, PerActuator, StepPosition, Ticks};
+use units::{Actuator, PerActuator, StepPosition};
 
 use super::{Motion, State};
 use crate::{
     compensation::Compensation,
     config::MotionConfig,
     feed::Supply,
+    feed_schedule::Window,
     filters::{Knot, LEAST_SPACING, Source, Stretch},
     knots::{SEGMENT_SECONDS, Segment, Span, step_positions_after, steps_per_mm},
     path::{Curve, Path},
     run::Slice,
-    trajectory::{Piece, TickTime, seconds_between, tick_time},
+    trajectory::{Piece, TickTime, at_tick, seconds_between, tick_time},
 };
 
 /// Slices that are made into one stretch at most: bounds the work of one segment.
@@ -33,7 +34,7 @@ impl Motion {
     }
 
     /// The next segment of filtered trajectory.
-    pub(super) fn filtered_segment(&mut self, now: Ticks, segment: &mut Segment) -> Supply {
+    pub(super) fn filtered_segment(&mut self, window: &Window, segment: &mut Segment) -> Supply {
         if self.state == State::Aborting {
             return Supply::Nothing;
         }
@@ -43,14 +44,14 @@ impl Motion {
         let was_behind = self.is_behind();
         // Never the last sliver of what is known: in a segment so short, the rounding of positions is more
         // than the way.
-        if self.is_sliver() && self.settle_more(now).is_none() {
+        if self.is_sliver() && self.settle_more(&window.unbounded()).is_none() {
             return Supply::Nothing;
         }
         if was_behind {
             return Supply::Later;
         }
         segment.start = self.filters.out;
-        let knot = self.filters.advance(self.clock);
+        let Some(knot) = self.filters.advance(self.clock, at_tick(window.latest)) else { return Supply::Enough };
         segment.duration = self.filters.out.saturating_sub(segment.start);
         if let Some(config) = &self.config {
             let knot = if self.compensation.is_active() { compensated(&self.compensation, &knot) } else { knot };
@@ -58,7 +59,7 @@ impl Motion {
             segment.motors = spans(config, &knot, &self.knots, &ends);
             self.knots = ends;
         }
-        self.shift_if_late(segment, now);
+        self.shift_if_late(segment, window);
         Supply::Segment
     }
 
@@ -72,8 +73,8 @@ impl Motion {
     }
 
     /// Moves the trajectory on: by a slice, or by a moment of rest while the filters have not drained.
-    fn settle_more(&mut self, now: Ticks) -> Option<()> {
-        let Some(slice) = self.next_slice(now) else { return self.rest_a_moment() };
+    fn settle_more(&mut self, window: &Window) -> Option<()> {
+        let Some(slice) = self.next_slice(window) else { return self.rest_a_moment() };
         self.filters.drained = false;
         let begin = self.clock;
         let cut = self.filters.cut_piece.take().filter(|_| !slice.fresh);
@@ -98,7 +99,7 @@ impl Motion {
         }
         self.clock = slice.end;
         if slice.fresh || crowded {
-            self.lump(&slice, begin, now, crowded);
+            self.lump(&slice, begin, window, crowded);
         }
         Some(())
     }
@@ -134,14 +135,14 @@ impl Motion {
 
     /// When very short pieces fill the history, several become one: their chord, with their speeds at its
     /// ends. When there is no room for a curve, a single slice of it becomes its chord.
-    fn lump(&mut self, first: &Slice, begin: TickTime, now: Ticks, crowded: bool) {
+    fn lump(&mut self, first: &Slice, begin: TickTime, window: &Window, crowded: bool) {
         let least = self.filters.least_stretch();
         let Some(piece) = self.piece else { return };
         let mean = |slice: &Slice| 0.5 * (slice.entry + slice.exit) * slice.seconds;
         let (mut length, mut last, mut seconds) = (mean(first), *first, first.seconds);
         let mut slices = 1;
         while seconds < least && slices < MAX_LUMPED {
-            let Some(slice) = self.next_slice(now) else { break };
+            let Some(slice) = self.next_slice(window) else { break };
             self.clock = slice.end;
             length += mean(&slice);
             seconds = seconds_between(begin, self.clock);

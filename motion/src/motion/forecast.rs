@@ -8,9 +8,10 @@
 
 use units::{MmPerSecond, Ticks};
 
-use super::{LEAD, Motion, State};
+use super::{Motion, State};
 use crate::{
     config::MotionConfig,
+    feed_schedule::START_BY_PERIOD,
     filters::FilterConfig,
     moves::{Mode, Refusal, Tag},
     path::Path,
@@ -128,7 +129,7 @@ impl Motion {
     /// and known to be, and the next move begins. `config` is that of the object that moves.
     #[must_use]
     pub fn settling(config: &MotionConfig) -> f64 {
-        config.filters.latency() + LEAD.nanoseconds() as f64 * 1e-9 + REPORTED_SECONDS
+        config.filters.latency() + START_BY_PERIOD.nanoseconds() as f64 * 1e-9 + REPORTED_SECONDS
     }
 
     /// The block that may be begun now.

@@ -34,6 +34,7 @@ use crate::{
     compensation::{Compensation, Surface},
     config::{ConfigError, Limits, MotionConfig},
     feed::{FeedOrders, FeedReport},
+    feed_schedule::Lead,
     filters::{Filters, History},
     greatest,
     knots::{nearest_step, step_positions},
@@ -89,10 +90,6 @@ pub struct Counters {
     /// Runs of pieces too short for the filters' memory, which were made into one.
     pub lumped: u32,
 }
-
-/// How far ahead of now a motion begins: a feed period, so that the interrupt surely sees the first event
-/// coming.
-const LEAD: Ticks = Ticks::from_micros(500);
 
 /// The motion object. Build it in a `static`, then [`Self::configure`] it.
 #[derive(Debug)]
@@ -250,7 +247,7 @@ impl Motion {
             resting: true,
             report: FeedReport::RESTING,
             set_back: PerActuator([0; units::MAX_ACTUATORS]),
-            orders: FeedOrders { cut: false, rebase: None, setup: None },
+            orders: FeedOrders { cut: false, rebase: None, setup: None, searching: false, lead: Lead::Short },
             trigger: None,
             counters: Counters { starved: 0, urgent: 0, late: 0, squeezed: 0, lumped: 0 },
             filters: Filters::new(history),

@@ -12,6 +12,7 @@ mod jerk_limited;
 mod laws;
 mod levelled;
 mod limits;
+mod on_demand;
 mod optimum;
 mod programs;
 mod rig;

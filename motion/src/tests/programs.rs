@@ -10,9 +10,10 @@ use super::rig::PERIOD;
 use crate::{
     Corner, Motion, MotionConfig, Move, Refusal,
     feed::{FeedReport, Supply},
+    feed_schedule::{FeedSchedule, Lead},
     geometry::{Arc, ArcShape, Bezier, Plane, SplineMoves},
     knots::Segment,
-    trajectory::{Piece, at_tick},
+    trajectory::{Piece, at_tick, whole_ticks},
 };
 
 /// A stretch of a program.
@@ -132,9 +133,10 @@ impl Drive {
     /// Half a millisecond, as the feed asks for it.
     pub fn tick(&mut self) {
         self.now = self.now.plus(PERIOD);
-        let until = at_tick(self.now.plus(Ticks::from_micros(1_000)));
         let mut end = self.segment.start + self.segment.duration;
-        while end < until && self.motion.take_segment(self.now, &mut self.segment) == Supply::Segment {
+        while let Some(window) = FeedSchedule::ByPeriod.window(self.now, whole_ticks(end), Lead::Short, Ticks(0))
+            && self.motion.take_segment(&window, &mut self.segment) == Supply::Segment
+        {
             end = self.segment.start + self.segment.duration;
             if let Some(piece) = self.motion.last_piece()
                 && self.pieces.last() != Some(piece)

@@ -7,7 +7,7 @@ use proptest::test_runner::Config as ProptestConfig;
 use units::{Actuator, MmPerSecond, MmPerSecond2, PerActuator, PerAxis, Ticks};
 
 use crate::{
-    ActuatorConfig, Kinematics, Latch, Limits, Motion, MotionConfig, Move, Refusal, StepFeed,
+    ActuatorConfig, FeedSchedule, Kinematics, Latch, Limits, Motion, MotionConfig, Move, Refusal, StepFeed,
     motion::Access,
     queue::{StepEvent, StepQueue},
     trajectory::{Piece, TakenBack},
@@ -126,7 +126,7 @@ impl Rig {
         motion.configure(config).expect("a valid configuration");
         Self {
             access: Recorder::new(motion),
-            feed: StepFeed::new(),
+            feed: StepFeed::default(),
             queue: Box::new(StepQueue::new()),
             latch: Latch::new(),
             // Close to the wrap of the 32-bit clock, so that every longer test crosses it.
@@ -139,15 +139,20 @@ impl Rig {
         }
     }
 
+    /// As a board has it: the feed runs on demand.
+    pub fn on_demand(config: MotionConfig) -> Self {
+        Self { feed: StepFeed::new(FeedSchedule::OnDemand), ..Self::new(config) }
+    }
+
     pub fn motion(&mut self) -> &mut Motion {
         &mut self.access.motion
     }
 
-    /// One feed period: the feed runs, then the interrupt plays what falls due.
+    /// The feed runs, then the interrupt plays what falls due until the next run.
     pub fn tick(&mut self) {
         self.before = f64::from(self.counts[Actuator::Alpha]) / 80.0;
         self.feed.run(self.now, &mut self.access, &self.queue, &self.latch);
-        self.now = self.now.plus(PERIOD);
+        self.now = self.now.plus(self.feed.wait(self.now));
         self.play_until(self.now);
     }
 

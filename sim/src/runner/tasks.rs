@@ -127,7 +127,7 @@ impl Tasks {
     pub fn new(inputs: Inputs) -> Self {
         let present = OutputLevels::default();
         Self {
-            feed: FeedTask::new(),
+            feed: FeedTask::default(),
             inputs,
             heat: HeatTask::new(),
             present,

@@ -12,10 +12,10 @@ use super::machines::Machines;
 
 /// The hold comes in the middle of its stroke.
 const HOLD_AFTER: u64 = 120_000;
-/// Where in the step feed's period the hold comes: how soon it is felt depends on it, and any change of how
-/// long the image takes to start moves it.
+/// Where between two runs of the step feed the hold comes: how soon it is felt depends on it, and any change
+/// of how long the image takes to start moves it.
 const DELAYS_US: [u64; 5] = [0, 100, 200, 300, 400];
-/// How far they are apart, and how long that period is.
+/// How far they are apart, and how far two runs at steady speed are: as long as a segment.
 const APART_US: u64 = 100;
 const PERIOD_US: u64 = 500;
 /// How often the moment is looked for more closely, by halves.

@@ -1,0 +1,132 @@
+//! When the step feed runs, and how far ahead of the motors it writes.
+//!
+//! What is written is not taken back, so a hold, a stop or an override is felt where the writing ends: how
+//! far ahead that is decides how soon. Two ways:
+//!
+//! - **On demand**, for a board. The feed runs again when what is written ends a `Lead` from now, and then
+//!   takes one segment, and others as long as none ends later than one of `LONGEST` would. A segment is
+//!   half a millisecond at most, so the writing ends 0.125 to 0.625 ms ahead; with a limit of jerk 0.5 to 1
+//!   ms, because the next segment may need a plan that takes long.
+//! - **By period**, every half millisecond, until more than `REFILL` is written: 1 to 1.5 ms ahead. That
+//!   is how the native runner works, whose time goes by half milliseconds, and how a board works while it
+//!   searches for a switch or the probe. Where the brake begins then depends on the phase of the runs: so a
+//!   search ends alike on both.
+
+use units::Ticks;
+
+/// Between two runs by period, and at most between two on demand.
+pub const PERIOD: Ticks = Ticks::from_micros(500);
+/// Where a run by period stops to take segments: so much is written.
+const REFILL: Ticks = Ticks::from_micros(1_000);
+/// The longest segment. A run on demand takes none that ends later than this and the lead from now, if it can
+/// wait for the next run.
+const LONGEST: Ticks = Ticks::from_micros(500);
+/// By so much a run may come too soon, its timer counting whole microseconds: it takes its segment all the
+/// same.
+const SLACK: Ticks = Ticks::from_micros(5);
+/// What begins from standstill begins so long after a run by period.
+pub(crate) const START_BY_PERIOD: Ticks = Ticks::from_micros(500);
+/// The next run comes no sooner than this, or it would be asked for while the present one has not ended.
+const LEAST_WAIT: Ticks = Ticks::from_micros(5);
+
+/// How much is still written when the feed runs on demand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Lead {
+    /// 125 us. Until the first steps of the next segment can be played it takes 60 us at worst: who runs
+    /// before the feed or holds the lock of the motion object (20), the segment (10), its first
+    /// [`crate::feed::BATCH`] of steps (20), those that are played meanwhile.
+    #[default]
+    Short,
+    /// 500 us. A jerk-limited block may take 350 us to plan, under the same lock.
+    OverPlans,
+}
+
+impl Lead {
+    /// Less than this is urgent at the beginning of a run: something has kept the feed from running.
+    pub(crate) const URGENT: Ticks = Ticks(Self::Short.ticks().0 / 2);
+
+    const fn ticks(self) -> Ticks {
+        Ticks::from_micros(match self {
+            Self::Short => 125,
+            Self::OverPlans => 500,
+        })
+    }
+
+    /// What begins from standstill begins so long after the run that takes it.
+    const fn before_start(self) -> Ticks {
+        Ticks::from_micros(match self {
+            Self::Short => 200,
+            Self::OverPlans => 500,
+        })
+    }
+}
+
+/// Which of the two ways.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FeedSchedule {
+    /// Every [`PERIOD`].
+    #[default]
+    ByPeriod,
+    /// Whenever what is written comes to its end.
+    OnDemand,
+}
+
+/// What a run of the feed asks of the motion object: moments between which a segment may lie.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Window {
+    /// The present.
+    pub now: Ticks,
+    /// What follows a standstill begins then.
+    pub start: Ticks,
+    /// No segment may end later.
+    pub latest: Ticks,
+}
+
+impl Window {
+    /// Any segment, however late it ends.
+    const fn open(now: Ticks, start: Ticks) -> Self {
+        Self { now, start, latest: Ticks(u64::MAX) }
+    }
+
+    /// The same, for trajectory of which no segment is made yet.
+    #[must_use]
+    pub const fn unbounded(self) -> Self {
+        Self::open(self.now, self.start)
+    }
+
+    /// Not every segment may be taken.
+    #[must_use]
+    pub const fn is_bounded(&self) -> bool {
+        self.latest.0 != u64::MAX
+    }
+}
+
+impl FeedSchedule {
+    /// What may be taken at a run that begins `now`, when everything up to `end` is written, the last segment
+    /// being so long. `None`: it is enough. Where another like it would end too late that is not even asked:
+    /// most segments are as long as the one before, and to ask takes the lock.
+    #[inline(always)]
+    pub(crate) fn window(self, now: Ticks, end: Ticks, lead: Lead, last: Ticks) -> Option<Window> {
+        match self {
+            Self::ByPeriod => (end < now.plus(REFILL)).then_some(Window::open(now, now.plus(START_BY_PERIOD))),
+            Self::OnDemand => {
+                let window = Window::open(now, now.plus(lead.before_start()));
+                if end < now.plus(lead.ticks()).plus(SLACK) {
+                    return Some(window);
+                }
+                let latest = now.plus(lead.ticks()).plus(LONGEST);
+                (end.plus(last) <= latest).then_some(Window { latest, ..window })
+            }
+        }
+    }
+
+    /// How long to wait `now` for the next run, when everything up to `end` is written and there is more to
+    /// write.
+    #[must_use]
+    pub(crate) fn wait(self, now: Ticks, end: Ticks, lead: Lead) -> Ticks {
+        match self {
+            Self::ByPeriod => PERIOD,
+            Self::OnDemand => end.since(now.plus(lead.ticks())).clamp(LEAST_WAIT, PERIOD),
+        }
+    }
+}
