@@ -12,6 +12,7 @@ mod files;
 mod firmware;
 mod forecast;
 mod golden;
+mod hold;
 mod homing;
 mod images;
 mod led_strips;
