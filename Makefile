@@ -25,7 +25,7 @@ ifeq ($(filter help clean,$(or $(MAKECMDGOALS),help)),)
 -include target/toolchain.mk
 endif
 
-.PHONY: help demo test firmware seal run compare console check bench faults updates fuzz peers peers-senders peers-slicers peers-fuzz usb usb-fuzz stream replay velvet emulator virtual-prime clean
+.PHONY: help demo test firmware seal run compare console check bench budget faults updates fuzz peers peers-senders peers-slicers peers-fuzz usb usb-fuzz stream replay velvet emulator virtual-prime clean
 .PHONY: test-lint test-desk test-host test-builds test-image test-virtual
 
 help:
@@ -95,6 +95,12 @@ check: velvet
 ## make bench                    the performance ledger: instructions per step, per line, per interrupt, memory; some 18 minutes
 bench: firmware virtual-prime velvet
 	@$(CARGO) run -q --locked -p xtask -- ledger $(IMAGE) $(VPRIME) $(VELVET)
+
+## make budget                   whether the image keeps within bench/budget.toml; some four minutes, and a part of make test
+budget: firmware emulator
+	@test -x $(VPRIME) || $(MAKE) virtual-prime
+	@echo "== limits of the image"
+	@$(CARGO) run -q --locked -p xtask -- budget $(IMAGE) $(VPRIME)
 
 ## make peers                    other people's programs beside ours: LinuxCNC's interpreter (Debian's linuxcnc-uspace)
 peers: target/toolchain.mk
@@ -179,6 +185,7 @@ test-image: firmware emulator
 	@test -x $(VPRIME) || $(MAKE) virtual-prime
 	@echo "== tests on target, on the virtual board"
 	@FW_CARGO="$(FW_CARGO)" FW_FLAGS="$(FW_FLAGS)" scripts/test-on-target.sh
+	@$(MAKE) budget
 
 test-virtual: firmware emulator
 	@echo "== the image on the virtual board"
