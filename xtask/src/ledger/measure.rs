@@ -17,8 +17,8 @@ const INSTRUCTIONS_PER_S: f64 = 400e6;
 /// downwards.
 const RATES: [u32; 12] =
     [1_000_000, 950_000, 900_000, 850_000, 800_000, 750_000, 700_000, 650_000, 600_000, 550_000, 500_000, 450_000];
-/// The rate of the fastest motor at which the budget looks at the feed: one that does not hang on how its runs
-/// fall on the queue.
+/// The rate of the fastest motor at which the budget looks at the feed: one that does not hang on how its
+/// runs fall on the queue.
 const HELD_RATE: u32 = 800_000;
 /// How fast the three axes are to each other, together, in the loaded job.
 const LOADED_AXES: f64 = 1.0 + 0.975 + 0.95;
