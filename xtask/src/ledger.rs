@@ -7,6 +7,7 @@
 
 mod board;
 mod config;
+mod drawing;
 mod history;
 mod hold;
 mod jobs;
@@ -48,6 +49,7 @@ pub fn run(root: &Path, elf: &Path, virtual_prime: &Path, velvet: &Path) -> Resu
     table::print(&ledger, before.as_ref());
     fs::write(&path, serde_json::to_string_pretty(&ledger)? + "\n").with_context(|| path.display().to_string())?;
     page::write(root, &ledger)?;
+    drawing::write(root, &ledger)?;
     let page = bench.scratch.join("history.html");
     history::write(root, &ledger, &page)?;
     println!("history: {}", page.strip_prefix(root).unwrap_or(&page).display());
@@ -77,6 +79,13 @@ fn measure(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     ledger.extend(budget::sizes(root, &image)?);
     config::measure(root, bench.elf, bench.virtual_prime, &bench.scratch.join("config"), &mut ledger)?;
     Ok(ledger)
+}
+
+/// Writes the figures of the ledger that lies there into the page, and draws them.
+pub fn write_committed(root: &Path) -> Result<()> {
+    let ledger = read(&root.join("bench/ledger.json")).context("bench/ledger.json")?;
+    page::write(root, &ledger)?;
+    drawing::write(root, &ledger)
 }
 
 /// The ledger that lies there.

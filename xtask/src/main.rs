@@ -21,7 +21,7 @@ const HELP: &str = "usage: cargo xtask <task>
   budget ELF VP    the image keeps within bench/budget.toml: its sizes, and what it costs on the virtual board VP
   deps             every crate uses only what the architecture allows, and no source breaks a house rule
   docs             what the documentation names exists, and its figures are those of the ledger
-  figures          writes the ledger's figures into docs/performance.md
+  figures          writes the ledger's figures into docs/performance.md, and draws them over the commits
   itcm ELF         the step interrupt stays in ITCM: no branch from there leaves it
   ledger ELF VP V  what the image costs, counted by the virtual board VP and verified by the velvet command V, against the
                    committed ledger
@@ -46,7 +46,7 @@ fn run(arguments: &[String]) -> Result<()> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words.as_slice() {
         ["deps"] => deps::check(root()),
-        ["figures"] => ledger::page::write_committed(root()),
+        ["figures"] => ledger::write_committed(root()),
         ["docs"] => docs::check(root()).and_then(|()| ledger::page::check(root())),
         ["seal", elf, boot] => seal::run(Path::new(elf), Path::new(boot)),
         ["ledger", elf, board, velvet] => ledger::run(root(), Path::new(elf), Path::new(board), Path::new(velvet)),

@@ -50,18 +50,15 @@ const GROUPS: [(&str, &str, &[&str]); 13] = [
 ];
 
 /// A ledger with the commit it belongs to.
-struct State {
+pub struct State {
     id: String,
     date: String,
-    ledger: Ledger,
+    pub ledger: Ledger,
 }
 
 /// Writes the page.
 pub fn write(root: &Path, now: &Ledger, page: &Path) -> Result<()> {
-    let mut states = committed(root)?;
-    if states.last().is_none_or(|state| state.ledger != *now) {
-        states.push(State { id: "now".into(), date: "now".into(), ledger: now.clone() });
-    }
+    let states = states(root, now)?;
     let data = data(&states).to_string().replace("</", "<\\/");
     let mut text = TEMPLATE.to_owned();
     for (name, part) in PARTS.into_iter().chain([("data", data.as_str())]) {
@@ -71,6 +68,15 @@ pub fn write(root: &Path, now: &Ledger, page: &Path) -> Result<()> {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     fs::write(page, text).with_context(|| page.display().to_string())
+}
+
+/// The committed ledgers, oldest first, and the present one.
+pub fn states(root: &Path, now: &Ledger) -> Result<Vec<State>> {
+    let mut states = committed(root)?;
+    if states.last().is_none_or(|state| state.ledger != *now) {
+        states.push(State { id: "now".into(), date: "now".into(), ledger: now.clone() });
+    }
+    Ok(states)
 }
 
 /// The ledgers that git knows, oldest first; none where there is no git.

@@ -73,11 +73,6 @@ pub fn write(root: &Path, ledger: &Ledger) -> Result<()> {
     fs::write(&path, with(&page, ledger)?).context(PAGE)
 }
 
-/// Writes the figures of the ledger that lies there.
-pub fn write_committed(root: &Path) -> Result<()> {
-    write(root, &of(root)?)
-}
-
 /// Whether the page has the figures of the ledger that lies there.
 pub fn check(root: &Path) -> Result<()> {
     let page = fs::read_to_string(root.join(PAGE)).context(PAGE)?;
