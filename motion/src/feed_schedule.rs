@@ -1,6 +1,6 @@
 //! When the step feed runs, and how far ahead of the motors it writes.
 //!
-//! What is written is not taken back, so a hold, a stop or an override is felt where the writing ends: how
+//! Steps in the queue are not taken back, so a hold, a stop or an override is felt behind the last one: how
 //! far ahead that is decides how soon. Two ways:
 //!
 //! - **On demand**, for a board. The feed runs again when what is written ends a `Lead` from now, and then
@@ -64,10 +64,10 @@ impl Lead {
 /// Which of the two ways.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FeedSchedule {
-    /// Every [`PERIOD`].
+    /// The feed runs every [`PERIOD`].
     #[default]
     ByPeriod,
-    /// Whenever what is written comes to its end.
+    /// The feed runs when the steps in the queue come to their end.
     OnDemand,
 }
 

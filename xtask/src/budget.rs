@@ -51,7 +51,7 @@ struct Budget {
 pub fn check(root: &Path, elf: &Path, virtual_prime: &Path) -> Result<()> {
     let budget = Budget::parse(&fs::read_to_string(root.join(FILE)).context(FILE)?).context(FILE)?;
     let image = fs::read(elf).with_context(|| elf.display().to_string())?;
-    let mut figures = sizes(root, &image)?;
+    let mut figures = sizes(root, &image).with_context(|| elf.display().to_string())?;
     figures.extend(ledger::measure::held(root, &ledger::bench(root, elf, virtual_prime))?);
     fs::write(root.join(FIGURES), serde_json::to_string_pretty(&figures)? + "\n").context(FIGURES)?;
     let before = ledger::read(&root.join("bench/ledger.json")).unwrap_or_default();

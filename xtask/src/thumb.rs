@@ -1,5 +1,5 @@
-//! What Thumb instructions do to the stack and to the flow, decoded by hand: pushes, pops, changes of the
-//! stack pointer, constants and branches, some two dozen patterns of ARM DDI 0403E (section A7.7). A
+//! Decodes the Thumb instructions that move the stack pointer, branch, or load a constant: some two dozen
+//! patterns of ARM DDI 0403E (section A7.7). A
 //! disassembler would be a large dependency, and the small ones do not know the floating point unit's.
 
 /// One instruction.
@@ -32,17 +32,17 @@ pub enum Effect {
     Literal(u8, u64),
     /// A call of an address.
     Call(u64),
-    /// A call of what a register holds.
+    /// A call of the address in a register.
     CallRegister(u8),
-    /// A jump, always.
+    /// An unconditional branch to an address.
     Jump(u64),
-    /// A jump, or the next instruction.
+    /// A conditional branch to an address.
     Branch(u64),
-    /// A jump to what a register holds.
+    /// A branch to the address in a register.
     JumpRegister(u8),
-    /// A jump by a table.
+    /// A branch by a table of offsets.
     Table,
-    /// Nothing of these. Registers whose bits are set may be others afterwards.
+    /// Anything else; it may write the registers whose bits are set.
     Other(u16),
 }
 

@@ -1,4 +1,4 @@
-//! What people read about a section or a setting at a desk. The board has no use for it.
+//! The documentation of sections and settings. The board's image leaves it out.
 
 use super::Since;
 

@@ -1,4 +1,4 @@
-//! Which small letter of the basic plane is the same as which capital, for the names of files.
+//! Small letters and their capitals in Unicode's basic plane, to compare names of files.
 //!
 //! Small letters that have one capital which has exactly this small letter, as Unicode 17 tells them. The
 //! standard library knows the case of every character, in tables of 25 kB, of which a name needs these pairs.

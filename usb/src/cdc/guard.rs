@@ -1,4 +1,4 @@
-//! What a bus does for the class of `usbd-serial` 0.2: it numbers its endpoints and mends its descriptors.
+//! A bus for the class of `usbd-serial` 0.2 that numbers its endpoints and mends its descriptors.
 //!
 //! The class takes whatever numbers it gets, and says that it knows neither line coding nor serial state. It
 //! names the interface and not the association. Nothing can be written to its notification endpoint, which

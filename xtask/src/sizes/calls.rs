@@ -1,4 +1,4 @@
-//! Who calls whom in an image, and how much of the stack is taken when that happens: from its machine code,
+//! The call graph of an image, with the bytes of stack that each caller holds, from its machine code,
 //! with the frames as they are, inlined calls and tail calls included.
 
 use std::collections::BTreeMap;
@@ -147,8 +147,7 @@ fn read(code: &Code<'_>, start: u64, end: u64) -> Function {
 /// What aligning a frame may take beyond its size.
 const ALIGNED: i64 = 32;
 
-/// Registers that a called function may use as it likes: r0 to r3 and r12 (procedure call standard, section
-/// 6.1.1).
+/// r0 to r3 and r12, which a called function may change (procedure call standard, section 6.1.1).
 const CALLERS: u16 = 0x100F;
 
 fn forget(registers: &mut [Option<u32>; 16], written: u16) {

@@ -2,7 +2,7 @@
 //!
 //! A call by a register can lead to the functions that the caller has as constants, else to those that its
 //! own callers have, else to those that tables hold for the caller's crate (objects of its traits, rows of
-//! its tables). What leads back to itself does so as often as [`NESTING`] says. A panic ends the program
+//! its tables). Recursive functions are followed as often as [`NESTING`] says. A panic ends the program
 //! and is not counted: its own depth belongs into the margin.
 
 use std::collections::BTreeMap;
@@ -16,7 +16,8 @@ use super::pointers::Pointers;
 
 /// How often a function may be on the stack at once, where it leads back to itself: by what its name holds.
 const NESTING: [(&str, u8); 11] = [
-    // A reply says a finding, which says an error, which says a quantity, which says a number.
+    // A reply formats a finding, that an error, that a quantity, that a number. GRBL's framing formats once
+    // more below, but no number, which is what takes the stack.
     ("core::fmt::write", 4),
     // Derived `Debug`s, and text set in by them: only a panic and the log say them.
     (">::debug_", 2),

@@ -19,12 +19,14 @@ pub use stack::{executor_bytes, main_bytes};
 /// Prints the bytes by crate, the largest functions, the kinds of constants, the stacks, or the deepest path
 /// from a function.
 pub fn report(elf: &Path, what: &str) -> Result<()> {
-    let elf = fs::read(elf).with_context(|| elf.display().to_string())?;
-    match what {
-        "crate" => crates::report(&elf),
-        "function" => functions::report(&elf),
-        "text" => text::report(&elf),
-        "stack" => stack::report(&elf),
-        function => stack::report_from(&elf, function).context("sizes: crate, function, text, stack, or a function"),
-    }
+    let path = || elf.display().to_string();
+    let image = fs::read(elf).with_context(path)?;
+    let reported = match what {
+        "crate" => crates::report(&image),
+        "function" => functions::report(&image),
+        "text" => text::report(&image),
+        "stack" => stack::report(&image),
+        function => stack::report_from(&image, function).context("sizes: crate, function, text, stack, or a function"),
+    };
+    reported.with_context(path)
 }

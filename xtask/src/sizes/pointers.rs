@@ -1,4 +1,4 @@
-//! What a function that calls by a register may reach, from what the image holds of addresses.
+//! Finds the functions that a call by a register may reach, by the addresses in the image's code and tables.
 
 use std::collections::{BTreeMap, BTreeSet};
 

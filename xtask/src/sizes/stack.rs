@@ -1,5 +1,5 @@
-//! Which stacks the image needs: the executor's own one, and the main one, on which the board comes up and
-//! interrupts run.
+//! How much the image needs of its two stacks: the executor's, and the main one, which belongs to the start
+//! and to interrupts.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ const ENTRY_BYTES: i64 = 27 * 4;
 /// How many bytes the executor's stack takes at most.
 ///
 /// # Errors
-/// As [`Graph::deepest`].
+/// Those of [`Graph::deepest`].
 pub fn executor_bytes(elf: &[u8]) -> Result<i64> {
     Ok(bytes(&Graph::read(elf)?.deepest(EXECUTOR)?))
 }
@@ -27,7 +27,7 @@ pub fn executor_bytes(elf: &[u8]) -> Result<i64> {
 /// has the priorities, which RTIC sets.
 ///
 /// # Errors
-/// As [`Graph::deepest`].
+/// Those of [`Graph::deepest`].
 pub fn main_bytes(elf: &[u8], tasks: &str) -> Result<i64> {
     let graph = Graph::read(elf)?;
     let (begin, interrupts) = on_main(elf, &graph)?;

@@ -1,4 +1,4 @@
-//! What the image's constants are: text, addresses, zeros, and the rest; and text that is there twice.
+//! Counts the image's constants by kind (text, addresses, zeros, the rest), and finds repeated texts.
 
 use std::collections::BTreeMap;
 
