@@ -4,9 +4,9 @@
 //! far ahead that is decides how soon. Two ways:
 //!
 //! - **On demand**, for a board. The feed runs again when what is written ends a `Lead` from now, and then
-//!   takes one segment, and others as long as none ends later than one of `LONGEST` would. A segment is
-//!   half a millisecond at most, so the writing ends 0.125 to 0.625 ms ahead; with a limit of jerk 0.5 to 1
-//!   ms, because the next segment may need a plan that takes long.
+//!   takes one segment, and others as long as none ends later than the longest would. A segment is half a
+//!   millisecond at most, so the writing ends 125 to 625 us ahead; with a limit of jerk a fifth of a
+//!   millisecond, so it ends 425 to 625 us ahead, because the next segment may need a plan that takes long.
 //! - **By period**, every half millisecond, until more than `REFILL` is written: 1 to 1.5 ms ahead. That
 //!   is how the native runner works, whose time goes by half milliseconds, and how a board works while it
 //!   searches for a switch or the probe. Where the brake begins then depends on the phase of the runs: so a
@@ -18,9 +18,9 @@ use units::Ticks;
 pub const PERIOD: Ticks = Ticks::from_micros(500);
 /// Where a run by period stops to take segments: so much is written.
 const REFILL: Ticks = Ticks::from_micros(1_000);
-/// The longest segment. A run on demand takes none that ends later than this and the lead from now, if it can
-/// wait for the next run.
-const LONGEST: Ticks = Ticks::from_micros(500);
+/// A run on demand takes no segment that ends later than this from now, if it can wait for the next run: the
+/// longest segment behind the lead.
+const FARTHEST: Ticks = Ticks::from_micros(625);
 /// By so much a run may come too soon, its timer counting whole microseconds: it takes its segment all the
 /// same.
 const SLACK: Ticks = Ticks::from_micros(5);
@@ -37,7 +37,7 @@ pub(crate) enum Lead {
     /// [`crate::feed::BATCH`] of steps (20), those that are played meanwhile.
     #[default]
     Short,
-    /// 500 us. A jerk-limited block may take 350 us to plan, under the same lock.
+    /// 425 us. A jerk-limited block may take 350 us to plan, under the same lock.
     OverPlans,
 }
 
@@ -48,7 +48,7 @@ impl Lead {
     const fn ticks(self) -> Ticks {
         Ticks::from_micros(match self {
             Self::Short => 125,
-            Self::OverPlans => 500,
+            Self::OverPlans => 425,
         })
     }
 
@@ -114,7 +114,7 @@ impl FeedSchedule {
                 if end < now.plus(lead.ticks()).plus(SLACK) {
                     return Some(window);
                 }
-                let latest = now.plus(lead.ticks()).plus(LONGEST);
+                let latest = now.plus(FARTHEST);
                 (end.plus(last) <= latest).then_some(Window { latest, ..window })
             }
         }

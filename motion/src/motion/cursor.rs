@@ -23,7 +23,7 @@ use crate::{
 };
 
 impl Motion {
-    /// The next half millisecond of trajectory at most, written to `segment`.
+    /// The next segment of trajectory, written to `segment`.
     ///
     /// Never inlined: once a slice, it would take registers from the feed's loop over the steps.
     #[inline(never)]
@@ -291,10 +291,14 @@ impl Motion {
         self.timeline.shift(segment.start.saturating_sub(shift), shift);
     }
 
+    /// What moves or will move next has a limit of jerk.
+    pub(super) fn is_smooth(&self) -> bool {
+        self.run.as_ref().map(|run| &run.block).or(self.planner.front()).is_some_and(|block| block.jerk > 0.0)
+    }
+
     /// What the feed must know before it goes on.
     pub(crate) fn feed_orders(&mut self) -> FeedOrders {
-        let next = self.run.as_ref().map(|run| &run.block).or(self.planner.front());
-        let lead = if next.is_some_and(|block| block.jerk > 0.0) { Lead::OverPlans } else { Lead::Short };
+        let lead = if self.is_smooth() { Lead::OverPlans } else { Lead::Short };
         FeedOrders { searching: self.filters.bypass_wanted, lead, ..core::mem::take(&mut self.orders) }
     }
 
