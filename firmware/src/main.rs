@@ -172,7 +172,7 @@ mod app {
             card: board.sd.into_service(),
         };
         let local = Local {
-            step_feed: FeedTask::new(FeedSchedule::OnDemand),
+            step_feed: FeedTask::new(FeedSchedule::OnDemand, step_engine::wake),
             feed_tick,
             heat_tick,
             watchdog: board.watchdog,
@@ -337,7 +337,7 @@ mod app {
     // One slice of look-ahead.
     #[task(binds = LPTIM2, priority = 3, shared = [motion])]
     fn plan(mut cx: plan::Context) {
-        cx.shared.motion.lock(|motion| motion.plan());
+        while cx.shared.motion.lock(|motion| motion.plan()) {}
         REPORTS.report(Reporter::Planner);
     }
 

@@ -169,15 +169,15 @@ pub struct FeedTask {
 
 impl Default for FeedTask {
     fn default() -> Self {
-        Self::new(FeedSchedule::ByPeriod)
+        Self::new(FeedSchedule::ByPeriod, || {})
     }
 }
 
 impl FeedTask {
-    /// Before the first run.
+    /// Before the first run. `wake` has the step interrupt look at its queue.
     #[must_use]
-    pub const fn new(schedule: FeedSchedule) -> Self {
-        Self { feed: StepFeed::new(schedule) }
+    pub const fn new(schedule: FeedSchedule, wake: fn()) -> Self {
+        Self { feed: StepFeed::new(schedule, wake) }
     }
 
     /// How long to wait `now`, at the end of a run, for the next one.

@@ -9,7 +9,7 @@ use units::{MAX_ACTUATORS, PerActuator, StepCount, Ticks};
 
 use crate::{
     event_merge::{EventMerge, NEVER},
-    feed_schedule::{FeedSchedule, Lead, PERIOD},
+    feed_schedule::{FeedSchedule, LONGEST_SEGMENT, PERIOD, URGENT},
     knots::Segment,
     live::Rewind,
     motion::Access,
@@ -67,8 +67,6 @@ pub(crate) struct FeedOrders {
     pub setup: Option<PerActuator<MotorSetup>>,
     /// A switch or the probe is being searched for: runs are by period.
     pub searching: bool,
-    /// How far ahead the feed must be when it runs on demand.
-    pub lead: Lead,
 }
 
 /// At least the motors, and a power of two: an index reduced to it needs no check.
@@ -97,21 +95,23 @@ pub struct StepFeed {
     /// As asked for, and at the last run.
     wanted: FeedSchedule,
     schedule: FeedSchedule,
-    lead: Lead,
-    /// How long the last segment is.
+    /// Has the interrupt look at the queue again.
+    wake: fn(),
+    /// How long the last segment is, or what was refused for its length may be.
     last: Ticks,
 }
 
 impl Default for StepFeed {
     fn default() -> Self {
-        Self::new(FeedSchedule::ByPeriod)
+        Self::new(FeedSchedule::ByPeriod, || {})
     }
 }
 
 impl StepFeed {
-    /// Nothing written, nothing to write.
+    /// Nothing written, nothing to write. `wake` is called when steps are written that nothing is played
+    /// before: a run may write for longer than the first of them may wait for its end.
     #[must_use]
-    pub const fn new(schedule: FeedSchedule) -> Self {
+    pub const fn new(schedule: FeedSchedule, wake: fn()) -> Self {
         Self {
             motors: [Motor::NONE; SLOTS],
             merge: EventMerge::EMPTY,
@@ -125,7 +125,7 @@ impl StepFeed {
             moving: false,
             wanted: schedule,
             schedule,
-            lead: Lead::Short,
+            wake,
             last: Ticks(0),
         }
     }
@@ -136,7 +136,6 @@ impl StepFeed {
     pub fn run(&mut self, now: Ticks, motion: &mut impl Access, queue: &StepQueue, latch: &Latch) -> Passed {
         let orders = motion.with(|motion| motion.feed_orders());
         self.schedule = if orders.searching { FeedSchedule::ByPeriod } else { self.wanted };
-        self.lead = orders.lead;
         self.obey(&orders, queue);
         if queue.is_cut() {
             self.clear_up(motion, queue);
@@ -145,16 +144,19 @@ impl StepFeed {
             let trigger = self.locate(fired, now, queue);
             motion.with(|motion| motion.triggered(trigger));
         }
-        let urgent = self.moving && self.end < now.plus(Lead::URGENT);
+        let urgent = self.moving && self.end < now.plus(URGENT);
         let mut segment = Segment::default();
         // Ends: each turn brings the segments, or the trajectory that comes before them, on in time.
         while self.emit(queue)
-            && let Some(window) = self.schedule.window(now, self.end, self.lead, self.last)
+            && let Some(window) = self.schedule.window(now, self.end, self.last)
         {
             match motion.with(|motion| motion.take_segment(&window, &mut segment)) {
                 Supply::Segment => self.load(&segment),
                 Supply::Later => {}
-                Supply::Enough => break,
+                Supply::Enough => {
+                    self.last = LONGEST_SEGMENT;
+                    break;
+                }
                 Supply::Nothing => {
                     self.moving = false;
                     break;
@@ -174,7 +176,7 @@ impl StepFeed {
         }
         // With the queue full, the segment is not written to its end.
         let written = self.base.0.saturating_add_signed(i64::from(self.newest));
-        self.schedule.wait(now, if self.merge.is_empty() { self.end } else { Ticks(written) }, self.lead)
+        self.schedule.wait(now, if self.merge.is_empty() { self.end } else { Ticks(written) }, self.last)
     }
 
     fn obey(&mut self, orders: &FeedOrders, queue: &StepQueue) {
@@ -297,9 +299,10 @@ impl StepFeed {
     /// Writes and publishes the next [`BATCH`] of events, or up to where the current segment is done (true)
     /// or the queue is full.
     fn emit_batch(&mut self, queue: &StepQueue) -> bool {
-        let mut writer = queue.writer(BATCH);
         let base = self.base.0 as u32;
         let mut newest = None;
+        let written = queue.written();
+        let mut writer = queue.writer(BATCH);
         let done = loop {
             let key = self.merge.first();
             if key == NEVER {
@@ -314,6 +317,12 @@ impl StepFeed {
             let next = self.motors[index].take(index as u32, &self.scale);
             self.merge.replace_first(next);
         };
+        drop(writer);
+        // The interrupt may have had nothing to play, and stand.
+        let batch = queue.written().wrapping_sub(written);
+        if batch > 0 && queue.len() <= batch as usize {
+            (self.wake)();
+        }
         if let Some(key) = newest {
             self.newest = (key >> StepEvent::BITS) as i32;
         }

@@ -34,7 +34,6 @@ use crate::{
     compensation::{Compensation, Surface},
     config::{ConfigError, Limits, MotionConfig},
     feed::{FeedOrders, FeedReport},
-    feed_schedule::Lead,
     filters::{Filters, History},
     greatest,
     knots::{nearest_step, step_positions},
@@ -247,7 +246,7 @@ impl Motion {
             resting: true,
             report: FeedReport::RESTING,
             set_back: PerActuator([0; units::MAX_ACTUATORS]),
-            orders: FeedOrders { cut: false, rebase: None, setup: None, searching: false, lead: Lead::Short },
+            orders: FeedOrders { cut: false, rebase: None, setup: None, searching: false },
             trigger: None,
             counters: Counters { starved: 0, urgent: 0, late: 0, squeezed: 0, lumped: 0 },
             filters: Filters::new(history),
@@ -329,9 +328,11 @@ impl Motion {
         self.report.played = steps;
     }
 
-    /// One bounded slice of planning: the reverse pass over what is new.
-    pub fn plan(&mut self) {
-        self.planner.plan();
+    /// One bounded slice of planning: the reverse pass over what is new, or a part of it. Whether there is
+    /// more.
+    pub fn plan(&mut self) -> bool {
+        self.planner.plan_for_release();
+        self.planner.plan_jerk()
     }
 
     /// Nothing more will come soon: run what is queued without waiting for the queue to fill.

@@ -141,7 +141,7 @@ impl Rig {
 
     /// As a board has it: the feed runs on demand.
     pub fn on_demand(config: MotionConfig) -> Self {
-        Self { feed: StepFeed::new(FeedSchedule::OnDemand), ..Self::new(config) }
+        Self { feed: StepFeed::new(FeedSchedule::OnDemand, || {}), ..Self::new(config) }
     }
 
     pub fn motion(&mut self) -> &mut Motion {
@@ -180,7 +180,10 @@ impl Rig {
     pub fn submit(&mut self, request: &Move) {
         for _ in 0..1_000_000 {
             match self.motion().submit(request) {
-                Ok(()) => return self.motion().plan(),
+                Ok(()) => {
+                    self.motion().plan();
+                    return;
+                }
                 Err(Refusal::Full) => self.tick(),
                 Err(refusal) => panic!("{request:?} refused: {refusal}"),
             }

@@ -173,7 +173,10 @@ impl EventLog for HostPorts<'_> {
 
 impl MotionPort for HostPorts<'_> {
     fn motion<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
-        f(&mut self.shared.motion.borrow_mut())
+        let mut motion = self.shared.motion.borrow_mut();
+        let result = f(&mut motion);
+        while motion.plan() {}
+        result
     }
 
     fn latch(&self) -> &Latch {
