@@ -1,5 +1,6 @@
 //! A line: is it a console command or G-code, is it the next one, did it arrive whole?
 
+use crate::block::Block;
 use crate::error::{Problem, SyntaxError};
 use crate::expression;
 use crate::extended::{Extended, is_extended};
@@ -83,13 +84,22 @@ impl Decoder {
             at = skip_blanks(line, end);
         }
         let console = is_console(line.get(at..).unwrap_or(&[]));
-        let checksum = if console && number.is_none() { None } else { checksum(line, number.is_some())? };
+        let checksum = if number.is_none() && (console || Self::is_text(line, at)) {
+            None
+        } else {
+            checksum(line, number.is_some())?
+        };
         let end = checksum.map_or(line.len(), |(star, _)| star);
         let body = line.get(..end).unwrap_or(line);
         if let Some((star, sum)) = checksum
             && line.iter().take(star).fold(0, |xor, byte| xor ^ byte) != sum
         {
-            return Err(Refusal::Resend { expected: self.expected() });
+            // Whoever numbers no lines cannot be asked for one.
+            return Err(if number.is_some() || self.last != 0 {
+                Refusal::Resend { expected: self.expected() }
+            } else {
+                Refusal::Syntax(SyntaxError { column: column(star), problem: Problem::BadChecksum })
+            });
         }
         let blocks = Blocks::starting_at(body, at);
         if is_set_line_number(body.get(at..).unwrap_or(&[])) {
@@ -111,6 +121,17 @@ impl Decoder {
             return Ok(Line::Extended(Extended::new(text_of(body, at)?)));
         }
         Ok(Line::Code(blocks))
+    }
+
+    /// Whether a `*` in this line, which has no number, may be part of a text: of a command by name or of a
+    /// code that takes one.
+    fn is_text(line: &[u8], at: usize) -> bool {
+        if memchr::memchr(b'*', line).is_none() {
+            return false;
+        }
+        let body = line.get(at..).unwrap_or(&[]);
+        let takes_text = |block: Block<'_>| block.text.is_some();
+        is_extended(body) || Blocks::starting_at(line, at).flatten().any(takes_text)
     }
 
     /// `N5 M110` and `M110 N5`: the line just read counts as line 5.
@@ -358,7 +379,36 @@ mod tests {
         assert!(is_code(&with_comment), "{with_comment}");
         assert!(is_code("G1 X5 ; a comment with *99"));
         let wrong = format!("G1 X5*{}", sum ^ 1);
-        assert_eq!(decode(&mut Decoder::new(), &wrong).unwrap_err(), Refusal::Resend { expected: 1 });
+        let bad = Refusal::Syntax(SyntaxError { column: 6, problem: Problem::BadChecksum });
+        assert_eq!(decode(&mut Decoder::new(), &wrong).unwrap_err(), bad, "it has no number to be asked for");
+        let mut numbering = Decoder::new();
+        decode(&mut numbering, &numbered(1, "G28")).unwrap();
+        assert_eq!(decode(&mut numbering, &wrong).unwrap_err(), Refusal::Resend { expected: 2 });
+    }
+
+    #[test]
+    fn a_star_in_a_text_is_no_checksum() {
+        let mut numbering = Decoder::new();
+        decode(&mut numbering, &numbered(1, "G28")).unwrap();
+        for mut decoder in [Decoder::new(), numbering] {
+            for line in [
+                "M117 Pass 3*4",
+                "M118 5*3",
+                "M117 *** Test ****15",
+                "M486 Abox 2*2",
+                "M23 a*1.g",
+                "M0 Turn 2*3",
+                "M16 Box*2",
+                "G1 X1 M117 3*4",
+                "echo 5*3",
+                "RESPOND MSG=3*4",
+                "M30 part*7",
+            ] {
+                assert!(decode(&mut decoder, line).is_ok(), "{line}");
+            }
+        }
+        let texts = blocks(decode(&mut Decoder::new(), "M117 Pass 3*4").unwrap());
+        assert_eq!(texts[0].text, Some("Pass 3*4"));
     }
 
     #[test]

@@ -53,6 +53,18 @@ pub enum Problem {
     BadLineNumber,
 }
 
+impl Problem {
+    /// Bytes that no text has, or a checksum that no sender writes: not a slip.
+    #[must_use]
+    pub const fn is_damage(self) -> bool {
+        match self {
+            Self::NotText | Self::BadChecksum => true,
+            Self::NotALetter(byte) => !byte.is_ascii() || byte.is_ascii_control(),
+            _ => false,
+        }
+    }
+}
+
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {

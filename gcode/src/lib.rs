@@ -20,6 +20,7 @@ mod line_buffer;
 mod number;
 pub mod realtime;
 mod scanner;
+mod stop;
 mod text_value;
 mod whole_line;
 

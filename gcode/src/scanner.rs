@@ -4,12 +4,12 @@ use crate::block::{Block, Code, Letter};
 use crate::error::{Problem, SyntaxError};
 use crate::expression::{self, NoParameters, Parameters, Reader};
 use crate::number::{self, Flaw};
-use crate::text_value::string_or_list;
+use crate::text_value::{comment, string_or_list};
 
 /// M-codes whose argument is text, kept as it stands.
 ///
 /// M115 is followed by the version that a file wants (`M115 U3.13.2`), M486 by names of objects.
-pub(crate) const TEXT_M_CODES: [u16; 10] = [23, 28, 30, 32, 115, 117, 118, 486, 501, 504];
+pub(crate) const TEXT_M_CODES: [u16; 11] = [16, 23, 28, 30, 32, 115, 117, 118, 486, 501, 504];
 /// G-codes whose words are coordinates and rates. A letter without a number there is a slip, not a flag.
 const NUMBERED_G_CODES: [u16; 22] = [0, 1, 2, 3, 4, 5, 10, 33, 38, 43, 53, 73, 81, 82, 83, 85, 89, 92, 93, 94, 98, 99];
 
@@ -20,19 +20,28 @@ pub struct Blocks<'a> {
     pub(crate) at: usize,
     /// A comment that says something, `(MSG, hello)`.
     remark: Option<&'a [u8]>,
+    /// What follows M0 and M1 is for the operator, whatever it looks like.
+    pub(crate) stops_say: bool,
 }
 
 impl<'a> Blocks<'a> {
     /// The commands of a line that has neither number nor checksum. [`crate::Decoder`] takes those off.
     #[must_use]
     pub const fn new(line: &'a [u8]) -> Self {
-        Self { line, at: 0, remark: None }
+        Self::starting_at(line, 0)
     }
 
     /// The same, from a place of the line on: see [`Self::place`].
     #[must_use]
     pub const fn starting_at(line: &'a [u8], at: usize) -> Self {
-        Self { line, at, remark: None }
+        Self { line, at, remark: None, stops_say: false }
+    }
+
+    /// The same, in a dialect where what follows M0 and M1 is said to the operator, whatever it looks like.
+    /// Without, `M0 M9` has two codes, and `M0 Insert M3 nuts` one: see [`crate::stop`].
+    #[must_use]
+    pub const fn where_stops_say(self, stops_say: bool) -> Self {
+        Self { stops_say, ..self }
     }
 
     /// The line, and where in it the next command is looked for: enough to go on later.
@@ -142,6 +151,9 @@ impl<'a> Blocks<'a> {
             block.text = self.text()?.filter(|text| !is_end_of_program(code, text));
             return Ok(true);
         }
+        if code.is_some_and(crate::stop::is_stop) && self.stop(block)? {
+            return Ok(true);
+        }
         let flags_allowed = code.is_some_and(allows_flags);
         loop {
             let letter = match self.next_word(parameters) {
@@ -222,11 +234,11 @@ impl<'a> Blocks<'a> {
     }
 
     /// What follows a code that takes text, up to a `;`.
-    fn text(&mut self) -> Result<Option<&'a str>, SyntaxError> {
+    pub(crate) fn text(&mut self) -> Result<Option<&'a str>, SyntaxError> {
         let begin = self.at;
         let rest = self.rest();
         self.at = self.line.len();
-        let length = rest.iter().position(|&byte| byte == b';').unwrap_or(rest.len());
+        let length = rest.len().min(comment(rest));
         let text = core::str::from_utf8(rest.get(..length).unwrap_or(&[]));
         let text = text.map_err(|_| self.error(begin, Problem::NotText))?.trim_matches([' ', '\t']);
         Ok((!text.is_empty()).then_some(text))
@@ -258,7 +270,7 @@ pub(crate) fn column(at: usize) -> u16 {
     u16::try_from(at).map_or(u16::MAX, |at| at.saturating_add(1))
 }
 
-fn takes_text(code: Code) -> bool {
+pub(crate) fn takes_text(code: Code) -> bool {
     code.letter == Letter::M && code.subcode == 0 && TEXT_M_CODES.contains(&code.number)
 }
 

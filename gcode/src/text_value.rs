@@ -1,4 +1,5 @@
-//! RepRapFirmware's values of M-codes and of G29: strings, `P"zvd"`, and lists, `E400:400`.
+//! RepRapFirmware's values of M-codes and of G29: strings, `P"zvd"`, and lists, `E400:400`; and where a text
+//! ends.
 
 use crate::number;
 
@@ -13,6 +14,14 @@ pub(crate) fn string_or_list(rest: &[u8]) -> Option<(usize, Option<&str>)> {
         [b':', list @ ..] => Some((1 + list.iter().take_while(|byte| number::starts(**byte)).count(), None)),
         _ => None,
     }
+}
+
+/// Where a comment begins in a text; in a string of RepRapFirmware's, `S"a; b"`, a `;` is a character.
+pub(crate) fn comment(text: &[u8]) -> usize {
+    let quotes = |text: &[u8]| text.iter().filter(|byte| **byte == b'"').count();
+    let whole = quotes(text) % 2 == 0;
+    let begins = |at: &usize| text.get(..*at).is_some_and(|before| !whole || quotes(before) % 2 == 0);
+    memchr::memchr_iter(b';', text).find(begins).unwrap_or(text.len())
 }
 
 #[cfg(test)]

@@ -276,7 +276,7 @@ impl Run {
         match action {
             Action::Move(request) => self.movement(request)?,
             Action::Dwell(time) => writeln!(self.out, "dwell {}", time.0 as f64 / 1e6)?,
-            Action::Pause(_) | Action::RetractByHand => writeln!(self.out, "pause")?,
+            Action::Pause { .. } | Action::RetractByHand => writeln!(self.out, "pause")?,
             Action::ChangeTool(tool) => writeln!(self.out, "tool {tool}")?,
             Action::Message(text) => writeln!(self.out, "message {text}")?,
             Action::EndProgram => {

@@ -58,7 +58,14 @@ pub enum Action<'b> {
     /// Show the operator a text of the program.
     Message(&'b str),
     /// Wait for the operator.
-    Pause(Pause),
+    Pause {
+        /// Which code says so.
+        why: Pause,
+        /// It goes on by itself after so long.
+        time: Option<Micros>,
+        /// What the operator is to read.
+        text: Option<&'b str>,
+    },
     /// Call a subroutine by its number, so many times (M98).
     Call {
         /// The number.

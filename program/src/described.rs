@@ -85,7 +85,13 @@ impl fmt::Display for Described<'_, '_> {
             }
             Action::Resume => f.write_str("resume"),
             Action::Message(text) => write!(f, "message: {text}"),
-            Action::Pause(_) => f.write_str("wait for the operator"),
+            Action::Pause { time, text, .. } => {
+                match time {
+                    Some(time) => write!(f, "wait {} s", time.seconds())?,
+                    None => f.write_str("wait for the operator")?,
+                }
+                text.map_or(Ok(()), |text| write!(f, ": {text}"))
+            }
             Action::Call { number, times } => write!(f, "call O{number}, {times} times"),
             Action::Return => f.write_str("end of subroutine"),
             Action::ChangeTool(tool) => write!(f, "put in tool {tool}"),

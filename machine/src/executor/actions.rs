@@ -155,7 +155,7 @@ fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to:
         }),
         Action::HeatAndWait { heater, target, cools } => apart(|| heat_and_wait(machine, (heater, target, cools), to)),
         Action::EndProgram => apart(|| end_program(machine)),
-        Action::Pause(why) => apart(|| operator::pause(machine, why)),
+        Action::Pause { why, time, text } => apart(|| operator::pause(machine, why, time, text)),
         Action::ChangeTool(tool) => apart(|| tool_change::begin(machine, tool)),
         Action::AwaitInput(wait) => apart(|| program_io::await_input(machine, wait)),
         // The program refuses them by name before: nothing here turns a spindle so.

@@ -296,8 +296,8 @@ fn report<P: Ports>(
         Function::FilamentDiameter => reports::filament_diameter(machine.texts, config, program.tools(), words, reply),
         Function::FlowFactor => reports::flow_factor(machine.texts, config, program.tools(), words, reply),
         Function::SayToAll => {
-            let text = program::said_by_m118(words.text().unwrap_or(""));
-            sessions.say(Recipient::All, format_args!("{text}\n"));
+            let (prefix, text) = program::said_by_m118(words.text().unwrap_or(""));
+            sessions.say(Recipient::All, format_args!("{prefix}{text}\n"));
             Ok(Answer::Ok)
         }
         Function::FilamentDetector => crate::filament::told((filament, filament_width), config, tuning, words, reply),

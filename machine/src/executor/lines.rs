@@ -6,7 +6,7 @@ use gcode::{Line, Refusal};
 use motion::Tag;
 use program::{State, Waits};
 
-use super::answers::{alarm, answered, finish, pause_job, say_refusal};
+use super::answers::{answered, finish, pause_job, say_refusal};
 use super::blocks::Start;
 use super::foresee::Start as JobStart;
 use super::line_numbers::{decoder_expecting, tag_of};
@@ -351,8 +351,8 @@ fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], source: Sou
         Err(Refusal::Resend { .. }) => {
             // Its checksum is wrong: the file is damaged.
             let text = core::str::from_utf8(line).unwrap_or("(not text)");
-            let why = machine.texts.alarm(format_args!("checksum does not match: {text}"));
-            alarm(machine, why, source.to);
+            let why = machine.texts.refused(format_args!("checksum does not match: {text}"));
+            machine.refuse(source.to, why);
         }
         Err(refusal) => say_refusal(machine, refusal, line, source.to),
     }

@@ -1,6 +1,7 @@
 //! What a program tells the operator, and waits for: messages, M0, M1, M60.
 
 use program::{Pause, Remark, State};
+use units::Micros;
 
 use super::frames::Frame;
 use super::{Machine, log};
@@ -41,9 +42,20 @@ pub(super) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> 
     Ok(())
 }
 
-/// M0, M1, M60.
-pub(super) fn pause<P: Ports>(machine: &mut Machine<'_, P>, why: Pause) -> Outcome {
+/// M0, M1, M60: until the operator goes on, or so long.
+pub(super) fn pause<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    why: Pause,
+    time: Option<Micros>,
+    text: Option<&str>,
+) -> Outcome {
     machine.standstill()?;
+    if let Some(text) = text {
+        machine.announce(format_args!("// {text}\n"));
+    }
+    if let Some(time) = time {
+        return machine.wait_for(time).map(|()| Answer::Ok);
+    }
     let code = match why {
         Pause::Program => "M0",
         Pause::Optional => "M1",

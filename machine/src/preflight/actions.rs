@@ -77,7 +77,10 @@ impl Reading<'_, '_> {
                 self.standstill().await;
                 self.unforeseen();
             }
-            Action::Pause(_) | Action::ChangeTool(_) | Action::Suspend { .. } | Action::RetractByHand => {
+            Action::Pause { time: None, .. }
+            | Action::ChangeTool(_)
+            | Action::Suspend { .. }
+            | Action::RetractByHand => {
                 self.standstill().await;
             }
             Action::Halt => return Err(self.say(Kind::Unforeseen, short(format_args!("M112 halts the machine")))),

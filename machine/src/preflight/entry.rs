@@ -82,7 +82,7 @@ impl Preflight<'_> {
     pub fn too_long(&mut self, here: Place, listener: &mut dyn Listener) {
         self.totals.stops += 1;
         let what = short(format_args!("the line is longer than {MAX_LINE_LENGTH} letters"));
-        listener.found(&self.finding(here.line + 1, Kind::Text, what));
+        listener.found(&self.finding(here.line + 1, Kind::Damage, what));
     }
 
     /// Whether more lines have been carried out than any file needs, which is said.

@@ -46,6 +46,8 @@ pub enum Kind {
     Acceleration,
     /// The line cannot be read.
     Text,
+    /// Bytes that no text has, or a wrong checksum.
+    Damage,
     /// Subroutines and loops do not fit together.
     Flow,
     /// It waits for something that only the job can know.
@@ -69,7 +71,8 @@ impl Kind {
             Self::Cold => "set the temperature and wait for it (M109) before",
             Self::Speed => "slice for that speed, or raise the limit",
             Self::Acceleration => "slice for that acceleration, or raise the limit",
-            Self::Text => "the file may be damaged: copy it anew",
+            Self::Text => "correct the line",
+            Self::Damage => "the file may be damaged: copy it anew",
             Self::Flow => "close what is open",
             Self::Unforeseen => "watch the job there",
         }

@@ -1,6 +1,6 @@
 //! From a line to what it means, as the executor reads it: blocks in their order, commands by name, O words.
 
-use gcode::{Block, Blocks, Line, Refusal, WholeLine};
+use gcode::{Block, Blocks, Line, Refusal, SyntaxError, WholeLine};
 use motion::Motion;
 use program::{Dialect, Fault, Meaning, MotionMode, Next, Place, Problem};
 
@@ -94,11 +94,10 @@ impl Reading<'_, '_> {
             Ok(Line::Extended(command)) => self.named(&command).await,
             Ok(Line::Blank | Line::Console(_)) => Next::Following,
             Err(refusal) => {
-                let what = match refusal {
-                    Refusal::Resend { .. } => short(format_args!("checksum does not match")),
-                    refusal => short(format_args!("{refusal}")),
+                match refusal {
+                    Refusal::Resend { .. } => self.say(Kind::Damage, short(format_args!("checksum does not match"))),
+                    Refusal::Syntax(error) => self.unreadable(error),
                 };
-                self.say(Kind::Text, what);
                 Next::Following
             }
         }
@@ -128,6 +127,7 @@ impl Reading<'_, '_> {
         if self.preflight.dialect.orders_lines() && self.in_order(&blocks, &mut next).await {
             return next;
         }
+        blocks = blocks.where_stops_say(self.preflight.dialect.stops_say());
         let mut block = Block::new(None, 0);
         loop {
             let read = blocks.read(&mut block, self.preflight.program);
@@ -136,7 +136,7 @@ impl Reading<'_, '_> {
                 Ok(true) => {}
                 Ok(false) => break,
                 Err(error) => {
-                    self.say(Kind::Text, short(format_args!("{error}")));
+                    self.unreadable(error);
                     self.preflight.program.drop_line();
                     return next;
                 }
@@ -148,6 +148,12 @@ impl Reading<'_, '_> {
         }
         self.end_line();
         next
+    }
+
+    /// A line that cannot be read: is it a slip, or bytes that no text has?
+    fn unreadable(&mut self, error: SyntaxError) -> Said {
+        let kind = if error.problem.is_damage() { Kind::Damage } else { Kind::Text };
+        self.say(kind, short(format_args!("{error}")))
     }
 
     fn end_line(&mut self) {

@@ -105,6 +105,7 @@ pub const ROWS: &[CodeInfo] = &[
         "progress and time left; as the slicer reckons, with words: left out",
     )
     .differs(NOT_KNOWN),
+    quiet(16, "name of the printer that the file is for"),
     quiet(74, "weight of the part"),
     quiet(75, "start the print timer"),
     quiet(76, "pause the print timer"),

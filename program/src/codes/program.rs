@@ -11,8 +11,8 @@ use crate::word::{Unit, word};
 const NOT_KNOWN: &str = "not known";
 
 pub const ROWS: &[CodeInfo] = &[
-    pause(0, "wait until the operator goes on (~ or M24)"),
-    pause(1, "wait until the operator goes on (~ or M24)"),
+    pause(0),
+    pause(1),
     CodeInfo::means(Code::m(2), program::end, "end of program: G54, G61, G90, speed factor 100 %")
         .group(Group::Stopping)
         .waits(Waits::Standstill)
@@ -26,7 +26,10 @@ pub const ROWS: &[CodeInfo] = &[
         .takes(&[word('Q', Unit::Number, "its number, 0 for none").bounds(&Whole(0.0, 65_535.0))])
         .group(Group::ToolChange)
         .differs(NOT_KNOWN),
-    pause(60, "wait until the operator goes on (~ or M24)"),
+    CodeInfo::means(Code::m(60), program::pause, "wait until the operator goes on (~ or M24)")
+        .group(Group::Stopping)
+        .waits(Waits::Standstill)
+        .differs(NOT_KNOWN),
     CodeInfo::means(Code::m(98), program::call, "call the subroutine O P, L times")
         .takes(&[
             word('P', Unit::Number, "its number").bounds(&Whole(0.0, 99_999_999.0)),
@@ -51,8 +54,13 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::m(999), program::release, "clear a halt").states(EVERYWHERE_BUT_INVALID),
 ];
 
-const fn pause(number: u16, help: &'static str) -> CodeInfo {
-    CodeInfo::means(Code::m(number), program::pause, help)
+/// M0, M1.
+const fn pause(number: u16) -> CodeInfo {
+    const HELP: &str = "wait until the operator goes on (~ or M24); text behind it is shown to the operator";
+    const WORDS: &[crate::word::WordInfo] =
+        &[word('S', Unit::Seconds, "or so long"), word('P', Unit::Number, "or so long, ms")];
+    CodeInfo::means(Code::m(number), program::pause, HELP)
+        .takes(WORDS)
         .group(Group::Stopping)
         .waits(Waits::Standstill)
         .differs(NOT_KNOWN)

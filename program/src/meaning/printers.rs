@@ -112,17 +112,25 @@ pub(crate) fn babystep<'b>(program: &mut Interpreter, context: &Context<'b>) -> 
     Ok(Meaning::Action(program.rapid_to(target)))
 }
 
-/// What M118 says, without Marlin's and RepRapFirmware's words of where to.
+/// What M118 says, and what stands before it: Marlin's A1 has hosts take it for their own, E1 for an echo.
+/// Its and RepRapFirmware's words of where to are no part of it.
 #[must_use]
-pub fn said_by_m118(text: &str) -> &str {
-    let mut text = text.trim();
+pub fn said_by_m118(text: &str) -> (&'static str, &str) {
+    let (mut text, mut prefix) = (text.trim(), "");
     while let Some((word, rest)) = text.split_once(' ')
-        && matches!(word.as_bytes(), [b'A' | b'E' | b'P' | b'L', digits @ ..] if !digits.is_empty() && digits.iter().all(u8::is_ascii_digit))
+        && let [letter @ (b'A' | b'E' | b'P' | b'L'), digits @ ..] = word.as_bytes()
+        && !digits.is_empty()
+        && digits.iter().all(u8::is_ascii_digit)
     {
+        match (letter, digits) {
+            (b'A', b"1") => prefix = "// ",
+            (b'E', b"1") if prefix.is_empty() => prefix = "echo:",
+            _ => {}
+        }
         text = rest.trim_start();
     }
     let quoted = text.strip_prefix("S\"").and_then(|text| text.split('"').next());
-    quoted.unwrap_or(text)
+    (prefix, quoted.unwrap_or(text))
 }
 
 #[cfg(test)]
@@ -132,11 +140,14 @@ mod tests {
     #[test]
     fn where_a_text_is_to_be_said_is_no_part_of_it() {
         for (line, text) in [
-            ("E1 A1 hello you", "hello you"),
-            ("P0 S\"hello; you\"", "hello; you"),
-            ("Ready 10 %", "Ready 10 %"),
-            ("E1", "E1"),
-            ("", ""),
+            ("E1 A1 hello you", ("// ", "hello you")),
+            ("A1 action:pause", ("// ", "action:pause")),
+            ("E1 P0 hello", ("echo:", "hello")),
+            ("A0 hello", ("", "hello")),
+            ("P0 S\"hello; you\"", ("", "hello; you")),
+            ("Ready 10 %", ("", "Ready 10 %")),
+            ("E1", ("", "E1")),
+            ("", ("", "")),
         ] {
             assert_eq!(said_by_m118(line), text);
         }

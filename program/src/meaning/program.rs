@@ -1,10 +1,13 @@
 //! The program as a whole: its end, messages, suspending, halting.
 
+use units::Micros;
+
 use crate::action::{Action, Pause};
 use crate::auxiliary::Spindle;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
+use crate::meaning::moves::LONGEST_DWELL;
 use crate::meaning::{extruders, modes};
 use crate::modal::{FeedMode, MotionMode};
 
@@ -29,13 +32,20 @@ pub(crate) fn end<'b>(program: &mut Interpreter, context: &Context<'b>) -> Resul
     Ok(Meaning::Action(Action::EndProgram))
 }
 
-/// M0, M1, M60.
+/// M0, M1, M60. Marlin's S and P, seconds and milliseconds, are how long it waits.
 pub(crate) fn pause<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    Ok(Meaning::Action(Action::Pause(match context.words.code().number {
+    let words = &context.words;
+    let why = match words.code().number {
         0 => Pause::Program,
         1 => Pause::Optional,
         _ => Pause::Pallet,
-    })))
+    };
+    let seconds = words.get('S').unwrap_or(0.0) + 1e-3 * words.get('P').unwrap_or(0.0);
+    if !(0.0..=LONGEST_DWELL).contains(&seconds) {
+        return Err(Problem::DwellRange.refused(words.column()));
+    }
+    let time = (seconds > 0.0).then_some(Micros((seconds * 1e6) as u64));
+    Ok(Meaning::Action(Action::Pause { why, time, text: words.text() }))
 }
 
 /// M6: nothing turns where somebody reaches in. A machine with extruders changes them by T alone.
