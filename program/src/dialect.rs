@@ -87,11 +87,12 @@ impl Dialect {
         }
     }
 
-    /// What G90 and G91 do to the extruder's coordinates.
+    /// What G90 and G91 do to the extruder's coordinates. Sources: "E: places or distances" in
+    /// `docs/dialects.md`.
     pub(crate) const fn extruder_follows(self) -> ExtruderFollows {
         match self {
-            Self::Smoothie | Self::Grbl | Self::RepRapFirmware => ExtruderFollows::Nothing,
-            Self::Marlin => ExtruderFollows::TheLast,
+            Self::Smoothie | Self::Grbl | Self::Marlin => ExtruderFollows::TheLast,
+            Self::RepRapFirmware => ExtruderFollows::Nothing,
             Self::Klipper => ExtruderFollows::Both,
         }
     }
@@ -148,6 +149,12 @@ impl Dialect {
     /// Whether G81 and G82 peck with a Q, and G81 dwells with a P, as G83 and G82 do.
     pub(crate) const fn drills_by_words(self) -> bool {
         matches!(self, Self::Smoothie)
+    }
+
+    /// Whether what follows M0 and M1 is a text for the operator even where it could be codes.
+    #[must_use]
+    pub const fn stops_say(self) -> bool {
+        self.is_other_printers()
     }
 
     /// Whether M30 ends the program; else it removes a file, or does nothing.

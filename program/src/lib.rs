@@ -43,6 +43,7 @@ mod passes;
 mod remark;
 mod rotation;
 mod saved_modes;
+mod script_modes;
 mod setup;
 mod splines;
 mod state;
@@ -74,6 +75,7 @@ pub use modal::{COORDINATE_SYSTEMS, FeedMode, Modal, MotionMode, write_system_na
 pub use order::{Part as LinePart, Parts as LineParts, arrange};
 pub use park::ParkPosition;
 pub use remark::{Remark, write_values};
+pub use script_modes::ScriptModes;
 pub use setup::{
     CycleSetup, HeaterSetup, IoKind, IoSetup, PulseSetup, ServoSetup, Setup, SpindleSetup, StripSetup, ToolSettings,
 };

@@ -4,7 +4,7 @@
 
 use gcode::{Code, LineBuffer};
 use heapless::Vec;
-use program::LeftHole;
+use program::{LeftHole, ScriptModes};
 
 use super::source::Source;
 use crate::failure::{Answer, KeptFailure};
@@ -83,6 +83,16 @@ pub(super) enum Then {
     PlayFrom(Recipient),
 }
 
+/// A line of the configuration.
+#[derive(Debug)]
+pub(super) struct Script<'c> {
+    pub text: &'c str,
+    /// Where its next command is looked for, bytes.
+    pub next: usize,
+    /// The program's modes, from its first command on.
+    pub modes: Option<ScriptModes>,
+}
+
 /// One thing to be done.
 #[derive(Debug)]
 #[expect(
@@ -92,8 +102,7 @@ pub(super) enum Then {
 pub(super) enum Frame<'c> {
     Rest(Rest),
     Replay(Replay),
-    /// A line of the configuration, and where its next command is looked for.
-    Script(&'c str, usize),
+    Script(Script<'c>),
     /// The startup lines of GRBL's dialect from this one on.
     Startup(u8),
     Then(Then),
@@ -128,6 +137,12 @@ impl<'c> Frames<'c> {
         self.frames.push(frame).is_ok()
     }
 
+    /// Puts a line of the configuration on top. False when there is no room.
+    #[must_use]
+    pub fn push_script(&mut self, text: &'c str) -> bool {
+        self.push(Frame::Script(Script { text, next: 0, modes: None }))
+    }
+
     /// Puts something below what was started since the stack had this height.
     #[must_use]
     pub fn push_below(&mut self, height: usize, frame: Frame<'c>) -> bool {
@@ -141,7 +156,7 @@ impl<'c> Frames<'c> {
 
     /// Whether this line of the configuration is being run.
     pub fn run_script(&self, line: &str) -> bool {
-        self.frames.iter().any(|frame| matches!(frame, Frame::Script(script, _) if core::ptr::eq(*script, line)))
+        self.frames.iter().any(|frame| matches!(frame, Frame::Script(script) if core::ptr::eq(script.text, line)))
     }
 
     /// What is next waits for the operator.

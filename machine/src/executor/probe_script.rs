@@ -1,13 +1,13 @@
 //! The lines of the configuration that deploy and stow a probe: moves, waits, modes and switches, carried out
 //! on the spot in the middle of a sequence.
 //!
-//! Modes are the program's own again afterwards, and a script begins with G21 and G90, so that it means the
-//! same wherever it is run.
+//! Modes are the program's own again afterwards, and a script begins as [`ScriptModes::begin`]
+//! says, so that it means the same wherever it is run.
 
 use core::fmt::Arguments;
 
 use gcode::{Block, Blocks};
-use program::{Action, Dialect, Effect, Meaning};
+use program::{Action, Dialect, Effect, Meaning, ScriptModes};
 
 use super::{Machine, shapes};
 use crate::failure::{Failure, Texts};
@@ -21,10 +21,9 @@ pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &st
     let kept = machine.program.keep();
     // Sequences move past the program.
     machine.resynchronise();
-    let mut done = lines(machine, key, "G21 G90");
-    if done.is_ok() {
-        done = lines(machine, key, script);
-    }
+    // What it changes is kept already.
+    let _modes = ScriptModes::begin(&mut machine.program);
+    let done = lines(machine, key, script);
     let stands = match done {
         Err(Failure::HALTED) => Ok(()),
         _ => machine.standstill(),

@@ -1,10 +1,10 @@
 //! Runs what lines have started: scripts and files of saved settings, line by line, and what follows them.
 
 use gcode::{Blocks, Gathered};
-use program::LeftHole;
+use program::{LeftHole, ScriptModes};
 
 use super::blocks::Start;
-use super::frames::{Frame, Replay, Then};
+use super::frames::{Frame, Replay, Script, Then};
 use super::source::{Origin, Source};
 use super::suspend::{self, start_script};
 use super::{Hands, Machine, actions, answers, blocks, holes, play_from, recover, stall_recovery, tool_change};
@@ -20,11 +20,11 @@ pub(super) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
     }
     match machine.frames.top() {
         Some(Frame::Replay(_)) => replay_next(machine),
-        Some(Frame::Script(..)) => script_next(machine),
+        Some(Frame::Script(_)) => script_next(machine),
         _ => match machine.frames.pop() {
             Some(Frame::Rest(rest)) => blocks::run_rest(machine, rest),
             // The job was aborted meanwhile, and with it its line.
-            Some(Frame::Operator) if !machine.jobs.is_open() => machine.frames.drop_down_to(0),
+            Some(Frame::Operator) if !machine.jobs.is_open() => drop_all(machine),
             Some(Frame::ToolChange(tool)) => {
                 if let Err(failure) = tool_change::put_in(machine, tool) {
                     fail(machine, failure);
@@ -43,6 +43,22 @@ pub(super) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
             }
             _ => {}
         },
+    }
+}
+
+/// Drops what was started.
+fn drop_all<P: Ports>(machine: &mut Machine<'_, P>) {
+    while let Some(frame) = machine.frames.pop() {
+        if let Frame::Script(script) = frame {
+            end_script(machine, &script);
+        }
+    }
+}
+
+/// A script has ended, at its end or before: the modes are the program's again.
+fn end_script<P: Ports>(machine: &mut Machine<'_, P>, script: &Script<'_>) {
+    if let Some(modes) = &script.modes {
+        modes.end(&mut machine.program);
     }
 }
 
@@ -67,13 +83,16 @@ fn run_startup<P: Ports>(machine: &mut Machine<'_, P>, number: u8) {
 
 /// The next command of a script.
 fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Some(Frame::Script(script, at)) = machine.frames.top() else { return };
-    let text = *script;
-    let mut blocks = Blocks::starting_at(text.as_bytes(), *at);
+    let Machine { frames, program, .. } = machine;
+    let Some(Frame::Script(script)) = frames.top() else { return };
+    let text = script.text;
+    let modes = script.modes.get_or_insert_with(|| ScriptModes::begin(program));
+    let mut blocks = Blocks::starting_at(text.as_bytes(), script.next);
     let block = blocks.next();
-    (_, *at) = blocks.place();
+    (_, script.next) = blocks.place();
     let Some(block) = block else {
-        machine.frames.pop();
+        modes.end(program);
+        frames.pop();
         return;
     };
     let source = Source::new(machine, Recipient::Nobody, Origin::Switch);
@@ -148,8 +167,8 @@ fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
             }
             // Where the machine is the job cannot be gone on with.
             Frame::Then(Then::Recover(..)) if failure.is_refusal() => recover::give_up(machine),
-            Frame::Script(..)
-            | Frame::Then(_)
+            Frame::Script(script) => end_script(machine, &script),
+            Frame::Then(_)
             | Frame::Startup(_)
             | Frame::Operator
             | Frame::FastForward

@@ -176,7 +176,7 @@ pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
 
 /// Runs a line of the configuration, and then what follows it.
 pub(super) fn start_script<'c, P: Ports>(machine: &mut Machine<'c, P>, script: &'c str, then: Then) -> Outcome {
-    let fits = machine.frames.push(Frame::Then(then)) && machine.frames.push(Frame::Script(script, 0));
+    let fits = machine.frames.push(Frame::Then(then)) && machine.frames.push_script(script);
     if fits { Ok(Answer::Ok) } else { Err(Failure::refused(&"scripts start each other without end")) }
 }
 

@@ -14,16 +14,18 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcom
         return Ok(Answer::Ok);
     }
     let script = &machine.config.tool_change.before_gcode;
-    push(machine, Frame::ToolChange(tool))?;
-    push(machine, Frame::Script(script, 0))?;
+    let fits = machine.frames.push(Frame::ToolChange(tool)) && machine.frames.push_script(script);
+    if !fits {
+        return Err(without_end());
+    }
     Ok(Answer::Ok)
 }
 
 /// The operator puts it in, or takes out the one that is there (0); then the second script.
 pub(super) fn put_in<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Result<(), Failure> {
     let script = &machine.config.tool_change.after_gcode;
-    if !script.is_empty() {
-        push(machine, Frame::Script(script, 0))?;
+    if !script.is_empty() && !machine.frames.push_script(script) {
+        return Err(without_end());
     }
     if !machine.config.tool_change.prompt {
         return Ok(());
@@ -38,6 +40,6 @@ pub(super) fn put_in<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Resul
     waited.map(drop)
 }
 
-fn push<'c, P: Ports>(machine: &mut Machine<'c, P>, frame: Frame<'c>) -> Result<(), Failure> {
-    if machine.frames.push(frame) { Ok(()) } else { Err(Failure::refused(&"scripts start each other without end")) }
+fn without_end() -> Failure {
+    Failure::refused(&"scripts start each other without end")
 }
