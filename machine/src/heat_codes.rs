@@ -4,56 +4,28 @@ mod gains;
 pub(crate) mod named;
 mod preheat;
 mod sensors;
+mod wait;
 
 use core::fmt;
 
-use config::{HeaterId, MachineConfig, ToolId};
-use program::{Part, Words};
-use units::{Celsius, Micros};
+use config::{HeaterId, MachineConfig};
+use units::Celsius;
 
 use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
 use crate::heat::{HeatCause, HeatControl, HeatFault, OFF_BELOW, TargetRefused};
-use crate::needs::needs;
-use crate::ports::{HeatPort, Ports, Wake};
+use crate::ports::{HeatPort, Ports};
 use crate::sessions::Reply;
 pub(crate) use gains::{heater_model, maximum_temperature, pid_gains};
 pub(crate) use named::heater_named;
 pub(crate) use preheat::preheat;
 pub(crate) use sensors::{sensors, write_sensor};
+pub(crate) use wait::{heat_and_wait, wait_for_all, wait_for_temperature};
 
-/// How often a wait says the temperature.
-const WAIT_REPORT: Micros = Micros::from_millis(1_200);
 /// What an unreadable sensor is reported as.
 const NO_READING: f32 = -100.0;
 
 // --- setting and waiting ---
-
-/// M109 and M190: sets a target once nothing moves, and waits until the reading has come up to it; where it
-/// `cools`, also until it has come down to it.
-///
-/// # Errors
-/// Before anything waits or changes: when the heater does not allow that target or stays off, or there is no
-/// supply to heat with.
-pub(crate) fn heat_and_wait<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    heater: HeaterId,
-    target: Celsius,
-    cools: bool,
-) -> Result<(), Failure> {
-    let texts = hands.texts();
-    let config = hands.config();
-    if target > OFF_BELOW {
-        needs(texts, config, Part::Heater(heater), hands.is_playing())?;
-    }
-    hands.heat(|heat| allow_target(texts, heat, config, heater, target))?;
-    check_supply(hands, target)?;
-    hands.standstill()?;
-    // The way to standstill may have taken minutes.
-    check_supply(hands, target)?;
-    hands.heat(|heat| change_target(texts, heat, config, heater, target))?;
-    wait_until(hands, heater, if cools { Until::Near } else { Until::Warm })
-}
 
 /// Refuses to heat without the heaters' supply.
 ///
@@ -69,115 +41,6 @@ pub(crate) fn check_supply<P: Ports>(hands: &mut Hands<'_, '_, P>, target: Celsi
 /// That heaters have no supply.
 pub(crate) fn no_heater_supply() -> Failure {
     Failure::alarm(&"heater supply is off (vfet below 6 V): switch it on, then M999")
-}
-
-/// Waits until the reading has come up to the target, saying temperatures.
-///
-/// # Errors
-/// When the machine halts meanwhile.
-pub(crate) fn wait_for_temperature<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) -> Result<(), Failure> {
-    wait_until(hands, heater, Until::Warm)
-}
-
-/// What a wait is for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Until {
-    /// The reading has come up to the target.
-    Warm,
-    /// It has come to the target, from below or from above.
-    Near,
-    /// It is between these.
-    Between(Celsius, Celsius),
-}
-
-/// From above, a target counts as reached this far from it, where `wait_window` is less.
-const NEAR: f32 = 1.0;
-
-/// Waits for a reading, for as long as its settings say.
-fn wait_until<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId, until: Until) -> Result<(), Failure> {
-    let config = hands.config();
-    let Some(described) = config.heater(heater) else { return Ok(()) };
-    let wait = described.wait;
-    let (began, mut arrived) = (hands.now(), None);
-    let mut report_due = began.plus(WAIT_REPORT);
-    loop {
-        let now = hands.now();
-        if hands.heat(|heat| has_arrived(heat, heater, until, wait.window)) {
-            let is_off = hands.heat(|heat| heat.heater(heater).is_none_or(|heater| !heater.is_on()));
-            if is_off || now.since(*arrived.get_or_insert(now)) >= wait.dwell {
-                return Ok(());
-            }
-        } else {
-            arrived = None;
-        }
-        if wait.timeout > Micros(0) && now.since(began) > wait.timeout {
-            let (name, seconds) = (&described.name, wait.timeout.seconds());
-            let text =
-                format_args!("{name} is not at its target after {seconds} s, its wait_timeout; it goes on heating");
-            return Err(hands.texts().refused(text));
-        }
-        if hands.now() >= report_due {
-            report_due = report_due.plus(WAIT_REPORT);
-            if let Some(text) = hands.heat(|heat| temperature_text(heat, config, heater)) {
-                hands.say(format_args!("{text}\n"));
-            }
-        }
-        if let Err(failure) = hands.wait(Wake::Time).unless_halted() {
-            hands.say(format_args!("Wait on temperature aborted by kill\n"));
-            return Err(failure);
-        }
-    }
-}
-
-/// M116: waits for every heater that has a target, or for the one with the id P; with A and B until its
-/// reading is between these.
-///
-/// # Errors
-/// When nobody has that id, a heater is not to become so warm, or the machine halts meanwhile.
-pub(crate) fn wait_for_all<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<(), Failure> {
-    let (config, wanted) = (hands.config(), words.get('P').map(ToolId::from_word));
-    let is_meant = |id: ToolId| wanted.is_none_or(|wanted| wanted == Some(id));
-    if !config.heaters().any(|(_, heater)| is_meant(heater.tool_id)) {
-        return Err(Failure::refused(&"M116: no heater has that id"));
-    }
-    let bound = |letter: char| words.get(letter).map(|celsius| celsius as f32);
-    let (least, most) = (bound('A'), bound('B'));
-    let until = match (least, most) {
-        (None, None) => Until::Warm,
-        _ => Until::Between(Celsius(least.unwrap_or(f32::MIN)), Celsius(most.unwrap_or(f32::MAX))),
-    };
-    hands.standstill()?;
-    for (heater, _) in config.heaters().filter(|(_, heater)| is_meant(heater.tool_id)) {
-        let state = hands.heat(|heat| heat.heater(heater).map(|heater| (heater.reading(), heater.target())));
-        if let (Until::Between(least, _), Some((reading, target))) = (until, state)
-            && reading.is_none_or(|reading| reading < least)
-            && target < least
-        {
-            return Err(Failure::refused(&"M116: that heater is not set to become so warm"));
-        }
-        wait_until(hands, heater, until)?;
-    }
-    Ok(())
-}
-
-/// Whether a wait for a heater is over.
-fn has_arrived(heat: &HeatControl, heater: HeaterId, until: Until, window: Celsius) -> bool {
-    match heat.heater(heater).map(|heater| (heater.reading(), heater.target())) {
-        // A fault has taken the target away. The machine halts at one of the next waiting points; going on to
-        // the next line before that would move a machine that must stand.
-        _ if heat.is_halted() => false,
-        Some((reading, _)) if let Until::Between(least, most) = until => {
-            reading.is_some_and(|reading| reading >= least && reading <= most)
-        }
-        // Without a target it was turned off meanwhile: there is nothing to wait for.
-        Some((_, target)) if target <= Celsius(0.0) => true,
-        Some((Some(reading), target)) => {
-            let most = Celsius(target.0 + window.0.max(NEAR));
-            reading >= target - window && (until == Until::Warm || reading <= most)
-        }
-        Some((None, _)) => false,
-        None => true,
-    }
 }
 
 /// Refuses a target that the heater would refuse, before anything waits or changes for it.
@@ -388,9 +251,14 @@ impl fmt::Display for HeatFaultText<'_> {
             HeatCause::DrivenWithoutTarget => {
                 write!(f, "the output of {name} was on without a target: a mistake of the firmware, please report it")
             }
-            HeatCause::HeatingTooSlow | HeatCause::CoolingTooSlow => write!(
+            HeatCause::HeatingTooSlow => write!(
                 f,
                 "Temperature took too long to be reached on {name}, HALT asserted, TURN POWER OFF IMMEDIATELY"
+            ),
+            HeatCause::DoesNotCool(at) => write!(
+                f,
+                "{name} stays at {:.0} C without being heated: its MOSFET or relay conducts. TURN POWER OFF IMMEDIATELY",
+                at.0
             ),
             HeatCause::Runaway(by) => write!(
                 f,
@@ -414,7 +282,7 @@ impl fmt::Display for HeatFaultText<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use config::TemperatureConfig;
+    use config::{TemperatureConfig, ToolId};
 
     fn config() -> MachineConfig {
         let mut config = MachineConfig::default();
@@ -479,15 +347,5 @@ mod tests {
         let bed = HeaterId::all().next().unwrap();
         let text = temperature_text(&control(&config), &config, bed).unwrap();
         assert_eq!(text.to_string(), "B:-100.0 /0.0 @0");
-    }
-
-    #[test]
-    fn a_wait_is_over_when_the_heater_was_switched_off_but_not_while_halted() {
-        let config = config();
-        let mut control = control(&config);
-        let hotend = HeaterId::all().nth(1).unwrap();
-        assert!(has_arrived(&control, hotend, Until::Warm, Celsius(0.0)));
-        control.halt();
-        assert!(!has_arrived(&control, hotend, Until::Warm, Celsius(0.0)));
     }
 }

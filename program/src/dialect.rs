@@ -102,6 +102,11 @@ impl Dialect {
         self.is_other_printers()
     }
 
+    /// Whether M109 S and M190 S wait until a heater has cooled to its target, too.
+    pub(crate) const fn waits_for_cooling(self) -> bool {
+        matches!(self, Self::Klipper)
+    }
+
     /// Whether it is that of printers' firmwares other than Smoothieware.
     #[inline]
     pub(crate) const fn is_other_printers(self) -> bool {

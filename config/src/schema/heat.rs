@@ -357,7 +357,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             "300",
             &(0, 86_400),
             heater!(|h, v| h.runaway.cooling_timeout = positive_seconds(v)),
-            "Time allowed to cool to a lower target; 0: none.",
+            "Above a lower target and 60 C it must cool by 0.5 C in this, or it halts; 0: off.",
         )
         .derived("runaway_heating_timeout")
         .unit("s")

@@ -114,7 +114,7 @@ pub const WAIT_TIMEOUT: Setting = number(
     "0",
     &(0.0, 86_400.0),
     heater!(|h, v| h.wait.timeout = Micros((v * 1e6) as u64)),
-    "M109 and its like end with an error after so long, and the heater goes on heating; 0: never.",
+    "M109 and its like end with an error after heating so long, and the heater goes on; 0: never.",
 )
 .unit("s")
 .velvet();

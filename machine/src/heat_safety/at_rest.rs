@@ -130,7 +130,7 @@ mod tests {
         (0..seconds * 10).map(|tenth| tenth as f32 / 10.0).find(|second| {
             let now = Micros((f64::from(*second) * 1e6) as u64);
             let reading = course(*second).map(Celsius);
-            let look = Look { now, reading, fault: None, target: Celsius(0.0), driven: 0.0, another_on };
+            let look = Look { now, reading, another_on, ..Look::default() };
             watch.check(MAX, &look).is_err()
         })
     }
@@ -176,7 +176,7 @@ mod tests {
         let mut watch = StuckOnWatch::default();
         let reported = (0..200_u64).filter(|second| {
             let (now, reading) = (Micros::from_seconds(*second), Some(Celsius(22.0 + *second as f32)));
-            let look = Look { now, reading, fault: None, target: Celsius(0.0), driven: 0.0, another_on: false };
+            let look = Look { now, reading, ..Look::default() };
             watch.check(MAX, &look).is_err()
         });
         let reported: std::vec::Vec<u64> = reported.collect();
@@ -197,7 +197,7 @@ mod tests {
             for second in 0..240_u64 {
                 let reading = Some(Celsius(start + rate * second as f32));
                 let now = Micros::from_seconds(second);
-                let look = Look { now, reading, fault: None, target: Celsius(0.0), driven: 1.0, another_on };
+                let look = Look { now, reading, driven: 1.0, another_on, ..Look::default() };
                 prop_assert_eq!(watch.check(MAX, &look), Ok(()));
             }
         }

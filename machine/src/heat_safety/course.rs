@@ -1,7 +1,8 @@
 //! Watches a heater against its promise: the target is reached in time, and then held.
 //!
 //! A loose thermistor reads room temperature while the heater glows; a broken heater never warms. Neither can
-//! be told from one reading, both from the course of readings.
+//! be told from one reading, both from the course of readings. Down to a lower target it may take as long as
+//! it takes; only what stays hot, and does not cool at all, is heated by something.
 
 use units::{Celsius, Micros};
 
@@ -11,6 +12,10 @@ use super::look::{HeatCause, Look};
 const CHECK_PERIOD: Micros = Micros::from_seconds(1);
 /// Checks in a row outside the range before it counts as a runaway.
 const RUNAWAY_CHECKS: u8 = 6;
+/// What is this hot and has nothing warmer beside it cools, degrees...
+const HOT: f32 = 60.0;
+/// ...by this much in any cooling timeout.
+const COOLS: f32 = 0.5;
 
 /// What the course may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,7 +24,7 @@ pub struct CourseLimits {
     pub range: Celsius,
     /// Time allowed to heat up; 0 disables.
     pub heating_timeout: Micros,
-    /// Time allowed to cool down to a lower target; 0 skips the cooling phase.
+    /// Above a lower target and hot it must cool a little within this; 0 disables.
     pub cooling_timeout: Micros,
     /// How close to the target counts as reached.
     pub reached_within: Celsius,
@@ -32,8 +37,10 @@ enum Phase {
     HeatingUp {
         since: Micros,
     },
+    /// It was at this temperature then, and has not cooled much since.
     CoolingDown {
         since: Micros,
+        from: Celsius,
     },
     Reached {
         outside: u8,
@@ -49,39 +56,43 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// Judges one look, at most once a second. A new target begins a new course.
+    /// Judges one look, at most once a second. A new target begins a new course, with its first reading.
     pub(super) fn check(&mut self, limits: &CourseLimits, look: &Look) -> Result<(), HeatCause> {
-        if self.target != look.target.0 {
-            self.begin(limits, look);
-        }
-        let Some(reading) = look.reading.filter(|_| look.now >= self.due) else { return Ok(()) };
-        self.due = look.now.plus(CHECK_PERIOD);
+        let Some(reading) = look.reading.filter(|_| look.is_on()) else {
+            if !look.is_on() {
+                *self = Self::default();
+            }
+            return Ok(());
+        };
         let (target, now) = (look.target, look.now);
+        if self.target != target.0 {
+            self.target = target.0;
+            self.phase = match target >= reading {
+                true => Phase::HeatingUp { since: now },
+                false => Phase::CoolingDown { since: now, from: reading },
+            };
+            self.due = now.plus(CHECK_PERIOD);
+        }
+        if now < self.due {
+            return Ok(());
+        }
+        self.due = now.plus(CHECK_PERIOD);
         self.phase = match self.phase {
-            Phase::Idle => Phase::Idle,
             Phase::HeatingUp { .. } if reading >= target - limits.reached_within => Phase::Reached { outside: 0 },
             Phase::HeatingUp { since } if ran_out(limits.heating_timeout, since, now) => {
                 return Err(HeatCause::HeatingTooSlow);
             }
             Phase::CoolingDown { .. } if reading <= target + limits.reached_within => Phase::Reached { outside: 0 },
-            Phase::CoolingDown { since } if ran_out(limits.cooling_timeout, since, now) => {
-                return Err(HeatCause::CoolingTooSlow);
+            Phase::CoolingDown { from, .. } if reading.0 < HOT || reading.0 <= from.0 - COOLS || look.beside_warmer => {
+                Phase::CoolingDown { since: now, from: reading }
+            }
+            Phase::CoolingDown { since, .. } if ran_out(limits.cooling_timeout, since, now) => {
+                return Err(HeatCause::DoesNotCool(reading));
             }
             Phase::Reached { outside } => Phase::Reached { outside: judge(limits, reading, target, outside)? },
             waiting => waiting,
         };
         Ok(())
-    }
-
-    fn begin(&mut self, limits: &CourseLimits, look: &Look) {
-        let heats = limits.cooling_timeout == Micros(0) || look.reading.is_none_or(|reading| look.target >= reading);
-        self.target = look.target.0;
-        self.phase = match (look.is_on(), heats) {
-            (false, _) => Phase::Idle,
-            (true, true) => Phase::HeatingUp { since: look.now },
-            (true, false) => Phase::CoolingDown { since: look.now },
-        };
-        self.due = look.now.plus(CHECK_PERIOD);
     }
 }
 
@@ -115,10 +126,13 @@ mod tests {
         let mut watch = Course::default();
         (0..400).find_map(|second| {
             let reading = Some(Celsius(if second == 0 { start } else { course(second) }));
-            let (now, target) = (Micros::from_seconds(second), Celsius(target));
-            let look = Look { now, reading, fault: None, target, driven: 0.0, another_on: false };
-            watch.check(&LIMITS, &look).err().map(|cause| (second, cause))
+            watch.check(&LIMITS, &look_at(second, reading, target)).err().map(|cause| (second, cause))
         })
+    }
+
+    fn look_at(second: u64, reading: Option<Celsius>, target: f32) -> Look {
+        let (now, target) = (Micros::from_seconds(second), Celsius(target));
+        Look { now, reading, target, ..Look::default() }
     }
 
     #[test]
@@ -143,8 +157,45 @@ mod tests {
     }
 
     #[test]
-    fn cooling_to_a_lower_target_has_its_own_time() {
-        assert_eq!(first_fault(200.0, 100.0, |second| (200.0 - 1.1 * second as f32).max(100.0)), None);
-        assert_eq!(first_fault(200.0, 100.0, |_| 199.0), Some((101, HeatCause::CoolingTooSlow)));
+    fn cooling_takes_as_long_as_it_takes() {
+        // A degree in fifty seconds, from 90 C: four hundred seconds are not enough by far.
+        assert_eq!(first_fault(90.0, 30.0, |second| 90.0 - 0.02 * second as f32), None);
+        // As cold as the room, and to become colder.
+        assert_eq!(first_fault(24.0, 10.0, |_| 24.0), None);
+    }
+
+    #[test]
+    fn what_stays_hot_above_a_lower_target_is_heated() {
+        assert_eq!(first_fault(200.0, 100.0, |_| 199.8), Some((101, HeatCause::DoesNotCool(Celsius(199.8)))));
+        let turns = |second: u64| if second < 200 { 200.0 - 0.3 * second as f32 } else { 140.0 };
+        assert!(matches!(first_fault(200.0, 100.0, turns), Some((300.., HeatCause::DoesNotCool(_)))));
+    }
+
+    #[test]
+    fn without_a_cooling_timeout_a_lower_target_is_no_runaway() {
+        let limits = CourseLimits { cooling_timeout: Micros(0), ..LIMITS };
+        let mut watch = Course::default();
+        for second in 0..400 {
+            let reading = Some(Celsius((200.0 - 0.5 * second as f32).max(100.0)));
+            assert_eq!(watch.check(&limits, &look_at(second, reading, 100.0)), Ok(()), "{second}");
+        }
+    }
+
+    #[test]
+    fn a_target_given_before_the_first_reading_is_judged_from_that_on() {
+        let mut watch = Course::default();
+        for second in 0..60 {
+            let reading = (second > 0).then_some(Celsius(200.0 - second as f32));
+            assert_eq!(watch.check(&LIMITS, &look_at(second, reading, 100.0)), Ok(()), "{second}");
+        }
+    }
+
+    #[test]
+    fn what_stands_beside_something_warmer_may_stay_warm() {
+        let mut watch = Course::default();
+        for second in 0..400 {
+            let look = look_at(second, Some(Celsius(70.0)), 50.0);
+            assert_eq!(watch.check(&LIMITS, &Look { beside_warmer: true, ..look }), Ok(()));
+        }
     }
 }

@@ -39,8 +39,8 @@ pub enum HeatCause {
     Frozen(Micros),
     /// The target was not reached within the heating timeout.
     HeatingTooSlow,
-    /// A lower target was not reached within the cooling timeout.
-    CoolingTooSlow,
+    /// Hot and above a lower target, it did not cool at all within the cooling timeout; what it reads.
+    DoesNotCool(Celsius),
     /// The temperature left the target by more than `runaway_range`; the difference.
     Runaway(Celsius),
     /// It warms although it is switched off: its MOSFET, or what stands for one, conducts. The rise since it
@@ -68,7 +68,7 @@ pub struct HeatFault {
 }
 
 /// What is seen of one heater in one look.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Look {
     pub(super) now: Micros,
     /// The temperature, when the sensor gives one.
@@ -81,6 +81,8 @@ pub(super) struct Look {
     pub(super) driven: f32,
     /// Another heater of the machine is on.
     pub(super) another_on: bool,
+    /// One of those reads more.
+    pub(super) beside_warmer: bool,
 }
 
 impl Look {

@@ -191,18 +191,24 @@ impl HeatSafety {
         target: impl Fn(usize) -> Celsius,
     ) -> Option<HeatFault> {
         let ticks = core::mem::take(&mut self.ticks).max(1) as f32;
-        let on = (0..self.watches.len()).filter(|index| target(*index) > OFF_BELOW).count();
         let mut found = None;
         // One that combines others is read through the copies that are here.
         let mut read = [Err(SensorFault::SILENT); MAX_HEATERS];
         for (id, read) in HeaterId::all().zip(&mut read) {
             *read = read_sensor(&self.watches, |watch| &watch.sensor, readings, id);
         }
+        let is_on = |(index, _): &(usize, _)| target(*index) > OFF_BELOW;
+        let (mut on, mut warmest) = (0, Celsius(f32::MIN));
+        for (_, read) in read.iter().take(self.watches.len()).enumerate().filter(is_on) {
+            on += 1;
+            warmest = read.map_or(warmest, |read| if read > warmest { read } else { warmest });
+        }
         for ((id, watch), read) in HeaterId::all().zip(&mut self.watches).zip(read) {
             let driven = core::mem::take(&mut watch.on_ticks) as f32 / ticks;
             let target = target(id.index());
             let another_on = on > usize::from(target > OFF_BELOW);
-            let look = Look { now, reading: read.ok(), fault: read.err(), target, driven, another_on };
+            let beside_warmer = read.is_ok_and(|read| warmest > read);
+            let look = Look { now, reading: read.ok(), fault: read.err(), target, driven, another_on, beside_warmer };
             watch.warmed.note(&look, on == 0, watch.limits.full_share);
             if watch.limits.heats
                 && let Err(cause) = watch.check(&look)

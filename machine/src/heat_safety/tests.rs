@@ -217,6 +217,10 @@ fn time_limits_count_from_the_last_pause_and_from_the_target() {
     let (second, fault) = first(SafetyLimits { time, ..limits() }, &[course], 400).unwrap();
     assert_eq!(fault.cause, HeatCause::FullTooLong(Micros::from_seconds(30)));
     assert!((30.0..30.2).contains(&second), "{second}");
+    // Cooling to a target is not being held there.
+    let cools = |second: f64| counts(60.0 - second / 50.0);
+    let course = Course { reads: &cools, target: &|_| 30.0, driven: &|_| 0.0 };
+    assert_eq!(first(SafetyLimits { time, ..limits() }, &[course], 400), None);
 }
 
 #[test]

@@ -32,7 +32,9 @@ impl Time {
         let is_full = look.driven >= FULL * full_share;
         self.full_since = is_full.then(|| self.full_since.unwrap_or(look.now));
         let is_same = look.is_on() && look.target.0 == self.target;
-        self.held_since = look.is_on().then(|| self.held_since.filter(|_| is_same).unwrap_or(look.now));
+        // What cools to its target, or is to become colder than the room, is not driven yet.
+        let begins = look.is_on() && look.driven > 0.0;
+        self.held_since = self.held_since.filter(|_| is_same).or(begins.then_some(look.now));
         self.target = look.target.0;
         let for_nobody = !look.is_on() && look.driven > 0.0;
         self.for_nobody = if for_nobody { self.for_nobody.saturating_add(1) } else { 0 };

@@ -28,7 +28,7 @@ pub(crate) fn heat<'b>(
     let (heater, waits) = addressed(program, claims, context)?;
     let target = meant(program, heater, celsius);
     if waits {
-        let cools = !words.has('S');
+        let cools = !words.has('S') || context.dialect.waits_for_cooling();
         return Ok(Meaning::Action(Action::HeatAndWait { heater, target, cools }));
     }
     program.by_the_way(Effect::Target { heater, target });

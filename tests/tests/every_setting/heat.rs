@@ -116,7 +116,7 @@ pub const ROWS: &[Row] = &[
     row("[temperature control] hotend.full_power_timeout", "0", "3", Look(heated)),
     row("[temperature control] hotend.hold_timeout", "0", "3", Look(heated)),
     row("[temperature control] hotend.runaway_heating_timeout", "240", "2", Look(heated)),
-    row("[temperature control] hotend.runaway_cooling_timeout", "300", "2", Look(cooled)),
+    row("[temperature control] hotend.runaway_cooling_timeout", "300", "1", Look(cooled)),
     row("[temperature control] hotend.runaway_error_range", "1", "200", Look(heated)).with(&[
         "[temperature control] hotend.runaway_heating_timeout = 2",
         "[temperature control] hotend.runaway_range = 500",
@@ -201,8 +201,9 @@ fn dead(bench: &mut Bench) -> String {
     heated(bench)
 }
 
+/// Hot, and slow to cool.
 fn cooled(bench: &mut Bench) -> String {
-    soak(bench, 200.0);
+    soak(bench, 63.0);
     bench.hear(0.5);
     bench.say("M104 S50") + &course(bench, 6)
 }

@@ -3,6 +3,7 @@
 //! `cargo test -p scenarios heat_control:: -- --nocapture` prints the tables of `docs/heating.md`.
 
 mod codes;
+mod cooling;
 mod rig;
 
 use std::thread;

@@ -1,0 +1,196 @@
+//! Waiting for temperatures: M109, M190, M116.
+
+use config::{HeaterId, ToolId};
+use program::{Part, Words};
+use units::{Celsius, Micros};
+
+use super::{allow_target, change_target, check_supply, temperature_text};
+use crate::executor::Hands;
+use crate::failure::Failure;
+use crate::heat::{HeatControl, OFF_BELOW};
+use crate::needs::needs;
+use crate::ports::{Ports, Wake};
+
+/// How often a wait says the temperature.
+const WAIT_REPORT: Micros = Micros::from_millis(1_200);
+/// From above, a target counts as reached this far from it, where `wait_window` is less.
+const NEAR: f32 = 1.0;
+/// What is no warmer than this and has not cooled by so much in so long is as cold as its surroundings.
+const SAFE: Celsius = Celsius(50.0);
+const COOLS: f32 = 0.5;
+const COOLS_WITHIN: Micros = Micros::from_seconds(300);
+
+/// What a wait is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Until {
+    /// The reading has come up to the target.
+    Warm,
+    /// It has come to the target, from below or from above.
+    Near,
+    /// It is between these.
+    Between(Celsius, Celsius),
+}
+
+/// How far a wait has come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Progress {
+    Arrived,
+    /// The reading, which is to come down to this.
+    Above(Celsius, Celsius),
+    NotYet,
+}
+
+/// M109 and M190: sets a target once nothing moves, and waits until the reading has come up to it; where it
+/// `cools`, also until it has come down to it.
+///
+/// # Errors
+/// Before anything waits or changes: when the heater does not allow that target or stays off, or there is no
+/// supply to heat with.
+pub(crate) fn heat_and_wait<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    heater: HeaterId,
+    target: Celsius,
+    cools: bool,
+) -> Result<(), Failure> {
+    let texts = hands.texts();
+    let config = hands.config();
+    if target > OFF_BELOW {
+        needs(texts, config, Part::Heater(heater), hands.is_playing())?;
+    }
+    hands.heat(|heat| allow_target(texts, heat, config, heater, target))?;
+    check_supply(hands, target)?;
+    hands.standstill()?;
+    // The way to standstill may have taken minutes.
+    check_supply(hands, target)?;
+    hands.heat(|heat| change_target(texts, heat, config, heater, target))?;
+    wait_until(hands, heater, if cools { Until::Near } else { Until::Warm })
+}
+
+/// Waits until the reading has come up to the target, saying temperatures.
+///
+/// # Errors
+/// When the machine halts meanwhile.
+pub(crate) fn wait_for_temperature<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) -> Result<(), Failure> {
+    wait_until(hands, heater, Until::Warm)
+}
+
+/// Waits for a reading, for as long as its settings say.
+fn wait_until<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId, until: Until) -> Result<(), Failure> {
+    let config = hands.config();
+    let Some(described) = config.heater(heater) else { return Ok(()) };
+    let (wait, name) = (described.wait, &described.name);
+    let (mut warms_since, mut arrived) = (hands.now(), None);
+    // From what it cools, since when.
+    let mut cools = (Celsius(f32::MAX), warms_since);
+    let mut report_due = warms_since.plus(WAIT_REPORT);
+    loop {
+        let now = hands.now();
+        match hands.heat(|heat| progress(heat, heater, until, wait.window)) {
+            Progress::Arrived => {
+                let is_off = hands.heat(|heat| heat.heater(heater).is_none_or(|heater| !heater.is_on()));
+                if is_off || now.since(*arrived.get_or_insert(now)) >= wait.dwell {
+                    return Ok(());
+                }
+            }
+            Progress::Above(reading, most) => {
+                (warms_since, arrived) = (now, None);
+                if reading > SAFE || reading.0 <= cools.0.0 - COOLS {
+                    cools = (reading, now);
+                }
+                if now.since(cools.1) > COOLS_WITHIN {
+                    let text = format_args!(
+                        "// NOTE {name} is at {reading:.1} and cools no more: not waiting for {most:.1}\n"
+                    );
+                    hands.announce(text);
+                    return Ok(());
+                }
+            }
+            Progress::NotYet => arrived = None,
+        }
+        if wait.timeout > Micros(0) && now.since(warms_since) > wait.timeout {
+            let seconds = wait.timeout.seconds();
+            let text =
+                format_args!("{name} is not at its target after {seconds} s, its wait_timeout; it goes on heating");
+            return Err(hands.texts().refused(text));
+        }
+        if now >= report_due {
+            report_due = report_due.plus(WAIT_REPORT);
+            if let Some(text) = hands.heat(|heat| temperature_text(heat, config, heater)) {
+                hands.say(format_args!("{text}\n"));
+            }
+        }
+        if let Err(failure) = hands.wait(Wake::Time).unless_halted() {
+            hands.say(format_args!("Wait on temperature aborted by kill\n"));
+            return Err(failure);
+        }
+    }
+}
+
+/// M116: waits for every heater that has a target, or for the one with the id P; with A and B until its
+/// reading is between these.
+///
+/// # Errors
+/// When nobody has that id, a heater is not to become so warm, or the machine halts meanwhile.
+pub(crate) fn wait_for_all<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<(), Failure> {
+    let (config, wanted) = (hands.config(), words.get('P').map(ToolId::from_word));
+    let is_meant = |id: ToolId| wanted.is_none_or(|wanted| wanted == Some(id));
+    if !config.heaters().any(|(_, heater)| is_meant(heater.tool_id)) {
+        return Err(Failure::refused(&"M116: no heater has that id"));
+    }
+    let bound = |letter: char| words.get(letter).map(|celsius| celsius as f32);
+    let (least, most) = (bound('A'), bound('B'));
+    let until = match (least, most) {
+        (None, None) => Until::Warm,
+        _ => Until::Between(Celsius(least.unwrap_or(f32::MIN)), Celsius(most.unwrap_or(f32::MAX))),
+    };
+    hands.standstill()?;
+    for (heater, _) in config.heaters().filter(|(_, heater)| is_meant(heater.tool_id)) {
+        let state = hands.heat(|heat| heat.heater(heater).map(|heater| (heater.reading(), heater.target())));
+        if let (Until::Between(least, _), Some((reading, target))) = (until, state)
+            && reading.is_none_or(|reading| reading < least)
+            && target < least
+        {
+            return Err(Failure::refused(&"M116: that heater is not set to become so warm"));
+        }
+        wait_until(hands, heater, until)?;
+    }
+    Ok(())
+}
+
+/// How far a wait for a heater has come.
+fn progress(heat: &HeatControl, heater: HeaterId, until: Until, window: Celsius) -> Progress {
+    let Some((reading, target)) = heat.heater(heater).map(|heater| (heater.reading(), heater.target())) else {
+        return Progress::Arrived;
+    };
+    let (least, most) = match until {
+        // A fault has taken the target away. The machine halts at one of the next waiting points; going on to
+        // the next line before that would move a machine that must stand.
+        _ if heat.is_halted() => return Progress::NotYet,
+        Until::Between(least, most) => (least, most),
+        // Without a target it was turned off meanwhile: there is nothing to wait for.
+        _ if target <= Celsius(0.0) => return Progress::Arrived,
+        Until::Warm => (target - window, Celsius(f32::MAX)),
+        Until::Near => (target - window, Celsius(target.0 + window.0.max(NEAR))),
+    };
+    match reading {
+        Some(reading) if reading > most => Progress::Above(reading, most),
+        Some(reading) if reading >= least => Progress::Arrived,
+        _ => Progress::NotYet,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use config::TemperatureConfig;
+
+    #[test]
+    fn a_wait_is_over_when_the_heater_was_switched_off_but_not_while_halted() {
+        let mut control = HeatControl::new();
+        let heater = control.add((&TemperatureConfig::default()).into()).unwrap();
+        let progress = |control: &HeatControl| super::progress(control, heater, Until::Warm, Celsius(0.0));
+        assert_eq!(progress(&control), Progress::Arrived);
+        control.halt();
+        assert_eq!(progress(&control), Progress::NotYet);
+    }
+}
