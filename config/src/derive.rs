@@ -2,10 +2,12 @@
 
 use crate::board;
 use crate::ledger::{Ledger, Path};
-use crate::machine::{ArmSolution, DriverKind, FanFollows, HomingDirection, MachineConfig, OutputKind, ToolId};
+use crate::machine::{
+    ArmSolution, DriverKind, FanFollows, HomingDirection, MachineConfig, OutputKind, ThermistorConfig, ToolId,
+};
 use crate::module::OffModule;
 use crate::pin::OutputPin;
-use units::{Actuator, Amps, Duty, Micros, Mm, MmPerSecond, sort_short};
+use units::{Actuator, Amps, Duty, Micros, Mm, MmPerSecond, Ohms, sort_short};
 
 /// Tool numbers of temperature controls without one count down from here; 253 and 254 are board and bed.
 const LAST_FREE_TOOL: ToolId = ToolId(252);
@@ -99,6 +101,21 @@ const HOT_END_GAIN_TIME: Micros = Micros::from_seconds(20);
 const BED_WATTS: f32 = 200.0;
 const HOT_END_WATTS: f32 = 40.0;
 
+/// What is written beside the name of a thermistor that has a beta holds, and what it is meant for does else.
+fn thermistor(thermistor: &mut ThermistorConfig, is_written: impl Fn(&str) -> bool) {
+    let name = thermistor.table.unwrap_or_default();
+    if is_written("beta") && (thermistor.use_beta_table || matches!(name, "RRRF100K" | "RRRF10K" | "HT100K")) {
+        thermistor.table = None;
+    }
+    // All others are of 100 kOhm, and meant for the divider on the board.
+    if name == "RRRF10K" {
+        let meant = [("r0", &mut thermistor.r0, 10_000.0), ("r1", &mut thermistor.r1, 680.0)];
+        for (key, place, ohms) in meant.into_iter().chain([("r2", &mut thermistor.r2, 1_600.0)]) {
+            *place = if is_written(key) { *place } else { Ohms(ohms) };
+        }
+    }
+}
+
 fn temperatures(config: &mut MachineConfig, written: Written) {
     const SECTION: &str = "temperature control";
     let has_own_number = |place: usize, name: &str| {
@@ -113,6 +130,7 @@ fn temperatures(config: &mut MachineConfig, written: Written) {
         if !written(SECTION, place, "i_max") {
             heater.pid.i_max = f32::from(heater.max_pwm.0);
         }
+        thermistor(&mut heater.sensor.thermistor, |key| written(SECTION, place, key));
         if !written(SECTION, place, "runaway_cooling_timeout") {
             heater.runaway.cooling_timeout = heater.runaway.heating_timeout;
         }

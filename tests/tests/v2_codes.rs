@@ -82,6 +82,32 @@ fn a_sensor_is_described_anew_and_saved() {
 }
 
 #[test]
+fn m305_never_changes_a_temperature_in_silence() {
+    let mut bench = start();
+    let before = bench.say("M305");
+    // It has coefficients: no beta is known that a resistance would fit.
+    for line in ["M305 S0 R10000", "M305 S0 X30", "M305 S0 R10000 X30"] {
+        assert!(bench.say(line).contains("M305: R and X need B"), "{line}");
+    }
+    assert_eq!(bench.say("M305"), before);
+    // One coefficient alone changes that one.
+    let said = bench.say("M305 S0 I0.0008");
+    assert_eq!(said, "ok\n");
+    let said = bench.say("M305");
+    assert!(said.contains("S/H c1= 0.000800000000, c2= 0.000213433144, c3= 0.000000065339\n"), "{said}");
+    assert_eq!(bench.say("M305 S0 B4000"), "// NOTE it has 100000 Ohm at 25.0 C\nok\n");
+    assert!(bench.say("M305 S0 J0.0002").contains("I, J and K are needed"));
+    assert_eq!(bench.say("M305 S0 R90000"), "ok\n");
+    assert!(bench.say("M503").contains("M305 S0 B4000.000000000000 R90000.000000000000 X25.000000000000\n"));
+    // A sensor of the table comes with the resistors that it is meant for, and with its beta.
+    assert_eq!(bench.say("M305 S0 P131"), "// NOTE its divider is now r1 = 680 Ohm, r2 = 1600 Ohm\nok\n");
+    assert!(bench.say("M503").contains("M305 S0 P131.000000000000\n"));
+    assert_eq!(bench.say("M305 S0 R11000"), "// NOTE its divider is now r1 = 0 Ohm, r2 = 4700 Ohm\nok\n");
+    let saved = bench.say("M503");
+    assert!(saved.contains("M305 S0 B3964.000000000000 R11000.000000000000 X25.000000000000\n"), "{saved}");
+}
+
+#[test]
 fn microsteps_and_registers_change_until_the_next_reset() {
     let mut bench = start();
     let before: f64 = steps(&bench.say("M92"));

@@ -130,7 +130,8 @@ pub const TEMPERATURE_CONTROL: Section = Section {
             "",
             THERMISTORS,
             heater!(|h, v| h.sensor.thermistor.table = THERMISTORS.0.get(v).copied()),
-            "A built-in thermistor by name. Without one, rt_curve, coefficients or beta must describe it.",
+            "A built-in thermistor by name, with its beta, r0, r1 and r2 where those are not written. Without one, rt_curve, \
+             coefficients or beta must describe it.",
         )
         .klipper("[extruder] sensor_type")
         .v1("temperature_control.<name>.thermistor"),

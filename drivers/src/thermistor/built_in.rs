@@ -43,6 +43,15 @@ impl BuiltIn {
         matches!(self.law, Law::Beta(_))
     }
 
+    /// Its beta in kelvin, when it is given by that.
+    #[must_use]
+    pub const fn beta(&self) -> Option<f64> {
+        match self.law {
+            Law::Beta(kelvin) => Some(kelvin),
+            Law::SteinhartHart(_) => None,
+        }
+    }
+
     /// Resistance over temperature.
     #[must_use]
     pub fn curve(&self) -> Curve {

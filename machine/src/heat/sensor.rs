@@ -209,6 +209,21 @@ mod tests {
     }
 
     #[test]
+    fn a_name_with_a_beta_brings_what_is_not_written_beside_it() {
+        let described = |lines: &str| {
+            let text = format!("[temperature control]\nt.enable = true\nt.thermistor_pin = ADC1_1\n{lines}");
+            config::parse(text.as_bytes(), config::BoardId::default(), &mut ()).0.temperatures[0].sensor
+        };
+        let built_in = Thermistor::built_in("RRRF10K").unwrap();
+        assert_eq!(Sensor::from(&described("t.thermistor = RRRF10K\n")), Sensor::Thermistor(built_in));
+        let own = "t.thermistor = RRRF10K\nt.r0 = 12000\nt.r1 = 0\nt.r2 = 4700\nt.beta = 3900\n";
+        let written = ThermistorConfig { beta_k: 3_900.0, r0: Ohms(12_000.0), ..EPCOS };
+        assert_eq!(Sensor::from(&described(own)), sensor(written));
+        let semitec = "t.thermistor = Semitec\nt.use_beta_table = true\nt.beta = 4200\n";
+        assert_eq!(Sensor::from(&described(semitec)), sensor(ThermistorConfig { beta_k: 4_200.0, ..EPCOS }));
+    }
+
+    #[test]
     fn open_and_shorted_thermistors_have_no_temperature() {
         let epcos = sensor(EPCOS);
         // The ends of the converter's range, as far as its offset and gain error reach; and eight times the

@@ -38,8 +38,9 @@ pub(crate) fn sensors(
     if controller.sensor.kind != SensorKind::Thermistor {
         return Err(Failure::refused(&"M305: its sensor is no thermistor"));
     }
-    let own = if words.count() == 1 { None } else { Some(changed(&thermistor_of(controller, id, tuning), words)?) };
-    let described = SensorConfig { thermistor: own.unwrap_or(controller.sensor.thermistor), ..controller.sensor };
+    let (configured, now) = (controller.sensor.thermistor, thermistor_of(controller, id, tuning));
+    let own = if words.count() == 1 { None } else { Some(changed(&configured, &now, words)?) };
+    let described = SensorConfig { thermistor: own.unwrap_or(configured), ..controller.sensor };
     let sensor = Sensor::from(&described);
     if let Some(flaw) = sensor.flaw() {
         return Err(texts.because(flaw));
@@ -50,6 +51,7 @@ pub(crate) fn sensors(
     if let Some(place) = tuning.thermistors.get_mut(id.index()) {
         *place = own;
     }
+    say_what_follows(&now, &described.thermistor, words, reply);
     Ok(Answer::Ok)
 }
 
@@ -57,38 +59,70 @@ fn thermistor_of(controller: &TemperatureConfig, id: HeaterId, tuning: &Tuning) 
     tuning.thermistors.get(id.index()).copied().flatten().unwrap_or(controller.sensor.thermistor)
 }
 
-/// The thermistor with what the words say of it: a number of the table, or a beta, or all three coefficients.
-fn changed(now: &ThermistorConfig, words: &Words<'_>) -> Result<ThermistorConfig, Failure> {
-    const MIXED: &str = "M305 takes P, or B R X, or I J and K, and nothing of another kind";
+/// The thermistor with what the words say of it: a number of the table, with the resistors that it is meant
+/// for; or a beta, or coefficients, in the configured divider.
+fn changed(
+    configured: &ThermistorConfig,
+    now: &ThermistorConfig,
+    words: &Words<'_>,
+) -> Result<ThermistorConfig, Failure> {
+    const MIXED: &str = "M305 takes P, or B R X, or I J K, and nothing of another kind";
     let any = |letters: &str| letters.chars().any(|letter| words.has(letter));
-    let mut thermistor = *now;
+    let mut thermistor = ThermistorConfig { r1: configured.r1, r2: configured.r2, ..*now };
+    (thermistor.table, thermistor.coefficients, thermistor.rt_curve) = (None, None, None);
     match (any("P"), any("BRX"), any("IJK")) {
         (true, false, false) => {
             let entry = BUILT_IN.iter().find(|entry| words.get('P') == Some(f64::from(entry.index)));
             let entry =
                 entry.ok_or_else(|| Failure::refused(&"M305: P is the number of no sensor: see thermistors"))?;
             (thermistor.table, thermistor.use_beta_table) = (Some(entry.name), entry.is_beta());
-            (thermistor.coefficients, thermistor.rt_curve, thermistor.r0) = (None, None, entry.r0);
+            (thermistor.r0, thermistor.t0) = (entry.r0, Celsius(25.0));
+            (thermistor.r1, thermistor.r2) = (entry.divider.parallel.unwrap_or_default(), entry.divider.pull_up);
         }
         (false, true, false) => {
-            thermistor.beta_k = words.get('B').unwrap_or(thermistor.beta_k);
-            thermistor.r0 = words.get('R').map_or(thermistor.r0, |ohms| Ohms(ohms as f32));
-            thermistor.t0 = words.get('X').map_or(thermistor.t0, |celsius| Celsius(celsius as f32));
-            (thermistor.table, thermistor.coefficients, thermistor.rt_curve) = (None, None, None);
+            if is_steinhart_hart(now) && !words.has('B') {
+                return Err(Failure::refused(
+                    &"M305: R and X need B: it is described by coefficients, and has no beta",
+                ));
+            }
+            let of_table = table_entry(now).and_then(|entry| entry.beta());
+            thermistor.beta_k = words.get('B').or(of_table).unwrap_or(now.beta_k);
+            thermistor.r0 = words.get('R').map_or(now.r0, |ohms| Ohms(ohms as f32));
+            thermistor.t0 = words.get('X').map_or(now.t0, |celsius| Celsius(celsius as f32));
         }
         (false, false, true) => {
-            let mut values = now.coefficients.unwrap_or([f64::NAN; 3]);
-            for (value, letter) in values.iter_mut().zip(['I', 'J', 'K']) {
-                *value = words.get(letter).unwrap_or(*value);
-            }
+            let described = SensorConfig { thermistor: *now, ..SensorConfig::default() };
+            let in_force = match Sensor::from(&described) {
+                Sensor::Thermistor(thermistor) if is_steinhart_hart(now) => thermistor.curve.coefficients(),
+                _ => [f64::NAN; 3],
+            };
+            let mut letters = ['I', 'J', 'K'].into_iter();
+            let values = in_force.map(|value| letters.next().and_then(|letter| words.get(letter)).unwrap_or(value));
             if values.iter().any(|value| value.is_nan()) {
-                return Err(Failure::refused(&"M305: I, J and K belong together"));
+                return Err(Failure::refused(&"M305: it has a beta and no coefficients yet: I, J and K are needed"));
             }
-            (thermistor.table, thermistor.coefficients, thermistor.rt_curve) = (None, Some(values), None);
+            thermistor.coefficients = Some(values);
         }
         _ => return Err(Failure::refused(&MIXED)),
     }
     Ok(thermistor)
+}
+
+/// Whether it is described by coefficients; else by a beta.
+fn is_steinhart_hart(thermistor: &ThermistorConfig) -> bool {
+    thermistor.rt_curve.is_some()
+        || thermistor.coefficients.is_some()
+        || table_entry(thermistor).is_some_and(|entry| !entry.is_beta())
+}
+
+/// What the words did not say and the reading hangs on, where it is not as before.
+fn say_what_follows(before: &ThermistorConfig, now: &ThermistorConfig, words: &Words<'_>, reply: &mut Reply<'_>) {
+    if before.r1 != now.r1 || before.r2 != now.r2 {
+        reply.say(format_args!("// NOTE its divider is now r1 = {:.0}, r2 = {:.0}\n", now.r1, now.r2));
+    }
+    if words.has('B') && is_steinhart_hart(before) && !(words.has('R') && words.has('X')) {
+        reply.say(format_args!("// NOTE it has {:.0} at {:.1}\n", now.r0, now.t0));
+    }
 }
 
 /// What a sensor is and what it says.

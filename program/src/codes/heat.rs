@@ -102,7 +102,7 @@ pub const ROWS: &[CodeInfo] = &[
             word('I', Unit::Number, "first coefficient of Steinhart and Hart"),
             word('J', Unit::Number, "second coefficient"),
             word('K', Unit::Number, "third coefficient"),
-            word('P', Unit::Number, "number of a sensor that is known by name: see thermistors"),
+            word('P', Unit::Number, "number of a sensor that is known by name, with its r1 and r2: see thermistors"),
         ])
         .differs("an id that nobody has is ignored; also while the heater is on"),
     CodeInfo::asks(Code::m(303), Function::TunePid, "find the PID gains of a heater; without P, say which there are")
