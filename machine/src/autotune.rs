@@ -13,7 +13,7 @@ use units::{Celsius, Micros};
 use crate::executor::Hands;
 use crate::failure::{Failure, Outcome, Texts};
 use crate::heat::{AIR_C, Answer, LawSettings, ModelSettings, PidGains};
-use crate::heat_codes::{allow_target, change_target, check_supply, heater_named};
+use crate::heat_codes::{allow_target, change_target, check_supply, heater_named, wait_for_first_reading};
 use crate::needs::needs;
 use crate::ports::{Ports, Wake};
 use crate::sessions::Reply;
@@ -136,6 +136,7 @@ fn asked<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, number: u16,
     let target = meant(config, heater, target);
     hands.heat(|heat| allow_target(texts, heat, config, heater, target))?;
     check_supply(hands, target)?;
+    wait_for_first_reading(hands, heater)?;
     let state = hands.heat(|heat| {
         let heater = heat.heater(heater)?;
         let is_tunable = heater.settings.heats && !matches!(heater.settings.law, LawSettings::BangBang { .. });

@@ -20,7 +20,7 @@ pub(crate) use gains::{heater_model, maximum_temperature, pid_gains};
 pub(crate) use named::heater_named;
 pub(crate) use preheat::preheat;
 pub(crate) use sensors::{sensors, write_sensor};
-pub(crate) use wait::{heat_and_wait, wait_for_all, wait_for_temperature};
+pub(crate) use wait::{heat_and_wait, wait_for_all, wait_for_first_reading, wait_for_temperature};
 
 /// What an unreadable sensor is reported as.
 const NO_READING: f32 = -100.0;

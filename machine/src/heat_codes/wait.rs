@@ -7,7 +7,7 @@ use units::{Celsius, Micros};
 use super::{allow_target, change_target, check_supply, temperature_text};
 use crate::executor::Hands;
 use crate::failure::Failure;
-use crate::heat::{HeatControl, OFF_BELOW};
+use crate::heat::{HeatControl, Heater, OFF_BELOW, SensorFault};
 use crate::needs::needs;
 use crate::ports::{Ports, Wake};
 
@@ -19,6 +19,8 @@ const NEAR: f32 = 1.0;
 const SAFE: Celsius = Celsius(50.0);
 const COOLS: f32 = 0.5;
 const COOLS_WITHIN: Micros = Micros::from_seconds(300);
+/// Every sensor has been read in this time from power-on, those with a converter chip of many samples too.
+const FIRST_READING_WITHIN: Micros = Micros::from_seconds(1);
 
 /// What a wait is for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,6 +74,20 @@ pub(crate) fn heat_and_wait<P: Ports>(
 /// When the machine halts meanwhile.
 pub(crate) fn wait_for_temperature<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) -> Result<(), Failure> {
     wait_until(hands, heater, Until::Warm)
+}
+
+/// Waits until a sensor has been read, or has said why it cannot be: in the first moments nothing is known of
+/// it yet.
+///
+/// # Errors
+/// When the machine halts meanwhile.
+pub(crate) fn wait_for_first_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) -> Result<(), Failure> {
+    let since = hands.now();
+    let is_unread = |heat: &HeatControl| heat.heater(heater).and_then(Heater::fault) == Some(SensorFault::SILENT);
+    while hands.heat(|heat| is_unread(heat)) && hands.now().since(since) < FIRST_READING_WITHIN {
+        hands.wait(Wake::Time).unless_halted()?;
+    }
+    Ok(())
 }
 
 /// Waits for a reading, for as long as its settings say.
@@ -145,6 +161,7 @@ pub(crate) fn wait_for_all<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words
     };
     hands.standstill()?;
     for (heater, _) in config.heaters().filter(|(_, heater)| is_meant(heater.tool_id)) {
+        wait_for_first_reading(hands, heater)?;
         let state = hands.heat(|heat| heat.heater(heater).map(|heater| (heater.reading(), heater.target())));
         if let (Until::Between(least, _), Some((reading, target))) = (until, state)
             && reading.is_none_or(|reading| reading < least)

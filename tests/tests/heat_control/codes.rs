@@ -206,3 +206,18 @@ fn a_sensor_that_slides_out_slowly_is_told_by_what_its_heater_takes() {
     let said = bench.hear(60.0);
     assert!(!said.contains("its model explains"), "{said}");
 }
+
+/// In the first moments nothing is known of a sensor yet: that is no broken one, and no warm one.
+#[test]
+fn what_needs_a_temperature_right_after_boot_waits_for_the_first_reading() {
+    let chip = ["sensor = max31856", "spi_channel = 0", "spi_select_pin = PD10", "tc_averaging = 16"];
+    for line in ["M303 P0 S150", "M306 T0 S150", "M116 P0 A15", "M109 S50"] {
+        let plan = chip
+            .iter()
+            .fold(Plan::new(CARTESIAN), |plan, line| plan.set(&format!("[temperature control] hotend.{line}")));
+        let plan = plan.set("[player] on_boot_gcode_enable = true");
+        let mut bench = plan.file("on_boot.gcode", &format!("{line}\nM118 it is done\n")).start();
+        let said = bench.greeting().to_owned() + &bench.hear_until("it is done", 3_000.0);
+        assert!(!said.contains("error") && !said.contains("ERROR"), "{line}: {said}");
+    }
+}
