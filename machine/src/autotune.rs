@@ -13,7 +13,7 @@ use units::{Celsius, Micros};
 use crate::executor::Hands;
 use crate::failure::{Failure, Outcome, Texts};
 use crate::heat::{AIR_C, Answer, LawSettings, ModelSettings, PidGains};
-use crate::heat_codes::{allow_target, change_target, check_supply, heater_named, wait_for_first_reading};
+use crate::heat_codes::{allow_target, change_target, check_supply, heater_named, heater_of, wait_for_first_reading};
 use crate::needs::needs;
 use crate::ports::{Ports, Wake};
 use crate::sessions::Reply;
@@ -51,11 +51,11 @@ struct Ask {
 /// or it answers like no heater.
 pub(crate) fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let config = hands.config();
-    if !words.has('P') {
+    let Some(heater) = heater_of(hands.texts(), config, words, 'P')? else {
         say_choice(config, &mut hands.reply());
         return Ok(crate::failure::Answer::Ok);
-    }
-    let ask = asked(hands, words, 303, 'P')?;
+    };
+    let ask = asked(hands, words, heater)?;
     if let Some(described) = config.heater(ask.heater) {
         let (label, name, id) = (&described.designator, &described.name, described.tool_id);
         hands.say(format_args!("// Running autopid on ({label}) {name}, toolid {id}, control X to abort\n"));
@@ -93,7 +93,8 @@ pub(crate) fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>
 /// As of [`tune_pid`]; and when it is warm and nobody says how warm the air is.
 pub(crate) fn tune_model<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let config = hands.config();
-    let ask = asked(hands, words, 306, 'T')?;
+    let heater = heater_named(hands.texts(), config, 306, 'T', words.get('T').unwrap_or(0.0))?;
+    let ask = asked(hands, words, heater)?;
     let reading = hands.heat(|heat| heat.heater(ask.heater).and_then(|heater| heater.reading()));
     if !words.has('R') && reading.is_none_or(|reading| reading > COLD) {
         return Err(Failure::refused(&"M306: it is warm: let it cool below 45 C, or say how warm the air is with R"));
@@ -125,11 +126,11 @@ pub(crate) fn tune_model<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
 ///
 /// # Errors
 /// When the heater is not to be tuned so.
-fn asked<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, number: u16, letter: char) -> Result<Ask, Failure> {
+fn asked<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, heater: HeaterId) -> Result<Ask, Failure> {
     let texts = hands.texts();
     let config = hands.config();
-    let word = words.get(letter).unwrap_or(0.0);
-    let heater = heater_named(texts, config, number, letter, word)?;
+    let number = words.code().number;
+    let name = config.heater(heater).map_or("", |heater| heater.name.as_str());
     let swings = words.get('C').unwrap_or(DEFAULT.1) as u8;
     let target = Celsius(words.get('S').unwrap_or(DEFAULT.0) as f32);
     needs(texts, config, Part::Heater(heater), hands.is_playing())?;
@@ -143,11 +144,11 @@ fn asked<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, number: u16,
         is_tunable.then(|| (heater.settings.max, heater.reading(), heater.is_on()))
     });
     let Some((max, reading, is_on)) = state else {
-        let text = format_args!("M{number}: {letter}{word} is no heater with PID control");
+        let text = format_args!("M{number}: {name} is no heater with PID control");
         return Err(texts.refused(text));
     };
     if reading.is_none() {
-        let text = format_args!("M{number}: {letter}{word} gives no temperature: check its sensor");
+        let text = format_args!("M{number}: {name} gives no temperature: check its sensor");
         return Err(texts.refused(text));
     }
     let read = reading.filter(|reading| !is_on && *reading < COLD);

@@ -17,7 +17,7 @@ use crate::heat::{HeatCause, HeatControl, HeatFault, OFF_BELOW, TargetRefused};
 use crate::ports::{HeatPort, Ports};
 use crate::sessions::Reply;
 pub(crate) use gains::{heater_model, maximum_temperature, pid_gains};
-pub(crate) use named::heater_named;
+pub(crate) use named::{heater_named, heater_of};
 pub(crate) use preheat::preheat;
 pub(crate) use sensors::{sensors, write_sensor};
 pub(crate) use wait::{heat_and_wait, wait_for_all, wait_for_first_reading, wait_for_temperature};

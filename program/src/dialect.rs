@@ -102,6 +102,11 @@ impl Dialect {
         self.is_other_printers()
     }
 
+    /// Whether S of M106 up to 1 is a share of full speed.
+    pub(crate) const fn takes_shares(self) -> bool {
+        matches!(self, Self::RepRapFirmware)
+    }
+
     /// Whether M109 S and M190 S wait until a heater has cooled to its target, too.
     pub(crate) const fn waits_for_cooling(self) -> bool {
         matches!(self, Self::Klipper)

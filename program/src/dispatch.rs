@@ -9,7 +9,7 @@ use crate::claims::{Claim, MOST_CLAIMS};
 use crate::codes::{self, CodeInfo, Handler};
 use crate::context::{Context, Facts, Meaning, NOTHING};
 use crate::dialect::Dialect;
-use crate::fault::Fault;
+use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, heat};
 use crate::words::Words;
@@ -115,6 +115,7 @@ impl Interpreter {
         match (pulses, word('S')) {
             (Some(pulses), None) if !context.dialect.numbers_fans() => word('P').map(|us| pulses.percent_of_width(us)),
             (Some(pulses), Some(s)) => Some(pulses.percent_of_s(s)),
+            (_, Some(s)) if s <= 1.0 && is_fan(context) && context.dialect.takes_shares() => Some(s * 255.0),
             (_, s) => s,
         }
     }
@@ -122,6 +123,14 @@ impl Interpreter {
     /// What switches and heaters that listen to a code do. Where it is a heater's, that is all the code does.
     fn claimed<'b>(&mut self, code: Code, context: &Context<'b>) -> Result<Option<Meaning<'b>>, Fault> {
         let claims: Vec<Claim, MOST_CLAIMS> = self.setup.claims.of(code).take(MOST_CLAIMS).collect();
+        let words = &context.words;
+        if is_fan(context)
+            && !words.has('S')
+            && let Some(letter) = words.other_than("P")
+        {
+            // It sets a fan up, or brings an earlier speed back: that is not full speed.
+            return Err(Problem::NotTaken(words.code(), letter).refused(words.column_of(letter)));
+        }
         for claim in &claims {
             let effect = match *claim {
                 Claim::SwitchOn(switch) => Effect::Switch { switch, on: true, value: self.value_for(switch, context) },
@@ -137,6 +146,12 @@ impl Interpreter {
             claims.iter().find(|claim| !matches!(claim, Claim::SwitchOn(_) | Claim::SwitchOff(_) | Claim::Arm(_)));
         heats.map(|claim| heat::heat(self, *claim, &claims, context)).transpose()
     }
+}
+
+/// M106 of a firmware that gives fans numbers.
+fn is_fan(context: &Context<'_>) -> bool {
+    let code = context.words.code();
+    code.letter == Letter::M && code.number == 106 && context.dialect.numbers_fans()
 }
 
 /// `M106 P1` is another fan than the part's: what listens to `M106.1` is that. `M280 P1` is another servo.

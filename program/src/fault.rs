@@ -90,6 +90,10 @@ pub enum Problem {
     /// A word that must be above its row's bound.
     MustExceed(Code, char, f64),
     NotWhole(Code, char),
+    /// A letter that names a heater or an output in another firmware's way.
+    NotTaken(Code, char),
+    /// A code that sets up the hardware in another firmware.
+    SetsUp(Code),
     /// A code, and what the machine lacks for it.
     Needs(Code, &'static str),
     NoSecondPark,
@@ -198,6 +202,8 @@ impl fmt::Display for Problem {
             Self::TooMuch(code, letter, most) => return write!(f, "{code}: {letter} is {most} at most"),
             Self::MustExceed(code, letter, bound) => return write!(f, "{code}: {letter} must be above {bound}"),
             Self::NotWhole(code, letter) => return write!(f, "{code}: {letter} must be a whole number"),
+            Self::NotTaken(code, letter) => return write!(f, "{code} takes no {letter} here: nothing is changed"),
+            Self::SetsUp(code) => return write!(f, "{code} sets the printer up in this dialect: here config.ini does"),
             Self::Parameter(problem) => return problem.fmt(f),
             Self::Needs(code, what) => return write!(f, "{code} needs {what} (not there yet)"),
             Self::CycleNeeds(number, letter) => return write!(f, "G{number} needs {letter}"),

@@ -178,6 +178,17 @@ impl<'b> Words<'b> {
         self.block.words().map(|(letter, _)| letter).find(|letter| !letters.contains(*letter))
     }
 
+    /// A letter that is written and that the row does not take.
+    pub(crate) fn not_taken(&self) -> Option<char> {
+        self.block.words().map(|(letter, _)| letter).find(|letter| !self.takes(*letter))
+    }
+
+    /// Whether the row takes a letter, written or not.
+    #[must_use]
+    pub fn takes(&self, letter: char) -> bool {
+        self.known(letter).is_some()
+    }
+
     /// Column of a word, from 1; the code's own when the word is not there.
     #[must_use]
     pub fn column_of(&self, letter: char) -> u16 {

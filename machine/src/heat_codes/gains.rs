@@ -4,7 +4,7 @@ use config::{HeaterId, MachineConfig, ToolId};
 use program::Words;
 use units::{Celsius, Duty};
 
-use super::heater_named;
+use super::named::{bed, heater_of};
 use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::heat::{HeatControl, HeaterSettings, LawSettings, ModelSettings, PidGains};
 use crate::ports::HeatPort;
@@ -97,7 +97,7 @@ fn change_or_report(
     let number = words.code().number;
     let (named, selects) = match number {
         304 => (Some(bed(config)?), 0),
-        _ => (words.get('S').map(|word| heater_named(texts, config, number, 'S', word)).transpose()?, 1),
+        _ => (heater_of(texts, config, words, 'S')?, usize::from(words.has('S') || words.has('E'))),
     };
     if let Some(id) = named.filter(|_| words.count() > selects) {
         let changed = ports.heat(|heat| change(heat, config, id, words));
@@ -115,12 +115,6 @@ fn change_or_report(
         }
     }
     Ok(Answer::Ok)
-}
-
-/// The bed: the heater that M140 sets.
-fn bed(config: &MachineConfig) -> Result<HeaterId, Failure> {
-    let bed = config.heaters().find(|(_, heater)| heater.set_m_code == 140 && heater.heater_pin.is_some());
-    bed.map(|(id, _)| id).ok_or_else(|| Failure::refused(&"M304: there is no bed: no heater has set_m_code = 140"))
 }
 
 fn set_maximum(heat: &mut HeatControl, _: &MachineConfig, id: HeaterId, words: &Words<'_>) -> bool {

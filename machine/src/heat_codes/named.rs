@@ -31,6 +31,37 @@ pub(crate) fn heater_named(
     })
 }
 
+/// The heater that a code names: by `letter` with its `tool_id`; by E in Marlin's dialect, where the bed is -1
+/// and the first hot end is meant without it; by T in RepRapFirmware's. None where nothing is named.
+///
+/// # Errors
+/// When nobody has that id; when there are words and none of them says which heater.
+pub(crate) fn heater_of(
+    texts: &Texts,
+    config: &MachineConfig,
+    words: &Words<'_>,
+    letter: char,
+) -> Result<Option<HeaterId>, Failure> {
+    let number = words.code().number;
+    let letter = ['E', 'T'].into_iter().find(|other| words.takes(*other)).unwrap_or(letter);
+    match words.get(letter) {
+        Some(-1.0) if letter == 'E' => bed(config).map(Some),
+        Some(word) => heater_named(texts, config, number, letter, word).map(Some),
+        None if words.is_bare() => Ok(None),
+        None if letter == 'E' => heater_named(texts, config, number, letter, 0.0).map(Some),
+        None => Err(texts.refused(format_args!("M{number}: {letter} must say which heater"))),
+    }
+}
+
+/// The bed: the heater that M140 sets.
+///
+/// # Errors
+/// When there is none.
+pub(crate) fn bed(config: &MachineConfig) -> Result<HeaterId, Failure> {
+    let bed = config.heaters().find(|(_, heater)| heater.set_m_code == 140 && heater.heater_pin.is_some());
+    bed.map(|(id, _)| id).ok_or_else(|| Failure::refused(&"there is no bed: no heater has set_m_code = 140"))
+}
+
 /// Which heater M143 sets to which maximum; none where it only asks.
 ///
 /// # Errors

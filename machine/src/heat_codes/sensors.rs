@@ -7,7 +7,7 @@ use drivers::thermistor::BUILT_IN;
 use program::Words;
 use units::{Celsius, HeaterId, Ohms};
 
-use super::heater_named;
+use super::named::heater_of;
 use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::heat::Sensor;
 use crate::ports::HeatPort;
@@ -27,13 +27,12 @@ pub(crate) fn sensors(
     words: &Words<'_>,
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    let Some(word) = words.get('S') else {
+    let Some(id) = heater_of(texts, config, words, 'S')? else {
         for (id, controller) in config.heaters() {
             describe(ports, id, controller, tuning, reply);
         }
         return Ok(Answer::Ok);
     };
-    let id = heater_named(texts, config, words.code().number, 'S', word)?;
     let Some(controller) = config.temperatures.get(id.index()) else { return Ok(Answer::Ok) };
     if controller.sensor.kind != SensorKind::Thermistor {
         return Err(Failure::refused(&"M305: its sensor is no thermistor"));

@@ -9,7 +9,7 @@ use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
 use crate::action::Function;
 use crate::dialect::{Dialect, Dialects};
 use crate::fault::Part;
-use crate::meaning::{lights, modes, printers, spindle};
+use crate::meaning::{lights, modes, printers, program, spindle};
 use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
 
@@ -86,6 +86,28 @@ const IDLE: &[WordInfo] = &[
     word('E', Unit::Flag, "the motor of the active extruder"),
 ];
 
+const GAINS: &[WordInfo] = &[
+    word('E', Unit::Id, "which hot end; 0 where it is left out"),
+    word('P', Unit::Number, "proportional"),
+    word('I', Unit::Number, "integral, per second"),
+    word('D', Unit::Number, "derivative, seconds"),
+    word('C', Unit::Number, "by what is extruded: has nothing to do"),
+    word('L', Unit::Number, "by what is extruded: has nothing to do"),
+    word('F', Unit::Number, "by the fan: has nothing to do"),
+];
+const TUNE: &[WordInfo] = &[
+    word('E', Unit::Id, "which hot end; -1: the bed; 0 where it is left out"),
+    word('S', Unit::Celsius, "temperature to swing around, 150 where it is left out"),
+    word('C', Unit::Number, "swings, 3 where it is left out").bounds(&Within(3.0, 50.0)),
+    word('U', Unit::Flag, "use what is found, as always"),
+    word('D', Unit::Flag, "has nothing to do"),
+];
+const TUNE_TOOL: &[WordInfo] = &[
+    word('T', Unit::Id, "the heater of this tool"),
+    word('S', Unit::Celsius, "temperature to swing around, 150 where it is left out"),
+    word('P', Unit::Number, "largest output: has nothing to do"),
+];
+
 /// The rows, and who reads them so.
 pub static READ_OTHERWISE: &[Otherwise] = &[
     reads(
@@ -103,6 +125,7 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
             .waits(Waits::Path),
     ),
     reads(Dialects::PRINTERS, level(Code::g(29))),
+    reads(REPRAP, sets_up(Code::g(31), "refused: where the probe triggers")),
     // Prusa's, of the MK2 and MK3.
     reads(
         GRBL,
@@ -120,6 +143,7 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     reads(Dialects::PRINTERS, motors_off(84)),
     reads(MARLIN, CodeInfo::passed_over(Code::m(120), "watch the end switches: they are, where configured")),
     reads(MARLIN, CodeInfo::passed_over(Code::m(121), "do not watch the end switches: they are, where configured")),
+    reads(REPRAP, sets_up(Code::m(143), "refused: the highest temperature of a heater by its number")),
     reads(
         REPRAP,
         CodeInfo::means(Code::m(150), lights::colour, "colour of lights; what is not named is dark")
@@ -139,6 +163,7 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
         Dialects::PRINTERS,
         CodeInfo::asks(Code::m(205), Function::Jerk, "speed changes allowed in corners").takes(JERK),
     ),
+    reads(REPRAP, sets_up(Code::m(208), "refused: the travel of axes")),
     reads(
         MARLIN,
         CodeInfo::means(Code::m(218), printers::hotend_offset, "offset of a tool").takes(&[
@@ -148,6 +173,19 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
             word('Z', Unit::Length, "by axis"),
         ]),
     ),
+    reads(
+        MARLIN,
+        CodeInfo::either(Code::m(301), printers::by_its_letters, Function::PidGains, "the PID gains of a hot end")
+            .takes(GAINS),
+    ),
+    reads(REPRAP, sets_up(Code::m(301), "refused: the PID gains of a heater by its number")),
+    reads(MARLIN, tune(TUNE)),
+    reads(REPRAP, tune(TUNE_TOOL)),
+    reads(MARLIN, sets_up(Code::m(305), "refused: a thermistor by its number")),
+    reads(REPRAP, sets_up(Code::m(305), "refused: a thermistor by its number")),
+    reads(MARLIN, sets_up(Code::m(306), "refused: Marlin's model of a heater")),
+    reads(REPRAP, sets_up(Code::m(307), "refused: RepRapFirmware's model of a heater")),
+    reads(REPRAP, sets_up(Code::m(557), "refused: the grid to probe")),
     reads(
         REPRAP,
         CodeInfo::means(Code::m(568), printers::tool_settings, "temperature of a tool")
@@ -159,7 +197,28 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
             ])
             .waits(Waits::Path),
     ),
+    // Prusa's. To Marlin itself neither means anything.
+    reads(
+        MARLIN,
+        CodeInfo::means(Code::m(601), printers::pause_print, "suspend the job; heaters stay on, as M600.1")
+            .waits(Waits::Result)
+            .part(Part::Player),
+    ),
+    reads(
+        MARLIN,
+        CodeInfo::means(Code::m(602), program::resume, "resume the job").waits(Waits::Result).part(Part::Player),
+    ),
+    reads(MARLIN, CodeInfo::passed_over(Code::m(907), "motor current as a number of a potentiometer")),
 ];
+
+const fn sets_up(code: Code, help: &'static str) -> CodeInfo {
+    CodeInfo::means(code, printers::sets_up, help)
+}
+
+const fn tune(words: &'static [WordInfo]) -> CodeInfo {
+    const HELP: &str = "find the PID gains of a heater";
+    CodeInfo::either(Code::m(303), printers::by_its_letters, Function::TunePid, HELP).takes(words).waits(Waits::Result)
+}
 
 const fn level(code: Code) -> CodeInfo {
     CodeInfo::either(code, printers::level, Function::ProbeStrategy, LEVEL)

@@ -22,6 +22,9 @@ pub(crate) fn heat<'b>(
     if matches!(claim, Claim::Temperature(_)) {
         return Ok(Meaning::Action(Action::Function(Function::ReportTemperatures, *words)));
     }
+    if let Some(letter) = other_name(context) {
+        return Err(Problem::NotTaken(words.code(), letter).refused(words.column_of(letter)));
+    }
     // R is Marlin's word for a target that is waited for from above too.
     let waits = claims.iter().any(|claim| matches!(claim, Claim::TargetAndWait(_)));
     let Some(celsius) = words.get('S').or(words.get('R').filter(|_| waits)) else { return NOTHING };
@@ -33,6 +36,19 @@ pub(crate) fn heat<'b>(
     }
     program.by_the_way(Effect::Target { heater, target });
     NOTHING
+}
+
+/// A letter that says in another firmware's way which heater, or how warm: without it another one heats, or
+/// none. RepRapFirmware's first bed and chamber are P0.
+fn other_name(context: &Context<'_>) -> Option<char> {
+    let words = &context.words;
+    let is_one = |letter: &char| match letter {
+        'H' => words.has('H'),
+        _ if !context.dialect.is_other_printers() => false,
+        'P' => words.get('P').is_some_and(|place| place != 0.0),
+        _ => words.has(*letter),
+    };
+    ['H', 'P', 'I'].into_iter().find(is_one)
 }
 
 /// The heater that a code addresses, and whether it waits: by T, else that of the active tool, else one

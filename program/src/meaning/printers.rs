@@ -6,7 +6,7 @@ use units::Axis;
 use crate::action::{Action, Effect, Function};
 use crate::context::{Context, Meaning, NOTHING};
 use crate::dialect::Dialect;
-use crate::fault::Fault;
+use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, heat, offsets};
 use crate::words::Words;
@@ -91,6 +91,26 @@ pub(crate) fn hotend_offset<'b>(program: &mut Interpreter, context: &Context<'b>
     let tool = words.get('T').map_or(Some(program.tools.active), |id| program.tools.numbered(id));
     extruders::offset_tool(program, words, tool, 'T')?;
     NOTHING
+}
+
+/// A code whose letters name heaters in the dialect's own way: a letter that it does not take names another.
+pub(crate) fn by_its_letters<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = &context.words;
+    match words.not_taken() {
+        Some(letter) => Err(Problem::NotTaken(words.code(), letter).refused(words.column_of(letter))),
+        None => Ok(context.function()),
+    }
+}
+
+/// A code that sets up the hardware, with letters and units of its own.
+pub(crate) fn sets_up<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    Err(Problem::SetsUp(context.words.code()).refused(0))
+}
+
+/// Prusa's M601: as M600.1, whatever its letters.
+pub(crate) fn pause_print<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let words = Words::bare(Code::m(600).sub(1));
+    Ok(Meaning::Action(Action::Suspend { heaters_stay: true, words }))
 }
 
 /// M290: what follows lies so much higher. It begins with a move there, so that it can be seen at once.

@@ -221,3 +221,30 @@ fn what_needs_a_temperature_right_after_boot_waits_for_the_first_reading() {
         assert!(!said.contains("error") && !said.contains("ERROR"), "{line}: {said}");
     }
 }
+
+/// A heater that is named in another firmware's way is that one, or the code is refused: nothing looks done.
+#[test]
+fn a_heater_that_is_not_named_as_here_is_refused_and_marlins_e_is_carried_out() {
+    let mut bench = Plan::new(CARTESIAN).start();
+    let before = bench.say("M503");
+    for (line, why) in [
+        ("M301 E0 P22.2 I1.08 D114", "M301: S must say which heater"),
+        ("M143 P250", "M143: S must say which heater"),
+        ("M305 P1 B4138 R4700", "M305: S must say which heater"),
+        ("M307 P40 C12", "M307: S must say which heater"),
+        ("M303 E-1 S60 C3", "M303: P must say which heater"),
+        ("M104 H1 S200", "M104 takes no H here"),
+    ] {
+        let said = bench.say(line);
+        assert!(said.contains(why) && !said.contains("ok"), "{line}: {said}");
+    }
+    assert!(bench.say("M503") == before && !bench.heats());
+    bench.say("dialect marlin");
+    assert_eq!(bench.say("M301 E0 P22.2 I1.08 D114"), "ok\n");
+    assert!(bench.say("M301 E0").contains("T(S0): PonM: 0 P: 22.200001 I: 1.080000 D: 114.000000"));
+    assert_eq!(bench.say("M301 P23"), "ok\n");
+    assert!(bench.say("M301 E0").contains("T(S0): PonM: 0 P: 23.000000 I: 1.080000"));
+    assert!(bench.say("M301 E3 P1").contains("no temperature control has tool_id 3"));
+    let said = bench.say("M303 E-1 S60 C3");
+    assert!(said.contains("Running autopid on (B) bed") && said.contains("PID tuned"), "{said}");
+}
