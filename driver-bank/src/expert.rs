@@ -4,6 +4,7 @@ use core::fmt::{Result, Write};
 
 use embedded_hal::spi::SpiDevice;
 use machine::ports::DriverFault;
+use tmc::register::ChopConf;
 use tmc::{
     BlankTime, Chip, Chopper, CoolStep, Driver, HysteresisDecrement, ReadSelect, Reading, StallGuard, StepInput,
 };
@@ -126,13 +127,19 @@ where
     SPI: SpiDevice,
 {
     let conf = chip.registers().chopconf;
+    let [off, blank, first, end, last] = chopper_words(conf, conf.chm() != 0).unwrap_or_default();
+    writeln!(out, "{},{off},{blank},{first},{end},{last}", conf.chm())
+}
+
+/// U V W X and Y of M911.3 S0 or S1, where the chip is in that mode.
+fn chopper_words(conf: ChopConf, constant: bool) -> Option<[i32; 5]> {
     let blank = [16, 24, 36, 54].get(conf.tbl() as usize).copied().unwrap_or(0);
-    let end = conf.hend() as i32 - 3;
     let (first, last) = match conf.chm() {
         0 => (conf.hstrt() + 1, conf.hdec()),
         _ => (conf.hstrt() | (conf.hdec() & 1) << 3, u32::from(conf.hdec() & 2 == 0)),
     };
-    writeln!(out, "{},{},{blank},{first},{end},{last}", conf.chm(), conf.toff())
+    let words = [conf.toff() as i32, blank, first as i32, conf.hend() as i32 - 3, last as i32];
+    (constant == (conf.chm() != 0)).then_some(words)
 }
 
 /// One group of settings by its number, as M911.3 counts them.
@@ -145,7 +152,14 @@ pub fn set_option<SPI: SpiDevice>(
     let switch = || number('Z').map(|value| value != 0).ok_or(DriverFault::BadSetting);
     let now = chip.registers().drvctrl;
     let done = match option {
-        0 | 1 => chip.set_chopper(chopper(option == 0, &number).ok_or(DriverFault::BadSetting)?),
+        0 | 1 => {
+            let before = chopper_words(chip.registers().chopconf, option == 0);
+            if !"UVWXY".chars().any(|letter| word(letter).is_some()) {
+                return Err(DriverFault::BadSetting);
+            }
+            let number = |letter| number(letter).or_else(|| before?.get("UVWXY".find(letter)?).copied());
+            chip.set_chopper(chopper(option == 0, &number).ok_or(DriverFault::BadSetting)?)
+        }
         2 => {
             let conf = chip.registers().chopconf.with_rndtf(u32::from(switch()?));
             chip.write_raw(conf.word())
@@ -155,13 +169,14 @@ pub fn set_option<SPI: SpiDevice>(
             double_edge: now.dedge() == 1,
             interpolation: switch()?,
         }),
-        5 if !switch()? => chip.set_cool_step(None),
+        5 if switch()? => chip.cool_step_on(),
+        5 => chip.set_cool_step(None),
         6 => chip.set_passive_fast_decay(switch()?),
         7 => chip.set_stall_guard(StallGuard {
             threshold: number('O').and_then(|value| i8::try_from(value).ok()).ok_or(DriverFault::BadSetting)?,
             filter: number('Q').is_some_and(|value| value != 0),
         }),
-        8 => chip.set_cool_step(Some(cool_step(&number).ok_or(DriverFault::BadSetting)?)),
+        8 => chip.prepare_cool_step(cool_step(&number).ok_or(DriverFault::BadSetting)?),
         // Double edges (3) are what the step engine counts on.
         _ => return Err(DriverFault::BadSetting),
     };
@@ -170,12 +185,11 @@ pub fn set_option<SPI: SpiDevice>(
 
 pub(crate) fn cool_step(number: &dyn Fn(char) -> Option<i32>) -> Option<CoolStep> {
     let small = |letter: char| number(letter).and_then(|value| u8::try_from(value).ok());
-    // Thresholds are in readings, of which the chip takes 32 at a time.
+    // Both are in readings, of which the chip takes 32 at a time.
     let steps = |letter: char| number(letter).and_then(|value| u8::try_from(value / 32).ok());
-    let (lower, upper) = (steps('H')?, steps('I')?);
     Some(CoolStep {
-        lower_threshold: lower,
-        threshold_width: upper.checked_sub(lower + 1)?,
+        lower_threshold: steps('H')?,
+        threshold_width: steps('I')?,
         decrement: small('J')?,
         increment: small('K')?,
         quarter_current: small('L')? != 0,
@@ -185,7 +199,10 @@ pub(crate) fn cool_step(number: &dyn Fn(char) -> Option<i32>) -> Option<CoolStep
 pub(crate) fn chopper(constant: bool, number: &dyn Fn(char) -> Option<i32>) -> Option<Chopper> {
     let small = |letter: char| number(letter).and_then(|value| u8::try_from(value).ok());
     let signed = |letter: char| number(letter).and_then(|value| i8::try_from(value).ok());
-    let (off_time, blank_time) = (small('U')?, BlankTime::from_clocks(small('V')?)?);
+    // What the chip does not have is cut.
+    let clocks = [54, 36, 24].into_iter().find(|clocks| number('V').is_some_and(|value| value >= *clocks));
+    let blank_time = BlankTime::from_clocks(clocks.map_or(16, |clocks| clocks as u8))?;
+    let off_time = small('U')?;
     Some(if constant {
         Chopper::ConstantOffTime {
             off_time,

@@ -188,7 +188,9 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
                 settings = StealthSettings { off_time, blank_time, hysteresis_start, hysteresis_end, ..settings };
             }
             4 => settings.interpolation = switch()?,
-            5 if !switch()? => settings.cool_step = None,
+            // S8 has switched it on.
+            5 if switch()? => settings.cool_step = Some(settings.cool_step.ok_or(DriverFault::BadSetting)?),
+            5 => settings.cool_step = None,
             7 => {
                 let threshold = number('O').and_then(|value| i16::try_from(value).ok());
                 settings.stall_threshold = threshold.ok_or(DriverFault::BadSetting)?;

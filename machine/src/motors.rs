@@ -224,14 +224,11 @@ pub(crate) fn write_register(
 ) -> Outcome {
     let Some(number) = words.get('R') else {
         reply.say(format_args!(
-            "P motor R register V value: R1 driver control, R2 chopper, R3 coolStep, R4 stallGuard2 and current, \
+            "P motor, else all, R register V value: R1 driver control, R2 chopper, R3 coolStep, R4 stallGuard2 and current, \
              R5 configuration, R255 writes all again\n"
         ));
         return Ok(Answer::Ok);
     };
-    if !words.has('P') {
-        return Err(Failure::refused(&"M911.2 needs P, the number of a motor"));
-    }
     let value = words.get('V').filter(|value| (0.0..1_048_576.0).contains(value));
     for motor in motors(named_drivers(texts, words, config)?) {
         let done = match (number, value) {

@@ -416,7 +416,8 @@ impl Outputs {
             return Ok(None);
         };
         if settings.is_input() {
-            reply.say(format_args!("unknown command set-state.\n"));
+            let what = if value.parse::<f32>().is_ok() { "value" } else { "state" };
+            reply.say(format_args!("unknown command set-{what}.\n"));
             return Ok(None);
         }
         if config.automatic_fan(name).is_some() {

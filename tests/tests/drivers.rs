@@ -80,6 +80,30 @@ fn m911_prints_the_registers_as_a_setting() {
     assert!(again.contains(printed), "{printed} is not in {again}");
 }
 
+/// SMARTEN with SEMIN 2, SEMAX 4, SEDN 1 and SEUP 2 is 2 | 4 << 8 | 1 << 13 | 2 << 5.
+#[test]
+fn m911_3_keeps_what_it_is_not_told_and_switches_coolstep_on_by_s5_alone() {
+    let mut bench = with("alpha.reg = 0,901B4,A0000,D031F,E0010");
+    bench.run(&["M911.3 P0 S8 H64 I128 J1 K2 L0"]);
+    assert_eq!(registers(&bench)[2] & 0xF, 0, "S8 switches nothing on");
+    bench.run(&["M911.3 P0 S5 Z1"]);
+    let on = 2 | 4 << 8 | 1 << 13 | 2 << 5;
+    assert_eq!(registers(&bench)[2] & 0x1_FFFF, on);
+    bench.run(&["M911.3 P0 S5 Z0"]);
+    assert_eq!(registers(&bench)[2] & 0xF, 0);
+    bench.run(&["M911.3 P0 S5 Z1"]);
+    assert_eq!(registers(&bench)[2] & 0x1_FFFF, on);
+    // One word of spreadCycle alone, and a blanking time that the chip does not have.
+    assert_eq!(bench.say("M911.1 P0"), "X,0,4,36,4,0,0\nok\n");
+    bench.run(&["M911.3 P0 S1 W2", "M911.3 P0 S1 V60"]);
+    assert_eq!(bench.say("M911.1 P0"), "X,0,4,54,2,0,0\nok\n");
+    assert!(bench.say("M911.3 P0 S1").contains("cannot be set so"));
+    // A register of all drivers.
+    bench.run(&["M911.2 R3 V0"]);
+    assert_eq!(registers(&bench)[2] & 0xF, 0);
+    assert!(bench.say("M911.2 R3").contains("cannot be set so"));
+}
+
 #[test]
 fn registers_that_are_none_are_refused_with_the_motor_s_name() {
     let bench = with("alpha.reg = 0,901B4,A8202,C031F,901B4");

@@ -152,7 +152,7 @@ fn m911_and_m122_describe_it_and_m911_3_sets_it() {
     assert!(bench.say("M911.1 P3").contains("A,0,3,32,5,-2,0"), "{}", bench.say("M911.1 P3"));
     bench.run(&["M911.3 P3 S1 U4 V24 W3 X1 Y0"]);
     assert_eq!(word(&bench, Delta, 0x6C) & 0x1_87FF, 4 | 2 << 4 | 4 << 7 | 1 << 15);
-    bench.run(&["M911.3 P3 S7 O60", "M911.3 P3 S8 H64 I160 J1 K2 L1"]);
+    bench.run(&["M911.3 P3 S7 O60", "M911.3 P3 S8 H64 I64 J1 K2 L1"]);
     assert_eq!((word(&bench, Delta, 0x40), word(&bench, Delta, 0x42)), (60, 1 << 15 | 1 << 13 | 2 << 8 | 2 << 5 | 2));
     for refused in ["M911.3 P3 S0 U4 V24 W3 X1 Y0", "M911.3 P3 S7 O256", "M911.2 P3 R1 V0", "M911.3 P3 S1 U4 V36 W3 X1"]
     {

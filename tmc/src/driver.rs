@@ -118,6 +118,8 @@ pub struct Driver<SPI> {
     sense_resistor: Ohms,
     /// `CHOPCONF.TOFF` here is the off time to use when enabled.
     registers: Registers,
+    /// `SMARTEN` to use when coolStep is switched on.
+    cool_step: SmartEn,
     enabled: bool,
     /// The current to run with, and the one to stand with if they differ.
     run: CurrentSetting,
@@ -166,6 +168,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
             chip,
             sense_resistor,
             registers,
+            cool_step: SmartEn::RESET,
             enabled: false,
             run,
             standstill: None,
@@ -327,7 +330,33 @@ impl<SPI: SpiDevice> Driver<SPI> {
             Some(cool_step) => cool_step.register()?,
             None => SmartEn::RESET,
         };
+        if cool_step.is_some() {
+            self.cool_step = self.registers.smarten;
+        }
         self.write(self.registers.smarten.word()).map(drop)
+    }
+
+    /// Sets how coolStep is to work, and leaves it on or off as it is.
+    ///
+    /// # Errors
+    /// As [`Self::set_cool_step`].
+    pub fn prepare_cool_step(&mut self, cool_step: CoolStep) -> Result<(), Error<SPI::Error>> {
+        if self.registers.smarten.semin() != 0 {
+            return self.set_cool_step(Some(cool_step));
+        }
+        self.cool_step = cool_step.register()?;
+        Ok(())
+    }
+
+    /// Switches coolStep on, as it was set last.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] when it was never set, else as [`Self::status`].
+    pub fn cool_step_on(&mut self) -> Result<(), Error<SPI::Error>> {
+        let smarten = if self.cool_step.semin() == 0 { self.registers.smarten } else { self.cool_step };
+        in_range("lower threshold of coolStep", "set before it is switched on", smarten.semin() != 0)?;
+        self.registers.smarten = smarten;
+        self.write(smarten.word()).map(drop)
     }
 
     /// Sets passive fast decay (`EN_PFD`), which damps resonance at medium speed.

@@ -183,7 +183,7 @@ pub const ROWS: &[CodeInfo] = &[
         .states(EVERYWHERE_BUT_INVALID),
     CodeInfo::asks(Code::m(911).sub(2), Function::DriverRegister, "write a driver's register; without R, say which")
         .takes(&[
-            word('P', Unit::Number, "which motor, from 0"),
+            word('P', Unit::Number, "which motor, from 0; all where it is left out"),
             word('R', Unit::Number, "its register, from 1; 255: all again"),
             word('V', Unit::Number, "the value"),
         ])
@@ -197,7 +197,7 @@ pub const ROWS: &[CodeInfo] = &[
                         'S',
                         Unit::Number,
                         "0 constant off time, 1 spreadCycle, 2 random off time, 4 interpolation, 5 coolStep \
-                    off, 6 passive fast decay, 7 stallGuard2, 8 coolStep, 9 stallGuard2 while it homes",
+                    on or off, 6 passive fast decay, 7 stallGuard2, 8 how coolStep works, 9 stallGuard2 while it homes",
                     ),
                     word('U', Unit::Number, "off time"),
                     word('V', Unit::Number, "blanking time, clocks"),
@@ -208,14 +208,14 @@ pub const ROWS: &[CodeInfo] = &[
                     word('O', Unit::Number, "threshold"),
                     word('Q', Unit::Number, "1: filtered"),
                     word('H', Unit::Number, "lower threshold"),
-                    word('I', Unit::Number, "upper threshold"),
+                    word('I', Unit::Number, "width of the band above it"),
                     word('J', Unit::Number, "speed of decrease, 0 to 3"),
                     word('K', Unit::Number, "speed of increase, 0 to 3"),
                     word('L', Unit::Number, "1: down to a quarter of the current, not to half"),
                 ]
             },
         )
-        .differs("S3, double edges, can be switched off"),
+        .differs("S3, double edges, can be switched off; J and K of S8 are exchanged"),
     CodeInfo::asks(
         Code::m(912),
         Function::ForgetDriverTroubles,
