@@ -79,7 +79,7 @@ fn bad_values_are_errors_at_the_value() {
             "not a number",
             "a point for decimals",
         ),
-        ("default_feed_rate = 3000 ", "default_feed_rate = 0", "default_feed_rate", "not more than 0", "more than 0"),
+        ("default_seek_rate = 9000 ", "default_seek_rate = 0", "default_seek_rate", "not more than 0", "more than 0"),
         ("default_feed_rate = 3000 ", "default_feed_rate = nan", "default_feed_rate", "not a number", ""),
         ("default_feed_rate = 3000 ", "default_feed_rate =", "default_feed_rate", "has no value", "delete the line"),
         (
@@ -112,8 +112,8 @@ fn bad_values_are_errors_at_the_value() {
     for (to, reason, fix) in [
         ("planner_queue_size = 3.5", "not a whole number", ""),
         ("planner_queue_size = 032", "octal", "write 32"),
-        ("planner_queue_size = 5000", "out of range", "4 to 224"),
-        ("planner_queue_size = -1", "out of range", "4 to 224"),
+        ("planner_queue_size = 5000", "out of range", "4 to 4096"),
+        ("planner_queue_size = -1", "out of range", "4 to 4096"),
     ] {
         expect("planner_queue_size = 32 ", to, Error, to, section, reason, fix);
     }
@@ -226,4 +226,19 @@ fn defaults_that_follow_others_do() {
     let setup = |actuator| config.actuators[actuator].dir_setup_ns;
     assert_eq!((setup(Actuator::Alpha), setup(Actuator::Zeta)), (500, 5_000));
     assert_eq!(config.switches[0].input_on_command.unwrap().subcode, 2, "a subcode counts wherever it is written");
+}
+
+#[test]
+fn values_that_smoothieware_takes_are_taken() {
+    let (config, findings) = read(
+        "[motion control]\ndefault_feed_rate = 0\n[planner]\nplanner_queue_size = 1000\nz_junction_deviation = -5\n\
+         [button box]\ncommon.poll_frequency_hz = 1000\n[endstops]\ncommon.homing_order = ZX\n\
+         [temperature switch]\npsu.arm_mcode = 1100\n",
+    );
+    // But for the motors, which are not described here.
+    let of_values = findings.iter().filter(|finding| finding.severity != Warning && finding.line > 0).count();
+    assert_eq!(of_values, 0, "{findings:?}");
+    assert_eq!((config.planner.queue_size, config.planner.z_junction_deviation), (224, None));
+    assert_eq!((config.button_poll_hz, config.motion.default_feed_rate.0), (100, 0.0));
+    assert!(config.homing.order.is_empty(), "an order of two leaves an axis unhomed");
 }

@@ -35,8 +35,8 @@ pub enum Claim {
 #[derive(Clone, Debug)]
 pub struct Claims {
     claims: Vec<(Code, Claim), MOST>,
-    /// Which G and M numbers are claimed at all, one bit each, so that nearly every code is told apart by one
-    /// look.
+    /// Which G and M numbers may be claimed, one bit each, so that nearly every code is told apart by one look.
+    /// What is beyond shares the bits of what is below.
     g: [u32; 4],
     m: [u32; 32],
 }
@@ -47,33 +47,34 @@ impl Default for Claims {
     }
 }
 
-const fn place(number: u16) -> (usize, u32) {
-    (number as usize / 32, 1 << (number % 32))
+/// The word of its bit, and the bit.
+const fn place(number: u16, words: usize) -> (usize, u32) {
+    (number as usize / 32 % words, 1 << (number % 32))
 }
 
 impl Claims {
-    /// Adds one. False when the code cannot be claimed (T, or a number beyond M1023 and G127).
+    /// Adds one. False when the code cannot be claimed: T.
     pub fn add(&mut self, code: Code, claim: Claim) -> bool {
-        let (word, bit) = place(code.number);
         let words: &mut [u32] = match code.letter {
             Letter::G => &mut self.g,
             Letter::M => &mut self.m,
-            Letter::T => &mut [],
+            Letter::T => return false,
         };
+        let (word, bit) = place(code.number, words.len());
         let Some(word) = words.get_mut(word) else { return false };
         *word |= bit;
         self.claims.push((code, claim)).is_ok()
     }
 
-    /// Whether anything claims this number, whatever the subcode.
+    /// Whether anything may claim this number, whatever the subcode: nothing does where it is false.
     #[must_use]
     pub fn may_have(&self, code: Code) -> bool {
-        let (word, bit) = place(code.number);
         let words: &[u32] = match code.letter {
             Letter::G => &self.g,
             Letter::M => &self.m,
-            Letter::T => &[],
+            Letter::T => return false,
         };
+        let (word, bit) = place(code.number, words.len());
         words.get(word).is_some_and(|word| word & bit != 0)
     }
 
@@ -97,6 +98,10 @@ mod tests {
         assert_eq!(claims.of(Code::m(106).sub(1)).collect::<std::vec::Vec<_>>(), [off]);
         assert!(claims.may_have(Code::m(107)) && !claims.may_have(Code::m(108)) && !claims.may_have(Code::g(107)));
         assert_eq!(claims.of(Code::m(108)).count(), 0);
-        assert!(!claims.add(Code::t(1), on) && !claims.add(Code::m(1_024), on) && !claims.may_have(Code::m(5_000)));
+        assert!(!claims.add(Code::t(1), on) && !claims.may_have(Code::t(1)));
+        for code in [Code::m(1_024), Code::m(u16::MAX), Code::g(128), Code::g(u16::MAX)] {
+            assert!(claims.add(code, on) && claims.may_have(code), "{code}");
+            assert_eq!(claims.of(code).collect::<std::vec::Vec<_>>(), [on]);
+        }
     }
 }

@@ -228,3 +228,22 @@ fn a_heater_s_pin_is_no_switch_s() {
     bench.hear(10.0);
     assert!(bench.celsius("hotend") < 30.0, "nobody drives it");
 }
+
+/// Any number that a code can have, as in Smoothieware, and no other code's.
+#[test]
+fn codes_above_those_of_the_table_switch_and_heat() {
+    let mut bench = Plan::new(CARTESIAN)
+        .set("[switch] fan.input_on_command = M2106")
+        .set("[switch] fan.input_off_command = G200")
+        .set("[temperature control] bed.set_m_code = 12140")
+        .start();
+    let is_on = |bench: &mut Bench| bench.say("switch fan").contains("is 1");
+    assert_eq!(bench.say("M2106 S255"), "ok\n");
+    assert!(is_on(&mut bench));
+    // M58 shares its bit.
+    assert!(bench.say("M58").contains("ignored") && bench.say("M107").contains("ignored"));
+    assert_eq!(bench.say("G200"), "ok\n");
+    assert!(!is_on(&mut bench));
+    assert_eq!(bench.say("M12140 S50"), "ok\n");
+    assert!(bench.say("M105").contains("/50.0 @"));
+}

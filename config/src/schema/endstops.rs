@@ -180,10 +180,12 @@ pub const ENDSTOPS: Section = Section {
             "homing_order",
             |c, _, v| {
                 c.homing.order.clear();
-                // A list of axes has no letter twice, so six fit.
-                let _ = c.homing.order.extend_from_slice(v);
+                // With fewer G28 would leave axes as they are. A list of axes has no letter twice, so six fit.
+                if v.len() >= 3 {
+                    let _ = c.homing.order.extend_from_slice(v);
+                }
             },
-            "Axes homed one after another, as in ZXY. Without it: X with Y, then Z, then A, B, C.",
+            "Axes homed one after another, as in ZXY. Without it, or with fewer than three: X with Y, then Z, then A, B, C.",
         )
         .common()
         .v1("homing_order"),

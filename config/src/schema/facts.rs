@@ -131,6 +131,7 @@ fn every_unit_is_smoothiewares() {
 const OTHER_BOUNDS: &[(&str, &str)] = &[
     ("[system] step_pulse_us", "steps are not bound to a tick of 5 us"),
     ("[system] step_frequency", "there is no step tick"),
+    ("[planner] z_junction_deviation", "every value below 0 is as junction_deviation"),
     (
         "[planner] planner_queue_size",
         "there is room for 256 moves, 32 of which filters look back on; fewer than 16 are slow, not wrong",

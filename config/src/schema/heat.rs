@@ -459,7 +459,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "set_m_code",
             "104",
-            &(0, 9_999),
+            &(0, 65_535),
             heater!(|h, v| h.set_m_code = v as u16),
             "M-code that sets the target.",
         )
@@ -468,7 +468,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "set_and_wait_m_code",
             "109",
-            &(0, 9_999),
+            &(0, 65_535),
             heater!(|h, v| h.set_and_wait_m_code = v as u16),
             "M-code that sets the target and waits for it.",
         )
@@ -477,7 +477,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "get_m_code",
             "105",
-            &(0, 9_999),
+            &(0, 65_535),
             heater!(|h, v| h.get_m_code = v as u16),
             "M-code that reports the temperature.",
         )

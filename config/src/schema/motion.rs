@@ -57,9 +57,9 @@ pub const MOTION_CONTROL: Section = Section {
         number(
             "default_feed_rate",
             "4000",
-            POSITIVE,
+            NOT_NEGATIVE,
             |c, _, v| c.motion.default_feed_rate = MmPerSecond::from_per_minute(v),
-            "Speed of G1, G2 and G3 until an F word sets it.",
+            "Speed of G1, G2 and G3 until an F word sets it; 0: refused until then.",
         )
         .unit("mm/min").typical(&(60.0, 100_000.0))
         .v1("default_feed_rate"),
@@ -222,7 +222,7 @@ pub const PLANNER: Section = Section {
         number(
             "z_junction_deviation",
             "-1",
-            &(-1.0, 10.0),
+            &(-1_000.0, 10.0),
             |c, _, v| c.planner.z_junction_deviation = (v >= 0.0).then_some(Mm(v)),
             "The same for moves of Z alone; negative: as junction_deviation.",
         )
@@ -240,9 +240,9 @@ pub const PLANNER: Section = Section {
         integer(
             "planner_queue_size",
             "32",
-            &(4, 224),
-            |c, _, v| c.planner.queue_size = v as u16,
-            "Moves the planner looks ahead.",
+            &(4, 4_096),
+            |c, _, v| c.planner.queue_size = v.min(224) as u16,
+            "Moves the planner looks ahead; more than 224 are 224.",
         )
         .unit("moves")
         .v1("planner_queue_size"),

@@ -74,7 +74,7 @@ pub const TEMPERATURE_SWITCH: Section = Section {
         integer(
             "arm_mcode",
             "0",
-            &(0, 1_023),
+            &(0, 65_535),
             rule!(|r, v| r.arm_mcode = u16::try_from(v).ok().filter(|code| *code > 0)),
             "M-code that arms it (S1), or disarms it (S0); rising and falling act once, then it must be armed anew. \
              0: always armed.",
