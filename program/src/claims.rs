@@ -35,8 +35,8 @@ pub enum Claim {
 #[derive(Clone, Debug)]
 pub struct Claims {
     claims: Vec<(Code, Claim), MOST>,
-    /// Which G and M numbers may be claimed, one bit each, so that nearly every code is told apart by one look.
-    /// What is beyond shares the bits of what is below.
+    /// Which G and M numbers may be claimed, one bit each, so that nearly every code is told apart by one
+    /// look. What is beyond shares the bits of what is below.
     g: [u32; 4],
     m: [u32; 32],
 }

@@ -180,7 +180,7 @@ pub const ENDSTOPS: Section = Section {
             "homing_order",
             |c, _, v| {
                 c.homing.order.clear();
-                // With fewer G28 would leave axes as they are. A list of axes has no letter twice, so six fit.
+                // With fewer G28 would leave axes as they are. No letter stands twice, so six fit.
                 if v.len() >= 3 {
                     let _ = c.homing.order.extend_from_slice(v);
                 }

@@ -31,8 +31,8 @@ pub(crate) fn heater_named(
     })
 }
 
-/// The heater that a code names: by `letter` with its `tool_id`; by E in Marlin's dialect, where the bed is -1
-/// and the first hot end is meant without it; by T in RepRapFirmware's. None where nothing is named.
+/// The heater that a code names: by `letter` with its `tool_id`; by E in Marlin's dialect, where the bed is
+/// -1 and the first hot end is meant without it; by T in RepRapFirmware's. None where nothing is named.
 ///
 /// # Errors
 /// When nobody has that id; when there are words and none of them says which heater.
