@@ -75,6 +75,8 @@ pub struct Bed {
     pub probe_offsets: [f64; 3],
     /// How its offset changes along an axis.
     pub twist: Twist,
+    /// G31 and G32 take the area from their words: `only_by_two_corners`, until R0, or R1.
+    pub two_corners: bool,
     /// How touches scatter, since measuring began.
     pub scatter: Scatter,
     /// The mesh fades from Z0 up to this height, mm, in place of what is configured; 0: it does not. M376.
@@ -97,6 +99,7 @@ impl Bed {
             points: config.leveling.points,
             probe_offsets: config.probe_offsets(),
             twist: Twist::new(config),
+            two_corners: config.leveling.grid.two_corners,
             ..Self::default()
         }
     }

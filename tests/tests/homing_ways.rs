@@ -70,6 +70,16 @@ fn a_place_of_its_own_for_z_that_cannot_be_reached_is_found_in_the_configuration
     }
 }
 
+/// A clamp may stand in the way of an axis that nobody has named.
+#[test]
+fn homing_one_axis_moves_no_other_one_to_the_origin() {
+    let mut bench = Plan::new(CARTESIAN).set("[endstops] common.move_to_origin_after_home = true").start_homed();
+    bench.run(&["G1 X150 Y120 F6000", "M400", "G28 X", "M400"]);
+    assert!((at(&bench)[1] - 120.0).abs() < 0.05, "Y has moved: {:?}", at(&bench));
+    bench.run(&["G1 X150 F6000", "G28 X Y", "M400"]);
+    assert!(at(&bench)[0].abs() < 0.05 && at(&bench)[1].abs() < 0.05, "{:?}", at(&bench));
+}
+
 #[test]
 fn several_approaches_agree_or_homing_fails() {
     let plan = || {

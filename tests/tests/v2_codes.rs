@@ -20,7 +20,10 @@ fn motors_are_said_to_be_elsewhere() {
     let mut bench = start();
     bench.run(&["G28.4 X12 Y3 Z4"]);
     assert_eq!(bench.say("M114.3"), "ok APOS: X:12.0000 Y:3.0000 Z:4.0000 E:0.0000 \n");
-    assert_eq!(bench.say("G28.6"), "X:0 Y:0 Z:0 \nok\n", "that is no homing");
+    assert_eq!(bench.say("G28.6"), "X:1 Y:1 Z:1 \nok\n");
+    // Only those that are named.
+    bench.run(&["G28.5", "G28.4 Y7"]);
+    assert_eq!(bench.say("G28.6"), "X:0 Y:1 Z:0 \nok\n");
 }
 
 #[test]

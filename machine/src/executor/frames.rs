@@ -67,8 +67,8 @@ pub(super) enum StallStep {
 /// What is done when a script has ended.
 #[derive(Clone, Debug)]
 pub(super) enum Then {
-    /// The bed is probed and leveled by this grid; whoever asked hears how it goes.
-    LevelByGrid(Plan, Recipient),
+    /// The bed is probed by this grid; whoever asked hears how it goes.
+    TouchGrid(Plan, Recipient),
     /// What came before the script ended like this.
     Ended(Result<(), KeptFailure>),
     /// A job is gone on with after a power cut: the next step of that.

@@ -8,9 +8,9 @@ use gcode::{Blocks, Code};
 use program::{Function, State, Words};
 use units::AxisSet;
 
-use super::frames::Then;
 use super::{
-    Hands, Machine, automatic, card, filament, foresee, long_answers, objects, program_io, recover, statistics, suspend,
+    Hands, Machine, automatic, card, filament, foresee, long_answers, objects, program_io, recover, stack, statistics,
+    suspend,
 };
 use crate::apart::apart;
 use crate::failure::{Answer, Failure, Outcome};
@@ -67,8 +67,8 @@ pub(super) fn run<P: Ports>(
 fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &Words<'_>, to: Recipient) -> Outcome {
     let hands = &mut Hands::new(machine, to);
     match function {
-        Function::ProbeStrategy => probe_strategy(machine, words, words.code(), to),
-        Function::MeasureBed => probe_strategy(machine, words, Code::g(31), to),
+        Function::ProbeStrategy => stack::probe_strategy(machine, words, words.code(), to),
+        Function::MeasureBed => stack::probe_strategy(machine, words, Code::g(31), to),
         Function::ProbeRepeatability => stowed(hands, |hands| probing::repeatability(hands, words)),
         Function::AlignZ => stowed(hands, |hands| alignment::align(hands, words)),
         Function::AlignSlave => apart(|| alignment::align_slave(hands, words)),
@@ -106,21 +106,6 @@ fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &
 fn stowed<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: impl FnOnce(&mut Hands<'_, '_, P>) -> Outcome) -> Outcome {
     let ended = apart(|| probe(hands));
     probing::stow_after(hands, ended)
-}
-
-/// G29, G31 and G32. The scripts around a cartesian grid may hold any code, so they are run from here.
-fn probe_strategy<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, code: Code, to: Recipient) -> Outcome {
-    match probing::prepare(&mut Hands::new(machine, to), words, code)? {
-        Some(plan) => {
-            let [before, _] = &machine.config.probe_gcode;
-            suspend::start_script(machine, before, Then::LevelByGrid(plan, to))
-        }
-        None => {
-            let hands = &mut Hands::new(machine, to);
-            let ended = probing::strategy(hands, words, code);
-            probing::stow_after(hands, ended)
-        }
-    }
 }
 
 /// Those that change what every step or filter means.
@@ -167,7 +152,9 @@ fn set_standing<P: Ports>(
             driver_codes::stealth_thresholds(machine.texts, ports, config, tuning, words, reply)
         }
         Function::StealthMode => driver_codes::stealth_mode(machine.texts, ports, config, tuning, words, reply),
-        Function::MotorPositions => arms::motor_positions(machine.texts, ports, words),
+        Function::MotorPositions => {
+            arms::motor_positions(machine.texts, ports, words).inspect(|_| machine.mark_homed(words.axes()))
+        }
         Function::HomeOffsetsFromHere if !words.has('T') => {
             arms::home_offsets_from_here(machine.texts, ports, config, axes, tuning, words, reply)
         }

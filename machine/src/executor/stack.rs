@@ -1,7 +1,7 @@
 //! Runs what lines have started: scripts and files of saved settings, line by line, and what follows them.
 
-use gcode::{Blocks, Gathered};
-use program::{LeftHole, ScriptModes};
+use gcode::{Blocks, Code, Gathered};
+use program::{LeftHole, ScriptModes, Words};
 
 use super::blocks::Start;
 use super::frames::{Frame, Replay, Script, Then};
@@ -10,7 +10,7 @@ use super::suspend::{self, start_script};
 use super::{Hands, Machine, actions, answers, blocks, holes, play_from, recover, stall_recovery, tool_change};
 use crate::failure::{Answer, Failure, FailureKind, Outcome, short};
 use crate::ports::{Ports, StorageError};
-use crate::probing::{level_by_cartesian_grid, stow_after};
+use crate::probing::{self, stow_after, touch_cartesian_grid};
 use crate::sessions::{LineBytes, Recipient};
 
 /// Does the next thing of what was started last.
@@ -113,13 +113,33 @@ fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
+/// G29, G31 and G32. The scripts around a cartesian grid may hold any code, so they are run as lines.
+pub(super) fn probe_strategy<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    words: &Words<'_>,
+    code: Code,
+    to: Recipient,
+) -> Outcome {
+    match probing::prepare(&mut Hands::new(machine, to), words, code)? {
+        Some(plan) => {
+            let [before, _] = &machine.config.probe_gcode;
+            start_script(machine, before, Then::TouchGrid(plan, to))
+        }
+        None => {
+            let hands = &mut Hands::new(machine, to);
+            let ended = probing::strategy(hands, words, code);
+            stow_after(hands, ended)
+        }
+    }
+}
+
 /// What follows a script.
 fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failure> {
     match then {
-        Then::LevelByGrid(plan, to) => {
+        Then::TouchGrid(plan, to) => {
             machine.standstill()?;
             let hands = &mut Hands::new(machine, to);
-            let leveled = level_by_cartesian_grid(hands, &plan);
+            let leveled = touch_cartesian_grid(hands, &plan);
             let leveled = stow_after(hands, leveled).map(|_| ());
             machine.resynchronise_if_still();
             if let Err(failure) = leveled

@@ -3,6 +3,7 @@
 use config::{EndstopConfig, MachineConfig};
 use units::{Axis, AxisSet, PerAxis};
 
+use crate::homing;
 use crate::tuning::Tuning;
 
 const XY: AxisSet = AxisSet::of(Axis::X).with(Axis::Y);
@@ -26,14 +27,8 @@ fn seconds_of(stop: &EndstopConfig, way: f64) -> f64 {
 }
 
 /// Homing of these axes, or of all when none is named.
-pub(super) fn foresee(
-    config: &MachineConfig,
-    tuning: &Tuning,
-    can_home: AxisSet,
-    named: AxisSet,
-    here: &PerAxis<f64>,
-) -> Homed {
-    let chosen = if named.is_empty() { can_home } else { named.and(can_home) };
+pub(super) fn foresee(config: &MachineConfig, tuning: &Tuning, named: AxisSet, here: &PerAxis<f64>) -> Homed {
+    let chosen = homing::chosen(config, named);
     let mut homed = Homed { axes: chosen, place: *here, seconds: 0.0 };
     let mut together: f64 = 0.0;
     for axis in chosen.axes() {
@@ -48,7 +43,7 @@ pub(super) fn foresee(
         homed.place[axis] = place;
     }
     homed.seconds += together;
-    if config.homing.move_to_origin && !chosen.and(XY).is_empty() {
+    if homing::ends_over_origin(config, chosen) {
         (homed.place[Axis::X], homed.place[Axis::Y]) = (0.0, 0.0);
         if config.homing.delta {
             homed.place[Axis::Z] -= config.homing_endstop(Axis::Z).map_or(0.0, |stop| stop.retract.0);

@@ -9,6 +9,7 @@ use super::plan::Plan;
 use super::points::{Neighbour, check_reach, clear_of, find_bed, nozzle_over, probe_at, probe_beside, probe_point};
 use super::samples::Scatter;
 use super::search::check_homed;
+use super::strategy::uncompensated;
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::homing;
@@ -35,29 +36,35 @@ pub(super) fn prepare_cartesian_grid<P: Ports>(
 ) -> Result<Plan, Failure> {
     let settings = hands.config().leveling.grid;
     let here = words.get('R') == Some(1.0);
+    if let Some(mode) = words.get('R') {
+        hands.bed().two_corners = mode == 1.0;
+    }
     let has_corners = ['X', 'Y', 'A', 'B'].into_iter().all(|letter| words.has(letter));
-    let two_corners = (settings.two_corners || has_corners) && words.get('R') != Some(0.0);
-    if settings.home && !here && !two_corners {
+    let two_corners = hands.bed().two_corners || has_corners && words.get('R') != Some(0.0);
+    if settings.home && !two_corners {
         homing::home_before_probing(hands)?;
     }
     hands.standstill()?;
     check_homed(hands)?;
     let area = area_in(words);
-    let whole = grid::configured(&hands.config().leveling);
+    let whole = grid::configured(&hands.config().leveling).filter(|_| !hands.bed().two_corners);
     let mut shape = match (area, whole) {
         (Some(area), Some(whole)) => {
             let part = part_of(&whole, &area);
             part.ok_or_else(|| Failure::refused(&"the area to probe lies beside the grid that is configured"))?
         }
-        _ => cartesian_shape(hands, words, here, two_corners)?,
+        _ => {
+            let [origin, size] = corners(hands, words, here, two_corners)?;
+            cartesian_shape(hands, words, origin, size)?
+        }
     };
     // Where the mesh has the height zero does not depend on what part of it is measured.
-    let whole = if here { shape } else { whole.unwrap_or(shape) };
+    let whole = whole.unwrap_or(shape);
     if words.has('D') {
         shape = around_objects(hands, words.get('D'), &shape)?;
     }
     let reference = hands.config().leveling.mesh.zero_reference.unwrap_or(whole.place(0));
-    let plan = Plan { shape, radius: None, reference, from: settings.initial_height.0 };
+    let plan = Plan { shape, radius: None, reference, from: settings.initial_height.0, levels: true };
     check_regions(hands.texts(), &plan, &hands.config().leveling.mesh.faulty_regions)?;
     check_places(hands, &plan)?;
     Ok(plan)
@@ -128,50 +135,74 @@ fn check_places<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(
     check_reach(hands, core::iter::once(plan.reference).chain(touched))
 }
 
-/// G31 and G32 with a cartesian grid, once its area is known.
-pub(crate) fn level_by_cartesian_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
-    level_by_grid(hands, plan)
+/// G29, G31 and G32 with a cartesian grid, once its area is known.
+pub(crate) fn touch_cartesian_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
+    if plan.levels {
+        return level_by_grid(hands, plan);
+    }
+    uncompensated(hands, |hands| scan(hands, plan))
 }
 
-/// G29 with a cartesian grid: the same from where the tool is, of which nothing remains.
-pub(super) fn scan_cartesian<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+/// The area of G29 with a cartesian grid: from where the probe is.
+pub(super) fn prepare_scan<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<Plan, Failure> {
     hands.standstill()?;
     check_homed(hands)?;
-    let (Some(_), Some(_)) = (words.get('X'), words.get('Y')) else {
+    let (Some(x), Some(y)) = (words.get('X'), words.get('Y')) else {
         return Err(Failure::refused(&"G29 takes the size X and Y of the area to scan"));
     };
-    let shape = cartesian_shape(hands, words, true, false)?;
+    let start = probe_here(hands);
+    let shape = cartesian_shape(hands, words, start, [x, y])?;
     if shape.count.iter().any(|count| *count < LEAST_SCAN) {
         return Err(Failure::refused(&"G29 scans at least 5 x 5 points: I and J"));
     }
-    let plan = Plan { shape, radius: None, reference: shape.place(0), from: hands.position()[Axis::Z] };
+    let from = hands.config().leveling.grid.initial_height.0;
+    let plan = Plan { shape, radius: None, reference: shape.place(0), from, levels: false };
     check_places(hands, &plan)?;
-    touch_grid(hands, &plan)?;
-    say_draft(hands, &shape);
+    Ok(plan)
+}
+
+/// Touches a grid and shows what was found, of which nothing remains.
+fn scan<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
+    touch_grid(hands, plan)?;
+    say_draft(hands, &plan.shape);
     Ok(Answer::Ok)
 }
 
-/// The area and its points: from the configuration, or as the words say.
-fn cartesian_shape<P: Ports>(
+fn probe_here<P: Ports>(hands: &mut Hands<'_, '_, P>) -> [f64; 2] {
+    let nozzle = hands.position();
+    probe_at(hands.bed(), &nozzle)
+}
+
+/// Where the area of G31 and G32 begins, and its size: from the configuration, or as the words say.
+fn corners<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     words: &Words<'_>,
     here: bool,
     two_corners: bool,
-) -> Result<GridShape, Failure> {
-    let settings = hands.config().leveling.grid;
-    let (origin, size) = if two_corners && !here {
-        let (Some(x), Some(y), Some(a), Some(b)) = (words.get('X'), words.get('Y'), words.get('A'), words.get('B'))
-        else {
-            return Err(Failure::refused(&"two corners: X and Y are the start, A and B the size of the area"));
-        };
-        ([x, y], [a, b])
-    } else {
-        let nozzle = hands.position();
-        let start = if here { probe_at(hands.bed(), &nozzle) } else { [0.0; 2] };
-        let [x, y] = settings.size.map(|size| size.0);
-        (start, [words.get('X').unwrap_or(x), words.get('Y').unwrap_or(y)])
+) -> Result<[[f64; 2]; 2], Failure> {
+    let [width, depth] = hands.config().leveling.grid.size.map(|size| size.0);
+    if !two_corners {
+        return Ok([[0.0; 2], [words.get('X').unwrap_or(width), words.get('Y').unwrap_or(depth)]]);
+    }
+    let (Some(x), Some(y), Some(a), Some(b)) = (words.get('X'), words.get('Y'), words.get('A'), words.get('B')) else {
+        return Err(Failure::refused(if here {
+            &"R1: X and Y are the way from here to the start, A and B the size of the area"
+        } else {
+            &"two corners: X and Y are the start, A and B the size of the area; R0 goes back to the configured one"
+        }));
     };
-    let [nx, ny] = settings.count.map(f64::from);
+    let [from_x, from_y] = if here { probe_here(hands) } else { [0.0; 2] };
+    Ok([[from_x + x, from_y + y], [a, b]])
+}
+
+/// An area and its points: as many as are configured, or as the words say.
+fn cartesian_shape<P: Ports>(
+    hands: &Hands<'_, '_, P>,
+    words: &Words<'_>,
+    origin: [f64; 2],
+    size: [f64; 2],
+) -> Result<GridShape, Failure> {
+    let [nx, ny] = hands.config().leveling.grid.count.map(f64::from);
     let counts = [words.get('I').unwrap_or(nx), words.get('J').unwrap_or(ny)];
     let is_count = |count: &f64| *count >= 2.0 && libm::floor(*count) == *count;
     if !counts.iter().all(is_count) || counts[0] * counts[1] > nx * ny {
@@ -219,11 +250,17 @@ fn delta_count(texts: &Texts, words: &Words<'_>, configured: u8) -> Result<u8, F
 
 /// The grid around the middle of which a probe reaches what is in the circle.
 fn round_plan(radius: f64, count: u8, from: f64) -> Plan {
-    Plan { shape: grid::around(radius, count), radius: Some(radius + ROUNDING), reference: [0.0; 2], from }
+    Plan {
+        shape: grid::around(radius, count),
+        radius: Some(radius + ROUNDING),
+        reference: [0.0; 2],
+        from,
+        levels: true,
+    }
 }
 
-/// G29 with a delta grid: a map of I points along each side; G29.1: I points along a spiral. Nothing of it
-/// remains.
+/// G29 with a delta grid, which homes as G31 does: a map of I points along each side; G29.1: I points along a
+/// spiral. Nothing of it remains.
 pub(super) fn scan_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, spiral: bool) -> Outcome {
     let settings = hands.config().leveling.delta;
     let radius = grid_radius(hands, words)?;
@@ -232,16 +269,16 @@ pub(super) fn scan_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
     if !(2.0..=most).contains(&count) {
         return Err(hands.texts().refused(format_args!("I is the number of points, 2 to {most}")));
     }
+    if settings.home {
+        homing::home_before_probing(hands)?;
+    }
     hands.standstill()?;
     check_homed(hands)?;
     let from = settings.initial_height.0;
-    if spiral {
-        return scan_spiral(hands, radius, count, from);
-    }
-    let plan = round_plan(radius, count as u8, from);
-    touch_grid(hands, &plan)?;
-    say_draft(hands, &plan.shape);
-    Ok(Answer::Ok)
+    uncompensated(hands, |hands| match spiral {
+        true => scan_spiral(hands, radius, count, from),
+        false => scan(hands, &round_plan(radius, count as u8, from)),
+    })
 }
 
 /// Touches so many points along a spiral out to the radius.

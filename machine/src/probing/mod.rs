@@ -27,7 +27,7 @@ mod to_contact;
 pub(crate) use delta_records::DeltaRecords;
 pub(crate) use deployed::Deployment;
 pub(crate) use deployment::{deploy_or_stow, leave_out, stow_after};
-pub(crate) use grids::level_by_cartesian_grid;
+pub(crate) use grids::touch_cartesian_grid;
 pub(crate) use lost_motion::lost_motion;
 pub(crate) use measured_part::measured_part;
 pub(crate) use plan::Plan;

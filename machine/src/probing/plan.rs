@@ -13,6 +13,8 @@ pub(crate) struct Plan {
     pub reference: [f64; 2],
     /// Height from which the bed is searched for.
     pub from: f64,
+    /// The machine is levelled by it; else what was found is only shown.
+    pub levels: bool,
 }
 
 impl Plan {

@@ -10,8 +10,8 @@ use crate::failure::{Answer, Outcome};
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
 
-/// M670: S, K and R are speeds in mm/s, Z and H lengths in mm, D seconds; I turns the contact round. Says
-/// what holds afterwards. The bounds of the words are those of the table of codes.
+/// M670: S, K and R are speeds in mm/s, Z and H lengths in mm, D seconds; I turns the contact round,
+/// I0 leaves it. Says what holds afterwards. The bounds of the words are those of the table of codes.
 pub(crate) fn probe_settings(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
     if !tuning.probe.enable {
         return Ok(Answer::Unknown);
@@ -29,7 +29,7 @@ pub(crate) fn probe_settings(tuning: &mut Tuning, words: &Words<'_>, reply: &mut
     if let Some(seconds) = words.get('D') {
         probe.dwell = Micros((seconds * 1e6) as u64);
     }
-    tuning.probe_inverted ^= words.has('I');
+    tuning.probe_inverted ^= words.has('I') && words.get('I') != Some(0.0);
     let probe = &tuning.probe;
     reply.say(format_args!(
         "S:{:.2} K:{:.2} R:{:.2} Z:{:.2} H:{:.2} D:{:.2} inverted:{}\n",

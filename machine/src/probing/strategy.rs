@@ -5,7 +5,7 @@ use gcode::Code;
 use program::Words;
 
 use super::delta_calibration::{calibrate_delta, measure_delta};
-use super::grids::{level_by_delta_grid, prepare_cartesian_grid, scan_cartesian, scan_delta};
+use super::grids::{level_by_delta_grid, prepare_cartesian_grid, prepare_scan, scan_delta};
 use super::plan::Plan;
 use super::three_point::{level_by_three_points, measure_three_points, show_plane};
 use crate::executor::Hands;
@@ -18,15 +18,8 @@ fn strategy_of(config: &MachineConfig, words: &Words<'_>, code: Code) -> Option<
     config.leveling.strategy.filter(|_| words.code() != code || words.get('P') != Some(1.0))
 }
 
-/// Whether these words are answered by [`super::level_by_cartesian_grid`].
-fn levels_by_cartesian_grid(config: &MachineConfig, words: &Words<'_>, code: Code) -> bool {
-    config.probe.enable
-        && matches!((code.number, code.subcode), (31 | 32, 0))
-        && strategy_of(config, words, code) == Some(Leveling::CartesianGrid)
-}
-
 /// What must happen before the configured `before_probe_gcode` runs: homing, and knowing the area. `Some`
-/// when these words probe a cartesian grid: then that script, [`super::level_by_cartesian_grid`] with the
+/// when these words probe a cartesian grid: then that script, [`super::touch_cartesian_grid`] with the
 /// plan, and, however that ended, `after_probe_gcode`. `None`: nothing was done, and the code is
 /// [`strategy`]'s.
 pub(crate) fn prepare<P: Ports>(
@@ -34,18 +27,25 @@ pub(crate) fn prepare<P: Ports>(
     words: &Words<'_>,
     code: Code,
 ) -> Result<Option<Plan>, Failure> {
-    if !levels_by_cartesian_grid(hands.config(), words, code) {
+    let config = hands.config();
+    if !config.probe.enable || strategy_of(config, words, code) != Some(Leveling::CartesianGrid) {
         return Ok(None);
     }
-    prepare_cartesian_grid(hands, words).map(Some)
+    match (code.number, code.subcode) {
+        (29, 0) => prepare_scan(hands, words).map(Some),
+        (31 | 32, 0) => prepare_cartesian_grid(hands, words).map(Some),
+        _ => Ok(None),
+    }
 }
 
-/// G29 with a grid: the bed itself is measured, not what a mesh in force leaves of it.
-fn scan<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, spiral: bool) -> Outcome {
-    let is_round = hands.config().leveling.strategy == Some(Leveling::DeltaGrid);
+/// Measures the machine itself, or the bed itself, not what leveling leaves of it.
+pub(super) fn uncompensated<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    measure: impl FnOnce(&mut Hands<'_, '_, P>) -> Outcome,
+) -> Outcome {
     hands.standstill()?;
     leveling::set_compensation_aside(hands)?;
-    let done = if is_round { scan_delta(hands, words, spiral) } else { scan_cartesian(hands, words) };
+    let done = measure(hands);
     let put_back = leveling::put_compensation_back(hands);
     done.and_then(|answer| put_back.map(|()| answer))
 }
@@ -61,9 +61,7 @@ pub(crate) fn strategy<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>
     let (number, subcode) = (code.number, code.subcode);
     match (strategy_of(config, words, code), number, subcode) {
         (Some(Leveling::ThreePoint), 29, 0) => return measure_three_points(hands),
-        (Some(Leveling::CartesianGrid), 29, 0) | (Some(Leveling::DeltaGrid), 29, 0 | 1) => {
-            return scan(hands, words, subcode == 1);
-        }
+        (Some(Leveling::DeltaGrid), 29, 0 | 1) => return scan_delta(hands, words, subcode == 1),
         (Some(Leveling::ThreePoint), 31, 0) => return Ok(show_plane(hands)),
         (Some(Leveling::ThreePoint), 32, 0) => return level_by_three_points(hands),
         (Some(Leveling::DeltaGrid), 31, 0) => return level_by_delta_grid(hands, words),
@@ -71,14 +69,8 @@ pub(crate) fn strategy<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>
     }
     let calibrates = config.delta_calibration.enable && words.get('P') != Some(0.0);
     match (number, subcode) {
-        (29, 0 | 1) | (32, 0) if calibrates => {
-            hands.standstill()?;
-            // The machine itself is measured, not what makes up for its bed.
-            leveling::set_compensation_aside(hands)?;
-            let done = if number == 29 { measure_delta(hands, words) } else { calibrate_delta(hands, words) };
-            let put_back = leveling::put_compensation_back(hands);
-            done.and_then(|answer| put_back.map(|()| answer))
-        }
+        (29, 0 | 1) if calibrates => uncompensated(hands, |hands| measure_delta(hands, words)),
+        (32, 0) if calibrates => uncompensated(hands, |hands| calibrate_delta(hands, words)),
         _ => Err(hands.texts().refused(format_args!("No strategy found to handle G{number}"))),
     }
 }

@@ -40,14 +40,14 @@ const ALONG: &[WordInfo] = &[
 ];
 const STRATEGY: &[WordInfo] = &[
     word('P', Unit::Number, "0: leveling alone; 1: calibration alone"),
-    word('X', Unit::Length, "size or start of the area"),
-    word('Y', Unit::Length, "size or start of the area"),
-    word('A', Unit::Length, "size of the area, with two corners"),
-    word('B', Unit::Length, "size of the area, with two corners"),
+    word('X', Unit::Length, "size of the area; with A and B its start, with R1 the way from here to it"),
+    word('Y', Unit::Length, "size of the area; with A and B its start, with R1 the way from here to it"),
+    word('A', Unit::Length, "size of the area along X, with two corners"),
+    word('B', Unit::Length, "size of the area along Y, with two corners"),
     word('I', Unit::Number, "points along X, or the spread to reach"),
     word('J', Unit::Number, "points along Y, or a radius"),
     word('D', Unit::Length, "for the objects of the job alone, and so much around them"),
-    word('R', Unit::Number, "1: from where the probe is; calibrating: leave out the trims"),
+    word('R', Unit::Number, "1: two corners, from where the probe is; 0: none; calibrating: leave out the trims"),
     word('E', Unit::Number, "calibrating: leave out the radius"),
     word('S', Unit::Number, "a delta: 3 finds trims, 4 radius too, 6 angles, 7 the arms' length, 9 each arm's"),
     word('K', Unit::Number, "has nothing to do"),
@@ -72,9 +72,13 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::g(28).sub(3), offsets::declare_position, "the machine is here, and counts as homed")
         .takes(PLACES)
         .waits(Waits::Standstill),
-    CodeInfo::asks(Code::g(28).sub(4), Function::MotorPositions, "the motors are at these places")
-        .takes(&[word('X', Unit::Mm, "by motor"), word('Y', Unit::Mm, "by motor"), word('Z', Unit::Mm, "by motor")])
-        .waits(Waits::Standstill),
+    CodeInfo::asks(
+        Code::g(28).sub(4),
+        Function::MotorPositions,
+        "the motors are at these places, and their axes count as homed",
+    )
+    .takes(&[word('X', Unit::Mm, "by motor"), word('Y', Unit::Mm, "by motor"), word('Z', Unit::Mm, "by motor")])
+    .waits(Waits::Standstill),
     CodeInfo::means(Code::g(28).sub(5), homing::forget_homing, "forget that axes are homed").takes(AXES),
     CodeInfo::asks(Code::g(28).sub(6), Function::ReportHoming, "say which axes are homed").waits(Waits::Question),
     CodeInfo::asks(
@@ -223,7 +227,7 @@ pub const ROWS: &[CodeInfo] = &[
             word('Z', Unit::Mm, "longest way of a search").bounds(&Above(0.0)),
             word('H', Unit::Mm, "height between the points of a grid").bounds(&Above(0.0)),
             word('D', Unit::Seconds, "pause before a search").bounds(&Within(0.0, 60.0)),
-            word('I', Unit::Flag, "the contact is the other way round, until the next I or reset"),
+            word('I', Unit::Flag, "1: the contact is the other way round, until the next I1 or reset; 0: as it is"),
         ])
         .part(Part::Probe),
     CodeInfo::asks(

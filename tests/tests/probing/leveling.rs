@@ -80,12 +80,29 @@ fn a_grid_can_be_given_by_two_corners_and_by_words() {
     let inside = &[(45, 35), (100, 60), (131, 112), (60, 100)];
     let after = gaps(&mut bench, &UNEVEN, inside);
     assert!(spread(&after) < 0.02, "{after:?}");
-    // From where the machine is, with the size of the configuration.
-    bench.run(&["G1 X20 Y20 Z10 F6000", "M400"]);
-    let answer = bench.say("G32 R1 X60 Y60 I3 J3");
-    assert!(answer.contains("DEBUG: X40.000, Y10.000, ") && answer.contains("DEBUG: X100.000, Y70.000, "), "{answer}");
     assert!(bench.say("M374").starts_with("error:with only_by_two_corners"));
-    assert!(bench.say("G32 R1 I50 J50").starts_with("error:I and J are points along X and Y"));
+    assert!(bench.say("G31 X1 Y1 A9 B9 I50 J50").starts_with("error:I and J are points along X and Y"));
+}
+
+#[test]
+fn r1_begins_beside_where_the_probe_is_and_stays_in_force_until_r0() {
+    let mut bench = grid().set("[cartesian grid leveling strategy] probe_offsets = -20,-10,0").start();
+    lay(&bench, Surface { bed: Some(UNEVEN), tip_mm: [-20.0, -10.0, -1.5], ..Surface::default() });
+    bench.run(&["G28", "G1 X60 Y40 Z10 F6000", "M400"]);
+    let edges = bench.world(|world| world.trace().total());
+    // The size alone would make a grid of another size somewhere else.
+    let refused = "error:R1: X and Y are the way from here to the start, A and B the size of the area\n";
+    assert_eq!(bench.say("G32 R1 X60 Y60 I3 J3"), refused);
+    // Without R1 it would home, and touch all of the bed.
+    assert!(bench.say("G32").starts_with("error:two corners: X and Y are the start, A and B the size of the area"));
+    assert_eq!(bench.world(|world| world.trace().total()), edges);
+    let answer = bench.say("G32 R1 X10 Y5 A60 B50 I3 J3");
+    assert_eq!(answer.matches("DEBUG: X").count(), 9, "{answer}");
+    assert!(answer.contains("DEBUG: X50.000, Y35.000, Z0.000\n") && answer.contains("DEBUG: X110.000, Y85.000, "));
+    let answer = bench.say("G32 X70 Y60 A40 B30 I3 J3");
+    assert!(answer.contains("DEBUG: X70.000, Y60.000, Z0.000\n"), "heights count from its own start: {answer}");
+    assert_eq!(bench.say("G32 R0 I2 J2").matches("DEBUG: X").count(), 4);
+    assert_eq!(bench.say("G32").matches("DEBUG: X").count(), 49);
 }
 
 #[test]
@@ -130,6 +147,34 @@ fn lines_are_run_before_and_after_probing() {
     assert!(bench.world(|world| world.fan_speed(0)) < 0.2, "after_probe_gcode");
 }
 
+/// What a servo does before G31 it does before G29: a probe that stays stowed lets the nozzle meet the bed.
+#[test]
+fn the_lines_are_run_around_a_scan_too_which_begins_at_its_height() {
+    let fan = |bench: &Bench| bench.world(|world| world.fan_speed(0));
+    let plan = grid()
+        .set("[cartesian grid leveling strategy] before_probe_gcode = M106 S255")
+        .set("[cartesian grid leveling strategy] after_probe_gcode = M107")
+        .set("[cartesian grid leveling strategy] initial_height = 17")
+        .set("[zprobe] max_travel = 12");
+    let mut bench = plan.start();
+    lay_bed(&bench, Bed::level(9.0));
+    bench.run(&["G28", "G1 X20 Y30 Z45 F6000", "M400"]);
+    bench.type_in("G29 X80 Y60 I5 J5\n");
+    bench.hear_until("DEBUG: X", 60.0);
+    assert!(fan(&bench) > 0.5, "before_probe_gcode");
+    bench.hear_until("ok\n", 300.0);
+    bench.hear(10.0);
+    assert!(fan(&bench) < 0.2, "after_probe_gcode");
+    // A miss stows the probe too.
+    bench.run(&["G1 X20 Y30 Z45 F6000", "M400"]);
+    bench.world(|world| world.inject(&Fault::SwitchNeverOperates("probe".into()))).expect("a probe");
+    let answer = bench.say("G29 X80 Y60 I5 J5");
+    assert!(answer.contains("error:ZProbe not triggered at X20.000 Y30.000 on 12 mm of way\n"), "{answer}");
+    assert_near(bench.carriage(Gamma), 17.0, Z_STEP);
+    bench.hear(10.0);
+    assert!(fan(&bench) < 0.2, "after_probe_gcode, after a failure");
+}
+
 #[test]
 fn three_points_level_a_bed_that_leans_and_set_z() {
     let bed = Bed::tilted(0.8, [0.004, -0.003]);
@@ -170,6 +215,14 @@ fn a_delta_levels_by_a_round_grid() {
         .set("[zprobe] calibration = delta")
         .set("[delta calibration strategy] radius = 60")
         .set("[delta grid leveling strategy] radius = 70");
+    // A scan homes a machine that does not know where it is, and with do_home = false it does not begin.
+    let mut bench = plan.clone().start();
+    lay_bed(&bench, bed);
+    assert_eq!(bench.say("G29 I5 J40").matches("DEBUG: X").count(), 13);
+    assert_eq!(bench.say("G28.6"), "X:1 Y:1 Z:1 \nok\n");
+    let mut bench = plan.clone().set("[delta grid leveling strategy] do_home = false").start();
+    let answer = bench.say("G29.1 I5 J40");
+    assert!(answer.contains("Must be homed") && bench.world(|world| world.trace().total()) == 0, "{answer}");
     let mut bench = homed_delta(plan);
     lay_bed(&bench, bed);
     let places = &[(0, 0), (60, 10), (-45, 40), (20, -60), (-30, -50), (35, 45)];

@@ -229,7 +229,9 @@ fn inversion_can_be_toggled() {
     assert!(bench.say("G30").starts_with("error:ZProbe triggered before move"));
     // The inverted contact opens where the bed is.
     assert_near(numbers(&bench.say("G38.4 Z-30"), "[PRB:")[2], 1.0, Z_STEP);
-    bench.say("M670 I");
+    bench.say("M670 I1");
+    // I0 leaves the sense as it is.
+    assert!(bench.say("M670 I0").ends_with("inverted:0\nok\n"));
     bench.run(&["G1 Z20 F600"]);
     assert_near(numbers(&bench.say("G30"), "Z:")[0], 19.0, Z_STEP);
 }
