@@ -49,6 +49,9 @@ pub struct Axes {
     resting: u8,
     /// Nothing has moved since then.
     standing_since: Micros,
+    /// Axes that were homed when a place was kept, and those that have not read as then since.
+    homed_then: AxisSet,
+    strayed: AxisSet,
 }
 
 impl Axes {
@@ -64,14 +67,33 @@ impl Axes {
         self.homed
     }
 
-    /// These are homed now, too.
+    /// These are homed now, too. They read as before where they were homed before; else that was by chance.
     pub fn mark_homed(&mut self, axes: AxisSet) {
         self.homed = self.homed.or(axes);
+        self.strayed = self.strayed.without(axes.and(self.homed_then)).or(axes.without(self.homed_then));
     }
 
     /// These are not homed any more.
     pub fn forget_homed(&mut self, axes: AxisSet) {
         self.homed = self.homed.without(axes);
+        self.stray(axes);
+    }
+
+    /// A place is kept, to come back to; these axes are to be homed before.
+    pub fn keep_place(&mut self, to_home: AxisSet) {
+        (self.homed_then, self.strayed) = (self.homed.or(to_home), to_home);
+    }
+
+    /// What these axes read means another place than before.
+    pub fn stray(&mut self, axes: AxisSet) {
+        self.strayed = self.strayed.or(axes);
+    }
+
+    /// Axes of X, Y and Z that do not read as when a place was kept, and those of them that homing brings back.
+    #[must_use]
+    pub fn strayed(&self) -> [AxisSet; 2] {
+        let strayed = self.strayed.and(AxisSet::PRIMARY);
+        [strayed, strayed.and(self.homed_then)]
     }
 
     /// A motor is not where its steps say: what it moves is not homed any more. Belts and towers go where
@@ -84,7 +106,7 @@ impl Axes {
 
     /// Where the machine is, nobody knows any more.
     pub fn forget_all_homed(&mut self) {
-        self.homed = AxisSet::default();
+        self.forget_homed(AxisSet::ALL);
     }
 
     /// The motor supply is gone: no motor holds anything.
@@ -176,7 +198,7 @@ impl Axes {
             let _ = ports.drivers(|drivers| drivers.set_enabled(motor, false));
             self.on &= !motor.bit();
         }
-        self.homed = self.homed.without(axes);
+        self.forget_homed(axes);
     }
 
     /// Takes the current off all motors; what is homed stays so, for they were standing.

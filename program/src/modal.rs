@@ -235,6 +235,14 @@ impl Modal {
         if self.inches { mm / MM_PER_INCH } else { mm }
     }
 
+    /// Takes over all offsets, and no mode.
+    pub(crate) const fn take_offsets_of(&mut self, other: &Self) {
+        (self.systems, self.rotations) = (other.systems, other.rotations);
+        (self.g92, self.g92_kept, self.g92_is_on) = (other.g92, other.g92_kept, other.g92_is_on);
+        (self.tool_offset, self.has_tool_length) = (other.tool_offset, other.has_tool_length);
+        (self.shift, self.thermal_z) = (other.shift, other.thermal_z);
+    }
+
     /// Sum of all offsets of one of X Y Z, in mm: machine = work + this, where the system is not turned.
     #[must_use]
     pub fn offset(&self, axis: Axis) -> f64 {

@@ -24,6 +24,7 @@ mod faults;
 mod filament;
 mod filament_width;
 mod filters;
+mod going_back;
 mod grbl;
 mod halt_walk;
 mod heat_control;

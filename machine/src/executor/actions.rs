@@ -196,8 +196,9 @@ fn set_position<P: Ports>(machine: &mut Machine<'_, P>, to: &PerAxis<Option<f64>
     let set = machine.ports.motion(|motion| motion.set_position(position));
     set.map_err(|refusal| machine.texts.refused(format_args!("{refusal}")))?;
     if homed {
-        machine.mark_homed(named);
+        machine.declare_homed(named);
     }
+    machine.axes.stray(named);
     Ok(Answer::Ok)
 }
 

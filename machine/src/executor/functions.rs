@@ -153,7 +153,7 @@ fn set_standing<P: Ports>(
         }
         Function::StealthMode => driver_codes::stealth_mode(machine.texts, ports, config, tuning, words, reply),
         Function::MotorPositions => {
-            arms::motor_positions(machine.texts, ports, words).inspect(|_| machine.mark_homed(words.axes()))
+            arms::motor_positions(machine.texts, ports, words).inspect(|_| machine.declare_homed(words.axes()))
         }
         Function::HomeOffsetsFromHere if !words.has('T') => {
             arms::home_offsets_from_here(machine.texts, ports, config, axes, tuning, words, reply)

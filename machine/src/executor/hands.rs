@@ -373,14 +373,9 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         safety.limits.search_ends(ports.latch(), now);
     }
 
-    /// A suspended job is given up; true when there was one. One that a stall has stopped goes on from where
-    /// homing ends.
-    pub fn cancel_suspend(&mut self) -> bool {
-        if self.machine.jobs.stalled_job().is_some() {
-            return false;
-        }
-        self.machine.safety.apply(Event::Unsuspend);
-        self.machine.jobs.cancel_suspend()
+    /// These axes are where the machine was told, and count as homed.
+    pub fn declare_homed(&mut self, axes: AxisSet) {
+        self.machine.declare_homed(axes);
     }
 
     /// Homing has ended, and a job is suspended still.

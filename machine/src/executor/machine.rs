@@ -401,6 +401,12 @@ impl<'c, P: Ports> Machine<'c, P> {
         }
     }
 
+    /// The same, by somebody's word for where they are.
+    pub(super) fn declare_homed(&mut self, axes: AxisSet) {
+        self.mark_homed(axes);
+        self.axes.stray(axes);
+    }
+
     // --- following ---
 
     /// The program goes on from where the machine is, after a stop that ended somewhere else than commanded.

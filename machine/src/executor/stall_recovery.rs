@@ -201,6 +201,7 @@ fn found<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<()
     let targets = suspend::targets(machine);
     let kept = machine.program.keep();
     machine.jobs.suspend(Suspended { position, kept, targets, change: None, stall: Some(stall) });
+    machine.axes.keep_place(stopped.lost);
     machine.resynchronise();
     machine.safety.apply(crate::safety::Event::Suspend);
     Ok(())

@@ -6,7 +6,7 @@ use gcode::LineBuffer;
 use heapless::Vec;
 use motion::Mode;
 use program::{Part, Words};
-use units::{Axis, Celsius, HeaterId};
+use units::{Axis, AxisSet, Celsius, HeaterId};
 
 use super::frames::{Frame, Replay, Then};
 use super::{Hands, Machine, filament, stall_recovery};
@@ -55,6 +55,7 @@ pub(super) fn suspend<P: Ports>(
     let position = machine.ports.motion(|motion| motion.commanded_position());
     let kept = machine.program.keep();
     machine.jobs.suspend(Suspended { position, kept, targets, change, stall: None });
+    machine.axes.keep_place(AxisSet::NONE);
     machine.safety.apply(Event::Suspend);
     machine.record(&Happened::JobSuspended { line: machine.jobs.line() });
     if let Some(change) = &change {
@@ -104,6 +105,10 @@ pub(super) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
     };
     needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
     machine.filament.must_be_there(machine.texts, machine.config)?;
+    let homes_itself = machine.jobs.stalled_job().map_or(AxisSet::NONE, |stall| stall.lost);
+    if machine.config.player.before_resume_gcode.is_empty() {
+        knows_the_place(machine, homes_itself)?;
+    }
     machine.announce(format_args!("// resuming print...\n"));
     let heated = || HeaterId::all().zip(targets).filter(|(_, target)| target.0 > 0.0);
     for (id, target) in heated() {
@@ -126,15 +131,34 @@ pub(super) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
     start_script(machine, script, Then::Resumed)
 }
 
-/// The job goes on where it was: position and modes of the program are as they were.
+/// The machine's coordinates mean what they did when the job was suspended; these axes do not matter.
+fn knows_the_place<P: Ports>(machine: &Machine<'_, P>, but: AxisSet) -> Result<(), Failure> {
+    let [strayed, comes_back] = machine.axes.strayed().map(|axes| axes.without(but));
+    let Some(axis) = strayed.axes().next().map(Axis::letter) else { return Ok(()) };
+    let what_to_do = if strayed == comes_back {
+        "home it, then resume; abort ends the job"
+    } else {
+        "it was not homed when the job was suspended: abort ends the job"
+    };
+    Err(machine.texts.refused(format_args!("{axis} is not where it reads: {what_to_do}")))
+}
+
+/// The job goes on where it was: at the same place of the work, with the modes of the program as they were.
+/// Offsets that were set meanwhile stay: for a longer cutter the place is higher.
 pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-    let Some(position) = machine.jobs.suspended().map(|suspended| suspended.position) else { return Ok(()) };
+    knows_the_place(machine, AxisSet::NONE)?;
+    let Some(Suspended { position: was, kept, .. }) = machine.jobs.suspended() else { return Ok(()) };
+    let position = machine.program.same_work_place(kept, was);
     let mut from = machine.ports.motion(|motion| motion.commanded_position());
     let mut target = from;
     Axis::PRIMARY.into_iter().for_each(|axis| target[axis] = position[axis]);
     machine.stays_within(&from, &target)?;
     let Some(suspended) = machine.jobs.take_suspended() else { return Ok(()) };
-    let stalled = suspended.stall;
+    let stalled = suspended.stall.map(|mut stall| {
+        // What is relative in its line counts from there.
+        Axis::PRIMARY.into_iter().for_each(|axis| stall.begins[axis] += position[axis] - suspended.position[axis]);
+        stall
+    });
     if stalled.is_some() {
         // Until it has arrived: it may stall on its way.
         machine.jobs.suspend(suspended.clone());
@@ -149,7 +173,7 @@ pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
     }
     filament::forget_width(machine);
     machine.safety.apply(Event::Unsuspend);
-    machine.program.come_back_to(suspended.kept);
+    machine.program.go_on_from(suspended.kept);
     let rate = machine.program.modal().seek_rate;
     machine.announce(format_args!("// Restoring saved XYZ positions and state...\n"));
     // What stands on the bed is not to be run into: over it, then down to it; or up, then over it.

@@ -84,9 +84,6 @@ fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, samples: &S
     if chosen.is_empty() {
         return Err(Failure::refused(&"nothing to home: no endstop with a homing_direction for that"));
     }
-    if hands.cancel_suspend() {
-        hands.announce(format_args!("//Suspend cancelled due to homing cycle\n"));
-    }
     hands.standstill()?;
     hands.enable_motors()?;
     hands.apply(Event::HomingBegins);

@@ -54,7 +54,7 @@ pub(super) fn level_by_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> O
     let mut position = hands.position();
     position[Axis::Z] += offset - first[Axis::Z];
     hands.set_position(position)?;
-    hands.mark_homed(AxisSet::of(Axis::Z));
+    hands.declare_homed(AxisSet::of(Axis::Z));
     let touches = touch_three_points(hands, clear_of(&probe, offset))?;
     let heights = touches.map(|touch| touch[2] - offset);
     if spread(heights) <= config.leveling.tolerance.0 {
