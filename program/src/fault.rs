@@ -97,6 +97,8 @@ pub enum Problem {
     /// A code, and what the machine lacks for it.
     Needs(Code, &'static str),
     NoSecondPark,
+    /// The number of the G-code that stores it.
+    NoParkZ(u16),
     CyclesOff,
     /// The number of a cycle's G-code, and the word that it cannot do without.
     CycleNeeds(u16, char),
@@ -245,6 +247,9 @@ impl fmt::Display for Problem {
             // The machine knows its configuration, and says more.
             Self::PartIsOff(_) => "that part is off: see config.ini",
             Self::NotHomed => "Cannot set predefined position unless axis are homed",
+            Self::NoParkZ(number) => {
+                return write!(f, "no Z is stored to park at: go to a safe height and store it with G{number}.1");
+            }
             Self::NoSecondPark => "cannot move to predefined position as it is not defined (Use G30.1 to define it)",
             Self::ParkUnknown => "cannot move to predefined position as axis are not homed and MCS is unknown",
             Self::DwellRange => "a dwell lasts 0 to 86400 seconds",

@@ -40,6 +40,8 @@ pub enum MotionMode {
     Synchronised,
     /// G76.
     Threading,
+    /// G38 with this subcode, in GRBL's dialect.
+    Search(u8),
     /// G80: none is in force.
     Cancelled,
 }
@@ -219,6 +221,7 @@ impl Modal {
             MotionMode::Cycle => Code::g(self.cycle.g()),
             MotionMode::Synchronised => Code::g(33),
             MotionMode::Threading => Code::g(76),
+            MotionMode::Search(subcode) => Code::g(38).sub(subcode),
             MotionMode::Cancelled => Code::g(80),
         }
     }

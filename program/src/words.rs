@@ -61,6 +61,12 @@ impl<'b> Words<'b> {
         }
     }
 
+    /// Whether a code is written, not only words for the one in force.
+    #[must_use]
+    pub(crate) const fn has_code(&self) -> bool {
+        self.block.code.is_some()
+    }
+
     /// The number of a word, in the internal unit of what it means; as it is written where the row does not
     /// know it.
     #[must_use]

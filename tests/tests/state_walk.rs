@@ -104,9 +104,9 @@ fn cause(mode: Mode, event: Event) -> Cause {
 }
 
 /// The modes that an event leads through, the last of which lasts. Behind a search lines wait, and while the
-/// door is open those that move; what begins at standstill waits for it; homing gives a suspended job up.
+/// door is open those that move; what begins at standstill waits for it.
 fn course(mode: Mode, event: Event) -> Vec<Mode> {
-    use Event::{Drained, HomingBegins, JogBegins, ProbingBegins, Started, Suspend, Unsuspend};
+    use Event::{Drained, HomingBegins, JogBegins, ProbingBegins, Started, Suspend};
     let sequence: &[Event] = match event {
         // It is answered like a question.
         Event::Release => &[event],
@@ -114,8 +114,7 @@ fn course(mode: Mode, event: Event) -> Vec<Mode> {
         Started | HomingBegins | ProbingBegins | JogBegins | Suspend if mode.state() == State::Door => &[],
         // Nothing of it is carried out.
         HomingBegins if matches!(mode.state(), State::Alarm | State::Sleep | State::Invalid) => &[],
-        HomingBegins => &[Unsuspend, Drained, event],
-        ProbingBegins | Suspend => &[Drained, event],
+        HomingBegins | ProbingBegins | Suspend => &[Drained, event],
         _ => &[event],
     };
     let mut course = vec![mode];

@@ -335,8 +335,26 @@ pub(super) fn jogs<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> boo
     machine.safety.state() == State::Jog
 }
 
-/// 0x85, and `!` while jogging: brakes, and drops the jogs that wait.
-pub(super) fn cancel_jog<P: Ports>(machine: &mut Machine<'_, P>) {
+/// Whether a line is a jog that its sender has let go of since: it is answered, for he counts, and not begun.
+pub(super) fn is_dropped_jog<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &[u8]) -> bool {
+    let Some(session) = machine.sessions.get_mut(id).filter(|session| session.let_go_behind_line()) else {
+        return false;
+    };
+    let is_jog = line.trim_ascii_start().get(..2).is_some_and(|word| word.eq_ignore_ascii_case(b"$J"));
+    // Smoothieware's alone has no answer of its own without one of these.
+    let is_answered = session.dialect != Dialect::Grbl && line.windows(2).any(|option| matches!(option, b"-c" | b"-r"));
+    if is_jog && is_answered {
+        session.say(format_args!("ok\n"));
+    }
+    is_jog
+}
+
+/// 0x85, Ctrl-Y, and `!` while jogging: brakes, and drops the jogs that wait, planned or not.
+pub(super) fn cancel_jog<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    let Machine { sessions, ports, .. } = machine;
+    if let Some(session) = sessions.get_mut(id) {
+        session.drop_jogs(ports.inbox(id));
+    }
     if !machine.safety.mode().is_in(State::Jog) {
         return;
     }

@@ -8,7 +8,7 @@ use core::fmt::Arguments;
 
 use config::MachineConfig;
 use motion::{Latch, Mode, Motion, MotionConfig};
-use program::State;
+use program::{Dialect, State};
 use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis, Volts};
 
 use super::{Machine, probe_script};
@@ -141,6 +141,11 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// What the machine is doing.
     pub const fn state(&self) -> State {
         self.machine.safety.state()
+    }
+
+    /// Whoever asked for this goes by GRBL's numbers.
+    pub fn speaks_grbl(&self) -> bool {
+        self.machine.sessions.dialect_of(self.to) == Dialect::Grbl
     }
 
     /// A file is being played and not paused.
@@ -378,10 +383,15 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.declare_homed(axes);
     }
 
-    /// Homing has ended, and a job is suspended still.
-    pub const fn stay_suspended(&mut self) {
-        if self.machine.jobs.is_suspended() {
-            self.machine.safety.apply(Event::Suspend);
+    /// A host's job that is suspended at a place which nothing leads back to is suspended no more, as in
+    /// Smoothieware. A file stays so, for M24 would play on from here.
+    pub fn end_suspension_without_place(&mut self) {
+        let Machine { jobs, axes, safety, sessions, .. } = &mut *self.machine;
+        let [strayed, comes_back] = axes.strayed();
+        if jobs.is_suspended() && !jobs.is_open() && strayed != comes_back {
+            safety.apply(Event::Unsuspend);
+            jobs.cancel_suspend();
+            sessions.say(Recipient::All, format_args!("//Suspend cancelled due to homing cycle\n"));
         }
     }
 

@@ -74,6 +74,10 @@ fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bo
         return true;
     }
     let Some(line) = machine.sessions.get_mut(id).and_then(crate::sessions::Session::take_line) else { return false };
+    if grbl::is_dropped_jog(machine, id, &line) {
+        answered(machine, id);
+        return true;
+    }
     machine.tag = if line.first() == Some(&b'N') { tag_of(&line) } else { Tag::NONE };
     run_session_line(machine, id, &line);
     true

@@ -160,11 +160,9 @@ impl<P: Ports> Machine<'_, P> {
                     if let Some(session) = self.sessions.get_mut(id) {
                         session.stop_requested = true;
                     }
-                    if request == Realtime::JogCancel {
-                        grbl::cancel_jog(self);
-                    }
+                    grbl::cancel_jog(self, id);
                 }
-                Realtime::Hold if grbl::jogs(self, to) => grbl::cancel_jog(self),
+                Realtime::Hold if grbl::jogs(self, to) => grbl::cancel_jog(self, id),
                 Realtime::Hold => self.feed_hold(Event::Hold),
                 Realtime::Door => self.feed_hold(Event::DoorOpens),
                 Realtime::Resume => self.feed_resume(),

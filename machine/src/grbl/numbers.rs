@@ -73,6 +73,8 @@ pub enum Alarm {
     /// Stopped in the middle. Whatever has no number of its own: it too means to home before going on.
     #[default]
     Abort = 3,
+    /// The probe is not as a search begins with.
+    ProbeState = 4,
     /// The probe found nothing.
     ProbeMiss = 5,
     /// Stopped while homing.
@@ -166,10 +168,11 @@ impl Error {
 
 impl Alarm {
     /// Every alarm, and what it is.
-    pub const ALL: [(Self, &str); 7] = [
+    pub const ALL: [(Self, &str); 8] = [
         (Self::HardLimit, "a limit switch"),
         (Self::SoftLimit, "a move would leave the travel"),
         (Self::Abort, "stopped in the middle: Ctrl-X, M112, the kill button, a fault of heaters, drivers or supplies"),
+        (Self::ProbeState, "a search that cannot begin: the probe touches already, or there is none"),
         (Self::ProbeMiss, "the probe found nothing"),
         (Self::HomingReset, "Ctrl-X while homing"),
         (Self::HomingPullOff, "a switch does not open when homing backs off"),

@@ -93,7 +93,7 @@ fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, samples: &S
         homed = homed.and(hands.wait_while_held());
     }
     hands.apply(Event::HomingEnds);
-    hands.stay_suspended();
+    hands.end_suspension_without_place();
     if let Err(Failure { kind: FailureKind::Alarm, .. }) = homed {
         hands.axes().forget_all_homed();
         let word = if config.general.grbl_mode { "ALARM: Homing fail" } else { "ERROR: Homing cycle failed" };

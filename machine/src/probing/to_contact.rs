@@ -5,7 +5,7 @@ use units::Axis;
 
 use super::search::{Search, check_homed, search};
 use crate::executor::Hands;
-use crate::failure::{Answer, Failure, Outcome};
+use crate::failure::{Answer, Failure, FailureKind, Outcome};
 use crate::grbl::numbers::Alarm;
 use crate::leveling;
 use crate::ports::Ports;
@@ -43,9 +43,20 @@ pub(crate) fn probe_down<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeDo
     Ok(Answer::Ok)
 }
 
-/// G38: searches along a line, and stands where the contact changed. Without a probe it is refused, for what
-/// follows it relies on what it finds.
+/// G38: searches along a line, and stands where the contact changed. A sender of GRBL's dialect has sent what
+/// sets a zero by it: where the search cannot begin the machine halts, as GRBL's, and refuses that. A file
+/// waits.
 pub(crate) fn probe_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeAlong) -> Outcome {
+    let done = search_along(hands, probe);
+    let halts = hands.speaks_grbl() && !hands.is_playing();
+    done.map_err(|why| match why.kind {
+        FailureKind::Refused if halts => why.meaning(FailureKind::Alarm).alarming(Alarm::ProbeState),
+        _ => why,
+    })
+}
+
+/// Without a probe it is refused, for what follows it relies on what it finds.
+fn search_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeAlong) -> Outcome {
     if !hands.config().probe.enable {
         return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));
     }

@@ -147,7 +147,7 @@ impl Mode {
             (Alarm | Idle | Suspended, Event::Sleep) => Self { state: Sleep, interrupted: Idle, suspended: false },
             (Sleep, Event::Wake) => self.to(Alarm),
             (Idle | Suspended, Event::Started) => self.to(Run),
-            (Idle | Suspended | Run, Event::HomingBegins) => Self { state: Homing, suspended: false, ..self },
+            (Idle | Suspended | Run, Event::HomingBegins) => self.to(Homing),
             (Idle | Suspended | Run, Event::ProbingBegins) => self.to(Probing),
             (Idle | Suspended, Event::JogBegins) => self.to(Jog),
             (Run | Jog, Event::Drained) | (Homing, Event::HomingEnds) | (Probing, Event::ProbingEnds) => {
@@ -194,13 +194,14 @@ mod tests {
     }
 
     #[test]
-    fn a_suspended_machine_rests_suspended_until_it_is_resumed_or_homed() {
+    fn a_suspended_machine_rests_suspended_until_it_is_resumed() {
         let suspended = [Event::Started, Event::Suspend, Event::Drained];
         assert_eq!(walk(&suspended).state(), State::Suspended);
         let moved = walk(&[&suspended[..], &[Event::Started, Event::Drained]].concat());
         assert_eq!(moved.state(), State::Suspended);
         assert_eq!(moved.next(Event::Unsuspend).unwrap().state(), State::Idle);
-        assert_eq!(walk(&[&suspended[..], &[Event::HomingBegins, Event::HomingEnds]].concat()).state(), State::Idle);
+        let homed = walk(&[&suspended[..], &[Event::HomingBegins, Event::HomingEnds]].concat());
+        assert_eq!(homed.state(), State::Suspended);
     }
 
     proptest! {

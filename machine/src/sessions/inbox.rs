@@ -103,6 +103,8 @@ pub struct Inbox {
     lost: AtomicU32,
     /// Count of bytes received before the last Ctrl-X of GRBL's dialect. Written by the receive task only.
     reset_at: AtomicU32,
+    /// The same of the last byte that ends a jog: 0x85, Ctrl-Y, `!`.
+    stopped_at: AtomicU32,
 }
 
 impl Default for Inbox {
@@ -131,6 +133,7 @@ impl Inbox {
             forgotten: AtomicU32::new(0),
             lost: AtomicU32::new(0),
             reset_at: AtomicU32::new(0),
+            stopped_at: AtomicU32::new(0),
         }
     }
 
@@ -197,6 +200,9 @@ impl Inbox {
                     // GRBL's reset drops what was sent before it.
                     *intake = Intake::new();
                     self.reset_at.store(self.received.load(Ordering::Relaxed), Ordering::Relaxed);
+                }
+                if matches!(request, Realtime::Stop | Realtime::JogCancel | Realtime::Hold) {
+                    self.stopped_at.store(self.received.load(Ordering::Relaxed), Ordering::Relaxed);
                 }
                 self.request(request);
                 return true;
@@ -394,6 +400,16 @@ impl Inbox {
             LOSE_LINE => Received::LoseLine,
             _ => Received::Byte(byte),
         })
+    }
+
+    /// Count of bytes ever taken, wrapping.
+    pub(super) fn taken(&self) -> u32 {
+        self.taken.load(Ordering::Relaxed)
+    }
+
+    /// Count of bytes received before the last byte that ends a jog. For whoever takes its request.
+    pub(super) fn stopped_at(&self) -> u32 {
+        self.stopped_at.load(Ordering::Relaxed)
     }
 
     /// Drops what was received before the last Ctrl-X of GRBL's dialect. For whoever takes its request.

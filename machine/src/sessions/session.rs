@@ -7,7 +7,7 @@ use heapless::{Deque, Vec};
 use program::Dialect;
 use units::Micros;
 
-use super::{Inbox, LineBytes, Listing, Received};
+use super::{INBOX_BYTES, Inbox, LineBytes, Listing, Received};
 use crate::grbl::framing::{BANNER, Framing};
 use crate::grbl::numbers::Error;
 use crate::ports::{ConsoleKind, SessionProfile};
@@ -57,6 +57,10 @@ pub struct Session {
     busy: bool,
     /// `visits` when that was begun.
     line_visits: u32,
+    /// Count of bytes taken when its line was whole.
+    line_ends_at: u32,
+    /// Count of bytes received when whoever jogs had let go last.
+    jogs_dropped_at: Option<u32>,
     /// Its line is a move that found the look-ahead queue full.
     waits_for_room: bool,
     /// Whether its line is a question has been looked at.
@@ -92,6 +96,8 @@ impl Session {
             broke_off_file: false,
             busy: false,
             line_visits: 0,
+            line_ends_at: 0,
+            jogs_dropped_at: None,
             waits_for_room: false,
             looked_at: false,
             lost: 0,
@@ -194,6 +200,7 @@ impl Session {
             };
             match self.gathering.push(byte) {
                 Some(Gathered::Line(line)) => {
+                    self.line_ends_at = inbox.taken();
                     self.line = Vec::from_slice(line).ok();
                     self.looked_at = false;
                 }
@@ -290,6 +297,17 @@ impl Session {
         };
         self.framing.owe();
         Some(lost)
+    }
+
+    /// Whoever jogs has let go: jogs that he has sent before, and that are still to be begun, are not.
+    pub fn drop_jogs(&mut self, inbox: &Inbox) {
+        self.jogs_dropped_at = Some(inbox.stopped_at());
+    }
+
+    /// Whether the line that was taken last was sent before that.
+    #[must_use]
+    pub fn let_go_behind_line(&self) -> bool {
+        self.jogs_dropped_at.is_some_and(|at| at.wrapping_sub(self.line_ends_at) as usize <= INBOX_BYTES)
     }
 
     /// Drops its unfinished line, as an abort does.

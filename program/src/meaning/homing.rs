@@ -87,6 +87,10 @@ fn go_to_park<'b>(program: &mut Interpreter, context: &Context<'b>, place: ParkP
         moves::turned(program, words, &mut by);
     }
     let bare = words.is_bare();
+    if place.z.is_none() && words.has('Z') {
+        // A retraction that does not happen is followed by a rapid.
+        return Err(Problem::NoParkZ(words.code().number).refused(words.column_of('Z')));
+    }
     let parked = |mut target: PerAxis<f64>, axes: &[Axis]| {
         for axis in axes.iter().filter(|axis| bare || words.has(axis.letter())) {
             target[*axis] = place.of(*axis).unwrap_or(target[*axis]);

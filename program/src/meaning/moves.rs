@@ -51,7 +51,7 @@ fn draw_block<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Me
         MotionMode::ArcCounterClockwise => arcs::arc(program, words, false)?,
         MotionMode::Nurbs => return NOTHING,
         MotionMode::Cycle => return Err(Problem::CycleInMachineCoordinates.refused(words.column())),
-        MotionMode::Cancelled | MotionMode::Synchronised | MotionMode::Threading => {
+        MotionMode::Cancelled | MotionMode::Synchronised | MotionMode::Threading | MotionMode::Search(_) => {
             return Err(Problem::NoMotionCode.refused(words.column()));
         }
     };

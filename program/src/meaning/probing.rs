@@ -3,12 +3,12 @@
 use units::{Axis, MmPerSecond, PerAxis};
 
 use crate::action::{Action, Contact, ProbeAlong, ProbeDown};
-use crate::context::{Context, Meaning};
+use crate::context::{Context, Meaning, NOTHING};
 use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::moves;
-use crate::modal::FeedMode;
+use crate::modal::{FeedMode, MotionMode};
 use crate::words::Words;
 
 /// G30: searches for the bed and returns to where it began; with Z or L it stays where the contact was,
@@ -23,10 +23,27 @@ pub(crate) fn probe_down<'b>(program: &mut Interpreter, context: &Context<'b>) -
     })))
 }
 
-/// G38.2 to G38.5: searches along the line that the words describe.
+/// G38.2 to G38.5, and words without a code behind one of them.
 pub(crate) fn probe_along<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let subcode = context.words.code().subcode;
+    if context.words.has_code() { search(program, context, subcode) } else { search_on(program, context, subcode) }
+}
+
+/// Words while a search is the motion code in force: a rate alone searches nothing.
+pub(crate) fn search_on<'b>(
+    program: &mut Interpreter,
+    context: &Context<'b>,
+    subcode: u8,
+) -> Result<Meaning<'b>, Fault> {
+    moves::take_rates(program, context)?;
+    if "XYZ".chars().any(|letter| context.words.has(letter)) { search(program, context, subcode) } else { NOTHING }
+}
+
+/// Searches along the line that the words describe. In GRBL's dialect it is the motion code from now on, and
+/// its F is that of later moves too, as in RS-274.
+fn search<'b>(program: &mut Interpreter, context: &Context<'b>, subcode: u8) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
-    let (until, must_find) = match words.code().subcode {
+    let (until, must_find) = match subcode {
         2 => (Contact::Closes, true),
         3 => (Contact::Closes, false),
         4 => (Contact::Opens, true),
@@ -37,6 +54,10 @@ pub(crate) fn probe_along<'b>(program: &mut Interpreter, context: &Context<'b>) 
     let target = probing_target(program, words, context.dialect);
     program.modal.machine_next = false;
     let target = target?;
+    if context.dialect.probes_by_distance_mode() {
+        program.modal.motion = MotionMode::Search(subcode);
+        program.modal.feed_rate = rate.unwrap_or(program.modal.feed_rate);
+    }
     Ok(Meaning::Action(Action::ProbeAlong(ProbeAlong { target, rate, until, must_find })))
 }
 

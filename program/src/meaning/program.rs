@@ -18,7 +18,7 @@ pub(crate) fn end<'b>(program: &mut Interpreter, context: &Context<'b>) -> Resul
     program.modal.corner = crate::Corner::Sharp;
     program.modal.feed_mode = FeedMode::PerMinute;
     program.modal.arc_absolute = false;
-    if matches!(program.modal.motion, MotionMode::Cycle | MotionMode::Cancelled) {
+    if matches!(program.modal.motion, MotionMode::Cycle | MotionMode::Cancelled | MotionMode::Search(_)) {
         program.end_cycles();
         program.modal.motion = MotionMode::Linear;
     }

@@ -106,4 +106,41 @@ fn jogs_that_wait_for_room_end_with_the_others() {
     said += &bench.hear(3.0);
     assert_eq!(said, "ok\n".repeat(200));
     assert!(bench.status().starts_with("<Idle|"));
+    // A second's way at 10 mm/s. Those that were received and not read do not go on from there either.
+    assert!((8.0..12.0).contains(&bench.carriage(Alpha)), "{}", bench.carriage(Alpha));
+    bench.run(&["$J=G91 X1 F600"]);
+}
+
+/// Longer ones, of which the look-ahead takes few seconds' worth; and the same by Ctrl-Y and `!`.
+#[test]
+fn jogs_that_were_received_and_not_read_are_dropped() {
+    for stop in [&b"\x85"[..], b"\x19", b"!"] {
+        let mut bench = start();
+        bench.run(&["$H"]);
+        bench.type_in(&"$J=G91 X0.5 F1500\n".repeat(150));
+        let mut said = bench.hear(0.1);
+        bench.send(stop);
+        said += &bench.hear(3.0);
+        assert_eq!(said, "ok\n".repeat(150), "{stop:?}: each is answered");
+        let x = bench.carriage(Alpha);
+        assert!(x < 5.0 && bench.status().starts_with("<Idle|"), "{stop:?}: {x}");
+        // Lines that are no jogs are carried out, and jogs behind the byte.
+        bench.send(b"G90\n$J=G91 X0.5 F1500\n\x85G91\n$J=G91 X2 F1500\n");
+        bench.hear(2.0);
+        assert!((bench.carriage(Alpha) - x - 2.0).abs() < 0.02, "{stop:?}: {}", bench.carriage(Alpha));
+        assert!(bench.say("$G").contains(" G91 "));
+    }
+}
+
+/// Smoothieware's own jogs, in its own dialect: what is planned is made, as there, and no more of 75 mm.
+#[test]
+fn ctrl_y_drops_smoothiewares_jogs_too() {
+    let mut bench = scenarios::Plan::new(scenarios::CARTESIAN).start_homed();
+    bench.type_in(&"$J -r X0.5 F1500\n".repeat(150));
+    let mut said = bench.hear(0.3);
+    bench.send(b"\x19");
+    said += &bench.hear(5.0);
+    assert_eq!(said.matches("ok\n").count(), 150, "{said}");
+    bench.hear_until_idle();
+    assert!(bench.carriage(Alpha) < 30.0, "{}", bench.carriage(Alpha));
 }

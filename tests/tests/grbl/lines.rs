@@ -73,7 +73,6 @@ fn what_is_refused_has_grbls_number_and_our_reason() {
         ("$J", 3),
         ("G10 L2 P77 X1", 29),
         ("G38.2 F100", 26),
-        ("G38.2 Z-1 F100", 20),
         ("N5 G1 X1*77", 27),
     ] {
         refused(&mut bench, line, number);

@@ -3,6 +3,8 @@
 mod jog;
 mod lines;
 mod overrides;
+mod parking;
+mod probing;
 mod reports;
 mod settings;
 mod stream;

@@ -1,0 +1,60 @@
+//! G28 and G30 before a Z was stored for them: CAM's programs lift by `G28 G91 Z0`, and go on with a rapid.
+
+use scenarios::{Bench, CARTESIAN, Plan};
+use units::Actuator::{Alpha, Beta, Gamma};
+
+use super::{plan, refused};
+
+/// Machine zero is at the top, where a limit is.
+const MILL: &str = include_str!("../../../config/samples/cnc-mill.ini");
+
+/// A homed mill at X20 Y30 Z-30 of the machine, and where its carriages are there.
+fn deep(plan: Plan) -> (Bench, [f64; 3]) {
+    let mut bench = plan.start();
+    bench.say("$H");
+    bench.run(&["G90 G53 G0 X20 Y30", "G53 G0 Z-30", "G4 P0"]);
+    let at = [Alpha, Beta, Gamma].map(|motor| bench.carriage(motor));
+    (bench, at)
+}
+
+#[track_caller]
+fn has_moved(bench: &mut Bench, from: [f64; 3], by: [f64; 3]) {
+    bench.run(&["G4 P0"]);
+    let now = [Alpha, Beta, Gamma].map(|motor| bench.carriage(motor));
+    for ((now, from), mm) in now.into_iter().zip(from).zip(by) {
+        assert!((now - from - mm).abs() < 0.02, "{now} - {from}, not {mm}");
+    }
+}
+
+#[test]
+fn a_retraction_to_a_z_that_was_never_stored_is_refused() {
+    let (mut bench, at) = deep(Plan::new(MILL));
+    let said = refused(&mut bench, "G28 G91 Z0.", 20);
+    assert!(said.contains("no Z is stored to park at: go to a safe height and store it with G28.1"), "{said}");
+    has_moved(&mut bench, at, [0.0; 3]);
+    bench.run(&["G90 G53 G0 Z-5"]);
+    assert!(bench.say("G28.1").ends_with("ok\n"));
+    bench.run(&["G53 G0 Z-30", "G28 G91 Z0."]);
+    has_moved(&mut bench, at, [0.0, 0.0, 25.0]);
+    // The same of a second place with X and Y alone.
+    let (mut bench, at) = deep(Plan::new(MILL).set("[motion control] nist_G30 = true"));
+    bench.run(&["G30.1 X25 Y25"]);
+    assert!(refused(&mut bench, "G91 G30 Z0", 20).contains("G30.1"));
+    bench.run(&["G91 G30 X0"]);
+    has_moved(&mut bench, at, [5.0, 0.0, 0.0]);
+}
+
+#[test]
+fn in_the_dialect_of_smoothieware_and_in_a_file_too() {
+    let mut bench = Plan::new(CARTESIAN).start_homed();
+    bench.run(&["G1 Z20 F600", "M400"]);
+    assert!(bench.say("G28.2 Z0").starts_with("error:no Z is stored to park at"));
+    assert!((bench.carriage(Gamma) - 20.0).abs() < 0.02);
+    let file = "G90 G53 G0 X5 Z10\nG28 G91 Z0.\nG28 G91 X0. Y0.\n";
+    let mut bench = plan().file("part.nc", file).start();
+    bench.run(&["$H"]);
+    bench.type_in("play part.nc\n");
+    let said = bench.hear(5.0);
+    assert!(said.contains("paused, line 2 of"), "{said}");
+    assert!((bench.carriage(Alpha) - 5.0).abs() < 0.02, "the rapid behind it waits");
+}
