@@ -89,7 +89,8 @@ impl Axes {
         self.strayed = self.strayed.or(axes);
     }
 
-    /// Axes of X, Y and Z that do not read as when a place was kept, and those of them that homing brings back.
+    /// Axes of X, Y and Z that do not read as when a place was kept, and those of them that homing brings
+    /// back.
     #[must_use]
     pub fn strayed(&self) -> [AxisSet; 2] {
         let strayed = self.strayed.and(AxisSet::PRIMARY);

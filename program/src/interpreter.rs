@@ -408,6 +408,24 @@ impl Interpreter {
         self.splines.closed()
     }
 
+    /// Modes and E of the program as they are, to come back to.
+    #[must_use]
+    pub fn keep(&self) -> Kept {
+        let series = *self.cycles.series();
+        Kept { series, modal: self.modal.clone(), e: self.tools.active().map_or(0.0, |tool| tool.e) }
+    }
+
+    /// Comes back to what was kept. What makes up for temperature is the machine's, and is as it is now.
+    pub fn come_back_to(&mut self, kept: Kept) {
+        let thermal_z = self.modal.thermal_z;
+        self.modal = kept.modal;
+        self.modal.set_thermal_z(thermal_z);
+        self.cycles.set_series(kept.series);
+        if let Some(tool) = self.tools.active_mut() {
+            tool.e = kept.e;
+        }
+    }
+
     /// Z is so much higher from the next move on that names it, mm.
     pub fn set_thermal_z(&mut self, mm: f64) {
         self.modal.set_thermal_z(mm);
@@ -467,4 +485,12 @@ impl Interpreter {
     pub const fn set_last_probe(&mut self, place: [f64; 3], found: bool) {
         self.last_probe = (place, found);
     }
+}
+
+/// Modes and E of a program, to go on with after somebody worked at the machine.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    pub(crate) modal: Modal,
+    pub(crate) series: Series,
+    pub(crate) e: f64,
 }

@@ -1,5 +1,5 @@
-//! A suspended job goes on at the place of the work where it was, whatever a person does meanwhile; or it says
-//! why it cannot.
+//! A suspended job goes on at the place of the work where it was, whatever a person does meanwhile; or it
+//! says why it cannot.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Beta, Gamma};

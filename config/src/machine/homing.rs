@@ -3,7 +3,7 @@
 use super::{Command, Name};
 use crate::pin::Pin;
 use heapless::Vec;
-use units::{Amps, Axis, Micros, Mm, MmPerSecond};
+use units::{Amps, Axis, AxisSet, Micros, Mm, MmPerSecond};
 
 /// Which way an axis moves to find its endstop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -126,6 +126,15 @@ pub struct HomingConfig {
     pub gcode: Command,
     /// Trims of the first three actuators.
     pub trim: [Mm; 3],
+}
+
+impl HomingConfig {
+    /// Whether homing these axes ends over the origin: not when X or Y stays where somebody has put it. A
+    /// rotary delta stays where its arms meet their switches.
+    #[must_use]
+    pub fn ends_over_origin(&self, homed: AxisSet) -> bool {
+        self.move_to_origin && !self.rotary_delta && homed.has(Axis::X) && homed.has(Axis::Y)
+    }
 }
 
 /// `[soft endstop]`

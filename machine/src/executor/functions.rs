@@ -9,8 +9,8 @@ use program::{Function, State, Words};
 use units::AxisSet;
 
 use super::{
-    Hands, Machine, automatic, card, filament, foresee, long_answers, objects, program_io, recover, stack, statistics,
-    suspend,
+    Hands, Machine, automatic, card, filament, foresee, long_answers, objects, probe_strategy, program_io, recover,
+    statistics, suspend,
 };
 use crate::apart::apart;
 use crate::failure::{Answer, Failure, Outcome};
@@ -67,8 +67,8 @@ pub(super) fn run<P: Ports>(
 fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &Words<'_>, to: Recipient) -> Outcome {
     let hands = &mut Hands::new(machine, to);
     match function {
-        Function::ProbeStrategy => stack::probe_strategy(machine, words, words.code(), to),
-        Function::MeasureBed => stack::probe_strategy(machine, words, Code::g(31), to),
+        Function::ProbeStrategy => probe_strategy::run(machine, words, words.code(), to),
+        Function::MeasureBed => probe_strategy::run(machine, words, Code::g(31), to),
         Function::ProbeRepeatability => stowed(hands, |hands| probing::repeatability(hands, words)),
         Function::AlignZ => stowed(hands, |hands| alignment::align(hands, words)),
         Function::AlignSlave => apart(|| alignment::align_slave(hands, words)),

@@ -49,6 +49,7 @@ mod passed_over;
 mod play_from;
 mod polls;
 mod probe_script;
+mod probe_strategy;
 mod program_io;
 mod recorded;
 mod recording;

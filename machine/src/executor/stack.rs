@@ -1,7 +1,7 @@
 //! Runs what lines have started: scripts and files of saved settings, line by line, and what follows them.
 
-use gcode::{Blocks, Code, Gathered};
-use program::{LeftHole, ScriptModes, Words};
+use gcode::{Blocks, Gathered};
+use program::{LeftHole, ScriptModes};
 
 use super::blocks::Start;
 use super::frames::{Frame, Replay, Script, Then};
@@ -10,7 +10,7 @@ use super::suspend::{self, start_script};
 use super::{Hands, Machine, actions, answers, blocks, holes, play_from, recover, stall_recovery, tool_change};
 use crate::failure::{Answer, Failure, FailureKind, Outcome, short};
 use crate::ports::{Ports, StorageError};
-use crate::probing::{self, stow_after, touch_cartesian_grid};
+use crate::probing::{stow_after, touch_cartesian_grid};
 use crate::sessions::{LineBytes, Recipient};
 
 /// Does the next thing of what was started last.
@@ -110,26 +110,6 @@ fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
     };
     if let Err(failure) = outcome {
         fail(machine, failure);
-    }
-}
-
-/// G29, G31 and G32. The scripts around a cartesian grid may hold any code, so they are run as lines.
-pub(super) fn probe_strategy<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    words: &Words<'_>,
-    code: Code,
-    to: Recipient,
-) -> Outcome {
-    match probing::prepare(&mut Hands::new(machine, to), words, code)? {
-        Some(plan) => {
-            let [before, _] = &machine.config.probe_gcode;
-            start_script(machine, before, Then::TouchGrid(plan, to))
-        }
-        None => {
-            let hands = &mut Hands::new(machine, to);
-            let ended = probing::strategy(hands, words, code);
-            stow_after(hands, ended)
-        }
     }
 }
 

@@ -148,7 +148,7 @@ fn knows_the_place<P: Ports>(machine: &Machine<'_, P>, but: AxisSet) -> Result<(
 pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     knows_the_place(machine, AxisSet::NONE)?;
     let Some(Suspended { position: was, kept, .. }) = machine.jobs.suspended() else { return Ok(()) };
-    let position = machine.program.same_work_place(kept, was);
+    let position = program::same_work_place(&mut machine.program, kept, was);
     let mut from = machine.ports.motion(|motion| motion.commanded_position());
     let mut target = from;
     Axis::PRIMARY.into_iter().for_each(|axis| target[axis] = position[axis]);
@@ -173,7 +173,7 @@ pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
     }
     filament::forget_width(machine);
     machine.safety.apply(Event::Unsuspend);
-    machine.program.go_on_from(suspended.kept);
+    program::go_on_from(&mut machine.program, suspended.kept);
     let rate = machine.program.modal().seek_rate;
     machine.announce(format_args!("// Restoring saved XYZ positions and state...\n"));
     // What stands on the bed is not to be run into: over it, then down to it; or up, then over it.

@@ -114,7 +114,7 @@ pub(crate) fn ends_at(config: &MachineConfig, tuning: &Tuning, named: AxisSet, f
             place[axis] -= towards(stop) * stop.retract.0;
         }
     }
-    if ends_over_origin(config, chosen) {
+    if config.homing.ends_over_origin(chosen) {
         (place[Axis::X], place[Axis::Y]) = (0.0, 0.0);
         if config.homing.delta {
             place[Axis::Z] = places[Axis::Z] - switch_of(config, Axis::Z).map_or(0.0, |(_, stop)| stop.retract.0);
@@ -133,14 +133,8 @@ pub(crate) fn stops_in_time(rate: MmPerSecond, limits: &Limits, axis: Axis) -> b
     overtravel::brakes_in_time(rate, limits, core::iter::once(axis))
 }
 
-/// Whether homing these axes ends over the origin: not when X or Y stays where somebody has put it. A rotary
-/// delta stays where its arms meet their switches.
-pub(crate) fn ends_over_origin(config: &MachineConfig, chosen: AxisSet) -> bool {
-    config.homing.move_to_origin && !config.homing.rotary_delta && chosen.has_all(XY)
-}
-
 /// The axes to home of those named. Towers and arms home together.
-pub(crate) fn chosen(config: &MachineConfig, named: AxisSet) -> AxisSet {
+fn chosen(config: &MachineConfig, named: AxisSet) -> AxisSet {
     let able = homeable(config);
     let chosen = if named.is_empty() { able } else { named.and(able) };
     if are_motors(config, chosen) { chosen.or(able.and(AxisSet::PRIMARY)) } else { chosen }
@@ -257,7 +251,7 @@ fn each_alone<P: Ports>(
 
 fn move_to_origin<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
     let config = hands.config();
-    if !ends_over_origin(config, chosen) {
+    if !config.homing.ends_over_origin(chosen) {
         return Ok(());
     }
     let rate = slowest(config, XY, |stop| stop.fast_rate);

@@ -254,7 +254,7 @@ impl Reading<'_, '_> {
         self.standstill().await;
         let preflight = &mut *self.preflight;
         let here = self.motion.commanded_position();
-        let homed = homing::foresee(preflight.config, &preflight.tuning, named, &here);
+        let homed = homing::foresee(preflight.config, &preflight.tuning, preflight.can_home, named, &here);
         preflight.totals.homing_seconds += homed.seconds;
         preflight.homed = preflight.homed.or(homed.axes);
         self.listener.waited(preflight.begun, homed.seconds);

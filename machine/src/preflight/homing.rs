@@ -3,7 +3,6 @@
 use config::{EndstopConfig, MachineConfig};
 use units::{Axis, AxisSet, PerAxis};
 
-use crate::homing;
 use crate::tuning::Tuning;
 
 const XY: AxisSet = AxisSet::of(Axis::X).with(Axis::Y);
@@ -27,8 +26,14 @@ fn seconds_of(stop: &EndstopConfig, way: f64) -> f64 {
 }
 
 /// Homing of these axes, or of all when none is named.
-pub(super) fn foresee(config: &MachineConfig, tuning: &Tuning, named: AxisSet, here: &PerAxis<f64>) -> Homed {
-    let chosen = homing::chosen(config, named);
+pub(super) fn foresee(
+    config: &MachineConfig,
+    tuning: &Tuning,
+    can_home: AxisSet,
+    named: AxisSet,
+    here: &PerAxis<f64>,
+) -> Homed {
+    let chosen = if named.is_empty() { can_home } else { named.and(can_home) };
     let mut homed = Homed { axes: chosen, place: *here, seconds: 0.0 };
     let mut together: f64 = 0.0;
     for axis in chosen.axes() {
@@ -43,7 +48,7 @@ pub(super) fn foresee(config: &MachineConfig, tuning: &Tuning, named: AxisSet, h
         homed.place[axis] = place;
     }
     homed.seconds += together;
-    if homing::ends_over_origin(config, chosen) {
+    if config.homing.ends_over_origin(chosen) {
         (homed.place[Axis::X], homed.place[Axis::Y]) = (0.0, 0.0);
         if config.homing.delta {
             homed.place[Axis::Z] -= config.homing_endstop(Axis::Z).map_or(0.0, |stop| stop.retract.0);

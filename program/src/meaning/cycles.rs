@@ -12,7 +12,7 @@ use crate::cycles::Series;
 use crate::fault::{Fault, Problem};
 use crate::holes::{Holes, Plan, Rates, Turn};
 use crate::interpreter::Interpreter;
-use crate::meaning::{moves, probing};
+use crate::meaning::moves;
 use crate::modal::{FeedMode, MotionMode};
 use crate::words::Words;
 
@@ -42,7 +42,6 @@ pub(crate) fn by_motion_code<'b>(program: &mut Interpreter, context: &Context<'b
     match program.modal.motion {
         _ if context.words.is_bare() => NOTHING,
         MotionMode::Cycle => drill(program, context, program.modal.cycle),
-        MotionMode::Search(subcode) => probing::search_on(program, context, subcode),
         _ => moves::motion_block(program, context),
     }
 }

@@ -30,11 +30,7 @@ pub(crate) fn probe_along<'b>(program: &mut Interpreter, context: &Context<'b>) 
 }
 
 /// Words while a search is the motion code in force: a rate alone searches nothing.
-pub(crate) fn search_on<'b>(
-    program: &mut Interpreter,
-    context: &Context<'b>,
-    subcode: u8,
-) -> Result<Meaning<'b>, Fault> {
+fn search_on<'b>(program: &mut Interpreter, context: &Context<'b>, subcode: u8) -> Result<Meaning<'b>, Fault> {
     moves::take_rates(program, context)?;
     if "XYZ".chars().any(|letter| context.words.has(letter)) { search(program, context, subcode) } else { NOTHING }
 }

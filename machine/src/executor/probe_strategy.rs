@@ -1,0 +1,26 @@
+//! G29, G31 and G32: the strategy, and around a cartesian grid the lines of the configuration.
+
+use gcode::Code;
+use program::Words;
+
+use super::frames::Then;
+use super::{Hands, Machine, suspend};
+use crate::failure::Outcome;
+use crate::ports::Ports;
+use crate::probing;
+use crate::sessions::Recipient;
+
+/// The lines around a cartesian grid may hold any code, so they are run as scripts.
+pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, code: Code, to: Recipient) -> Outcome {
+    match probing::prepare(&mut Hands::new(machine, to), words, code)? {
+        Some(plan) => {
+            let [before, _] = &machine.config.probe_gcode;
+            suspend::start_script(machine, before, Then::TouchGrid(plan, to))
+        }
+        None => {
+            let hands = &mut Hands::new(machine, to);
+            let ended = probing::strategy(hands, words, code);
+            probing::stow_after(hands, ended)
+        }
+    }
+}
