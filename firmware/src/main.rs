@@ -337,7 +337,7 @@ mod app {
     // One slice of look-ahead.
     #[task(binds = LPTIM2, priority = 3, shared = [motion])]
     fn plan(mut cx: plan::Context) {
-        while cx.shared.motion.lock(|motion| motion.plan()) {}
+        cx.shared.motion.lock(|motion| motion.plan());
         REPORTS.report(Reporter::Planner);
     }
 

@@ -9,7 +9,7 @@ use units::{MAX_ACTUATORS, PerActuator, StepCount, Ticks};
 
 use crate::{
     event_merge::{EventMerge, NEVER},
-    feed_schedule::{FeedSchedule, LONGEST_SEGMENT, PERIOD, URGENT},
+    feed_schedule::{FeedSchedule, Lead, PERIOD},
     knots::Segment,
     live::Rewind,
     motion::Access,
@@ -67,6 +67,8 @@ pub(crate) struct FeedOrders {
     pub setup: Option<PerActuator<MotorSetup>>,
     /// A switch or the probe is being searched for: runs are by period.
     pub searching: bool,
+    /// How far ahead the feed must be when it runs on demand.
+    pub lead: Lead,
 }
 
 /// At least the motors, and a power of two: an index reduced to it needs no check.
@@ -95,9 +97,10 @@ pub struct StepFeed {
     /// As asked for, and at the last run.
     wanted: FeedSchedule,
     schedule: FeedSchedule,
+    lead: Lead,
     /// Has the interrupt look at the queue again.
     wake: fn(),
-    /// How long the last segment is, or what was refused for its length may be.
+    /// How long the last segment is.
     last: Ticks,
 }
 
@@ -125,6 +128,7 @@ impl StepFeed {
             moving: false,
             wanted: schedule,
             schedule,
+            lead: Lead::Short,
             wake,
             last: Ticks(0),
         }
@@ -136,6 +140,7 @@ impl StepFeed {
     pub fn run(&mut self, now: Ticks, motion: &mut impl Access, queue: &StepQueue, latch: &Latch) -> Passed {
         let orders = motion.with(|motion| motion.feed_orders());
         self.schedule = if orders.searching { FeedSchedule::ByPeriod } else { self.wanted };
+        self.lead = orders.lead;
         self.obey(&orders, queue);
         if queue.is_cut() {
             self.clear_up(motion, queue);
@@ -144,19 +149,16 @@ impl StepFeed {
             let trigger = self.locate(fired, now, queue);
             motion.with(|motion| motion.triggered(trigger));
         }
-        let urgent = self.moving && self.end < now.plus(URGENT);
+        let urgent = self.moving && self.end < now.plus(Lead::URGENT);
         let mut segment = Segment::default();
         // Ends: each turn brings the segments, or the trajectory that comes before them, on in time.
         while self.emit(queue)
-            && let Some(window) = self.schedule.window(now, self.end, self.last)
+            && let Some(window) = self.schedule.window(now, self.end, self.lead, self.last)
         {
             match motion.with(|motion| motion.take_segment(&window, &mut segment)) {
                 Supply::Segment => self.load(&segment),
                 Supply::Later => {}
-                Supply::Enough => {
-                    self.last = LONGEST_SEGMENT;
-                    break;
-                }
+                Supply::Enough => break,
                 Supply::Nothing => {
                     self.moving = false;
                     break;
@@ -176,7 +178,7 @@ impl StepFeed {
         }
         // With the queue full, the segment is not written to its end.
         let written = self.base.0.saturating_add_signed(i64::from(self.newest));
-        self.schedule.wait(now, if self.merge.is_empty() { self.end } else { Ticks(written) }, self.last)
+        self.schedule.wait(now, if self.merge.is_empty() { self.end } else { Ticks(written) }, self.lead)
     }
 
     fn obey(&mut self, orders: &FeedOrders, queue: &StepQueue) {

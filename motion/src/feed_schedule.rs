@@ -3,9 +3,10 @@
 //! Steps in the queue are not taken back, so a hold, a stop or an override is felt behind the last one: how
 //! far ahead that is decides how soon. Two ways:
 //!
-//! - **On demand**, for a board. The feed runs again when what is written ends a lead of 125 us from now,
-//!   behind short segments up to 325 us, and then takes segments as long as none ends later than 625 us from
-//!   now. A segment is half a millisecond at most.
+//! - **On demand**, for a board. The feed runs again when what is written ends a `Lead` from now, and then
+//!   takes one segment, and others as long as none ends later than the longest would. A segment is half a
+//!   millisecond at most, so the writing ends 125 to 625 us ahead; with a limit of jerk a fifth of a
+//!   millisecond, so it ends 425 to 625 us ahead, because the next segment may need a plan that takes long.
 //! - **By period**, every half millisecond, until more than `REFILL` is written: 1 to 1.5 ms ahead. That
 //!   is how the native runner works, whose time goes by half milliseconds, and how a board works while it
 //!   searches for a switch or the probe. Where the brake begins then depends on the phase of the runs: so a
@@ -20,16 +21,6 @@ const REFILL: Ticks = Ticks::from_micros(1_000);
 /// A run on demand takes no segment that ends later than this from now, if it can wait for the next run: the
 /// longest segment behind the lead.
 const FARTHEST: Ticks = Ticks::from_micros(625);
-/// What is kept behind the longest segments.
-const SHORTEST_LEAD: Ticks = Ticks::from_micros(125);
-/// What is kept behind the shortest ones: more would have the feed run for each of them.
-const LONGEST_LEAD: Ticks = Ticks::from_micros(325);
-/// Less than this is urgent at the beginning of a run: something has kept the feed from running.
-pub(crate) const URGENT: Ticks = Ticks::from_micros(62);
-/// What begins from standstill begins so long after a run on demand.
-const START_ON_DEMAND: Ticks = Ticks::from_micros(200);
-/// The length of a segment that was refused is not known: as long as any.
-pub(crate) const LONGEST_SEGMENT: Ticks = Ticks::from_micros(500);
 /// By so much a run may come too soon, its timer counting whole microseconds: it takes its segment all the
 /// same.
 const SLACK: Ticks = Ticks::from_micros(5);
@@ -38,14 +29,36 @@ pub(crate) const START_BY_PERIOD: Ticks = Ticks::from_micros(500);
 /// The next run comes no sooner than this, or it would be asked for while the present one has not ended.
 const LEAST_WAIT: Ticks = Ticks::from_micros(5);
 
-/// How much is still written when the feed runs on demand, behind a segment that is so long.
-///
-/// Until the first steps of the next segment can be played it takes 60 us at worst: who runs before the feed
-/// or holds the lock of the motion object (20), the segment (10), its first [`crate::feed::BATCH`] of steps
-/// (20), those that are played meanwhile. Short segments may take longer to make than they last, for a while:
-/// then more is kept, which costs a hold nothing, since they end sooner too.
-fn lead(last: Ticks) -> Ticks {
-    FARTHEST.since(last).clamp(SHORTEST_LEAD, LONGEST_LEAD)
+/// How much is still written when the feed runs on demand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Lead {
+    /// 125 us. Until the first steps of the next segment can be played it takes 60 us at worst: who runs
+    /// before the feed or holds the lock of the motion object (20), the segment (10), its first
+    /// [`crate::feed::BATCH`] of steps (20), those that are played meanwhile.
+    #[default]
+    Short,
+    /// 425 us. A jerk-limited block may take 350 us to plan, under the same lock.
+    OverPlans,
+}
+
+impl Lead {
+    /// Less than this is urgent at the beginning of a run: something has kept the feed from running.
+    pub(crate) const URGENT: Ticks = Ticks(Self::Short.ticks().0 / 2);
+
+    const fn ticks(self) -> Ticks {
+        Ticks::from_micros(match self {
+            Self::Short => 125,
+            Self::OverPlans => 425,
+        })
+    }
+
+    /// What begins from standstill begins so long after the run that takes it.
+    const fn before_start(self) -> Ticks {
+        Ticks::from_micros(match self {
+            Self::Short => 200,
+            Self::OverPlans => 500,
+        })
+    }
 }
 
 /// Which of the two ways.
@@ -93,12 +106,12 @@ impl FeedSchedule {
     /// being so long. `None`: it is enough. Where another like it would end too late that is not even asked:
     /// most segments are as long as the one before, and to ask takes the lock.
     #[inline(always)]
-    pub(crate) fn window(self, now: Ticks, end: Ticks, last: Ticks) -> Option<Window> {
+    pub(crate) fn window(self, now: Ticks, end: Ticks, lead: Lead, last: Ticks) -> Option<Window> {
         match self {
             Self::ByPeriod => (end < now.plus(REFILL)).then_some(Window::open(now, now.plus(START_BY_PERIOD))),
             Self::OnDemand => {
-                let window = Window::open(now, now.plus(START_ON_DEMAND));
-                if end < now.plus(SHORTEST_LEAD).plus(SLACK) {
+                let window = Window::open(now, now.plus(lead.before_start()));
+                if end < now.plus(lead.ticks()).plus(SLACK) {
                     return Some(window);
                 }
                 let latest = now.plus(FARTHEST);
@@ -107,13 +120,13 @@ impl FeedSchedule {
         }
     }
 
-    /// How long to wait `now` for the next run, when everything up to `end` is written, the last segment
-    /// being so long, and there is more to write.
+    /// How long to wait `now` for the next run, when everything up to `end` is written and there is more to
+    /// write.
     #[must_use]
-    pub(crate) fn wait(self, now: Ticks, end: Ticks, last: Ticks) -> Ticks {
+    pub(crate) fn wait(self, now: Ticks, end: Ticks, lead: Lead) -> Ticks {
         match self {
             Self::ByPeriod => PERIOD,
-            Self::OnDemand => end.since(now.plus(lead(last))).clamp(LEAST_WAIT, PERIOD),
+            Self::OnDemand => end.since(now.plus(lead.ticks())).clamp(LEAST_WAIT, PERIOD),
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::{
     convert::ceil_i32,
     greatest,
     jerk_limited::{Draft, Ramps},
-    knots::SEGMENT_SECONDS,
+    knots::{SEGMENT_SECONDS, SMOOTH_SEGMENT_SECONDS},
     least,
     motion::Passage,
     path::{Curve, Path},
@@ -66,12 +66,13 @@ const CLEARANCE_SHARE: f64 = 1.0 / 16.0;
 /// No slice is shorter: a bound for the work, not for the accuracy.
 const SHORTEST_SLICE_SECONDS: f64 = 0.000_025;
 
-/// Greatest distance of knots in a phase.
-fn slice_seconds(phase: &Phase, clearance: f64) -> f64 {
+/// Greatest distance of knots in a phase of this block.
+fn slice_seconds(phase: &Phase, block: &Block) -> f64 {
     // Within a phase the acceleration keeps its sign: the speed is greatest at an end.
     let end = phase.speed_at(phase.duration);
-    let free = CLEARANCE_SHARE * clearance / greatest(phase.speed, end);
-    least(SEGMENT_SECONDS, greatest(free, SHORTEST_SLICE_SECONDS))
+    let free = CLEARANCE_SHARE * block.clearance / greatest(phase.speed, end);
+    let longest = if block.jerk > 0.0 { SMOOTH_SEGMENT_SECONDS } else { SEGMENT_SECONDS };
+    least(longest, greatest(free, SHORTEST_SLICE_SECONDS))
 }
 
 impl Run {
@@ -200,7 +201,7 @@ impl Run {
     /// than `latest`: then the cursor stays where it is.
     pub fn advance(&mut self, latest: TickTime) -> Option<Slice> {
         let phase = self.current()?;
-        let slices = f64::from(ceil_i32(phase.duration / slice_seconds(&phase, self.block.clearance)));
+        let slices = f64::from(ceil_i32(phase.duration / slice_seconds(&phase, &self.block)));
         let seconds = phase.duration / slices;
         let taken = self.taken + 1;
         let last = f64::from(taken) >= slices;

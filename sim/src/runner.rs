@@ -265,6 +265,7 @@ impl Runner {
                     CoroutineResult::Return(never) => match never {},
                 };
             }
+            self.shared.motion.borrow_mut().plan();
         }
         self.slot_ns += SLOT_NS;
         self.tasks.play_until(&self.shared, self.slot_ns);

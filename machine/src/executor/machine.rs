@@ -369,7 +369,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             self.enable_motors()?;
         }
         loop {
-            match self.ports.motion(|motion| motion.enqueue(request)) {
+            match self.ports.motion(|motion| motion.submit(request)) {
                 Ok(()) => break,
                 Err(Refusal::Full | Refusal::Stopping) => {
                     self.cut.has_line_behind = true;

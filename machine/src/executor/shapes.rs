@@ -35,7 +35,7 @@ pub(super) fn take_at_once<P: Ports>(machine: &mut Machine<'_, P>, request: &Mov
         return false;
     }
     let own = in_motions_terms(machine, request);
-    let is_taken = machine.ports.motion(|motion| motion.enqueue(&own)).is_ok();
+    let is_taken = machine.ports.motion(|motion| motion.submit(&own)).is_ok();
     if is_taken {
         machine.safety.apply(Event::Started);
     }

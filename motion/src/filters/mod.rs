@@ -31,7 +31,6 @@ pub use shaper::{Pulse, Pulses, Shaper, ShaperKind};
 
 use crate::{
     greatest,
-    knots::SEGMENT_SECONDS,
     path::Curve,
     store::Elsewhere,
     trajectory::{Piece, TickTime, tick_time},
@@ -293,11 +292,11 @@ impl Filters {
         }
     }
 
-    /// Moves on to the next knot, at most half a millisecond on, not beyond `settled`, up to where the
+    /// Moves on to the next knot, `longest` seconds on at most, not beyond `settled`, up to where the
     /// trajectory is known. `None` when that would be later than `latest`.
-    pub fn advance(&mut self, settled: TickTime, latest: TickTime) -> Option<Knot> {
+    pub fn advance(&mut self, longest: f64, settled: TickTime, latest: TickTime) -> Option<Knot> {
         let now = self.out.to_bits() as u64;
-        let mut room = settled.saturating_sub(self.out).min(tick_time(SEGMENT_SECONDS)).to_bits() as u64;
+        let mut room = settled.saturating_sub(self.out).min(tick_time(longest)).to_bits() as u64;
         let mut nearest = u64::MAX;
         let mut turned = self.turned;
         let (history, cursors) = self.cursors_mut();

@@ -7,7 +7,7 @@ use crate::{
     compensation::{Compensation, Warped},
     config::MotionConfig,
     feed::{FeedOrders, FeedReport, Supply},
-    feed_schedule::Window,
+    feed_schedule::{Lead, Window},
     greatest,
     knots::{Segment, Span, step_positions_after, steps_per_mm},
     least,
@@ -121,7 +121,7 @@ impl Motion {
 
     /// Starts the next block at the cursor with this speed.
     pub(super) fn begin_next(&mut self, speed: f64, carried: Option<(Ramp, f64)>, now: Ticks) -> Option<()> {
-        self.planner.plan_for_release();
+        self.planner.plan();
         let starved = !self.planner.is_empty() && !self.planner.front_is_settled() && !self.may_release(now);
         if starved && self.state == State::Running {
             self.counters.starved = self.counters.starved.saturating_add(1);
@@ -160,7 +160,7 @@ impl Motion {
         }
         let minimum = self.config.as_ref()?.limits.minimum_speed.get();
         let entry = least(minimum, front.cruise(&self.overrides));
-        self.planner.plan_for_release();
+        self.planner.plan();
         let block = self.planner.release()?;
         let curve = self.curve_of(&block);
         self.run = Some(Run::new(block, curve, self.place, self.clock, entry, None));
@@ -189,7 +189,7 @@ impl Motion {
             return self.follow_jerk_limited();
         }
         let Some(run) = &mut self.run else { return };
-        self.planner.plan_for_release();
+        self.planner.plan();
         let (length, acceleration) = (run.remaining(), run.block.acceleration);
         if length <= 0.0 {
             return;
@@ -291,9 +291,15 @@ impl Motion {
         self.timeline.shift(segment.start.saturating_sub(shift), shift);
     }
 
+    /// What moves or will move next has a limit of jerk.
+    pub(super) fn is_smooth(&self) -> bool {
+        self.run.as_ref().map(|run| &run.block).or(self.planner.front()).is_some_and(|block| block.jerk > 0.0)
+    }
+
     /// What the feed must know before it goes on.
     pub(crate) fn feed_orders(&mut self) -> FeedOrders {
-        FeedOrders { searching: self.filters.bypass_wanted, ..core::mem::take(&mut self.orders) }
+        let lead = if self.is_smooth() { Lead::OverPlans } else { Lead::Short };
+        FeedOrders { searching: self.filters.bypass_wanted, lead, ..core::mem::take(&mut self.orders) }
     }
 
     /// The feed's word on what it did.

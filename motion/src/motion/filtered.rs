@@ -9,7 +9,7 @@ use crate::{
     feed::Supply,
     feed_schedule::Window,
     filters::{Knot, LEAST_SPACING, Source, Stretch},
-    knots::{SEGMENT_SECONDS, Segment, Span, step_positions_after, steps_per_mm},
+    knots::{SEGMENT_SECONDS, SMOOTH_SEGMENT_SECONDS, Segment, Span, step_positions_after, steps_per_mm},
     path::{Curve, Path},
     run::Slice,
     trajectory::{Piece, TickTime, at_tick, seconds_between, tick_time},
@@ -51,7 +51,10 @@ impl Motion {
             return Supply::Later;
         }
         segment.start = self.filters.out;
-        let Some(knot) = self.filters.advance(self.clock, at_tick(window.latest)) else { return Supply::Enough };
+        let longest = if self.is_smooth() { SMOOTH_SEGMENT_SECONDS } else { SEGMENT_SECONDS };
+        let Some(knot) = self.filters.advance(longest, self.clock, at_tick(window.latest)) else {
+            return Supply::Enough;
+        };
         segment.duration = self.filters.out.saturating_sub(segment.start);
         if let Some(config) = &self.config {
             let knot = if self.compensation.is_active() { compensated(&self.compensation, &knot) } else { knot };

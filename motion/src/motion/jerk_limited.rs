@@ -18,6 +18,7 @@ impl Motion {
 
     /// Gives the running block the rest of the ramp under way and what follows it.
     pub(super) fn follow_jerk_limited(&mut self) {
+        self.planner.plan();
         self.planner.set_complete(!self.was_full());
         let Some(run) = &mut self.run else { return };
         let left = run.remaining();

@@ -34,6 +34,7 @@ use crate::{
     compensation::{Compensation, Surface},
     config::{ConfigError, Limits, MotionConfig},
     feed::{FeedOrders, FeedReport},
+    feed_schedule::Lead,
     filters::{Filters, History},
     greatest,
     knots::{nearest_step, step_positions},
@@ -246,7 +247,7 @@ impl Motion {
             resting: true,
             report: FeedReport::RESTING,
             set_back: PerActuator([0; units::MAX_ACTUATORS]),
-            orders: FeedOrders { cut: false, rebase: None, setup: None, searching: false },
+            orders: FeedOrders { cut: false, rebase: None, setup: None, searching: false, lead: Lead::Short },
             trigger: None,
             counters: Counters { starved: 0, urgent: 0, late: 0, squeezed: 0, lumped: 0 },
             filters: Filters::new(history),
@@ -328,11 +329,9 @@ impl Motion {
         self.report.played = steps;
     }
 
-    /// One bounded slice of planning: the reverse pass over what is new, or a part of it. Whether there is
-    /// more.
-    pub fn plan(&mut self) -> bool {
-        self.planner.plan_for_release();
-        self.planner.plan_jerk()
+    /// One bounded slice of planning: the reverse pass over what is new.
+    pub fn plan(&mut self) {
+        self.planner.plan();
     }
 
     /// Nothing more will come soon: run what is queued without waiting for the queue to fill.

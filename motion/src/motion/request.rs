@@ -25,19 +25,11 @@ impl Motion {
     /// # Errors
     /// [`Refusal::Full`] when it should be asked again later; otherwise why the move can never be made.
     pub fn submit(&mut self, request: &Move) -> Result<(), Refusal> {
-        let result = self.enqueue(request);
-        // What a block is planned by depends on what was planned before it: always after each, then.
-        while self.planner.plan_jerk() {}
+        let result = self.accept(request, self.config.as_ref().map_or(0, |config| config.queue_size));
+        // What a block is planned by depends on what was planned before it: always after each, then, whenever
+        // the planner's turn comes.
+        self.planner.plan_jerk();
         result
-    }
-
-    /// As [`Self::submit`], and [`Self::plan`] is to be called until there is no more to plan: in parts, so
-    /// that the lock of the motion object is not held for long.
-    ///
-    /// # Errors
-    /// As [`Self::submit`].
-    pub fn enqueue(&mut self, request: &Move) -> Result<(), Refusal> {
-        self.accept(request, self.config.as_ref().map_or(0, |config| config.queue_size))
     }
 
     /// Makes a mark behind what has been submitted so far: the feed's reports tell when the motors have come

@@ -39,18 +39,6 @@ const SMOOTH: f64 = 0.9;
 /// axis.
 const SHORTEST_RISE: f64 = 0.000_5;
 
-/// A reverse pass under way.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Pass {
-    /// Blocks from this one on have been through it.
-    count: u32,
-    /// As [`Planner::settled`], with what the pass has found.
-    settled: u32,
-}
-
-/// Blocks that are planned while the lock is held: 30 us.
-const BLOCKS_AT_ONCE: usize = 6;
-
 /// A block's anchor. (Its entry speed by this is in [`Block::entry_sq`].)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Brake {
@@ -188,24 +176,10 @@ impl Planner {
         !self.is_empty() && self.block(self.end.wrapping_sub(1)).jerk > 0.0
     }
 
-    /// Part of the reverse pass, where profiles are limited in jerk: the lock of the motion object is not to
-    /// be held for all of it. Whether there is more. Until its end the blocks before it have the anchors that
-    /// they had, which are safe.
-    pub(crate) fn plan_jerk(&mut self) -> bool {
-        self.has_jerk() && (self.pass.is_some() || self.planned != self.end) && !self.plan_brakes(BLOCKS_AT_ONCE)
-    }
-
-    /// What is under way is brought to its end, before the queue changes.
-    pub(super) fn finish_pass(&mut self) {
-        if self.pass.is_some() {
-            self.plan_brakes(usize::MAX);
-        }
-    }
-
-    /// What the running block begins with need not wait for a pass: but for that, all has been planned.
-    pub(crate) fn plan_for_release(&mut self) {
-        if !self.has_jerk() {
-            self.plan();
+    /// The reverse pass, where profiles are limited in jerk.
+    pub(crate) fn plan_jerk(&mut self) {
+        if self.has_jerk() && self.planned != self.end {
+            self.plan_brakes();
         }
     }
 
@@ -214,7 +188,7 @@ impl Planner {
         if self.complete != complete {
             self.complete = complete;
             if self.has_jerk() && self.planned == self.end {
-                self.plan_brakes(usize::MAX);
+                self.plan_brakes();
             }
         }
     }
@@ -262,18 +236,11 @@ impl Planner {
         if near_sq > entry_sq { (near, near_sq) } else { (far, entry_sq) }
     }
 
-    /// The reverse pass, or so many blocks more of it. Whether it has come to its end.
-    pub(super) fn plan_brakes(&mut self, most: usize) -> bool {
-        let Pass { mut count, mut settled } =
-            self.pass.take().unwrap_or(Pass { count: self.end, settled: self.settled });
-        let mut left = most;
-        // What was released meanwhile is not gone back to.
-        while (count.wrapping_sub(self.first) as i32) > 0 {
-            if left == 0 {
-                self.pass = Some(Pass { count, settled });
-                return false;
-            }
-            left -= 1;
+    /// The reverse pass.
+    pub(super) fn plan_brakes(&mut self) {
+        let mut count = self.end;
+        let mut settled = self.settled;
+        while count != self.first {
             count = count.wrapping_sub(1);
             let after = count.wrapping_add(1);
             let next = if after == self.end { None } else { Some(self.block(after)) };
@@ -308,10 +275,7 @@ impl Planner {
             }
         }
         self.planned = self.end;
-        if settled.wrapping_sub(self.settled) as i32 > 0 {
-            self.settled = settled;
-        }
-        true
+        self.settled = settled;
     }
 }
 

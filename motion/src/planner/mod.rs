@@ -18,7 +18,6 @@ mod junction;
 
 pub use block::{Block, Overrides};
 pub(crate) use block::{Envelope, SMALLEST};
-use brake::Pass;
 pub(crate) use brake::{Brake, ROUNDING, SAME, is_tangent};
 pub(crate) use detour::MOST_OF_DETOUR;
 pub(crate) use junction::{corner_sq, jump_sq};
@@ -62,8 +61,6 @@ pub struct Planner {
     end: u32,
     /// Blocks before this one have been through a reverse pass.
     planned: u32,
-    /// A reverse pass under way, where profiles are limited in jerk.
-    pass: Option<Pass>,
     /// Newest block whose entry speed is as high as its corner allows: no block to come can change its entry,
     /// nor any before it.
     settled: u32,
@@ -89,7 +86,6 @@ impl Planner {
             first: 0,
             end: 0,
             planned: 0,
-            pass: None,
             settled: 0,
             rest_sq: 0.0,
             reserve: 0.0,
@@ -147,7 +143,6 @@ impl Planner {
         if self.len() >= CAPACITY {
             return false;
         }
-        self.finish_pass();
         let mut block = block;
         block.entry_limit_sq = entry_limit_sq(&block, cruise_before, overrides);
         block.entry_sq = 0.0;
@@ -166,7 +161,6 @@ impl Planner {
     /// A corner behind the last block may yet take so much of it, mm; or nothing any more.
     pub(crate) fn set_reserve(&mut self, reserve: f64) {
         if reserve != self.reserve && !self.is_empty() {
-            self.finish_pass();
             self.reserve = reserve;
             self.planned = self.end.wrapping_sub(1);
         }
@@ -185,8 +179,7 @@ impl Planner {
             return;
         }
         if self.has_jerk() {
-            self.plan_brakes(usize::MAX);
-            return;
+            return self.plan_brakes();
         }
         let mut exit_sq = self.rest_sq;
         let mut count = self.end;
@@ -229,7 +222,6 @@ impl Planner {
     /// executed.
     pub(crate) fn replan(&mut self, cruise_before: f64, overrides: &Overrides) {
         self.overrides = *overrides;
-        self.pass = None;
         let mut before = cruise_before;
         let mut count = self.first;
         while count != self.end {
@@ -275,7 +267,6 @@ impl Planner {
 
     /// Makes everything behind a released block wait again. Then [`Self::replan`].
     pub(crate) fn take_back(&mut self, count: u32) {
-        self.pass = None;
         self.first = count.wrapping_add(1);
         // What is executed again keeps its corner.
         self.reserve = 0.0;
@@ -288,7 +279,6 @@ impl Planner {
 
     /// Forgets every block.
     pub(crate) fn clear(&mut self) {
-        self.pass = None;
         self.first = self.end;
         self.kept = self.end;
         self.planned = self.end;

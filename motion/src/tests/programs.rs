@@ -10,7 +10,7 @@ use super::rig::PERIOD;
 use crate::{
     Corner, Motion, MotionConfig, Move, Refusal,
     feed::{FeedReport, Supply},
-    feed_schedule::FeedSchedule,
+    feed_schedule::{FeedSchedule, Lead},
     geometry::{Arc, ArcShape, Bezier, Plane, SplineMoves},
     knots::Segment,
     trajectory::{Piece, at_tick, whole_ticks},
@@ -134,7 +134,7 @@ impl Drive {
     pub fn tick(&mut self) {
         self.now = self.now.plus(PERIOD);
         let mut end = self.segment.start + self.segment.duration;
-        while let Some(window) = FeedSchedule::ByPeriod.window(self.now, whole_ticks(end), Ticks(0))
+        while let Some(window) = FeedSchedule::ByPeriod.window(self.now, whole_ticks(end), Lead::Short, Ticks(0))
             && self.motion.take_segment(&window, &mut self.segment) == Supply::Segment
         {
             end = self.segment.start + self.segment.duration;

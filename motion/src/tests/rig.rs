@@ -180,10 +180,7 @@ impl Rig {
     pub fn submit(&mut self, request: &Move) {
         for _ in 0..1_000_000 {
             match self.motion().submit(request) {
-                Ok(()) => {
-                    self.motion().plan();
-                    return;
-                }
+                Ok(()) => return self.motion().plan(),
                 Err(Refusal::Full) => self.tick(),
                 Err(refusal) => panic!("{request:?} refused: {refusal}"),
             }

@@ -173,10 +173,7 @@ impl EventLog for HostPorts<'_> {
 
 impl MotionPort for HostPorts<'_> {
     fn motion<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
-        let mut motion = self.shared.motion.borrow_mut();
-        let result = f(&mut motion);
-        while motion.plan() {}
-        result
+        f(&mut self.shared.motion.borrow_mut())
     }
 
     fn latch(&self) -> &Latch {
