@@ -223,5 +223,6 @@ fn a_wait_for_a_temperature_has_bounds() {
 #[test]
 fn a_text_is_said_on_every_console() {
     let mut bench = Plan::new(CARTESIAN).start();
-    assert_eq!(bench.say("M118 E1 layer 2"), "layer 2\nok\n");
+    assert_eq!(bench.say("M118 E1 layer 2"), "echo:layer 2\nok\n");
+    assert_eq!(bench.say("M118 layer 2"), "layer 2\nok\n");
 }

@@ -164,17 +164,18 @@ fn a_script_that_would_leave_the_travel_ends_the_line_that_started_it() {
 
 #[test]
 fn a_job_whose_place_is_out_of_travel_meanwhile_stays_suspended() {
-    let plan = Plan::new(CARTESIAN).file("part.gcode", "G90\nG1 X-30 F6000\nM600\nG1 X-20\n");
+    let plan = Plan::new(CARTESIAN).file("part.gcode", "G90\nG1 X30 F6000\nM600\nG1 X20\n");
     let mut bench = plan.start();
+    bench.run(&["G28"]);
     bench.say("M23 part.gcode");
     assert!((bench.say("M24") + &bench.hear(1.0)).contains("// Print Suspended"));
-    // Somebody homes the axis by hand, five mm to the right of where the job waits.
-    bench.run(&["G91", "G1 X5", "M400", "G28.3 X0"]);
+    // Somebody moves the work, and the place of the job with it.
+    bench.run(&["G10 L2 P1 X-50"]);
     let said = bench.say("resume");
-    assert!(said.contains(&format!("error:{}\n", beyond('X', -30.0, 0.0))), "{said}");
+    assert!(said.contains(&format!("error:{}\n", beyond('X', -20.0, 0.0))), "{said}");
     assert_eq!(bench.say("progress"), "Suspended\nok\n");
-    assert!(bench.say("M114.2").contains("X:0.0000"));
-    bench.run(&["G28.5 X0"]);
+    assert!(bench.say("M114.2").contains("X:30.0000"));
+    bench.run(&["G10 L2 P1 X0"]);
     let said = bench.say("resume") + &bench.hear(3.0);
     assert!(said.contains("Done printing file"), "{said}");
 }

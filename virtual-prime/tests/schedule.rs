@@ -1,5 +1,6 @@
 //! The same job gives the same steps: twice on the virtual board, and there as on the native runner.
 
+use std::fmt::Write;
 use std::fs;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -54,29 +55,49 @@ G1 X32 Y60 E6 F6000
 /// A machine and its job.
 struct Case {
     config: String,
-    job: &'static str,
+    job: String,
 }
 
 impl Case {
     fn plain() -> Self {
-        Self { config: CONFIG.into(), job: JOB }
+        Self { config: CONFIG.into(), job: JOB.into() }
     }
 
     /// Limited in jerk, shaped, with pressure advance.
     fn smooth() -> Self {
-        let settings = [
-            ("planner", "jerk", "100000"),
-            ("input shaper", "shaper_type_x", "mzv"),
-            ("input shaper", "shaper_freq_x", "50"),
-            ("input shaper", "shaper_type_y", "ei"),
-            ("input shaper", "shaper_freq_y", "40"),
-            ("extruder", "hotend.pressure_advance", "0.04"),
-        ];
-        let config = settings.iter().fold(CONFIG.to_owned(), |text, (section, key, value)| {
-            config::edit::apply(&text, config::edit::Edit { section, key, value: Some(value) })
-        });
-        Self { config, job: CURVES }
+        let config = with(&shaped(), &[("planner", "jerk", "100000")]);
+        Self { config, job: CURVES.into() }
     }
+
+    /// Shaped pieces of a hundredth of a millimetre, 6000 a second: a run of the feed is long there, and steps
+    /// are rare.
+    fn short_pieces() -> Self {
+        let mut job = String::from("G28.3 X10 Y10 Z10\nM83\nG1 F3000\n");
+        for piece in 1..=600 {
+            let turn = std::f64::consts::TAU * f64::from(piece) / 1_500.0;
+            let _ = writeln!(job, "G1 X{:.4} Y{:.4} E0.001", 8.0 + 2.0 * turn.cos(), 10.0 + 2.0 * turn.sin());
+        }
+        Self { config: shaped(), job }
+    }
+}
+
+/// A configuration with settings changed.
+fn with(config: &str, settings: &[(&str, &str, &str)]) -> String {
+    settings.iter().fold(config.to_owned(), |text, (section, key, value)| {
+        config::edit::apply(&text, config::edit::Edit { section, key, value: Some(value) })
+    })
+}
+
+/// Shaped, with pressure advance.
+fn shaped() -> String {
+    let settings = [
+        ("input shaper", "shaper_type_x", "mzv"),
+        ("input shaper", "shaper_freq_x", "50"),
+        ("input shaper", "shaper_type_y", "ei"),
+        ("input shaper", "shaper_freq_y", "40"),
+        ("extruder", "hotend.pressure_advance", "0.04"),
+    ];
+    with(CONFIG, &settings)
 }
 
 /// Time after the job within which its last words come, milliseconds.
@@ -87,7 +108,7 @@ type Sum = (u64, u64, u64);
 
 /// The job on the virtual board: its sum and edges.
 fn on_the_board(case: &Case) -> (Sum, Vec<StepEdge>) {
-    let mut velvet = Plan::new().config(&case.config).file("job.g", case.job).start();
+    let mut velvet = Plan::new().config(&case.config).file("job.g", &case.job).start();
     velvet.ask("M23 job.g", SECOND);
     velvet.type_in("M24");
     velvet.hear_until("Done printing file", PATIENCE_MS);
@@ -109,7 +130,7 @@ fn folder(what: &str) -> std::path::PathBuf {
 fn on_the_host(case: &Case) -> Vec<StepEdge> {
     let card = folder("host");
     fs::write(card.join("config.ini"), &case.config).expect("a file in it");
-    fs::write(card.join("job.g"), case.job).expect("a file in it");
+    fs::write(card.join("job.g"), &case.job).expect("a file in it");
     let mut runner = Runner::new(&Setup::new(&card)).expect("a machine");
     let console = SessionId(0);
     runner.run_until(200 * MS);
@@ -172,7 +193,7 @@ fn worst_ns(case: &Case, edges: &[StepEdge]) -> f64 {
         verify: true,
     };
     fs::write(&job.config, &case.config).expect("a file in it");
-    fs::write(&job.gcode, case.job).expect("a file in it");
+    fs::write(&job.gcode, &case.job).expect("a file in it");
     let error = runner::verify(&job, &mut |_| {}, &mut || Ok(edges.iter().copied().map(Ok)));
     // A folder left behind harms nobody.
     let _ = fs::remove_dir_all(&out);
@@ -196,6 +217,14 @@ fn with_jerk_shapers_and_pressure_advance_it_does_so_too() {
     let edges = on_the_board(&case).1;
     assert!(edges.len() > 10_000, "only {} edges", edges.len());
     assert_alike(&case, &edges, false);
+}
+
+#[test]
+fn where_a_run_of_the_feed_is_long_no_step_waits_for_its_end() {
+    let case = Case::short_pieces();
+    let edges = on_the_board(&case).1;
+    let worst_ns = worst_ns(&case, &edges);
+    assert!(worst_ns < TOLERANCE_NS as f64, "{worst_ns} ns");
 }
 
 /// CMDR of SDMMC1 (RM0399 section 58.10), and the command that writes a block.

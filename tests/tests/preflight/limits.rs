@@ -33,7 +33,7 @@ fn limited() -> Vec<(&'static str, String, Vec<&'static str>, Vec<&'static str>)
         ),
         (
             "delta.max_rate",
-            format!("M83\nM302\nM104 S200\n{}", repeated(4, primes)),
+            format!("M302\nM104 S200\n{}", repeated(4, &format!("M83\n{primes}"))),
             vec!["[actuator] delta.max_rate = 1200"],
             vec!["[actuator] delta.max_rate = 9000"],
         ),
