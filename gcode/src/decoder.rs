@@ -84,11 +84,7 @@ impl Decoder {
             at = skip_blanks(line, end);
         }
         let console = is_console(line.get(at..).unwrap_or(&[]));
-        let checksum = if number.is_none() && (console || Self::is_text(line, at)) {
-            None
-        } else {
-            checksum(line, number.is_some())?
-        };
+        let checksum = if console && number.is_none() { None } else { checksum(line, number.is_some(), at)? };
         let end = checksum.map_or(line.len(), |(star, _)| star);
         let body = line.get(..end).unwrap_or(line);
         if let Some((star, sum)) = checksum
@@ -121,17 +117,6 @@ impl Decoder {
             return Ok(Line::Extended(Extended::new(text_of(body, at)?)));
         }
         Ok(Line::Code(blocks))
-    }
-
-    /// Whether a `*` in this line, which has no number, may be part of a text: of a command by name or of a
-    /// code that takes one.
-    fn is_text(line: &[u8], at: usize) -> bool {
-        if memchr::memchr(b'*', line).is_none() {
-            return false;
-        }
-        let body = line.get(at..).unwrap_or(&[]);
-        let takes_text = |block: Block<'_>| block.text.is_some();
-        is_extended(body) || Blocks::starting_at(line, at).flatten().any(takes_text)
     }
 
     /// `N5 M110` and `M110 N5`: the line just read counts as line 5.
@@ -212,8 +197,11 @@ fn text_of(body: &[u8], at: usize) -> Result<&str, Refusal> {
 ///
 /// A sender sums the whole line, comments included, so on a numbered line the last `*` counts when only
 /// digits follow. Elsewhere a `*` inside a comment is part of the comment, and in brackets it multiplies.
-fn checksum(line: &[u8], numbered: bool) -> Result<Option<(usize, u8)>, Refusal> {
+fn checksum(line: &[u8], numbered: bool, at: usize) -> Result<Option<(usize, u8)>, Refusal> {
     let Some(last) = memchr::memrchr(b'*', line) else { return Ok(None) };
+    if !numbered && is_text(line, at) {
+        return Ok(None);
+    }
     if numbered
         && let Some((sum, end)) = checksum_number(line, last)
         && end == line.len()
@@ -227,6 +215,14 @@ fn checksum(line: &[u8], numbered: bool) -> Result<Option<(usize, u8)>, Refusal>
         _ if !numbered => Ok(None),
         _ => Err(Refusal::Syntax(SyntaxError { column: column(first), problem: Problem::BadChecksum })),
     }
+}
+
+/// Whether a `*` in a line without a number may be part of a text: of a command by name or of a code that
+/// takes one.
+#[cold]
+fn is_text(line: &[u8], at: usize) -> bool {
+    let takes_text = |block: Block<'_>| block.text.is_some();
+    is_extended(line.get(at..).unwrap_or(&[])) || Blocks::starting_at(line, at).flatten().any(takes_text)
 }
 
 /// The number after a `*`, and the first place after it that is not blank.

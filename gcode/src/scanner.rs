@@ -37,11 +37,10 @@ impl<'a> Blocks<'a> {
         Self { line, at, remark: None, stops_say: false }
     }
 
-    /// The same, in a dialect where what follows M0 and M1 is said to the operator, whatever it looks like.
-    /// Without, `M0 M9` has two codes, and `M0 Insert M3 nuts` one: see [`crate::stop`].
-    #[must_use]
-    pub const fn where_stops_say(self, stops_say: bool) -> Self {
-        Self { stops_say, ..self }
+    /// In a dialect where what follows M0 and M1 is said to the operator, whatever it looks like. Without,
+    /// `M0 M9` has two codes, and `M0 Insert M3 nuts` one: see [`crate::stop`].
+    pub const fn set_stops_say(&mut self, stops_say: bool) {
+        self.stops_say = stops_say;
     }
 
     /// The line, and where in it the next command is looked for: enough to go on later.

@@ -68,7 +68,9 @@ mod tests {
     use super::*;
 
     fn blocks(line: &str, stops_say: bool) -> Vec<Block<'_>> {
-        Blocks::new(line.as_bytes()).where_stops_say(stops_say).map(|block| block.unwrap()).collect()
+        let mut blocks = Blocks::new(line.as_bytes());
+        blocks.set_stops_say(stops_say);
+        blocks.map(|block| block.unwrap()).collect()
     }
 
     #[test]

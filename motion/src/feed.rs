@@ -289,7 +289,10 @@ impl StepFeed {
     /// Writes events in time order until the current segment is done (true) or the queue is full.
     fn emit(&mut self, queue: &StepQueue) -> bool {
         loop {
-            if self.emit_batch(queue) {
+            let written = queue.written();
+            let done = self.emit_batch(queue);
+            self.wake_if_idle(queue, written);
+            if done {
                 return true;
             }
             if queue.free() == 0 {
@@ -298,13 +301,22 @@ impl StepFeed {
         }
     }
 
+    /// Nothing is played before what was written since: the interrupt may stand. (Apart, or it would take
+    /// registers from the loop over the steps.)
+    #[inline(never)]
+    fn wake_if_idle(&self, queue: &StepQueue, written: u32) {
+        let batch = queue.written().wrapping_sub(written);
+        if batch > 0 && queue.len() <= batch as usize {
+            (self.wake)();
+        }
+    }
+
     /// Writes and publishes the next [`BATCH`] of events, or up to where the current segment is done (true)
     /// or the queue is full.
     fn emit_batch(&mut self, queue: &StepQueue) -> bool {
+        let mut writer = queue.writer(BATCH);
         let base = self.base.0 as u32;
         let mut newest = None;
-        let written = queue.written();
-        let mut writer = queue.writer(BATCH);
         let done = loop {
             let key = self.merge.first();
             if key == NEVER {
@@ -319,12 +331,6 @@ impl StepFeed {
             let next = self.motors[index].take(index as u32, &self.scale);
             self.merge.replace_first(next);
         };
-        drop(writer);
-        // The interrupt may have had nothing to play, and stand.
-        let batch = queue.written().wrapping_sub(written);
-        if batch > 0 && queue.len() <= batch as usize {
-            (self.wake)();
-        }
         if let Some(key) = newest {
             self.newest = (key >> StepEvent::BITS) as i32;
         }

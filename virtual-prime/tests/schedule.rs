@@ -69,8 +69,8 @@ impl Case {
         Self { config, job: CURVES.into() }
     }
 
-    /// Shaped pieces of a hundredth of a millimetre, 6000 a second: a run of the feed is long there, and steps
-    /// are rare.
+    /// Shaped pieces of a hundredth of a millimetre, 6000 a second: a run of the feed is long there, and
+    /// steps are rare.
     fn short_pieces() -> Self {
         let mut job = String::from("G28.3 X10 Y10 Z10\nM83\nG1 F3000\n");
         for piece in 1..=600 {

@@ -48,7 +48,7 @@ pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
             (None, Answer::Ok)
         }
     };
-    blocks = blocks.where_stops_say(source.dialect.stops_say());
+    blocks.set_stops_say(source.dialect.stops_say());
     let mut block = Block::new(None, 0);
     let failed = loop {
         let read = blocks.read(&mut block, &mut machine.program);

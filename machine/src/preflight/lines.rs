@@ -127,7 +127,7 @@ impl Reading<'_, '_> {
         if self.preflight.dialect.orders_lines() && self.in_order(&blocks, &mut next).await {
             return next;
         }
-        blocks = blocks.where_stops_say(self.preflight.dialect.stops_say());
+        blocks.set_stops_say(self.preflight.dialect.stops_say());
         let mut block = Block::new(None, 0);
         loop {
             let read = blocks.read(&mut block, self.preflight.program);
