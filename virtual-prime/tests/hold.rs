@@ -121,7 +121,8 @@ fn last_on_time_ns(reference: &[StepEdge], edges: &[StepEdge], tolerance_ns: u64
 /// When the edges left the reference, within the precision of a step.
 fn left_at_ns(scene: &Scene, reference: &[StepEdge], edges: &[StepEdge]) -> u64 {
     let on_time = |tolerance_ns| {
-        last_on_time_ns(reference, edges, tolerance_ns).unwrap_or_else(|| panic!("{}: the hold does nothing", scene.name))
+        last_on_time_ns(reference, edges, tolerance_ns)
+            .unwrap_or_else(|| panic!("{}: the hold does nothing", scene.name))
     };
     let near = on_time(TOLERANCE_NS);
     if scene.settings.is_empty() { near } else { near - (on_time(8 * TOLERANCE_NS) - near) }
@@ -132,7 +133,12 @@ fn latencies_us(scene: &Scene) -> Vec<u64> {
     let mut velvet = scene.settings.iter().fold(plan, |plan, setting| plan.set(setting)).start();
     let (reference, _) = execute(&mut velvet, None);
     let (again, _) = execute(&mut velvet, None);
-    assert_eq!(last_on_time_ns(&reference, &again, TOLERANCE_NS), None, "{}: not held, it is the same twice", scene.name);
+    assert_eq!(
+        last_on_time_ns(&reference, &again, TOLERANCE_NS),
+        None,
+        "{}: not held, it is the same twice",
+        scene.name
+    );
     (0..MOMENTS)
         .map(|moment| {
             let (edges, sent_ns) = execute(&mut velvet, Some((scene.first_us + moment * APART_US) * 1_000));

@@ -1,6 +1,5 @@
 //! The same job gives the same steps: twice on the virtual board, and there as on the native runner.
 
-use std::fmt::Write;
 use std::fs;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -67,17 +66,6 @@ impl Case {
     fn smooth() -> Self {
         let config = with(&shaped(), &[("planner", "jerk", "100000")]);
         Self { config, job: CURVES.into() }
-    }
-
-    /// Shaped pieces of a hundredth of a millimetre, 6000 a second: a run of the feed is long there, and
-    /// steps are rare.
-    fn short_pieces() -> Self {
-        let mut job = String::from("G28.3 X10 Y10 Z10\nM83\nG1 F3000\n");
-        for piece in 1..=600 {
-            let turn = std::f64::consts::TAU * f64::from(piece) / 1_500.0;
-            let _ = writeln!(job, "G1 X{:.4} Y{:.4} E0.001", 8.0 + 2.0 * turn.cos(), 10.0 + 2.0 * turn.sin());
-        }
-        Self { config: shaped(), job }
     }
 }
 
@@ -217,14 +205,6 @@ fn with_jerk_shapers_and_pressure_advance_it_does_so_too() {
     let edges = on_the_board(&case).1;
     assert!(edges.len() > 10_000, "only {} edges", edges.len());
     assert_alike(&case, &edges, false);
-}
-
-#[test]
-fn where_a_run_of_the_feed_is_long_no_step_waits_for_its_end() {
-    let case = Case::short_pieces();
-    let edges = on_the_board(&case).1;
-    let worst_ns = worst_ns(&case, &edges);
-    assert!(worst_ns < TOLERANCE_NS as f64, "{worst_ns} ns");
 }
 
 /// CMDR of SDMMC1 (RM0399 section 58.10), and the command that writes a block.
