@@ -237,7 +237,7 @@ impl<'a> Blocks<'a> {
         let begin = self.at;
         let rest = self.rest();
         self.at = self.line.len();
-        let length = rest.len().min(comment(rest));
+        let length = comment(rest);
         let text = core::str::from_utf8(rest.get(..length).unwrap_or(&[]));
         let text = text.map_err(|_| self.error(begin, Problem::NotText))?.trim_matches([' ', '\t']);
         Ok((!text.is_empty()).then_some(text))
@@ -269,7 +269,7 @@ pub(crate) fn column(at: usize) -> u16 {
     u16::try_from(at).map_or(u16::MAX, |at| at.saturating_add(1))
 }
 
-pub(crate) fn takes_text(code: Code) -> bool {
+fn takes_text(code: Code) -> bool {
     code.letter == Letter::M && code.subcode == 0 && TEXT_M_CODES.contains(&code.number)
 }
 

@@ -8,7 +8,7 @@ use crate::error::SyntaxError;
 use crate::number;
 use crate::scanner::{Blocks, column};
 
-/// M0, M1.
+/// Whether a code is a program stop, M0 or M1.
 pub(crate) fn is_stop(code: Code) -> bool {
     code.letter == Letter::M && code.number <= 1 && code.subcode == 0
 }

@@ -1,5 +1,5 @@
-//! RepRapFirmware's values of M-codes and of G29: strings, `P"zvd"`, and lists, `E400:400`; and where a text
-//! ends.
+//! Values of words that are no numbers: RepRapFirmware's strings, `P"zvd"`, and lists, `E400:400`, in M-codes
+//! and in G29; and the texts of codes that take one.
 
 use crate::number;
 

@@ -67,7 +67,8 @@ impl Axes {
         self.homed
     }
 
-    /// These are homed now, too. They read as before where they were homed before; else that was by chance.
+    /// These axes are homed now, too. One that was homed when a place was kept reads as it did then again;
+    /// one that was not has no reading to come back to.
     pub fn mark_homed(&mut self, axes: AxisSet) {
         self.homed = self.homed.or(axes);
         self.strayed = self.strayed.without(axes.and(self.homed_then)).or(axes.without(self.homed_then));

@@ -61,7 +61,7 @@ pub enum Action<'b> {
     Pause {
         /// Which code says so.
         why: Pause,
-        /// It goes on by itself after so long.
+        /// How long it waits; `None`: until the operator goes on.
         time: Option<Micros>,
         /// What the operator is to read.
         text: Option<&'b str>,

@@ -35,6 +35,7 @@ fn a_stop_with_a_time_goes_on_by_itself() {
     let said = bench.hear_until("Done printing file", 20.0);
     assert!(said.contains("// Insert the nuts\n"), "{said}");
     assert!((3.5..6.0).contains(&(bench.now_s() - begun_s)), "{}", bench.now_s() - begun_s);
+    assert!(bench.say("check part.gcode").contains("waiting 3.5 s"), "a look ahead counts it");
     let mut bench = Plan::new(CARTESIAN).start();
     assert!(bench.say("M0 S100000").contains("error"), "longer than a day");
 }

@@ -339,7 +339,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
     /// Sets how coolStep is to work, and leaves it on or off as it is.
     ///
     /// # Errors
-    /// As [`Self::set_cool_step`].
+    /// When a value is none that the chip has ([`Error`]), or the chip does not answer.
     pub fn prepare_cool_step(&mut self, cool_step: CoolStep) -> Result<(), Error<SPI::Error>> {
         if self.registers.smarten.semin() != 0 {
             return self.set_cool_step(Some(cool_step));

@@ -43,7 +43,7 @@ impl BuiltIn {
         matches!(self.law, Law::Beta(_))
     }
 
-    /// Its beta in kelvin, when it is given by that.
+    /// The sensor's beta, kelvin; `None` where coefficients of Steinhart and Hart describe it.
     #[must_use]
     pub const fn beta(&self) -> Option<f64> {
         match self.law {

@@ -27,9 +27,9 @@ const FIRST_READING_WITHIN: Micros = Micros::from_seconds(1);
 pub(super) enum Until {
     /// The reading has come up to the target.
     Warm,
-    /// It has come to the target, from below or from above.
+    /// The reading has come to the target, from below or from above.
     Near,
-    /// It is between these.
+    /// The reading lies between these two temperatures.
     Between(Celsius, Celsius),
 }
 

@@ -1,8 +1,8 @@
 //! Watches a heater against its promise: the target is reached in time, and then held.
 //!
 //! A loose thermistor reads room temperature while the heater glows; a broken heater never warms. Neither can
-//! be told from one reading, both from the course of readings. Down to a lower target it may take as long as
-//! it takes; only what stays hot, and does not cool at all, is heated by something.
+//! be told from one reading, both from the course of readings. The way down to a lower target has no time
+//! limit; but a heater that stays hot without cooling at all is heated by something (a MOSFET that conducts).
 
 use units::{Celsius, Micros};
 
@@ -37,7 +37,7 @@ enum Phase {
     HeatingUp {
         since: Micros,
     },
-    /// It was at this temperature then, and has not cooled much since.
+    /// The reading was `from` at `since`, and has not fallen by [`COOLS`] kelvin since then.
     CoolingDown {
         since: Micros,
         from: Celsius,

@@ -81,7 +81,7 @@ pub(super) struct Look {
     pub(super) driven: f32,
     /// Another heater of the machine is on.
     pub(super) another_on: bool,
-    /// One of those reads more.
+    /// Another heater that is on is warmer than this one, and may keep it warm.
     pub(super) beside_warmer: bool,
 }
 

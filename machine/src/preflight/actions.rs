@@ -38,7 +38,7 @@ impl Reading<'_, '_> {
         match *action {
             Action::Move(ref request) => return self.movement(request).await,
             Action::Effect(effect) => return self.effect(effect),
-            Action::Dwell(time) => {
+            Action::Dwell(time) | Action::Pause { time: Some(time), .. } => {
                 self.standstill().await;
                 self.wait(time.0 as f64 * 1e-6);
             }

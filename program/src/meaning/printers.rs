@@ -132,8 +132,8 @@ pub(crate) fn babystep<'b>(program: &mut Interpreter, context: &Context<'b>) -> 
     Ok(Meaning::Action(program.rapid_to(target)))
 }
 
-/// What M118 says, and what stands before it: Marlin's A1 has hosts take it for their own, E1 for an echo.
-/// Its and RepRapFirmware's words of where to are no part of it.
+/// The text of an M118, and its prefix: `// ` with Marlin's A1, which hosts read as an action command,
+/// `echo:` with E1. The words that say on which port (P, L, E and A with a number) are no part of the text.
 #[must_use]
 pub fn said_by_m118(text: &str) -> (&'static str, &str) {
     let (mut text, mut prefix) = (text.trim(), "");

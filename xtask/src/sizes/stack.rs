@@ -1,5 +1,5 @@
-//! How much the image needs of its two stacks: the executor's, and the main one, which belongs to the start
-//! and to interrupts.
+//! How much the image needs of its two stacks: the executor's, and the main one, on which the start-up code
+//! and interrupts run.
 
 use std::collections::BTreeMap;
 
