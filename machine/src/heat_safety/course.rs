@@ -16,6 +16,9 @@ const RUNAWAY_CHECKS: u8 = 6;
 const HOT: f32 = 60.0;
 /// ...by this much in any cooling timeout.
 const COOLS: f32 = 0.5;
+/// Something warmer beside it keeps it warm, but warms it by no more than this, kelvin: what rises farther is
+/// heated itself.
+const WARMED_BY: f32 = 5.0;
 
 /// What the course may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,8 +86,11 @@ impl Course {
                 return Err(HeatCause::HeatingTooSlow);
             }
             Phase::CoolingDown { .. } if reading <= target + limits.reached_within => Phase::Reached { outside: 0 },
-            Phase::CoolingDown { from, .. } if reading.0 < HOT || reading.0 <= from.0 - COOLS || look.beside_warmer => {
+            Phase::CoolingDown { from, .. } if reading.0 < HOT || reading.0 <= from.0 - COOLS => {
                 Phase::CoolingDown { since: now, from: reading }
+            }
+            Phase::CoolingDown { from, .. } if look.beside_warmer && reading.0 <= from.0 + WARMED_BY => {
+                Phase::CoolingDown { since: now, from }
             }
             Phase::CoolingDown { since, .. } if ran_out(limits.cooling_timeout, since, now) => {
                 return Err(HeatCause::DoesNotCool(reading));
@@ -197,5 +203,15 @@ mod tests {
             let look = look_at(second, Some(Celsius(70.0)), 50.0);
             assert_eq!(watch.check(&LIMITS, &Look { beside_warmer: true, ..look }), Ok(()));
         }
+    }
+
+    #[test]
+    fn what_grows_warmer_above_a_lower_target_is_heated_whatever_stands_beside_it() {
+        let mut watch = Course::default();
+        let fault = (0..400).find_map(|second| {
+            let look = look_at(second, Some(Celsius(70.0 + 0.1 * second as f32)), 50.0);
+            watch.check(&LIMITS, &Look { beside_warmer: true, ..look }).err()
+        });
+        assert!(matches!(fault, Some(HeatCause::DoesNotCool(_))), "{fault:?}");
     }
 }
