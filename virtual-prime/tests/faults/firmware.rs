@@ -133,10 +133,17 @@ fn late_steps(_: &Case) -> Seen {
     Seen::default()
 }
 
+/// Interrupts are kept off for 100 us with 42 from step to step: at least two steps of a motor are due at once.
 fn steps_too_late(case: &Case) -> Seen {
-    // 300 us of 83 from step to step: at least three steps of the motor are due at once.
-    let velvet = masking(60_000, "F9000");
-    let told = "had to be delayed for their driver";
+    steps_lost_time(case, masking(20_000, "F18000"), "had to be delayed for their driver")
+}
+
+/// Interrupts are kept off for 300 us, and steps are written some 125 us ahead: there is nothing to play.
+fn steps_not_ready(case: &Case) -> Seen {
+    steps_lost_time(case, masking(60_000, "F9000"), "were not ready in time and the motion stood still")
+}
+
+fn steps_lost_time(case: &Case, velvet: Velvet, told: &str) -> Seen {
     let strike = |velvet: &mut Velvet| {
         velvet.world(|world| world.trace_mut().take());
         velvet.bench.console.send(b"?");
@@ -261,7 +268,10 @@ pub const CLASSES: &[Class] = &[
         name: "steps_that_come_too_late",
         what: "steps so late that a driver's least distance had to be kept by delaying them",
         does: "brake, halt; every step is given, so positions are kept",
-        cases: &[Case { state: State::Moving, within_ms: 500.0, run: steps_too_late }],
+        cases: &[
+            Case { state: State::Moving, within_ms: 500.0, run: steps_too_late },
+            Case { state: State::Moving, within_ms: 500.0, run: steps_not_ready },
+        ],
     },
     Class {
         name: "a_second_core_that_runs",
