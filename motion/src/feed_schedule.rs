@@ -5,8 +5,8 @@
 //!
 //! - **On demand**, for a board. The feed runs again when what is written ends a `Lead` from now, and then
 //!   takes one segment, and others as long as none ends later than the longest would. A segment is half a
-//!   millisecond at most, so the writing ends 125 to 625 us ahead; with a limit of jerk a fifth of a
-//!   millisecond, so it ends 425 to 625 us ahead, because the next segment may need a plan that takes long.
+//!   millisecond at most, so the writing ends 125 to 625 us ahead; with a limit of jerk 0.3 ms, so it ends
+//!   425 to 725 us ahead, because the next segment may need a plan that takes long.
 //! - **By period**, every half millisecond, until more than `REFILL` is written: 1 to 1.5 ms ahead. That
 //!   is how the native runner works, whose time goes by half milliseconds, and how a board works while it
 //!   searches for a switch or the probe. Where the brake begins then depends on the phase of the runs: so a

@@ -22,7 +22,7 @@ use crate::{
 pub const SEGMENT_SECONDS: f64 = 0.000_5;
 /// The same with a limit of jerk, where more must be written ahead: the two together are what a hold waits
 /// for ([`crate::feed_schedule`]).
-pub(crate) const SMOOTH_SEGMENT_SECONDS: f64 = 0.000_2;
+pub(crate) const SMOOTH_SEGMENT_SECONDS: f64 = 0.000_3;
 
 /// Steps below which a position is surely within [`units::StepCount`]: half its range.
 pub(crate) const MAX_STEPS: f64 = 1_073_741_824.0;

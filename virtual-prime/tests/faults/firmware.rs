@@ -133,7 +133,7 @@ fn late_steps(_: &Case) -> Seen {
     Seen::default()
 }
 
-/// Interrupts are kept off for 100 us with 42 from step to step: at least two steps of a motor are due at once.
+/// Interrupts are kept off for 100 us with 42 from step to step: at least two are due at once.
 fn steps_too_late(case: &Case) -> Seen {
     steps_lost_time(case, masking(20_000, "F18000"), "had to be delayed for their driver")
 }
