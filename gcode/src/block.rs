@@ -91,6 +91,12 @@ struct Word {
     /// 0 when it has no number.
     value: f64,
     column: u8,
+/// The bit of a letter that a word can have, in upper case.
+#[must_use]
+pub const fn letter_bit(letter: char) -> u32 {
+    1 << ((letter as u32).wrapping_sub('@' as u32) & 31)
+}
+
 }
 
 /// Which of a block's words is that of the n-th letter. Aligned, so that it is cleared in whole registers.
@@ -177,6 +183,13 @@ impl<'a> Block<'a> {
     #[must_use]
     pub const fn is_bare(&self) -> bool {
         self.present == 0 && self.text.is_none()
+    }
+
+    /// Whether a word is there that is none of these: [`letter_bit`] each.
+    #[must_use]
+    #[inline]
+    pub const fn has_beside(&self, letters: u32) -> bool {
+        self.present & !letters != 0
     }
 
     /// Column of a word, from 1; the block's own when the word is not there.

@@ -1,5 +1,6 @@
 //! What the machine is asked to do, one thing at a time.
 
+use gcode::Code;
 use units::{AxisSet, Celsius, HeaterId, Micros, MmPerSecond, PerAxis, Plane, SwitchId};
 
 use crate::lights::LightChange;
@@ -193,6 +194,13 @@ pub enum Effect {
     },
     /// The colour of lights.
     Light(LightChange),
+    /// Nothing: a word that its code does not take, and that changes nothing.
+    Ignored {
+        /// The code.
+        code: Code,
+        /// The word.
+        letter: char,
+    },
 }
 
 /// A move from where the last one ends.

@@ -55,6 +55,9 @@ impl fmt::Display for Described<'_, '_> {
                 write!(f, "temperature switch {rule} {}", if *armed { "armed" } else { "disarmed" })
             }
             Action::Effect(Effect::Light(change)) => describe_light(f, change),
+            Action::Effect(Effect::Ignored { code, letter }) => {
+                write!(f, "{code} takes no {letter}: it changes nothing")
+            }
             Action::HeatAndWait { heater, target, .. } => {
                 write!(f, "heater {} to {} C, and wait for it", heater.index(), target.0)
             }

@@ -67,6 +67,9 @@ impl Interpreter {
         if row.is_bounded {
             words.check()?;
         }
+        if words.has_strange(row.letters) {
+            self.strange_words(&words, row, dialect)?;
+        }
         let claimed = block.code.filter(|code| self.setup.claims.may_have(*code));
         // Nearly every line of a program.
         if let (Handler::Interpret(interpret), None) = (row.handler, claimed) {

@@ -48,6 +48,7 @@ mod script_modes;
 mod setup;
 mod splines;
 mod state;
+mod strange_words;
 mod tool_table;
 mod tools;
 mod word;

@@ -1,7 +1,7 @@
 //! The order in which the codes of a line are carried out (NIST RS-274/NGC, table 8), for dialects that read
 //! lines so.
 
-use gcode::{Code, Letter, MOST_CODES, WholeLine};
+use gcode::{Code, Letter, MOST_CODES, WholeLine, letter_bit};
 use heapless::Vec;
 
 use crate::codes::{self, CodeInfo, Group};
@@ -71,29 +71,21 @@ impl Part {
     /// Whether a word is its.
     #[must_use]
     pub const fn takes(&self, letter: char) -> bool {
-        self.letters & bit(letter) != 0
+        self.letters & letter_bit(letter) != 0
     }
 }
 
 /// The parts of a line, in order.
 pub type Parts = Vec<Part, { MOST_CODES + 1 }>;
 
-const fn bit(letter: char) -> u32 {
-    1 << ((letter as u32).wrapping_sub('A' as u32) & 31)
-}
-
 /// The bits of these letters.
 const fn bits(letters: &str) -> u32 {
     let (mut all, mut left) = (0, letters.as_bytes());
     while let [letter, rest @ ..] = left {
-        all |= bit(*letter as char);
+        all |= letter_bit(*letter as char);
         left = rest;
     }
     all
-}
-
-fn letters_of(row: &CodeInfo) -> u32 {
-    row.words.iter().fold(0, |letters, word| letters | bit(word.letter()))
 }
 
 fn row_of(code: Code) -> Option<&'static CodeInfo> {
@@ -133,8 +125,8 @@ fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<
     let written = gcode::WORD_LETTERS
         .into_iter()
         .filter(|letter| line.words().has(*letter))
-        .fold(0, |all, letter| all | bit(letter));
-    let is_place = |rank: u8, row: &CodeInfo| rank == PLACES || rank == TOOL_OFFSETS && letters_of(row) & AXES != 0;
+        .fold(0, |all, letter| all | letter_bit(letter));
+    let is_place = |rank: u8, row: &CodeInfo| rank == PLACES || rank == TOOL_OFFSETS && row.letters & AXES != 0;
     let places = || ranked.iter().filter(|(rank, _, row)| is_place(*rank, row)).map(|(_, code, _)| *code);
     let motion = ranked.iter().find(|(rank, ..)| *rank == MOTION).map(|(_, code, _)| *code);
     let (place, second) = (places().next(), places().nth(1).or(motion));
@@ -145,10 +137,10 @@ fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<
     }
     let (mut parts, mut left) = (Parts::new(), written);
     for (rank, code, row) in ranked {
-        let mut letters = letters_of(row) & written;
+        let mut letters = row.letters & written;
         if *code == Code::g(4) {
             // There S is the spindle's.
-            letters &= !bit('S');
+            letters &= !letter_bit('S');
         }
         let may_have_axes = is_place(*rank, row)
             || *rank == MOTION
@@ -181,7 +173,7 @@ fn give_rest(
     let moves = left & PLACE_WORDS != 0 && !axes_are_taken;
     let known = if moves { MOVE_WORDS } else { RATES };
     let strange = if has_motion { left } else { left & !known };
-    if let Some(letter) = gcode::WORD_LETTERS.into_iter().find(|letter| strange & bit(*letter) != 0) {
+    if let Some(letter) = gcode::WORD_LETTERS.into_iter().find(|letter| strange & letter_bit(*letter) != 0) {
         return Err(Problem::UnusedWord(letter).refused(0));
     }
     // Before what stops the program, behind everything else.

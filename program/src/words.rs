@@ -184,6 +184,18 @@ impl<'b> Words<'b> {
         self.block.words().map(|(letter, _)| letter).find(|letter| !letters.contains(*letter))
     }
 
+    /// Letters that are written and none of these: [`gcode::letter_bit`] each.
+    pub(crate) fn strange(&self, known: u32) -> impl Iterator<Item = char> + 'b {
+        let is_strange = move |letter: &char| gcode::letter_bit(*letter) & known == 0;
+        self.block.words().map(|(letter, _)| letter).filter(is_strange)
+    }
+
+    /// Whether one is, in no time.
+    #[inline]
+    pub(crate) const fn has_strange(&self, known: u32) -> bool {
+        self.block.has_beside(known)
+    }
+
     /// A letter that is written and that the row does not take.
     pub(crate) fn not_taken(&self) -> Option<char> {
         self.block.words().map(|(letter, _)| letter).find(|letter| !self.takes(*letter))

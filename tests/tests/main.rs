@@ -76,6 +76,7 @@ mod tune_driver;
 mod usb_sessions;
 mod v2_codes;
 mod v2_commands;
+mod unknown_words;
 mod v2_replay;
 mod verified;
 mod wire_drivers;

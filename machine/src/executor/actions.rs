@@ -259,6 +259,7 @@ pub(super) fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> 
             None
         }
         Effect::Light(change) => return lights::change(machine, change),
+        Effect::Ignored { .. } => None,
     };
     let Some(output) = output else { return Ok(()) };
     ride(machine, output)?;

@@ -1,13 +1,14 @@
 //! The codes of a line: in which order, which of them may run now, what each means, and that it is done.
 
 use gcode::{Block, Blocks, Code, Letter, WholeLine};
-use program::{Action, LineParts, Meaning, State, States};
+use program::{Action, Effect, LineParts, Meaning, State, States};
 
 use super::answers::{bad_line, finish, is_grbl};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::{Origin, Source};
 use super::{Machine, actions, filament, objects, operator, passed_over, shapes};
 use crate::failure::{Answer, Failure, Outcome};
+use crate::jobs::Name;
 use crate::needs::needs;
 use crate::ports::Ports;
 use crate::sessions::{LineBytes, Recipient};
@@ -285,7 +286,12 @@ fn run_begun<'b, P: Ports>(
         Begun::Done | Begun::Waits(_) => return Ok(Answer::Ok),
     };
     while let Some(effect) = machine.program.next_effect() {
-        actions::effect(machine, effect)?;
+        match effect {
+            Effect::Ignored { code, letter } if source.origin == Origin::Job => {
+                passed_over::count(machine, Name::Word(code, letter));
+            }
+            effect => actions::effect(machine, effect)?,
+        }
     }
     match &meaning {
         Meaning::Nothing => Ok(Answer::Ok),

@@ -84,7 +84,7 @@ impl Passed {
             // It acts later, when a temperature passes its threshold: it was armed as it was read.
             Effect::Arm { .. } => {}
             // Lights are set as they are read.
-            Effect::Light(_) => {}
+            Effect::Light(_) | Effect::Ignored { .. } => {}
         }
     }
 

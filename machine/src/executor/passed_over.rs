@@ -1,7 +1,7 @@
 //! What of a file is not carried out.
 
 use gcode::Block;
-use program::Dialect;
+use program::{CodeInfo, Dialect};
 
 use super::Machine;
 use crate::failure::{Answer, Outcome};
@@ -20,9 +20,8 @@ pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, 
         return Err(failure);
     }
     if let Some(noted) = machine.jobs.noted() {
-        noted.passed_over.count(Name::Code(code));
+        noted.passed_over.count(name);
     }
-    Ok(if row.is_some() { Answer::PassedOver } else { Answer::Unknown })
 }
 
 /// What of the job was not carried out, said once.

@@ -13,6 +13,8 @@ const MOST: usize = 24;
 pub enum Name {
     /// A code.
     Code(Code),
+    /// A word that its code does not take.
+    Word(Code, char),
     /// A command by name.
     Command(&'static str),
 }
@@ -21,6 +23,7 @@ impl fmt::Display for Name {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Code(code) => code.fmt(f),
+            Self::Word(code, letter) => write!(f, "{code} {letter}"),
             Self::Command(name) => f.write_str(name),
         }
     }

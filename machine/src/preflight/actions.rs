@@ -98,6 +98,11 @@ impl Reading<'_, '_> {
                 checked.map_err(|failure| self.failed(Kind::Off, failure))
             }
             Effect::Arm { .. } | Effect::Light(_) => Ok(()),
+            Effect::Ignored { code, letter } => {
+                let text = format_args!("{code} takes no {letter}: the part is the same without");
+                self.say(Kind::PassedOver, short(text));
+                Ok(())
+            }
         }
     }
 

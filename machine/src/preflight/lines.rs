@@ -2,7 +2,7 @@
 
 use gcode::{Block, Blocks, Line, Refusal, SyntaxError, WholeLine};
 use motion::Motion;
-use program::{Dialect, Fault, Meaning, MotionMode, Next, Place, Problem};
+use program::{CodeInfo, Dialect, Fault, Meaning, MotionMode, Next, Place, Problem};
 
 use super::finding::{Kind, MOST_ALIKE, Severity};
 use super::state::{Listener, Preflight};

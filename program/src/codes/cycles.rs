@@ -99,6 +99,7 @@ pub const ROWS: &[CodeInfo] = &[
     cycle(85, "bore: down, and out to R at the feed rate: Z R").differs("not known"),
     cycle(86, "bore: down, wait, and out with the spindle standing: Z R P").differs("not known"),
     CodeInfo::means(Code::g(87), cycles::missing, "back boring; refused: it needs an oriented spindle stop")
+        .takes(BY_CODE)
         .group(Group::Motion)
         .differs("not known"),
     cycle(88, "bore: down, wait, spindle stop, and out by the operator's hand: Z R P").differs("not known"),

@@ -84,6 +84,12 @@ const STRIP_WORDS: &[WordInfo] = &[
 const IDLE: &[WordInfo] = &[
     word('S', Unit::Seconds, "turn them off after standing so long: has nothing to do"),
     word('E', Unit::Flag, "the motor of the active extruder"),
+    word('X', Unit::Flag, "the motor of this axis"),
+    word('Y', Unit::Flag, "the motor of this axis"),
+    word('Z', Unit::Flag, "the motor of this axis"),
+    word('A', Unit::Flag, "the motor of this axis"),
+    word('B', Unit::Flag, "the motor of this axis"),
+    word('C', Unit::Flag, "the motor of this axis"),
 ];
 
 const GAINS: &[WordInfo] = &[
@@ -126,6 +132,7 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     ),
     reads(Dialects::PRINTERS, level(Code::g(29))),
     reads(REPRAP, sets_up(Code::g(31), "refused: where the probe triggers")),
+    reads(MARLIN, CodeInfo::missing(Code::g(61), "go to the place that G60 has saved")),
     // Prusa's, of the MK2 and MK3.
     reads(
         GRBL,

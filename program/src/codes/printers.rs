@@ -80,6 +80,9 @@ pub const ROWS: &[CodeInfo] = &[
             word('X', Unit::MmPerMinute, "of this axis; the lesser of X and Y is the square corner velocity"),
             word('Y', Unit::MmPerMinute, "of this axis; the lesser of X and Y is the square corner velocity"),
         ])
+            word('Z', Unit::MmPerMinute, "has nothing to do"),
+            word('E', Unit::MmPerMinute, "has nothing to do"),
+            word('P', Unit::Number, "when: has nothing to do"),
         .differs(NOT_KNOWN),
     CodeInfo::asks(Code::m(572), Function::PressureAdvance, "pressure advance; without S, say it")
         .takes(&[
@@ -97,6 +100,7 @@ pub const ROWS: &[CodeInfo] = &[
             word('D', Unit::Number, "damping ratio").bounds(&Within(0.0, 0.99)),
             word('S', Unit::Number, "damping ratio").bounds(&Within(0.0, 0.99)),
         ])
+            word('P', Unit::Flag, "its name, P\"zvd\""),
         .waits(Waits::Standstill)
         .differs(NOT_KNOWN),
     CodeInfo::means(
@@ -105,6 +109,15 @@ pub const ROWS: &[CodeInfo] = &[
         "progress and time left; as the slicer reckons, with words: left out",
     )
     .differs(NOT_KNOWN),
+    .takes(&[
+        word('P', Unit::Number, "per cent done"),
+        word('R', Unit::Number, "minutes left"),
+        word('Q', Unit::Number, "per cent done in silent mode"),
+        word('S', Unit::Number, "minutes left in silent mode"),
+        word('C', Unit::Number, "minutes to the next change"),
+        word('D', Unit::Number, "the same in silent mode"),
+        word('L', Unit::Number, "the layer"),
+    ])
     quiet(16, "name of the printer that the file is for"),
     quiet(74, "weight of the part"),
     quiet(75, "start the print timer"),

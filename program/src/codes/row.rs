@@ -1,6 +1,6 @@
 //! What a row of the table says of a code.
 
-use gcode::{Block, Code};
+use gcode::{Block, Code, letter_bit};
 
 use crate::action::Function;
 use crate::context::{Context, Meaning};
@@ -22,6 +22,8 @@ pub struct CodeInfo {
     pub any_subcode: bool,
     /// The words it takes.
     pub words: &'static [WordInfo],
+    /// Their letters, [`gcode::letter_bit`] each.
+    pub(crate) letters: u32,
     /// One of them has bounds.
     pub(crate) is_bounded: bool,
     /// Its modal group: of two codes of one group, the later holds.
@@ -134,6 +136,7 @@ impl CodeInfo {
             words: &[],
             is_bounded: false,
             group: Group::NonModal,
+            letters: 0,
             waits: Waits::Nothing,
             states: States::WORKING,
             part: None,
@@ -203,6 +206,7 @@ impl CodeInfo {
             self.is_bounded |= !matches!(words[index].bounds, Bounds::Any);
             index += 1;
         }
+            self.letters |= letter_bit(words[index].letter());
         self
     }
 
