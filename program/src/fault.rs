@@ -242,7 +242,7 @@ impl fmt::Display for Problem {
             Self::CentreAbsolute => "after G90.1 an arc needs both words of its centre",
             Self::NegativeFeedRate => "feed rate < 0",
             Self::NegativeSpeed => "S is 0 or more",
-            Self::NoFeedRate => "Undefined feed rate: F is missing",
+            Self::NoFeedRate => "Undefined feed rate: F is 0 or missing",
             Self::NoExtruder => "no extruder is configured for E",
             // The machine knows its configuration, and says more.
             Self::PartIsOff(_) => "that part is off: see config.ini",

@@ -21,6 +21,7 @@ mod executor;
 mod extruder_modes;
 mod fans;
 mod faults;
+mod feed_rates;
 mod filament;
 mod filament_width;
 mod filters;

@@ -135,9 +135,9 @@ fn looked_at_share<P: Ports>(machine: &Machine<'_, P>, foresight: &Foresight) ->
 /// beside it.
 fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) -> Start {
     warn(machine, foresight);
-    if machine.ahead.leaves {
+    if let Some(why) = machine.ahead.spoilt {
         foresight.forget();
-        return refuse(machine, format_args!("it would leave the travel"));
+        return refuse(machine, format_args!("{why}"));
     }
     let waited = machine.ports.now().since(machine.ahead.waits_since);
     if foresight.is_under_way() && waited < machine.config.player.preflight_wait {
@@ -275,15 +275,17 @@ fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) {
         let is_news = holds || comes;
         // What follows a first one is read as if that had been made.
         let most = if waits_for_all { MOST_WARNINGS } else { 1 };
-        if machine.config.player.preflight == JobPreflight::Time || machine.ahead.warned > most || !is_news {
+        if machine.config.player.preflight == JobPreflight::Time || is_told && machine.ahead.warned > most || !is_news {
             continue;
         }
         // The machine would stop there by itself, or halt and lose its place. Where what an input or a probe
         // says decides, or in the file of a subroutine, nobody knows that it comes to that.
-        let halts = matches!(finding.kind, Kind::OutOfTravel | Kind::Unreachable);
+        let why = finding.kind.spoils_the_job();
         let is_sure = !foresight.guesses() && finding.sub.is_none();
-        let stops = !waits_for_all && !machine.jobs.is_forced() && halts && is_sure;
-        machine.ahead.leaves |= stops && holds;
+        let stops = !waits_for_all && !machine.jobs.is_forced() && why.is_some() && is_sure;
+        if stops && holds {
+            machine.ahead.spoilt = machine.ahead.spoilt.or(why);
+        }
         if stops && !holds && comes && machine.jobs.pauses.add(PausePlace::Line(finding.line), "").is_ok() {
             machine.announce(format_args!("// WARNING {finding}: the job pauses before it\n"));
         } else {

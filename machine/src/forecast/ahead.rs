@@ -23,8 +23,8 @@ pub(crate) struct Ahead {
     pub warned: u32,
     /// The job waits for its end.
     pub holds: bool,
-    /// While it waited, a line was found that leaves the travel, or the arms' reach.
-    pub leaves: bool,
+    /// While it waited, a line was found with which nothing of the job is to be made: why.
+    pub spoilt: Option<&'static str>,
     /// When the job began to wait, and when it was said last how far the look is.
     pub waits_since: Micros,
     pub told_at: Micros,

@@ -22,8 +22,12 @@ pub enum Severity {
 pub enum Kind {
     /// A move leaves the travel of an axis.
     OutOfTravel,
-    /// Arms do not reach it, or motion refuses it otherwise.
+    /// Arms do not reach it.
     Unreachable,
+    /// It moves before homing, on a machine that must be homed before.
+    MustHome,
+    /// A word with which the machine halts.
+    Halts,
     /// It moves before the machine knows where it is.
     NotHomed,
     /// A code that nobody knows, or whose part the machine has not.
@@ -57,11 +61,23 @@ pub enum Kind {
 impl Kind {
     /// What to do about it.
     #[must_use]
+    /// Why nothing of the file is made, when the machine would stop there by itself or halt and lose its
+    /// place.
+    #[must_use]
+    pub const fn spoils_the_job(self) -> Option<&'static str> {
+        match self {
+            Self::OutOfTravel | Self::Unreachable => Some("it would leave the travel"),
+            Self::MustHome => Some("it moves before it homes"),
+            Self::Halts => Some("a line of it would halt the machine"),
+            _ => None,
+        }
+    }
+
     pub const fn fix(self) -> &'static str {
         match self {
             Self::OutOfTravel => "place the part elsewhere, or correct [soft endstop] or the work offset",
             Self::Unreachable => "place the part where the arms reach it",
-            Self::NotHomed => "begin with G28",
+            Self::NotHomed | Self::MustHome => "begin with G28",
             Self::Unknown => "leave it out, or choose this machine's firmware in the slicer",
             Self::PassedOver => "nothing need be done",
             Self::Word => "correct the line",

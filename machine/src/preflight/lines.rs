@@ -58,6 +58,7 @@ impl Reading<'_, '_> {
 
     fn wrong(&mut self, fault: &Fault) -> Said {
         let kind = match fault.problem {
+            _ if fault.halts => Kind::Halts,
             Problem::NoSuchTool(_) | Problem::NoExtruder => Kind::Tool,
             Problem::PartIsOff(_) => Kind::Off,
             Problem::Needs(..) => Kind::Unknown,

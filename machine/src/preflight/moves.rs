@@ -58,7 +58,8 @@ impl Reading<'_, '_> {
                 Ok(()) => break,
                 Err(Refusal::Full | Refusal::Stopping) if self.pass() => self.preflight.turn().await,
                 Err(refusal) => {
-                    return Err(self.say(Kind::Unreachable, short(format_args!("{refusal}"))));
+                    let kind = if refusal == Refusal::Unreachable { Kind::Unreachable } else { Kind::Halts };
+                    return Err(self.say(kind, short(format_args!("{refusal}"))));
                 }
             }
         }
@@ -77,7 +78,7 @@ impl Reading<'_, '_> {
         let moves = Axis::PRIMARY.into_iter().any(|axis| request.target[axis] != from[axis]);
         if moves && !preflight.facts().all_homed() {
             if preflight.config.motion.must_be_homed {
-                return Err(self.say(Kind::Unreachable, short(format_args!("Must be homed before moving"))));
+                return Err(self.say(Kind::MustHome, short(format_args!("Must be homed before moving"))));
             }
             if !core::mem::replace(&mut preflight.once.not_homed, true) {
                 let text = "it moves before it homes: such moves are not held against the travel";

@@ -4,6 +4,7 @@ use units::{Axis, Micros, MmPerSecond, PerAxis};
 
 use crate::action::{Action, Rate, Shape};
 use crate::context::{Context, Meaning, NOTHING};
+use crate::dialect::Dialect;
 use crate::fault::{Fault, Part, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{arcs, feed_modes, splines};
@@ -56,8 +57,11 @@ fn draw_block<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Me
         }
     };
     let stands = matches!(shape, Shape::Line { .. }) && target == program.position;
-    if !stands && mode != MotionMode::Rapid && program.modal.feed_rate.0 == 0.0 {
-        return Err(Problem::NoFeedRate.alarm(words.column()));
+    let rate = if mode == MotionMode::Rapid { program.modal.seek_rate } else { program.modal.feed_rate };
+    if !stands && rate.0 == 0.0 {
+        let column = if words.has('F') { words.column_of('F') } else { words.column() };
+        let halts = !context.dialect.is_other_printers();
+        return Err(Fault { halts, ..Problem::NoFeedRate.refused(column) });
     }
     let mut slowest = None;
     if let (Some(e), Some(tool)) = (e, program.tools.active_mut()) {
@@ -116,6 +120,12 @@ pub(crate) fn take_rates(program: &mut Interpreter, context: &Context<'_>) -> Re
 fn take_feed(program: &mut Interpreter, context: &Context<'_>) -> Result<(), Fault> {
     let words = &context.words;
     let Some(rate) = words.feed('F') else { return Ok(()) };
+    if rate <= 0.0 && context.dialect.is_other_printers() {
+        // Marlin and RepRapFirmware keep the rate that they have.
+        let is_refused = context.dialect == Dialect::Klipper;
+        let fault = Problem::MustExceed(words.code(), 'F', 0.0).refused(words.column_of('F'));
+        return if is_refused { Err(fault) } else { Ok(()) };
+    }
     if rate < 0.0 {
         return Err(Problem::NegativeFeedRate.alarm(words.column_of('F')));
     }
