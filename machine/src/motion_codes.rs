@@ -271,22 +271,16 @@ pub(crate) fn corner_settings(texts: &Texts, ports: &mut impl MotionPort, words:
     set_limits(texts, ports, limits)
 }
 
-/// M220: scales all speeds, within a tenth and tenfold; without S says the factor.
-///
-/// # Errors
-/// None.
-pub(crate) fn speed_factor(ports: &mut impl MotionPort, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
-    match words.get('S') {
-        Some(factor) => {
-            let factor = factor.clamp(*FACTOR.start(), *FACTOR.end());
-            ports.motion(|motion| motion.set_overrides(factor, factor));
-        }
-        None => {
-            let percent = ports.motion(|motion| motion.overrides().feed) * 100.0;
-            reply.say(format_args!("Speed factor at {percent:6.2} %\n"));
-        }
+/// M220: scales the speeds of what is read from now on, within a tenth and tenfold. B keeps the factor, R
+/// brings back what was kept.
+pub(crate) fn set_speed_factor(program: &mut Interpreter, words: &Words<'_>) {
+    if words.has('B') {
+        program.keep_speed_factor();
     }
-    Ok(Answer::Ok)
+    let kept = words.has('R').then(|| program.modal().kept_speed_factor);
+    if let Some(factor) = words.get('S').or(kept) {
+        program.set_speed_factor(factor.clamp(*FACTOR.start(), *FACTOR.end()));
+    }
 }
 
 /// M211: S0 takes the ends of travel away until the next reset, S1 gives them back; says them, as Marlin

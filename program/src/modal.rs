@@ -141,6 +141,10 @@ pub struct Modal {
     pub feed_per_turn: f64,
     /// Rate of G0.
     pub seek_rate: MmPerSecond,
+    /// Factor of the rates of moves that are read from now on (M220).
+    pub speed_factor: f64,
+    /// What M220 B keeps and M220 R brings back.
+    pub kept_speed_factor: f64,
     /// S of laser and spindle.
     pub power: f32,
     /// Active coordinate system, 0 is G54.
@@ -188,6 +192,8 @@ impl Modal {
             e_absolute: true,
             e_places: true,
             feed_rate,
+            speed_factor: 1.0,
+            kept_speed_factor: 1.0,
             feed_per_turn: 0.0,
             seek_rate,
             power: 0.0,

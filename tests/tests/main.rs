@@ -32,6 +32,7 @@ mod heat_control;
 mod heat_plants;
 mod homing_overtravel;
 mod homing_ways;
+mod in_order;
 mod job_control;
 mod jobs;
 mod late_steps;

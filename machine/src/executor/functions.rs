@@ -192,9 +192,8 @@ fn motion_or_heat<P: Ports>(
     to: Recipient,
 ) -> Option<Outcome> {
     if function == Function::SpeedFactor {
-        let said = motion_codes::speed_factor(&mut machine.ports, words, &mut Reply::new(machine.sessions, to));
-        program_io::speed_factor_set(machine);
-        return Some(said);
+        program_io::speed_factor(machine, words, to);
+        return Some(Ok(Answer::Ok));
     }
     let now = machine.ports.now();
     let Machine { ports, program, sessions, safety, axes, bed, tuning, config, thermal, phases, .. } = machine;

@@ -332,7 +332,7 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool)
         position: position.0,
         z,
         targets,
-        feed_factor: machine.feed_waits.unwrap_or(factors.feed),
+        feed_factor: machine.feed_waits.unwrap_or(factors.feed) * machine.program.modal().speed_factor,
         flow,
         homed: bits(machine.axes.homed()),
         has_mesh: u8::from(bed != Bed::Flat),

@@ -1,13 +1,15 @@
 //! What a program asks of switches and of the operator's overrides: M48 to M51, M66, M226.
 
-use program::{AwaitInput, InputEvent};
+use program::{AwaitInput, InputEvent, Words};
 
 use super::Machine;
 use super::hold::Hold;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::heat::Output;
+use crate::motion_codes;
 use crate::ports::{Input, Ports, Wake};
 use crate::safety::Event;
+use crate::sessions::Recipient;
 
 /// M48 to M51, and taps: whether the operator's overrides count and a feed hold acts, once nothing moves.
 /// What he has set stays known.
@@ -59,12 +61,22 @@ pub(super) fn set_feed<P: Ports>(machine: &mut Machine<'_, P>, factor: f64) {
     });
 }
 
-/// M220 has set a factor: where overrides do not count, it waits.
-pub(super) fn speed_factor_set<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.feed_waits.is_some() {
-        let factors = machine.ports.motion(|motion| motion.overrides());
-        machine.feed_waits = Some(factors.feed);
-        machine.ports.motion(|motion| motion.set_overrides(1.0, factors.rapid));
+/// M220: in a program the factor of what is read from now on; from a console beside a job that is played the
+/// factor of all that it still makes, at once. Without words says it.
+pub(super) fn speed_factor<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) {
+    let is_beside = machine.jobs.is_open() && machine.jobs.made(machine.tag).is_none();
+    match words.get('S') {
+        _ if words.is_bare() => {
+            let percent = machine.program.modal().speed_factor * feed(machine) * 100.0;
+            machine.say(to, format_args!("Speed factor at {percent:6.2} %\n"));
+        }
+        Some(factor) if is_beside => {
+            let own = factor.clamp(0.1, 10.0) / machine.program.modal().speed_factor;
+            set_feed(machine, own);
+            let feed = machine.ports.motion(|motion| motion.overrides().feed);
+            machine.ports.motion(|motion| motion.set_overrides(feed, own));
+        }
+        _ => motion_codes::set_speed_factor(&mut machine.program, words),
     }
 }
 
@@ -90,6 +102,7 @@ pub(super) fn reset_overrides<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.feed_waits = None;
     machine.hold = Hold::Acts;
     machine.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
+    machine.program.set_speed_factor(1.0);
     machine.outputs.let_override_count(true);
     machine.outputs.override_spindle(100.0);
 }

@@ -430,7 +430,8 @@ fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     machine.program.resynchronise(place);
     // The job may go on within an object that was left out.
     program::objects::leave_out(&mut machine.program, machine.jobs.objects.is_left_out());
-    machine.ports.motion(|motion| motion.set_overrides(entry.feed_factor, motion.overrides().rapid));
+    let factor = entry.feed_factor / machine.program.modal().speed_factor;
+    machine.ports.motion(|motion| motion.set_overrides(factor, motion.overrides().rapid));
     program::set_flow(&mut machine.program, &entry.flow);
     restore::switch(machine, &recovery.switches);
     (machine.recovery, machine.set_before) = (None, None);

@@ -51,10 +51,11 @@ impl Report<'_> {
 
     fn overrides(&self, motion: &Motion) -> Overrides {
         let factors = motion.overrides();
+        let feed = factors.feed * self.program.modal().speed_factor;
         let codes = [3, 4, 8, 7].into_iter().enumerate();
         let on = codes.filter(|(_, code)| self.outputs.is_on_by_code(self.config, *code));
         Overrides {
-            percents: [libm::round(factors.feed * 100.0), libm::round(factors.rapid * 100.0), self.spindle_percent],
+            percents: [libm::round(feed * 100.0), libm::round(factors.rapid * 100.0), self.spindle_percent],
             accessories: on.fold(0, |bits, (bit, _)| bits | 1 << bit),
         }
     }

@@ -196,8 +196,7 @@ impl Reading<'_, '_> {
             Function::CornerSettings => motion_codes::corner_settings(texts, shadow, words).map(drop),
             Function::Jerk => motion_codes::jerk(texts, shadow, words).map(drop),
             Function::SpeedFactor => {
-                let factor = words.get('S').unwrap_or(1.0).clamp(0.1, 10.0);
-                self.motion.set_overrides(factor, factor);
+                motion_codes::set_speed_factor(preflight.program, words);
                 Ok(())
             }
             Function::SoftEndstops => {

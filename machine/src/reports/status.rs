@@ -71,7 +71,8 @@ fn add_xyz(line: &mut Line, program: &Interpreter, position: &PerAxis<f64>) {
 fn add_rates(line: &mut Line, program: &Interpreter, ports: &mut impl MotionPort, live: bool) {
     let modal = program.modal();
     let requested = requested_rate(program);
-    let (current, percent) = ports.motion(|motion| (motion.speed(), motion.overrides().feed * 100.0));
+    let (current, percent) =
+        ports.motion(|motion| (motion.speed(), motion.overrides().feed * modal.speed_factor * 100.0));
     let unit = |rate: MmPerSecond| modal.in_program_units(rate.per_minute());
     if live {
         add!(*line, "|F:{:.1},{:.1},{percent:.1}|S:{:.4}", unit(current), unit(requested), modal.power);

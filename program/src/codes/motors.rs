@@ -78,11 +78,16 @@ pub const ROWS: &[CodeInfo] = &[
         word('C', Unit::Number, "share of the way between slow places that is left for cruising")
             .bounds(&Within(0.0, 0.95)),
     ]),
-    CodeInfo::asks(Code::m(220), Function::SpeedFactor, "scale all speeds, at once").takes(&[word(
-        'S',
-        Unit::Percent,
-        "factor",
-    )]),
+    CodeInfo::asks(
+        Code::m(220),
+        Function::SpeedFactor,
+        "scale the speeds of what follows; typed beside a job, of all it makes, at once",
+    )
+    .takes(&[
+        word('S', Unit::Percent, "factor, 10 to 1000"),
+        word('B', Unit::Flag, "keep the factor for R"),
+        word('R', Unit::Flag, "back to what was kept"),
+    ]),
     CodeInfo::asks(Code::m(665), Function::ArmSettings, "geometry of arms")
         .takes(by_axis!(
             Unit::Number,
