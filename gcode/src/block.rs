@@ -13,6 +13,9 @@ pub enum Letter {
     T,
 }
 
+/// The number of `T-1`: no tool.
+pub const NO_TOOL: u16 = u16::MAX;
+
 /// A command code: `G1`, `G38.2`, `M106.1`, `T0`. Without a written subcode it is 0: `G59.0` equals `G59`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Code {
@@ -57,6 +60,9 @@ impl fmt::Display for Code {
             Letter::M => 'M',
             Letter::T => 'T',
         };
+        if self.letter == Letter::T && self.number == NO_TOOL {
+            return f.write_str("T-1");
+        }
         write!(f, "{letter}{}", self.number)?;
         if self.subcode > 0 {
             write!(f, ".{}", self.subcode)?;
@@ -85,18 +91,18 @@ pub const WORD_LETTERS: [char; 28] = {
     letters
 };
 
-/// A word of a block.
-#[derive(Clone, Copy, Debug)]
-struct Word {
-    /// 0 when it has no number.
-    value: f64,
-    column: u8,
 /// The bit of a letter that a word can have, in upper case.
 #[must_use]
 pub const fn letter_bit(letter: char) -> u32 {
     1 << ((letter as u32).wrapping_sub('@' as u32) & 31)
 }
 
+/// A word of a block.
+#[derive(Clone, Copy, Debug)]
+struct Word {
+    /// 0 when it has no number.
+    value: f64,
+    column: u8,
 }
 
 /// Which of a block's words is that of the n-th letter. Aligned, so that it is cleared in whole registers.
@@ -179,17 +185,17 @@ impl<'a> Block<'a> {
         self.present & RARE != 0
     }
 
-    /// Whether there is no word (nor text) beside the code.
-    #[must_use]
-    pub const fn is_bare(&self) -> bool {
-        self.present == 0 && self.text.is_none()
-    }
-
     /// Whether a word is there that is none of these: [`letter_bit`] each.
     #[must_use]
     #[inline]
     pub const fn has_beside(&self, letters: u32) -> bool {
         self.present & !letters != 0
+    }
+
+    /// Whether there is no word (nor text) beside the code.
+    #[must_use]
+    pub const fn is_bare(&self) -> bool {
+        self.present == 0 && self.text.is_none()
     }
 
     /// Column of a word, from 1; the block's own when the word is not there.

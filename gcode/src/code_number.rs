@@ -1,6 +1,6 @@
 //! The number of a code: `G1`, `G38.2`, and where it is worked out, `G[#1]`.
 
-use crate::block::{Code, Letter};
+use crate::block::{Code, Letter, NO_TOOL};
 use crate::error::{Problem, SyntaxError};
 use crate::expression::{self, Parameters, Reader};
 use crate::number;
@@ -22,6 +22,10 @@ impl Blocks<'_> {
         self.at += 1;
         self.skip_blanks();
         if !self.peek().is_some_and(|byte| byte.is_ascii_digit()) {
+            if letter == Letter::T && self.rest().starts_with(b"-1") {
+                self.at += 2;
+                return Ok(Code::t(NO_TOOL));
+            }
             return self.code_worked_out(begin, letter, name, parameters);
         }
         let number = number::parse_digits(self.rest()).and_then(|(n, length)| Some((u16::try_from(n).ok()?, length)));

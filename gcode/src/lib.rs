@@ -24,7 +24,7 @@ mod stop;
 mod text_value;
 mod whole_line;
 
-pub use block::{Block, Code, Letter, WORD_LETTERS};
+pub use block::{Block, Code, Letter, NO_TOOL, WORD_LETTERS, letter_bit};
 pub use decoder::{Decoder, Line, Refusal, checksum_of};
 pub use error::{Problem, SyntaxError};
 pub use expression::{NoParameters, Parameter, Parameters};

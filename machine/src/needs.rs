@@ -59,6 +59,17 @@ pub(crate) fn needs(texts: &Texts, config: &MachineConfig, part: Part, is_playin
     Err(if is_playing { refused.meaning(FailureKind::Alarm) } else { refused })
 }
 
+/// Whether a code of this row levels the bed of other machines: this one has neither probe nor leveling, or no
+/// Z motors to align, or no screws. Nothing is lost when a file goes on without.
+pub(crate) fn cannot_level(config: &MachineConfig, row: &CodeInfo) -> bool {
+    row.levels
+        && match row.part {
+            Some(Part::ZAlignment) => config.z_alignment.motors.is_empty(),
+            Some(Part::BedScrews) => config.bed_screws.screws.is_empty(),
+            _ => !config.probe.enable && config.leveling.strategy.is_none(),
+        }
+}
+
 /// What the program found wrong with a block, as the machine says it: it knows the names that the program
 /// does not.
 pub(crate) fn failure_of(texts: &Texts, config: &MachineConfig, fault: &Fault, is_playing: bool) -> Failure {

@@ -1,6 +1,6 @@
 //! From a block to what it means: its row of the table, its words, the function that the row names.
 
-use gcode::{Block, Code, Letter};
+use gcode::{Block, Code, Letter, NO_TOOL};
 use heapless::Vec;
 use units::SwitchId;
 
@@ -93,6 +93,10 @@ impl Interpreter {
         match row.handler {
             Handler::Interpret(interpret) | Handler::Both(interpret, _) => interpret(self, &context),
             Handler::Function(_) => Ok(context.function()),
+            // Other firmwares put the tool down; here it stays.
+            Handler::Tool if context.words.code().number == NO_TOOL && dialect.is_other_printers() => {
+                Ok(Meaning::PassedOver)
+            }
             Handler::Tool => extruders::select_tool(self, context.words.code().number, words.column()),
             Handler::Nothing => NOTHING,
             // A switch of the configuration that listens to it has done what it asks for.

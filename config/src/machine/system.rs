@@ -201,6 +201,8 @@ pub struct PlayerConfig {
     pub preflight: JobPreflight,
     /// How long a job waits for [`JobPreflight::Travel`].
     pub preflight_wait: Micros,
+    /// A job pauses at a code that levels the bed where nothing can.
+    pub unleveled_pauses: bool,
     /// Going on after a power cut.
     pub power_loss: PowerLossConfig,
 }

@@ -366,6 +366,15 @@ pub const PLAYER: Section = Section {
              before one that is found later; refuse: the whole file is looked at first.",
         )
         .velvet(),
+        word(
+            "without_leveling",
+            "go_on",
+            &Words(&["go_on", "pause"]),
+            |c, _, v| c.player.unleveled_pauses = v == 1,
+            "What a job does at a code that levels the bed (G29, G32, M420, ...) on a machine with no probe and no \
+             leveling. go_on: it is told when the job begins, and left out.",
+        )
+        .velvet(),
         number(
             "preflight_wait",
             "3",

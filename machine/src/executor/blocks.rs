@@ -248,6 +248,9 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
     {
         return Begun::Ended(Err(failure));
     }
+    if row.levels && source.origin == Origin::Job && passed_over::goes_on_unleveled(machine, row) {
+        return Begun::Done;
+    }
     if machine.jobs.objects.are_known() || program::objects::is_apart(&machine.program) {
         objects::begin_block(machine, source);
     }

@@ -270,7 +270,8 @@ fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) {
         let comes = finding.sub.is_some() || finding.line > machine.jobs.line();
         let holds = machine.ahead.holds;
         let waits_for_all = holds && machine.config.player.preflight == JobPreflight::Refuse;
-        machine.ahead.warned += 1;
+        let is_told = finding.kind != Kind::Unleveled;
+        machine.ahead.warned += u32::from(is_told);
         // What the machine has come to it says itself.
         let is_news = holds || comes;
         // What follows a first one is read as if that had been made.

@@ -6,7 +6,7 @@ use program::{CodeInfo, Dialect};
 use super::Machine;
 use crate::failure::{Answer, Outcome};
 use crate::jobs::Name;
-use crate::needs::makes_another_part;
+use crate::needs::{cannot_level, makes_another_part};
 use crate::ports::Ports;
 use crate::sessions::Recipient;
 
@@ -19,6 +19,22 @@ pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, 
     if let Some(failure) = makes_another_part(machine.texts, row, block) {
         return Err(failure);
     }
+    count(machine, Name::Code(code));
+    Ok(if row.is_some() { Answer::PassedOver } else { Answer::Unknown })
+}
+
+/// A code of the job levels the bed, which this machine cannot: whether the job goes on without.
+#[cold]
+pub(super) fn goes_on_unleveled<P: Ports>(machine: &mut Machine<'_, P>, row: &CodeInfo) -> bool {
+    let goes_on = !machine.config.player.unleveled_pauses && cannot_level(machine.config, row);
+    if goes_on {
+        count(machine, Name::Code(row.code));
+    }
+    goes_on
+}
+
+/// One more that the job's end will tell of.
+pub(super) fn count<P: Ports>(machine: &mut Machine<'_, P>, name: Name) {
     if let Some(noted) = machine.jobs.noted() {
         noted.passed_over.count(name);
     }

@@ -220,8 +220,9 @@ impl Foresight {
         if finding.kind == Kind::Unforeseen {
             self.guesses.set(true);
         }
-        // Of a job only what stops it is told.
-        let is_told = self.purpose.get() == Purpose::Check || finding.kind.severity() == Severity::Stop;
+        // Of a job only what stops it is told, and that its bed is not leveled.
+        let is_worth_it = finding.kind.severity() == Severity::Stop || finding.kind == Kind::Unleveled;
+        let is_told = self.purpose.get() == Purpose::Check || is_worth_it;
         if is_told && self.found.borrow_mut().push_back(finding.clone()).is_err() {
             self.missed.set(self.missed.get().saturating_add(1));
         }

@@ -34,6 +34,8 @@ pub enum Kind {
     Unknown,
     /// A code that is known and not carried out.
     PassedOver,
+    /// A code that levels the bed, on a machine that cannot.
+    Unleveled,
     /// A word of a code is wrong.
     Word,
     /// A tool that there is not.
@@ -59,8 +61,6 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// What to do about it.
-    #[must_use]
     /// Why nothing of the file is made, when the machine would stop there by itself or halt and lose its
     /// place.
     #[must_use]
@@ -73,6 +73,8 @@ impl Kind {
         }
     }
 
+    /// What to do about it.
+    #[must_use]
     pub const fn fix(self) -> &'static str {
         match self {
             Self::OutOfTravel => "place the part elsewhere, or correct [soft endstop] or the work offset",
@@ -80,7 +82,8 @@ impl Kind {
             Self::NotHomed | Self::MustHome => "begin with G28",
             Self::Unknown => "leave it out, or choose this machine's firmware in the slicer",
             Self::PassedOver => "nothing need be done",
-            Self::Word => "correct the line",
+            Self::Unleveled => "level the bed by hand; [player] without_leveling = pause would stop there",
+            Self::Word | Self::Halts => "correct the line",
             Self::Tool => "slice for the extruders that there are, or add an [extruder] section",
             Self::Off => "mend config.ini",
             Self::TooHot => "lower the temperature, or raise max_temp if the hardware bears it",
@@ -98,9 +101,13 @@ impl Kind {
     #[must_use]
     pub const fn severity(self) -> Severity {
         match self {
-            Self::NotHomed | Self::PassedOver | Self::Cold | Self::Speed | Self::Acceleration | Self::Unforeseen => {
-                Severity::Warning
-            }
+            Self::NotHomed
+            | Self::PassedOver
+            | Self::Unleveled
+            | Self::Cold
+            | Self::Speed
+            | Self::Acceleration
+            | Self::Unforeseen => Severity::Warning,
             _ => Severity::Stop,
         }
     }

@@ -8,7 +8,7 @@ use super::finding::{Kind, MOST_ALIKE, Severity};
 use super::state::{Listener, Preflight};
 use crate::executor::decoder_expecting;
 use crate::failure::{Failure, ShortText, short};
-use crate::needs::{failure_of, makes_another_part, needs};
+use crate::needs::{cannot_level, failure_of, makes_another_part, needs};
 use crate::program_setup::PartNames;
 
 /// A line being read.
@@ -198,6 +198,9 @@ impl Reading<'_, '_> {
         {
             return Err(self.failed(Kind::Off, failure));
         }
+        if cannot_level(self.preflight.config, row) {
+            return self.goes_on_unleveled(row);
+        }
         let facts = self.preflight.facts();
         let meaning = match self.preflight.program.run(block, row, facts, dialect) {
             Ok(meaning) => meaning,
@@ -230,6 +233,18 @@ impl Reading<'_, '_> {
         while let Some(action) = self.preflight.program.next_action() {
             self.action(&action, &mut next).await?;
         }
+        Ok(())
+    }
+
+    /// A code that levels the bed, which this machine cannot.
+    fn goes_on_unleveled(&mut self, row: &CodeInfo) -> Result<(), Said> {
+        let code = row.code;
+        if self.preflight.config.player.unleveled_pauses {
+            let text = format_args!("{code}: there is no probe and no leveling here");
+            return Err(self.say(Kind::Unknown, short(text)));
+        }
+        let text = format_args!("{code}: there is no probe and no leveling here, the job goes on without");
+        self.say(Kind::Unleveled, short(text));
         Ok(())
     }
 

@@ -58,9 +58,9 @@ const JERK: &[WordInfo] = &[
     word('C', Unit::Number, "share of the way left for cruising").bounds(&Within(0.0, 0.95)),
 ];
 const ACCELERATIONS: &[WordInfo] = &[
-    word('S', Unit::MmPerSecond2, "of all moves").bounds(&Above(0.0)),
-    word('P', Unit::MmPerSecond2, "of moves that print; here of all moves").bounds(&Above(0.0)),
-    word('T', Unit::MmPerSecond2, "of moves that do not; Klipper: of all, if less than P").bounds(&Above(0.0)),
+    word('S', Unit::MmPerSecond2, "of all moves"),
+    word('P', Unit::MmPerSecond2, "of moves that print; here of all moves"),
+    word('T', Unit::MmPerSecond2, "of moves that do not; Klipper: of all, if less than P"),
     word('R', Unit::MmPerSecond2, "of retractions: has nothing to do"),
 ];
 const SPEEDS: &[WordInfo] = &[
@@ -232,6 +232,7 @@ const fn level(code: Code) -> CodeInfo {
         .takes(LEVEL_WORDS)
         .waits(Waits::Result)
         .part(Part::Probe)
+        .levels()
 }
 
 const fn motors_off(number: u16) -> CodeInfo {

@@ -143,8 +143,7 @@ pub const ROWS: &[CodeInfo] = &[
             word('S', Unit::Number, "percent of the time, or an angle where the servo's pulses are described"),
             word('P', Unit::Number, "width of its pulses in us; of printer firmware: which servo, M280.1 for P1"),
         ])
-        .waits(Waits::Path)
-        .needed(),
+        .waits(Waits::Path),
     CodeInfo::asks(Code::m(115), Function::ReportFirmware, "what firmware this is")
         .waits(Waits::Question)
         .states(ANYWHERE),

@@ -119,10 +119,12 @@ pub const ROWS: &[CodeInfo] = &[
         ])
         .waits(Waits::Result)
         .part(Part::ZAlignment)
+        .levels()
         .differs("not known"),
     CodeInfo::asks(Code::g(35), Function::BedScrews, "say how far each screw of the bed is to be turned")
         .waits(Waits::Result)
         .part(Part::BedScrews)
+        .levels()
         .differs("not known"),
     along(2, "search until the contact closes; none is an alarm"),
     along(3, "search until the contact closes"),
@@ -162,12 +164,15 @@ pub const ROWS: &[CodeInfo] = &[
         .takes(&[word('S', Unit::Flag, "0: moves are not held against them; until the next reset")])
         .differs("not known"),
     leveling(Code::m(370), Function::LevelingOff, "no leveling"),
-    leveling(Code::m(374), Function::SaveGrid, "save the mesh to the card").takes(MESH).differs(ONE_MESH),
+    leveling(Code::m(374), Function::SaveGrid, "save the mesh to the card").levels().takes(MESH).differs(ONE_MESH),
     leveling(Code::m(374).sub(1), Function::DeleteGrid, "delete the saved mesh").takes(MESH).differs(ONE_MESH),
     CodeInfo::asks(Code::m(374).sub(2), Function::ListMeshes, "list the meshes on the card that have a name")
         .waits(Waits::Result)
         .differs("not known"),
-    leveling(Code::m(375), Function::LoadGrid, "load the saved mesh and level by it").takes(MESH).differs(ONE_MESH),
+    leveling(Code::m(375), Function::LoadGrid, "load the saved mesh and level by it")
+        .levels()
+        .takes(MESH)
+        .differs(ONE_MESH),
     CodeInfo::asks(Code::m(375).sub(1), Function::ShowGrid, "show the grid in numbers"),
     CodeInfo::asks(Code::m(375).sub(2), Function::ShowMap, "show the bed as a map, and say what it needs")
         .differs("not known"),
@@ -332,7 +337,7 @@ const SQUARE: &[WordInfo] = &[
 ];
 
 const fn strategy(code: Code, help: &'static str) -> CodeInfo {
-    CodeInfo::asks(code, Function::ProbeStrategy, help).takes(STRATEGY).waits(Waits::Result).part(Part::Probe)
+    CodeInfo::asks(code, Function::ProbeStrategy, help).takes(STRATEGY).waits(Waits::Result).part(Part::Probe).levels()
 }
 
 const fn along(subcode: u8, help: &'static str) -> CodeInfo {

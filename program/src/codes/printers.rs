@@ -66,6 +66,7 @@ pub const ROWS: &[CodeInfo] = &[
             word('V', Unit::Flag, "show the bed as a map"),
         ])
         .waits(Waits::Standstill)
+        .levels()
         .differs(NOT_KNOWN),
     CodeInfo::asks(
         Code::m(420).sub(1),
@@ -79,10 +80,10 @@ pub const ROWS: &[CodeInfo] = &[
         .takes(&[
             word('X', Unit::MmPerMinute, "of this axis; the lesser of X and Y is the square corner velocity"),
             word('Y', Unit::MmPerMinute, "of this axis; the lesser of X and Y is the square corner velocity"),
-        ])
             word('Z', Unit::MmPerMinute, "has nothing to do"),
             word('E', Unit::MmPerMinute, "has nothing to do"),
             word('P', Unit::Number, "when: has nothing to do"),
+        ])
         .differs(NOT_KNOWN),
     CodeInfo::asks(Code::m(572), Function::PressureAdvance, "pressure advance; without S, say it")
         .takes(&[
@@ -99,8 +100,8 @@ pub const ROWS: &[CodeInfo] = &[
             word('F', Unit::Number, "frequency in Hz; 0: none").bounds(&AtLeast(0.0)),
             word('D', Unit::Number, "damping ratio").bounds(&Within(0.0, 0.99)),
             word('S', Unit::Number, "damping ratio").bounds(&Within(0.0, 0.99)),
-        ])
             word('P', Unit::Flag, "its name, P\"zvd\""),
+        ])
         .waits(Waits::Standstill)
         .differs(NOT_KNOWN),
     CodeInfo::means(
@@ -108,7 +109,6 @@ pub const ROWS: &[CodeInfo] = &[
         printers::progress,
         "progress and time left; as the slicer reckons, with words: left out",
     )
-    .differs(NOT_KNOWN),
     .takes(&[
         word('P', Unit::Number, "per cent done"),
         word('R', Unit::Number, "minutes left"),
@@ -118,6 +118,7 @@ pub const ROWS: &[CodeInfo] = &[
         word('D', Unit::Number, "the same in silent mode"),
         word('L', Unit::Number, "the layer"),
     ])
+    .differs(NOT_KNOWN),
     quiet(16, "name of the printer that the file is for"),
     quiet(74, "weight of the part"),
     quiet(75, "start the print timer"),

@@ -37,6 +37,8 @@ pub struct CodeInfo {
     /// A file in which it is not carried out makes another part, or harms somebody: the file waits for a
     /// person.
     pub is_needed: bool,
+    /// It levels the bed, or is done on the way to it: a file for a machine that does goes on without.
+    pub levels: bool,
     /// What it does, in one line.
     pub help: &'static str,
     /// What Smoothieware v2 does instead; empty where it does the same.
@@ -134,13 +136,14 @@ impl CodeInfo {
             code,
             any_subcode: false,
             words: &[],
+            letters: 0,
             is_bounded: false,
             group: Group::NonModal,
-            letters: 0,
             waits: Waits::Nothing,
             states: States::WORKING,
             part: None,
             is_needed: false,
+            levels: false,
             help,
             difference: doc(""),
             handler,
@@ -203,15 +206,20 @@ impl CodeInfo {
         self.words = words;
         let mut index = 0;
         while index < words.len() {
+            self.letters |= letter_bit(words[index].letter());
             self.is_bounded |= !matches!(words[index].bounds, Bounds::Any);
             index += 1;
         }
-            self.letters |= letter_bit(words[index].letter());
         self
     }
 
     pub(crate) const fn needed(mut self) -> Self {
         self.is_needed = true;
+        self
+    }
+
+    pub(crate) const fn levels(mut self) -> Self {
+        self.levels = true;
         self
     }
 

@@ -1,5 +1,6 @@
 //! Extruders: T, firmware retraction, their settings.
 
+use gcode::NO_TOOL;
 use units::Axis;
 
 use crate::context::{Context, Meaning, NOTHING};
@@ -10,11 +11,13 @@ use crate::words::Words;
 /// Tn.
 pub(crate) fn select_tool<'b>(program: &mut Interpreter, number: u16, column: u16) -> Result<Meaning<'b>, Fault> {
     if !program.tools.has_extruders() {
+        let number = if number == NO_TOOL { 0 } else { number };
         program.tools.selected = number;
         return NOTHING;
     }
-    let place = program.tools.numbered(f64::from(number));
-    program.tools.active = place.ok_or(Problem::NoSuchTool(f64::from(number)).refused(column))?;
+    let id = if number == NO_TOOL { -1.0 } else { f64::from(number) };
+    let place = program.tools.numbered(id);
+    program.tools.active = place.ok_or(Problem::NoSuchTool(id).refused(column))?;
     if let Some(offset) = program.tools.active().map(|tool| tool.settings.offset) {
         program.modal.set_tool_offset(offset);
     }

@@ -28,7 +28,11 @@ pub(crate) fn heat<'b>(
     // R is Marlin's word for a target that is waited for from above too.
     let waits = claims.iter().any(|claim| matches!(claim, Claim::TargetAndWait(_)));
     let Some(celsius) = words.get('S').or(words.get('R').filter(|_| waits)) else { return NOTHING };
-    let (heater, waits) = addressed(program, claims, context)?;
+    let (heater, waits) = match addressed(program, claims, context) {
+        // Slicers switch off what other machines have.
+        Err(_) if celsius == 0.0 && context.dialect.is_other_printers() => return Ok(Meaning::PassedOver),
+        addressed => addressed?,
+    };
     let target = meant(program, heater, celsius);
     if waits {
         let cools = !words.has('S') || context.dialect.waits_for_cooling();

@@ -51,7 +51,9 @@ pub(crate) fn motors_off<'b>(_: &mut Interpreter, context: &Context<'b>) -> Resu
 /// that print, and in Klipper the lesser.
 pub(crate) fn accelerations<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
-    let (print, travel) = (words.get('S').or(words.get('P')), words.get('T'));
+    // Start codes of some slicers have P0 and T0, which Marlin takes for its least.
+    let above_zero = |letter| words.get(letter).filter(|acceleration| *acceleration > 0.0);
+    let (print, travel) = (above_zero('S').or(above_zero('P')), above_zero('T'));
     let both = match (print, travel) {
         (Some(print), Some(travel)) if context.dialect == Dialect::Klipper => Some(print.min(travel)),
         _ => print,

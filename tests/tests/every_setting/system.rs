@@ -70,6 +70,7 @@ pub const ROWS: &[Row] = &[
     row("[tool change] prompt", "true", "false", Look(changed)).with(&["[extruder] hotend.enable = false"]),
     row("[player] preflight", "off", "refuse", Look(looked_at)),
     row("[player] preflight_wait", "3", "0", Look(looked_at)),
+    row("[player] without_leveling", "go_on", "pause", Look(unleveled)),
     row("[player] dialect", "klipper", "reprapfirmware", Say(PLAYED)),
     row("[voltage monitor] vmotor", "ADC3_5,11", "ADC3_5,22", Say(&["get volts vmotor"])),
 ];
@@ -112,6 +113,13 @@ fn queued(bench: &mut Bench) -> String {
 fn looked_at(bench: &mut Bench) -> String {
     bench.write_card("out.g", b"G28\nG1 X9999 F600\n");
     bench.type_in("play out.g\n");
+    bench.hear(3.0)
+}
+
+/// A file that levels the bed.
+fn unleveled(bench: &mut Bench) -> String {
+    bench.write_card("level.g", b"M420 S1\n");
+    bench.type_in("play level.g\n");
     bench.hear(3.0)
 }
 
