@@ -127,7 +127,7 @@ fn number_fix(text: &str) -> &'static str {
     } else if text.contains(',') {
         "write one number, with a point for decimals"
     } else if text.parse::<f64>().is_ok() {
-        "write it without a fraction"
+        "write its digits alone"
     } else {
         "write only the number, without unit"
     }

@@ -119,13 +119,18 @@ fn integer(text: &str, low: i64, high: i64) -> Result<Value<'_>, Flaw<'_>> {
     }
 }
 
-/// `30`, and `30.0` as Smoothieware allows.
+/// `30`, and `30.7`, whose fraction Smoothieware cuts.
 fn whole(digits: &str) -> Option<i64> {
-    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
-    if !all_digits(whole) || fraction.bytes().any(|byte| byte != b'0') {
+    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, "0"));
+    if !all_digits(whole) || !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;
     }
     whole.parse().ok()
+}
+
+/// Whether a whole number was written with a fraction that is not 0.
+pub(crate) fn has_fraction(text: &str) -> bool {
+    text.split_once('.').is_some_and(|(_, fraction)| fraction.bytes().any(|byte| byte != b'0'))
 }
 
 fn number(text: &str) -> Result<f64, Flaw<'_>> {

@@ -28,7 +28,7 @@ const SLIPS: &[(&str, &str, &str)] = &[
     ("yes for true", "must_be_homed = false ", "must_be_homed = yes "),
     ("a word that does not exist", "arm_solution = cartesian", "arm_solution = cartesain"),
     ("a number beyond its range", "planner_queue_size = 32 ", "planner_queue_size = 10000 "),
-    ("a whole number with a fraction", "delta.microsteps = 16", "delta.microsteps = 16.5"),
+    ("a whole number with two points", "delta.microsteps = 16", "delta.microsteps = 16.5.5"),
     ("an octal number", "planner_queue_size = 32 ", "planner_queue_size = 032 "),
     ("microsteps no driver has", "beta.microsteps = 16", "beta.microsteps = 10"),
     ("a code that is none", "fan.input_on_command = M106", "fan.input_on_command = 106"),

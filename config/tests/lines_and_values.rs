@@ -110,12 +110,35 @@ fn bad_values_are_errors_at_the_value() {
     }
     let section = "[planner] planner_queue_size";
     for (to, reason, fix) in [
-        ("planner_queue_size = 3.5", "not a whole number", ""),
+        ("planner_queue_size = 1e2", "not a whole number", "its digits alone"),
+        ("planner_queue_size = 3.5.1", "not a whole number", ""),
         ("planner_queue_size = 032", "octal", "write 32"),
-        ("planner_queue_size = 5000", "out of range", "4 to 4096"),
-        ("planner_queue_size = -1", "out of range", "4 to 4096"),
+        ("planner_queue_size = 70000", "out of range", "1 to 65535"),
+        ("planner_queue_size = -1", "out of range", "1 to 65535"),
     ] {
         expect("planner_queue_size = 32 ", to, Error, to, section, reason, fix);
+    }
+}
+
+/// One mechanism: what is taken as another value is told, and following the advice ends the warning.
+#[test]
+fn a_value_that_is_limited_or_cut_is_told() {
+    const QUEUE: (&str, &str) = ("planner_queue_size = 32 ", "[planner] planner_queue_size");
+    const RATE: (&str, &str) = ("bed.enable = true", "[temperature control] bed.readings_per_second");
+    const SPEED: (&str, &str) = ("baudrate = 115200", "[uart console] baudrate");
+    for ((from, key), to, reason, fix) in [
+        (QUEUE, "planner_queue_size = 1000", "1000 is taken as 224: Velvet can do 4 to 224", "write 224"),
+        (QUEUE, "planner_queue_size = 3", "3 is taken as 4", "write 4"),
+        (QUEUE, "planner_queue_size = 32.9", "32.9 is taken as 32: it is a whole number", "write 32"),
+        (RATE, "bed.enable = true\nbed.readings_per_second = 1000", "1000 is taken as 100", "write 100"),
+        (RATE, "bed.enable = true\nbed.readings_per_second = 0", "0 is taken as 1", "write 1"),
+        (SPEED, "baudrate = 9600.5", "9600.5 is taken as 9600", "write 9600"),
+    ] {
+        let at = to.lines().last().unwrap();
+        expect(from, to, Warning, at, key, reason, fix);
+        let (name, _) = to.rsplit_once(' ').unwrap();
+        let advice = edited(from, &format!("{name} {}", fix.trim_start_matches("write ")));
+        assert!(read(&advice).1.is_empty(), "{advice}");
     }
 }
 
@@ -235,6 +258,8 @@ fn values_that_smoothieware_takes_are_taken() {
          [button box]\ncommon.poll_frequency_hz = 1000\n[endstops]\ncommon.homing_order = ZX\n\
          [temperature switch]\npsu.arm_mcode = 1100\n",
     );
+    let told = findings.iter().filter(|finding| finding.reason.contains("is taken as")).count();
+    assert_eq!(told, 2, "{findings:?}");
     // But for the motors, which are not described here.
     let of_values = findings.iter().filter(|finding| finding.severity != Warning && finding.line > 0).count();
     assert_eq!(of_values, 0, "{findings:?}");

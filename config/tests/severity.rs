@@ -55,7 +55,7 @@ fn an_error_puts_its_own_part_out_of_service_and_no_other() {
 fn what_motion_and_safety_depend_on_is_fatal() {
     for (from, to) in [
         ("arm_solution = cartesian", "arm_solution = cartesain"),
-        ("planner_queue_size = 32 ", "planner_queue_size = 3 "),
+        ("planner_queue_size = 32 ", "planner_queue_size = few "),
         ("alpha.step_pin = PD3", "alpha.step_pin = PL3"),
         ("minx.pin = PD0^", "minx.pin = PD0+"),
         ("[endstops]", "[endstosp]"),

@@ -163,7 +163,7 @@ impl Reader<'_> {
                 let reason = format_args!("{}", flaw.reason());
                 let at = At::new(value_span, key, path.module(self.config));
                 match (flaw, row.typical) {
-                    (Flaw::OutOfRange(value, (_, high)), Some(_)) if value > high => {
+                    (Flaw::OutOfRange(value, (_, high)), Some(_)) if value > high && !row.is_limited => {
                         let fix = suggest::OtherUnit { unit: row.unit.text(), value, is_low: false };
                         self.reporter.report(Severity::Error, at, reason, format_args!("{fix}"));
                     }
@@ -174,6 +174,7 @@ impl Reader<'_> {
                 }
             }
             Ok(value) => {
+                let value = self.take_as(path, row, (key, text), value, value_span);
                 self.object_to(path, row, key, &value, value_span);
                 self.doubt(path, row, key, &value, value_span);
                 self.keep(path, row, &value);
@@ -228,6 +229,31 @@ impl Reader<'_> {
         }
     }
 
+    /// The value that a number is taken as, and a warning when that is another one: Smoothieware cuts
+    /// fractions of whole numbers, and takes some values that are beyond what Velvet can do.
+    fn take_as<'t>(
+        &mut self,
+        path: Path,
+        row: &Setting,
+        (key, text): (&str, &str),
+        value: Value<'t>,
+        span: Span,
+    ) -> Value<'t> {
+        let Value::Integer(read) = value else { return value };
+        let within = row.typical.filter(|_| row.is_limited).map(|&(low, high)| (low as i64, high as i64));
+        let taken = within.map_or(read, |(low, high)| read.clamp(low, high));
+        let why = match within.filter(|_| taken != read) {
+            Some((low, high)) => cut(format_args!("Velvet can do {low} to {high}")),
+            None if value::has_fraction(text) => cut::<48>(format_args!("it is a whole number")),
+            None => return value,
+        };
+        self.ledger.doubt(path);
+        let at = At::new(span, key, path.module(self.config));
+        let reason = format_args!("{text} is taken as {taken}: {why}");
+        self.reporter.report(Severity::Warning, at, reason, format_args!("write {taken}"));
+        Value::Integer(taken)
+    }
+
     /// Points out a value that is probably meant in another unit.
     fn doubt(&mut self, path: Path, row: &Setting, key: &str, value: &Value<'_>, span: Span) {
         let value = match *value {
@@ -236,8 +262,10 @@ impl Reader<'_> {
             _ => return,
         };
         // Zero and less mean "none" wherever they are allowed.
-        let Some((low, high)) =
-            row.typical.copied().filter(|&(low, high)| value > 0.0 && !(low..=high).contains(&value))
+        let Some((low, high)) = row
+            .typical
+            .copied()
+            .filter(|&(low, high)| value > 0.0 && !(low..=high).contains(&value) && !row.is_limited)
         else {
             return;
         };

@@ -20,6 +20,7 @@ const fn row(key: Text, kind: Kind, default: Option<Text>, summary: Text) -> Set
         kind,
         unit: Unit::NONE,
         typical: None,
+        is_limited: false,
         default,
         is_derived: false,
         by_name: &ByName(&[]),
@@ -102,6 +103,11 @@ impl Setting {
     /// A value outside, unless it is 0 or less, is probably meant in another unit.
     pub(super) const fn typical(self, typical: &'static (f64, f64)) -> Self {
         Self { typical: Some(typical), ..self }
+    }
+
+    /// A value outside, which Smoothieware takes, is taken as the nearest within, with a warning.
+    pub(super) const fn limited(self, within: &'static (f64, f64)) -> Self {
+        Self { typical: Some(within), is_limited: true, ..self }
     }
 
     pub(super) const fn v1(self, v1: Text) -> Self {

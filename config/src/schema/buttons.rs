@@ -39,11 +39,11 @@ pub const BUTTON_BOX: Section = Section {
         integer(
             "poll_frequency_hz",
             "20",
-            &(1, 1_000),
-            |c, _, v| c.button_poll_hz = v.min(100) as u16,
-            "How often buttons are looked at; more than 100 is 100. Contacts may bounce as long as the time between two \
-             looks.",
+            &(0, 65_535),
+            |c, _, v| c.button_poll_hz = v as u16,
+            "How often buttons are looked at. Contacts may bounce as long as the time between two looks.",
         )
+        .limited(&(1.0, 100.0))
         .unit("Hz")
         .common(),
         bool(

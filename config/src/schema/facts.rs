@@ -132,9 +132,10 @@ const OTHER_BOUNDS: &[(&str, &str)] = &[
     ("[system] step_pulse_us", "steps are not bound to a tick of 5 us"),
     ("[system] step_frequency", "there is no step tick"),
     ("[planner] z_junction_deviation", "every value below 0 is as junction_deviation"),
+    ("[button box] common.poll_frequency_hz", "what is beyond 1 to 100 is limited and told"),
     (
         "[planner] planner_queue_size",
-        "there is room for 256 moves, 32 of which filters look back on; fewer than 16 are slow, not wrong",
+        "there is room for 256 moves, 32 of which filters look back on: what is beyond 4 to 224 is limited and told",
     ),
 ];
 

@@ -447,10 +447,11 @@ pub const TEMPERATURE_CONTROL: Section = Section {
         integer(
             "readings_per_second",
             "20",
-            &(1, 100),
+            &(0, 65_535),
             heater!(|h, v| h.sensor.readings_per_second = v as u16),
             "How often the sensor is read and the heater adjusted.",
         )
+        .limited(&(1.0, 100.0))
         .unit("Hz")
         .v1("temperature_control.<name>.readings_per_second"),
         control::WAIT_WINDOW,

@@ -83,7 +83,8 @@ fn setting(row: &Setting) -> String {
         parts.push(format!("\"x-unit\": {}", quoted(row.unit.text())));
     }
     if let Some((low, high)) = row.typical {
-        parts.push(format!("\"x-typical\": [{low}, {high}]"));
+        let name = if row.is_limited { "x-limited-to" } else { "x-typical" };
+        parts.push(format!("\"{name}\": [{low}, {high}]"));
     }
     for (name, text) in [("x-v1", row.v1), ("x-klipper", row.docs.klipper)] {
         if !text.is_empty() {

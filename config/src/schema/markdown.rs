@@ -158,7 +158,8 @@ fn range(low: f64, high: f64) -> String {
 
 /// Beyond this the reader asks whether the unit is right.
 fn usually(setting: &Setting) -> String {
-    setting.typical.map_or_else(String::new, |(low, high)| std::format!(", usually {low} to {high}"))
+    let word = if setting.is_limited { "taken as" } else { "usually" };
+    setting.typical.map_or_else(String::new, |(low, high)| std::format!(", {word} {low} to {high}"))
 }
 
 fn kind(setting: &Setting) -> String {

@@ -190,6 +190,8 @@ pub struct Setting {
     pub unit: Unit,
     /// What machines have, where a wrong unit is an easy slip. Beyond it a value is taken, with a warning.
     pub typical: Option<&'static (f64, f64)>,
+    /// `typical` is all that Velvet can do: a value beyond is taken as the nearest within, with a warning.
+    pub is_limited: bool,
     /// See [`Setting::fallback`]: the text, and whether one that is not there is worked out.
     default: Option<&'static str>,
     is_derived: bool,

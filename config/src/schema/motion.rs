@@ -240,10 +240,11 @@ pub const PLANNER: Section = Section {
         integer(
             "planner_queue_size",
             "32",
-            &(4, 4_096),
-            |c, _, v| c.planner.queue_size = v.min(224) as u16,
-            "Moves the planner looks ahead; more than 224 are 224.",
+            &(1, 65_535),
+            |c, _, v| c.planner.queue_size = v as u16,
+            "Moves the planner looks ahead.",
         )
+        .limited(&(4.0, 224.0))
         .unit("moves")
         .v1("planner_queue_size"),
         number(

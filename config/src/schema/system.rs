@@ -58,10 +58,11 @@ pub const SYSTEM: Section = Section {
         integer(
             "step_pulse_us",
             "1",
-            &(1, 20),
+            &(1, 65_535),
             |c, _, v| c.system.step_pulse_us = v as u32,
             "Length of a step pulse to an external driver. On-board drivers step on both edges and need none.",
         )
+        .limited(&(1.0, 20.0))
         .unit("us")
         .v1("microseconds_per_step_pulse"),
         integer(
