@@ -35,7 +35,8 @@ pub(crate) fn key(section: &Section, key: &str, is_common: bool) -> (Severity, S
         return (Severity::Warning, cut(fix));
     }
     let alike = |row: &&Setting| row.is_common == is_common;
-    if let Some(meant) = nearest(key, section.settings.iter().filter(alike).map(|row| row.key)) {
+    let near = nearest(key, section.settings.iter().filter(alike).map(|row| row.key));
+    if let Some(meant) = near.filter(|meant| !is_longer_name(key, meant)) {
         return (Severity::Error, cut(format_args!("did you mean {meant}?")));
     }
     if let Some(row) = section.settings.iter().find(|row| row.key == key) {
@@ -49,6 +50,34 @@ pub(crate) fn key(section: &Section, key: &str, is_common: bool) -> (Severity, S
         }
         None => (Severity::Warning, cut(format_args!("it is ignored; delete the line"))),
     }
+}
+
+/// `1_release` is another name than `release`, not a slip of the keyboard.
+fn is_longer_name(key: &str, meant: &str) -> bool {
+    key.strip_suffix(meant).is_some_and(|before| before.ends_with('_'))
+        || key.strip_prefix(meant).is_some_and(|behind| behind.starts_with('_'))
+}
+
+/// The greatest number to write that is no more than this one.
+pub(crate) fn at_most(value: f64) -> f64 {
+    let scale = if value < 100.0 { 100.0 } else { 1.0 };
+    // Rates are far from the largest whole number.
+    let cut = (value * scale) as u64;
+    // The product may have been rounded up.
+    let cut = if cut as f64 / scale > value { cut.saturating_sub(1) } else { cut };
+    cut as f64 / scale
+}
+
+/// The same of a current.
+pub(crate) fn at_most_amps(value: f32) -> f32 {
+    (value * 100.0) as u32 as f32 / 100.0
+}
+
+/// The least number to write that is no less than this one.
+pub(crate) fn at_least(value: f64) -> f64 {
+    let scale = if value < 100.0 { 100.0 } else { 1.0 };
+    let cut = at_most(value);
+    if cut < value { ((cut * scale + 0.5) as u64 + 1) as f64 / scale } else { cut }
 }
 
 /// What to write for a value that was meant in another unit.

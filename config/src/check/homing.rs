@@ -2,6 +2,7 @@
 
 use super::Checks;
 use crate::machine::{ActuatorConfig, ArmSolution, EndstopConfig, HomingDirection};
+use crate::suggest::at_most;
 use units::{Actuator, Axis, Mm};
 
 const ENDSTOPS: &str = "endstops";
@@ -124,7 +125,11 @@ fn switch(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
     direction_against_position(checks, place, stop);
     if stop.fast_rate > motor.max_rate {
         let reason = format_args!("{} mm/s is faster than the motor's max_rate", stop.fast_rate.get());
-        checks.warn((ENDSTOPS, place, "fast_rate"), reason, format_args!("write {:.0} or less", motor.max_rate.get()));
+        checks.warn(
+            (ENDSTOPS, place, "fast_rate"),
+            reason,
+            format_args!("write {} or less", at_most(motor.max_rate.get())),
+        );
     }
     if stop.slow_rate > stop.fast_rate {
         let reason = format_args!("the second approach is faster than the first");
@@ -141,7 +146,7 @@ fn run_on(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig, motor
     if stop.fast_rate.get() * SWITCH_PERIOD > RUN_ON {
         let fastest = RUN_ON / SWITCH_PERIOD;
         let reason = format_args!("{:.0} mm/s may run past the switch by more than it gives way", stop.fast_rate.get());
-        checks.error((ENDSTOPS, place, "fast_rate"), reason, format_args!("write {fastest:.0} mm/s or less"));
+        checks.error((ENDSTOPS, place, "fast_rate"), reason, format_args!("write {} mm/s or less", at_most(fastest)));
     }
     let acceleration = motor.acceleration.unwrap_or(checks.config.motion.default_acceleration).get();
     let slow = stop.slow_rate.get();

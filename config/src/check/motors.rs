@@ -3,9 +3,10 @@
 use super::{Checks, report};
 use crate::board::{TMC2590_SENSE_VOLTS, TMC2660_SENSE_VOLTS};
 use crate::diagnostic::Severity;
-use crate::ledger::Ledger;
+use crate::ledger::{Ledger, Path};
 use crate::machine::{ActuatorConfig, CoolStepConfig, DriverKind, MachineConfig, TmcConfig};
 use crate::report::Reporter;
+use crate::suggest::{at_most, at_most_amps};
 use core::fmt;
 use units::{Actuator, Amps, MmPerSecond};
 
@@ -23,7 +24,7 @@ pub(super) fn limit(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
         if motor.present && rate > possible * 1.000_001 {
             let lowered = MmPerSecond(possible / motor.steps_per_mm);
             let reason = format_args!("needs {rate:.0} steps/s, but {bound} allows {possible:.0}; lowered");
-            let fix = format_args!("write {:.0} or less, or change {bound}", lowered.per_minute());
+            let fix = format_args!("write {} or less, or change {bound}", at_most(lowered.per_minute()));
             let setting = (ACTUATOR, place, "max_rate");
             report(config, ledger, reporter, Severity::Warning, setting, reason, fix);
             config.actuators[actuator].max_rate = lowered;
@@ -131,7 +132,15 @@ fn driver(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &ActuatorConfi
             _ => ("tmc2590", &checks.config.tmc2590),
         };
         if family.axes[actuator].present {
-            let fix = format_args!("there is one in [{other}]: write driver = {other} if the board has those");
+            if Path::named(ACTUATOR, place, "driver").is_some_and(|path| checks.ledger.span(path).is_some()) {
+                let fix = format_args!("there is one in [{other}]: write driver = {other} if the board has those");
+                return checks.error((ACTUATOR, place, "driver"), reason, fix);
+            }
+            let fix = format_args!(
+                "there is one in [{other}]: for a board with those check with --board {other}, for this one write \
+                 [{section}] {}.sense_resistor",
+                actuator.name()
+            );
             return checks.error((ACTUATOR, place, "driver"), reason, fix);
         }
         let fix = format_args!("write [{section}] {}.sense_resistor, or driver = external", actuator.name());
@@ -179,7 +188,11 @@ fn current(
         Some(Amps(wanted)) if wanted > most => {
             let milliohms = chip.sense_resistor.get() * 1_000.0;
             let reason = format_args!("{wanted} A is more than a {milliohms:.0} mOhm sense resistor can measure");
-            checks.error(("current control", place, "current"), reason, format_args!("write {most:.2} or less"));
+            checks.error(
+                ("current control", place, "current"),
+                reason,
+                format_args!("write {} or less", at_most_amps(most)),
+            );
         }
         _ => {}
     }

@@ -2,6 +2,7 @@
 
 use super::Checks;
 use crate::machine::{ActuatorConfig, ArmSolution, DriverKind, EndstopConfig, EndstopStallConfig, HomingDirection};
+use crate::suggest::at_least;
 use units::Actuator;
 
 const ENDSTOPS: &str = "endstops";
@@ -79,7 +80,7 @@ fn full_steps_per_mm(motor: &ActuatorConfig) -> f64 {
 
 fn speed(checks: &mut Checks<'_, '_>, (place, key): (usize, &str), rate: f64, motor: &ActuatorConfig) {
     let (full_steps, per_mm) = (rate * full_steps_per_mm(motor), full_steps_per_mm(motor));
-    let fix = format_args!("write {:.1} mm/s or more", GOOD_FULL_STEPS_PER_S / per_mm);
+    let fix = format_args!("write {} mm/s or more", at_least(GOOD_FULL_STEPS_PER_S / per_mm));
     if full_steps < LEAST_FULL_STEPS_PER_S {
         let reason = format_args!("{full_steps:.0} full steps/s are too slow for a driver to see its motor stall");
         checks.error((ENDSTOPS, place, key), reason, fix);

@@ -2,6 +2,7 @@
 
 use super::Checks;
 use crate::machine::{ActuatorConfig, DriverKind, StealthConfig};
+use crate::suggest::{at_least, at_most, at_most_amps};
 use units::{Actuator, Amps};
 
 /// Entries of drivers that no motor has.
@@ -110,10 +111,10 @@ fn stall_watch(
         return;
     };
     if motor.driver.is_on_uart() {
-        let fix = format_args!("write {most:.0}, the motor's max_rate, or more; above it no stall is seen");
+        let fix = format_args!("write {}, the motor's max_rate, or more; above it no stall is seen", at_least(most));
         checks.warn(setting("stealthchop_threshold"), reason, fix);
     } else {
-        let fix = format_args!("write {least:.0} or less, from where on stalls are looked for");
+        let fix = format_args!("write {} or less, from where on stalls are looked for", at_most(least));
         checks.warn(setting("stealthchop_threshold"), reason, fix);
     }
 }
@@ -155,7 +156,7 @@ fn current(checks: &mut Checks<'_, '_>, section: &str, actuator: Actuator, motor
         }
         Some(Amps(wanted)) if wanted > most => {
             let reason = format_args!("{wanted} A is more than the driver's resistor in [{section}] allows");
-            checks.error(setting, reason, format_args!("write {most:.2} or less"));
+            checks.error(setting, reason, format_args!("write {} or less", at_most_amps(most)));
         }
         _ => {}
     }
