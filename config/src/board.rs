@@ -50,6 +50,7 @@ const PWM_PADS: [[Pad; 4]; 2] =
 pub(crate) fn pad_of(name: PinName) -> Option<Pad> {
     match name {
         PinName::Digital(pin) => Some((pin.port, pin.number)),
+        PinName::External => None,
         PinName::Thermistor(input) => THERMISTOR_PADS.get(usize::from(input.0)).copied(),
         PinName::Pwm(pwm) => {
             let timer = PWM_PADS.get(usize::from(pwm.timer).checked_sub(1)?)?;

@@ -9,8 +9,10 @@ use crate::module::OffModule;
 use crate::pin::OutputPin;
 use units::{Actuator, Amps, Duty, Micros, Mm, MmPerSecond, Ohms, sort_short};
 
-/// Tool numbers of temperature controls without one count down from here; 253 and 254 are board and bed.
-const LAST_FREE_TOOL: ToolId = ToolId(252);
+/// What a temperature control has whose number nobody has said.
+const NO_NUMBER: ToolId = ToolId(255);
+/// Numbers of temperature controls without one count down from here.
+const LAST_FREE_NUMBER: u8 = 253;
 /// Pieces of a straight move on the two deltas.
 const DELTA_SEGMENTS_PER_SECOND: f64 = 100.0;
 const DEFAULT_PWM_HZ: u32 = 10_000;
@@ -116,17 +118,35 @@ fn thermistor(thermistor: &mut ThermistorConfig, is_written: impl Fn(&str) -> bo
     }
 }
 
+/// As Smoothieware numbers those without a number: in the order of their names, less one for each that is
+/// enabled. It may give two of them one number; here the second has the next that is free.
+fn number(config: &mut MachineConfig) {
+    let heaters = &mut config.temperatures;
+    for before in 0..heaters.len() {
+        let rank = |name: &str| heaters.iter().filter(|other| other.enable && *other.name < *name).count();
+        let next = heaters.iter().position(|heater| heater.enable && rank(&heater.name) == before);
+        let Some(place) = next.filter(|place| heaters.get(*place).is_some_and(|heater| heater.tool_id == NO_NUMBER))
+        else {
+            continue;
+        };
+        let is_free = |number: &u8| !heaters.iter().any(|other| other.enable && other.tool_id == ToolId(*number));
+        let number = (0..=LAST_FREE_NUMBER.saturating_sub(before as u8)).rev().find(is_free);
+        if let (Some(number), Some(heater)) = (number, heaters.get_mut(place)) {
+            heater.tool_id = ToolId(number);
+        }
+    }
+}
+
 fn temperatures(config: &mut MachineConfig, written: Written) {
     const SECTION: &str = "temperature control";
-    let has_own_number = |place: usize, name: &str| {
-        written(SECTION, place, "tool_id") || matches!(name, "hotend" | "hotend2" | "bed" | "board")
-    };
-    let mut next_tool = LAST_FREE_TOOL;
     for (place, heater) in config.temperatures.iter_mut().enumerate() {
-        if !has_own_number(place, &heater.name) {
-            heater.tool_id = next_tool;
-            next_tool.0 = next_tool.0.saturating_sub(1);
+        let has_own = matches!(heater.name.as_str(), "hotend" | "hotend2" | "bed" | "board");
+        if !has_own && !written(SECTION, place, "tool_id") {
+            heater.tool_id = NO_NUMBER;
         }
+    }
+    number(config);
+    for (place, heater) in config.temperatures.iter_mut().enumerate() {
         if !written(SECTION, place, "i_max") {
             heater.pid.i_max = f32::from(heater.max_pwm.0);
         }

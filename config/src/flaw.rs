@@ -136,7 +136,7 @@ fn number_fix(text: &str) -> &'static str {
 const fn example(role: PinRole) -> &'static str {
     match role {
         PinRole::Output => "a pin as in PE1",
-        PinRole::Input | PinRole::Interrupt => "a pin as in PD0^",
+        PinRole::Input | PinRole::Button | PinRole::Interrupt => "a pin as in PD0^",
         PinRole::OutputOrPwm => "a pin as in PE1 or a PWM channel as in PWM1_1",
         PinRole::Pwm => "a PWM channel as in PWM1_1",
         PinRole::Thermistor => "ADC1_0 to ADC1_6",

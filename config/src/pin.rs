@@ -107,6 +107,8 @@ pub enum PinName {
     Pwm(PwmOutput),
     /// `ADC1_3`
     Thermistor(ThermistorInput),
+    /// `external`: no pin of the board, but a key of a panel.
+    External,
 }
 
 impl PinName {
@@ -144,7 +146,7 @@ impl PinName {
         match self {
             Self::Digital(pin) => Some(OutputPin::Digital(pin)),
             Self::Pwm(pwm) => Some(OutputPin::Pwm(pwm)),
-            Self::Thermistor(_) => None,
+            Self::Thermistor(_) | Self::External => None,
         }
     }
 }
@@ -155,6 +157,7 @@ impl fmt::Display for PinName {
             Self::Digital(pin) => pin.fmt(f),
             Self::Pwm(pwm) => write!(f, "PWM{}_{}", pwm.timer, pwm.channel),
             Self::Thermistor(input) => write!(f, "ADC1_{}", input.0),
+            Self::External => f.write_str("external"),
         }
     }
 }

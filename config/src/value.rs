@@ -215,9 +215,12 @@ fn axes(text: &str) -> Result<Value<'_>, Flaw<'_>> {
 }
 
 fn pin_for(role: PinRole, text: &str) -> Result<Value<'_>, Flaw<'_>> {
+    if role == PinRole::Button && text == "external" {
+        return Ok(Value::Pin(Some(PinName::External)));
+    }
     let name = pin::parse_pin(text).map_err(|problem| Flaw::NotAPin(text, problem, role))?;
     let fits = name.is_none_or(|name| match role {
-        PinRole::Output | PinRole::Input | PinRole::Interrupt => matches!(name, PinName::Digital(_)),
+        PinRole::Output | PinRole::Input | PinRole::Button | PinRole::Interrupt => matches!(name, PinName::Digital(_)),
         PinRole::OutputOrPwm => matches!(name, PinName::Digital(_) | PinName::Pwm(_)),
         PinRole::Pwm => matches!(name, PinName::Pwm(_)),
         PinRole::Thermistor => matches!(name, PinName::Thermistor(_)),

@@ -242,7 +242,7 @@ fn defaults_that_follow_others_do() {
         "[temperature control]\nchamber.max_pwm = 100\nchamber.enable = true\nchamber.runaway_heating_timeout = 60\n[motion control]\narm_solution = corexy\n[actuator]\nalpha.reversed = t\nzeta.reversed = t\n[tmc2590]\nalpha.sense_resistor = 75\n[switch]\npsu.enable = true\npsu.subcode = 2\npsu.input_on_command = M80\n",
     );
     let chamber = &config.temperatures[0];
-    assert_eq!((chamber.tool_id, chamber.set_m_code, chamber.pid.i_max), (ToolId(252), 141, 100.0));
+    assert_eq!((chamber.tool_id, chamber.set_m_code, chamber.pid.i_max), (ToolId(253), 141, 100.0));
     assert_eq!(chamber.runaway.cooling_timeout, chamber.runaway.heating_timeout);
     assert!(config.homing.corexy && !config.homing.move_to_origin);
     assert_eq!(config.tmc2590.axes[Actuator::Alpha].max_current, Amps(4.4));

@@ -13,6 +13,10 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
 }
 
 fn one(checks: &mut Checks<'_, '_>, place: usize, button: &ButtonConfig) {
+    if button.is_external {
+        let reason = format_args!("panels are not supported yet, so the button does nothing");
+        return checks.warn((SECTION, place, "pin"), reason, format_args!("write its pin, or enable = false"));
+    }
     if button.pin.is_none() {
         let reason = format_args!("the button has no pin");
         checks.error((SECTION, place, "pin"), reason, format_args!("write its pin, or enable = false"));

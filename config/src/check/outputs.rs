@@ -11,8 +11,12 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
     let config = checks.config;
     for (place, switch) in config.switches.iter().enumerate().filter(|(_, switch)| switch.enable) {
         same_number(checks, place, switch);
+        let has_lines = !switch.output_on_command.is_empty() || !switch.output_off_command.is_empty();
         if switch.is_input() {
             input(checks, place, switch);
+        } else if has_lines && switch.output_pin.is_none() {
+            let reason = format_args!("the input has no pin");
+            checks.error((SWITCH, place, "input_pin"), reason, format_args!("write its pin, or enable = false"));
         } else {
             output(checks, place, switch);
             for other in config.switches.iter().take(place).filter(|other| other.enable && !other.is_input()) {

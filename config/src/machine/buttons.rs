@@ -13,6 +13,8 @@ pub struct ButtonConfig {
     pub enable: bool,
     /// Its input.
     pub pin: Option<Pin>,
+    /// It is a key of a panel.
+    pub is_external: bool,
     /// Line that a press sends.
     pub press: Command,
     /// Line that its release sends; empty for none.

@@ -446,9 +446,9 @@ pub const CURRENT_CONTROL: Section = Section {
     settings: &[number(
         "current",
         "",
-        &(0.001, 20.0),
-        motor!(|m, v| m.current = Some(Amps(v as f32))),
-        "Peak coil current of a driver that is not external. A slave takes its master's. M906 and M907 change it.",
+        &(0.0, 20.0),
+        motor!(|m, v| m.current = (v > 0.0).then_some(Amps(v as f32))),
+        "Peak coil current of a driver that is not external; 0 is the least it can give. A slave takes its master's. M906 and M907 change it.",
     )
     .klipper("[tmc2660 <stepper>] run_current")
     .required()

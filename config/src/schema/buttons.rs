@@ -1,9 +1,8 @@
 //! `[button box]`.
 
 use super::build::{bool, integer, new_name, number, pin, text};
-use super::switches::spaced;
 use super::{CannotCreate, Docs, Form, Instances, PinRole, Section};
-use crate::machine::{ButtonConfig, MAX_BUTTONS};
+use crate::machine::{ButtonConfig, Command, MAX_BUTTONS};
 use crate::pin::PinName;
 use units::Micros;
 
@@ -16,6 +15,12 @@ macro_rules! button {
             }
         }
     };
+}
+
+/// The line as it is written: a file's name may have underscores.
+fn line(text: &str) -> Command {
+    // The schema limits the text to the length of a Command.
+    Command::try_from(text).unwrap_or_default()
 }
 
 pub const BUTTON_BOX: Section = Section {
@@ -55,23 +60,27 @@ pub const BUTTON_BOX: Section = Section {
         pin(
             "pin",
             "nc",
-            PinRole::Input,
-            button!(|b, v| b.pin = v.and_then(PinName::digital)),
-            "Its input, on while it is pressed: ! where that is low.",
+            PinRole::Button,
+            button!(|b, v| {
+                b.pin = v.and_then(PinName::digital);
+                b.is_external = v == Some(PinName::External);
+            }),
+            "Its input, on while it is pressed: ! where that is low. external: a key of a panel, none of which is \
+             supported yet.",
         ),
         text(
             "press",
             "",
             96,
-            button!(|b, v| b.press = spaced(v)),
-            "Line sent on a press. Underscores stand for blanks. KILL, SUSPEND and $J STOP act at once.",
+            button!(|b, v| b.press = line(v)),
+            "Line sent on a press. KILL, SUSPEND and $J STOP act at once.",
         ),
-        text("release", "", 96, button!(|b, v| b.release = spaced(v)), "Line sent on its release."),
+        text("release", "", 96, button!(|b, v| b.release = line(v)), "Line sent on its release."),
         text(
             "long_press",
             "",
             96,
-            button!(|b, v| b.long_press = spaced(v)),
+            button!(|b, v| b.long_press = line(v)),
             "Line sent when it has been held for long_press_time; the line of a press is then sent on a shorter press, \
              when it ends.",
         )

@@ -132,6 +132,7 @@ const OTHER_BOUNDS: &[(&str, &str)] = &[
     ("[system] step_pulse_us", "steps are not bound to a tick of 5 us"),
     ("[system] step_frequency", "there is no step tick"),
     ("[planner] z_junction_deviation", "every value below 0 is as junction_deviation"),
+    ("[current control] <name>.current", "0 is the least that the driver can give, and told"),
     ("[button box] common.poll_frequency_hz", "what is beyond 1 to 100 is limited and told"),
     (
         "[planner] planner_queue_size",

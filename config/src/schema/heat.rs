@@ -73,7 +73,7 @@ pub const TEMPERATURE_CONTROL: Section = Section {
              M-codes are those of a hotend, else those of a bed.",
         )
         .by_name(&ByName(&[("hotend", "0"), ("hotend2", "1"), ("bed", "254"), ("board", "253")]))
-        .derived("hotend 0, hotend2 1, bed 254, board 253; others count down from 252"),
+        .derived("hotend 0, hotend2 1, bed 254, board 253; another one, or one with 255: 253 less the enabled ones before it in the order of names"),
         text(
             "designator",
             "?",

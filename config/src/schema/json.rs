@@ -127,6 +127,7 @@ fn kind(row: &Setting) -> Vec<String> {
         Kind::Voltage(_) => pattern("[Aa][Dd][Cc]3_[0-5]( *, *[0-9.]+)?"),
         Kind::Pin(role, _) => pattern(&match role {
             PinRole::Output | PinRole::Input | PinRole::Interrupt => format!("|nc|{DIGITAL}"),
+            PinRole::Button => format!("|nc|external|{DIGITAL}"),
             PinRole::OutputOrPwm => format!("|nc|{DIGITAL}|[Pp][Ww][Mm][12]_[1-4]"),
             PinRole::Pwm => "|nc|[Pp][Ww][Mm][12]_[1-4]".to_string(),
             PinRole::Thermistor => "|nc|[Aa][Dd][Cc]1_[0-6]".to_string(),

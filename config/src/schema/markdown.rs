@@ -181,6 +181,7 @@ fn kind(setting: &Setting) -> String {
         Kind::Pin(role, _) => match role {
             PinRole::Output => "output pin",
             PinRole::Input => "input pin",
+            PinRole::Button => "input pin or external",
             PinRole::Interrupt => "interrupt input pin",
             PinRole::OutputOrPwm => "output pin or PWM channel",
             PinRole::Pwm => "PWM channel",

@@ -297,6 +297,8 @@ pub enum PinRole {
     Output,
     /// A GPIO input, read now and then.
     Input,
+    /// A GPIO input, read now and then, or `external`.
+    Button,
     /// A GPIO input that needs an interrupt line of its own.
     Interrupt,
     /// A GPIO output or a timer channel.
