@@ -191,7 +191,7 @@ fn config_set_refuses_what_the_next_boot_would() {
 /// The file can be mended over the console that told what is wrong with it.
 #[test]
 fn a_machine_that_cannot_start_takes_config_set() {
-    let mut bench = Plan::new(CARTESIAN).with("planner_queue_size = 32 ", "planner_queue_size = 3 ").start();
+    let mut bench = Plan::new(CARTESIAN).with("planner_queue_size = 32 ", "planner_queue_size = few ").start();
     assert!(bench.say("G28").contains("mend config.ini"));
     bench.ask("config-set planner planner_queue_size 32");
     let mended = bench.read_card("config.ini").unwrap();

@@ -158,7 +158,7 @@ fn buttons(lines: &[&str]) -> Plan {
 
 #[test]
 fn a_button_sends_its_lines() {
-    let mut bench = buttons(&["press = M106_S255", "release = M107"]).start();
+    let mut bench = buttons(&["press = M106 S255", "release = M107"]).start();
     press(&mut bench, "one", true);
     assert!(bench.say("switch fan").contains("is 1"));
     press(&mut bench, "one", false);
@@ -199,7 +199,7 @@ fn kill_halts_and_suspend_suspends_and_goes_on() {
 
 #[test]
 fn a_jog_lasts_as_long_as_its_button_is_held() {
-    let mut bench = buttons(&["press = $J_-c_X1_F600", "release = $J_STOP"]).start_homed();
+    let mut bench = buttons(&["press = $J -c X1 F600", "release = $J STOP"]).start_homed();
     let before = bench.carriage(Alpha);
     press(&mut bench, "one", true);
     bench.hear(2.0);
