@@ -4,7 +4,7 @@ use config::{DriverKind, MachineConfig};
 use units::{Actuator, Axis, AxisSet, Micros};
 
 use crate::failure::{Failure, Texts};
-use crate::ports::{DriverFault, DriversPort, MotorDrivers};
+use crate::ports::{DriverFault, DriversPort, MotionPort, MotorDrivers};
 use crate::tuning::Tuning;
 
 /// Motors with a driver that is set up and asked, on the board or outside, one bit each.
@@ -192,15 +192,19 @@ impl Axes {
         }
     }
 
-    /// Takes the current off motors, and forgets where their axes are. Errors are left to the supervisor: a
-    /// driver that does not answer cannot be switched off over its bus; the global enable line does it.
-    pub fn disable(&mut self, ports: &mut impl DriversPort, axes: AxisSet) {
+    /// Takes the current off these axes' own motors, and forgets every axis that they move: in a CoreXY both
+    /// X and Y go where one belt goes. Errors are left to the supervisor: a driver that does not answer cannot
+    /// be switched off over its bus; the global enable line does it.
+    pub fn disable(&mut self, ports: &mut (impl DriversPort + MotionPort), axes: AxisSet) {
+        let mut lost = axes;
         for axis in axes.axes() {
             let Some(motor) = Actuator::from_index(axis as usize) else { continue };
             let _ = ports.drivers(|drivers| drivers.set_enabled(motor, false));
             self.on &= !motor.bit();
+            let moved = ports.motion(|motion| motion.config().map(|config| config.kinematics.axes_of(motor)));
+            lost = lost.or(moved.unwrap_or(AxisSet::ALL));
         }
-        self.forget_homed(axes);
+        self.forget_homed(lost);
     }
 
     /// Takes the current off all motors; what is homed stays so, for they were standing.

@@ -45,7 +45,7 @@ pub(crate) trait Draws {
 }
 
 /// What motion is to know of a move of the program, without its curve, and of no object. `deviation` is how
-/// far a rounded corner may stand off where the program does not say, mm; `factor` is M220's.
+/// far a rounded corner may stand off where the program does not say, mm; `factors` are M220's.
 pub(crate) fn in_motions_terms(request: &Move, tag: Tag, factor: f64, deviation: impl FnOnce() -> f64) -> motion::Move {
     let (feed_rate, mode) = match request.rate {
         Rate::Rapid(speed) => (speed * factor, Mode::Rapid),

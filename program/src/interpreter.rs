@@ -469,6 +469,13 @@ impl Interpreter {
         self.modal.speed_factor = factor;
     }
 
+    /// Factors of the rates of working moves and of rapids: M220 leaves those with `compliant_seek_rate`.
+    #[must_use]
+    pub const fn speed_factors(&self) -> [f64; 2] {
+        let factor = self.modal.speed_factor;
+        [factor, if self.compliant_seek_rate { 1.0 } else { factor }]
+    }
+
     /// M220 B.
     pub const fn keep_speed_factor(&mut self) {
         self.modal.kept_speed_factor = self.modal.speed_factor;

@@ -80,6 +80,7 @@ mod unknown_words;
 mod usb_sessions;
 mod v2_codes;
 mod v2_commands;
+mod v2_motion;
 mod v2_replay;
 mod verified;
 mod wire_drivers;

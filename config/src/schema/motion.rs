@@ -76,7 +76,7 @@ pub const MOTION_CONTROL: Section = Section {
             "compliant_seek_rate",
             "false",
             |c, _, v| c.motion.compliant_seek_rate = v,
-            "F always sets the speed of G1; G0 keeps default_seek_rate, which M203 S changes.",
+            "F always sets the speed of G1; G0 keeps default_seek_rate, which M203 S changes, and M220 and M121 do not.",
         ),
         number(
             "mm_per_line_segment",

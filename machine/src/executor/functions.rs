@@ -166,7 +166,7 @@ fn set_standing<P: Ports>(
         Function::MotorsOff => {
             let extruder = program.tools().active().map(|tool| tool.settings.axis).filter(|_| words.has('E'));
             let named = extruder.map_or(words.axes(), |axis| words.axes().with(axis));
-            axes.disable(ports, if named.is_empty() { AxisSet::ALL } else { named });
+            axes.disable(ports, if named.is_empty() && !words.has('E') { AxisSet::ALL } else { named });
             Ok(Answer::Ok)
         }
         _ => return None,

@@ -34,7 +34,7 @@ pub use parameters::Parameters;
 pub use rotary_delta::RotaryDelta;
 pub use winch::{MOST_ANCHORS, Winch};
 
-use units::{Actuator, Axis, PerActuator, PerAxis};
+use units::{Actuator, Axis, AxisSet, PerActuator, PerAxis};
 
 /// X, Y and Z.
 type Axes = [f64; 3];
@@ -226,6 +226,19 @@ impl Kinematics {
             (Self::LinearDelta(_) | Self::RotaryDelta(_) | Self::Winch(_), _) => self.path_motors(),
             _ => own,
         }
+    }
+
+    /// The axes whose places are not known any more once this motor has been turned by hand.
+    #[must_use]
+    pub fn axes_of(&self, motor: Actuator) -> AxisSet {
+        if !self.is_linear() && self.path_motors() & motor.bit() != 0 {
+            return AxisSet::PRIMARY;
+        }
+        let still = PerActuator::default();
+        let mut turned = still;
+        turned[motor] = 1.0;
+        let (from, to) = (self.point(&still), self.point(&turned));
+        AxisSet::collect(Axis::ALL.into_iter().filter(|axis| from[*axis] != to[*axis]))
     }
 
     /// A whole turn of a motor whose positions repeat, degrees: of two equal postures the nearer one is

@@ -73,6 +73,18 @@ fn every_machine_has_its_own_name_and_a_sound_geometry() {
 }
 
 #[test]
+fn a_motor_without_current_loses_what_it_moves() {
+    let axes = |kinematics: Kinematics, motor| kinematics.axes_of(motor).to_string();
+    assert_eq!(axes(Kinematics::Cartesian, Actuator::Beta), "Y");
+    assert_eq!(axes(Kinematics::CoreXy, Actuator::Beta), "XY");
+    // X is where both motors are together, Y where its own is.
+    assert_eq!(axes(Kinematics::HybridCoreXy, Actuator::Alpha), "X");
+    assert_eq!(axes(Kinematics::HybridCoreXy, Actuator::Beta), "XY");
+    assert_eq!(axes(Kinematics::Polar, Actuator::Gamma), "XYZ");
+    assert_eq!(axes(Kinematics::Polar, Actuator::Delta), "A");
+}
+
+#[test]
 fn every_parameter_can_be_changed_by_its_letter() {
     for (kinematics, _) in machines() {
         let before = kinematics.parameters();

@@ -17,7 +17,7 @@ const AXES: &[WordInfo] = &[
     word('B', Unit::Number, "this axis"),
     word('C', Unit::Number, "this axis"),
 ];
-const PLACES: &[WordInfo] = &[
+pub(super) const PLACES: &[WordInfo] = &[
     word('X', Unit::Mm, "machine coordinate"),
     word('Y', Unit::Mm, "machine coordinate"),
     word('Z', Unit::Mm, "machine coordinate"),

@@ -4,7 +4,7 @@ use gcode::Code;
 
 use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Waits};
 use crate::action::Function;
-use crate::meaning::extruders;
+use crate::meaning::{extruders, printers};
 use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
 
@@ -254,7 +254,12 @@ const fn microsteps(code: Code, help: &'static str) -> CodeInfo {
 }
 
 const fn off(number: u16) -> CodeInfo {
-    CodeInfo::asks(Code::m(number), Function::MotorsOff, "motors off, all or those named")
-        .takes(by_axis!(Unit::Flag, "this motor", word('E', Unit::Flag, "the motor of the active extruder")))
+    CodeInfo::either(Code::m(number), printers::motors_off, Function::MotorsOff, "motors off, all or those named")
+        .takes(by_axis!(
+            Unit::Flag,
+            "this motor",
+            word('E', Unit::Flag, "the motor of the active extruder"),
+            word('S', Unit::Seconds, "M18 alone: nothing is done; M84: has nothing to do")
+        ))
         .waits(Waits::Standstill)
 }

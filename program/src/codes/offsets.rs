@@ -2,6 +2,7 @@
 
 use gcode::Code;
 
+use super::leveling::PLACES;
 use super::motion::target_words;
 use super::row::{CodeInfo, Group, Waits};
 use crate::meaning::{moves, offsets, tool_table};
@@ -121,13 +122,13 @@ pub const ROWS: &[CodeInfo] = &[
         .waits(Waits::Standstill),
     CodeInfo::means(Code::g(92).sub(1), offsets::g92, "drop the offset of G92"),
     CodeInfo::means(Code::g(92).sub(2), offsets::g92, "drop the offset of G92"),
-    CodeInfo::means(Code::g(92).sub(3), offsets::g92_offset, "set the offset of G92 itself").takes(&[
+    CodeInfo::means(Code::g(92).sub(3), offsets::g92_offset, "set the offset of G92 itself, 0 where not named").takes(&[
         word('X', Unit::Mm, "by axis"),
         word('Y', Unit::Mm, "by axis"),
         word('Z', Unit::Mm, "by axis"),
     ]),
     CodeInfo::means(Code::g(92).sub(4), offsets::declare_position, "the machine is at these machine coordinates")
-        .takes(POSITION)
+        .takes(PLACES)
         .waits(Waits::Standstill),
     CodeInfo::means(
         Code::m(120),

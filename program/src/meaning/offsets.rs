@@ -184,22 +184,27 @@ pub(crate) fn local_origin<'b>(program: &mut Interpreter, context: &Context<'b>)
     NOTHING
 }
 
-/// G92.3: the offset itself, mm; without words, what G92.2 has taken away, if it has.
+/// G92.3: the offset itself, mm, zero for axes that are not named; without words, what G92.2 has taken away,
+/// if it has.
 pub(crate) fn g92_offset<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    program.modal.g92_is_on = true;
-    if context.words.is_bare() && program.modal.g92_kept != [0.0; 3] {
-        program.modal.g92 = program.modal.g92_kept;
-    }
-    for (axis, offset) in Axis::PRIMARY.into_iter().zip(&mut program.modal.g92) {
-        *offset = context.words.axis(axis).unwrap_or(*offset);
+    let modal = &mut program.modal;
+    modal.g92_is_on = true;
+    if !context.words.is_bare() {
+        modal.g92 = Axis::PRIMARY.map(|axis| context.words.axis(axis).unwrap_or(0.0));
+    } else if modal.g92_kept != [0.0; 3] {
+        modal.g92 = modal.g92_kept;
     }
     NOTHING
 }
 
-/// G92.4 and G28.3: where the machine is. G28.3 counts as homing, and without words all axes are at zero.
-pub(crate) fn declare_position<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+/// G92.4 and G28.3: where the machine is. G28.3 counts as homing, and without words all axes are at zero; G92.4
+/// without words is G92.1.
+pub(crate) fn declare_position<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let homed = words.code().number == 28;
+    if !homed && words.is_bare() {
+        return g92(program, context);
+    }
     let named = if homed && words.is_bare() { units::AxisSet::ALL } else { words.axes() };
     let to = Axis::ALL.map(|axis| {
         let place = words.axis(axis).or(homed.then_some(0.0));
@@ -216,7 +221,11 @@ pub(crate) fn save_or_restore<'b>(program: &mut Interpreter, context: &Context<'
         program.saved.push(saved).map_err(|_| Problem::SavedTooOften.refused(column))?;
     } else {
         let saved = program.saved.pop().ok_or(Problem::NothingSaved.refused(column))?;
+        let seek_rate = program.modal.seek_rate;
         program.modal.restore(&saved);
+        if program.compliant_seek_rate {
+            program.modal.seek_rate = seek_rate;
+        }
     }
     NOTHING
 }

@@ -42,9 +42,13 @@ pub(crate) fn level<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Me
     }
 }
 
-/// M18 and M84: with S they set a time that motors stay on for, and turn nothing off.
+/// M18 and M84: with S they set a time that motors stay on for, and turn nothing off. Smoothieware's M84
+/// knows no S, and its M18 turns nothing off with it but what is named.
 pub(crate) fn motors_off<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    Ok(if context.words.has('S') { Meaning::PassedOver } else { context.function() })
+    let words = &context.words;
+    let acts = !context.dialect.is_other_printers()
+        && (words.code().number == 84 || words.has('E') || !words.axes().is_empty());
+    Ok(if words.has('S') && !acts { Meaning::PassedOver } else { context.function() })
 }
 
 /// M204: P and T are of moves that print and of those that do not. Here all moves have one: that of moves
