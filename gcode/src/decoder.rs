@@ -54,6 +54,8 @@ impl fmt::Display for Refusal {
 pub struct Decoder {
     /// Skip lines that begin with `/`.
     pub block_delete: bool,
+    /// Of two numbers on a line of M110 the one before it counts, not the one behind.
+    pub counts_from_before: bool,
     last: i32,
 }
 
@@ -61,7 +63,7 @@ impl Decoder {
     /// Expects line 1; executes lines that begin with `/`.
     #[must_use]
     pub const fn new() -> Self {
-        Self { block_delete: false, last: 0 }
+        Self { block_delete: false, counts_from_before: false, last: 0 }
     }
 
     /// The number the next numbered line must have.
@@ -123,7 +125,8 @@ impl Decoder {
     fn set_line_number(&mut self, mut blocks: Blocks<'_>, prefix: Option<i32>) {
         let word = blocks.next().and_then(Result::ok).and_then(|block| block.get('N'));
         // The cast saturates; a number that is no whole number is cut.
-        if let Some(number) = word.map(|n| n as i32).or(prefix) {
+        let word = word.map(|n| n as i32);
+        if let Some(number) = if self.counts_from_before { prefix.or(word) } else { word.or(prefix) } {
             self.last = number;
         }
     }
@@ -337,6 +340,11 @@ mod tests {
         assert_eq!(decoder.expected(), 8);
         decode(&mut decoder, &numbered(0, "m110 N5")).unwrap();
         assert_eq!(decoder.expected(), 6);
+        decoder.counts_from_before = true;
+        decode(&mut decoder, &numbered(0, "M110 N5")).unwrap();
+        assert_eq!(decoder.expected(), 1);
+        decode(&mut decoder, "M110 N7").unwrap();
+        assert_eq!(decoder.expected(), 8);
         decode(&mut decoder, "N-1 M110*15").unwrap();
         assert_eq!(decoder.expected(), 0);
         decode(&mut decoder, "M1100").unwrap();

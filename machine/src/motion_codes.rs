@@ -4,7 +4,7 @@
 //! M92 and M900 change what every step means: they are for a machine that stands still.
 
 use config::MachineConfig;
-use motion::{ConfigError, Limits, Motion, MotionConfig, Shaper, ShaperKind};
+use motion::{ConfigError, Limits, MotionConfig, Shaper, ShaperKind};
 use program::{Interpreter, Tools, Words};
 use units::{Actuator, Axis, Mm, MmPerSecond, MmPerSecond2};
 

@@ -57,6 +57,28 @@ fn g30_parks_at_its_own_position_where_the_configuration_says_so() {
     assert!(!bench.say("G30 P1").contains("Use G30.1"));
 }
 
+#[test]
+fn of_two_numbers_m110_takes_its_dialects() {
+    let mut bench = start();
+    let numbered = |line: &str| format!("{line}*{}", line.bytes().fold(0, |sum, byte| sum ^ byte));
+    for (dialect, expected) in [("smoothie", 1), ("marlin", 6)] {
+        bench.say(&format!("dialect {dialect}"));
+        assert_eq!(bench.say(&numbered("N0 M110 N5")), "ok\n");
+        assert_eq!(bench.say(&numbered("N100 M105")), format!("rs N{expected}\n"), "{dialect}");
+        assert_eq!(bench.say("M110 N7"), "ok\n");
+        assert_eq!(bench.say(&numbered("N100 M105")), "rs N8\n", "{dialect}");
+    }
+}
+
+#[test]
+fn an_offset_is_set_of_a_system_that_is_named() {
+    for (dialect, error) in [("smoothie", "error:Must supply P, column 1\n"), ("marlin", "ok\n")] {
+        let mut bench = start();
+        bench.say(&format!("dialect {dialect}"));
+        assert_eq!(bench.say("G10 L20 X5"), error, "{dialect}");
+    }
+}
+
 // --- sensors and drivers ---
 
 #[test]

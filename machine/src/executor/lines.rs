@@ -4,7 +4,7 @@ use config::ButtonWord;
 use events::{Event, Text};
 use gcode::{Line, Refusal};
 use motion::Tag;
-use program::{State, Waits};
+use program::{Dialect, State, Waits};
 
 use super::answers::{answered, finish, pause_job, say_refusal};
 use super::blocks::Start;
@@ -109,6 +109,7 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
     }
     let Some(session) = machine.sessions.get_mut(id) else { return };
     let may_operate = session.rights == Rights::Operate;
+    session.decoder.counts_from_before = session.dialect == Dialect::Smoothie;
     match session.decoder.decode(line) {
         Ok(_) if !may_operate => {
             let text = format_args!("this session may ask, and stop the machine, no more");

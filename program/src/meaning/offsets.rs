@@ -110,10 +110,14 @@ pub(crate) fn set_offsets<'b>(program: &mut Interpreter, context: &Context<'b>) 
         Some(20.0) => true,
         _ => return Err(Problem::OffsetKind.refused(words.column_of('L'))),
     };
-    let system = match words.get('P').unwrap_or(0.0) {
-        0.0 => program.modal.system,
-        p if p >= 1.0 && p <= COORDINATE_SYSTEMS as f64 => p as usize - 1,
-        _ => return Err(Problem::CoordinateSystem.refused(words.column_of('P'))),
+    let in_force = program.modal.system;
+    let system = match words.get('P') {
+        Some(0.0) => in_force,
+        Some(p) if p >= 1.0 && p <= COORDINATE_SYSTEMS as f64 => p as usize - 1,
+        None if context.dialect.is_other_printers() => in_force,
+        // Another one than was meant would be moved in silence.
+        None => return Err(Problem::MustSupply('P').refused(words.column())),
+        Some(_) => return Err(Problem::CoordinateSystem.refused(words.column_of('P'))),
     };
     let replaces = program.modal.absolute || context.dialect.replaces_offsets();
     if let Some(degrees) = words.as_written('R') {
