@@ -82,8 +82,7 @@ fn report_arms<P: Ports>(hands: &mut Hands<'_, '_, P>, config: &MachineConfig, w
     if words.has('S') {
         let rate = lines.segments_per_second.unwrap_or(0.0);
         hands.say(format_args!("Delta segments set to {rate:6.4} segs/sec\n"));
-    }
-    if words.has('U') {
+    } else if words.has('U') {
         let length = lines.segment_length.unwrap_or(0.0);
         hands.say(format_args!("mm per line segment set to {length:8.4}\n"));
     }

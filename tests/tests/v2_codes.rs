@@ -244,6 +244,34 @@ fn what_is_typed_ahead_keeps_its_lines() {
 }
 
 #[test]
+fn an_upload_stores_what_v2_carries_out() {
+    let mut bench = Plan::new(CARTESIAN).file("b.g", "G4 P1\n").start();
+    bench.say("M28 a.g");
+    for line in ["M23 b.g", "M30 b.g", "M32 b.g", "M117 text"] {
+        assert_eq!(bench.say(line), "ok\n");
+    }
+    bench.say("M29");
+    assert_eq!(bench.read_card("a.g").as_deref(), Some("M23 b.g\nM30 b.g\nM32 b.g\nM117 text\n"));
+    assert!(bench.read_card("b.g").is_some(), "nothing was removed");
+}
+
+#[test]
+fn a_contact_is_said_in_the_units_of_the_program() {
+    let mut bench = with_probe();
+    bench.run(&["G28", "G1 Z10 F600", "G28.4 Z30"]);
+    assert!(bench.say("G38.2 Z-20").starts_with("[PRB:"));
+    let probed = |bench: &mut Bench| -> f64 {
+        let said = bench.say("$#");
+        let place = said.split("[PRB:").nth(1).and_then(|rest| rest.split(':').next()).expect("a place");
+        place.split(',').nth(2).and_then(|z| z.parse().ok()).expect("its Z")
+    };
+    let mm = probed(&mut bench);
+    assert!(mm > 1.0, "{mm}");
+    bench.run(&["G20"]);
+    assert!((probed(&mut bench) - mm / 25.4).abs() < 1e-3, "{mm} mm");
+}
+
+#[test]
 fn a_probe_in_inches_comes_back_to_where_it_began() {
     let mut bench = with_probe();
     bench.run(&["G28", "G1 Z10 F600", "M400", "G20"]);

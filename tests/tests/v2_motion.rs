@@ -1,6 +1,7 @@
 //! What Smoothieware v2 does with rates, offsets and motors, where programs for it count on that.
 
 use scenarios::{Bench, CARTESIAN, COREXY, DELTA, Plan};
+use units::Actuator::Alpha;
 
 fn start() -> Bench {
     Plan::new(CARTESIAN).start()
@@ -65,4 +66,27 @@ fn m18_with_a_time_turns_nothing_off() {
     bench.run(&["G28"]);
     assert_eq!(bench.say("M18 S60"), "ok\n");
     assert_eq!(bench.say("G28.6"), "X:1 Y:1 Z:1 \nok\n");
+}
+
+#[test]
+fn homing_that_is_halted_leaves_what_it_was_to_home_unhomed() {
+    let mut bench = start();
+    bench.run(&["G28", "G1 X80 Y50 Z5 F6000", "M400"]);
+    bench.type_in("G28 X\n");
+    bench.hear(0.8);
+    bench.send(b"\x18");
+    bench.hear(1.0);
+    bench.say("M999");
+    assert_eq!(bench.say("G28.6"), "X:0 Y:1 Z:1 \nok\n");
+    let place = format!("ok MCS: X:{:.4} Y:50.0000 Z:5.0000\n", bench.carriage(Alpha));
+    assert_eq!(bench.say("M114.2").trim_end(), place.trim_end(), "it has braked, so the others are where they read");
+}
+
+// --- what lines are cut into ---
+
+#[test]
+fn beside_s_the_u_of_m665_does_not_count() {
+    let mut bench = start();
+    assert_eq!(bench.say("M665 S100 U2"), "Delta segments set to 100.0000 segs/sec\nok\n");
+    assert!(bench.say("M503").contains("\nM665 S100.00000 U0.00000\n"));
 }

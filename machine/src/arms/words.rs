@@ -56,9 +56,9 @@ fn set_home_height(tuning: &mut Tuning, config: &MachineConfig, words: &Words<'_
 
 fn set_line_cutting(tuning: &mut Tuning, words: &Words<'_>) {
     if let Some(rate) = words.get('S') {
+        // Beside it U does not count.
         tuning.lines.segments_per_second = (rate > 1.0).then_some(rate);
-    }
-    if let Some(length) = words.get('U') {
+    } else if let Some(length) = words.get('U') {
         tuning.lines.segments_per_second = None;
         tuning.lines.segment_length = (length >= 1e-4).then_some(length);
     }

@@ -65,7 +65,8 @@ pub(crate) fn offsets(program: &Interpreter, verbose: bool, reply: &mut Reply<'_
     } else {
         reply.say(format_args!("[TLO:{z:.4}]\n"));
     }
-    let ([x, y, z], found) = program.last_probe();
+    let (place, found) = program.last_probe();
+    let [x, y, z] = place.map(|mm| modal.in_program_units(mm));
     reply.say(format_args!("[PRB:{x:.4},{y:.4},{z:.4}:{}]\n", u8::from(found)));
 }
 
