@@ -38,6 +38,11 @@ fn m306_has_this_place_read_as_given_from_the_next_homing_on() {
     bench.run(&["G28 X0", "G1 X12.5 F3000", "M400"]);
     assert!((bench.carriage(Alpha) - carriage).abs() < 0.02, "the same place reads 12.5 now");
     assert!(bench.say("M503").contains("M206 X2.50 "));
+    // In the units of the program; M206 is mm.
+    bench.run(&["G20"]);
+    assert!(bench.say("M306 X1").starts_with("// Homing Offset: X 15.400 "));
+    assert!(bench.say("M206 X2.5").ends_with("ok\n"));
+    assert!(bench.say("M503").contains("M206 X2.50 "));
 }
 
 #[test]
@@ -241,6 +246,41 @@ fn what_is_typed_ahead_keeps_its_lines() {
     assert!(!said.contains("WARNING"), "no two lines are one: {said}");
     assert_eq!(said.matches("ok C: X:0.0000 Y:0.0000 Z:0.0000 E:0.0000 \n").count(), 2, "{said}");
     bench.run(&["M104 S0"]);
+}
+
+#[test]
+fn a_file_keeps_its_last_line_and_loses_the_ends_of_the_others() {
+    let file = "G28.3 X0 Y0 Z0\r\nG1 X10 F6000\r\nmkdir new\r\nG1 X15";
+    let mut bench = Plan::new(CARTESIAN).file("a.g", file).start();
+    bench.say("play a.g");
+    bench.hear(2.0);
+    assert!(bench.say("M114").contains(" X:15.0000 "), "a last line without an end is whole");
+    let listed = bench.say("ls");
+    assert!(listed.contains(" 0  new\n"), "no CR is a part of a name: {listed:?}");
+    bench.write_card("b.g", b"G1 X20 F300\nG1 X30\n");
+    bench.say("play b.g -t");
+    bench.hear(0.5);
+    bench.type_in("abort\n");
+    let said = bench.hear(3.0);
+    assert!(!said.contains("Done printing file"), "it is not done: {said}");
+}
+
+#[test]
+fn m306_sets_all_that_it_names_or_nothing() {
+    let mut bench = start();
+    bench.run(&["G28 X"]);
+    assert_eq!(bench.say("M306 X5 Y3"), "error:Axis Y must be homed before setting Homing offset\n");
+    assert!(bench.say("M206").starts_with("X: 0.000 Y: 0.000 "));
+}
+
+#[test]
+fn a_halt_ends_a_dwell() {
+    let mut bench = start();
+    bench.type_in("G4 S100\n");
+    bench.hear(0.5);
+    bench.send(b"\x18");
+    assert!(bench.hear(1.0).contains("!!"), "its line is answered");
+    assert!(bench.say("M999").ends_with("ok\n"));
 }
 
 #[test]

@@ -150,9 +150,9 @@ pub const ROWS: &[CodeInfo] = &[
         "correct homing positions: this place reads as given from now on; T: find a heater's model",
     )
     .takes(&[
-        word('X', Unit::Mm, "what this place is to read"),
-        word('Y', Unit::Mm, "what this place is to read"),
-        word('Z', Unit::Mm, "what this place is to read"),
+        word('X', Unit::Length, "what this place is to read"),
+        word('Y', Unit::Length, "what this place is to read"),
+        word('Z', Unit::Length, "what this place is to read"),
         word('T', Unit::Id, "find the model of the heater with this tool_id, and use it: see M307"),
         word('S', Unit::Celsius, "with T: temperature to swing around, 150 where it is left out"),
         word('C', Unit::Number, "with T: swings, 3 where it is left out").bounds(&Within(3.0, 50.0)),
