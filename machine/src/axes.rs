@@ -193,8 +193,8 @@ impl Axes {
     }
 
     /// Takes the current off these axes' own motors, and forgets every axis that they move: in a CoreXY both
-    /// X and Y go where one belt goes. Errors are left to the supervisor: a driver that does not answer cannot
-    /// be switched off over its bus; the global enable line does it.
+    /// X and Y go where one belt goes. Errors are left to the supervisor: a driver that does not answer
+    /// cannot be switched off over its bus; the global enable line does it.
     pub fn disable(&mut self, ports: &mut (impl DriversPort + MotionPort), axes: AxisSet) {
         let mut lost = axes;
         for axis in axes.axes() {

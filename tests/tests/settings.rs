@@ -73,6 +73,18 @@ fn saved_settings_wait_for_m501_unless_the_configuration_wants_them_at_boot() {
     assert!(said.starts_with("failed to load configuration override /sd/config-override: no such file\n"), "{said}");
 }
 
+/// As in Smoothieware v2, whose saved settings may hold any line.
+#[test]
+fn saved_settings_neither_save_nor_load_themselves() {
+    for line in ["M500", "M501", "M502", "M503"] {
+        let plan = Plan::new(CARTESIAN).with("config-override = false", "config-override = true");
+        let content = format!("{line}\nM92 X100\n");
+        let mut bench = plan.file(SAVED, &content).start();
+        assert!(bench.say("M92").starts_with("X:100.0"), "{line}");
+        assert_eq!(bench.read_card(SAVED), Some(content));
+    }
+}
+
 #[test]
 fn inches_are_no_trap_for_saved_settings() {
     let mut bench = Plan::new(CARTESIAN).start();

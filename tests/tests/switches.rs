@@ -36,6 +36,16 @@ fn a_servo_takes_percent_and_pulses_as_smoothieware_s_do() {
 }
 
 #[test]
+fn a_halt_brings_a_servo_to_where_it_was_at_first() {
+    let mut bench = servo().set("[switch] arm.startup_value = 6").start();
+    bench.run(&["M280 S10"]);
+    assert!((pulse_us(&mut bench) - 2_000.0).abs() < 1.0);
+    bench.say("M112");
+    let is = pulse_us(&mut bench);
+    assert!((is - 1_200.0).abs() < 1.0, "{is}");
+}
+
+#[test]
 fn a_servo_that_is_described_takes_angles() {
     let plan = servo().set("[switch] arm.servo_max_angle = 180").set("[switch] arm.servo_max_us = 2200");
     let mut bench = plan.start();

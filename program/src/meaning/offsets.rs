@@ -201,8 +201,8 @@ pub(crate) fn g92_offset<'b>(program: &mut Interpreter, context: &Context<'b>) -
     NOTHING
 }
 
-/// G92.4 and G28.3: where the machine is. G28.3 counts as homing, and without words all axes are at zero; G92.4
-/// without words is G92.1.
+/// G92.4 and G28.3: where the machine is. G28.3 counts as homing, and without words all axes are at zero;
+/// G92.4 without words is G92.1.
 pub(crate) fn declare_position<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let homed = words.code().number == 28;
