@@ -46,10 +46,15 @@ pub(crate) trait Draws {
 
 /// What motion is to know of a move of the program, without its curve, and of no object. `deviation` is how
 /// far a rounded corner may stand off where the program does not say, mm; `factors` are M220's.
-pub(crate) fn in_motions_terms(request: &Move, tag: Tag, factor: f64, deviation: impl FnOnce() -> f64) -> motion::Move {
+pub(crate) fn in_motions_terms(
+    request: &Move,
+    tag: Tag,
+    [feed, rapid]: [f64; 2],
+    deviation: impl FnOnce() -> f64,
+) -> motion::Move {
     let (feed_rate, mode) = match request.rate {
-        Rate::Rapid(speed) => (speed * factor, Mode::Rapid),
-        Rate::Feed(speed) => (speed * factor, Mode::Feed),
+        Rate::Rapid(speed) => (speed * rapid, Mode::Rapid),
+        Rate::Feed(speed) => (speed * feed, Mode::Feed),
         // No speed, and so nobody takes it, until the length of its way is known: see `last`.
         // Nor what follows the spindle: the program refuses it before.
         Rate::Duration(_) | Rate::PerRevolution(_) => (MmPerSecond(0.0), Mode::Feed),

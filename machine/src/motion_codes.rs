@@ -275,11 +275,11 @@ pub(crate) fn corner_settings(texts: &Texts, ports: &mut impl MotionPort, words:
 /// brings back what was kept.
 pub(crate) fn set_speed_factor(program: &mut Interpreter, words: &Words<'_>) {
     if words.has('B') {
-        program.keep_speed_factor();
+        program::speed_factor::keep(program);
     }
     let kept = words.has('R').then(|| program.modal().kept_speed_factor);
     if let Some(factor) = words.get('S').or(kept) {
-        program.set_speed_factor(factor.clamp(*FACTOR.start(), *FACTOR.end()));
+        program::speed_factor::set(program, factor.clamp(*FACTOR.start(), *FACTOR.end()));
     }
 }
 

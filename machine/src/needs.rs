@@ -59,8 +59,8 @@ pub(crate) fn needs(texts: &Texts, config: &MachineConfig, part: Part, is_playin
     Err(if is_playing { refused.meaning(FailureKind::Alarm) } else { refused })
 }
 
-/// Whether a code of this row levels the bed of other machines: this one has neither probe nor leveling, or no
-/// Z motors to align, or no screws. Nothing is lost when a file goes on without.
+/// Whether a code of this row levels the bed of other machines: this one has neither probe nor leveling, or
+/// no Z motors to align, or no screws. Nothing is lost when a file goes on without.
 pub(crate) fn cannot_level(config: &MachineConfig, row: &CodeInfo) -> bool {
     row.levels
         && match row.part {

@@ -12,6 +12,7 @@ use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, heat};
+use crate::strange_words;
 use crate::words::Words;
 
 impl Interpreter {
@@ -68,7 +69,7 @@ impl Interpreter {
             words.check()?;
         }
         if words.has_strange(row.letters) {
-            self.strange_words(&words, row, dialect)?;
+            strange_words::look(self, &words, row, dialect)?;
         }
         let claimed = block.code.filter(|code| self.setup.claims.may_have(*code));
         // Nearly every line of a program.

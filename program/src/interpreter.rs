@@ -464,23 +464,6 @@ impl Interpreter {
         (modes.feed_override, modes.spindle_override) = (true, true);
     }
 
-    /// Scales the rates of moves that are read from now on.
-    pub const fn set_speed_factor(&mut self, factor: f64) {
-        self.modal.speed_factor = factor;
-    }
-
-    /// Factors of the rates of working moves and of rapids: M220 leaves those with `compliant_seek_rate`.
-    #[must_use]
-    pub const fn speed_factors(&self) -> [f64; 2] {
-        let factor = self.modal.speed_factor;
-        [factor, if self.compliant_seek_rate { 1.0 } else { factor }]
-    }
-
-    /// M220 B.
-    pub const fn keep_speed_factor(&mut self) {
-        self.modal.kept_speed_factor = self.modal.speed_factor;
-    }
-
     /// M66: 1 or 0 as the input was found, -1 where nothing came of it in time.
     pub const fn set_input_result(&mut self, value: f64) {
         self.input_result = value;

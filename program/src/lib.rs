@@ -46,6 +46,7 @@ mod rotation;
 mod saved_modes;
 mod script_modes;
 mod setup;
+pub mod speed_factor;
 mod splines;
 mod state;
 mod strange_words;

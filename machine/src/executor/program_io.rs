@@ -73,8 +73,10 @@ pub(super) fn speed_factor<P: Ports>(machine: &mut Machine<'_, P>, words: &Words
         Some(factor) if is_beside => {
             let own = factor.clamp(0.1, 10.0) / machine.program.modal().speed_factor;
             set_feed(machine, own);
-            let feed = machine.ports.motion(|motion| motion.overrides().feed);
-            machine.ports.motion(|motion| motion.set_overrides(feed, own));
+            if !machine.config.motion.compliant_seek_rate {
+                let feed = machine.ports.motion(|motion| motion.overrides().feed);
+                machine.ports.motion(|motion| motion.set_overrides(feed, own));
+            }
         }
         _ => motion_codes::set_speed_factor(&mut machine.program, words),
     }
@@ -102,7 +104,7 @@ pub(super) fn reset_overrides<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.feed_waits = None;
     machine.hold = Hold::Acts;
     machine.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
-    machine.program.set_speed_factor(1.0);
+    program::speed_factor::set(&mut machine.program, 1.0);
     machine.outputs.let_override_count(true);
     machine.outputs.override_spindle(100.0);
 }

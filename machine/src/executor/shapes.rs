@@ -20,8 +20,9 @@ use crate::safety::Event;
 pub(super) fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> motion::Move {
     let (ports, part) = (&mut machine.ports, machine.jobs.objects.part());
     // A tap, and M49, have no speed but their own.
-    let factor = if machine.feed_waits.is_some() { 1.0 } else { machine.program.modal().speed_factor };
-    let whole = drawing::in_motions_terms(request, machine.tag, factor, || {
+    let factors =
+        if machine.feed_waits.is_some() { [1.0; 2] } else { program::speed_factor::of_moves(&machine.program) };
+    let whole = drawing::in_motions_terms(request, machine.tag, factors, || {
         ports.motion(|motion| motion.config().map_or(0.0, |config| config.limits.junction_deviation.get()))
     });
     motion::Move { part, ..whole }

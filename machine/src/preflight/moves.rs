@@ -41,9 +41,10 @@ impl Reading<'_, '_> {
         self.may_move(request, from)?;
         let limits = || self.motion.config().map(|config| config.limits);
         let deviation = || limits().map_or(0.0, |limits| limits.junction_deviation.get());
-        let modal = self.preflight.program.modal();
-        let factor = if modal.auxiliary.feed_override { modal.speed_factor } else { 1.0 };
-        let own = drawing::in_motions_terms(request, self.preflight.tag(), factor, deviation);
+        let program = &self.preflight.program;
+        let factors =
+            if program.modal().auxiliary.feed_override { program::speed_factor::of_moves(program) } else { [1.0; 2] };
+        let own = drawing::in_motions_terms(request, self.preflight.tag(), factors, deviation);
         self.preflight.without_flow_limit = self.speed_without_flow_limit(request, from);
         let drawn = apart(|| drawing::draw(self, *from, request, own))?;
         for piece in drawn {
