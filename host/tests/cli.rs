@@ -79,7 +79,7 @@ fn the_json_schema_knows_every_setting_and_its_bounds() {
     let queue = &sections["planner"]["properties"]["planner_queue_size"];
     assert_eq!(
         (queue["minimum"].as_i64(), queue["maximum"].as_i64(), queue["default"].as_i64()),
-        (Some(4), Some(4096), Some(32))
+        (Some(1), Some(65_535), Some(32))
     );
 }
 

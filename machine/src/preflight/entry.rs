@@ -32,9 +32,10 @@ impl Preflight<'_> {
     /// does.
     pub fn load_settings(&mut self, text: &[u8], motion: &mut Motion, listener: &mut dyn Listener) -> Option<u32> {
         let dialect = core::mem::replace(&mut self.dialect, Dialect::Smoothie);
+        self.reads_settings = true;
         // Files of subroutines have no part in it.
         let _ = read(self, text, &|_| None, motion, listener);
-        self.dialect = dialect;
+        (self.dialect, self.reads_settings) = (dialect, false);
         self.forget_the_file();
         self.loads_mesh
     }

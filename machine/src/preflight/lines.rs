@@ -198,7 +198,7 @@ impl Reading<'_, '_> {
         {
             return Err(self.failed(Kind::Off, failure));
         }
-        if cannot_level(self.preflight.config, row) {
+        if cannot_level(self.preflight.config, row) && !self.preflight.reads_settings {
             return self.goes_on_unleveled(row);
         }
         let facts = self.preflight.facts();

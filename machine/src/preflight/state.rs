@@ -129,6 +129,8 @@ pub struct Preflight<'c> {
     pub(super) fade: (Option<f64>, Option<f64>),
     /// The line that has loaded a mesh first.
     pub(super) loads_mesh: Option<u32>,
+    /// The file is what the machine has saved, and no job.
+    pub(super) reads_settings: bool,
     /// Files of subroutines that are open, the last one being read.
     pub(super) files: heapless::Vec<SubName, MOST_CALLERS>,
     /// The subroutine that was called, which may have a file of its own.
@@ -202,6 +204,7 @@ impl<'c> Preflight<'c> {
             most_celsius: [Celsius(0.0); MAX_HEATERS],
             fade: (None, None),
             loads_mesh: None,
+            reads_settings: false,
             files: heapless::Vec::new(),
             called: SubName::new(),
             settling: 0.0,
