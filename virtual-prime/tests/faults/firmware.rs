@@ -133,17 +133,11 @@ fn late_steps(_: &Case) -> Seen {
     Seen::default()
 }
 
-/// Interrupts are kept off for 100 us with 42 from step to step: at least two are due at once.
 fn steps_too_late(case: &Case) -> Seen {
-    steps_lost_time(case, masking(20_000, "F18000"), "had to be delayed for their driver")
-}
-
-/// Interrupts are kept off for 300 us, and steps are written some 125 us ahead: there is nothing to play.
-fn steps_not_ready(case: &Case) -> Seen {
-    steps_lost_time(case, masking(60_000, "F9000"), "were not ready in time and the motion stood still")
-}
-
-fn steps_lost_time(case: &Case, velvet: Velvet, told: &str) -> Seen {
+    // 100 us of 42 from step to step: at least two steps of the motor are due at once. Steps are written
+    // 125 us ahead or more: behind that there would be a gap instead.
+    let velvet = masking(20_000, "F18000");
+    let told = "had to be delayed for their driver";
     let strike = |velvet: &mut Velvet| {
         velvet.world(|world| world.trace_mut().take());
         velvet.bench.console.send(b"?");
@@ -268,10 +262,7 @@ pub const CLASSES: &[Class] = &[
         name: "steps_that_come_too_late",
         what: "steps so late that a driver's least distance had to be kept by delaying them",
         does: "brake, halt; every step is given, so positions are kept",
-        cases: &[
-            Case { state: State::Moving, within_ms: 500.0, run: steps_too_late },
-            Case { state: State::Moving, within_ms: 500.0, run: steps_not_ready },
-        ],
+        cases: &[Case { state: State::Moving, within_ms: 500.0, run: steps_too_late }],
     },
     Class {
         name: "a_second_core_that_runs",
