@@ -22,7 +22,8 @@ impl Blocks<'_> {
         self.at += 1;
         self.skip_blanks();
         if !self.peek().is_some_and(|byte| byte.is_ascii_digit()) {
-            if letter == Letter::T && self.rest().starts_with(b"-1") {
+            let is_none = matches!(self.rest(), [b'-', b'1', rest @ ..] if !matches!(rest, [b'0'..=b'9' | b'.', ..]));
+            if letter == Letter::T && is_none {
                 self.at += 2;
                 return Ok(Code::t(NO_TOOL));
             }

@@ -196,9 +196,9 @@ pub enum Effect {
     Light(LightChange),
     /// Nothing: a word that its code does not take, and that changes nothing.
     Ignored {
-        /// The code.
+        /// The code that does not take it.
         code: Code,
-        /// The word.
+        /// Its letter.
         letter: char,
     },
 }

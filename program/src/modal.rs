@@ -143,7 +143,7 @@ pub struct Modal {
     pub seek_rate: MmPerSecond,
     /// Factor of the rates of moves that are read from now on (M220).
     pub speed_factor: f64,
-    /// What M220 B keeps and M220 R brings back.
+    /// The factor that was in force at the last M220 B: M220 R brings it back. 1 before any.
     pub kept_speed_factor: f64,
     /// S of laser and spindle.
     pub power: f32,

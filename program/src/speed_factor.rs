@@ -2,7 +2,7 @@
 
 use crate::interpreter::Interpreter;
 
-/// Another factor.
+/// Has the moves that are read from now on made at `factor` times their rates; 1 is as programmed.
 pub const fn set(program: &mut Interpreter, factor: f64) {
     program.modal.speed_factor = factor;
 }

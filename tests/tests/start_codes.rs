@@ -61,5 +61,7 @@ fn what_switches_off_or_sets_nothing_stops_nobody() {
     }
     // A heater that is not there and would be hot is another thing.
     assert!(played(CARTESIAN, "M104 S200 T1", MARLIN).contains("was not carried out"));
+    // Only -1 says so.
+    assert!(Plan::new(CARTESIAN).start().say("T-10").contains("T needs a whole number"));
     assert!(Plan::new(CARTESIAN).start().say("T-1").contains("no extruder has tool_id -1"));
 }

@@ -270,13 +270,15 @@ fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) {
         let comes = finding.sub.is_some() || finding.line > machine.jobs.line();
         let holds = machine.ahead.holds;
         let waits_for_all = holds && machine.config.player.preflight == JobPreflight::Refuse;
-        let is_told = finding.kind != Kind::Unleveled;
-        machine.ahead.warned += u32::from(is_told);
+        // That nothing levels the bed is told beside what stops the job.
+        let stops_it = finding.kind != Kind::Unleveled;
+        machine.ahead.warned += u32::from(stops_it);
         // What the machine has come to it says itself.
         let is_news = holds || comes;
         // What follows a first one is read as if that had been made.
         let most = if waits_for_all { MOST_WARNINGS } else { 1 };
-        if machine.config.player.preflight == JobPreflight::Time || is_told && machine.ahead.warned > most || !is_news {
+        if machine.config.player.preflight == JobPreflight::Time || stops_it && machine.ahead.warned > most || !is_news
+        {
             continue;
         }
         // The machine would stop there by itself, or halt and lose its place. Where what an input or a probe

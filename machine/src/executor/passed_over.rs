@@ -33,7 +33,7 @@ pub(super) fn goes_on_unleveled<P: Ports>(machine: &mut Machine<'_, P>, row: &Co
     goes_on
 }
 
-/// One more that the job's end will tell of.
+/// Counts a code or a word of the job that was left out; they are said when the job ends.
 pub(super) fn count<P: Ports>(machine: &mut Machine<'_, P>, name: Name) {
     if let Some(noted) = machine.jobs.noted() {
         noted.passed_over.count(name);

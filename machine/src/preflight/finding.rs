@@ -24,7 +24,7 @@ pub enum Kind {
     OutOfTravel,
     /// Arms do not reach it.
     Unreachable,
-    /// It moves before homing, on a machine that must be homed before.
+    /// A move before homing, where `[motion control] must_be_homed` is set.
     MustHome,
     /// A word with which the machine halts.
     Halts,

@@ -37,7 +37,7 @@ pub struct CodeInfo {
     /// A file in which it is not carried out makes another part, or harms somebody: the file waits for a
     /// person.
     pub is_needed: bool,
-    /// It levels the bed, or is done on the way to it: a file for a machine that does goes on without.
+    /// It levels the bed, or prepares that: a job leaves it out on a machine with no probe and no leveling.
     pub levels: bool,
     /// What it does, in one line.
     pub help: &'static str,

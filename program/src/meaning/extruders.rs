@@ -10,14 +10,15 @@ use crate::words::Words;
 
 /// Tn.
 pub(crate) fn select_tool<'b>(program: &mut Interpreter, number: u16, column: u16) -> Result<Meaning<'b>, Fault> {
+    if number == NO_TOOL {
+        return Err(Problem::NoSuchTool(-1.0).refused(column));
+    }
     if !program.tools.has_extruders() {
-        let number = if number == NO_TOOL { 0 } else { number };
         program.tools.selected = number;
         return NOTHING;
     }
-    let id = if number == NO_TOOL { -1.0 } else { f64::from(number) };
-    let place = program.tools.numbered(id);
-    program.tools.active = place.ok_or(Problem::NoSuchTool(id).refused(column))?;
+    let place = program.tools.numbered(f64::from(number));
+    program.tools.active = place.ok_or(Problem::NoSuchTool(f64::from(number)).refused(column))?;
     if let Some(offset) = program.tools.active().map(|tool| tool.settings.offset) {
         program.modal.set_tool_offset(offset);
     }
