@@ -5,14 +5,17 @@
 //!
 //! - **On demand**, for a board. The feed runs again when what is written ends a `Lead` from now, and then
 //!   takes one segment, and others as long as none ends later than the longest would. A segment is half a
-//!   millisecond at most, so the writing ends 125 to 625 us ahead; with a limit of jerk 0.3 ms, so it ends
-//!   425 to 725 us ahead, because the next segment may need a plan that takes long.
+//!   millisecond at most, so the writing ends 125 to 625 us ahead. With a limit of jerk the next segment may
+//!   have to wait for a plan that takes long: 225 to 725 us, and where many blocks wait, 425 to 725 us with
+//!   segments of 0.3 ms at most.
 //! - **By period**, every half millisecond, until more than `REFILL` is written: 1 to 1.5 ms ahead. That
 //!   is how the native runner works, whose time goes by half milliseconds, and how a board works while it
 //!   searches for a switch or the probe. Where the brake begins then depends on the phase of the runs: so a
 //!   search ends alike on both.
 
 use units::Ticks;
+
+use crate::knots::{SEGMENT_SECONDS, SHORT_SEGMENT_SECONDS};
 
 /// Between two runs by period, and at most between two on demand.
 pub const PERIOD: Ticks = Ticks::from_micros(500);
@@ -37,9 +40,15 @@ pub(crate) enum Lead {
     /// [`crate::feed::BATCH`] of steps (20), those that are played meanwhile.
     #[default]
     Short,
-    /// 425 us. A jerk-limited block may take 350 us to plan, under the same lock.
-    OverPlans,
+    /// 225 us. The plan of a few jerk-limited blocks takes up to 130 us, under the same lock.
+    OverShortPlans,
+    /// 425 us. That of a whole queue of them takes up to 350 us.
+    OverLongPlans,
 }
+
+/// So many jerk-limited blocks that wait are a few. A plan visits each of them at most, for 5.5 us; and no
+/// more than eight others come before the feed runs again and sees them.
+const FEW_BLOCKS: usize = 16;
 
 impl Lead {
     /// Less than this is urgent at the beginning of a run: something has kept the feed from running.
@@ -48,7 +57,8 @@ impl Lead {
     const fn ticks(self) -> Ticks {
         Ticks::from_micros(match self {
             Self::Short => 125,
-            Self::OverPlans => 425,
+            Self::OverShortPlans => 225,
+            Self::OverLongPlans => 425,
         })
     }
 
@@ -56,8 +66,22 @@ impl Lead {
     const fn before_start(self) -> Ticks {
         Ticks::from_micros(match self {
             Self::Short => 200,
-            Self::OverPlans => 500,
+            Self::OverShortPlans => 300,
+            Self::OverLongPlans => 500,
         })
+    }
+
+    /// With so many jerk-limited blocks waiting.
+    pub(crate) const fn over_plans_of(blocks: usize) -> Self {
+        if blocks <= FEW_BLOCKS { Self::OverShortPlans } else { Self::OverLongPlans }
+    }
+
+    /// Greatest length of a segment behind it, in seconds: a hold waits for both.
+    pub(crate) const fn longest_segment_seconds(self) -> f64 {
+        match self {
+            Self::Short | Self::OverShortPlans => SEGMENT_SECONDS,
+            Self::OverLongPlans => SHORT_SEGMENT_SECONDS,
+        }
     }
 }
 

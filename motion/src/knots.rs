@@ -20,9 +20,9 @@ use crate::{
 /// Greatest distance of knots. Shorter than the millisecond that accuracy asks for, so that a hold finds
 /// little already written ahead.
 pub const SEGMENT_SECONDS: f64 = 0.000_5;
-/// The same with a limit of jerk, where more must be written ahead: the two together are what a hold waits
-/// for ([`crate::feed_schedule`]).
-pub(crate) const SMOOTH_SEGMENT_SECONDS: f64 = 0.000_3;
+/// The same where many blocks with a limit of jerk wait, and more must be written ahead: the two together are
+/// what a hold waits for ([`crate::feed_schedule`]).
+pub(crate) const SHORT_SEGMENT_SECONDS: f64 = 0.000_3;
 
 /// Steps below which a position is surely within [`units::StepCount`]: half its range.
 pub(crate) const MAX_STEPS: f64 = 1_073_741_824.0;

@@ -6,7 +6,7 @@ use crate::{
     convert::ceil_i32,
     greatest,
     jerk_limited::{Draft, Ramps},
-    knots::{SEGMENT_SECONDS, SMOOTH_SEGMENT_SECONDS},
+    knots::SEGMENT_SECONDS,
     least,
     motion::Passage,
     path::{Curve, Path},
@@ -29,8 +29,12 @@ pub(crate) struct Run {
     ramps: Ramps,
     /// Seconds from the beginning of the present phase to the cursor.
     local: f64,
-    /// Phase the cursor is in, and how many of its slices are taken.
+    /// Phase the cursor is in.
     phase: usize,
+    /// The rest of it is cut evenly from here on, in seconds from its beginning, into slices no longer than
+    /// this; and how many of those are taken.
+    cut_from: f64,
+    longest: f64,
     taken: u32,
     /// When that phase begins.
     phase_start: TickTime,
@@ -66,12 +70,11 @@ const CLEARANCE_SHARE: f64 = 1.0 / 16.0;
 /// No slice is shorter: a bound for the work, not for the accuracy.
 const SHORTEST_SLICE_SECONDS: f64 = 0.000_025;
 
-/// Greatest distance of knots in a phase of this block.
-fn slice_seconds(phase: &Phase, block: &Block) -> f64 {
+/// Greatest distance of knots in a phase of this block, where `longest` is the greatest anywhere.
+fn slice_seconds(phase: &Phase, block: &Block, longest: f64) -> f64 {
     // Within a phase the acceleration keeps its sign: the speed is greatest at an end.
     let end = phase.speed_at(phase.duration);
     let free = CLEARANCE_SHARE * block.clearance / greatest(phase.speed, end);
-    let longest = if block.jerk > 0.0 { SMOOTH_SEGMENT_SECONDS } else { SEGMENT_SECONDS };
     least(longest, greatest(free, SHORTEST_SLICE_SECONDS))
 }
 
@@ -107,6 +110,8 @@ impl Run {
             ramps: Ramps::carried(carried),
             local: 0.0,
             phase: 0,
+            cut_from: 0.0,
+            longest: SEGMENT_SECONDS,
             taken: 0,
             phase_start: start,
             phase_base: travelled,
@@ -146,10 +151,13 @@ impl Run {
 
     fn begin_profile(&mut self, now: TickTime) {
         self.phase = 0;
-        self.taken = 0;
-        self.local = 0.0;
+        self.begin_phase();
         self.phase_start = now;
         self.phase_base = self.travelled;
+    }
+
+    fn begin_phase(&mut self) {
+        (self.local, self.cut_from, self.taken) = (0.0, 0.0, 0);
     }
 
     /// The ramp that the cursor is in, and how many seconds it has run. `None` where there is no
@@ -178,7 +186,7 @@ impl Run {
     /// The piece of trajectory that begins at the cursor, if one does.
     pub fn new_piece(&mut self) -> Option<Piece> {
         let phase = self.current()?;
-        if self.taken > 0 {
+        if self.local > 0.0 {
             return None;
         }
         Some(Piece {
@@ -197,20 +205,25 @@ impl Run {
         self.profile.phases.iter().skip(self.phase).any(|phase| phase.duration > NEGLIGIBLE_SECONDS)
     }
 
-    /// Moves the cursor one slice on. `None` at the end of the profile, and when the slice would end later
-    /// than `latest`: then the cursor stays where it is.
-    pub fn advance(&mut self, latest: TickTime) -> Option<Slice> {
+    /// Moves the cursor one slice on, `longest` seconds at most. `None` at the end of the profile, and when
+    /// the slice would end later than `latest`: then the cursor stays where it is.
+    pub fn advance(&mut self, latest: TickTime, longest: f64) -> Option<Slice> {
         let phase = self.current()?;
-        let slices = f64::from(ceil_i32(phase.duration / slice_seconds(&phase, &self.block)));
-        let seconds = phase.duration / slices;
+        if longest != self.longest {
+            self.longest = longest;
+            (self.cut_from, self.taken) = (self.local, 0);
+        }
+        let rest = phase.duration - self.cut_from;
+        let slices = f64::from(ceil_i32(rest / slice_seconds(&phase, &self.block, longest)));
+        let seconds = rest / slices;
         let taken = self.taken + 1;
         let last = f64::from(taken) >= slices;
-        let local = if last { phase.duration } else { f64::from(taken) * seconds };
+        let local = if last { phase.duration } else { self.cut_from + f64::from(taken) * seconds };
         let end = self.phase_start + tick_time(local);
         if end > latest {
             return None;
         }
-        let fresh = self.taken == 0;
+        let fresh = self.local == 0.0;
         self.taken = taken;
         let entry = self.speed;
         if last {
@@ -219,8 +232,7 @@ impl Run {
             self.travelled = self.phase_base;
             self.phase_start = end;
             self.phase += 1;
-            self.taken = 0;
-            self.local = 0.0;
+            self.begin_phase();
             self.close();
         } else {
             self.local = local;
@@ -242,7 +254,7 @@ impl Run {
             self.travelled = self.phase_base;
             self.phase += 1;
         }
-        (self.local, self.taken) = (0.0, 0);
+        self.begin_phase();
         self.close();
     }
 

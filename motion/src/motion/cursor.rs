@@ -61,6 +61,7 @@ impl Motion {
                 }
                 self.start_clock(window.start);
             }
+            let longest = self.lead().longest_segment_seconds();
             let run = self.run.as_mut()?;
             if let Some(piece) = run.new_piece() {
                 self.piece = Some(piece);
@@ -71,7 +72,7 @@ impl Motion {
             if !self.timeline.has_begun(block) {
                 self.timeline.begin(block, run.block.tag, self.clock);
             }
-            if let Some(slice) = run.advance(at_tick(window.latest)) {
+            if let Some(slice) = run.advance(at_tick(window.latest), longest) {
                 return Some(slice);
             }
             if run.has_more() {
@@ -291,14 +292,18 @@ impl Motion {
         self.timeline.shift(segment.start.saturating_sub(shift), shift);
     }
 
-    /// What moves or will move next has a limit of jerk.
-    pub(super) fn is_smooth(&self) -> bool {
-        self.run.as_ref().map(|run| &run.block).or(self.planner.front()).is_some_and(|block| block.jerk > 0.0)
+    /// How much the feed keeps written: a plan must not make it late.
+    pub(super) fn lead(&self) -> Lead {
+        let next = self.run.as_ref().map(|run| &run.block).or(self.planner.front());
+        match next {
+            Some(block) if block.jerk > 0.0 => Lead::over_plans_of(self.planner.len()),
+            _ => Lead::Short,
+        }
     }
 
     /// What the feed must know before it goes on.
     pub(crate) fn feed_orders(&mut self) -> FeedOrders {
-        let lead = if self.is_smooth() { Lead::OverPlans } else { Lead::Short };
+        let lead = self.lead();
         FeedOrders { searching: self.filters.bypass_wanted, lead, ..core::mem::take(&mut self.orders) }
     }
 

@@ -9,7 +9,7 @@ use crate::{
     feed::Supply,
     feed_schedule::Window,
     filters::{Knot, LEAST_SPACING, Source, Stretch},
-    knots::{SEGMENT_SECONDS, SMOOTH_SEGMENT_SECONDS, Segment, Span, step_positions_after, steps_per_mm},
+    knots::{SEGMENT_SECONDS, Segment, Span, step_positions_after, steps_per_mm},
     path::{Curve, Path},
     run::Slice,
     trajectory::{Piece, TickTime, at_tick, seconds_between, tick_time},
@@ -51,7 +51,7 @@ impl Motion {
             return Supply::Later;
         }
         segment.start = self.filters.out;
-        let longest = if self.is_smooth() { SMOOTH_SEGMENT_SECONDS } else { SEGMENT_SECONDS };
+        let longest = self.lead().longest_segment_seconds();
         let Some(knot) = self.filters.advance(longest, self.clock, at_tick(window.latest)) else {
             return Supply::Enough;
         };

@@ -3,7 +3,7 @@
 use std::vec::Vec;
 
 use proptest::prelude::*;
-use units::{Actuator, MmPerSecond, Ticks};
+use units::{Actuator, MmPerSecond, MmPerSecond3, Ticks};
 
 use super::rig::{Edge, Rig, at, cases, printer};
 use crate::{FilterConfig, MotionConfig, Move, PressureAdvance, Shaper, ShaperKind, State};
@@ -41,9 +41,14 @@ proptest! {
 
     #[test]
     fn steps_are_the_same_as_by_period(
-        lines in prop::collection::vec((-3.0..3.0_f64, -0.1..0.1_f64), 1..30), filters in any::<bool>(),
+        lines in prop::collection::vec((-3.0..3.0_f64, -0.1..0.1_f64), 1..30),
+        filters in any::<bool>(), jerk in any::<bool>(),
     ) {
-        let config = || if filters { filtered() } else { printer() };
+        let config = || {
+            let mut config = if filters { filtered() } else { printer() };
+            config.limits.jerk = jerk.then_some(MmPerSecond3(100_000.0));
+            config
+        };
         let (mut by_period, mut on_demand) = (Rig::new(config()), Rig::on_demand(config()));
         for rig in [&mut by_period, &mut on_demand] {
             submit(rig, &lines);
