@@ -178,7 +178,8 @@ fn temperatures(config: &mut MachineConfig, written: Written) {
 fn switches(config: &mut MachineConfig, written: Written) {
     for (place, switch) in config.switches.iter_mut().enumerate() {
         let subcode = switch.subcode;
-        for code in [&mut switch.input_on_command, &mut switch.input_off_command].into_iter().flatten() {
+        let codes = [&mut switch.input_on_command, &mut switch.input_reverse_command, &mut switch.input_off_command];
+        for code in codes.into_iter().flatten() {
             if code.subcode == 0 {
                 code.subcode = subcode;
             }

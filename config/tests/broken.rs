@@ -123,6 +123,14 @@ const ADDITIONS: &[(&str, &str)] = &[
     ("a button without a pin", "[button box]\none.press = M24\n"),
     ("a button that halts too late", "[button box]\none.pin = PB7^\none.press = KILL\none.long_press = M24\n"),
     (
+        "a spindle that only turns the other way, with a least speed above the greatest",
+        "[pwm1]\nfrequency = 5000\n\n[switch]\nspindle.enable = true\nspindle.output_pin = PWM1_1\nspindle.output_type = hwpwm\nspindle.input_reverse_command = M4\nspindle.input_off_command = M5\nspindle.max_rpm = 6000\nspindle.min_rpm = 8000\n",
+    ),
+    (
+        "a spindle with speeds on an output without",
+        "[switch]\nspindle.enable = true\nspindle.output_pin = PI4\nspindle.output_type = digital\nspindle.input_on_command = M3\nspindle.max_rpm = 6000\n",
+    ),
+    (
         "a servo whose pulses do not fit",
         "[pwm1]\nfrequency = 5000\n\n[switch]\narm.enable = true\narm.output_pin = PWM1_1\narm.output_type = hwpwm\narm.input_on_command = M280\narm.servo_max_angle = 180\n",
     ),

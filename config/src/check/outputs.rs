@@ -99,9 +99,26 @@ fn output(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
         (Some(OutputPin::Digital(_)), _) => {}
     }
     servo(checks, place, switch);
+    spindle(checks, place, switch);
     if switch.output_kind == OutputKind::HardwarePwm && switch.startup_value > 100.0 {
         let reason = format_args!("{} is more than 100 percent", switch.startup_value);
         checks.error((SWITCH, place, "startup_value"), reason, format_args!("write 0 to 100"));
+    }
+}
+
+/// What of a spindle contradicts itself.
+fn spindle(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
+    if switch.input_reverse_command.is_some() && switch.input_on_command.is_none() {
+        let reason = format_args!("no code turns it the first way");
+        checks.error((SWITCH, place, "input_reverse_command"), reason, format_args!("write input_on_command = M3"));
+    }
+    if switch.min_rpm > switch.max_rpm {
+        let reason = format_args!("it is more than max_rpm = {}", switch.max_rpm);
+        checks.error((SWITCH, place, "min_rpm"), reason, format_args!("write less, or a greater max_rpm"));
+    }
+    if switch.max_rpm > 0.0 && (switch.output_kind == OutputKind::Digital || switch.servo.max_angle > 0.0) {
+        let reason = format_args!("S is no speed of an output that is digital, or a servo's");
+        checks.error((SWITCH, place, "max_rpm"), reason, format_args!("leave it out, or write output_type = hwpwm"));
     }
 }
 

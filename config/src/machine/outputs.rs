@@ -63,6 +63,8 @@ pub struct SwitchConfig {
     pub output_off_command: Command,
     /// Code that turns an output on.
     pub input_on_command: Option<CommandCode>,
+    /// Another code that turns it on: for a spindle, to turn the other way.
+    pub input_reverse_command: Option<CommandCode>,
     /// Code that turns an output off.
     pub input_off_command: Option<CommandCode>,
     /// Subcode as written; the codes above have it already, where they had none of their own.
@@ -83,8 +85,14 @@ pub struct SwitchConfig {
     pub startup_value: f32,
     /// Hardware PWM: percent of an on command without words.
     pub default_on_value: f32,
+    /// S of full power, where S is a speed; 0: it is none.
+    pub max_rpm: f32,
+    /// It never turns more slowly.
+    pub min_rpm: f32,
     /// So long after an on code has turned it on, the next line follows.
     pub on_delay: Micros,
+    /// The same of an off code that has turned it off.
+    pub off_delay: Micros,
     /// Hardware PWM: it turns a servo, and S is an angle.
     pub servo: ServoConfig,
     /// State in a fault.

@@ -96,12 +96,19 @@ pub const SWITCH: Section = Section {
             "Code that turns the output off, as in M107.",
         )
         .v1("switch.<name>.input_off_command"),
+        command(
+            "input_reverse_command",
+            switch!(|s, v| s.input_reverse_command = v),
+            "A spindle that turns both ways: the code that turns the output on, too, M4 where M3 is input_on_command. A \
+             switch of its own that is on by M4 and off by M3 is the direction.",
+        )
+        .velvet(),
         integer(
             "subcode",
             "0",
             &(0, 255),
             switch!(|s, v| s.subcode = v as u8),
-            "Subcode of both codes, where they have none of their own.",
+            "Subcode of these codes, where they have none of their own.",
         )
         .v1("switch.<name>.subcode"),
         integer(
@@ -168,11 +175,39 @@ pub const SWITCH: Section = Section {
         .unit("%")
         .v1("switch.<name>.default_on_value"),
         number(
+            "max_rpm",
+            "0",
+            &(0.0, 1_000_000.0),
+            switch!(|s, v| s.max_rpm = v as f32),
+            "A spindle: S is its speed, and this one is full power; more is told and limited. 0: S is percent, or 0 to 255.",
+        )
+        .unit("1/min")
+        .velvet(),
+        number(
+            "min_rpm",
+            "0",
+            &(0.0, 1_000_000.0),
+            switch!(|s, v| s.min_rpm = v as f32),
+            "With max_rpm: an S above 0 and below this is told, and raised to it.",
+        )
+        .unit("1/min")
+        .velvet(),
+        number(
             "on_delay",
             "0",
             &(0.0, 60.0),
             switch!(|s, v| s.on_delay = Micros((v * 1e6) as u64)),
             "So long after an on code has turned it on, the next line follows: a power supply has come up by then.",
+        )
+        .unit("s")
+        .velvet(),
+        number(
+            "off_delay",
+            "0",
+            &(0.0, 60.0),
+            switch!(|s, v| s.off_delay = Micros((v * 1e6) as u64)),
+            "So long after an off code has turned it off, the next line follows: a spindle stands by then, and may turn the \
+             other way.",
         )
         .unit("s")
         .velvet(),
