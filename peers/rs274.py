@@ -251,14 +251,15 @@ def same(ours, theirs):
 
 
 def tidy(actions):
-    """Without what changes nothing: moves to where the tool is already, a spindle that is stopped when it stands."""
+    """Without what changes nothing: moves to where the tool is already, a spindle that turns so already."""
     kept, here, spindle = [], [0.0] * 3, "stop"
-    for action in actions:
+    for action, behind in zip(actions, [*actions[1:], [None]]):
         if action == ["dwell", 0.0]:
             continue
         if action[0] == "spindle":
-            # M6 and M2 stop it, whether it turns or not.
-            if action[1] == spindle == "stop":
+            # M6 and M2 stop it, whether it turns or not; Velvet says a new S as it says M3, and stops from one way to
+            # the other.
+            if behind[0] == "spindle" or action[1] == spindle:
                 continue
             spindle = action[1]
         if action[0] in ("rapid", "feed"):

@@ -1,5 +1,7 @@
 //! Modes beside the path: what turns and flows, and whether the operator's overrides count.
 
+use gcode::{Code, Letter};
+
 use crate::action::Action;
 
 /// How the spindle turns.
@@ -25,6 +27,21 @@ impl Spindle {
         }
     }
 
+    /// What its M-code says; none of any other.
+    pub(crate) const fn of(code: Code) -> Option<Self> {
+        match (code.letter, code.number, code.subcode) {
+            (Letter::M, 3, 0) => Some(Self::Clockwise),
+            (Letter::M, 4, 0) => Some(Self::CounterClockwise),
+            (Letter::M, 5, 0) => Some(Self::Stopped),
+            _ => None,
+        }
+    }
+
+    /// Whether it turns, and another way than this, which turns too.
+    pub(crate) fn is_against(self, other: Self) -> bool {
+        self != Self::Stopped && self.reversed() == other
+    }
+
     /// The other way.
     #[must_use]
     pub(crate) const fn reversed(self) -> Self {
@@ -41,7 +58,7 @@ impl Spindle {
 pub struct Auxiliary {
     /// M3, M4, M5.
     pub spindle: Spindle,
-    /// S of the M3 or M4 that has it turn so; without, its output's own value.
+    /// S, which M5 keeps; before the first one it turns with its output's own value.
     pub speed: Option<f32>,
     /// G96: S is the speed of the surface, not that of the spindle.
     pub surface_speed: bool,

@@ -9,8 +9,8 @@ use units::{HeaterId, SwitchId};
 
 /// Claims of one code: every switch listens to it, every heater, and every rule.
 pub(crate) const MOST_CLAIMS: usize = 16 + units::MAX_HEATERS + MOST_RULES;
-/// Three codes of each heater, two of each switch, one of each rule.
-const MOST: usize = 3 * units::MAX_HEATERS + 2 * 16 + MOST_RULES;
+/// Three codes of each heater and of each switch, one of each rule.
+const MOST: usize = 3 * units::MAX_HEATERS + 3 * 16 + MOST_RULES;
 /// Rules that a code arms at most.
 const MOST_RULES: usize = 8;
 

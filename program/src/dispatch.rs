@@ -5,6 +5,7 @@ use heapless::Vec;
 use units::SwitchId;
 
 use crate::action::{Effect, Function};
+use crate::auxiliary::Spindle;
 use crate::claims::{Claim, MOST_CLAIMS};
 use crate::codes::{self, CodeInfo, Handler};
 use crate::context::{Context, Facts, Meaning, NOTHING};
@@ -120,12 +121,15 @@ impl Interpreter {
     fn value_for(&self, switch: SwitchId, context: &Context<'_>) -> Option<f32> {
         let word = |letter| context.words.get(letter).map(|value| value as f32);
         let pulses = self.setup.pulses.iter().find(|pulses| pulses.switch == switch);
-        match (pulses, word('S')) {
+        let value = match (pulses, word('S')) {
             (Some(pulses), None) if !context.dialect.numbers_fans() => word('P').map(|us| pulses.percent_of_width(us)),
             (Some(pulses), Some(s)) => Some(pulses.percent_of_s(s)),
             (_, Some(s)) if s <= 1.0 && is_fan(context) && context.dialect.takes_shares() => Some(s * 255.0),
             (_, s) => s,
-        }
+        };
+        // What turns the spindle has the S in force.
+        let speed = self.modal.auxiliary.speed.filter(|_| Spindle::of(context.words.code()).is_some());
+        value.or_else(|| speed.map(|speed| self.setup.value_of_s(switch, speed)))
     }
 
     /// What switches and heaters that listen to a code do. Where it is a heater's, that is all the code does.
@@ -138,6 +142,9 @@ impl Interpreter {
         {
             // It sets a fan up, or brings an earlier speed back: that is not full speed.
             return Err(Problem::NotTaken(words.code(), letter).refused(words.column_of(letter)));
+        }
+        if Spindle::of(code).is_some_and(|spindle| spindle.is_against(self.modal.auxiliary.spindle)) {
+            self.switch(Spindle::Stopped.code());
         }
         for claim in &claims {
             let effect = match *claim {

@@ -143,6 +143,8 @@ pub enum Problem {
     PolarAndCartesian,
     PolarAtOrigin,
     SpindleStands,
+    /// M4, with nothing that turns the spindle that way.
+    NoReverse,
     /// The number of a cycle's G-code, and of the M-code that has the spindle turn as it wants it.
     SpindleTurns(u16, u16),
     /// The same, and an M-code that no output listens to.
@@ -286,6 +288,7 @@ impl fmt::Display for Problem {
             Self::PolarAndCartesian => "@ and ^ do not go together with X and Y",
             Self::PolarAtOrigin => "the tool is at the origin: from there @ and ^ have no direction",
             Self::NoWay => "nothing says where to",
+            Self::NoReverse => "this spindle has no M4: see input_reverse_command of [switch]",
             Self::SpindleStands => "the spindle stands: M3 or M4 must come first",
             Self::ThreadPlane => "G76 threads in the plane of G18",
             Self::NoThreadSide => "G76: I is below 0 for an external thread, above 0 for an internal one",

@@ -133,22 +133,24 @@ impl Interpreter {
     pub(crate) fn switch(&mut self, number: u16) {
         for place in 0.. {
             let Some(claim) = self.setup.claims.of(Code::m(number)).nth(place) else { return };
-            let value = self.modal.auxiliary.speed.filter(|_| number < 5);
-            match claim {
-                Claim::SwitchOn(switch) => self.by_the_way(Effect::Switch { switch, on: true, value }),
-                Claim::SwitchOff(switch) => self.by_the_way(Effect::Switch { switch, on: false, value: None }),
-                _ => {}
-            }
+            let (switch, on) = match claim {
+                Claim::SwitchOn(switch) => (switch, true),
+                Claim::SwitchOff(switch) => (switch, false),
+                _ => continue,
+            };
+            let speed = self.modal.auxiliary.speed.filter(|_| on && number < 5);
+            let value = speed.map(|speed| self.setup.value_of_s(switch, speed));
+            self.by_the_way(Effect::Switch { switch, on, value });
         }
     }
 
     /// The spindle turns like this: what that switches are the next effects. From one way to the other it
     /// stops.
     pub(crate) fn turn_spindle(&mut self, spindle: Spindle) {
-        let before = core::mem::replace(&mut self.modal.auxiliary.spindle, spindle);
-        if before != Spindle::Stopped && spindle != Spindle::Stopped {
+        if spindle.is_against(self.modal.auxiliary.spindle) {
             self.switch(Spindle::Stopped.code());
         }
+        self.modal.auxiliary.spindle = spindle;
         self.switch(spindle.code());
     }
 

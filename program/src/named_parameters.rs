@@ -44,7 +44,7 @@ pub(crate) fn predefined(program: &Interpreter, name: &str) -> Option<f64> {
         "vminor" => MINOR,
         "feed" if modal.feed_mode == FeedMode::PerRevolution => modal.in_program_units(modal.feed_per_turn),
         "feed" => modal.in_program_units(modal.feed_rate.0) * 60.0,
-        "rpm" => f64::from(modal.power),
+        "rpm" => f64::from(modal.auxiliary.speed.unwrap_or(0.0)),
         "metric" => truth(!modal.inches),
         "imperial" => truth(modal.inches),
         "metric_machine" => 1.0,

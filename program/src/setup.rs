@@ -41,6 +41,14 @@ pub struct Setup {
     pub g30_parks: bool,
 }
 
+impl Setup {
+    /// What S asks of a switch: percent of one on a timer.
+    pub(crate) fn value_of_s(&self, switch: SwitchId, s: f32) -> f32 {
+        let pulses = self.pulses.iter().find(|pulses| pulses.switch == switch);
+        pulses.map_or(s, |pulses| pulses.percent_of_s(s))
+    }
+}
+
 /// Switches at most.
 const MOST_IO: usize = 16;
 

@@ -113,17 +113,18 @@ pub const ROWS: &[CodeInfo] = &[
         ])
         .waits(Waits::Result)
         .differs("finds gains of Ziegler and Nichols, which overshoot, and doubles them"),
-    CodeInfo::means(Code::m(3), spindle::power, "spindle or laser on, where [switch] says so; S of moves that follow")
-        .takes(&[word('S', Unit::Number, "power")])
+    CodeInfo::means(Code::m(3), spindle::power, "spindle or laser on with the S in force, where [switch] says so")
+        .takes(&[word('S', Unit::Number, "speed or power from now on")])
         .group(Group::Spindle)
-        .waits(Waits::Path),
-    CodeInfo::means(Code::m(4), spindle::power, "spindle on, counter-clockwise, where [switch] says so")
-        .takes(&[word('S', Unit::Number, "power")])
+        .waits(Waits::Path)
+        .differs("the S of its own line, else default_on_value"),
+    CodeInfo::means(Code::m(4), spindle::power, "spindle on the other way with the S in force, where [switch] says so")
+        .takes(&[word('S', Unit::Number, "speed or power from now on")])
         .group(Group::Spindle)
         .waits(Waits::Path)
         .needed()
         .differs("not known"),
-    CodeInfo::means(Code::m(5), spindle::power, "spindle or laser off, where [switch] says so; S is 0")
+    CodeInfo::means(Code::m(5), spindle::power, "spindle or laser off, where [switch] says so; S stays for M3")
         .group(Group::Spindle)
         .waits(Waits::Path)
         .states(EVERYWHERE_BUT_INVALID),

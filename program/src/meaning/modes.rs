@@ -1,6 +1,6 @@
 //! M70 to M73: modes that are saved, and come back.
 
-use crate::auxiliary::Spindle;
+use crate::auxiliary::{Auxiliary, Spindle};
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
@@ -32,12 +32,12 @@ pub(crate) fn subroutines_ended(program: &mut Interpreter) {
 }
 
 fn bring_back(program: &mut Interpreter, saved: &SavedModes) {
-    let (before, power) = (program.modal.auxiliary, program.modal.power);
+    let before = program.modal.auxiliary;
     saved.restore(&mut program.modal);
     let modes = saved.auxiliary;
-    program.modal.auxiliary = modes;
-    if modes.spindle != before.spindle || modes.spindle != Spindle::Stopped && program.modal.power != power {
-        program.switch(modes.spindle.code());
+    program.modal.auxiliary = Auxiliary { spindle: before.spindle, ..modes };
+    if modes.spindle != before.spindle || modes.spindle != Spindle::Stopped && modes.speed != before.speed {
+        program.turn_spindle(modes.spindle);
     }
     if (modes.mist, modes.flood) != (before.mist, before.flood) {
         // M9 turns both off; what stays is turned on again.

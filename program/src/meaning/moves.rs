@@ -7,7 +7,7 @@ use crate::context::{Context, Meaning, NOTHING};
 use crate::dialect::Dialect;
 use crate::fault::{Fault, Part, Problem};
 use crate::interpreter::Interpreter;
-use crate::meaning::{arcs, feed_modes, splines};
+use crate::meaning::{arcs, feed_modes, spindle, splines};
 use crate::modal::{FeedMode, MotionMode};
 use crate::words::Words;
 
@@ -106,7 +106,7 @@ fn take_power(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault>
     if power < 0.0 {
         return Err(Problem::NegativeSpeed.refused(words.column_of('S')));
     }
-    program.modal.power = power as f32;
+    spindle::set_speed(program, power as f32);
     Ok(())
 }
 

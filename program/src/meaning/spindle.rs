@@ -1,5 +1,6 @@
 //! What turns and flows: spindle, coolant, and the operator's overrides of speeds.
 
+use gcode::Code;
 use units::Micros;
 
 use crate::action::{Action, Turning};
@@ -8,25 +9,33 @@ use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 
-/// M3, M4 and M5: the S of moves that follow, and how the spindle turns.
+/// S is this from now on, for moves and for the spindle. One that turns is told where the path has come this
+/// far, and nothing stops for it.
+pub(crate) fn set_speed(program: &mut Interpreter, speed: f32) {
+    (program.modal.power, program.modal.auxiliary.speed) = (speed, Some(speed));
+    let spindle = program.modal.auxiliary.spindle;
+    if spindle != Spindle::Stopped {
+        program.switch(spindle.code());
+    }
+}
+
+/// M3, M4 and M5: how the spindle turns, and the S of moves that follow. What listens to them has been
+/// switched.
 pub(crate) fn power<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let code = context.words.code();
     if context.words.get('S').is_some_and(|speed| speed < 0.0) {
         return Err(Problem::NegativeSpeed.refused(context.words.column_of('S')));
     }
-    match (code.number, context.words.get('S')) {
-        (5, _) => program.modal.power = 0.0,
-        (_, Some(power)) => program.modal.power = power as f32,
-        _ => {}
+    let listens = |code| program.setup.claims.of(code).next().is_some();
+    if code.number == 4 && !listens(code) {
+        let turns = listens(Code::m(3));
+        return if turns { Err(Problem::NoReverse.refused(context.words.column())) } else { Ok(Meaning::Unknown) };
     }
-    program.modal.auxiliary.speed = context.words.get('S').map(|speed| speed as f32);
-    program.modal.auxiliary.spindle = match code.number {
-        3 => Spindle::Clockwise,
-        // Nothing turns it the other way.
-        4 if program.setup.claims.of(code).next().is_none() => return Ok(Meaning::Unknown),
-        4 => Spindle::CounterClockwise,
-        _ => Spindle::Stopped,
-    };
+    let modes = &mut program.modal.auxiliary;
+    modes.spindle = Spindle::of(code).unwrap_or_default();
+    modes.speed = context.words.get('S').map(|speed| speed as f32).or(modes.speed);
+    // M5 keeps S for the next M3; moves behind it have none.
+    program.modal.power = if modes.spindle == Spindle::Stopped { 0.0 } else { modes.speed.unwrap_or(0.0) };
     NOTHING
 }
 
@@ -99,14 +108,17 @@ pub(crate) fn speed_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -
     let speed = words.get('S');
     if words.code().number == 97 {
         program.modal.auxiliary.surface_speed = false;
-        program.modal.power = speed.map_or(program.modal.power, |speed| speed as f32);
+        if let Some(speed) = speed {
+            set_speed(program, speed as f32);
+        }
         return Ok(Meaning::Action(Action::SurfaceSpeed(None)));
     }
     let speed = speed.ok_or(Problem::MustSupply('S').refused(words.column()))?;
     if !program.setup.spindle.has_speed_control {
         return Err(Problem::Needs(words.code(), "control of the spindle's speed").refused(words.column()));
     }
-    program.modal.power = speed as f32;
+    // It is no speed of the spindle.
+    (program.modal.power, program.modal.auxiliary.speed) = (speed as f32, Some(speed as f32));
     program.modal.auxiliary.surface_speed = true;
     Ok(Meaning::Action(Action::SurfaceSpeed(Some(words.get('D').unwrap_or(f64::INFINITY)))))
 }
