@@ -1,6 +1,6 @@
 //! Switches: outputs that codes turn on and off, inputs that issue commands.
 
-use config::{Command, InputBehaviour, MAX_SWITCHES, MachineConfig, OutputKind, SwitchConfig};
+use config::{Command, CommandCode, InputBehaviour, MAX_SWITCHES, MachineConfig, OutputKind, SwitchConfig};
 use heapless::Vec;
 use program::Part;
 use units::{Duty, Micros, SwitchId};
@@ -12,8 +12,11 @@ use crate::ports::{Input, InputLevels};
 use crate::sessions::Reply;
 
 mod listing;
+mod spindle;
 mod temperature_switches;
 
+use spindle::Operator;
+pub(crate) use spindle::{beyond, spindle_scale};
 pub(crate) use temperature_switches::TemperatureSwitches;
 
 /// Input switches are looked at this often; shorter presses may be missed.
@@ -43,26 +46,9 @@ struct Status {
 pub(crate) struct Outputs {
     status: Vec<Status, MAX_SWITCHES>,
     due: Micros,
-    spindle: Spindle,
-}
-
-/// What the operator has done to the spindle, beside the program.
-#[derive(Clone, Copy, Debug)]
-struct Spindle {
-    /// Percent of the value that it is told.
-    percent: f32,
-    /// The program does not let that count.
-    ignored: bool,
-    /// It stands, until the operator has it turn again.
-    stopped: bool,
-    /// The output does not say so yet.
-    unsaid: bool,
-}
-
-impl Default for Spindle {
-    fn default() -> Self {
-        Self { percent: 100.0, ignored: false, stopped: false, unsaid: false }
-    }
+    operator: Operator,
+    /// The last S beyond the spindle's scale that was told.
+    told: f32,
 }
 
 /// M-codes that turn spindle, laser and coolant on.
@@ -75,14 +61,18 @@ fn asked(config: &SwitchConfig, on: bool, s: Option<f32>) -> (bool, f32) {
 
 fn on_value(config: &SwitchConfig, s: Option<f32>) -> (bool, f32) {
     match config.output_kind {
+        // It has no speeds, but S0 is none all the same: M3 S0, M106 S0.
+        OutputKind::Digital if s.is_some_and(|s| s <= 0.0) => (false, 0.0),
         OutputKind::Digital => (true, 255.0),
         OutputKind::SigmaDelta => {
             let max = f32::from(config.max_pwm.0);
-            let value = s.map_or(config.startup_value, |s| libm::roundf(s * max / 255.0)).clamp(0.0, max);
+            let value = |s| libm::roundf(spindle::on_scale(config, s, 255.0) * max / 255.0);
+            let value = s.map_or(config.startup_value, value).clamp(0.0, max);
             (value > 0.0, value)
         }
         OutputKind::HardwarePwm => {
-            let percent = s.unwrap_or(config.default_on_value).clamp(0.0, 100.0);
+            let percent = |s| spindle::on_scale(config, s, 100.0);
+            let percent = s.map_or(config.default_on_value, percent).clamp(0.0, 100.0);
             (percent > config.startup_value, percent)
         }
     }
@@ -109,10 +99,15 @@ fn is_off(config: &MachineConfig, switch: &SwitchConfig) -> bool {
     config.off("switch", &switch.name).is_some()
 }
 
-/// Whether an output is turned on by this M-code.
+/// Whether an output is turned on by this M-code. What one of M3 and M4 turns on and the other off is which
+/// way the spindle turns, and stays so when it stands.
 fn listens(switch: &SwitchConfig, number: u16) -> bool {
-    let code = switch.input_on_command.filter(|_| !switch.is_input());
-    code.is_some_and(|code| (code.letter, code.number, code.subcode) == ('M', number, 0))
+    let is = |code: Option<CommandCode>, number| {
+        code.is_some_and(|code| (code.letter, code.number, code.subcode) == ('M', number, 0))
+    };
+    let is_direction = is(switch.input_off_command, 3) || is(switch.input_off_command, 4);
+    let turns_on = is(switch.input_on_command, number) || is(switch.input_reverse_command, number);
+    turns_on && !switch.is_input() && !is_direction
 }
 
 /// What an output is to be given so that it has this value.
@@ -135,7 +130,8 @@ impl Outputs {
         Self {
             status: switches.iter().map(|_| Status::default()).collect(),
             due: Micros(0),
-            spindle: Spindle::default(),
+            operator: Operator::default(),
+            told: 0.0,
         }
     }
 
@@ -222,67 +218,6 @@ impl Outputs {
         given(config, switch, on, self.as_overridden(config, switch, value))
     }
 
-    /// The output that M3 turns on, or M4.
-    fn spindle(config: &MachineConfig) -> Option<SwitchId> {
-        Self::by_code(config, 3).or_else(|| Self::by_code(config, 4))
-    }
-
-    /// What of a value remains after what the operator has done to the spindle.
-    fn as_overridden(&self, config: &MachineConfig, switch: SwitchId, value: f32) -> f32 {
-        let Spindle { stopped, .. } = self.spindle;
-        let percent = if self.spindle.ignored { 100.0 } else { self.spindle.percent };
-        if percent == 100.0 && !stopped || Self::spindle(config) != Some(switch) {
-            return value;
-        }
-        let Some(settings) = output(config, switch) else { return value };
-        let (off, most) = match settings.output_kind {
-            OutputKind::HardwarePwm => (off_value(settings), 100.0),
-            OutputKind::SigmaDelta => (0.0, f32::from(settings.max_pwm.0)),
-            OutputKind::Digital => return if stopped { 0.0 } else { value },
-        };
-        if stopped { off } else { (off + (value - off) * percent / 100.0).min(most) }
-    }
-
-    /// Percent of the spindle's value that the operator wants.
-    #[must_use]
-    pub const fn spindle_percent(&self) -> f32 {
-        self.spindle.percent
-    }
-
-    /// Changes it.
-    pub const fn override_spindle(&mut self, percent: f32) {
-        self.spindle.percent = percent;
-        self.spindle.unsaid = true;
-    }
-
-    /// Whether it counts (M48, M49, M51).
-    pub const fn let_override_count(&mut self, counts: bool) {
-        self.spindle.unsaid |= self.spindle.ignored == counts;
-        self.spindle.ignored = !counts;
-    }
-
-    /// Stops the spindle, or has it turn again.
-    pub const fn stop_spindle(&mut self, stops: bool) {
-        self.spindle.unsaid |= self.spindle.stopped != stops;
-        self.spindle.stopped = stops;
-    }
-
-    /// The operator has stopped the spindle.
-    #[must_use]
-    pub const fn spindle_is_stopped(&self) -> bool {
-        self.spindle.stopped
-    }
-
-    /// What the operator has done to the spindle and its output does not say yet.
-    pub fn take_override(&mut self, config: &MachineConfig) -> Option<Output> {
-        if !core::mem::take(&mut self.spindle.unsaid) {
-            return None;
-        }
-        let switch = Self::spindle(config)?;
-        let status = *self.status.get(switch.index())?;
-        if status.on { self.set(config, switch, true, status.value) } else { None }
-    }
-
     /// The output that this M-code turns on, the other way.
     pub fn turn_over(&mut self, config: &MachineConfig, number: u16) -> Option<Output> {
         let switch = Self::by_code(config, number)?;
@@ -310,7 +245,7 @@ impl Outputs {
     /// what is hot goes on being cooled.
     pub fn halt(&mut self, config: &MachineConfig) -> Changes {
         self.changes_were_dropped();
-        self.spindle.stopped = false;
+        self.stop_spindle(false);
         let mut changes = Changes::new();
         for (index, switch) in (0..).zip(&config.switches) {
             let stays = switch.ignore_on_halt || config.automatic_fan(&switch.name).is_some();

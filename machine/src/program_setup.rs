@@ -52,7 +52,11 @@ impl program::extended::Names for PartNames<'_> {
         let fan = || outputs().find(|switch| switch.input_on_command.is_some_and(|on| code(on) == Code::m(106)));
         let switch = if name.eq_ignore_ascii_case("fan") { named.or_else(fan) } else { named };
         let switch = switch?;
-        let full = if switch.output_kind == OutputKind::HardwarePwm { 100.0 } else { 255.0 };
+        let full = match switch.output_kind {
+            _ if switch.max_rpm > 0.0 => f64::from(switch.max_rpm),
+            OutputKind::HardwarePwm => 100.0,
+            _ => 255.0,
+        };
         let off = switch.input_off_command.map(code);
         if let Some(on) = switch.input_on_command {
             return Some(NamedSwitch { on: code(on), number: None, off, full });
@@ -121,7 +125,7 @@ pub fn setup(config: &MachineConfig) -> Setup {
 
 /// What the pulses of a switch on a timer are.
 fn pulses(config: &MachineConfig, place: usize, switch: &SwitchConfig) -> Option<PulseSetup> {
-    let Some(OutputPin::Pwm(pwm)) = switch.output_pin else { return None };
+    let Some(OutputPin::Pwm(pwm)) = switch.output_pin.filter(|_| switch.max_rpm == 0.0) else { return None };
     let hertz = (*config.pwm_frequency_hz.get(usize::from(pwm.timer).checked_sub(1)?)?)?;
     let ServoConfig { max_angle, pulse_us } = switch.servo;
     let servo = (max_angle > 0.0).then_some(ServoSetup { max_angle, pulse_us });
@@ -176,14 +180,19 @@ fn claims(config: &MachineConfig) -> Claims {
             let _fits = claims.add(Code::m(number), claim);
         }
     }
-    let outputs = config.switches.iter().enumerate().filter(|(_, switch)| !switch.is_input());
-    for (index, switch) in outputs {
-        let id = SwitchId(index as u8);
-        for (command, claim) in
-            [(switch.input_on_command, Claim::SwitchOn(id)), (switch.input_off_command, Claim::SwitchOff(id))]
-        {
-            if let Some(command) = command {
-                let _fits = claims.add(code(command), claim);
+    // What turns a spindle both ways comes last: its direction is set by then.
+    for both_ways in [false, true] {
+        let outputs = config.switches.iter().enumerate().filter(|(_, switch)| !switch.is_input());
+        for (index, switch) in outputs.filter(|(_, switch)| switch.input_reverse_command.is_some() == both_ways) {
+            let id = SwitchId(index as u8);
+            for (command, claim) in [
+                (switch.input_on_command, Claim::SwitchOn(id)),
+                (switch.input_reverse_command, Claim::SwitchOn(id)),
+                (switch.input_off_command, Claim::SwitchOff(id)),
+            ] {
+                if let Some(command) = command {
+                    let _fits = claims.add(code(command), claim);
+                }
             }
         }
     }

@@ -239,6 +239,7 @@ pub(super) fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> 
         return Ok(());
     }
     let is_playing = machine.jobs.is_playing();
+    let was_on = matches!(effect, Effect::Switch { switch, .. } if machine.outputs.is_on(switch));
     let output = match effect {
         Effect::Target { heater, target } => {
             if target > crate::heat::OFF_BELOW {
@@ -252,6 +253,7 @@ pub(super) fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> 
         }
         Effect::Switch { switch, on, value } => {
             Outputs::check(machine.texts, machine.config, switch, on, value, is_playing)?;
+            program_io::tell_beyond(machine, switch, value);
             machine.outputs.turn(machine.config, switch, on, value)
         }
         Effect::Arm { rule, armed } => {
@@ -264,14 +266,17 @@ pub(super) fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> 
     let Some(output) = output else { return Ok(()) };
     ride(machine, output)?;
     match effect {
-        Effect::Switch { switch, on: true, .. } => settle(machine, switch),
+        Effect::Switch { switch, .. } if machine.outputs.is_on(switch) != was_on => settle(machine, switch),
         _ => Ok(()),
     }
 }
 
-/// What has been turned on takes its time to come up (`on_delay`): a power supply.
+/// What has been turned on takes its time to come up (`on_delay`): a power supply. What has been turned off
+/// takes its time to stand (`off_delay`): a spindle.
 fn settle<P: Ports>(machine: &mut Machine<'_, P>, switch: units::SwitchId) -> Result<(), Failure> {
-    let delay = machine.config.switches.get(switch.index()).map_or(Micros(0), |switch| switch.on_delay);
+    let is_on = machine.outputs.is_on(switch);
+    let delay = |switch: &config::SwitchConfig| if is_on { switch.on_delay } else { switch.off_delay };
+    let delay = machine.config.switches.get(switch.index()).map_or(Micros(0), delay);
     if delay == Micros(0) || machine.safety.is_halted() {
         return Ok(());
     }

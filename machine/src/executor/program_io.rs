@@ -1,12 +1,14 @@
 //! What a program asks of switches and of the operator's overrides: M48 to M51, M66, M226.
 
 use program::{AwaitInput, InputEvent, Words};
+use units::SwitchId;
 
 use super::Machine;
 use super::hold::Hold;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::heat::Output;
 use crate::motion_codes;
+use crate::outputs;
 use crate::ports::{Input, Ports, Wake};
 use crate::safety::Event;
 use crate::sessions::Recipient;
@@ -158,6 +160,18 @@ pub(super) fn say_spindle<P: Ports>(machine: &mut Machine<'_, P>) {
     }
     let change = machine.outputs.take_override(machine.config);
     apply(machine, change);
+}
+
+/// Tells of an S that the spindle cannot turn with: once in a job, and otherwise not the same twice.
+pub(super) fn tell_beyond<P: Ports>(machine: &mut Machine<'_, P>, switch: SwitchId, s: Option<f32>) {
+    let Some(beyond) = outputs::beyond(machine.config, switch, s) else { return };
+    let is_news = match machine.jobs.noted() {
+        Some(noted) => !core::mem::replace(&mut noted.told_speed, true),
+        None => machine.outputs.is_news(&beyond),
+    };
+    if is_news {
+        machine.announce(format_args!("WARNING: {beyond}\n"));
+    }
 }
 
 /// Changes an output at once.

@@ -41,17 +41,8 @@ pub(crate) fn modal(config: &MachineConfig, program: &Interpreter, outputs: &Out
     // A reply takes whatever is written.
     let _ = write_system_name(reply, modal.system);
     reply.say(format_args!(" G{plane} G{units} G{distance} {} ", modal.feed_mode.code()));
+    reply.say(format_args!("M{}", outputs.spindle(config, modal.auxiliary.spindle).code()));
     let is_on = |code| outputs.is_on_by_code(config, code);
-    reply.say(format_args!(
-        "{}",
-        if is_on(3) {
-            "M3"
-        } else if is_on(4) {
-            "M4"
-        } else {
-            "M5"
-        }
-    ));
     if is_on(7) {
         reply.say(format_args!(" M7"));
     }
@@ -59,8 +50,9 @@ pub(crate) fn modal(config: &MachineConfig, program: &Interpreter, outputs: &Out
         reply.say(format_args!("{}", if is_on(8) { " M8" } else { " M9" }));
     }
     let feed = modal.in_program_units(modal.feed_rate.per_minute());
-    let (power, tool) = (modal.power, program.tools().number());
-    reply.say(format_args!(" T{tool} F{feed:.0} S{power:.0}]\n"));
+    // M5 keeps it.
+    let (speed, tool) = (modal.auxiliary.speed.unwrap_or(0.0), program.tools().number());
+    reply.say(format_args!(" T{tool} F{feed:.0} S{speed:.0}]\n"));
 }
 
 /// `$#`: every offset, and the last probe.

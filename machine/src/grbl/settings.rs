@@ -87,6 +87,11 @@ fn homes(config: &MachineConfig) -> bool {
     Axis::PRIMARY.into_iter().any(|axis| config.homing_endstop(axis).is_some())
 }
 
+/// Least and greatest S of the spindle, where it has a scale.
+fn spindle(config: &MachineConfig) -> Option<[f64; 2]> {
+    crate::outputs::spindle_scale(config).map(|scale| scale.map(f64::from))
+}
+
 fn travel(of: &Sources<'_>, axis: Axis) -> f64 {
     let [least, most] = of.ends;
     let length = most[axis] - least[axis];
@@ -212,11 +217,17 @@ pub(crate) const ROWS: &[Row] = &[
     row(
         30,
         0,
-        "greatest S: percent of a pwm output",
-        |_, _| 100.0,
-        Write::Config("[switch] output_type: S is a percent"),
+        "S of full power",
+        |of, _| spindle(of.config).map_or(100.0, |[_, most]| most),
+        Write::Config("[switch] max_rpm"),
     ),
-    row(31, 0, "least S", |_, _| 0.0, Write::Config("[switch] startup_value")),
+    row(
+        31,
+        0,
+        "least S",
+        |of, _| spindle(of.config).map_or(0.0, |[least, _]| least),
+        Write::Config("[switch] min_rpm"),
+    ),
     row(32, 0, "laser mode", |_, _| 0.0, Write::Laser),
     row(
         100,

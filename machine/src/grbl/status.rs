@@ -52,8 +52,12 @@ impl Report<'_> {
     fn overrides(&self, motion: &Motion) -> Overrides {
         let factors = motion.overrides();
         let feed = factors.feed * self.program.modal().speed_factor;
-        let codes = [3, 4, 8, 7].into_iter().enumerate();
-        let on = codes.filter(|(_, code)| self.outputs.is_on_by_code(self.config, *code));
+        let spindle = self.outputs.spindle(self.config, self.program.modal().auxiliary.spindle);
+        let is_on = |code| match code {
+            3 | 4 => spindle.code() == code,
+            _ => self.outputs.is_on_by_code(self.config, code),
+        };
+        let on = [3, 4, 8, 7].into_iter().enumerate().filter(|(_, code)| is_on(*code));
         Overrides {
             percents: [libm::round(feed * 100.0), libm::round(factors.rapid * 100.0), self.spindle_percent],
             accessories: on.fold(0, |bits, (bit, _)| bits | 1 << bit),
@@ -81,8 +85,8 @@ pub(crate) fn report(ports: &mut (impl MotionPort + Inputs), of: &Report<'_>, to
         add!(line, "|Ln:{number}");
     }
     let feed = speed.per_minute() / if of.own.inches { MM_PER_INCH } else { 1.0 };
-    let turns = [3, 4].into_iter().any(|code| of.outputs.is_on_by_code(of.config, code));
-    add!(line, "|FS:{feed:.0},{:.0}", if turns { of.program.modal().power } else { 0.0 });
+    let speed = of.outputs.spindle_speed(of.config, of.program.modal().power);
+    add!(line, "|FS:{feed:.0},{speed:.0}");
     add_pins(&mut line, of, ports);
     if told.wants_all {
         (told.offsets_in, told.overrides_in) = (0, 0);

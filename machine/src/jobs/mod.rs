@@ -40,8 +40,7 @@ pub use lines::Next;
 pub(crate) use lines::{FileLines, MOST_CALLERS, TOO_DEEP, is_comment, sub_path};
 pub use objects::By;
 use objects::Objects;
-pub use passed_over::Name;
-use passed_over::PassedOver;
+pub use passed_over::{Name, Noted};
 use pauses::{Pauses, Reached};
 pub use pauses::{Place as PausePlace, parse as parse_pause};
 pub use progress::{Outlook, Planned};
@@ -65,12 +64,6 @@ pub struct Listeners {
     pub tells_end: Recipient,
     /// And when that is.
     pub tells_date: bool,
-}
-
-/// What is noted of a file while it is played.
-#[derive(Debug, Default)]
-pub struct Noted {
-    pub passed_over: PassedOver,
 }
 
 /// A file that is open to be played.

@@ -29,6 +29,14 @@ impl fmt::Display for Name {
     }
 }
 
+/// What is noted of a file while it is played.
+#[derive(Debug, Default)]
+pub struct Noted {
+    pub passed_over: PassedOver,
+    /// An S that the spindle cannot turn with has been told.
+    pub told_speed: bool,
+}
+
 /// How often each was.
 #[derive(Debug, Default)]
 pub struct PassedOver {

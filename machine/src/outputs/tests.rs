@@ -48,7 +48,47 @@ fn s_is_a_share_of_the_ceiling_or_percent_and_nothing_changes_twice() {
     assert!(outputs.is_on_by_name(&config, "spindle") && !outputs.is_on_by_name(&config, "pump"));
     assert_eq!(outputs.turn(&config, SPINDLE, false, Some(50.0)), Some(Output::Pwm(1, 0.05)));
     assert_eq!(outputs.turn(&config, POWER, true, Some(3.0)), Some(Output::Switch(2, Duty::FULL)));
+    assert_eq!(outputs.turn(&config, POWER, true, Some(0.0)), Some(Output::Switch(2, Duty::OFF)));
     assert_eq!(outputs.turn(&config, BUTTON, true, None), None);
+}
+
+#[test]
+fn s_of_a_spindle_is_a_share_of_max_rpm_and_never_less_than_min_rpm() {
+    for (kind, full) in [(OutputKind::HardwarePwm, 100.0), (OutputKind::SigmaDelta, 200.0)] {
+        let mut config = machine();
+        let on = config::CommandCode { letter: 'M', number: 3, subcode: 0 };
+        let settings = &mut config.switches[SPINDLE.index()];
+        (settings.output_kind, settings.input_on_command) = (kind, Some(on));
+        (settings.max_rpm, settings.min_rpm) = (24_000.0, 6_000.0);
+        let mut outputs = Outputs::new(&config.switches);
+        let speeds = [(12_000.0, 0.5), (3_000.0, 0.25), (0.0, 0.0), (6_000.0, 0.25), (30_000.0, 1.0), (24_000.0, 1.0)];
+        for (s, share) in speeds {
+            outputs.turn(&config, SPINDLE, true, Some(s));
+            assert_eq!(outputs.status[SPINDLE.index()].value, share * full, "{kind:?} {s}");
+            assert_eq!(outputs.spindle_speed(&config, s), share * 24_000.0);
+        }
+        let beyond = |s| beyond(&config, SPINDLE, Some(s)).is_some();
+        assert_eq!([0.0, 5_999.0, 6_000.0, 24_000.0, 24_001.0].map(beyond), [false, true, false, false, true]);
+    }
+}
+
+#[test]
+fn which_way_a_spindle_turns_is_no_spindle() {
+    let mut config = machine();
+    let code = |number| Some(config::CommandCode { letter: 'M', number, subcode: 0 });
+    let direction = &mut config.switches[POWER.index()];
+    (direction.input_on_command, direction.input_off_command) = (code(4), code(3));
+    let spindle = &mut config.switches[SPINDLE.index()];
+    (spindle.input_on_command, spindle.input_reverse_command, spindle.input_off_command) = (code(3), code(4), code(5));
+    let mut outputs = Outputs::new(&config.switches);
+    let (stopped, right, left) =
+        (program::Spindle::Stopped, program::Spindle::Clockwise, program::Spindle::CounterClockwise);
+    outputs.turn(&config, POWER, true, None);
+    assert_eq!(outputs.spindle(&config, left), stopped);
+    outputs.turn(&config, SPINDLE, true, Some(30.0));
+    assert_eq!([left, right, stopped].map(|told| outputs.spindle(&config, told)), [left, right, right]);
+    // An open door stops what turns, and leaves which way.
+    assert_eq!(outputs.door_opens(&config).as_slice(), [Output::Pwm(SPINDLE.0, 0.05)]);
 }
 
 #[test]

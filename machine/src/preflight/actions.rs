@@ -14,7 +14,7 @@ use crate::failure::{Failure, short};
 use crate::heat::OFF_BELOW;
 use crate::motion_codes;
 use crate::needs::needs;
-use crate::outputs::Outputs;
+use crate::outputs::{self, Outputs};
 use crate::ports::MotionPort;
 
 /// The motion object that makes no steps, for codes that set limits.
@@ -95,7 +95,14 @@ impl Reading<'_, '_> {
             Effect::Target { heater, target } => self.target(heater, target),
             Effect::Switch { switch, on, value } => {
                 let checked = Outputs::check(self.preflight.texts, self.preflight.config, switch, on, value, true);
-                checked.map_err(|failure| self.failed(Kind::Off, failure))
+                checked.map_err(|failure| self.failed(Kind::Off, failure))?;
+                let beyond = outputs::beyond(self.preflight.config, switch, value);
+                if let Some(beyond) =
+                    beyond.filter(|_| !core::mem::replace(&mut self.preflight.once.spindle_speed, true))
+                {
+                    self.say(Kind::Speed, short(format_args!("{beyond}")));
+                }
+                Ok(())
             }
             Effect::Arm { .. } | Effect::Light(_) => Ok(()),
             Effect::Ignored { code, letter } => {

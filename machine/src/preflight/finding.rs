@@ -144,6 +144,8 @@ pub(super) struct Once {
     /// Limits that the file asks for more than, as in [`Limit::ALL`].
     pub limits: [bool; Limit::COUNT],
     pub unforeseen: bool,
+    /// An S that the spindle cannot turn with.
+    pub spindle_speed: bool,
     /// How many of a kind that may come in thousands have been said.
     pub out_of_travel: u32,
     pub passed_over: u32,
