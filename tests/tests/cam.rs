@@ -136,14 +136,11 @@ fn lightburn() {
 
 /// Without an output that it turns on, a laser's job would cut nothing.
 #[test]
-fn a_code_that_nothing_carries_out_stops_the_job_before_it_moves() {
+fn m4_of_a_laser_on_a_spindle_that_has_none_stops_the_job_before_it_moves() {
     let mut played = Played::begin(mill(), LIGHTBURN);
     let more = played.bench.hear(1.0);
     played.heard.push_str(&more);
     let heard = &played.heard;
-    assert!(
-        heard.contains("M4 is for a part that this machine has not") && heard.contains("paused, line 6 "),
-        "{heard}"
-    );
+    assert!(heard.contains("this spindle has no M4") && heard.contains("paused, line 6 "), "{heard}");
     played.assert_reached(Alpha, 0.0, 0.0);
 }

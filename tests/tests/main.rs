@@ -62,6 +62,7 @@ mod settings;
 mod slicers;
 mod soft_endstops;
 mod spi_sensors;
+mod spindle;
 mod stall_homing;
 mod stall_recovery;
 mod stall_watch;

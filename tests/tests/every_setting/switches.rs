@@ -20,6 +20,16 @@ const SPINDLE: &[&str] = &[
     "[switch] spindle.input_on_command = M3",
     "[switch] spindle.input_off_command = M5",
 ];
+/// The same, with a scale.
+const RPM: &[&str] = &[
+    "[pwm1] frequency = 10000",
+    "[switch] spindle.enable = true",
+    "[switch] spindle.output_pin = PWM1_1",
+    "[switch] spindle.output_type = hwpwm",
+    "[switch] spindle.input_on_command = M3",
+    "[switch] spindle.input_off_command = M5",
+    "[switch] spindle.max_rpm = 24000",
+];
 /// A servo on a timer.
 const SERVO: &[&str] = &[
     "[pwm1] frequency = 50",
@@ -54,7 +64,11 @@ pub const ROWS: &[Row] = &[
     row("[switch] fan.startup_state", "false", "true", Look(fan)),
     row("[switch] fan.startup_value", "255", "100", Look(full)),
     row("[switch] spindle.default_on_value", "0", "60", Say(&["M3", "switch spindle"])).with(SPINDLE),
+    row("[switch] spindle.input_reverse_command", "", "M4", Say(&["M4 S50", "switch spindle"])).with(SPINDLE),
+    row("[switch] spindle.max_rpm", "0", "24000", Look(speeds)).with(SPINDLE),
+    row("[switch] spindle.min_rpm", "0", "6000", Look(speeds)).with(RPM),
     row("[switch] fan.on_delay", "0", "2", Look(on_takes)),
+    row("[switch] fan.off_delay", "0", "2", Look(on_takes)),
     row("[switch] spindle.servo_max_angle", "0", "90", Look(turned)).with(SERVO),
     row("[switch] spindle.servo_min_us", "1000", "500", Look(turned)).with(SERVO),
     row("[switch] spindle.servo_max_us", "2000", "2500", Look(turned)).with(SERVO),
@@ -99,11 +113,25 @@ fn held(bench: &mut Bench) -> String {
     said
 }
 
-/// When a line is answered that turns the fan on.
+/// When lines are answered that turn the fan on and off.
 fn on_takes(bench: &mut Bench) -> String {
-    let before = bench.now_s();
-    bench.say("M106");
-    format!("{:.1}", bench.now_s() - before)
+    let mut takes = |line: &str| {
+        let before = bench.now_s();
+        bench.say(line);
+        format!("{:.1} ", bench.now_s() - before)
+    };
+    takes("M106") + &takes("M107")
+}
+
+/// What the spindle's output is with some S.
+fn speeds(bench: &mut Bench) -> String {
+    let mut said = String::new();
+    for line in ["M3 S20", "S2000", "S12000"] {
+        bench.say(line);
+        bench.hear(0.02);
+        said += &bench.world(|world| format!("{:.4} ", world.pwm_duty(0, 0)));
+    }
+    said
 }
 
 /// Pulses of a servo.
