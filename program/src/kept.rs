@@ -3,15 +3,20 @@
 use units::{Axis, PerAxis};
 
 use crate::interpreter::{Interpreter, Kept};
+use crate::meaning::modes;
 
 /// Less than this, mm, is rounding.
 const NOTHING: f64 = 1e-9;
 
 /// Comes back to what was kept, but for offsets: those that were set meanwhile, for another cutter or
-/// another part, stay.
+/// another part, stay. Spindle and coolant that somebody has switched meanwhile are switched back: the next
+/// effects.
 pub fn go_on_from(program: &mut Interpreter, mut kept: Kept) {
+    let before = program.modal.auxiliary;
     kept.modal.take_offsets_of(&program.modal);
     program.come_back_to(kept);
+    program.effects.clear();
+    modes::switch_from(program, &before);
 }
 
 /// Where a place of the machine lies now that had the same work coordinates, in the coordinate system in

@@ -83,6 +83,33 @@ fn a_script_brings_back_the_s_that_the_job_had() {
     assert_eq!(percent(bench), 40.0, "as in Smoothieware#1526 it must not go on without");
 }
 
+#[test]
+fn a_suspended_job_goes_on_as_the_spindle_turned() {
+    let flood = ["input_on_command = M8", "input_off_command = M9", "output_pin = PI4", "output_type = digital"];
+    for (meanwhile, begins) in [("M5\nM9\n", "M3 S40\nM8"), ("S10\n", "M3 S40\nM8"), ("M3 S70\nM8\n", "M5")] {
+        let plan = switch(spindle(Plan::new(CARTESIAN)), "flood", &flood);
+        let file = format!("{begins}\nG1 X20 F600\nM400\nG1 X60\n");
+        let bench = &mut plan.set("[switch] spindle.on_delay = 2").file("part.gcode", &file).start_homed();
+        bench.type_in("play part.gcode\n");
+        bench.hear(2.5);
+        bench.type_in("M600\n");
+        bench.hear_until("enter resume", 20.0);
+        bench.type_in(meanwhile);
+        bench.hear(3.0);
+        let stood_at = bench.carriage(Alpha);
+        bench.type_in("M601\n");
+        bench.hear(1.0);
+        let (turns, flows) = (percent(bench), bench.say("switch flood").contains(" is 1"));
+        let turned = if begins == "M5" { (0.0, false) } else { (40.0, true) };
+        assert_eq!((turns, flows), turned, "{meanwhile}");
+        if meanwhile.starts_with("M5") {
+            assert_eq!(bench.carriage(Alpha), stood_at, "it waits until the spindle turns");
+        }
+        bench.hear(8.0);
+        assert!(bench.carriage(Alpha) > 55.0, "{meanwhile}: it does not go on");
+    }
+}
+
 // LinuxCNC and GRBL stop for it; here it comes where the move begins that names it, as M3 does.
 #[test]
 fn a_change_of_s_comes_in_order_and_stops_nothing() {

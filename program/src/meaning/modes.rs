@@ -34,8 +34,19 @@ pub(crate) fn subroutines_ended(program: &mut Interpreter) {
 fn bring_back(program: &mut Interpreter, saved: &SavedModes) {
     let before = program.modal.auxiliary;
     saved.restore(&mut program.modal);
+    program.modal.auxiliary = saved.auxiliary;
+    switch_from(program, &before);
     let modes = saved.auxiliary;
-    program.modal.auxiliary = Auxiliary { spindle: before.spindle, ..modes };
+    if (modes.feed_override, modes.spindle_override) != (before.feed_override, before.spindle_override) {
+        program.then(modes.overrides());
+    }
+}
+
+/// Spindle and coolant as the modes say, which were these before: what is to be done for it are the next
+/// effects.
+pub(crate) fn switch_from(program: &mut Interpreter, before: &Auxiliary) {
+    let modes = program.modal.auxiliary;
+    program.modal.auxiliary.spindle = before.spindle;
     if modes.spindle != before.spindle || modes.spindle != Spindle::Stopped && modes.speed != before.speed {
         program.turn_spindle(modes.spindle);
     }
@@ -46,9 +57,6 @@ fn bring_back(program: &mut Interpreter, saved: &SavedModes) {
                 program.switch(number);
             }
         }
-    }
-    if (modes.feed_override, modes.spindle_override) != (before.feed_override, before.spindle_override) {
-        program.then(modes.overrides());
     }
 }
 
