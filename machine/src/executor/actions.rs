@@ -1,24 +1,20 @@
 //! Carries out what the program says, one action at a time, and waits where it must.
 
 use gcode::Blocks;
-use motion::Refusal;
-use program::{Action, Dialect, Effect, Fault, Meaning, Move, Part};
-use units::{Celsius, Micros, PerAxis};
+use program::{Action, Dialect, Fault, Meaning, Move, Part};
+use units::{Celsius, PerAxis};
 
 use super::{
-    Hands, Machine, fast_forward, flow, functions, halt, holes, home, kept, leave_out, lights, objects, operator,
+    Hands, Machine, effects, fast_forward, flow, functions, halt, holes, home, kept, leave_out, objects, operator,
     program_io, shapes, suspend, tool_change,
 };
 use crate::apart::apart;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::grbl::numbers::Alarm;
-use crate::heat::{Full, Output};
 use crate::heat_codes;
-use crate::heat_codes::TargetRefusal;
 use crate::motion_codes;
 use crate::needs::{failure_of, needs};
-use crate::outputs::Outputs;
-use crate::ports::{Ports, Wake};
+use crate::ports::Ports;
 use crate::sessions::Recipient;
 use program::State;
 
@@ -61,7 +57,7 @@ pub(super) fn run_text<P: Ports>(machine: &mut Machine<'_, P>, text: &str, diale
 #[cold]
 pub(super) fn what_returned<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     while let Some(what) = machine.program.next_effect() {
-        effect(machine, what)?;
+        effects::change(machine, what)?;
     }
     match machine.program.next_action() {
         Some(action) => carry_out_all(machine, &action, to),
@@ -88,7 +84,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
             }
             move_along(machine, request)?;
         }
-        Action::Effect(what) => effect(machine, what)?,
+        Action::Effect(what) => effects::change(machine, what)?,
         Action::Dwell(time) => {
             machine.standstill()?;
             machine.wait_for(time)?;
@@ -102,7 +98,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         Action::Return => {
             let ended = flow::end_call(machine)?;
             while let Some(what) = machine.program.next_effect() {
-                effect(machine, what)?;
+                effects::change(machine, what)?;
             }
             return Ok(ended);
         }
@@ -223,89 +219,4 @@ pub(super) fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move)
         machine.resynchronise_if_still();
     }
     moved
-}
-
-/// Changes an output where the path has come this far.
-pub(super) fn effect<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {
-    if machine.safety.state() == State::Check {
-        if let Some(passed) = &mut machine.passed {
-            passed.note(effect);
-            match effect {
-                Effect::Arm { rule, armed } => machine.temperature_switches.arm(rule, armed),
-                Effect::Light(change) => machine.strips.change(&change),
-                _ => {}
-            }
-        }
-        return Ok(());
-    }
-    let is_playing = machine.jobs.is_playing();
-    let was_on = matches!(effect, Effect::Switch { switch, .. } if machine.outputs.is_on(switch));
-    let output = match effect {
-        Effect::Target { heater, target } => {
-            if target > crate::heat::OFF_BELOW {
-                needs(machine.texts, machine.config, Part::Heater(heater), is_playing)?;
-                heat_codes::check_target(machine.texts, &mut machine.ports, machine.config, heater, target)?;
-                if !machine.ports.supervisor(|supervisor| supervisor.fet_supply_on()) {
-                    return Err(heat_codes::no_heater_supply());
-                }
-            }
-            Some(Output::Target(heater, target))
-        }
-        Effect::Switch { switch, on, value } => {
-            Outputs::check(machine.texts, machine.config, switch, on, value, is_playing)?;
-            program_io::tell_beyond(machine, switch, value);
-            machine.outputs.turn(machine.config, switch, on, value)
-        }
-        Effect::Arm { rule, armed } => {
-            machine.temperature_switches.arm(rule, armed);
-            None
-        }
-        Effect::Light(change) => return lights::change(machine, change),
-        Effect::Ignored { .. } => None,
-    };
-    let Some(output) = output else { return Ok(()) };
-    ride(machine, output)?;
-    match effect {
-        Effect::Switch { switch, .. } if machine.outputs.is_on(switch) != was_on => settle(machine, switch),
-        _ => Ok(()),
-    }
-}
-
-/// What has been turned on takes its time to come up (`on_delay`): a power supply. What has been turned off
-/// takes its time to stand (`off_delay`): a spindle.
-fn settle<P: Ports>(machine: &mut Machine<'_, P>, switch: units::SwitchId) -> Result<(), Failure> {
-    let is_on = machine.outputs.is_on(switch);
-    let delay = |switch: &config::SwitchConfig| if is_on { switch.on_delay } else { switch.off_delay };
-    let delay = machine.config.switches.get(switch.index()).map_or(Micros(0), delay);
-    if delay == Micros(0) || machine.safety.is_halted() {
-        return Ok(());
-    }
-    machine.standstill()?;
-    machine.wait_for(delay)
-}
-
-/// Has an output change behind what has been submitted: at once when nothing moves, else with the motors, and
-/// nothing waits.
-fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<(), Failure> {
-    loop {
-        let is_idle = machine.ports.motion(|motion| motion.is_idle());
-        // On a halted machine nothing is on its way any more, and off must not wait for the motors to stand.
-        if machine.safety.is_halted() || is_idle && machine.ports.heat(|heat| !heat.has_effects()) {
-            let applied = machine.ports.heat(|heat| heat.apply(output));
-            return applied.map_err(|why| match output {
-                Output::Target(heater, target) => {
-                    TargetRefusal { config: machine.config, heater, target, why }.failure(machine.texts)
-                }
-                _ => Failure::HALTED,
-            });
-        }
-        match machine.ports.motion(motion::Motion::mark) {
-            Ok(mark) => match machine.ports.heat(|heat| heat.ride(mark, output)) {
-                Ok(()) => return Ok(()),
-                Err(Full) => machine.wait(Wake::Any).unless_halted()?,
-            },
-            Err(Refusal::Full | Refusal::Stopping) => machine.wait(Wake::Any).unless_halted()?,
-            Err(refusal) => return Err(machine.texts.refused(format_args!("{refusal}"))),
-        }
-    }
 }

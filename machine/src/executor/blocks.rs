@@ -6,7 +6,7 @@ use program::{Action, Effect, LineParts, Meaning, State, States};
 use super::answers::{bad_line, finish, is_grbl};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::{Origin, Source};
-use super::{Machine, actions, filament, objects, operator, passed_over, shapes};
+use super::{Machine, actions, effects, filament, objects, operator, passed_over, shapes};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::jobs::Name;
 use crate::needs::needs;
@@ -293,7 +293,7 @@ fn run_begun<'b, P: Ports>(
             Effect::Ignored { code, letter } if source.origin == Origin::Job => {
                 passed_over::count(machine, Name::Word(code, letter));
             }
-            effect => actions::effect(machine, effect)?,
+            effect => effects::change(machine, effect)?,
         }
     }
     match &meaning {

@@ -18,6 +18,7 @@ mod cut;
 mod disk;
 mod door;
 mod editing;
+mod effects;
 mod fast_forward;
 mod filament;
 mod flow;

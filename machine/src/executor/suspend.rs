@@ -9,7 +9,7 @@ use program::{Part, Words};
 use units::{Axis, AxisSet, Celsius, HeaterId};
 
 use super::frames::{Frame, Replay, Then};
-use super::{Hands, Machine, actions, filament, stall_recovery};
+use super::{Hands, Machine, effects, filament, stall_recovery};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::files::{Path, safe_file};
 use crate::heat_codes;
@@ -175,7 +175,7 @@ pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
     machine.safety.apply(Event::Unsuspend);
     program::go_on_from(&mut machine.program, suspended.kept);
     while let Some(what) = machine.program.next_effect() {
-        actions::effect(machine, what)?;
+        effects::change(machine, what)?;
     }
     let rate = machine.program.modal().seek_rate;
     machine.announce(format_args!("// Restoring saved XYZ positions and state...\n"));

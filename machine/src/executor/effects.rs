@@ -1,0 +1,99 @@
+//! What rides on the path: outputs that change where it has come this far.
+
+use motion::Refusal;
+use program::{Effect, Part, State};
+use units::{Micros, SwitchId};
+
+use super::{Machine, lights, program_io};
+use crate::failure::Failure;
+use crate::heat::{Full, Output};
+use crate::heat_codes;
+use crate::heat_codes::TargetRefusal;
+use crate::needs::needs;
+use crate::outputs::Outputs;
+use crate::ports::{Ports, Wake};
+
+/// Changes an output where the path has come this far.
+pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {
+    if machine.safety.state() == State::Check {
+        if let Some(passed) = &mut machine.passed {
+            passed.note(effect);
+            match effect {
+                Effect::Arm { rule, armed } => machine.temperature_switches.arm(rule, armed),
+                Effect::Light(change) => machine.strips.change(&change),
+                _ => {}
+            }
+        }
+        return Ok(());
+    }
+    let is_playing = machine.jobs.is_playing();
+    let was_on = matches!(effect, Effect::Switch { switch, .. } if machine.outputs.is_on(switch));
+    let output = match effect {
+        Effect::Target { heater, target } => {
+            if target > crate::heat::OFF_BELOW {
+                needs(machine.texts, machine.config, Part::Heater(heater), is_playing)?;
+                heat_codes::check_target(machine.texts, &mut machine.ports, machine.config, heater, target)?;
+                if !machine.ports.supervisor(|supervisor| supervisor.fet_supply_on()) {
+                    return Err(heat_codes::no_heater_supply());
+                }
+            }
+            Some(Output::Target(heater, target))
+        }
+        Effect::Switch { switch, on, value } => {
+            Outputs::check(machine.texts, machine.config, switch, on, value, is_playing)?;
+            program_io::tell_beyond(machine, switch, value);
+            machine.outputs.turn(machine.config, switch, on, value)
+        }
+        Effect::Arm { rule, armed } => {
+            machine.temperature_switches.arm(rule, armed);
+            None
+        }
+        Effect::Light(change) => return lights::change(machine, change),
+        Effect::Ignored { .. } => None,
+    };
+    let Some(output) = output else { return Ok(()) };
+    ride(machine, output)?;
+    match effect {
+        Effect::Switch { switch, .. } if machine.outputs.is_on(switch) != was_on => settle(machine, switch),
+        _ => Ok(()),
+    }
+}
+
+/// What has been turned on takes its time to come up (`on_delay`): a power supply. What has been turned off
+/// takes its time to stand (`off_delay`): a spindle.
+fn settle<P: Ports>(machine: &mut Machine<'_, P>, switch: SwitchId) -> Result<(), Failure> {
+    let is_on = machine.outputs.is_on(switch);
+    let delay = |switch: &config::SwitchConfig| if is_on { switch.on_delay } else { switch.off_delay };
+    let delay = machine.config.switches.get(switch.index()).map_or(Micros(0), delay);
+    if delay == Micros(0) || machine.safety.is_halted() {
+        return Ok(());
+    }
+    machine.standstill()?;
+    machine.wait_for(delay)
+}
+
+/// Has an output change behind what has been submitted: at once when nothing moves, else with the motors, and
+/// nothing waits.
+fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<(), Failure> {
+    loop {
+        let is_idle = machine.ports.motion(|motion| motion.is_idle());
+        // On a halted machine nothing is on its way any more, and off must not wait for the motors to stand.
+        if machine.safety.is_halted() || is_idle && machine.ports.heat(|heat| !heat.has_effects()) {
+            let applied = machine.ports.heat(|heat| heat.apply(output));
+            return applied.map_err(|why| match output {
+                Output::Target(heater, target) => {
+                    TargetRefusal { config: machine.config, heater, target, why }.failure(machine.texts)
+                }
+                _ => Failure::HALTED,
+            });
+        }
+        match machine.ports.motion(motion::Motion::mark) {
+            Ok(mark) => match machine.ports.heat(|heat| heat.ride(mark, output)) {
+                Ok(()) => return Ok(()),
+                Err(Full) => machine.wait(Wake::Any).unless_halted()?,
+            },
+            Err(Refusal::Full | Refusal::Stopping) => machine.wait(Wake::Any).unless_halted()?,
+            Err(refusal) => return Err(machine.texts.refused(format_args!("{refusal}"))),
+        }
+    }
+}
