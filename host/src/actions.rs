@@ -1,6 +1,7 @@
 //! `velvet actions`: what a program asks of a machine, one action a line, without a machine.
 //!
-//! The program runs as on a machine without extruders that stands at the origin: loops turn, subroutines are
+//! A file that says which firmware it is for is read in that dialect, with one extruder; else in GRBL's,
+//! without extruders. The program runs as on a machine that stands at the origin: loops turn, subroutines are
 //! called from their files, no move is limited. Lengths are mm in machine coordinates, rates mm/min, times
 //! seconds.
 
@@ -13,9 +14,9 @@ use gcode::{Block, Blocks, Code, Decoder, Letter, Line, WholeLine};
 use motion::geometry::{Arc, ArcShape};
 use program::{
     Action, Centre, Claim, Dialect, Effect, Facts, Interpreter, IoKind, IoSetup, Meaning, Move, Next, Place, Rate,
-    Remark, Setup, Shape, SpindleSetup, ToolEntry,
+    Remark, Setup, Shape, SpindleSetup, ToolEntry, ToolSettings,
 };
-use units::{Axis, AxisSet, MmPerSecond, PerAxis, Plane, SwitchId};
+use units::{Axis, AxisSet, MmPerSecond, PerAxis, Plane, SwitchId, ToolId};
 
 /// Outputs, outputs with a value, and inputs: this many each, as LinuxCNC has them.
 const IO: u8 = 4;
@@ -76,6 +77,24 @@ struct Run {
     has_begun: bool,
 }
 
+/// As in the samples.
+const fn extruder() -> ToolSettings {
+    ToolSettings {
+        id: ToolId(0),
+        axis: Axis::A,
+        offset: [0.0; 3],
+        filament_diameter: None,
+        retract_length: 3.0,
+        retract_rate: MmPerSecond(45.0),
+        recover_length: 0.0,
+        recover_rate: MmPerSecond(30.0),
+        z_lift: 0.0,
+        z_lift_rate: MmPerSecond(10.0),
+        flow_limit: None,
+        is_off: false,
+    }
+}
+
 fn place(line: usize) -> Place {
     Place { offset: 0, line: line as u32 }
 }
@@ -86,6 +105,12 @@ impl Run {
         let spindle = SpindleSetup { has_encoder: true, has_speed_control: true };
         let mut setup = Setup { seek_rate: MmPerSecond(100.0), compliant_seek_rate: true, spindle, ..Setup::default() };
         setup.is_preview = true;
+        let source = Source::open(file)?;
+        let dialect = machine::preflight::dialect_of(&source.lines.join(&b'\n')).unwrap_or(Dialect::Grbl);
+        if dialect != Dialect::Grbl {
+            // There is room for it.
+            let _ = setup.tools.push(extruder());
+        }
         for (code, claim) in [
             (3, Claim::SwitchOn(SPINDLE[0].0)),
             (4, Claim::SwitchOn(SPINDLE[1].0)),
@@ -105,8 +130,8 @@ impl Run {
         }
         Ok(Self {
             program: Interpreter::new(setup),
-            dialect: Dialect::Grbl,
-            sources: vec![Source::open(file)?],
+            dialect,
+            sources: vec![source],
             here: PerAxis([0.0; units::MAX_AXES]),
             out: String::new(),
             has_ended: false,
@@ -183,7 +208,7 @@ impl Run {
 
     fn blocks(&mut self, mut blocks: Blocks<'_>, after: Place) -> Result<()> {
         let mut block = Block::new(None, 0);
-        if self.in_order(&blocks, after)? {
+        if self.dialect.orders_lines() && self.in_order(&blocks, after)? {
             return Ok(());
         }
         loop {
@@ -237,13 +262,22 @@ impl Run {
                 // For a spindle and coolant, which the machine may have or not.
                 return Ok(());
             }
+            // As a job does: what nobody knows is left out, but for a G-code.
+            if let Some(code) = block.code.filter(|code| code.letter == Letter::M && self.dialect != Dialect::Grbl) {
+                writeln!(self.out, "left out {code}")?;
+                return Ok(());
+            }
             bail!("{} is not known", block.code.map_or_else(String::new, |code| code.to_string()));
         };
         let facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };
         let meaning = self.program.run(block, row, facts, self.dialect).map_err(|fault| anyhow::anyhow!("{fault}"))?;
         self.effects()?;
-        if let Meaning::Action(action) = meaning {
-            self.action(&action, after)?;
+        match (meaning, block.code) {
+            (Meaning::Action(action), _) => self.action(&action, after)?,
+            (Meaning::PassedOver | Meaning::Unknown, Some(code)) if self.dialect != Dialect::Grbl => {
+                writeln!(self.out, "left out {code}")?;
+            }
+            _ => {}
         }
         while let Some(action) = self.program.next_action() {
             self.action(&action, after)?;

@@ -234,3 +234,19 @@ fn a_job_is_looked_through_for_the_machine_as_it_has_saved_itself() {
     let out = velvet(&["preflight", CONFIG, text(&job), "--mesh", text(&mesh)]);
     assert!(said(&out).contains("bed.mesh is no mesh: line 2: a number was expected"), "{}", said(&out));
 }
+
+#[test]
+fn actions_are_those_of_the_dialect_that_a_file_says() {
+    let part = folder("actions").join("part.g");
+    // Q is no word of G1: a mill's program is refused for it, a print goes on.
+    let lines = "G1 X80 Q3 F6000\nM82\nG1 X90 E5\nM9999\nM106 S100 G1 X95\n";
+    std::fs::write(&part, format!(";FLAVOR:Marlin\n{lines}")).expect("written");
+    let marlins = velvet(&["actions", text(&part)]);
+    assert!(marlins.status.success(), "{}", said(&marlins));
+    let said_of_it = said(&marlins);
+    assert!(said_of_it.contains("feed 80.00000") && said_of_it.contains("feed 95.00000"), "{said_of_it}");
+    assert!(said_of_it.contains("left out M9999"), "{said_of_it}");
+    std::fs::write(&part, lines).expect("written");
+    let mills = velvet(&["actions", text(&part)]);
+    assert!(!mills.status.success() && said(&mills).contains("line 1"), "{}", said(&mills));
+}
