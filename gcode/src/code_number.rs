@@ -30,6 +30,8 @@ impl Blocks<'_> {
             return self.code_worked_out(begin, letter, name, parameters);
         }
         let number = number::parse_digits(self.rest()).and_then(|(n, length)| Some((u16::try_from(n).ok()?, length)));
+        // The last number is that of no tool.
+        let number = number.filter(|(n, _)| letter != Letter::T || *n != NO_TOOL);
         let (number, length) = number.ok_or(self.error(begin, Problem::BadCode(name)))?;
         self.at += length;
         let mut subcode = 0;

@@ -9,7 +9,7 @@ use crate::text_value::{comment, string_or_list};
 /// M-codes whose argument is text, kept as it stands.
 ///
 /// M115 is followed by the version that a file wants (`M115 U3.13.2`), M486 by names of objects.
-pub(crate) const TEXT_M_CODES: [u16; 11] = [16, 23, 28, 30, 32, 115, 117, 118, 486, 501, 504];
+pub(crate) const TEXT_M_CODES: [u16; 12] = [16, 23, 28, 30, 32, 33, 115, 117, 118, 486, 501, 504];
 /// G-codes whose words are coordinates and rates. A letter without a number there is a slip, not a flag.
 const NUMBERED_G_CODES: [u16; 22] = [0, 1, 2, 3, 4, 5, 10, 33, 38, 43, 53, 73, 81, 82, 83, 85, 89, 92, 93, 94, 98, 99];
 

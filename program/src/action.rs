@@ -437,6 +437,8 @@ pub enum Function {
     TunePid,
     Sensor,
     WaitForHeaters,
+    /// M116 where it waits until what is too warm has cooled, too.
+    WaitForTargets,
     // Reports.
     ReportHoming,
     ReportPosition,

@@ -146,6 +146,10 @@ impl Interpreter {
         if Spindle::of(code).is_some_and(|spindle| spindle.is_against(self.modal.auxiliary.spindle)) {
             self.switch(Spindle::Stopped.code());
         }
+        if is_fan(context) && !words.has('S') && context.dialect.takes_shares() {
+            // There it asks how the fan is.
+            return NOTHING.map(Some);
+        }
         for claim in &claims {
             let effect = match *claim {
                 Claim::SwitchOn(switch) => Effect::Switch { switch, on: true, value: self.value_for(switch, context) },

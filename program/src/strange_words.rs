@@ -10,8 +10,9 @@ use crate::interpreter::Interpreter;
 use crate::words::Words;
 
 /// Letters that say in some firmware where a G-code goes, how it goes there or what it extrudes: R is a
-/// restore point of RepRapFirmware, H how its G1 stops, U to W are axes.
-const OF_A_MOVE: &str = "XYZABCUVWEIJKRH@^";
+/// restore point of RepRapFirmware, H how its G1 stops, U to W are axes, T
+/// is a tool.
+const OF_A_MOVE: &str = "XYZABCUVWEIJKRHT@^";
 
 /// Words that the row of a code does not take. What might move the tool elsewhere is refused; of what
 /// changes nothing the first is noted. In GRBL's dialect lines are looked through as a whole.

@@ -149,7 +149,7 @@ impl Tools {
     /// # Errors
     /// When there is none with that number.
     pub fn selected(&self, words: &Words<'_>) -> Result<&Tool, Fault> {
-        let place = self.place(words)?;
+        let place = self.place(words, &['P'])?;
         self.tools.get(place).ok_or(Problem::NoExtruder.refused(0))
     }
 
@@ -166,13 +166,19 @@ impl Tools {
     }
 
     pub(crate) fn selected_mut(&mut self, words: &Words<'_>) -> Result<&mut Tool, Fault> {
-        let place = self.place(words)?;
+        self.selected_by(words, &['P'])
+    }
+
+    /// The tool that one of these letters names; the one in use where none does.
+    pub(crate) fn selected_by(&mut self, words: &Words<'_>, letters: &[char]) -> Result<&mut Tool, Fault> {
+        let place = self.place(words, letters)?;
         self.tools.get_mut(place).ok_or(Problem::NoExtruder.refused(0))
     }
 
-    fn place(&self, words: &Words<'_>) -> Result<usize, Fault> {
-        let Some(word) = words.get('P') else { return Ok(self.active) };
-        self.numbered(word).ok_or(Problem::NoSuchTool(word).refused(words.column_of('P')))
+    fn place(&self, words: &Words<'_>, letters: &[char]) -> Result<usize, Fault> {
+        let named = letters.iter().find_map(|letter| Some((*letter, words.get(*letter)?)));
+        let Some((letter, word)) = named else { return Ok(self.active) };
+        self.numbered(word).ok_or(Problem::NoSuchTool(word).refused(words.column_of(letter)))
     }
 
     pub(crate) fn numbered(&self, word: f64) -> Option<usize> {

@@ -52,6 +52,11 @@ impl<'b> Words<'b> {
         Self { block: &BARE, known: &[], code, lengths: Lengths::PLAIN }
     }
 
+    /// The same words, read in other units.
+    pub(crate) const fn read_as(self, known: &'static [WordInfo]) -> Self {
+        Self { known, ..self }
+    }
+
     /// The code they belong to.
     #[must_use]
     pub const fn code(&self) -> Code {

@@ -94,7 +94,10 @@ fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &
         Function::UnloadFilament => apart(|| filament::by_hand(machine, false, words.get('U'))),
         // What stands still goes on from where it was.
         Function::StartJob => suspend::resume(machine, to),
-        Function::WaitForHeaters => apart(|| heat_codes::wait_for_all(hands, words)).map(|()| Answer::Ok),
+        Function::WaitForHeaters | Function::WaitForTargets => {
+            let cools = function == Function::WaitForTargets;
+            apart(|| heat_codes::wait_for_all(hands, words, cools)).map(|()| Answer::Ok)
+        }
         Function::TunePid => apart(|| autotune::tune_pid(hands, words)),
         Function::HomeOffsetsFromHere => apart(|| autotune::tune_model(hands, words)),
         Function::SaveSettings => save_settings(machine, words.text(), to),

@@ -339,7 +339,7 @@ fn run_switch<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 fn run_button<P: Ports>(machine: &mut Machine<'_, P>, line: &str) {
     machine.tag = Tag::NONE;
     let line = match ButtonWord::of(line) {
-        Some(ButtonWord::Suspend) if machine.jobs.is_suspended() => "M601",
+        Some(ButtonWord::Suspend) if machine.jobs.is_suspended() => "M602",
         Some(ButtonWord::Suspend) => "M600",
         _ => line,
     };

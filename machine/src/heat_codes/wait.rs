@@ -13,7 +13,8 @@ use crate::ports::{Ports, Wake};
 
 /// How often a wait says the temperature.
 const WAIT_REPORT: Micros = Micros::from_millis(1_200);
-/// From above, a target counts as reached this far from it, where `wait_window` is less.
+/// From above, and by a job that goes on, a target counts as reached this far from it, where `wait_window` is
+/// less.
 const NEAR: f32 = 1.0;
 /// What is no warmer than this and has not cooled by so much in so long is as cold as its surroundings.
 const SAFE: Celsius = Celsius(50.0);
@@ -27,6 +28,8 @@ const FIRST_READING_WITHIN: Micros = Micros::from_seconds(1);
 pub(super) enum Until {
     /// The reading has come up to the target.
     Warm,
+    /// The reading has come up to the target, or nearly.
+    About,
     /// The reading has come to the target, from below or from above.
     Near,
     /// The reading lies between these two temperatures.
@@ -68,12 +71,13 @@ pub(crate) fn heat_and_wait<P: Ports>(
     wait_until(hands, heater, if cools { Until::Near } else { Until::Warm })
 }
 
-/// Waits until the reading has come up to the target, saying temperatures.
+/// Waits until a heater is again about as warm as it was, saying temperatures: the last tenth of a degree
+/// takes a minute and longer, and no part needs it.
 ///
 /// # Errors
 /// When the machine halts meanwhile.
 pub(crate) fn wait_for_temperature<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) -> Result<(), Failure> {
-    wait_until(hands, heater, Until::Warm)
+    wait_until(hands, heater, Until::About)
 }
 
 /// Waits until a sensor has been read, or has said why it cannot be: in the first moments nothing is known of
@@ -143,11 +147,15 @@ fn wait_until<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId, until: U
 }
 
 /// M116: waits for every heater that has a target, or for the one with the id P; with A and B until its
-/// reading is between these.
+/// reading is between these; where it `cools`, until what is too warm has come down too.
 ///
 /// # Errors
 /// When nobody has that id, a heater is not to become so warm, or the machine halts meanwhile.
-pub(crate) fn wait_for_all<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<(), Failure> {
+pub(crate) fn wait_for_all<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    words: &Words<'_>,
+    cools: bool,
+) -> Result<(), Failure> {
     let (config, wanted) = (hands.config(), words.get('P').map(ToolId::from_word));
     let is_meant = |id: ToolId| wanted.is_none_or(|wanted| wanted == Some(id));
     if !config.heaters().any(|(_, heater)| is_meant(heater.tool_id)) {
@@ -156,6 +164,7 @@ pub(crate) fn wait_for_all<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words
     let bound = |letter: char| words.get(letter).map(|celsius| celsius as f32);
     let (least, most) = (bound('A'), bound('B'));
     let until = match (least, most) {
+        _ if cools => Until::Near,
         (None, None) => Until::Warm,
         _ => Until::Between(Celsius(least.unwrap_or(f32::MIN)), Celsius(most.unwrap_or(f32::MAX))),
     };
@@ -187,6 +196,7 @@ fn progress(heat: &HeatControl, heater: HeaterId, until: Until, window: Celsius)
         // Without a target it was turned off meanwhile: there is nothing to wait for.
         _ if target <= Celsius(0.0) => return Progress::Arrived,
         Until::Warm => (target - window, Celsius(f32::MAX)),
+        Until::About => (Celsius(target.0 - window.0.max(NEAR)), Celsius(f32::MAX)),
         Until::Near => (target - window, Celsius(target.0 + window.0.max(NEAR))),
     };
     match reading {

@@ -10,7 +10,7 @@ use crate::ports::{Calendar, OpenMode, Storage, StorageError};
 use crate::sessions::{Recipient, Reply};
 
 /// What is answered where a job would be lost, or go on from the wrong place.
-const SUSPENDED: &str = "the job is suspended: resume or M601 goes on with it, abort ends it";
+const SUSPENDED: &str = "the job is suspended: resume or M602 goes on with it, abort ends it";
 const DIALECTS: &str = "-f takes smoothie, marlin, reprapfirmware, klipper or grbl";
 const NOTHING_SELECTED: &str = "no file is selected";
 
@@ -86,8 +86,13 @@ impl Jobs {
         self.close(storage);
         let tells_end = if plays { reply.to() } else { Recipient::Nobody };
         let listeners = Listeners { tells_end, ..Listeners::default() };
-        let opened = on_card(name).map(|path| self.open(texts, &path, listeners, storage, now));
-        if let Some(Ok(size)) = opened {
+        // Hosts send the line of a listing back, with its size.
+        let short = name.rsplit_once(' ').filter(|(_, size)| size.bytes().all(|byte| byte.is_ascii_digit()));
+        let opened = [Some(name), short.map(|(name, _)| name.trim())].into_iter().flatten().find_map(|name| {
+            let path = on_card(name)?;
+            Some((name, self.open(texts, &path, listeners, storage, now).ok()?))
+        });
+        if let Some((name, size)) = opened {
             self.set_paused(!plays);
             reply.say(format_args!("File opened:{name} Size:{size}\nFile selected\n"));
         } else {
@@ -311,7 +316,7 @@ mod tests {
         assert_eq!(table.select(Some("my - part.g"), false), (refused, String::new()));
         assert_eq!(table.select(Some("my - part.g"), true).0, refused);
         assert!(!table.jobs.is_playing() && table.jobs.is_suspended() && table.card.open_files() == 1);
-        assert!(SUSPENDED.contains("resume") && SUSPENDED.contains("M601"));
+        assert!(SUSPENDED.contains("resume") && SUSPENDED.contains("M602"));
         assert!(table.jobs.take_suspended().is_some());
         assert_eq!(table.start(), OK);
     }

@@ -158,8 +158,12 @@ impl Reading<'_, '_> {
                 Ok(())
             }
             Function::BedPlane => self.set(function, words).await,
-            _ if words.is_bare() && !matches!(function, Function::LoadGrid | Function::WaitForHeaters) => Ok(()),
-            Function::WaitForHeaters => {
+            _ if words.is_bare()
+                && !matches!(function, Function::LoadGrid | Function::WaitForHeaters | Function::WaitForTargets) =>
+            {
+                Ok(())
+            }
+            Function::WaitForHeaters | Function::WaitForTargets => {
                 self.standstill().await;
                 self.preflight.totals.heat_waits += 1;
                 Ok(())

@@ -25,7 +25,12 @@ pub const ROWS: &[CodeInfo] = &[
         Function::FilamentDiameter,
         "count E in mm3 of filament this thick; 0: in mm",
     )
-    .takes(&[word('D', Unit::Mm, "its diameter"), TOOL_WORD]),
+    .takes(&[
+        word('D', Unit::Mm, "its diameter"),
+        word('S', Unit::Number, "printer firmware: 0: count in mm; 1: in mm3"),
+        TOOL_WORD,
+        word('T', Unit::Number, "the same as P"),
+    ]),
     CodeInfo::means(Code::m(207), extruders::retraction, "how G10 retracts").takes(&[
         word('S', Unit::Mm, "length"),
         word('F', Unit::MmPerMinute, "speed").bounds(&Above(0.0)),
@@ -47,6 +52,8 @@ pub const ROWS: &[CodeInfo] = &[
     .takes(&[
         word('S', Unit::Percent, "factor").bounds(&Above(0.0)),
         TOOL_WORD,
+        word('T', Unit::Number, "the same as P"),
+        word('D', Unit::Number, "the same as P"),
         word('R', Unit::Number, "frequency of a laser; refused: there is no laser yet"),
     ])
     .differs("on a machine with a laser its power too"),

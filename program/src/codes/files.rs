@@ -93,11 +93,11 @@ pub const ROWS: &[CodeInfo] = &[
         .takes(&CHANGE)
         .waits(Waits::Result)
         .part(Part::Player),
-    CodeInfo::means(
-        Code::m(601),
-        program::resume,
-        "resume the job: heat up, before_resume_gcode, back to where it was",
-    )
-    .waits(Waits::Result)
-    .part(Part::Player),
+    resume(601),
+    resume(602).differs(NOT_KNOWN),
 ];
+
+const fn resume(number: u16) -> CodeInfo {
+    const HELP: &str = "resume the job: heat up, before_resume_gcode, back to where it was";
+    CodeInfo::means(Code::m(number), program::resume, HELP).waits(Waits::Result).part(Part::Player)
+}

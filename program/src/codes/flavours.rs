@@ -9,7 +9,7 @@ use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
 use crate::action::Function;
 use crate::dialect::{Dialect, Dialects};
 use crate::fault::Part;
-use crate::meaning::{lights, modes, printers, program, spindle};
+use crate::meaning::{lights, modes, printers, spindle};
 use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
 
@@ -68,6 +68,7 @@ const SPEEDS: &[WordInfo] = &[
     word('Y', Unit::MmPerMinute, "of this axis"),
     word('Z', Unit::MmPerMinute, "of this axis"),
     word('E', Unit::MmPerMinute, "of the extruder's motor"),
+    word('S', Unit::Number, "1: mm/s, not mm/min"),
 ];
 const STRIP_WORDS: &[WordInfo] = &[
     word('R', Unit::Number, "red").bounds(&Within(0.0, 255.0)),
@@ -148,6 +149,19 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     reads(MARLIN, level(Code::g(80))),
     reads(Dialects::PRINTERS, motors_off(18)),
     reads(Dialects::PRINTERS, motors_off(84)),
+    reads(
+        REPRAP,
+        CodeInfo::asks(
+            Code::m(116),
+            Function::WaitForTargets,
+            "wait until every heater has come to its target, from above too",
+        )
+        .takes(&[
+            word('P', Unit::Id, "only the heater with this tool_id"),
+            word('S', Unit::Celsius, "how near: has nothing to do"),
+        ])
+        .waits(Waits::Result),
+    ),
     reads(MARLIN, CodeInfo::passed_over(Code::m(120), "watch the end switches: they are, where configured")),
     reads(MARLIN, CodeInfo::passed_over(Code::m(121), "do not watch the end switches: they are, where configured")),
     reads(REPRAP, sets_up(Code::m(143), "refused: the highest temperature of a heater by its number")),
@@ -160,7 +174,13 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     ),
     reads(
         REPRAP,
-        CodeInfo::asks(Code::m(203), Function::AxisSpeeds, "greatest speeds of axes, a minute").takes(SPEEDS),
+        CodeInfo::either(
+            Code::m(203),
+            printers::axis_speeds,
+            Function::AxisSpeeds,
+            "greatest speeds of axes, a minute",
+        )
+        .takes(SPEEDS),
     ),
     reads(
         Dialects::PRINTERS,
@@ -170,6 +190,7 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
         Dialects::PRINTERS,
         CodeInfo::asks(Code::m(205), Function::Jerk, "speed changes allowed in corners").takes(JERK),
     ),
+    reads(MARLIN.with(Dialect::RepRapFirmware), sets_up(Code::m(206), "refused: shifts the work at once")),
     reads(REPRAP, sets_up(Code::m(208), "refused: the travel of axes")),
     reads(
         MARLIN,
@@ -191,7 +212,20 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     reads(MARLIN, sets_up(Code::m(305), "refused: a thermistor by its number")),
     reads(REPRAP, sets_up(Code::m(305), "refused: a thermistor by its number")),
     reads(MARLIN, sets_up(Code::m(306), "refused: Marlin's model of a heater")),
+    reads(
+        MARLIN,
+        CodeInfo::either(Code::m(665), printers::by_its_letters, Function::ArmSettings, "geometry of a delta")
+            .takes(&[word('L', Unit::Mm, "length of the rods"), word('R', Unit::Mm, "radius of the delta")]),
+    ),
+    reads(REPRAP, sets_up(Code::m(665), "refused: the geometry of a delta")),
+    reads(REPRAP, sets_up(Code::m(666), "refused: the switches of a delta")),
     reads(REPRAP, sets_up(Code::m(307), "refused: RepRapFirmware's model of a heater")),
+    reads(REPRAP, sets_up(Code::m(558), "refused: the kind of probe")),
+    reads(REPRAP, sets_up(Code::m(569), "refused: which way a drive turns")),
+    reads(REPRAP, sets_up(Code::m(574), "refused: the end switches")),
+    reads(REPRAP, ends_job(0)),
+    reads(REPRAP, ends_job(1)),
+    reads(REPRAP, ends_job(2)),
     reads(REPRAP, sets_up(Code::m(557), "refused: the grid to probe")),
     reads(
         REPRAP,
@@ -204,22 +238,31 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
             ])
             .waits(Waits::Path),
     ),
-    // Prusa's. To Marlin itself neither means anything.
     reads(
-        MARLIN,
-        CodeInfo::means(Code::m(601), printers::pause_print, "suspend the job; heaters stay on, as M600.1")
+        REPRAP,
+        CodeInfo::means(Code::m(226), printers::pause_print, "suspend the job; heaters stay on, as M600.1")
             .waits(Waits::Result)
             .part(Part::Player),
     ),
+    // Prusa's, and its slicer writes it for every firmware. To Marlin itself it means nothing.
     reads(
-        MARLIN,
-        CodeInfo::means(Code::m(602), program::resume, "resume the job").waits(Waits::Result).part(Part::Player),
+        Dialects::PRINTERS,
+        CodeInfo::means(Code::m(601), printers::pause_print, "suspend the job; heaters stay on, as M600.1")
+            .waits(Waits::Result)
+            .part(Part::Player),
     ),
     reads(MARLIN, CodeInfo::passed_over(Code::m(907), "motor current as a number of a potentiometer")),
 ];
 
 const fn sets_up(code: Code, help: &'static str) -> CodeInfo {
     CodeInfo::means(code, printers::sets_up, help)
+}
+
+const fn ends_job(number: u16) -> CodeInfo {
+    CodeInfo::means(Code::m(number), printers::end_job, "end of the job; heaters off")
+        .group(Group::Stopping)
+        .waits(Waits::Standstill)
+        .states(EVERYWHERE_BUT_INVALID)
 }
 
 const fn tune(words: &'static [WordInfo]) -> CodeInfo {

@@ -120,6 +120,7 @@ pub const ROWS: &[CodeInfo] = &[
     ])
     .differs(NOT_KNOWN),
     quiet(16, "name of the printer that the file is for"),
+    quiet(33, "long name of a file"),
     quiet(74, "weight of the part"),
     quiet(75, "start the print timer"),
     quiet(76, "pause the print timer"),

@@ -45,7 +45,7 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
     }),
     codes("RESPOND", "MSG", "say a text on every console, as M118", |command, _, line| text(command, "M118", line)),
     codes("RESTORE_GCODE_STATE", "MOVE", "come back to the kept state; the last one, as M121", restore_state),
-    codes("RESUME", "", "go on with the suspended job, as M601", |_, _, line| put(line, "M601")),
+    codes("RESUME", "", "go on with the suspended job, as M602", |_, _, line| put(line, "M602")),
     codes("SAVE_GCODE_STATE", "", "keep units, distance modes, rates and coordinate system, as M120", |_, _, line| {
         put(line, "M120")
     }),

@@ -3,6 +3,8 @@
 use units::{Axis, Plane};
 
 use crate::action::{Centre, Shape};
+use crate::context::Context;
+use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::words::Words;
@@ -42,7 +44,8 @@ fn turned(program: &Interpreter, words: &Words<'_>, centre: Centre) -> Centre {
 }
 
 /// I J K (from the start, or places after G90.1) or R, and P.
-pub(crate) fn arc(program: &Interpreter, words: &Words<'_>, clockwise: bool) -> Result<Shape, Fault> {
+pub(crate) fn arc(program: &Interpreter, context: &Context<'_>, clockwise: bool) -> Result<Shape, Fault> {
+    let words = &context.words;
     let plane = program.modal.plane;
     let (first, second) = plane.axes();
     let (centre, word) = match words.length('R') {
@@ -64,7 +67,9 @@ pub(crate) fn arc(program: &Interpreter, words: &Words<'_>, clockwise: bool) -> 
     if plane != Plane::Xy && program.modal.turn().is_some() {
         return Err(Problem::TurnedPlane.alarm(words.column()));
     }
-    let turns = words.number('P').unwrap_or(1.0);
+    // Marlin's P are full circles before the arc, that of RS-274 counts the arc.
+    let before = if context.dialect == Dialect::Marlin { 1.0 } else { 0.0 };
+    let turns = words.number('P').map_or(1.0, |turns| turns + before);
     if !(1.0..=MOST_TURNS).contains(&turns) || libm::floor(turns) != turns {
         return Err(Problem::Turns.alarm(words.column_of('P')));
     }

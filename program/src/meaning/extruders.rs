@@ -6,7 +6,7 @@ use units::Axis;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Part, Problem};
 use crate::interpreter::Interpreter;
-use crate::words::Words;
+use crate::words::{MM_PER_INCH, Words};
 
 /// Tn.
 pub(crate) fn select_tool<'b>(program: &mut Interpreter, number: u16, column: u16) -> Result<Meaning<'b>, Fault> {
@@ -58,6 +58,13 @@ pub(crate) fn recover<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<
     Ok(Meaning::Action(program.move_by(settings.axis, length, settings.recover_rate)))
 }
 
+/// The E word: mm of filament or mm3, in G20 too but for the firmwares of other printers.
+#[inline]
+pub(crate) fn e_word(program: &Interpreter, context: &Context<'_>) -> Option<f64> {
+    let is_inches = program.modal.inches && context.dialect.is_other_printers();
+    context.words.number('E').map(|word| if is_inches { word * MM_PER_INCH } else { word })
+}
+
 fn needs_extruder(program: &Interpreter) -> Result<(), Fault> {
     let off = program.tools.active().filter(|tool| tool.settings.is_off);
     off.map_or(Ok(()), |tool| Err(Problem::PartIsOff(Part::Extruder(tool.settings.id)).refused(0)))
@@ -98,9 +105,16 @@ pub(crate) fn offset_tool(
 
 /// M200.
 pub(crate) fn filament_diameter<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    let tool = program.tools.selected_mut(&context.words)?;
-    let Some(diameter) = context.words.get('D') else { return Ok(context.function()) };
-    tool.settings.filament_diameter = (diameter > 0.01).then_some(diameter);
+    let words = &context.words;
+    let tool = program.tools.selected_by(words, &['P', 'T'])?;
+    let now = tool.settings.filament_diameter;
+    let diameter = words.get('D').map_or(now, |diameter| (diameter > 0.01).then_some(diameter));
+    match words.get('S').filter(|_| context.dialect.is_other_printers()) {
+        Some(0.0) => tool.settings.filament_diameter = None,
+        Some(_) if diameter.is_none() => return Err(Problem::MustSupply('D').refused(words.column())),
+        None if !words.has('D') => return Ok(context.function()),
+        _ => tool.settings.filament_diameter = diameter,
+    }
     NOTHING
 }
 
@@ -143,7 +157,8 @@ pub(crate) fn flow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Resu
     if context.words.has('R') {
         return Err(Problem::Needs(context.words.code(), "a laser").refused(context.words.column_of('R')));
     }
-    let tool = program.tools.selected_mut(&context.words)?;
+    // Marlin's T and RepRapFirmware's D mean what P does.
+    let tool = program.tools.selected_by(&context.words, &['P', 'T', 'D'])?;
     let Some(factor) = context.words.get('S') else { return Ok(context.function()) };
     tool.flow = factor;
     NOTHING

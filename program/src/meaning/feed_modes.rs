@@ -67,7 +67,9 @@ fn rate(program: &mut Interpreter, words: &Words<'_>) -> Result<Option<Rate>, Fa
             Err(Problem::NoFeedRate.refused(column))
         };
     }
-    let seconds = words.as_written('F').map(|per_minute| 60.0 / per_minute);
+    let modal = &program.modal;
+    let factor = if modal.auxiliary.feed_override { modal.speed_factor } else { 1.0 };
+    let seconds = words.as_written('F').map(|per_minute| 60.0 / (per_minute * factor));
     let seconds = seconds.filter(|seconds| seconds.is_finite() && *seconds > 0.0);
     seconds.map(|seconds| Some(Rate::Duration(seconds))).ok_or(Problem::InverseTime.refused(words.column_of('F')))
 }

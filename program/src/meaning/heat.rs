@@ -1,10 +1,12 @@
 //! Codes that heaters listen to: which heater is meant, and which temperature.
 
+use gcode::Code;
 use units::{Celsius, HeaterId, ToolId};
 
 use crate::action::{Action, Effect, Function};
 use crate::claims::Claim;
 use crate::context::{Context, Meaning, NOTHING};
+use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 
@@ -27,7 +29,12 @@ pub(crate) fn heat<'b>(
     }
     // R is Marlin's word for a target that is waited for from above too.
     let waits = claims.iter().any(|claim| matches!(claim, Claim::TargetAndWait(_)));
-    let Some(celsius) = words.get('S').or(words.get('R').filter(|_| waits)) else { return NOTHING };
+    let dialect = context.dialect;
+    let takes_r = waits || dialect == Dialect::RepRapFirmware && words.code().number == 104;
+    // Klipper's S is 0 where nothing is said.
+    let left_out = (dialect == Dialect::Klipper).then_some(0.0);
+    let celsius = words.get('S').or(words.get('R').filter(|_| takes_r)).or(left_out);
+    let Some(celsius) = celsius else { return NOTHING };
     let (heater, waits) = match addressed(program, claims, context) {
         // Slicers switch off what other machines have.
         Err(_) if celsius == 0.0 && context.dialect.is_other_printers() => return Ok(Meaning::PassedOver),
@@ -71,17 +78,17 @@ fn addressed(program: &Interpreter, claims: &[Claim], context: &Context<'_>) -> 
         _ => None,
     });
     let mut meant = listening.filter(|(heater, _)| program.heaters.get(heater.index()).is_some_and(|h| is_meant(h.id)));
-    let number = context.words.code().number;
+    let code = context.words.code();
     meant.next().ok_or_else(|| match word {
-        Some(word) => Problem::NoHeaterOf(number, word).refused(context.words.column_of('T')),
-        None => Problem::ToolWithoutHeater(number, active).refused(0),
+        Some(word) => Problem::NoHeaterOf(code, word).refused(context.words.column_of('T')),
+        None => Problem::ToolWithoutHeater(code.number, active).refused(0),
     })
 }
 
 /// A target of the heater that a tool has by its number.
 pub(crate) fn of_tool(
     program: &Interpreter,
-    code: u16,
+    code: Code,
     tool: f64,
     celsius: f64,
     column: u16,

@@ -7,7 +7,7 @@ use crate::context::{Context, Meaning, NOTHING};
 use crate::dialect::Dialect;
 use crate::fault::{Fault, Part, Problem};
 use crate::interpreter::Interpreter;
-use crate::meaning::{arcs, feed_modes, spindle, splines};
+use crate::meaning::{arcs, extruders, feed_modes, spindle, splines};
 use crate::modal::{FeedMode, MotionMode};
 use crate::words::Words;
 
@@ -41,15 +41,15 @@ fn draw_block<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Me
     if mode == MotionMode::Nurbs {
         return splines::control_point(program, words);
     }
-    let (target, e) = target_of(program, words)?;
+    let (target, e) = target_of(program, context)?;
     let shape = match mode {
         MotionMode::Rapid | MotionMode::Linear => Shape::Line { names_xy: words.has('X') || words.has('Y') },
         MotionMode::Cubic => splines::cubic(program, words)?,
         MotionMode::Quadratic => splines::quadratic(program, words)?,
         // A rate alone draws nothing.
         MotionMode::ArcClockwise | MotionMode::ArcCounterClockwise if !arcs::is_drawn_by(words) => return NOTHING,
-        MotionMode::ArcClockwise => arcs::arc(program, words, true)?,
-        MotionMode::ArcCounterClockwise => arcs::arc(program, words, false)?,
+        MotionMode::ArcClockwise => arcs::arc(program, context, true)?,
+        MotionMode::ArcCounterClockwise => arcs::arc(program, context, false)?,
         MotionMode::Nurbs => return NOTHING,
         MotionMode::Cycle => return Err(Problem::CycleInMachineCoordinates.refused(words.column())),
         MotionMode::Cancelled | MotionMode::Synchronised | MotionMode::Threading | MotionMode::Search(_) => {
@@ -60,7 +60,7 @@ fn draw_block<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Me
     let rate = if mode == MotionMode::Rapid { program.modal.seek_rate } else { program.modal.feed_rate };
     if !stands && rate.0 == 0.0 {
         let column = if words.has('F') { words.column_of('F') } else { words.column() };
-        let halts = !context.dialect.is_other_printers();
+        let halts = context.dialect == Dialect::Smoothie;
         return Err(Fault { halts, ..Problem::NoFeedRate.refused(column) });
     }
     let mut slowest = None;
@@ -110,9 +110,19 @@ fn take_power(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault>
     Ok(())
 }
 
+/// S1 to S4 of RepRapFirmware's moves stop at a switch, as H1 to H4 do: no power is meant.
+fn is_no_search(context: &Context<'_>) -> Result<(), Fault> {
+    let words = &context.words;
+    if context.dialect == Dialect::RepRapFirmware && matches!(words.number('S'), Some(1.0 | 2.0 | 3.0 | 4.0)) {
+        return Err(Problem::NotTaken(words.code(), 'S').refused(words.column_of('S')));
+    }
+    Ok(())
+}
+
 /// F and S words.
 #[inline]
 pub(crate) fn take_rates(program: &mut Interpreter, context: &Context<'_>) -> Result<(), Fault> {
+    is_no_search(context)?;
     take_power(program, &context.words)?;
     if context.words.has('F') { take_feed(program, context) } else { Ok(()) }
 }
@@ -130,9 +140,12 @@ fn take_feed(program: &mut Interpreter, context: &Context<'_>) -> Result<(), Fau
         return Err(Problem::NegativeFeedRate.alarm(words.column_of('F')));
     }
     let is_seek = program.modal.motion == MotionMode::Rapid && context.dialect.seeks_by_f();
-    if is_seek && !program.compliant_seek_rate {
+    let has_one_rate = context.dialect.is_other_printers();
+    let sets_seek = (is_seek || has_one_rate) && !program.compliant_seek_rate;
+    if sets_seek {
         program.modal.seek_rate = MmPerSecond(rate);
-    } else {
+    }
+    if has_one_rate || !sets_seek {
         program.modal.feed_rate = MmPerSecond(rate);
     }
     Ok(())
@@ -140,7 +153,8 @@ fn take_feed(program: &mut Interpreter, context: &Context<'_>) -> Result<(), Fau
 
 /// Where a motion block leads, in machine space, and where E then is.
 #[inline(always)]
-pub(crate) fn target_of(program: &Interpreter, words: &Words<'_>) -> Result<(PerAxis<f64>, Option<f64>), Fault> {
+pub(crate) fn target_of(program: &Interpreter, context: &Context<'_>) -> Result<(PerAxis<f64>, Option<f64>), Fault> {
+    let words = &context.words;
     let mut target = program.position;
     for axis in Axis::PRIMARY {
         if let Some(mm) = words.length(axis.letter()) {
@@ -153,7 +167,7 @@ pub(crate) fn target_of(program: &Interpreter, words: &Words<'_>) -> Result<(Per
     if words.has_rare_coordinate() {
         rare_coordinates(program, words, &mut target)?;
     }
-    let Some(word) = words.number('E') else { return Ok((target, None)) };
+    let Some(word) = extruders::e_word(program, context) else { return Ok((target, None)) };
     let tool = program.tools.active().ok_or_else(|| Problem::NoExtruder.refused(words.column_of('E')))?;
     if tool.settings.is_off {
         return Err(Problem::PartIsOff(Part::Extruder(tool.settings.id)).refused(words.column_of('E')));
@@ -217,15 +231,23 @@ pub(crate) fn polar(program: &Interpreter, words: &Words<'_>, target: &mut PerAx
     Ok(())
 }
 
-/// G4: P in the dialect's unit, S in seconds; both add.
+/// G4: P in the dialect's unit, S in seconds.
 pub(crate) fn dwell<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let time = time_of(context, context.dialect.dwell_unit())?;
+    Ok(Meaning::Action(Action::Dwell(time)))
+}
+
+/// How long P, of so many seconds each, and S say. Both add; the firmwares of other printers take S alone
+/// where both are there.
+pub(crate) fn time_of(context: &Context<'_>, unit: f64) -> Result<Micros, Fault> {
     let words = &context.words;
-    let unit = context.dialect.dwell_unit();
-    let seconds = words.get('P').unwrap_or(0.0) * unit + words.get('S').unwrap_or(0.0);
+    let (p, s) = (words.get('P').map(|p| p * unit), words.get('S'));
+    let replaces = context.dialect.is_other_printers() && s.is_some();
+    let seconds = p.filter(|_| !replaces).unwrap_or(0.0) + s.unwrap_or(0.0);
     if !(0.0..=LONGEST_DWELL).contains(&seconds) {
         return Err(Problem::DwellRange.refused(words.column()));
     }
-    Ok(Meaning::Action(Action::Dwell(Micros((seconds * 1e6) as u64))))
+    Ok(Micros((seconds * 1e6) as u64))
 }
 
 /// G53: the next motion code is in machine coordinates; with words it is that move, by the motion code in

@@ -4,7 +4,7 @@ use units::{Axis, PerAxis, Plane};
 
 use crate::action::{Action, Corner};
 use crate::context::{Context, Meaning, NOTHING};
-use crate::dialect::ExtruderFollows;
+use crate::dialect::{Dialect, ExtruderFollows};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, tool_table};
@@ -102,7 +102,14 @@ pub(crate) fn path_mode<'b>(program: &mut Interpreter, context: &Context<'b>) ->
 pub(crate) fn set_offsets<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let here = match words.get('L') {
-        None if !words.has('L') => return extruders::retract(program),
+        None if !words.has('L') => {
+            // What is of RepRapFirmware's tools is no retraction.
+            let other = words.other_than("S");
+            return match other {
+                Some(letter) => Err(Problem::NotTaken(words.code(), letter).refused(words.column_of(letter))),
+                None => extruders::retract(program),
+            };
+        }
         Some(1.0) if program.tools.has_extruders() => return extruders::set_tool_offset(program, words),
         Some(0.0) => return tool_table::reload(program, words),
         Some(1.0 | 10.0 | 11.0) => return tool_table::set_tool(program, words),
@@ -146,6 +153,11 @@ pub(crate) fn g92<'b>(program: &mut Interpreter, context: &Context<'b>) -> Resul
     if subcode == 0 && !words.is_bare() {
         return set_work_position(program, context);
     }
+    match context.dialect {
+        Dialect::Marlin | Dialect::RepRapFirmware if subcode == 0 => return NOTHING,
+        Dialect::Klipper if subcode == 0 => return zero_here(program),
+        _ => {}
+    }
     let is_set = program.modal.g92 != [0.0; 3];
     if subcode != 2 || is_set {
         program.modal.g92_kept = if subcode == 2 { program.modal.g92 } else { [0.0; 3] };
@@ -160,7 +172,7 @@ pub(crate) fn g92<'b>(program: &mut Interpreter, context: &Context<'b>) -> Resul
 
 fn set_work_position<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
-    if let Some(e) = words.get('E') {
+    if let Some(e) = extruders::e_word(program, context) {
         let tool = program.tools.active_mut().ok_or(Problem::NoExtruder.refused(words.column_of('E')))?;
         tool.e = e;
     }
@@ -174,6 +186,17 @@ fn set_work_position<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     let auxiliary = PerAxis(Axis::ALL.map(|axis| words.axis(axis).filter(|_| !axis.is_primary())));
     if auxiliary.0.iter().any(Option::is_some) {
         return Ok(Meaning::Action(Action::SetPosition { to: auxiliary, homed: false }));
+    }
+    NOTHING
+}
+
+/// Klipper's G92 alone: all of them read 0 here.
+fn zero_here<'b>(program: &mut Interpreter) -> Result<Meaning<'b>, Fault> {
+    program.modal.g92_kept = [0.0; 3];
+    program.modal.g92_is_on = true;
+    Axis::PRIMARY.into_iter().for_each(|axis| program.modal.set_g92(axis, 0.0, &program.position));
+    if let Some(tool) = program.tools.active_mut() {
+        tool.e = 0.0;
     }
     NOTHING
 }

@@ -21,6 +21,7 @@ pub(crate) fn output<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
         42 => {
             let switch = numbered(program, context, 'P', |kind| kind != IoKind::Input)?;
             let value = words.get('S').ok_or(Problem::MustSupply('S').refused(words.column()))? as f32;
+            let value = if context.dialect.takes_shares() && value <= 1.0 { value * 255.0 } else { value };
             Effect::Switch { switch, on: value != 0.0, value: Some(value).filter(|value| *value != 0.0) }
         }
         number => {

@@ -1,15 +1,26 @@
 //! What printers' firmwares say otherwise than Smoothieware, in its terms.
 
 use gcode::Code;
-use units::Axis;
+use units::{Axis, Celsius, HeaterId};
 
 use crate::action::{Action, Effect, Function};
 use crate::context::{Context, Meaning, NOTHING};
 use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
-use crate::meaning::{extruders, heat, offsets};
+use crate::meaning::{extruders, heat, offsets, program};
+use crate::word::{Unit, WordInfo, word};
 use crate::words::Words;
+
+macro_rules! speeds {
+    ($unit:expr) => {
+        const { &[word('X', $unit, ""), word('Y', $unit, ""), word('Z', $unit, ""), word('E', $unit, "")] }
+    };
+}
+
+/// Speeds of axes as RepRapFirmware writes them, and with S1.
+const SPEEDS: &[WordInfo] = speeds!(Unit::MmPerMinute);
+const SPEEDS_A_SECOND: &[WordInfo] = speeds!(Unit::MmPerSecond);
 
 /// A function with another code's meaning, and none of this one's words.
 const fn as_code<'b>(function: Function, code: Code) -> Result<Meaning<'b>, Fault> {
@@ -46,8 +57,12 @@ pub(crate) fn level<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Me
 /// knows no S, and its M18 turns nothing off with it but what is named.
 pub(crate) fn motors_off<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
-    let acts = !context.dialect.is_other_printers()
-        && (words.code().number == 84 || words.has('E') || !words.axes().is_empty());
+    let acts = match context.dialect {
+        // Klipper's turn everything off, whatever stands behind them.
+        Dialect::Klipper => true,
+        Dialect::Marlin | Dialect::RepRapFirmware => false,
+        _ => words.code().number == 84 || words.has('E') || !words.axes().is_empty(),
+    };
     Ok(if words.has('S') && !acts { Meaning::PassedOver } else { context.function() })
 }
 
@@ -77,11 +92,19 @@ pub(crate) fn progress<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result
 pub(crate) fn tool_settings<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let is_offset = words.code().number == 10;
-    let Some(id) = words.get('P').filter(|_| !words.has('L')) else {
-        return if is_offset { offsets::set_offsets(program, context) } else { Ok(Meaning::PassedOver) };
+    if is_offset && (words.has('L') || words.is_bare()) {
+        return offsets::set_offsets(program, context);
+    }
+    if !words.has('P') && !"SXYZ".chars().any(|letter| words.has(letter)) {
+        return Ok(Meaning::PassedOver);
+    }
+    let id = words.get('P').unwrap_or(f64::from(program.tools.active_id().0));
+    let (code, column) = (words.code(), words.column_of('P'));
+    let target = match words.get('S').map(|celsius| heat::of_tool(program, code, id, celsius, column)) {
+        // Slicers switch off what other machines have.
+        Some(Err(_)) if words.get('S') == Some(0.0) => return Ok(Meaning::PassedOver),
+        target => target.transpose()?,
     };
-    let (code, column) = (words.code().number, words.column_of('P'));
-    let target = words.get('S').map(|celsius| heat::of_tool(program, code, id, celsius, column)).transpose()?;
     if is_offset && "XYZ".chars().any(|letter| words.has(letter)) {
         extruders::offset_tool(program, words, program.tools.numbered(id), 'P')?;
     }
@@ -111,6 +134,25 @@ pub(crate) fn by_its_letters<'b>(_: &mut Interpreter, context: &Context<'b>) -> 
 /// A code that sets up the hardware, with letters and units of its own.
 pub(crate) fn sets_up<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     Err(Problem::SetsUp(context.words.code()).refused(0))
+}
+
+/// RepRapFirmware's M0, M1 and M2: the job ends, and nothing stays hot. Whoever writes a text behind it asks
+/// a person.
+pub(crate) fn end_job<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    if context.words.text().is_some() {
+        return program::pause(program, context);
+    }
+    for (heater, _) in HeaterId::all().zip(program.heaters.clone()) {
+        program.by_the_way(Effect::Target { heater, target: Celsius(0.0) });
+    }
+    program::end(program, context)
+}
+
+/// RepRapFirmware's M203: mm/min, with S1 mm/s.
+pub(crate) fn axis_speeds<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
+    let by_second = context.words.get('S') == Some(1.0);
+    let words = context.words.read_as(if by_second { SPEEDS_A_SECOND } else { SPEEDS });
+    Ok(Meaning::Action(Action::Function(Function::AxisSpeeds, words)))
 }
 
 /// Prusa's M601: as M600.1, whatever its letters.

@@ -1,14 +1,11 @@
 //! The program as a whole: its end, messages, suspending, halting.
 
-use units::Micros;
-
 use crate::action::{Action, Pause};
 use crate::auxiliary::Spindle;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
-use crate::meaning::moves::LONGEST_DWELL;
-use crate::meaning::{extruders, modes};
+use crate::meaning::{extruders, modes, moves};
 use crate::modal::{FeedMode, MotionMode};
 
 /// M2, and M30 where it ends programs.
@@ -40,11 +37,7 @@ pub(crate) fn pause<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Me
         1 => Pause::Optional,
         _ => Pause::Pallet,
     };
-    let seconds = words.get('S').unwrap_or(0.0) + 1e-3 * words.get('P').unwrap_or(0.0);
-    if !(0.0..=LONGEST_DWELL).contains(&seconds) {
-        return Err(Problem::DwellRange.refused(words.column()));
-    }
-    let time = (seconds > 0.0).then_some(Micros((seconds * 1e6) as u64));
+    let time = Some(moves::time_of(context, 1e-3)?).filter(|time| time.0 > 0);
     Ok(Meaning::Action(Action::Pause { why, time, text: words.text() }))
 }
 
@@ -66,6 +59,9 @@ pub(crate) fn change_tool<'b>(program: &mut Interpreter, context: &Context<'b>) 
 /// M98.
 pub(crate) fn call<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
+    if words.has('P') && words.get('P').is_none() {
+        return Err(Problem::Needs(words.code(), "the name of a macro").refused(words.column_of('P')));
+    }
     let number = words.get('P').ok_or(Problem::MustSupply('P').refused(words.column()))?;
     let times = words.get('L').unwrap_or(1.0);
     Ok(Meaning::Action(Action::Call { number: number as u32, times: times as u32 }))

@@ -26,7 +26,7 @@ pub(crate) fn follow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     if !"XYZABC@^".chars().any(|letter| words.has(letter)) {
         return Err(Problem::NoWay.refused(words.column()));
     }
-    let (target, _) = moves::target_of(program, words)?;
+    let (target, _) = moves::target_of(program, context)?;
     program.modal.machine_next = false;
     if taps {
         // It ends where it began.

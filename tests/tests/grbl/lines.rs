@@ -97,12 +97,15 @@ fn a_line_that_is_too_long_is_answered_in_its_turn() {
 #[test]
 fn what_halts_has_a_number_of_its_own_too() {
     let mut bench = start();
-    for (line, number) in [("G1 X1 F0", 22), ("G1 X1 F-1", 4), ("G2 X5 R1 F100", 33)] {
+    for (line, number) in [("G1 X1 F-1", 4), ("G2 X5 R1 F100", 33)] {
         let said = bench.say(line);
         assert!(said.contains("\nALARM:3\n") && said.ends_with(&format!("\nerror:{number}\n")), "{line}: {said}");
         assert!(bench.say("$X").ends_with("ok\n"));
     }
     refused(&mut bench, "G28", 10);
+    // GRBL stays idle: nothing has moved.
+    refused(&mut bench, "G1 X1 F0", 22);
+    bench.run(&["G1 X1 F600"]);
 }
 
 #[test]
