@@ -79,7 +79,7 @@ pub use modal::{COORDINATE_SYSTEMS, FeedMode, Modal, MotionMode, write_system_na
 pub use order::{Part as LinePart, Parts as LineParts, arrange};
 pub use park::ParkPosition;
 pub use remark::{Remark, write_values};
-pub use script_modes::ScriptModes;
+pub use script_modes::{OperatorModes, ScriptModes};
 pub use setup::{
     CycleSetup, HeaterSetup, IoKind, IoSetup, PulseSetup, ServoSetup, Setup, SpindleSetup, StripSetup, ToolSettings,
 };

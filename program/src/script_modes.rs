@@ -40,6 +40,16 @@ impl ScriptModes {
         }
     }
 
+    /// A person works at the machine beside the program.
+    #[must_use]
+    pub fn beside(program: &Interpreter) -> OperatorModes {
+        OperatorModes {
+            modes: Self::of(&program.modal),
+            system: program.modal.system,
+            e: program.tools.active().map_or(0.0, |tool| tool.e),
+        }
+    }
+
     /// A script begins: in G17, G21, G90 and G94, with E in distances. (`G1 E-5` draws back 5 mm then,
     /// whether the program counts E in places or not; read as a place it would be all the filament that was
     /// fed.)
@@ -67,5 +77,25 @@ impl ScriptModes {
         (modal.absolute, modal.arc_absolute) = (self.absolute, self.arc_absolute);
         (modal.e_absolute, modal.e_places) = (self.e_absolute, self.e_places);
         (modal.feed_rate, modal.seek_rate) = (self.feed_rate, self.seek_rate);
+    }
+}
+
+/// The modes, the coordinate system and E of a program while a person works at the machine beside it (M0,
+/// M6): what he types is not the program's. Offsets that he sets stay.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OperatorModes {
+    modes: ScriptModes,
+    system: usize,
+    e: f64,
+}
+
+impl OperatorModes {
+    /// The program goes on.
+    pub fn end(&self, program: &mut Interpreter) {
+        self.modes.end(program);
+        program.modal.system = self.system;
+        if let Some(tool) = program.tools.active_mut() {
+            tool.e = self.e;
+        }
     }
 }

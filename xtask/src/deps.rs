@@ -18,7 +18,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("board-facts", &[]),
     ("gcode", &["units"]),
     ("program", &["units", "gcode"]),
-    ("config", &["units"]),
+    ("config", &["units", "gcode"]),
     ("motion", &["units"]),
     ("tmc", &["units"]),
     ("drivers", &["units"]),

@@ -19,6 +19,7 @@ mod on_stall;
 mod outputs;
 mod pins;
 mod planner;
+mod scripts;
 mod shapers;
 mod soft_endstops;
 mod spi_sensors;
@@ -59,6 +60,7 @@ pub(crate) fn check(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
     spi_sensors::check(&mut checks);
     filament::check(&mut checks);
     tools::check(&mut checks);
+    scripts::check(&mut checks);
     uart::check(&mut checks);
     update::check(&mut checks);
     outputs::check(&mut checks);

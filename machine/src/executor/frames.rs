@@ -4,7 +4,7 @@
 
 use gcode::{Code, LineBuffer};
 use heapless::Vec;
-use program::{LeftHole, ScriptModes};
+use program::{LeftHole, OperatorModes, ScriptModes};
 
 use super::source::Source;
 use crate::failure::{Answer, KeptFailure};
@@ -108,8 +108,8 @@ pub(super) enum Frame<'c> {
     Then(Then),
     /// Lines of the job are read up to a place, and not carried out.
     FastForward,
-    /// The job goes on once the operator has done what it was asked for.
-    Operator,
+    /// The job goes on, with these modes, once the operator has done what it was asked for.
+    Operator(OperatorModes),
     /// A hole that the operator draws the tool out of, and those behind it in its line.
     Hole(LeftHole),
     /// The script before a tool change has ended: the operator is to put this one in.
@@ -159,9 +159,15 @@ impl<'c> Frames<'c> {
         self.frames.iter().any(|frame| matches!(frame, Frame::Script(script) if core::ptr::eq(script.text, line)))
     }
 
+    /// What is next is a script around a suspension.
+    pub fn is_around_suspension(&self) -> bool {
+        let below = self.frames.len().checked_sub(2).and_then(|place| self.frames.get(place));
+        matches!(below, Some(Frame::Then(Then::Suspended | Then::Resumed)))
+    }
+
     /// What is next waits for the operator.
     pub fn wait_for_operator(&self) -> bool {
-        matches!(self.frames.last(), Some(Frame::Operator))
+        matches!(self.frames.last(), Some(Frame::Operator(_)))
     }
 
     /// What is next are lines of the job that are only read.

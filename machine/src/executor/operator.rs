@@ -1,6 +1,6 @@
 //! What a program tells the operator, and waits for: messages, M0, M1, M60.
 
-use program::{Pause, Remark, State};
+use program::{Pause, Remark, ScriptModes, State};
 use units::Micros;
 
 use super::frames::Frame;
@@ -68,7 +68,8 @@ pub(super) fn pause<P: Ports>(
 pub(super) fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Arguments<'_>) -> Outcome {
     if machine.jobs.is_playing() {
         machine.announce(format_args!("// {what}: ~ or M24 goes on, abort ends the job\n"));
-        if !machine.frames.push(Frame::Operator) {
+        let modes = ScriptModes::beside(&machine.program);
+        if !machine.frames.push(Frame::Operator(modes)) {
             return Err(Failure::refused(&"scripts start each other without end"));
         }
         machine.jobs.wait_for_operator();

@@ -41,7 +41,7 @@ fn refused(texts: &Texts, key: &str, block: &Block<'_>, why: Arguments<'_>) -> F
 }
 
 fn lines<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {
-    for block in Blocks::new(script.as_bytes()) {
+    for block in script.split('|').flat_map(|line| Blocks::new(line.as_bytes())) {
         let block = block.map_err(|error| machine.texts.refused(format_args!("[zprobe] {key}: {error}")))?;
         run_block(machine, key, &block)?;
     }

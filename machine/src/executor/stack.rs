@@ -24,7 +24,8 @@ pub(super) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
         _ => match machine.frames.pop() {
             Some(Frame::Rest(rest)) => blocks::run_rest(machine, rest),
             // The job was aborted meanwhile, and with it its line.
-            Some(Frame::Operator) if !machine.jobs.is_open() => drop_all(machine),
+            Some(Frame::Operator(_)) if !machine.jobs.is_open() => drop_all(machine),
+            Some(Frame::Operator(modes)) => modes.end(&mut machine.program),
             Some(Frame::ToolChange(tool)) => {
                 if let Err(failure) = tool_change::put_in(machine, tool) {
                     fail(machine, failure);
@@ -87,24 +88,40 @@ fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
     let Some(Frame::Script(script)) = frames.top() else { return };
     let text = script.text;
     let modes = script.modes.get_or_insert_with(|| ScriptModes::begin(program));
-    let mut blocks = Blocks::starting_at(text.as_bytes(), script.next);
+    let bytes = text.as_bytes();
+    // Smoothieware v1 parts the lines of a script so.
+    let end = bytes.iter().skip(script.next).position(|byte| *byte == b'|').map(|length| script.next + length);
+    let line = end.and_then(|end| bytes.get(..end)).unwrap_or(bytes);
+    let mut blocks = Blocks::starting_at(line, script.next);
     let block = blocks.next();
     (_, script.next) = blocks.place();
     let Some(block) = block else {
+        if let Some(end) = end {
+            script.next = end + 1;
+            return;
+        }
         modes.end(program);
         frames.pop();
         return;
     };
+    if block.is_err() {
+        script.next = line.len();
+    }
     let source = Source::new(machine, Recipient::Nobody, Origin::Switch);
     let outcome = match block {
         // A suspension within a suspension has no meaning.
-        Ok(block) if matches!(block.code, Some(code) if matches!(code.number, 600 | 601)) => Ok(Answer::Ok),
+        Ok(block) if matches!(block.code, Some(code) if matches!(code.number, 600..=602)) => Ok(Answer::Ok),
         Ok(block) => {
             let outcome = blocks::run_block(machine, &block, source);
             if let (Ok(Answer::Unknown), Some(code)) = (&outcome, block.code) {
                 machine.announce(format_args!("// WARNING {code} is not known here and was passed over: {text}\n"));
             }
             outcome
+        }
+        // A job that could not be suspended or gone on with for a slip in its script would be lost.
+        Err(error) if machine.frames.is_around_suspension() => {
+            machine.announce(format_args!("// WARNING {text}: {error}: passed over\n"));
+            Ok(Answer::Ok)
         }
         Err(error) => Err(machine.texts.refused(format_args!("{text}: {error}"))),
     };
@@ -170,7 +187,7 @@ fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
             Frame::Script(script) => end_script(machine, &script),
             Frame::Then(_)
             | Frame::Startup(_)
-            | Frame::Operator
+            | Frame::Operator(_)
             | Frame::FastForward
             | Frame::Hole(_)
             | Frame::ToolChange(_) => {}
