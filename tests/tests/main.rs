@@ -4,6 +4,7 @@
 mod addresses;
 mod alignment;
 mod bed_screws;
+mod beside_a_job;
 mod bring_up;
 mod cam;
 mod codes;
@@ -13,6 +14,7 @@ mod curves;
 mod cycles;
 mod delta;
 mod delta_calibration;
+mod disagreements;
 mod drivers;
 mod endstop_phase;
 mod events;

@@ -1,0 +1,107 @@
+//! The rows of `tests/tests/data/disagreements`: what is run, and what each firmware makes of it.
+
+/// A line or lines that firmwares read otherwise.
+#[derive(Debug, Default)]
+pub struct Row {
+    /// The part of the page it is in.
+    pub chapter: &'static str,
+    /// What they disagree on.
+    pub what: &'static str,
+    /// Settings of the machine, `[section] key = value`.
+    pub settings: Vec<&'static str>,
+    /// Lines before those that count.
+    pub given: Vec<&'static str>,
+    /// The lines.
+    pub lines: Vec<&'static str>,
+    /// They are a file that is played; else they are typed.
+    pub is_file: bool,
+    /// What comes of them.
+    pub cells: Vec<Cell>,
+}
+
+/// What comes of a row in one firmware or several, and here in their dialect.
+#[derive(Debug)]
+pub struct Cell {
+    /// Whose it is.
+    pub firmwares: Vec<&'static str>,
+    /// What the firmware makes of it: facts, or a sentence where ours has facts of its own.
+    pub theirs: &'static str,
+    /// From which page of its manual, or file of its source.
+    pub source: &'static str,
+    /// What ours makes of it where that is something else, and why.
+    pub ours: Option<(&'static str, &'static str)>,
+}
+
+impl Cell {
+    /// The facts that ours is held to.
+    pub fn facts(&self) -> &'static str {
+        self.ours.map_or(self.theirs, |(facts, _)| facts)
+    }
+}
+
+/// Firmwares, and the dialect that their programs are read in.
+pub const FIRMWARES: [(&str, &str); 6] = [
+    ("Smoothieware", "smoothie"),
+    ("GRBL", "grbl"),
+    ("Marlin", "marlin"),
+    ("RepRapFirmware", "reprapfirmware"),
+    ("Klipper", "klipper"),
+    ("LinuxCNC", "grbl"),
+];
+
+/// The rows of a file: `# chapter`, `## what`, and below that `key: value` lines.
+pub fn read(text: &'static str) -> Vec<Row> {
+    let mut rows: Vec<Row> = Vec::new();
+    let mut chapter = "";
+    for line in text.lines().filter(|line| !line.is_empty()) {
+        if let Some(title) = line.strip_prefix("# ") {
+            chapter = title;
+        } else if let Some(what) = line.strip_prefix("## ") {
+            rows.push(Row { chapter, what, ..Row::default() });
+        } else {
+            let row = rows.last_mut().unwrap_or_else(|| panic!("a row begins with ##: {line}"));
+            row.read(line);
+        }
+    }
+    rows
+}
+
+impl Row {
+    fn read(&mut self, line: &'static str) {
+        let (key, value) = line.split_once(": ").unwrap_or_else(|| panic!("no key: {line}"));
+        match key {
+            "set" => self.settings.push(value),
+            "given" => self.given.push(value),
+            "type" | "play" => {
+                self.lines.push(value);
+                self.is_file = key == "play";
+            }
+            names => self.cells.push(Cell::read(names, value)),
+        }
+    }
+
+    /// The cell of a firmware.
+    pub fn cell(&self, firmware: &str) -> Option<&Cell> {
+        self.cells.iter().find(|cell| cell.firmwares.contains(&firmware))
+    }
+}
+
+impl Cell {
+    /// `FACTS | SOURCE`, and where ours differs ` | ours: FACTS | WHY`.
+    fn read(names: &'static str, value: &'static str) -> Self {
+        let firmwares: Vec<&str> = names.split(", ").collect();
+        for name in &firmwares {
+            assert!(FIRMWARES.iter().any(|(known, _)| known == name), "nobody's cell: {name}: {value}");
+        }
+        let parts: Vec<&str> = value.split(" | ").collect();
+        let (theirs, source, ours) = match parts[..] {
+            [theirs, source] => (theirs, source, None),
+            [theirs, source, ours, why] => {
+                let facts = ours.strip_prefix("ours: ").unwrap_or_else(|| panic!("no facts: {value}"));
+                (theirs, source, Some((facts, why)))
+            }
+            _ => panic!("a cell is `facts | source` or `facts | source | ours: facts | why`: {value}"),
+        };
+        Self { firmwares, theirs, source, ours }
+    }
+}
