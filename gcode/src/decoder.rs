@@ -49,13 +49,16 @@ impl fmt::Display for Refusal {
 /// Takes line numbers, checksums, block delete and `%` off lines, and counts the numbered ones.
 ///
 /// A number is only held against the count when a checksum vouches for it: the `N` words of an RS-274 program
-/// are labels in any order. Lines without a number do not count.
+/// are labels in any order. Lines without a number do not count. Of a sender that vouches for its lines, one
+/// whose number or checksum cannot be read, or whose checksum is not there, has been damaged on its way.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Decoder {
     /// Skip lines that begin with `/`.
     pub block_delete: bool,
     /// Of two numbers on a line of M110 the one before it counts, not the one behind.
     pub counts_from_before: bool,
+    /// A line with a number and its checksum has come.
+    vouched: bool,
     last: i32,
 }
 
@@ -63,7 +66,7 @@ impl Decoder {
     /// Expects line 1; executes lines that begin with `/`.
     #[must_use]
     pub const fn new() -> Self {
-        Self { block_delete: false, counts_from_before: false, last: 0 }
+        Self { block_delete: false, counts_from_before: false, vouched: false, last: 0 }
     }
 
     /// The number the next numbered line must have.
@@ -81,12 +84,16 @@ impl Decoder {
             Some(b'/') => at = skip_blanks(line, at + 1),
             Some(_) => {}
         }
-        let number = line_number(line, at).map_err(Refusal::Syntax)?;
+        let number = line_number(line, at).map_err(|error| self.damaged(line, error))?;
         if let Some((_, end)) = number {
             at = skip_blanks(line, end);
         }
         let console = is_console(line.get(at..).unwrap_or(&[]));
-        let checksum = if console && number.is_none() { None } else { checksum(line, number.is_some(), at)? };
+        let checksum = match checksum(line, number.is_some(), at) {
+            _ if console && number.is_none() => None,
+            Err(error) if is_text(line, at) => return Err(self.damaged(&[], error)),
+            checksum => checksum.map_err(|error| self.damaged(line, error))?,
+        };
         let end = checksum.map_or(line.len(), |(star, _)| star);
         let body = line.get(..end).unwrap_or(line);
         if let Some((star, sum)) = checksum
@@ -99,6 +106,7 @@ impl Decoder {
                 Refusal::Syntax(SyntaxError { column: column(star), problem: Problem::BadChecksum })
             });
         }
+        self.vouched |= number.is_some() && checksum.is_some();
         let blocks = Blocks::starting_at(body, at);
         if is_set_line_number(body.get(at..).unwrap_or(&[])) {
             self.set_line_number(blocks.clone(), number.map(|(n, _)| n));
@@ -107,6 +115,8 @@ impl Decoder {
                 return Err(Refusal::Resend { expected: self.expected() });
             }
             self.last = number;
+        } else if self.vouched && number.is_some_and(|(number, _)| number == self.expected()) {
+            return Err(Refusal::Resend { expected: self.expected() });
         }
         if matches!(line.get(at), Some(b'O' | b'o')) && flow::begins(body.get(at..).unwrap_or(&[])) {
             return FlowLine::read(body, at).map(Line::Flow).map_err(Refusal::Syntax);
@@ -119,6 +129,22 @@ impl Decoder {
             return Ok(Line::Extended(Extended::new(text_of(body, at)?)));
         }
         Ok(Line::Code(blocks))
+    }
+
+    /// Whether the sender numbers its lines and vouches for them: what has become of one can be asked for.
+    #[must_use]
+    pub const fn can_resend(&self) -> bool {
+        self.vouched
+    }
+
+    /// What a line is refused with whose number or checksum cannot be read: only senders that vouch for
+    /// lines write a `*`.
+    #[cold]
+    fn damaged(&self, line: &[u8], error: SyntaxError) -> Refusal {
+        match self.vouched || line.contains(&b'*') {
+            true => Refusal::Resend { expected: self.expected() },
+            false => Refusal::Syntax(error),
+        }
     }
 
     /// `N5 M110` and `M110 N5`: the line just read counts as line 5.
@@ -200,7 +226,7 @@ fn text_of(body: &[u8], at: usize) -> Result<&str, Refusal> {
 ///
 /// A sender sums the whole line, comments included, so on a numbered line the last `*` counts when only
 /// digits follow. Elsewhere a `*` inside a comment is part of the comment, and in brackets it multiplies.
-fn checksum(line: &[u8], numbered: bool, at: usize) -> Result<Option<(usize, u8)>, Refusal> {
+fn checksum(line: &[u8], numbered: bool, at: usize) -> Result<Option<(usize, u8)>, SyntaxError> {
     let Some(last) = memchr::memrchr(b'*', line) else { return Ok(None) };
     if !numbered && is_text(line, at) {
         return Ok(None);
@@ -216,7 +242,7 @@ fn checksum(line: &[u8], numbered: bool, at: usize) -> Result<Option<(usize, u8)
         Some((sum, end)) if matches!(line.get(end), None | Some(b';' | b'(')) => Ok(Some((first, sum))),
         // Without a number it may be text (`M117 2*x`); the scanner objects when it is not.
         _ if !numbered => Ok(None),
-        _ => Err(Refusal::Syntax(SyntaxError { column: column(first), problem: Problem::BadChecksum })),
+        _ => Err(SyntaxError { column: column(first), problem: Problem::BadChecksum }),
     }
 }
 
@@ -259,242 +285,4 @@ pub fn checksum_of(bytes: &[u8]) -> u8 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Block, Code};
-    use proptest::prelude::*;
-
-    fn numbered(number: i32, text: &str) -> String {
-        let line = format!("N{number} {text}");
-        let sum = checksum_of(line.as_bytes());
-        format!("{line}*{sum}")
-    }
-
-    fn decode<'a>(decoder: &mut Decoder, line: &'a str) -> Result<Line<'a>, Refusal> {
-        decoder.decode(line.as_bytes())
-    }
-
-    fn blocks(line: Line<'_>) -> Vec<Block<'_>> {
-        match line {
-            Line::Code(blocks) => blocks.map(Result::unwrap).collect(),
-            other => panic!("not G-code: {other:?}"),
-        }
-    }
-
-    fn is_code(line: &str) -> bool {
-        matches!(decode(&mut Decoder::new(), line), Ok(Line::Code(_)))
-    }
-
-    fn console(line: &str) -> Option<&str> {
-        match decode(&mut Decoder::new(), line) {
-            Ok(Line::Console(text)) => Some(text),
-            _ => None,
-        }
-    }
-
-    #[test]
-    fn commands_by_name_are_neither_code_nor_console() {
-        let name = |line: &str| match decode(&mut Decoder::new(), line) {
-            Ok(Line::Extended(command)) => Some(command.name().to_owned()),
-            _ => None,
-        };
-        let numbered = numbered(1, "PAUSE");
-        for (line, expected) in
-            [("PRINT_START BED=60", "PRINT_START"), ("  NEXT_PART", "NEXT_PART"), (&numbered, "PAUSE")]
-        {
-            assert_eq!(name(line).as_deref(), Some(expected), "{line}");
-        }
-        for line in ["set_velocity_limit", "G1 X1", "N5 G28", "T1", "M117 PAUSE", "pause"] {
-            assert_eq!(name(line), None, "{line}");
-        }
-    }
-
-    #[test]
-    fn numbered_lines_in_turn_are_executed() {
-        let mut decoder = Decoder::new();
-        for number in 1..5 {
-            let line = numbered(number, "G1 X5");
-            assert_eq!(blocks(decode(&mut decoder, &line).unwrap()), [Block::new(Some(Code::g(1)), 4).with('X', 5.0)]);
-        }
-        assert_eq!(decoder.expected(), 5);
-    }
-
-    #[test]
-    fn a_lost_or_repeated_line_asks_for_the_next_one_and_changes_nothing() {
-        let mut decoder = Decoder::new();
-        decode(&mut decoder, &numbered(1, "G28")).unwrap();
-        for wrong in [0, 1, 3, -7] {
-            let refusal = decode(&mut decoder, &numbered(wrong, "G28")).unwrap_err();
-            assert_eq!(refusal, Refusal::Resend { expected: 2 });
-            assert_eq!(refusal.to_string(), "rs N2");
-        }
-        decode(&mut decoder, &numbered(2, "G28")).unwrap();
-    }
-
-    #[test]
-    fn m110_sets_the_count_in_both_forms() {
-        let mut decoder = Decoder::new();
-        decode(&mut decoder, &numbered(100, "M110")).unwrap();
-        assert_eq!(decoder.expected(), 101);
-        decode(&mut decoder, "M110 N7").unwrap();
-        assert_eq!(decoder.expected(), 8);
-        decode(&mut decoder, &numbered(0, "m110 N5")).unwrap();
-        assert_eq!(decoder.expected(), 6);
-        decoder.counts_from_before = true;
-        decode(&mut decoder, &numbered(0, "M110 N5")).unwrap();
-        assert_eq!(decoder.expected(), 1);
-        decode(&mut decoder, "M110 N7").unwrap();
-        assert_eq!(decoder.expected(), 8);
-        decode(&mut decoder, "N-1 M110*15").unwrap();
-        assert_eq!(decoder.expected(), 0);
-        decode(&mut decoder, "M1100").unwrap();
-        assert_eq!(decoder.expected(), 0);
-    }
-
-    #[test]
-    fn a_star_in_brackets_multiplies_on_a_numbered_line_too() {
-        let mut decoder = Decoder::new();
-        for line in
-            ["N5 G1 X[2*3]", "N5 #1=[2 * [1 ** 2]]", "N5 G1 X[2*3] (4*5)", "N5 G1 X[2*3] ; 4*", "N5 G1 Y1 X[2*3]F7"]
-        {
-            assert!(decode(&mut decoder, line).is_ok(), "{line}");
-        }
-        assert!(decode(&mut decoder, &numbered(1, "G1 X[2*3]")).is_ok());
-        for line in ["N5 G1 X[2*3]*1", "N5 G1 X[2]*3 Y1", "N5 G1 X1*"] {
-            assert!(decode(&mut decoder, line).is_err(), "{line}");
-        }
-    }
-
-    #[test]
-    fn numbers_without_a_checksum_are_labels() {
-        let mut decoder = Decoder::new();
-        for line in ["N100 G1 X1", "N20 G1 X1", "n30g1x1", "N 40 G1 X1", "/N50 G1 X1", "G1 X1"] {
-            assert_eq!(blocks(decode(&mut decoder, line).unwrap()).len(), 1, "{line}");
-        }
-        assert_eq!(decoder.expected(), 1);
-    }
-
-    #[test]
-    fn a_checksum_holds_without_a_number_and_before_a_comment() {
-        let sum = checksum_of(b"G1 X5");
-        assert!(is_code(&format!("G1 X5*{sum}")));
-        assert!(is_code(&format!("G1 X5*{sum} ; fast*1")));
-        let with_comment = numbered(1, "G1 X5 ; two*3 ");
-        assert!(is_code(&with_comment), "{with_comment}");
-        assert!(is_code("G1 X5 ; a comment with *99"));
-        let wrong = format!("G1 X5*{}", sum ^ 1);
-        let bad = Refusal::Syntax(SyntaxError { column: 6, problem: Problem::BadChecksum });
-        assert_eq!(decode(&mut Decoder::new(), &wrong).unwrap_err(), bad, "it has no number to be asked for");
-        let mut numbering = Decoder::new();
-        decode(&mut numbering, &numbered(1, "G28")).unwrap();
-        assert_eq!(decode(&mut numbering, &wrong).unwrap_err(), Refusal::Resend { expected: 2 });
-    }
-
-    #[test]
-    fn a_star_in_a_text_is_no_checksum() {
-        let mut numbering = Decoder::new();
-        decode(&mut numbering, &numbered(1, "G28")).unwrap();
-        for mut decoder in [Decoder::new(), numbering] {
-            for line in [
-                "M117 Pass 3*4",
-                "M118 5*3",
-                "M117 *** Test ****15",
-                "M486 Abox 2*2",
-                "M23 a*1.g",
-                "M0 Turn 2*3",
-                "M16 Box*2",
-                "G1 X1 M117 3*4",
-                "echo 5*3",
-                "RESPOND MSG=3*4",
-                "M30 part*7",
-            ] {
-                assert!(decode(&mut decoder, line).is_ok(), "{line}");
-            }
-        }
-        let texts = blocks(decode(&mut Decoder::new(), "M117 Pass 3*4").unwrap());
-        assert_eq!(texts[0].text, Some("Pass 3*4"));
-    }
-
-    #[test]
-    fn an_unreadable_number_or_checksum_is_a_syntax_error() {
-        let refused = |line| decode(&mut Decoder::new(), line).unwrap_err();
-        let syntax = |column, problem| Refusal::Syntax(SyntaxError { column, problem });
-        assert_eq!(refused("N1 G28*x"), syntax(7, Problem::BadChecksum));
-        assert_eq!(refused("N1 G28*300"), syntax(7, Problem::BadChecksum));
-        assert_eq!(refused(" N-X G28"), syntax(2, Problem::BadLineNumber));
-        assert_eq!(refused("N9999999999 G28"), syntax(1, Problem::BadLineNumber));
-    }
-
-    #[test]
-    fn lower_case_gcode_is_gcode_and_words_are_console_commands() {
-        for line in ["g1 x10", "m105", "t1", "x10 y5", "x-5", "f+100", "y.5", "n5 g1x1", "G28", "M105"] {
-            assert!(is_code(line), "{line}");
-        }
-        for line in ["ls -1 /sd", "$H", "$X", "get pos", "mem", "m", "go *.g", "echo 5*3", "version", "net -n", "n"] {
-            assert_eq!(console(line), Some(line));
-        }
-        assert_eq!(console("  help\t"), Some("help"));
-        assert_eq!(console(&numbered(1, "play /sd/a.g")), Some("play /sd/a.g"));
-        let refusal = Decoder::new().decode(b"cat \xff").unwrap_err();
-        assert_eq!(refusal, Refusal::Syntax(SyntaxError { column: 5, problem: Problem::NotText }));
-    }
-
-    #[test]
-    fn lines_without_a_command_are_blank() {
-        for line in ["", "   ", "; comment", "%", "% program 5", "\t"] {
-            assert!(matches!(decode(&mut Decoder::new(), line), Ok(Line::Blank)), "{line}");
-        }
-        assert!(matches!(Decoder::new().decode(b"\xEF\xBB\xBF; first line"), Ok(Line::Blank)));
-        assert!(blocks(decode(&mut Decoder::new(), "(only a comment)").unwrap()).is_empty());
-    }
-
-    #[test]
-    fn deleted_blocks_are_skipped_only_when_the_switch_is_on() {
-        let mut decoder = Decoder::new();
-        assert_eq!(blocks(decode(&mut decoder, "/G1 X1").unwrap()).len(), 1);
-        decoder.block_delete = true;
-        assert!(matches!(decode(&mut decoder, "/G1 X1"), Ok(Line::Blank)));
-    }
-
-    #[test]
-    fn text_codes_lose_only_their_checksum() {
-        let line = numbered(1, "M117 2*3 is six");
-        let mut decoder = Decoder::new();
-        assert_eq!(blocks(decode(&mut decoder, &line).unwrap())[0].text, Some("2*3 is six"));
-    }
-
-    proptest! {
-        #[test]
-        fn any_changed_byte_of_a_checksummed_line_is_noticed(
-            words in "G1( [XYZ]-?[0-9]{1,3}(\\.[0-9]{1,3})?){1,4}", at in any::<prop::sample::Index>(), bit in 0_u8..7,
-        ) {
-            let line = numbered(1, &words);
-            let star = line.rfind('*').unwrap();
-            let mut bytes = line.clone().into_bytes();
-            let at = at.index(star);
-            bytes[at] ^= 1 << bit;
-            // A changed N, or a byte turned into one that ends the line, makes another kind of line; none may
-            // be executed as if nothing had happened.
-            let mut decoder = Decoder::new();
-            let executed = matches!(decoder.decode(&bytes), Ok(Line::Code(blocks)) if blocks.clone().all(|b| b.is_ok()));
-            prop_assert!(!executed, "{:?}", String::from_utf8_lossy(&bytes));
-        }
-
-        #[test]
-        fn no_bytes_make_it_panic(lines in proptest::collection::vec(proptest::collection::vec(any::<u8>(), 0..80), 1..20)) {
-            let mut decoder = Decoder::new();
-            for line in &lines {
-                if let Ok(Line::Code(blocks)) = decoder.decode(line) {
-                    prop_assert!(blocks.count() <= line.len());
-                }
-            }
-        }
-
-        #[test]
-        fn no_plausible_line_makes_it_panic(line in "[/%]?[ N0-9-]{0,8}[GMTX0-9 .*;()a-z$-]{0,40}") {
-            if let Ok(Line::Code(blocks)) = Decoder::new().decode(line.as_bytes()) {
-                let _ = blocks.count();
-            }
-        }
-    }
-}
+mod tests;
