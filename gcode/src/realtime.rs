@@ -1,5 +1,5 @@
-//! Bytes that act at once, wherever they stand in a line, and are never part of it; and the emergency stop
-//! that is a line.
+//! Bytes that act at once, wherever they stand in a line, and are never part of it; and the lines that act
+//! as soon as they are whole, ahead of the line in work: M112, and M108 and M410 as Marlin has them.
 //!
 //! Only consoles look for them. They never leave the payload of an upload (M28 to M29), a line with a number,
 //! which has a checksum over all its bytes, the text of a code that takes one (M117), nor what stands behind
@@ -13,7 +13,7 @@
 mod request;
 
 pub use request::Realtime;
-use request::{ABORT, STOP, classify, classify_extended};
+use request::{ABORT, STOP, classify, classify_extended, classify_line};
 
 use crate::scanner::TEXT_M_CODES;
 
@@ -57,8 +57,8 @@ enum Place {
 pub enum Heard {
     /// Part of the line.
     Byte,
-    /// Part of the line, which it ends, and which is an emergency stop.
-    Emergency,
+    /// Part of the line, which it ends, and which acts now.
+    Line(Realtime),
     /// A request, and no part of any line.
     Request(Realtime),
     /// With the byte before it, 0xC2, for which nothing was said: a letter of the line.
@@ -116,7 +116,7 @@ impl Receiver {
     /// Takes the next byte. `extended`: this console speaks GRBL's dialect.
     pub fn hear(&mut self, byte: u8, extended: bool) -> Heard {
         if matches!(byte, b'\n' | b'\r') {
-            return self.end_line();
+            return self.end_line(extended);
         }
         let marked = core::mem::take(&mut self.marked);
         match self.heard(byte, extended) {
@@ -268,7 +268,7 @@ impl Receiver {
         self.text = TEXT_M_CODES.contains(&self.number);
     }
 
-    fn end_line(&mut self) -> Heard {
+    fn end_line(&mut self, extended: bool) -> Heard {
         if self.place == Place::Code || self.place == Place::Checksum && self.code.is_none() && self.number > 0 {
             self.know_code();
         }
@@ -279,9 +279,9 @@ impl Receiver {
             (true, Some(29)) => false,
             (uploading, _) => uploading,
         };
-        let stops = code == Some(112) && !self.uploading;
+        let acts = code.filter(|_| !self.uploading).and_then(|code| classify_line(code, extended));
         *self = Self { uploading, ..Self::new() };
-        if stops { Heard::Emergency } else { Heard::Byte }
+        acts.map_or(Heard::Byte, Heard::Line)
     }
 }
 
@@ -298,9 +298,9 @@ mod tests {
             match receiver.hear(*byte, extended) {
                 Heard::Byte => text.push(*byte),
                 Heard::Letter => text.extend([LATIN_MARK, *byte]),
-                Heard::Emergency => {
+                Heard::Line(request) => {
                     text.push(*byte);
-                    requests.push(Realtime::Emergency);
+                    requests.push(request);
                 }
                 Heard::Nothing => {}
                 Heard::Request(request) => requests.push(request),
@@ -385,6 +385,18 @@ mod tests {
     }
 
     #[test]
+    fn lines_of_marlins_act_as_they_come_in_but_not_in_grbls_dialect() {
+        for (line, acts) in [("M108", Realtime::EndWait), ("M410", Realtime::QuickStop)] {
+            for whole in [format!("{line}\n").into_bytes(), numbered(&format!("N7 {line}"))] {
+                assert_eq!(heard(&whole, false).0, [acts]);
+                assert_eq!(heard(&whole, true).0, []);
+            }
+            let not = format!("G1 {line}\nM117 {line}\n; {line}\n{line}.1\n{line}0\nM28 a.g\n{line}\n");
+            assert_eq!(requests(not.as_bytes()), []);
+        }
+    }
+
+    #[test]
     fn bytes_beyond_ascii_are_letters_in_comments_and_in_utf8_and_break_no_line() {
         for extended in [false, true] {
             let text = "G1 X1 (Ä\u{85})\n; \u{85}\nplay Ä\u{2085}10µm.g\nM117 \u{91}\nN5 G1 \u{91}\n";
@@ -413,7 +425,8 @@ mod tests {
     #[test]
     fn every_request_has_its_byte() {
         let bytes = (0..=255).filter_map(|byte| classify(byte).or(classify_extended(byte)));
-        let mut known: Vec<u32> = bytes.map(|request| request as u32).chain([Realtime::Emergency as u32]).collect();
+        let lines = (0..1_024).filter_map(|code| classify_line(code, false));
+        let mut known: Vec<u32> = bytes.chain(lines).map(|request| request as u32).collect();
         known.sort_unstable();
         let mut all: Vec<u32> = Realtime::ALL.into_iter().map(|request| request as u32).collect();
         all.sort_unstable();
@@ -451,7 +464,7 @@ mod tests {
                 match receiver.hear(byte, extended) {
                     Heard::Byte => {}
                     Heard::Letter => prop_assert!(extended && continues_letter(byte)),
-                    Heard::Emergency => prop_assert!(matches!(byte, b'\n' | b'\r')),
+                    Heard::Line(_) => prop_assert!(matches!(byte, b'\n' | b'\r')),
                     Heard::Request(request) => {
                         let known = classify(byte).or(classify_extended(byte).filter(|_| extended));
                         prop_assert_eq!(known, Some(request));

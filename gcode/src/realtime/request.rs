@@ -26,6 +26,10 @@ pub enum Realtime {
     JogCancel,
     /// A line `M112`: emergency stop. The line itself is carried out in its turn, too, and does no more.
     Emergency,
+    /// A line `M410`: the motors brake, and what is queued is dropped.
+    QuickStop,
+    /// A line `M108`: a wait for a temperature, or for the operator, ends.
+    EndWait,
     /// 0x90: feed rates as programmed (GRBL, as all that follow).
     FeedReset,
     /// 0x91: feed rates 10 % up.
@@ -62,12 +66,14 @@ pub enum Realtime {
 
 impl Realtime {
     /// Every request, the most urgent first.
-    pub const ALL: [Self; 25] = [
+    pub const ALL: [Self; 27] = [
         Self::Emergency,
         Self::Abort,
         Self::Door,
+        Self::QuickStop,
         Self::Hold,
         Self::Resume,
+        Self::EndWait,
         Self::JogCancel,
         Self::Stop,
         Self::FeedReset,
@@ -89,6 +95,16 @@ impl Realtime {
         Self::StatusInFull,
         Self::Status,
     ];
+}
+
+/// The request that a line of M with this number makes.
+pub const fn classify_line(code: u16, extended: bool) -> Option<Realtime> {
+    match code {
+        112 => Some(Realtime::Emergency),
+        410 if !extended => Some(Realtime::QuickStop),
+        108 if !extended => Some(Realtime::EndWait),
+        _ => None,
+    }
 }
 
 /// The request that a control character or a sign makes.

@@ -208,7 +208,7 @@ impl Inbox {
                 return true;
             }
             Heard::Nothing => return true,
-            Heard::Emergency => self.request(Realtime::Emergency),
+            Heard::Line(request) => self.request(request),
             // 0xC2, which was waiting for what follows.
             Heard::Letter => {
                 let _with_its_second_byte = self.keep(intake, 0xC2);
