@@ -439,12 +439,18 @@ pub enum Function {
     WaitForHeaters,
     /// M116 where it waits until what is too warm has cooled, too.
     WaitForTargets,
+    /// M302: how warm a nozzle must be to extrude.
+    ColdExtrusion,
     // Reports.
     ReportHoming,
     ReportPosition,
     ReportFirmware,
     ReportSwitches,
     ReportFans,
+    /// M155: temperatures are said by themselves.
+    AutoReport,
+    /// M113: that a line is in work is said.
+    Keepalive,
     SayToAll,
     LabelObject,
     // Files and settings.
@@ -454,6 +460,8 @@ pub enum Function {
     StartJob,
     PauseJob,
     RestartJob,
+    /// M524: the job is over.
+    AbortJob,
     PowerLoss,
     GoOnWithJob,
     ReportJob,

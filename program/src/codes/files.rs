@@ -6,7 +6,7 @@ use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, FILES, Waits};
 use crate::action::Function;
 use crate::fault::Part;
 use crate::meaning::program;
-use crate::word::Bounds::AtLeast;
+use crate::word::Bounds::{AtLeast, Within};
 use crate::word::{Unit, WordInfo, word};
 
 /// How M600 changes filament this time, in Marlin's words; what is not given is as `[filament change]` says.
@@ -43,7 +43,9 @@ pub const ROWS: &[CodeInfo] = &[
         "from this byte: 0 alone; see play --from",
     )
     .bounds(&AtLeast(0.0))]),
-    CodeInfo::asks(Code::m(27), Function::ReportJob, "how far the file is").waits(Waits::Question),
+    CodeInfo::asks(Code::m(27), Function::ReportJob, "how far the file is")
+        .takes(&[word('S', Unit::Seconds, "say so by itself, every so often; 0: no more").bounds(&Within(0.0, 60.0))])
+        .waits(Waits::Question),
     CodeInfo::asks(
         Code::m(28),
         Function::Upload,
@@ -62,6 +64,9 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::asks(Code::m(32), Function::StartFile, "select a file and play it").part(Part::Player),
     CodeInfo::asks(Code::m(413), Function::PowerLoss, "keep a journal of jobs, to go on after a power cut")
         .takes(POWER_LOSS)
+        .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(524), Function::AbortJob, "end the job, as abort")
+        .waits(Waits::Standstill)
         .differs(NOT_KNOWN),
     CodeInfo::asks(Code::m(1000), Function::GoOnWithJob, GO_ON)
         .takes(GO_ON_WORDS)

@@ -150,6 +150,16 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     reads(Dialects::PRINTERS, motors_off(18)),
     reads(Dialects::PRINTERS, motors_off(84)),
     reads(
+        MARLIN,
+        CodeInfo::asks(Code::m(114), Function::ReportPosition, "where the program is, and the motors' steps")
+            .takes(&[
+                word('R', Unit::Flag, "where the motors are"),
+                word('D', Unit::Flag, "all of it: of the work, of the machine, leveled, the motors' own"),
+            ])
+            .waits(Waits::Question)
+            .states(EVERYWHERE_BUT_INVALID),
+    ),
+    reads(
         REPRAP,
         CodeInfo::asks(
             Code::m(116),

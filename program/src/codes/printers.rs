@@ -132,8 +132,12 @@ pub const ROWS: &[CodeInfo] = &[
     )
     .takes(&[word('S', Unit::Number, "78: forget it")])
     .differs(NOT_KNOWN),
-    quiet(108, "stop waiting for a temperature"),
+    quiet(108, "stop waiting for a temperature, or the operator; sent, it acts as it comes in"),
     quiet(111, "what to log"),
+    CodeInfo::asks(Code::m(113), Function::Keepalive, "how often to say that a line takes its time")
+        .takes(&[word('S', Unit::Seconds, "every so often; 0: never").bounds(&Within(0.0, 60.0))])
+        .states(EVERYWHERE_BUT_INVALID)
+        .differs(NOT_KNOWN),
     CodeInfo::asks(Code::m(118), Function::SayToAll, "say a text on every console").differs(NOT_KNOWN),
     quiet(141, "temperature of the chamber, where no heater is named so"),
     quiet(191, "wait for the temperature of the chamber, where no heater is named so"),
@@ -153,9 +157,24 @@ pub const ROWS: &[CodeInfo] = &[
         .waits(Waits::Path)
         .states(EVERYWHERE_BUT_INVALID)
         .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(155), Function::AutoReport, "say temperatures by itself")
+        .takes(&[word('S', Unit::Seconds, "every so often; 0: no more").bounds(&Within(0.0, 60.0))])
+        .states(EVERYWHERE_BUT_INVALID)
+        .differs(NOT_KNOWN),
     quiet(300, "sound a tone"),
-    quiet(302, "allow cold extrusion: it is not watched"),
+    CodeInfo::asks(
+        Code::m(302),
+        Function::ColdExtrusion,
+        "how warm a nozzle must be to extrude; without words, say it",
+    )
+    .takes(&[
+        word('S', Unit::Celsius, "this warm; 0: cold extrusion is allowed").bounds(&AtLeast(0.0)),
+        word('R', Unit::Celsius, "this warm to draw back").bounds(&AtLeast(0.0)),
+        word('P', Unit::Number, "1: cold extrusion is allowed; 0: it is not"),
+    ])
+    .differs(NOT_KNOWN),
     quiet(355, "light of the case"),
+    quiet(410, "brake, and drop what is queued; sent, it acts as it comes in"),
     quiet(425, "backlash of another machine"),
     CodeInfo::asks(Code::m(486), Function::LabelObject, "which object the lines that follow make; leave one out")
         .differs(NOT_KNOWN),
