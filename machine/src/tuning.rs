@@ -8,10 +8,14 @@ use config::{
     FilamentChangeConfig, FilamentDetectorConfig, FilamentWidthConfig, MachineConfig, ProbeConfig, ThermistorConfig,
 };
 use motion::geometry::LineSettings;
+use program::Words;
 use units::{Amps, Axis, PerActuator, PerAxis};
 
 use crate::motion_config::line_settings;
 use crate::ports::ChopperFit;
+
+/// Where M302 P0 finds nothing configured, C.
+const USUAL_LEAST_WARM: f32 = 170.0;
 
 /// Settings changed at run time. Each has the code that writes it.
 #[derive(Clone, Debug, Default)]
@@ -45,6 +49,8 @@ pub struct Tuning {
     pub filament_width: FilamentWidthConfig,
     /// How far filament is moved to change it (M603).
     pub filament_change: FilamentChangeConfig,
+    /// How warm each tool's nozzle must be to extrude, and to draw back, C; 0 for none (M302).
+    pub least_warm: [[f32; 2]; program::MAX_TOOLS],
 }
 
 /// How a driver measures load.
@@ -76,6 +82,17 @@ struct Home {
     changes: u32,
 }
 
+/// How warm nozzles must be, as configured.
+fn least_warm(config: &MachineConfig) -> [[f32; 2]; program::MAX_TOOLS] {
+    let mut least = [[0.0; 2]; program::MAX_TOOLS];
+    for extruder in &config.extruders {
+        if let Some(least) = least.get_mut(usize::from(extruder.tool_id.0)) {
+            *least = [extruder.min_extrude_temp.0; 2];
+        }
+    }
+    least
+}
+
 impl Tuning {
     /// As configured.
     #[must_use]
@@ -101,7 +118,31 @@ impl Tuning {
             filament: config.filament_detector,
             filament_width: config.filament_width,
             filament_change: config.filament_change,
+            least_warm: least_warm(config),
         }
+    }
+
+    /// M302.
+    pub fn set_least_warm(&mut self, config: &MachineConfig, words: &Words<'_>) {
+        match words.get('P') {
+            Some(allowed) if allowed != 0.0 => self.least_warm = Default::default(),
+            Some(_) => {
+                let usual = |[least, _]: [f32; 2]| [if least > 0.0 { least } else { USUAL_LEAST_WARM }; 2];
+                self.least_warm = least_warm(config).map(usual);
+            }
+            None => {}
+        }
+        for least in &mut self.least_warm {
+            // Marlin has no temperature of its own for drawing back.
+            *least = words.get('S').map_or(*least, |celsius| [celsius as f32; 2]);
+            least[1] = words.get('R').map_or(least[1], |celsius| celsius as f32);
+        }
+    }
+
+    /// Whether there is a nozzle that has to be warm.
+    #[must_use]
+    pub fn guards_cold(&self) -> bool {
+        self.least_warm.iter().flatten().any(|celsius| *celsius > 0.0)
     }
 
     /// Where an axis homes, mm, without its correction.

@@ -3,7 +3,7 @@
 
 use super::{Name, ToolId};
 use crate::pin::Pin;
-use units::{Actuator, Amps, Micros, Mm, MmPerSecond, MmPerSecond2, Ohms, PerActuator};
+use units::{Actuator, Amps, Celsius, Micros, Mm, MmPerSecond, MmPerSecond2, Ohms, PerActuator};
 
 /// What drives a motor's coils.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -273,6 +273,8 @@ pub struct ExtruderConfig {
     pub z_lift: Mm,
     /// Speed of the hop.
     pub z_lift_rate: MmPerSecond,
+    /// Colder than this it does not turn; zero: whatever the temperature.
+    pub min_extrude_temp: Celsius,
     /// Seconds of its own speed that filament runs ahead; zero: none.
     pub pressure_advance_s: f64,
     /// Width of the window that smooths pressure advance, in seconds.

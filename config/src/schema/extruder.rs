@@ -3,7 +3,7 @@
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, new_name, number};
 use super::{CannotCreate, Docs, Form, Instances, Section, Setting};
 use crate::machine::{ExtruderConfig, MAX_EXTRUDERS, ToolId};
-use units::{Mm, MmPerSecond};
+use units::{Celsius, Mm, MmPerSecond};
 
 /// `|extruder, value| ...` on the extruder at the instance's place.
 macro_rules! extruder {
@@ -110,6 +110,15 @@ pub const EXTRUDER: Section = Section {
         .unit("mm/min")
         .typical(&(60.0, 60_000.0))
         .v1("extruder.<name>.retract_zlift_feedrate"),
+        number(
+            "min_extrude_temp",
+            "0",
+            &(0.0, 500.0),
+            extruder!(|e, v| e.min_extrude_temp = Celsius(v as f32)),
+            "Colder than this it does not turn: a line that asks for it is refused, and a file waits there; 0: it always does. M302 changes it.",
+        )
+        .unit("C")
+        .velvet(),
         number(
             "pressure_advance",
             "0",

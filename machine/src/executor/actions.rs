@@ -5,7 +5,7 @@ use program::{Action, Dialect, Fault, Meaning, Move, Part};
 use units::{Celsius, PerAxis};
 
 use super::{
-    Hands, Machine, effects, fast_forward, flow, functions, halt, holes, home, kept, leave_out, objects, operator,
+    Hands, Machine, cold, effects, fast_forward, flow, functions, halt, holes, home, kept, leave_out, objects, operator,
     program_io, shapes, suspend, tool_change,
 };
 use crate::apart::apart;
@@ -210,7 +210,8 @@ fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
 }
 
 pub(super) fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
-    let moved = match machine.may_move().and_then(|()| machine.rest_stays_within(&request.target)) {
+    let may_move = machine.may_move().and_then(|()| cold::may_extrude(machine, request));
+    let moved = match may_move.and_then(|()| machine.rest_stays_within(&request.target)) {
         Ok(()) => shapes::submit(machine, request),
         Err(failure) => Err(failure),
     };

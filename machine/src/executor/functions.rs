@@ -9,7 +9,7 @@ use program::{Function, State, Words};
 use units::AxisSet;
 
 use super::{
-    Hands, Machine, automatic, card, filament, foresee, long_answers, objects, probe_strategy, program_io, recover,
+    Hands, Machine, automatic, card, cold, filament, foresee, long_answers, objects, probe_strategy, program_io, recover,
     statistics, suspend,
 };
 use crate::apart::apart;
@@ -194,9 +194,13 @@ fn motion_or_heat<P: Ports>(
     words: &Words<'_>,
     to: Recipient,
 ) -> Option<Outcome> {
-    if function == Function::SpeedFactor {
-        program_io::speed_factor(machine, words, to);
-        return Some(Ok(Answer::Ok));
+    match function {
+        Function::SpeedFactor => {
+            program_io::speed_factor(machine, words, to);
+            return Some(Ok(Answer::Ok));
+        }
+        Function::ColdExtrusion => return Some(cold::command(machine, words, to)),
+        _ => {}
     }
     let now = machine.ports.now();
     let Machine { ports, program, sessions, safety, axes, bed, tuning, config, thermal, phases, .. } = machine;

@@ -13,6 +13,7 @@ mod blocks;
 mod boot;
 mod brown_out;
 mod card;
+mod cold;
 mod commands;
 mod cut;
 mod disk;

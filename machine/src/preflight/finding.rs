@@ -46,6 +46,8 @@ pub enum Kind {
     TooHot,
     /// Filament is fed by a cold nozzle.
     Cold,
+    /// The same, where that is refused.
+    TooCold,
     /// A speed that a limit cuts.
     Speed,
     /// An acceleration that a limit cuts.
@@ -87,7 +89,7 @@ impl Kind {
             Self::Tool => "slice for the extruders that there are, or add an [extruder] section",
             Self::Off => "mend config.ini",
             Self::TooHot => "lower the temperature, or raise max_temp if the hardware bears it",
-            Self::Cold => "set the temperature and wait for it (M109) before",
+            Self::Cold | Self::TooCold => "set the temperature and wait for it (M109) before",
             Self::Speed => "slice for that speed, or raise the limit",
             Self::Acceleration => "slice for that acceleration, or raise the limit",
             Self::Text => "correct the line",

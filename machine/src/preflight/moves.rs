@@ -107,7 +107,9 @@ impl Reading<'_, '_> {
             if let Some(said) = self.preflight.once.cold.get_mut(axis as usize) {
                 *said = true;
             }
-            self.say(Kind::Cold, short(format_args!("filament is fed while {} is off", settings.name)));
+            let is_guarded = self.preflight.tuning.guards_cold();
+            let kind = if is_guarded { Kind::TooCold } else { Kind::Cold };
+            self.say(kind, short(format_args!("filament is fed while {} is off", settings.name)));
         }
     }
 

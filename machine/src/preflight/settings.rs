@@ -75,6 +75,7 @@ pub(super) fn set(
             let (height, target) = preflight.fade;
             preflight.fade = (words.as_length('H').or(height), words.as_length('T').or(target));
         }
+        Function::ColdExtrusion => preflight.tuning.set_least_warm(preflight.config, words),
         Function::LoadGrid => preflight.loads_mesh = preflight.loads_mesh.or(Some(preflight.line)),
         _ => {}
     }
