@@ -156,14 +156,14 @@ pub(crate) fn temperature_text<'c>(
     Some(TemperatureText { designator, reading, target: heater.target().0, duty: heater.duty().0 })
 }
 
-/// M105: `ok T:25.0 /0.0 @0 B:24.9 /0.0 @0 `, of all that listen to this code.
+/// `T:25.0 /0.0 @0 B:24.9 /0.0 @0 `, of all that listen to this code, behind this: `ok ` for M105.
 pub(crate) fn report_temperatures(
     ports: &mut impl HeatPort,
     config: &MachineConfig,
     get_m_code: u16,
-    reply: &mut Reply<'_>,
+    (before, reply): (&str, &mut Reply<'_>),
 ) {
-    reply.say(format_args!("ok "));
+    reply.say(format_args!("{before}"));
     for (id, _) in config.heaters().filter(|(_, heater)| heater.get_m_code == get_m_code) {
         if let Some(text) = ports.heat(|heat| temperature_text(heat, config, id)) {
             reply.say(format_args!("{text} "));

@@ -87,7 +87,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         Action::Effect(what) => effects::change(machine, what)?,
         Action::Dwell(time) => {
             machine.standstill()?;
-            machine.wait_for(time)?;
+            operator::dwell(machine, time)?;
         }
         Action::Finish => machine.standstill()?,
         Action::Halt => machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n")),

@@ -1,8 +1,10 @@
 //! How a line is answered, once it has come to its end.
 
 use gcode::{Code, Refusal, SyntaxError};
+use motion::Tag;
 use program::Dialect;
 
+use super::line_numbers::tag_of;
 use super::source::{Origin, Source};
 use super::{Machine, grbl, stack};
 use crate::failure::{Answer, Failure, FailureKind, Outcome};
@@ -73,6 +75,7 @@ fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Op
         (Ok(Answer::Said), _) => {}
         (Ok(Answer::Unknown), Some(code)) => machine.say(to, format_args!("ok - {code} ignored\n")),
         (Err(failure), _) => match failure.kind {
+            FailureKind::Halted if machine.urgent.ends() => machine.say(to, format_args!("// NOTE ended\nok\n")),
             FailureKind::Halted => say_locked(machine, to),
             FailureKind::Alarm => alarm(machine, failure, to),
             // One line, one answer: it stands for ok.
@@ -117,6 +120,11 @@ pub(super) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refus
     if let Refusal::Resend { .. } = refusal {
         return machine.say(to, format_args!("{refusal}\n"));
     }
+    // It has come whole, so that asking for it again is of no use: what follows counts on it.
+    let session = to.session().and_then(|id| machine.sessions.get(id)).filter(|session| session.decoder.can_resend());
+    if session.is_some() && tag_of(line) != Tag::NONE {
+        return machine.sessions.refuse(to, Error::of_refusal(&refusal), format_args!("{refusal} - {text}"));
+    }
     let heard_by = if to == Recipient::Nobody { Recipient::All } else { to };
     machine.say(heard_by, format_args!("// WARNING gcode parse failed {refusal} - {text}\n"));
     machine.say(to, format_args!("ok\n"));
@@ -129,12 +137,20 @@ pub(super) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
         passed.refused = passed.refused.saturating_add(1);
         return;
     }
+    if machine.urgent.ends_everything() || machine.urgent.ends() && machine.jobs.wait_again(&mut machine.ports).is_ok()
+    {
+        // It ends, or is read again when the job goes on.
+        return;
+    }
     if machine.stalls.is_under_way() {
         // It is stopped, and what becomes of it is told.
         return;
     }
     let Machine { jobs, sessions, .. } = machine;
-    jobs.pause_at_this_line(why, &mut Reply::new(sessions, Recipient::All));
+    if jobs.is_open() {
+        jobs.pause_at_this_line(why, &mut Reply::new(sessions, Recipient::All));
+        sessions.tell_hosts("paused", Recipient::Nobody);
+    }
 }
 
 /// A line that cannot be read to its end.

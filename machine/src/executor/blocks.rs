@@ -40,6 +40,7 @@ pub(super) fn run_rest<P: Ports>(machine: &mut Machine<'_, P>, rest: Rest) {
 /// Runs the codes of a line, and answers it, unless one of them starts something: then the rest waits for its
 /// end.
 pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Blocks<'_>, start: Start, source: Source) {
+    let mut is_first = matches!(start, Start::Line);
     let (mut last, mut answer) = match start {
         Start::Rest(last, answer) => (last, answer),
         Start::Line => {
@@ -73,11 +74,16 @@ pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
         let outcome = match begin(machine, &block, source) {
             // So nearly every line of a program ends.
             Begun::Done => {
-                answer = Answer::Ok;
+                (answer, is_first) = (Answer::Ok, false);
                 continue;
             }
-            begun => run_begun(machine, begun, &block, source),
+            begun => {
+                let is_whole = is_first && source.origin == Origin::Job && machine.frames.is_empty();
+                machine.urgent.begin_line(is_whole && is_last(&blocks));
+                run_begun(machine, begun, &block, source)
+            }
         };
+        is_first = false;
         match outcome {
             Ok(now) if is_settled(&now, source) => answer = now,
             Ok(_) => match passed_over::settle(machine, &block, source.dialect) {
@@ -300,11 +306,26 @@ fn run_begun<'b, P: Ports>(
         Meaning::Nothing => Ok(Answer::Ok),
         Meaning::PassedOver => Ok(Answer::PassedOver),
         Meaning::Unknown => unknown(machine, block.code, source.to),
-        Meaning::Action(action) => match actions::carry_out_all(machine, action, source.to) {
+        Meaning::Action(action) => match carry_out(machine, action, source.to) {
             Ok(Answer::Unknown) => without_its_part(machine, block.code, source.to),
             outcome => outcome,
         },
     }
+}
+
+/// Carries out what a block means. Only a wait can be left, and read again.
+fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
+    machine.urgent.means(action);
+    let done = actions::carry_out_all(machine, action, to);
+    machine.urgent.begin_line(false);
+    done
+}
+
+/// Nothing but a comment comes behind what was read of a line.
+fn is_last(blocks: &Blocks<'_>) -> bool {
+    let (line, column) = blocks.place();
+    let rest = line.get(column..).unwrap_or_default().trim_ascii_start();
+    matches!(rest.first(), None | Some(b';' | b'('))
 }
 
 /// A code whose part of the machine is not configured: a sender for mills counts on what it sends.

@@ -7,9 +7,8 @@ use program::{Dialect, Part, State};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
 use super::{
-    Hands, Machine, actions, answers, axis_tests, card, disk, editing, foresee, functions, grbl, home, job_control,
-    log, long_answers, motion_tests, objects, passed_over, play_from, program_io, recording, statistics, suspend,
-    update,
+    Hands, Machine, abort, actions, answers, axis_tests, card, disk, editing, foresee, functions, grbl, home,
+    job_control, long_answers, motion_tests, play_from, recording, suspend, update,
 };
 use crate::apart::apart;
 use crate::failure::{Answer, Failure, FailureKind, Outcome, Texts, short};
@@ -20,7 +19,6 @@ use crate::motors;
 use crate::needs::needs;
 use crate::ports::{ConsoleKind, DateTime, Disk, Ports, StorageError};
 use crate::reports::{self, Status};
-use crate::safety::Event;
 use crate::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
 
 /// A command word and what follows it.
@@ -393,7 +391,7 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
     }
     // Each with a frame of its own: they wait, and much is called from there.
     match word {
-        "abort" => apart(|| abort(machine, to)),
+        "abort" => apart(|| abort::abort(machine, to)),
         "pause" => apart(|| job_control::pause(machine, arguments, to)),
         "suspend" => apart(|| suspend::suspend(machine, arguments.starts_with(['l', 'h']), None, to)),
         "resume" => suspend::resume(machine, to),
@@ -428,43 +426,6 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
         }),
         _ => Ok(Answer::Unknown),
     }
-}
-
-/// `abort`: brakes, drops what is queued, closes the file. Heaters are left alone.
-fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    machine.safety.apply(Event::Unsuspend);
-    let suspended = machine.jobs.cancel_suspend();
-    if suspended {
-        machine.say(to, format_args!("Suspend cleared\n"));
-    }
-    passed_over::say(machine);
-    if machine.jobs.is_open() {
-        log::close(machine);
-        program_io::overrides_count_again(machine);
-        machine.program.end_program();
-    }
-    statistics::end_job(machine, false, Recipient::Nobody);
-    if !machine.jobs.close(&mut machine.ports) {
-        if !suspended {
-            machine.say(to, format_args!("Not currently playing\n"));
-        }
-        return Ok(Answer::Ok);
-    }
-    objects::end(machine);
-    // What the file was drilling, words typed now are not.
-    machine.program.end_cycles();
-    machine.say(to, format_args!("Please wait for abort to complete. Turn any heaters off manually\n"));
-    machine.outputs.changes_were_dropped();
-    machine.ports.motion(motion::Motion::stop);
-    machine.ports.heat(crate::heat::HeatControl::drop_effects);
-    machine.riding_lights.clear();
-    // A halt meanwhile has dropped everything too.
-    let _ = machine.standstill();
-    machine.resynchronise();
-    if !machine.safety.is_halted() {
-        suspend::start_unless_empty(machine, &machine.config.player.after_abort_gcode);
-    }
-    Ok(Answer::Ok)
 }
 
 fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {

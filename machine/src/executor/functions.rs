@@ -9,8 +9,8 @@ use program::{Function, State, Words};
 use units::AxisSet;
 
 use super::{
-    Hands, Machine, automatic, card, cold, filament, foresee, long_answers, objects, probe_strategy, program_io, recover,
-    statistics, suspend,
+    Hands, Machine, abort, automatic, card, cold, filament, foresee, long_answers, objects, periodic, probe_strategy,
+    program_io, recover, statistics, suspend,
 };
 use crate::apart::apart;
 use crate::failure::{Answer, Failure, Outcome};
@@ -89,6 +89,7 @@ fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &
         Function::MeasuredPart => apart(|| probing::measured_part(hands, words)),
         Function::ArmSettings => apart(|| arms::arm_settings(hands, words)).map(|()| Answer::Ok),
         Function::Statistics => apart(|| Ok(statistics::told(machine, words, to))),
+        Function::AbortJob => apart(|| abort::abort(machine, to)),
         Function::Park => apart(|| filament::go_aside(machine, words)),
         Function::LoadFilament => apart(|| filament::by_hand(machine, true, words.get('L'))),
         Function::UnloadFilament => apart(|| filament::by_hand(machine, false, words.get('U'))),
@@ -270,10 +271,10 @@ fn report<P: Ports>(
     Some(match function {
         Function::ReportTemperatures => {
             // The line begins with its `ok`.
-            heat_codes::report_temperatures(ports, config, code.number, reply);
+            heat_codes::report_temperatures(ports, config, code.number, ("ok ", reply));
             Ok(Answer::Said)
         }
-        Function::ReportPosition => reports::position(ports, config, program, code.subcode, reply),
+        Function::ReportPosition => reports::position(ports, config, program, (dialect, words), reply),
         Function::ReportFirmware => {
             reports::firmware(ports, config, dialect, reply);
             Ok(Answer::Ok)
@@ -324,16 +325,16 @@ fn file_or_job<P: Ports>(
             let listing = listings::card();
             return Some(long_answers::begin(machine, listing, to));
         }
-        Function::ReportJob => {
+        Function::AutoReport | Function::Keepalive => return Some(periodic::command(machine, function, words, to)),
+        Function::ReportJob if words.has('S') => return Some(periodic::command(machine, function, words, to)),
+        Function::ReportJob | Function::ReportProgress => {
             let outlook = foresee::outlook(machine);
             let Machine { jobs, sessions, .. } = machine;
-            jobs.say_bytes(&outlook, &mut Reply::new(sessions, to));
-            return Some(Ok(Answer::Ok));
-        }
-        Function::ReportProgress => {
-            let outlook = foresee::outlook(machine);
-            let Machine { jobs, sessions, .. } = machine;
-            jobs.say_progress(&outlook, &mut Reply::new(sessions, to));
+            let reply = &mut Reply::new(sessions, to);
+            match function {
+                Function::ReportJob => jobs.say_bytes(&outlook, reply),
+                _ => jobs.say_progress(&outlook, reply),
+            }
             return Some(Ok(Answer::Ok));
         }
         Function::LoadSettings => return Some(load_settings(machine, words.text(), to)),
@@ -373,12 +374,19 @@ fn file_or_job<P: Ports>(
             filament.must_be_there(machine.texts, config).map(|()| Answer::Ok)
         }
         Function::StartJob => {
+            let is_back = jobs.begun() > 0 && !jobs.is_playing();
             let started = jobs.start(machine.texts, ports, reply);
+            if is_back && started.is_ok() {
+                reply.tell_hosts("resumed");
+            }
             journal.reopen(ports);
             started
         }
         Function::PauseJob => {
-            let _was_open = jobs.set_paused(true);
+            if jobs.is_playing() {
+                jobs.set_paused(true);
+                reply.tell_hosts("paused");
+            }
             Ok(Answer::Ok)
         }
         Function::RestartJob if words.get('S').is_some_and(|offset| offset > 0.0) => Err(Failure::refused(

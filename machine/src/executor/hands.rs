@@ -226,6 +226,26 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         super::card::kept(self.machine)
     }
 
+    /// Whether the wait in work, the job's own line, is left for a pause.
+    pub fn leaves_wait(&mut self) -> bool {
+        self.machine.urgent.leaves_wait()
+    }
+
+    /// A wait begins that M108 ends.
+    pub const fn begin_wait(&mut self) {
+        self.machine.urgent.begin_wait();
+    }
+
+    /// Whether M108 has come since then.
+    pub const fn wait_is_over(&self) -> bool {
+        self.machine.urgent.wait_is_over()
+    }
+
+    /// What is in work is to end, and the machine is not halted.
+    pub const fn is_ended(&self) -> bool {
+        self.machine.urgent.ends()
+    }
+
     /// Waits for a length of time, whatever moves.
     ///
     /// # Errors

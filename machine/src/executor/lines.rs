@@ -14,7 +14,7 @@ use super::named::Named;
 use super::source::{Origin, Source};
 use super::{
     Machine, actions, blocks, card, commands, editing, fast_forward, filament, flow, foresee, grbl, job_control,
-    journal, kept, log, named, objects, passed_over, stack, stall_recovery, statistics, suspend,
+    journal, kept, log, named, objects, passed_over, periodic, stack, stall_recovery, statistics, suspend, urgent,
 };
 use crate::apart::apart;
 use crate::failure::Answer;
@@ -27,6 +27,9 @@ use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
 /// Runs what is next: what a line has started, a line of a session, a line of the file being played, the
 /// command of a switch. False when there was nothing.
 pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    if machine.urgent.ends() {
+        urgent::settle(machine);
+    }
     // While the operator does something, sessions may: he jogs, and touches off the tool.
     let operator_is_busy = machine.frames.wait_for_operator() && machine.jobs.waits_for_operator();
     if !machine.frames.is_empty() && !operator_is_busy {
@@ -51,7 +54,7 @@ pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         return true;
     }
     // Sessions and the file take turns; a file is mostly moves, so it waits for room.
-    if machine.frames.is_empty() && !path_is_full && run_job_line(machine) {
+    if machine.frames.is_empty() && !path_is_full && machine.urgent.first().is_none() && run_job_line(machine) {
         return true;
     }
     if had_line {
@@ -62,7 +65,7 @@ pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 }
 
 fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bool {
-    let Some(id) = machine.sessions.next_ready(path_is_full) else { return false };
+    let Some(id) = urgent::next_session(machine, path_is_full) else { return false };
     // Whoever sends a file waits for the card, and nobody else does.
     if machine.files.uploads_from(id) && !machine.ports.is_ready() {
         return false;
@@ -123,7 +126,10 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
                 files.upload_ended(closed.and(kept), &mut Reply::new(sessions, to));
             } else {
                 let Machine { files, ports, sessions, .. } = machine;
-                files.upload_line(line, ports, &mut Reply::new(sessions, to));
+                let is_stored = files.upload_line(line, ports, &mut Reply::new(sessions, to));
+                if is_stored && !periodic::answers_in_upload(machine, decoded, to) {
+                    machine.say(to, format_args!("ok\n"));
+                }
             }
             answered(machine, id);
         }

@@ -160,7 +160,7 @@ fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Reci
         }
         Listing::Help { line } => {
             let Some(command) = program::commands::COMMANDS.get(*line) else { return Ok(false) };
-            reply.say(format_args!("{}\n", command.word));
+            reply.say(format_args!("{} {} - {}\n", command.word, command.takes, command.help));
             *line += 1;
             Ok(*line < program::commands::COMMANDS.len())
         }

@@ -9,6 +9,7 @@ use motion::{Refusal, Tag};
 use program::{Facts, Interpreter, LightChange, State, States};
 use units::{Axis, AxisSet, Micros, PerAxis};
 
+use super::asked::Asked;
 use super::cut::Cut;
 use super::frames::Frames;
 use super::hold::Hold;
@@ -129,6 +130,8 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) grbl: Grbl,
     /// What is to be done about firmware.
     pub(super) update: Watch,
+    /// What does not wait for the line in work.
+    pub(super) urgent: Asked,
     /// Saved settings were loaded since boot.
     pub(super) settings_loaded: bool,
     pub(super) beside: Beside<'c, P>,
@@ -203,6 +206,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             cut: Cut::default(),
             grbl: Grbl::default(),
             update: Watch::default(),
+            urgent: Asked::default(),
             settings_loaded: false,
             beside,
         }
@@ -250,7 +254,7 @@ impl<'c, P: Ports> Machine<'c, P> {
     pub(super) fn wait(&mut self, wake: Wake) -> Waited {
         self.serve();
         let waited = match self.safety.state() {
-            _ if self.safety.is_halted() => Waited::Halted,
+            _ if self.safety.is_halted() || self.urgent.ends_everything() => Waited::Halted,
             State::Hold | State::Door => Waited::Held,
             _ => Waited::Free,
         };
@@ -281,7 +285,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             self.wait(Wake::Time).unless_halted()?;
         }
         self.drained();
-        if self.safety.is_halted() { Err(Failure::HALTED) } else { Ok(()) }
+        if self.safety.is_halted() || self.urgent.ends_everything() { Err(Failure::HALTED) } else { Ok(()) }
     }
 
     /// Waits for a length of time, whatever moves.
@@ -365,6 +369,9 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Submits a move, waiting while the look-ahead queue is full.
     pub(super) fn submit(&mut self, request: &motion::Move) -> Result<(), Failure> {
+        if self.urgent.ends_everything() {
+            return Err(Failure::HALTED);
+        }
         if !self.axes.are_enabled() {
             self.enable_motors()?;
         }

@@ -5,8 +5,10 @@
 //! Nothing outside this folder sees the whole machine. Sequences that take time are handed [`Hands`];
 //! everything else gets the owners it needs as arguments.
 
+mod abort;
 mod actions;
 mod answers;
+mod asked;
 mod automatic;
 mod axis_tests;
 mod blocks;
@@ -48,6 +50,7 @@ mod objects;
 mod operator;
 mod passed;
 mod passed_over;
+mod periodic;
 mod play_from;
 mod polls;
 mod probe_script;
@@ -68,6 +71,7 @@ mod suspend;
 mod tool_change;
 mod update;
 mod update_watch;
+mod urgent;
 
 use core::cell::RefCell;
 use core::convert::Infallible;

@@ -3,11 +3,14 @@
 use program::{Pause, Remark, ScriptModes, State};
 use units::Micros;
 
+use super::asked::Asked;
 use super::frames::Frame;
 use super::{Machine, log};
 use crate::failure::{Answer, Failure, Outcome, ShortText};
 use crate::ports::{Ports, Wake};
 use crate::safety::Event;
+use crate::sessions::Recipient;
+use crate::wait::Waited;
 
 /// A comment that says something, or writes it to a file.
 ///
@@ -54,7 +57,7 @@ pub(super) fn pause<P: Ports>(
         machine.announce(format_args!("// {text}\n"));
     }
     if let Some(time) = time {
-        return machine.wait_for(time).map(|()| Answer::Ok);
+        return wait_for(machine, time, |asked| asked.wait_is_over()).map(|_| Answer::Ok);
     }
     let code = match why {
         Pause::Program => "M0",
@@ -64,10 +67,33 @@ pub(super) fn pause<P: Ports>(
     wait(machine, format_args!("the program waits ({code})"))
 }
 
+/// G4. A pause leaves one that is the whole line of a job.
+pub(super) fn dwell<P: Ports>(machine: &mut Machine<'_, P>, time: Micros) -> Result<(), Failure> {
+    if wait_for(machine, time, Asked::leaves_wait)? { Err(Failure::HALTED) } else { Ok(()) }
+}
+
+/// Waits for a length of time, or until something ends that: whether it has.
+fn wait_for<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    time: Micros,
+    ends: fn(&mut Asked) -> bool,
+) -> Result<bool, Failure> {
+    let since = machine.ports.now();
+    machine.urgent.begin_wait();
+    while machine.ports.now().since(since) < time {
+        machine.wait(Wake::Time).unless_halted()?;
+        if ends(&mut machine.urgent) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
 /// A job is paused, with what is left of its line; lines of a session are held.
 pub(super) fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Arguments<'_>) -> Outcome {
     if machine.jobs.is_playing() {
         machine.announce(format_args!("// {what}: ~ or M24 goes on, abort ends the job\n"));
+        machine.sessions.tell_hosts("paused", Recipient::Nobody);
         let modes = ScriptModes::beside(&machine.program);
         if !machine.frames.push(Frame::Operator(modes)) {
             return Err(Failure::refused(&"scripts start each other without end"));
@@ -80,8 +106,12 @@ pub(super) fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Argu
     if !machine.safety.apply(Event::Started) || !machine.safety.apply(Event::Hold) {
         return Err(Failure::HALTED);
     }
-    while matches!(machine.safety.state(), State::Hold | State::Door) {
-        machine.wait(Wake::Any).whatever_happens();
+    machine.urgent.awaits_operator = true;
+    let mut waited = Waited::Held;
+    while waited != Waited::Halted && matches!(machine.safety.state(), State::Hold | State::Door) {
+        waited = machine.wait(Wake::Any);
     }
+    machine.urgent.awaits_operator = false;
+    waited.unless_halted()?;
     if machine.safety.is_halted() { Err(Failure::HALTED) } else { Ok(Answer::Ok) }
 }

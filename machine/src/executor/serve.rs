@@ -10,7 +10,7 @@ use units::{Actuator, Axis, Micros, PerAxis};
 
 use super::{
     Machine, automatic, brown_out, commands, door, filament, foresee, functions, grbl, journal, leave_out, lights,
-    long_answers, program_io, recording, stall_recovery, stalls, statistics, update,
+    long_answers, periodic, program_io, recording, stall_recovery, stalls, statistics, update, urgent,
 };
 use crate::apart::apart;
 use crate::files::listings;
@@ -68,6 +68,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.jobs.objects.is_cutting() || machine.cut.brakes {
         apart(|| leave_out::serve(machine));
     }
+    urgent::follow(machine);
     machine.sessions.flush(&mut machine.ports, now);
 }
 
@@ -153,8 +154,9 @@ impl<P: Ports> Machine<'_, P> {
                     }
                     self.abort();
                 }
+                Realtime::QuickStop => urgent::quick_stop(self),
                 // Whoever only watches may stop the machine, and not set it going again.
-                Realtime::Stop | Realtime::Resume if !self.may_operate(id) => {}
+                Realtime::Stop | Realtime::Resume | Realtime::EndWait if !self.may_operate(id) => {}
                 Realtime::Stop if self.safety.is_halted() => self.unlock(to),
                 Realtime::Stop | Realtime::JogCancel => {
                     if let Some(session) = self.sessions.get_mut(id) {
@@ -166,6 +168,8 @@ impl<P: Ports> Machine<'_, P> {
                 Realtime::Hold => self.feed_hold(Event::Hold),
                 Realtime::Door => self.feed_hold(Event::DoorOpens),
                 Realtime::Resume => self.feed_resume(),
+                Realtime::EndWait if self.urgent.awaits_operator => self.feed_resume(),
+                Realtime::EndWait => urgent::end_wait(self),
                 changes => grbl::change(self, changes, id),
             }
         }
@@ -199,7 +203,7 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         let is_held = matches!(self.safety.state(), State::Hold | State::Door);
-        if !is_held && self.jobs.operator_is_done() {
+        if !is_held && urgent::operator_is_done(self) {
             return;
         }
         let was_door = self.safety.state() == State::Door;
@@ -228,7 +232,11 @@ impl<P: Ports> Machine<'_, P> {
     fn answer_lost(&mut self, id: SessionId) {
         let Some(session) = self.sessions.get_mut(id) else { return };
         while let Some((error, why)) = session.take_lost() {
-            session.refuse(error, format_args!("{why}"));
+            let asked = gcode::Refusal::Resend { expected: session.decoder.expected() };
+            match session.decoder.can_resend() && session.dialect != Dialect::Grbl {
+                true => session.say(format_args!("{asked}\n")),
+                false => session.refuse(error, format_args!("{why}")),
+            }
         }
     }
 
@@ -248,12 +256,18 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         let line = line.clone();
-        let to = Recipient::Session(id);
-        let is_answered = apart(|| match decoder.decode(&line) {
-            Ok(Line::Console(command)) => commands::answer(self, command, to),
-            Ok(Line::Code(blocks)) => functions::answer(self, blocks, to),
-            _ => false,
+        let (to, mut asks) = (Recipient::Session(id), None);
+        let dialect = self.sessions.dialect_of(to);
+        let is_answered = apart(|| {
+            let decoded = decoder.decode(&line).ok();
+            asks = decoded.as_ref().and_then(|line| urgent::of_line(line, dialect));
+            match decoded {
+                Some(Line::Console(command)) => commands::answer(self, command, to),
+                Some(Line::Code(blocks)) => functions::answer(self, blocks, to),
+                _ => false,
+            }
         });
+        urgent::ask(self, id, asks.filter(|_| may_operate));
         if let Some(session) = self.sessions.get_mut(id).filter(|_| is_answered) {
             session.decoder = decoder;
             session.drop_line();
@@ -291,6 +305,7 @@ impl<P: Ports> Machine<'_, P> {
         if self.jobs.is_open() {
             foresee::follow(self);
         }
+        periodic::tell(self, now);
         journal::tick(self, now);
         statistics::sample(self, now);
         statistics::count_heat(self, now);

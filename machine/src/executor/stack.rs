@@ -166,7 +166,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failu
 }
 
 /// What was started cannot go on: the line that started it is answered.
-fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
+pub(super) fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
     machine.passed = None;
     while let Some(frame) = machine.frames.pop() {
         match frame {

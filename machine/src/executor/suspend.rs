@@ -37,9 +37,9 @@ pub(super) fn suspend<P: Ports>(
     };
     needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
     machine.announce(format_args!("// Suspending print, waiting for queue to empty...\n"));
-    if !machine.jobs.set_paused(true) {
-        machine.announce(format_args!("// action:pause\n"));
-    }
+    // A host that prints is to stop; one that only follows the file is to know.
+    let is_file = machine.jobs.set_paused(true);
+    machine.sessions.tell_hosts(if is_file { "paused" } else { "pause" }, Recipient::Nobody);
     // Its sender stops when he has his answer, and the file has stopped already.
     machine.say(to, format_args!("ok\n"));
     machine.announce(format_args!("// Waiting for queue to empty (Host must stop sending)...\n"));
@@ -195,9 +195,8 @@ pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
     }
     machine.announce(format_args!("// Resuming print\n"));
     machine.record(&Happened::JobResumed { line: machine.jobs.line() });
-    if !machine.jobs.set_paused(false) {
-        machine.announce(format_args!("// action:resume\n"));
-    }
+    let is_file = machine.jobs.set_paused(false);
+    machine.sessions.tell_hosts(if is_file { "resumed" } else { "resume" }, Recipient::Nobody);
     Ok(())
 }
 

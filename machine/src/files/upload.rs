@@ -130,18 +130,19 @@ impl Files {
         }
     }
 
-    /// A line of the session that uploads: stored as it is.
-    pub fn upload_line(&mut self, line: &[u8], storage: &mut impl Storage, reply: &mut Reply<'_>) {
-        let Some(Upload { file, failed, .. }) = &mut self.upload else { return };
-        let Some(file) = *file else { return reply.say(format_args!("ok\n")) };
+    /// A line of the session that uploads: stored as it is. False when it was not, which has been said; else
+    /// it is still to be answered.
+    pub fn upload_line(&mut self, line: &[u8], storage: &mut impl Storage, reply: &mut Reply<'_>) -> bool {
+        let Some(Upload { file, failed, .. }) = &mut self.upload else { return true };
+        let Some(file) = *file else { return true };
         // Nothing goes behind a line that is lost.
         if failed.is_none() {
             *failed = storage.write(file, line).and_then(|()| storage.write(file, b"\n")).err();
         }
-        match failed {
-            None => reply.say(format_args!("ok\n")),
-            Some(error) => reply.say(format_args!("Error:error writing to file: {}\n", error.text())),
+        if let Some(error) = failed {
+            reply.say(format_args!("Error:error writing to file: {}\n", error.text()));
         }
+        failed.is_none()
     }
 }
 
@@ -164,7 +165,8 @@ mod tests {
         let decoded = Decoder::new().decode(line.as_bytes()).unwrap();
         desk.hears(|reply| match files.end_upload(&decoded, card) {
             Some(closed) => files.upload_ended(closed, reply),
-            None => files.upload_line(line.as_bytes(), card, reply),
+            None if files.upload_line(line.as_bytes(), card, reply) => reply.say(format_args!("ok\n")),
+            None => {}
         })
     }
 

@@ -68,7 +68,8 @@ pub(crate) fn heat_and_wait<P: Ports>(
     // The way to standstill may have taken minutes.
     check_supply(hands, target)?;
     hands.heat(|heat| change_target(texts, heat, config, heater, target))?;
-    wait_until(hands, heater, if cools { Until::Near } else { Until::Warm })
+    hands.begin_wait();
+    wait_until(hands, heater, if cools { Until::Near } else { Until::Warm }, true)
 }
 
 /// Waits until a heater is again about as warm as it was, saying temperatures: the last tenth of a degree
@@ -77,7 +78,7 @@ pub(crate) fn heat_and_wait<P: Ports>(
 /// # Errors
 /// When the machine halts meanwhile.
 pub(crate) fn wait_for_temperature<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) -> Result<(), Failure> {
-    wait_until(hands, heater, Until::About)
+    wait_until(hands, heater, Until::About, false)
 }
 
 /// Waits until a sensor has been read, or has said why it cannot be: in the first moments nothing is known of
@@ -94,8 +95,13 @@ pub(crate) fn wait_for_first_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, hea
     Ok(())
 }
 
-/// Waits for a reading, for as long as its settings say.
-fn wait_until<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId, until: Until) -> Result<(), Failure> {
+/// Waits for a reading, for as long as its settings say, or M108, where that `may_end` it.
+fn wait_until<P: Ports>(
+    hands: &mut Hands<'_, '_, P>,
+    heater: HeaterId,
+    until: Until,
+    may_end: bool,
+) -> Result<(), Failure> {
     let config = hands.config();
     let Some(described) = config.heater(heater) else { return Ok(()) };
     let (wait, name) = (described.wait, &described.name);
@@ -140,8 +146,17 @@ fn wait_until<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId, until: U
             }
         }
         if let Err(failure) = hands.wait(Wake::Time).unless_halted() {
-            hands.say(format_args!("Wait on temperature aborted by kill\n"));
+            if !hands.is_ended() {
+                hands.say(format_args!("Wait on temperature aborted by kill\n"));
+            }
             return Err(failure);
+        }
+        if may_end && hands.wait_is_over() {
+            hands.announce(format_args!("// NOTE {name} is not waited for any more (M108)\n"));
+            return Ok(());
+        }
+        if hands.leaves_wait() {
+            return Err(Failure::HALTED);
         }
     }
 }
@@ -169,6 +184,7 @@ pub(crate) fn wait_for_all<P: Ports>(
         _ => Until::Between(Celsius(least.unwrap_or(f32::MIN)), Celsius(most.unwrap_or(f32::MAX))),
     };
     hands.standstill()?;
+    hands.begin_wait();
     for (heater, _) in config.heaters().filter(|(_, heater)| is_meant(heater.tool_id)) {
         wait_for_first_reading(hands, heater)?;
         let state = hands.heat(|heat| heat.heater(heater).map(|heater| (heater.reading(), heater.target())));
@@ -178,7 +194,7 @@ pub(crate) fn wait_for_all<P: Ports>(
         {
             return Err(Failure::refused(&"M116: that heater is not set to become so warm"));
         }
-        wait_until(hands, heater, until)?;
+        wait_until(hands, heater, until, true)?;
     }
     Ok(())
 }

@@ -93,6 +93,10 @@ fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, samples: &S
         homed = homed.and(hands.wait_while_held());
     }
     hands.apply(Event::HomingEnds);
+    if hands.is_ended() {
+        // Between two approaches nothing is known for sure.
+        hands.axes().forget_homed(chosen);
+    }
     hands.end_suspension_without_place();
     if let Err(Failure { kind: FailureKind::Alarm, .. }) = homed {
         hands.axes().forget_all_homed();

@@ -134,6 +134,17 @@ impl Jobs {
         Ok(Answer::Ok)
     }
 
+    /// The line just read has only waited, and its wait was left: it is read again when the job goes on.
+    ///
+    /// # Errors
+    /// When the card does not answer.
+    pub fn wait_again(&mut self, storage: &mut impl Storage) -> Result<(), StorageError> {
+        let Some(job) = &mut self.job else { return Ok(()) };
+        job.lines.go_to(job.here, storage)?;
+        self.tags.take_back();
+        Ok(())
+    }
+
     // --- suspending it ---
 
     /// A suspension waits for its end.

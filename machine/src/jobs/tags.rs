@@ -57,6 +57,12 @@ impl Tags {
         self.newest
     }
 
+    /// The line that was begun last has made no move, and is begun again.
+    pub const fn take_back(&mut self) {
+        self.newest = Tag(self.newest.0.wrapping_sub(1) & !NUMBERED);
+        self.count = self.count.saturating_sub(1);
+    }
+
     /// The line and the offset of its end that moves with this tag are made for; `None` when they are not of
     /// this job. Of one that is too long ago, the oldest line that is remembered.
     #[must_use]

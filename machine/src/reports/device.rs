@@ -9,6 +9,19 @@ use units::Micros;
 use crate::ports::{Arrival, Board, FailedBy, Running, Updates};
 use crate::sessions::Reply;
 
+/// What hosts count on when M115 says so, in Marlin's words.
+const CAPABILITIES: [&str; 9] = [
+    "EEPROM",
+    "AUTOREPORT_TEMP",
+    "AUTOREPORT_SD_STATUS",
+    "EMERGENCY_PARSER",
+    "HOST_ACTION_COMMANDS",
+    "SDCARD",
+    "SD_WRITE",
+    "THERMAL_PROTECTION",
+    "ARCS",
+];
+
 /// M115.
 pub(crate) fn firmware(board: &impl Board, config: &MachineConfig, dialect: Dialect, reply: &mut Reply<'_>) {
     let board = board.board();
@@ -19,6 +32,12 @@ pub(crate) fn firmware(board: &impl Board, config: &MachineConfig, dialect: Dial
          X-AXES:{axes}, X-PAXIS:3, X-GRBL_MODE:{grbl}, X-ARCS:1\n",
         board.version, board.build_date, board.core_mhz
     ));
+    if dialect == Dialect::Grbl {
+        return;
+    }
+    CAPABILITIES.iter().for_each(|name| reply.say(format_args!("Cap:{name}:1\n")));
+    let has_probe = u8::from(config.probe.enable);
+    reply.say(format_args!("Cap:Z_PROBE:{has_probe}\nCap:AUTOLEVEL:{has_probe}\nCap:PROMPT_SUPPORT:0\n"));
 }
 
 /// `version`

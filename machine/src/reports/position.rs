@@ -2,8 +2,8 @@
 
 use config::{HomingDirection, MachineConfig};
 use motion::Motion;
-use program::Interpreter;
-use units::PerAxis;
+use program::{Dialect, Interpreter, Words};
+use units::{Actuator, PerAxis};
 
 use super::{Line, add, auxiliary_axes, free_axes};
 use crate::failure::{Answer, Outcome};
@@ -20,10 +20,13 @@ pub(crate) fn position(
     ports: &mut impl MotionPort,
     config: &MachineConfig,
     program: &Interpreter,
-    subcode: u8,
+    (dialect, words): (Dialect, &Words<'_>),
     reply: &mut Reply<'_>,
 ) -> Outcome {
-    let modal = program.modal();
+    let (modal, subcode) = (program.modal(), words.code().subcode);
+    if subcode == 0 && !matches!(dialect, Dialect::Smoothie | Dialect::Grbl) {
+        return Ok(printers_position(ports, program, (dialect, words), reply));
+    }
     let (live, last) = ports.motion(|motion| (motion.live_position(), motion.commanded_position()));
     let (label, position, in_units) = match subcode {
         0 => ("C", modal.work(&last), true),
@@ -47,6 +50,38 @@ pub(crate) fn position(
     }
     reply.say(format_args!("ok {line}\n"));
     Ok(Answer::Said)
+}
+
+/// M114 as the firmware of the dialect answers it: `X:0.00 Y:0.00 Z:0.00 E:0.00 Count X:0 Y:0 Z:0`.
+fn printers_position(
+    ports: &mut impl MotionPort,
+    program: &Interpreter,
+    (dialect, words): (Dialect, &Words<'_>),
+    reply: &mut Reply<'_>,
+) -> Answer {
+    let modal = program.modal();
+    let (live, last, steps) =
+        ports.motion(|motion| (motion.live_position(), motion.commanded_position(), motion.steps()));
+    let place = modal.work(if words.has('R') { &live } else { &last });
+    let [x, y, z, ..] = place.0.map(|mm| modal.in_program_units(mm));
+    let mut line = Line::new();
+    add!(line, "X:{x:.2} Y:{y:.2} Z:{z:.2} E:{:.2}", program.tools().active().map_or(0.0, |tool| tool.e));
+    let [a, b, c] = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma].map(|motor| steps[motor]);
+    match dialect {
+        Dialect::Marlin => add!(line, " Count X:{a} Y:{b} Z:{c}"),
+        Dialect::RepRapFirmware => add!(line, " Count {a} {b} {c}"),
+        _ => {}
+    }
+    reply.say(format_args!("{line}\n"));
+    if words.has('D') {
+        let (leveled, motors) =
+            ports.motion(|motion| (motion.compensation().motors(&last), motor_position(motion, &live)));
+        let places = [("Logical", modal.work(&last)), ("Raw", last), ("Leveled", leveled), ("FromStp", motors)];
+        for (label, PerAxis([x, y, z, ..])) in places {
+            reply.say(format_args!("{label}: X:{x:.3} Y:{y:.3} Z:{z:.3}\n"));
+        }
+    }
+    Answer::Ok
 }
 
 /// Motor positions in mm, dressed as a position.

@@ -7,6 +7,7 @@
 
 mod inbox;
 mod listing;
+mod periodic;
 mod reply;
 mod session;
 
@@ -19,6 +20,7 @@ use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::{Consoles, SessionProfile};
 pub use inbox::{INBOX_BYTES, Inbox, Intake, Received};
 pub use listing::{Enumeration, Listing};
+pub use periodic::Periodic;
 pub use reply::Reply;
 pub use session::{Rights, Session};
 
@@ -182,6 +184,15 @@ impl Sessions {
                 }
             }
             Recipient::All => self.sessions.iter_mut().take(count).for_each(|session| session.announce(text)),
+        }
+    }
+
+    /// Tells hosts what has become of the job, in their words; who asked for it knows.
+    pub fn tell_hosts(&mut self, news: &str, asked: Recipient) {
+        for id in self.ids().map(Recipient::Session).filter(|id| *id != asked) {
+            if self.dialect_of(id) != Dialect::Grbl {
+                self.say(id, format_args!("// action:{news}\n"));
+            }
         }
     }
 

@@ -29,6 +29,11 @@ impl<'s> Reply<'s> {
         self.sessions.say(self.to, text);
     }
 
+    /// Tells hosts what has become of the job; who asked for it knows.
+    pub fn tell_hosts(&mut self, news: &str) {
+        self.sessions.tell_hosts(news, self.to);
+    }
+
     /// Says something to every session.
     pub fn announce(&mut self, text: fmt::Arguments<'_>) {
         self.sessions.say(Recipient::All, text);

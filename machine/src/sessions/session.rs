@@ -7,6 +7,7 @@ use heapless::{Deque, Vec};
 use program::Dialect;
 use units::Micros;
 
+use super::periodic::Periods;
 use super::{INBOX_BYTES, Inbox, LineBytes, Listing, Received};
 use crate::grbl::framing::{BANNER, Framing};
 use crate::grbl::numbers::Error;
@@ -77,6 +78,8 @@ pub struct Session {
     is_patient: bool,
     /// It has taken nothing for long.
     is_stuck: bool,
+    /// What it is told by itself.
+    pub periods: Periods,
 }
 
 impl Session {
@@ -106,6 +109,7 @@ impl Session {
             taken_at: Micros(0),
             is_patient: false,
             is_stuck: false,
+            periods: Periods::NONE,
         }
     }
 
@@ -118,6 +122,7 @@ impl Session {
         self.decoder = Decoder::new();
         self.rights = profile.rights;
         (self.stop_requested, self.broke_off_file) = (false, false);
+        self.periods = Periods::NONE;
         self.waits_for_room = false;
         (self.lost, self.too_long) = (0, false);
         self.is_patient = profile.kind == ConsoleKind::Usb;
@@ -218,7 +223,7 @@ impl Session {
 
     /// Whether its line can be carried out: it is whole, the one before has been answered, and there is room
     /// for its answer.
-    pub(super) fn is_ready(&self, path_is_full: bool) -> bool {
+    pub(crate) fn is_ready(&self, path_is_full: bool) -> bool {
         self.line.is_some()
             && !self.busy
             && self.listing.is_none()
@@ -268,6 +273,11 @@ impl Session {
     /// Its line is being carried out.
     pub(super) const fn is_busy(&self) -> bool {
         self.busy
+    }
+
+    /// What it is to be told by itself now: temperatures, how far the file is, that its line takes its time.
+    pub fn take_due(&mut self, now: Micros) -> [bool; 3] {
+        self.periods.take_due(self.dialect, self.busy, now)
     }
 
     /// In GRBL's dialect a line that came to its end, its listing too, without an answer is answered with

@@ -1,0 +1,54 @@
+//! `abort` and M524: the job is over.
+
+use super::{Machine, log, passed_over, program_io, statistics, suspend};
+use crate::failure::{Answer, Outcome};
+use crate::heat::HeatControl;
+use crate::ports::Ports;
+use crate::safety::Event;
+use crate::sessions::Recipient;
+
+/// `abort`, M524: brakes, drops what is queued, closes the file. Heaters are left alone.
+pub(super) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    machine.safety.apply(Event::Unsuspend);
+    let suspended = machine.jobs.cancel_suspend();
+    if suspended || machine.jobs.is_open() {
+        machine.sessions.tell_hosts("cancel", to);
+    }
+    if suspended {
+        machine.say(to, format_args!("Suspend cleared\n"));
+    }
+    passed_over::say(machine);
+    if machine.jobs.is_open() {
+        log::close(machine);
+        program_io::overrides_count_again(machine);
+        machine.program.end_program();
+    }
+    statistics::end_job(machine, false, Recipient::Nobody);
+    if !machine.jobs.close(&mut machine.ports) {
+        if !suspended {
+            machine.say(to, format_args!("Not currently playing\n"));
+        }
+        return Ok(Answer::Ok);
+    }
+    program::objects::leave_out(&mut machine.program, false);
+    program::objects::stand_here(&mut machine.program);
+    // What the file was drilling, words typed now are not.
+    machine.program.end_cycles();
+    machine.say(to, format_args!("Please wait for abort to complete. Turn any heaters off manually\n"));
+    drop_queued(machine);
+    // A halt meanwhile has dropped everything too.
+    let _ = machine.standstill();
+    machine.resynchronise();
+    if !machine.safety.is_halted() {
+        suspend::start_unless_empty(machine, &machine.config.player.after_abort_gcode);
+    }
+    Ok(Answer::Ok)
+}
+
+/// The motors brake, and nothing that is queued is done any more.
+pub(super) fn drop_queued<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.outputs.changes_were_dropped();
+    machine.ports.motion(motion::Motion::stop);
+    machine.ports.heat(HeatControl::drop_effects);
+    machine.riding_lights.clear();
+}

@@ -1,0 +1,80 @@
+//! What sessions are told by themselves: temperatures (M155), how far the file is (M27 S), and that a line
+//! takes its time (M113).
+
+use gcode::{Code, Line};
+use program::{Dialect, Function, State, Words};
+use units::Micros;
+
+use super::{Machine, foresee};
+use crate::failure::{Answer, Failure, Outcome};
+use crate::heat_codes;
+use crate::ports::Ports;
+use crate::sessions::{Listing, Periodic, Recipient, Reply};
+
+/// The code that asks for temperatures.
+const M105: u16 = 105;
+
+/// M155, M27 S and M113.
+pub(super) fn command<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    function: Function,
+    words: &Words<'_>,
+    to: Recipient,
+) -> Outcome {
+    let now = machine.ports.now();
+    let Some(session) = to.session().and_then(|id| machine.sessions.get_mut(id)) else { return Ok(Answer::Ok) };
+    if session.dialect == Dialect::Grbl {
+        return Err(Failure::refused(&"senders of GRBL's dialect ask with ?"));
+    }
+    let what = match function {
+        Function::AutoReport => Periodic::Temperatures,
+        Function::Keepalive => Periodic::Busy,
+        _ => Periodic::Job,
+    };
+    match words.get('S') {
+        Some(seconds) => session.periods.set(what, seconds as u8, now),
+        None if what == Periodic::Busy => {
+            let seconds = session.periods.seconds(what, session.dialect);
+            session.say(format_args!("M113 S{seconds}\n"));
+        }
+        None => {}
+    }
+    Ok(Answer::Ok)
+}
+
+/// M105 in a file that is sent is a line of it, and answered as well: hosts go on asking.
+pub(super) fn answers_in_upload<P: Ports>(machine: &mut Machine<'_, P>, line: Line<'_>, to: Recipient) -> bool {
+    let Line::Code(mut blocks) = line else { return false };
+    let asks = blocks.next().and_then(Result::ok).is_some_and(|block| block.is(Code::m(M105)));
+    if asks {
+        let Machine { ports, config, sessions, .. } = machine;
+        heat_codes::report_temperatures(ports, config, M105, ("ok ", &mut Reply::new(sessions, to)));
+    }
+    asks
+}
+
+/// Tells everybody what is due.
+pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    for id in machine.sessions.ids() {
+        let to = Recipient::Session(id);
+        let Some(session) = machine.sessions.get_mut(id) else { continue };
+        let [temperatures, job, busy] = session.take_due(now);
+        let sends_file = machine.files.takes_lines_of(id) || matches!(session.listing, Some(Listing::Transfer));
+        if sends_file || !session.has_room_for_listing() {
+            continue;
+        }
+        if busy {
+            let is_held = matches!(machine.safety.state(), State::Hold | State::Door);
+            session.say(format_args!("echo:busy: {}\n", if is_held { "paused for user" } else { "processing" }));
+        }
+        if temperatures {
+            let Machine { ports, config, sessions, .. } = machine;
+            heat_codes::report_temperatures(ports, config, M105, ("", &mut Reply::new(sessions, to)));
+        }
+        if job {
+            let outlook = foresee::outlook(machine);
+            let Machine { jobs, sessions, .. } = machine;
+            jobs.say_bytes(&outlook, &mut Reply::new(sessions, to));
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! What does not wait for the line in work: `abort` and M524 end it, M410 too, M108 ends its wait; pauses
+//! leave a wait of the job, which is read again when the job goes on.
+//!
+//! A line that must end is told so as a halt tells it: its waits come back as if the machine were halted, and
+//! so do those of everything it has started. Then, before any other line, motion comes to rest.
+
+use gcode::{Blocks, Code, Letter, Line};
+use program::Dialect;
+
+use super::asked::Ends;
+use super::{Machine, abort, recover, stack};
+use crate::failure::Failure;
+use crate::ports::Ports;
+use crate::sessions::{Recipient, SessionId};
+
+/// What a line ends.
+pub(super) fn of_line(line: &Line<'_>, dialect: Dialect) -> Option<Ends> {
+    match line {
+        Line::Console(command) => of_command(command),
+        Line::Extended(command) => of_command(command.name()),
+        Line::Code(blocks) => of_codes(blocks, dialect),
+        _ => None,
+    }
+}
+
+fn of_command(line: &str) -> Option<Ends> {
+    match line {
+        "abort" | "CANCEL_PRINT" => Some(Ends::Everything),
+        "pause" | "PAUSE" => Some(Ends::Wait),
+        _ => line.starts_with("suspend").then_some(Ends::Wait),
+    }
+}
+
+fn of_codes(blocks: &Blocks<'_>, dialect: Dialect) -> Option<Ends> {
+    let Code { letter: Letter::M, number, .. } = blocks.clone().next()?.ok()?.code? else { return None };
+    match number {
+        524 => Some(Ends::Everything),
+        25 | 26 | 600 => Some(Ends::Wait),
+        601 if dialect == Dialect::Marlin => Some(Ends::Wait),
+        _ => None,
+    }
+}
+
+/// The operator has done what the job waited for. False when it did not wait.
+pub(super) fn operator_is_done<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    let waited = machine.jobs.operator_is_done();
+    if waited {
+        machine.sessions.tell_hosts("resumed", Recipient::Nobody);
+    }
+    waited
+}
+
+/// M108.
+pub(super) fn end_wait<P: Ports>(machine: &mut Machine<'_, P>) {
+    if !operator_is_done(machine) {
+        machine.urgent.end_wait();
+    }
+}
+
+/// A session's line is one that does not wait, as long as there is a job.
+pub(super) fn ask<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, ends: Option<Ends>) {
+    if let Some(ends) = ends.filter(|_| machine.jobs.is_open() || machine.jobs.is_suspended()) {
+        machine.urgent.asked = Some((id, ends));
+    }
+}
+
+/// The session whose turn it is.
+pub(super) fn next_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> Option<SessionId> {
+    let Machine { sessions, urgent, .. } = machine;
+    let Some(first) = urgent.first() else { return sessions.next_ready(path_is_full) };
+    let session = sessions.get(first).filter(|session| session.waiting().is_some());
+    let is_ready = session.is_some_and(|session| session.is_ready(false));
+    if is_ready || session.is_none() {
+        urgent.asked = None;
+    }
+    is_ready.then_some(first)
+}
+
+/// Ends what is in work, if that was asked for. What is only read ends by itself.
+pub(super) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
+    let is_asked = matches!(machine.urgent.asked, Some((_, Ends::Everything)));
+    if is_asked && !machine.urgent.ends_everything() && machine.passed.is_none() {
+        end_everything(machine);
+    }
+}
+
+/// M410.
+pub(super) fn quick_stop<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.safety.is_halted() || machine.passed.is_some() {
+        return;
+    }
+    if machine.jobs.is_playing() {
+        machine.announce(format_args!("// NOTE stopped (M410): M24 goes on with the next line, abort ends the job\n"));
+        machine.sessions.tell_hosts("paused", Recipient::Nobody);
+    }
+    end_everything(machine);
+}
+
+/// The motors brake, what is queued is dropped, and the file stands.
+fn end_everything<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.jobs.set_paused(true);
+    abort::drop_queued(machine);
+    machine.urgent.ends = Some(Ends::Everything);
+}
+
+/// What was in work has ended: what it has started does too, and motion comes to rest.
+pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.urgent.ends_everything() {
+        if !machine.frames.is_empty() {
+            stack::fail(machine, Failure::HALTED);
+        }
+        machine.stalls.rest();
+        machine.urgent.ends = None;
+        if let Some((_, ends)) = &mut machine.urgent.asked {
+            // It has ended everything.
+            *ends = Ends::Wait;
+        }
+        // A halt meanwhile ends it all the same.
+        let _ = machine.standstill();
+        machine.resynchronise();
+        if machine.recovery.is_some() {
+            recover::give_up(machine);
+        }
+    }
+    machine.urgent.ends = None;
+}
