@@ -34,6 +34,7 @@ mod heat_control;
 mod heat_plants;
 mod homing_overtravel;
 mod homing_ways;
+mod hosts;
 mod in_order;
 mod job_control;
 mod jobs;

@@ -88,14 +88,14 @@ fn one_who_takes_three_bytes_at_a_time_loses_nothing_and_holds_up_nobody() {
     bench.set_room(SENDER, 3);
     bench.type_on(SENDER, "help\n");
     let (mut slow, mut answers) = (String::new(), 0);
-    while !slow.ends_with("ok\n") {
+    while !slow.ends_with("\nok\n") {
         slow += &bench.hear_on(SENDER, 0.001);
         answers += usize::from(bench.ask("M105").contains(" T:"));
         assert!(answers < 2_000, "{slow}");
     }
     assert!(answers > 10, "{answers}: {slow}");
     let mut quick = bench.ask("help");
-    while !quick.ends_with("ok\n") {
+    while !quick.ends_with("\nok\n") {
         quick += &bench.hear(0.1);
     }
     // In its dialect each line is a message.
