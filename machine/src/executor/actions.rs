@@ -5,8 +5,8 @@ use program::{Action, Dialect, Fault, Meaning, Move, Part};
 use units::{Celsius, PerAxis};
 
 use super::{
-    Hands, Machine, cold, effects, fast_forward, flow, functions, halt, holes, home, kept, leave_out, objects, operator,
-    program_io, shapes, suspend, tool_change,
+    Hands, Machine, cold, effects, fast_forward, flow, functions, halt, holes, home, kept, leave_out, objects,
+    operator, program_io, shapes, suspend, tool_change,
 };
 use crate::apart::apart;
 use crate::failure::{Answer, Failure, Outcome};
