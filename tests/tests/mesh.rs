@@ -328,7 +328,8 @@ fn other_firmwares_words_mean_the_same() {
     assert_eq!(touched(&answer), 12, "{answer}");
     let answer = bench.say("G29 L40 R120 F30 B90");
     assert!(answer.contains("DEBUG: X40.000, Y30.000,") && answer.contains("DEBUG: X120.000, Y90.000,"), "{answer}");
-    assert_eq!(bench.say("G29 L300 R320 F30 B90"), "error:the area to probe lies beside the grid that is configured\n");
+    let answer = bench.say("G29 L300 R320 F30 B90");
+    assert!(answer.ends_with("error:the area to probe lies beside the grid that is configured\n"), "{answer}");
     bench.say("dialect rrf");
     assert_eq!(bench.say("G29 S3 P\"0:/sys/part.csv\""), "mesh saved to /sd/part.mesh\nok\n");
     bench.say("G29 S2");

@@ -106,7 +106,7 @@ fn cause(mode: Mode, event: Event) -> Cause {
 /// The modes that an event leads through, the last of which lasts. Behind a search lines wait, and while the
 /// door is open those that move; what begins at standstill waits for it.
 fn course(mode: Mode, event: Event) -> Vec<Mode> {
-    use Event::{Drained, HomingBegins, JogBegins, ProbingBegins, Started, Suspend};
+    use Event::{Drained, HomingBegins, JogBegins, ProbingBegins, Started, Suspend, Unsuspend};
     let sequence: &[Event] = match event {
         // It is answered like a question.
         Event::Release => &[event],
@@ -115,6 +115,8 @@ fn course(mode: Mode, event: Event) -> Vec<Mode> {
         // Nothing of it is carried out.
         HomingBegins if matches!(mode.state(), State::Alarm | State::Sleep | State::Invalid) => &[],
         HomingBegins | ProbingBegins | Suspend => &[Drained, event],
+        // What moves is braked first.
+        Unsuspend if matches!(mode.state(), State::Run | State::Jog) => &[Drained, event],
         _ => &[event],
     };
     let mut course = vec![mode];

@@ -5,7 +5,7 @@
 //! so do those of everything it has started. Then, before any other line, motion comes to rest.
 
 use gcode::{Blocks, Code, Letter, Line};
-use program::Dialect;
+use program::{Dialect, Dialects};
 
 use super::asked::Ends;
 use super::{Machine, abort, recover, stack};
@@ -36,7 +36,7 @@ fn of_codes(blocks: &Blocks<'_>, dialect: Dialect) -> Option<Ends> {
     match number {
         524 => Some(Ends::Everything),
         25 | 26 | 600 => Some(Ends::Wait),
-        601 if dialect == Dialect::Marlin => Some(Ends::Wait),
+        601 if Dialects::PRINTERS.has(dialect) => Some(Ends::Wait),
         _ => None,
     }
 }

@@ -110,10 +110,14 @@ fn take_power(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault>
     Ok(())
 }
 
-/// S1 to S4 of RepRapFirmware's moves stop at a switch, as H1 to H4 do: no power is meant.
+/// S1 to S4 of RepRapFirmware's moves stop at a switch, as H1 to H4 do: no power is meant. Alone it is the
+/// spindle's, as everywhere.
 fn is_no_search(context: &Context<'_>) -> Result<(), Fault> {
     let words = &context.words;
-    if context.dialect == Dialect::RepRapFirmware && matches!(words.number('S'), Some(1.0 | 2.0 | 3.0 | 4.0)) {
+    let is_search = context.dialect == Dialect::RepRapFirmware
+        && matches!(words.number('S'), Some(1.0 | 2.0 | 3.0 | 4.0))
+        && "XYZUVWABC".chars().any(|letter| words.has(letter));
+    if is_search {
         return Err(Problem::NotTaken(words.code(), 'S').refused(words.column_of('S')));
     }
     Ok(())
