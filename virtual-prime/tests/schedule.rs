@@ -70,9 +70,9 @@ impl Case {
         Self { config, job: CURVES.into() }
     }
 
-    /// Shaped, a circle in pieces of a hundredth of a millimetre at 50 mm/s: a run of the step feed writes for
-    /// long, while hardly a step is queued. The first line is slow, and the brake short, so that the plan
-    /// does not depend on how fast lines are read.
+    /// Shaped, a circle in pieces of a hundredth of a millimetre at 50 mm/s: a run of the step feed writes
+    /// for long, while hardly a step is queued. The first line is slow, and the brake short, so that the
+    /// plan does not depend on how fast lines are read.
     fn fine() -> Self {
         let mut job = String::from("G28.3 X30 Y30 Z30\nM83\nG1 X32 F240\nF3000\n");
         for piece in 1..=400 {

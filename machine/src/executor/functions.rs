@@ -10,17 +10,17 @@ use units::AxisSet;
 
 use super::{
     Hands, Machine, abort, automatic, card, cold, filament, foresee, long_answers, objects, periodic, probe_strategy,
-    program_io, recover, statistics, suspend,
+    program_io, recover, settings_file, statistics, suspend,
 };
 use crate::apart::apart;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::files::{self, OVERRIDE_PATH, listings, safe_file};
-use crate::ports::{Ports, Wake};
+use crate::files::{self, listings};
+use crate::ports::Ports;
 use crate::reports::Status;
 use crate::sessions::{Listing, Recipient, Reply};
 use crate::{
     alignment, arms, autotune, driver_codes, endstop_phase, heat_codes, leveling, motion_codes, motors, probing,
-    reports, saved_settings,
+    reports,
 };
 
 /// Does one, and waits for its end.
@@ -101,7 +101,7 @@ fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &
         }
         Function::TunePid => apart(|| autotune::tune_pid(hands, words)),
         Function::HomeOffsetsFromHere => apart(|| autotune::tune_model(hands, words)),
-        Function::SaveSettings => save_settings(machine, words.text(), to),
+        Function::SaveSettings => settings_file::save(machine, words.text(), to),
         _ => Ok(Answer::Unknown),
     }
 }
@@ -337,7 +337,7 @@ fn file_or_job<P: Ports>(
             }
             return Some(Ok(Answer::Ok));
         }
-        Function::LoadSettings => return Some(load_settings(machine, words.text(), to)),
+        Function::LoadSettings => return Some(settings_file::load(machine, words.text(), to)),
         Function::LabelObject => return Some(objects::label(machine, words.text().unwrap_or(""), to)),
         _ => {}
     }
@@ -413,54 +413,9 @@ fn file_or_job<P: Ports>(
         Function::EndUpload => Ok(Answer::Ok),
         Function::RemoveFile => files.remove(name.unwrap_or(""), ports, reply),
         Function::DeleteGrid => leveling::delete(machine.texts, config, ports, bed, words, reply),
-        Function::ForgetSettings => {
-            let removed = safe_file::remove(ports, OVERRIDE_PATH);
-            match removed {
-                Ok(()) => {
-                    reply.say(format_args!("configuration override file deleted\n"));
-                    Ok(Answer::Ok)
-                }
-                Err(error) => Err(machine.texts.about_file(OVERRIDE_PATH, error.text())),
-            }
-        }
+        Function::ForgetSettings => settings_file::forget(machine.texts, ports, reply),
         _ => return None,
     })
-}
-
-// --- saved settings ---
-
-fn load_settings<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
-    let path = files::override_path(machine.texts, set)?;
-    if let Err(error) = suspend::begin_replay(machine, &path, to, false) {
-        machine.say(to, format_args!("failed to load configuration override {path}: {}\n", error.text()));
-    }
-    Ok(Answer::Ok)
-}
-
-/// Whatever moment the power goes, the file is the old one or the new one.
-pub(super) fn save_settings<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
-    let path = files::override_path(machine.texts, set)?;
-    let failed = |error: crate::ports::StorageError| machine.texts.about_file(&path, error.text());
-    let mut draft = safe_file::Draft::begin(&mut machine.ports, &path).map_err(failed)?;
-    for part in 0..saved_settings::PARTS {
-        let Machine { ports, program, config, tuning, bed, thermal, .. } = machine;
-        let written = match saved_settings::part(part, ports, program, config, (tuning, thermal), bed) {
-            Ok(text) => draft.write(ports, text.as_bytes()).map(|_| ()),
-            Err(_) => Err(crate::ports::StorageError::Full),
-        };
-        if let Err(error) = written {
-            draft.give_up(&mut machine.ports);
-            return Err(failed(error));
-        }
-        machine.wait(Wake::Any).whatever_happens();
-        card::at_rest(machine);
-    }
-    card::finish(machine, draft).map_err(failed)?;
-    if path == OVERRIDE_PATH && !machine.config.general.config_override {
-        machine.say(to, format_args!("WARNING: override will NOT be loaded on boot\n"));
-    }
-    machine.say(to, format_args!("Settings Stored to {path}\n"));
-    Ok(Answer::Ok)
 }
 
 // --- questions ---

@@ -6,7 +6,7 @@ use program::{Dialect, State};
 use units::{Axis, AxisSet};
 
 use super::frames::Frame;
-use super::{Hands, Machine, actions, functions, kept, long_answers, program_io};
+use super::{Hands, Machine, actions, kept, long_answers, program_io, settings_file};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::files::listings;
 use crate::grbl::framing::LOCKED;
@@ -187,7 +187,7 @@ fn run_code<P: Ports>(machine: &mut Machine<'_, P>, code: &str) -> Outcome {
 
 /// Saves what M500 saves.
 fn save<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
-    if let Err(why) = functions::save_settings(machine, None, Recipient::Nobody)
+    if let Err(why) = settings_file::save(machine, None, Recipient::Nobody)
         && why.is_refusal()
     {
         return Err(why.numbered(Error::Storage));

@@ -61,6 +61,7 @@ mod recording;
 mod recover;
 mod restore;
 mod serve;
+mod settings_file;
 mod shapes;
 mod source;
 mod stack;

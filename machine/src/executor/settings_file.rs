@@ -1,0 +1,50 @@
+//! The file of saved settings: M500, M501, M502.
+
+use super::{Machine, card, suspend};
+use crate::failure::{Answer, Outcome, Texts};
+use crate::files::{self, OVERRIDE_PATH, safe_file};
+use crate::ports::{Ports, StorageError, Wake};
+use crate::saved_settings;
+use crate::sessions::{Recipient, Reply};
+
+/// M501: the file is read as a script is.
+pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
+    let path = files::override_path(machine.texts, set)?;
+    if let Err(error) = suspend::begin_replay(machine, &path, to, false) {
+        machine.say(to, format_args!("failed to load configuration override {path}: {}\n", error.text()));
+    }
+    Ok(Answer::Ok)
+}
+
+/// M500. Whatever moment the power goes, the file is the old one or the new one.
+pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
+    let path = files::override_path(machine.texts, set)?;
+    let failed = |error: StorageError| machine.texts.about_file(&path, error.text());
+    let mut draft = safe_file::Draft::begin(&mut machine.ports, &path).map_err(failed)?;
+    for part in 0..saved_settings::PARTS {
+        let Machine { ports, program, config, tuning, bed, thermal, .. } = machine;
+        let written = match saved_settings::part(part, ports, program, config, (tuning, thermal), bed) {
+            Ok(text) => draft.write(ports, text.as_bytes()).map(|_| ()),
+            Err(_) => Err(StorageError::Full),
+        };
+        if let Err(error) = written {
+            draft.give_up(&mut machine.ports);
+            return Err(failed(error));
+        }
+        machine.wait(Wake::Any).whatever_happens();
+        card::at_rest(machine);
+    }
+    card::finish(machine, draft).map_err(failed)?;
+    if path == OVERRIDE_PATH && !machine.config.general.config_override {
+        machine.say(to, format_args!("WARNING: override will NOT be loaded on boot\n"));
+    }
+    machine.say(to, format_args!("Settings Stored to {path}\n"));
+    Ok(Answer::Ok)
+}
+
+/// M502.
+pub(super) fn forget<P: Ports>(texts: &Texts, ports: &mut P, reply: &mut Reply<'_>) -> Outcome {
+    safe_file::remove(ports, OVERRIDE_PATH).map_err(|error| texts.about_file(OVERRIDE_PATH, error.text()))?;
+    reply.say(format_args!("configuration override file deleted\n"));
+    Ok(Answer::Ok)
+}
