@@ -51,6 +51,8 @@ pub struct Tuning {
     pub filament_change: FilamentChangeConfig,
     /// How warm each tool's nozzle must be to extrude, and to draw back, C; 0 for none (M302).
     pub least_warm: [[f32; 2]; program::MAX_TOOLS],
+    /// Whether there is a nozzle that has to be warm: each move asks.
+    pub guards_cold: bool,
 }
 
 /// How a driver measures load.
@@ -119,6 +121,7 @@ impl Tuning {
             filament_width: config.filament_width,
             filament_change: config.filament_change,
             least_warm: least_warm(config),
+            guards_cold: config.extruders.iter().any(|extruder| extruder.min_extrude_temp.0 > 0.0),
         }
     }
 
@@ -137,12 +140,7 @@ impl Tuning {
             *least = words.get('S').map_or(*least, |celsius| [celsius as f32; 2]);
             least[1] = words.get('R').map_or(least[1], |celsius| celsius as f32);
         }
-    }
-
-    /// Whether there is a nozzle that has to be warm.
-    #[must_use]
-    pub fn guards_cold(&self) -> bool {
-        self.least_warm.iter().flatten().any(|celsius| *celsius > 0.0)
+        self.guards_cold = self.least_warm.iter().flatten().any(|celsius| *celsius > 0.0);
     }
 
     /// Where an axis homes, mm, without its correction.

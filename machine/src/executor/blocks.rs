@@ -78,7 +78,8 @@ pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
                 continue;
             }
             begun => {
-                let is_whole = is_first && source.origin == Origin::Job && machine.frames.is_empty();
+                let is_move = matches!(&begun, Begun::Means(Meaning::Action(Action::Move(_))));
+                let is_whole = !is_move && is_first && source.origin == Origin::Job && machine.frames.is_empty();
                 machine.urgent.begin_line(is_whole && is_last(&blocks));
                 run_begun(machine, begun, &block, source)
             }

@@ -9,7 +9,7 @@ use crate::sessions::{Recipient, Reply};
 
 /// Whether a move may turn the extruder: when it is warm enough, or stays.
 pub(super) fn may_extrude<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
-    if !machine.tuning.guards_cold() {
+    if !machine.tuning.guards_cold {
         return Ok(());
     }
     let Machine { program, ports, config, tuning, texts, .. } = machine;

@@ -11,6 +11,9 @@ use crate::heat_codes;
 use crate::ports::Ports;
 use crate::sessions::{Listing, Periodic, Recipient, Reply};
 
+/// Between two looks at what is due.
+const PERIOD: Micros = Micros(20_000);
+
 /// The code that asks for temperatures.
 const M105: u16 = 105;
 
@@ -53,8 +56,12 @@ pub(super) fn answers_in_upload<P: Ports>(machine: &mut Machine<'_, P>, line: Li
     asks
 }
 
-/// Tells everybody what is due.
+/// Tells everybody what is due. Periods are whole seconds: not each turn of a wait needs to look.
 pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    if now < machine.polls.reports_due {
+        return;
+    }
+    machine.polls.reports_due = now.plus(PERIOD);
     for id in machine.sessions.ids() {
         let to = Recipient::Session(id);
         let Some(session) = machine.sessions.get_mut(id) else { continue };

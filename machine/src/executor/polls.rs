@@ -17,6 +17,8 @@ pub(super) struct Polls {
     pub slow_turning: SlowTurning,
     pub flow: Flow,
     pub heat_due: Micros,
+    /// When somebody may next be told what is told by itself.
+    pub reports_due: Micros,
     pub stalls: StallWatch,
     /// A sequence makes drivers say stall.
     pub ignores_stalls: bool,

@@ -34,7 +34,7 @@ pub(super) fn take_at_once<P: Ports>(machine: &mut Machine<'_, P>, request: &Mov
     let is_whole = matches!(request.shape, Shape::Line { .. }) && !machine.tuning.lines.cut();
     let is_whole = is_whole && !program::objects::is_apart(&machine.program) && !machine.cut.brakes;
     let is_free = machine.safety.state() != State::Check && machine.axes.are_enabled();
-    let is_free = is_free && !machine.tuning.guards_cold();
+    let is_free = is_free && !machine.tuning.guards_cold;
     if !is_whole || !is_free || machine.may_move().is_err() || !machine.reaches(&request.target) {
         return false;
     }

@@ -107,7 +107,7 @@ impl Reading<'_, '_> {
             if let Some(said) = self.preflight.once.cold.get_mut(axis as usize) {
                 *said = true;
             }
-            let is_guarded = self.preflight.tuning.guards_cold();
+            let is_guarded = self.preflight.tuning.guards_cold;
             let kind = if is_guarded { Kind::TooCold } else { Kind::Cold };
             self.say(kind, short(format_args!("filament is fed while {} is off", settings.name)));
         }
