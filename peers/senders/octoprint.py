@@ -24,6 +24,8 @@ server:
 serial:
   additionalPorts: [{port}]
   autoconnect: false
+scripts:
+  gcode: {{afterPrintPaused: "G91\nG1 Z4 F600\nG90\nM400", beforePrintResumed: "G91\nG1 Z-4 F600\nG90\nM400"}}
 plugins:
   _disabled: [softwareupdate, tracking, discovery, announcements, pluginmanager, firmware_check]
 """
@@ -127,13 +129,16 @@ def run(name, out, program):
         again = board.until("time", lambda s: s["s"] > state["s"] + 3, 10)
         if again["edges"] != state["edges"]:
             raise Failed("it moves while paused")
-        return f"stands for 3 s at {state['tool'][0]:.1f} {state['tool'][1]:.1f}; its state: Paused"
+        if state["tool"][2] < 6.9:
+            raise Failed(f"its script for a pause has not lifted the tool: Z{state['tool'][2]}")
+        return f"stands for 3 s at {state['tool'][0]:.1f} {state['tool'][1]:.1f}, lifted by its script; its state: Paused"
 
     def resume():
         octoprint.job({"command": "pause", "action": "resume"})
         board.moving()
         board.until("it to be printing", lambda _: octoprint.state() == "Printing", 30)
-        return "moves again; its state: Printing"
+        board.until("its script to lower the tool", lambda state: state["tool"][2] < 3.1, 30)
+        return "lowered by its script, moves again; its state: Printing"
 
     def override():
         full = max(board.speed(1.0) for _ in range(3))
@@ -151,6 +156,25 @@ def run(name, out, program):
             raise Failed("the job had ended before")
         board.until("it to be operational", lambda _: octoprint.state() == "Operational", 60)
         return f"stands at {state['tool'][0]:.1f} {state['tool'][1]:.1f}; its state: Operational"
+
+    def extrude():
+        begun = board.state()["carriages"]["delta"]
+        fed = []
+        for amount in (5, 5, -5):
+            octoprint.ask("POST", "/api/printer/tool", {"command": "extrude", "amount": amount})
+            board.moving()
+            board.rest(30)
+            fed.append(round(board.state()["carriages"]["delta"] - begun, 1))
+        if fed != [5.0, 10.0, 5.0]:
+            raise Failed(f"5, 5 and -5 mm came to {fed}")
+        return "its buttons: 5 mm out, 5 mm more, 5 mm back"
+
+    def graph():
+        history = octoprint.ask("GET", "/api/printer?history=true&limit=100")["temperature"]["history"]
+        seen = [(at["tool0"]["actual"], at["tool0"]["target"]) for at in history]
+        if len(seen) < 5 or not any(target == 60 for _, target in seen) or max(actual for actual, _ in seen) < 40:
+            raise Failed(f"the temperature graph has {seen[-5:]}")
+        return f"{len(seen)} points, up to {max(actual for actual, _ in seen):.0f} C"
 
     def heat():
         octoprint.ask("POST", "/api/printer/tool", {"command": "target", "targets": {"tool0": 60}})
@@ -170,7 +194,7 @@ def run(name, out, program):
 
     try:
         if steps.step("connect", connect):
-            for step in (home, jog, job, hold, resume, override, cancel, heat, after):
+            for step in (home, jog, extrude, job, hold, resume, override, cancel, heat, graph, after):
                 steps.step(step.__name__, step)
     finally:
         octoprint.close()

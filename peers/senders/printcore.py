@@ -39,6 +39,27 @@ def run(name, out, where):
         board.at((12, 7, 3), 30)
         return "tool at 12 7 3"
 
+    def extrude():
+        # As Pronterface's buttons do it.
+        begun, fed = board.state()["carriages"]["delta"], []
+        for amount in (5, 5, -5):
+            for line in ("G91", f"G1 E{amount} F300", "G90"):
+                core.send_now(line)
+            board.moving()
+            board.rest(30)
+            fed.append(round(board.state()["carriages"]["delta"] - begun, 1))
+        if fed != [5.0, 10.0, 5.0]:
+            raise Failed(f"5, 5 and -5 mm came to {fed}")
+        return "5 mm out, 5 mm more, 5 mm back"
+
+    def heat():
+        core.send_now("M104 S60")
+        board.until("warmth", lambda state: state["heaters"]["hotend"][0] > 45.0, 60)
+        core.send_now("M105")
+        board.until("it to hear of it", lambda _: any("/60.0" in line for line in heard), 10)
+        core.send_now("M104 S0")
+        return f"the hot end is at {board.state()['heaters']['hotend'][0]:.0f} C, and it was told"
+
     def job():
         lines, end = zigzag(6, 6000)
         ended.clear()
@@ -97,7 +118,7 @@ def run(name, out, where):
 
     try:
         if steps.step("connect", connect):
-            for step in (home, jog, job, hold, resume, override, cancel, after):
+            for step in (home, jog, extrude, heat, job, hold, resume, override, cancel, after):
                 steps.step(step.__name__, step)
     finally:
         core.disconnect()
