@@ -106,17 +106,12 @@ impl Decoder {
                 Refusal::Syntax(SyntaxError { column: column(star), problem: Problem::BadChecksum })
             });
         }
-        self.vouched |= number.is_some() && checksum.is_some();
         let blocks = Blocks::starting_at(body, at);
         if is_set_line_number(body.get(at..).unwrap_or(&[])) {
+            self.vouched |= number.is_some() && checksum.is_some();
             self.set_line_number(blocks.clone(), number.map(|(n, _)| n));
-        } else if let (Some((number, _)), Some(_)) = (number, checksum) {
-            if number != self.expected() {
-                return Err(Refusal::Resend { expected: self.expected() });
-            }
-            self.last = number;
-        } else if self.vouched && number.is_some_and(|(number, _)| number == self.expected()) {
-            return Err(Refusal::Resend { expected: self.expected() });
+        } else if let Some((number, _)) = number {
+            self.count(number, checksum.is_some())?;
         }
         if matches!(line.get(at), Some(b'O' | b'o')) && flow::begins(body.get(at..).unwrap_or(&[])) {
             return FlowLine::read(body, at).map(Line::Flow).map_err(Refusal::Syntax);
@@ -129,6 +124,20 @@ impl Decoder {
             return Ok(Line::Extended(Extended::new(text_of(body, at)?)));
         }
         Ok(Line::Code(blocks))
+    }
+
+    /// Takes a line of this number, whose checksum holds if it has one. Without one the number is a label,
+    /// unless the sender vouches for its lines and this one would be the next.
+    fn count(&mut self, number: i32, has_checksum: bool) -> Result<(), Refusal> {
+        self.vouched |= has_checksum;
+        let expected = self.expected();
+        match (has_checksum, number == expected) {
+            (true, true) => self.last = number,
+            (false, false) => {}
+            (false, true) if !self.vouched => {}
+            _ => return Err(Refusal::Resend { expected }),
+        }
+        Ok(())
     }
 
     /// Whether the sender numbers its lines and vouches for them: what has become of one can be asked for.

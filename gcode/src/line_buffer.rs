@@ -15,6 +15,15 @@ pub enum Gathered<'a> {
     TooLong,
 }
 
+impl Gathered<'_> {
+    /// Copies the line; false where it was too long. Each line of a file is copied so: this crate is compiled
+    /// for speed, and where a crate is compiled for size the copy is a loop of eight instructions a byte.
+    pub fn copy_to(self, line: &mut heapless::Vec<u8, MAX_LINE_LENGTH>) -> bool {
+        line.clear();
+        matches!(self, Gathered::Line(bytes) if line.extend_from_slice(bytes).is_ok())
+    }
+}
+
 /// A line being typed. CR, LF and CR LF all end it; BS and DEL take back a byte. There is no echo.
 ///
 /// Bytes that act at once ([`crate::realtime`]) must be taken out before.

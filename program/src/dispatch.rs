@@ -25,12 +25,9 @@ impl Interpreter {
         if code.letter == Letter::T {
             return Some(codes::TOOL);
         }
-        // Moves mean the same to all.
-        if dialect.reads_otherwise() && (code.letter == Letter::M || code.number >= codes::FIRST_G_READ_OTHERWISE) {
-            let otherwise = codes::find_in(code, dialect);
-            if otherwise.is_some() {
-                return otherwise;
-            }
+        let otherwise = codes::find_in(code, dialect);
+        if otherwise.is_some() {
+            return otherwise;
         }
         let known = codes::find(code);
         if known.is_none() && self.setup.claims.may_have(code) {

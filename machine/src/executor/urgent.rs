@@ -1,8 +1,8 @@
-//! What does not wait for the line in work: `abort` and M524 end it, M410 too, M108 ends its wait; pauses
-//! leave a wait of the job, which is read again when the job goes on.
+//! Commands that do not wait for the line in work: `abort`, M524 and M410 end it, M108 ends its wait, and
+//! pauses leave a wait of the job, which is read again when the job resumes.
 //!
-//! A line that must end is told so as a halt tells it: its waits come back as if the machine were halted, and
-//! so do those of everything it has started. Then, before any other line, motion comes to rest.
+//! A line is ended as a halt ends it: each of its waits returns `Halted`, and so do those of everything it has
+//! started. Motion comes to rest before any other line is read.
 
 use gcode::{Blocks, Code, Letter, Line};
 use program::{Dialect, Dialects};
@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::ports::Ports;
 use crate::sessions::{Recipient, SessionId};
 
-/// What a line ends.
+/// What this line would end of the work in progress; `None` if it waits its turn.
 pub(super) fn of_line(line: &Line<'_>, dialect: Dialect) -> Option<Ends> {
     match line {
         Line::Console(command) => of_command(command),
@@ -66,12 +66,19 @@ pub(super) fn ask<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, ends: O
 
 /// The session whose turn it is.
 pub(super) fn next_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> Option<SessionId> {
-    let Machine { sessions, urgent, .. } = machine;
-    let Some(first) = urgent.first() else { return sessions.next_ready(path_is_full) };
-    let session = sessions.get(first).filter(|session| session.waiting().is_some());
+    match machine.urgent.first() {
+        None => machine.sessions.next_ready(path_is_full),
+        Some(first) => take_first(machine, first),
+    }
+}
+
+/// The session whose line comes before all others, if that can be read.
+#[cold]
+fn take_first<P: Ports>(machine: &mut Machine<'_, P>, first: SessionId) -> Option<SessionId> {
+    let session = machine.sessions.get(first).filter(|session| session.waiting().is_some());
     let is_ready = session.is_some_and(|session| session.is_ready(false));
     if is_ready || session.is_none() {
-        urgent.asked = None;
+        machine.urgent.asked = None;
     }
     is_ready.then_some(first)
 }
@@ -104,6 +111,7 @@ fn end_everything<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 /// What was in work has ended: what it has started does too, and motion comes to rest.
+#[cold]
 pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.urgent.ends_everything() {
         if !machine.frames.is_empty() {

@@ -232,11 +232,7 @@ impl FileLines {
 }
 
 fn handed_out(gathered: Gathered<'_>, line: &mut LineBytes) -> Next {
-    line.clear();
-    match gathered {
-        Gathered::Line(bytes) if line.extend_from_slice(bytes).is_ok() => Next::Line,
-        _ => Next::TooLong,
-    }
+    if gathered.copy_to(line) { Next::Line } else { Next::TooLong }
 }
 
 /// A line that was too long, of which this is the beginning. Of a comment nothing is lost, slicers write
@@ -260,7 +256,9 @@ pub(crate) fn sub_path(folder: &str, name: &str) -> Path {
 
 /// Whether a line says nothing to the machine: no moves are made for it.
 pub(crate) fn is_comment(line: &[u8]) -> bool {
-    matches!(line.trim_ascii_start().first(), None | Some(b';' | b'%'))
+    // Nearly every line begins with a letter.
+    !line.first().is_some_and(u8::is_ascii_alphabetic)
+        && matches!(line.trim_ascii_start().first(), None | Some(b';' | b'%'))
 }
 
 #[cfg(test)]

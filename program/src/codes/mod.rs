@@ -50,11 +50,13 @@ pub const TOPICS: [(&str, &[CodeInfo]); 11] = [
 pub use flavours::{Otherwise, READ_OTHERWISE};
 
 /// G-codes below this are read alike in all dialects.
-pub(crate) const FIRST_G_READ_OTHERWISE: u16 = 10;
+const FIRST_G_READ_OTHERWISE: u16 = 10;
 
 /// The row of a code that one dialect reads otherwise than Smoothieware.
+#[inline]
 pub(crate) fn find_in(code: Code, dialect: Dialect) -> Option<&'static CodeInfo> {
-    if !dialect.reads_otherwise() {
+    // Moves mean the same to all: most lines are not looked for.
+    if !dialect.reads_otherwise() || code.letter != Letter::M && code.number < FIRST_G_READ_OTHERWISE {
         return None;
     }
     let reads = |other: &&Otherwise| other.row.code == code && other.dialects.has(dialect);
