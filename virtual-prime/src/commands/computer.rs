@@ -9,7 +9,7 @@ use virtual_prime::vm::Vm;
 /// others ask.
 const WORDS: &str = "(a comment that goes on and on, as long as a line may be so that there are few answers, and then it goes on for some more)\n";
 const AT_A_TIME: usize = 200;
-const QUESTIONS: &str = "M115\nM105\n";
+const QUESTIONS: &str = "version\nM105\n";
 /// Reads on their way at each port, and how long each is: as many as fill a slice.
 const READS: usize = 8;
 const READ_BYTES: usize = 4_096;

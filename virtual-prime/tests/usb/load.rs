@@ -57,7 +57,7 @@ impl Flood {
             self.sending = desk.submit(ports[0].output, Request::Out { data: bytes, zero: false });
         }
         if is_over(&mut desk, self.asking).is_some() {
-            self.asking = desk.submit(ports[1].output, Request::Out { data: b"M115\nM105\n".to_vec(), zero: false });
+            self.asking = desk.submit(ports[1].output, Request::Out { data: b"version\nM105\n".to_vec(), zero: false });
         }
         for (port, listening) in ports.iter().zip(&mut self.listening) {
             for request in listening {
