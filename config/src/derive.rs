@@ -9,7 +9,7 @@ use crate::module::OffModule;
 use crate::pin::OutputPin;
 use units::{Actuator, Amps, Duty, Micros, Mm, MmPerSecond, Ohms, sort_short};
 
-/// What a temperature control has whose number nobody has said.
+/// `tool_id` of a temperature control before one is given to it: the section does not set it.
 const NO_NUMBER: ToolId = ToolId(255);
 /// Numbers of temperature controls without one count down from here.
 const LAST_FREE_NUMBER: u8 = 253;

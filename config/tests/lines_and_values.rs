@@ -120,7 +120,7 @@ fn bad_values_are_errors_at_the_value() {
     }
 }
 
-/// One mechanism: what is taken as another value is told, and following the advice ends the warning.
+/// A value that is limited or rounded is reported, and writing what the report advises ends the warning.
 #[test]
 fn a_value_that_is_limited_or_cut_is_told() {
     const QUEUE: (&str, &str) = ("planner_queue_size = 32 ", "[planner] planner_queue_size");

@@ -1,4 +1,4 @@
-//! What configurations of Smoothieware v2 have and no other file of Velvet does.
+//! Settings and spellings that occur in Smoothieware v2's configuration files only.
 
 mod common;
 

@@ -182,7 +182,7 @@ impl Tuning {
         self.home.z
     }
 
-    /// Changes it.
+    /// Sets the Z at which it homes, mm (M665 Z).
     pub const fn set_home_z(&mut self, mm: f64) {
         self.home.z = mm;
         self.home_changed();

@@ -1,5 +1,5 @@
-//! What a person does beside a job, and what the scripts around a suspension say: the job goes on as it
-//! would have.
+//! Commands typed while a job runs or waits, and the scripts of suspend and resume, do not change the job:
+//! its modes, offsets and positions are its own.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Delta, Gamma};

@@ -1,5 +1,5 @@
-//! What hosts (OctoPrint, Pronterface, senders for Marlin) expect: what acts at once, what is said by itself,
-//! capabilities, damaged lines.
+//! What hosts (OctoPrint, Pronterface, senders for Marlin) expect: commands that act at once (M108, M410,
+//! `abort`), automatic reports (M155), M115's capabilities, and resends of damaged lines.
 
 use machine::sessions::SessionId;
 use scenarios::{Bench, CARTESIAN, Plan};

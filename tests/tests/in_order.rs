@@ -1,4 +1,5 @@
-//! What changes how moves are made acts at its place in the file: on what is read after it.
+//! Codes that change how moves are made (M220, M204, M205, M900...) act at their place in the file: on the
+//! moves after them, never on those that are planned already.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 

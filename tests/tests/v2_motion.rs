@@ -1,4 +1,4 @@
-//! What Smoothieware v2 does with rates, offsets and motors, where programs for it count on that.
+//! Smoothieware v2's behaviour with rates, offsets and motors that programs written for it rely on.
 
 use scenarios::{Bench, CARTESIAN, COREXY, DELTA, Plan};
 use units::Actuator::Alpha;

@@ -13,7 +13,7 @@ pub struct ButtonConfig {
     pub enable: bool,
     /// Its input.
     pub pin: Option<Pin>,
-    /// It is a key of a panel.
+    /// `pin = external`: the button is on a panel, which reports it, and has no pin of the board.
     pub is_external: bool,
     /// Line that a press sends.
     pub press: Command,

@@ -1,25 +1,26 @@
-//! What has been asked for that does not wait for the line in work: see [`super::urgent`].
+//! Requests to end the line in work, kept until it has ended: `abort`, M524, M410, M108 and pauses. See
+//! [`super::urgent`] for what answers them.
 
 use program::{Action, Function};
 
 use crate::sessions::SessionId;
 
-/// What ends.
+/// How much of the work in progress a request ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ends {
-    /// Whatever is in work, and what it has started.
+    /// The line in work and everything it has started.
     Everything,
-    /// A wait that begins anew when the job goes on.
+    /// A wait of the job for heat or a dwell, which is read again when the job resumes.
     Wait,
 }
 
-/// What has been asked for.
+/// The requests that are still to be carried out.
 #[derive(Debug, Default)]
 pub(super) struct Asked {
-    /// The line of this session comes before all others, and what it ends.
+    /// The session whose line comes before all others, and what that line ends.
     pub asked: Option<(SessionId, Ends)>,
     pub ends: Option<Ends>,
-    /// What is in work is a wait, and the whole line of the job.
+    /// The line in work belongs to the job and is nothing but a wait: a pause may leave it.
     may_be_left: bool,
     /// A line of a session waits for the operator (M0).
     pub awaits_operator: bool,
@@ -28,27 +29,27 @@ pub(super) struct Asked {
 }
 
 impl Asked {
-    /// What is in work ends, all of it.
+    /// Whether the line in work and all it has started must end.
     pub const fn ends_everything(&self) -> bool {
         matches!(self.ends, Some(Ends::Everything))
     }
 
-    /// What is in work ends, or is left.
+    /// Whether the line in work must end, or leave its wait.
     pub const fn ends(&self) -> bool {
         self.ends.is_some()
     }
 
-    /// Whose line comes before all others.
+    /// The session whose line comes before all others.
     pub fn first(&self) -> Option<SessionId> {
         self.asked.map(|(id, _)| id)
     }
 
-    /// A block of the job's line begins, which is the whole line.
+    /// A block of the job's line begins; `is_whole`: it is the only one of the line.
     pub const fn begin_line(&mut self, is_whole: bool) {
         self.may_be_left = is_whole;
     }
 
-    /// It has turned out to mean this.
+    /// The block has been interpreted as this action.
     pub const fn means(&mut self, action: &Action<'_>) {
         self.may_be_left &= matches!(
             action,

@@ -1,4 +1,5 @@
-//! What rides on the path: outputs that change where it has come this far.
+//! Effects that are synchronous with motion: outputs, heaters and lights that change when the steps before
+//! them have been made.
 
 use motion::Refusal;
 use program::{Effect, Part, State};
@@ -13,7 +14,7 @@ use crate::needs::needs;
 use crate::outputs::Outputs;
 use crate::ports::{Ports, Wake};
 
-/// Changes an output where the path has come this far.
+/// Carries out an effect whose place on the path has been reached.
 pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {
     if machine.safety.state() == State::Check {
         if let Some(passed) = &mut machine.passed {

@@ -1,5 +1,5 @@
-//! What sessions are told by themselves: temperatures (M155), how far the file is (M27 S), and that a line
-//! takes its time (M113).
+//! Sends the reports that sessions get without asking: temperatures (M155), progress of the file (M27 S), and
+//! `busy` while a line is in work (M113).
 
 use gcode::{Code, Line};
 use program::{Dialect, Function, State, Words};

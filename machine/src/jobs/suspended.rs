@@ -13,7 +13,7 @@ pub struct Suspended {
     pub kept: Kept,
     /// Targets of the heaters, in the order of the configuration; 0 for those that were off.
     pub targets: [Celsius; MAX_HEATERS],
-    /// How filament has been drawn back or taken out, if it has.
+    /// The lengths by which filament was drawn back or taken out (M600), `None` where it was not.
     pub change: Option<FilamentChangeConfig>,
     /// A stall has stopped it.
     pub stall: Option<StalledJob>,

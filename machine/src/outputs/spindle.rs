@@ -1,5 +1,5 @@
-//! The spindle among the outputs: what S means to it, which way it turns, and what the operator has done to
-//! it beside the program.
+//! The output that drives the spindle: speed (S) to output value, direction (M3, M4), and the operator's
+//! override and stop, which act on it beside the program.
 
 use core::fmt;
 
@@ -147,13 +147,13 @@ impl Outputs {
         self.operator.percent
     }
 
-    /// Changes it.
+    /// Sets the operator's spindle override, percent.
     pub const fn override_spindle(&mut self, percent: f32) {
         self.operator.percent = percent;
         self.operator.unsaid = true;
     }
 
-    /// Whether it counts (M48, M49, M51).
+    /// Lets the override act or be ignored (M48, M49, M51).
     pub const fn let_override_count(&mut self, counts: bool) {
         self.operator.unsaid |= self.operator.ignored == counts;
         self.operator.ignored = !counts;

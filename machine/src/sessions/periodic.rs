@@ -1,20 +1,20 @@
-//! What a session is told by itself, and how often.
+//! Reports that a session gets without asking (M155, M27 S, M113): which, and how often.
 
 use program::Dialect;
 use units::Micros;
 
-/// What.
+/// A report that repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Periodic {
     /// Temperatures.
     Temperatures,
     /// How far the file is.
     Job,
-    /// That its line takes its time.
+    /// The line in work is not done yet (`busy: processing`).
     Busy,
 }
 
-/// How often that a line takes its time is said where nobody has asked: Marlin's hosts count on it.
+/// Seconds between `busy` lines in Marlin's dialect, without M113: its hosts count on them.
 const MARLINS: u8 = 2;
 
 /// How often each is said, and when it was said last.
@@ -25,7 +25,7 @@ impl Periods {
     /// Nothing was asked for.
     pub const NONE: Self = Self([(None, Micros(0)); 3]);
 
-    /// It is said every so many seconds, 0 for never.
+    /// Repeats a report every so many seconds from now on; 0 for never.
     pub fn set(&mut self, what: Periodic, seconds: u8, now: Micros) {
         if let Some(period) = self.0.get_mut(what as usize) {
             *period = (Some(seconds), now);

@@ -211,8 +211,8 @@ pub(crate) fn local_origin<'b>(program: &mut Interpreter, context: &Context<'b>)
     NOTHING
 }
 
-/// G92.3: the offset itself, mm, zero for axes that are not named; without words, what G92.2 has taken away,
-/// if it has.
+/// G92.3: the offset itself, mm, zero for axes that are not named; without words, the offset that G92.2 has
+/// suspended, if any.
 pub(crate) fn g92_offset<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let modal = &mut program.modal;
     modal.g92_is_on = true;

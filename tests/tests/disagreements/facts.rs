@@ -1,4 +1,4 @@
-//! What came of the lines of a row: facts that a cell may state.
+//! Runs the lines of a row of the table and measures what they did: the facts that a cell may state.
 
 use std::fmt::Write;
 
