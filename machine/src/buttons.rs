@@ -25,6 +25,8 @@ pub(crate) struct Urgent {
     pub kill: bool,
     /// End the jog that a button began.
     pub stop_jog: bool,
+    /// A line waits that did not before.
+    pub line: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -78,7 +80,7 @@ impl Buttons {
                     }
                     _ if line.is_some() => {
                         // Without room the press of an urgent button is lost: its jog does not begin.
-                        let _fits = self.waiting.push_back((place as u8, act));
+                        urgent.line |= self.waiting.push_back((place as u8, act)).is_ok();
                     }
                     _ => {}
                 }
@@ -129,6 +131,11 @@ impl Buttons {
             _ => {}
         }
         acts
+    }
+
+    /// The lines that wait, in order.
+    pub fn lines<'c>(&self, config: &'c MachineConfig) -> impl Iterator<Item = &'c Command> {
+        self.waiting.iter().filter_map(|&(place, act)| line_of(config, place, act))
     }
 
     /// The next line that a button sends, once.

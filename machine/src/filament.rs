@@ -157,6 +157,11 @@ impl Filament {
         (is_new && !is_used).then_some(News::Noted(trouble))
     }
 
+    /// Whether a command is to be issued.
+    pub const fn has_command(&self) -> bool {
+        self.command
+    }
+
     /// The command to be issued, once.
     pub fn take_command(&mut self, tuning: &Tuning) -> Option<Command> {
         let command = if tuning.filament.leave_heaters_on { "M600.1" } else { "M600" };

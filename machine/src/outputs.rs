@@ -99,6 +99,11 @@ fn is_off(config: &MachineConfig, switch: &SwitchConfig) -> bool {
     config.off("switch", &switch.name).is_some()
 }
 
+/// The line that an input switch sends.
+fn command_of(switch: &SwitchConfig, on: bool) -> &Command {
+    if on { &switch.output_on_command } else { &switch.output_off_command }
+}
+
 /// Whether an output is turned on by this M-code. What one of M3 and M4 turns on and the other off is which
 /// way the spindle turns, and stays so when it stands.
 fn listens(switch: &SwitchConfig, number: u16) -> bool {
@@ -289,12 +294,14 @@ impl Outputs {
         })
     }
 
-    /// Looks at input switches; the command of one that changed waits for [`Self::take_command`].
-    pub fn look(&mut self, levels: InputLevels, config: &MachineConfig, now: Micros) {
+    /// Looks at input switches; the command of one that changed waits for [`Self::take_command`]. Whether
+    /// one has changed.
+    pub fn look(&mut self, levels: InputLevels, config: &MachineConfig, now: Micros) -> bool {
         if now < self.due {
-            return;
+            return false;
         }
         self.due = now.plus(INPUT_PERIOD);
+        let mut has_changed = false;
         for (index, (switch, status)) in (0..).zip(config.switches.iter().zip(&mut self.status)) {
             if !switch.is_input() {
                 continue;
@@ -306,16 +313,24 @@ impl Outputs {
             match switch.input_behaviour {
                 InputBehaviour::Momentary if changed => (status.on, status.pending) = (level, true),
                 InputBehaviour::Toggle if pressed => (status.on, status.pending) = (!status.on, true),
-                _ => {}
+                _ => continue,
             }
+            has_changed = true;
         }
+        has_changed
+    }
+
+    /// The commands of input switches that changed, in the order in which they are taken.
+    pub fn commands<'c>(&self, config: &'c MachineConfig) -> impl Iterator<Item = &'c Command> {
+        let pending = config.switches.iter().zip(&self.status).filter(|(_, status)| status.pending);
+        pending.map(|(switch, status)| command_of(switch, status.on)).filter(|command| !command.is_empty())
     }
 
     /// The command of an input switch that changed, once.
     pub fn take_command(&mut self, config: &MachineConfig) -> Option<Command> {
         for (switch, status) in config.switches.iter().zip(&mut self.status) {
             if core::mem::take(&mut status.pending) {
-                let command = if status.on { &switch.output_on_command } else { &switch.output_off_command };
+                let command = command_of(switch, status.on);
                 if !command.is_empty() {
                     return Some(command.clone());
                 }

@@ -43,18 +43,24 @@ pub const fn file_dialect(config: &MachineConfig) -> Option<Dialect> {
 
 /// What commands by name call the machine's parts: as its configuration does, and as Klipper calls those that
 /// every printer has.
-pub struct PartNames<'c>(pub &'c MachineConfig);
+pub struct PartNames<'c> {
+    /// The parts.
+    pub config: &'c MachineConfig,
+    /// In which their codes are read.
+    pub dialect: Dialect,
+}
 
 impl program::extended::Names for PartNames<'_> {
     fn switch(&self, name: &str) -> Option<NamedSwitch> {
-        let outputs = || self.0.switches.iter().filter(|switch| !switch.is_input());
+        let outputs = || self.config.switches.iter().filter(|switch| !switch.is_input());
         let named = outputs().find(|switch| switch.name.eq_ignore_ascii_case(name));
+        let is_fan = |switch: &SwitchConfig| switch.input_on_command.is_some_and(|on| code(on).sub(0) == Code::m(106));
         let fan = || outputs().find(|switch| switch.input_on_command.is_some_and(|on| code(on) == Code::m(106)));
         let switch = if name.eq_ignore_ascii_case("fan") { named.or_else(fan) } else { named };
         let switch = switch?;
         let full = match switch.output_kind {
             _ if switch.max_rpm > 0.0 => f64::from(switch.max_rpm),
-            OutputKind::HardwarePwm => 100.0,
+            OutputKind::HardwarePwm if !is_fan(switch) || !self.dialect.numbers_fans() => 100.0,
             _ => 255.0,
         };
         let off = switch.input_off_command.map(code);
@@ -66,7 +72,7 @@ impl program::extended::Names for PartNames<'_> {
     }
 
     fn heater(&self, name: &str) -> Option<(Code, u8)> {
-        let heaters = || self.0.temperatures.iter();
+        let heaters = || self.config.temperatures.iter();
         let named = heaters().find(|heater| heater.name.eq_ignore_ascii_case(name));
         let bed = || heaters().find(|heater| heater.set_m_code == 140);
         let tool = |id: u8| heaters().find(|heater| heater.tool_id.0 == id);
@@ -81,16 +87,16 @@ impl program::extended::Names for PartNames<'_> {
     }
 
     fn strip(&self, name: &str) -> Option<u8> {
-        let strip = self.0.led_strips.iter().find(|strip| strip.name.eq_ignore_ascii_case(name));
+        let strip = self.config.led_strips.iter().find(|strip| strip.name.eq_ignore_ascii_case(name));
         strip.map(|strip| strip.number)
     }
 
     fn has_strips(&self) -> bool {
-        !self.0.led_strips.is_empty()
+        !self.config.led_strips.is_empty()
     }
 
     fn heater_at(&self, place: usize) -> Option<(Code, u8)> {
-        self.0.temperatures.get(place).map(|heater| (Code::m(heater.set_m_code), heater.tool_id.0))
+        self.config.temperatures.get(place).map(|heater| (Code::m(heater.set_m_code), heater.tool_id.0))
     }
 }
 

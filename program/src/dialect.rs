@@ -97,8 +97,10 @@ impl Dialect {
         }
     }
 
-    /// Whether the P of M106 and M107 says which fan, so that one above 0 is not for the part's fan.
-    pub(crate) const fn numbers_fans(self) -> bool {
+    /// Whether the P of M106 and M107 says which fan, so that one above 0 is not for the part's fan, and
+    /// its S is of 255 on every kind of output.
+    #[must_use]
+    pub const fn numbers_fans(self) -> bool {
         self.is_other_printers()
     }
 

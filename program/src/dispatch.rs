@@ -13,6 +13,7 @@ use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, heat};
+use crate::setup::PulseSetup;
 use crate::strange_words;
 use crate::words::Words;
 
@@ -117,11 +118,13 @@ impl Interpreter {
     /// is asked for is percent.
     fn value_for(&self, switch: SwitchId, context: &Context<'_>) -> Option<f32> {
         let word = |letter| context.words.get(letter).map(|value| value as f32);
+        let is_fan = is_fan(context);
         let pulses = self.setup.pulses.iter().find(|pulses| pulses.switch == switch);
         let value = match (pulses, word('S')) {
             (Some(pulses), None) if !context.dialect.numbers_fans() => word('P').map(|us| pulses.percent_of_width(us)),
+            (Some(PulseSetup { servo: None, .. }), Some(s)) if is_fan => Some(of_255(s, context) / 2.55),
             (Some(pulses), Some(s)) => Some(pulses.percent_of_s(s)),
-            (_, Some(s)) if s <= 1.0 && is_fan(context) && context.dialect.takes_shares() => Some(s * 255.0),
+            (None, Some(s)) if is_fan => Some(of_255(s, context)),
             (_, s) => s,
         };
         // What turns the spindle has the S in force.
@@ -162,6 +165,11 @@ impl Interpreter {
             claims.iter().find(|claim| !matches!(claim, Claim::SwitchOn(_) | Claim::SwitchOff(_) | Claim::Arm(_)));
         heats.map(|claim| heat::heat(self, *claim, &claims, context)).transpose()
     }
+}
+
+/// The speed of a fan, 255 for full: RepRapFirmware's S of 1 and less is a share of that.
+fn of_255(s: f32, context: &Context<'_>) -> f32 {
+    if s <= 1.0 && context.dialect.takes_shares() { s * 255.0 } else { s }
 }
 
 /// M106 of a firmware that gives fans numbers.

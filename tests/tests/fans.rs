@@ -218,3 +218,31 @@ fn a_rule_that_has_nothing_to_do_is_refused() {
         assert!(bench.greeting().contains(says), "{says}: {}", bench.greeting());
     }
 }
+
+/// In Smoothieware's dialect S is percent there, as in v2; other printers' firmwares know no such outputs.
+#[test]
+fn s_of_a_fan_on_hardware_pwm_is_percent_in_smoothiewares_dialect_alone() {
+    for (dialect, line) in [
+        ("smoothie", "M106 S50"),
+        ("marlin", "M106 S127.5"),
+        ("reprapfirmware", "M106 S0.5"),
+        ("klipper", "M106 S127.5"),
+    ] {
+        let mut bench = Plan::new(CARTESIAN)
+            .set("[pwm1] frequency = 5000")
+            .set("[switch] fan.output_pin = PWM1_1")
+            .set("[switch] fan.output_type = hwpwm")
+            .set("[switch] fan.startup_value = 0")
+            .set(&format!("[general] dialect = {dialect}"))
+            .start();
+        for line in [line, "SET_FAN_SPEED FAN=fan SPEED=0.5"] {
+            bench.run(&["M107"]);
+            bench.hear(0.02);
+            assert!(bench.world(|world| world.pwm_duty(0, 0)) < 1e-9, "{dialect}");
+            bench.run(&[line]);
+            bench.hear(0.02);
+            let duty = bench.world(|world| world.pwm_duty(0, 0));
+            assert!((duty - 0.5).abs() < 0.003, "{line} in {dialect}: {duty}");
+        }
+    }
+}

@@ -3,7 +3,7 @@
 
 use machine::sessions::SessionId;
 use scenarios::{Bench, CARTESIAN, Plan};
-use units::Actuator::Alpha;
+use units::Actuator::{Alpha, Delta};
 
 /// The console beside the one that sends.
 const OTHER: SessionId = SessionId(1);
@@ -432,6 +432,12 @@ fn a_cold_nozzle_extrudes_only_where_nobody_asked_for_a_guard() {
     bench.run(&["G1 X1"]);
     bench.say("M302 R0");
     bench.run(&["G1 E-1"]);
+    for line in ["M701 L20", "M702 U20"] {
+        bench.say("M302 S170 R170");
+        assert!(bench.say(line).starts_with("error:hotend is below 170 C"), "{line}");
+    }
+    bench.say("M302 R0");
+    assert_eq!(bench.say("M702 U1"), "// Taking 1 mm of filament out\nok\n");
     for allows in ["M302 P1", "M302 S0"] {
         bench.say("M302 P0");
         assert!(bench.say("G1 E1").starts_with("error:"), "{allows}");
@@ -457,4 +463,22 @@ fn a_file_waits_where_it_would_extrude_cold_and_is_told_so_before() {
     // Without a guard it is a warning, as it was.
     let mut bench = Plan::new(CARTESIAN).file("job.g", job).start();
     assert!(bench.say("check job.g").contains("line 2: warning: filament is fed while hotend is off"));
+}
+
+#[test]
+fn m600_leaves_filament_in_a_nozzle_that_is_too_cold() {
+    let mut bench = Plan::new(CARTESIAN)
+        .set("[extruder] hotend.min_extrude_temp = 170")
+        .set("[filament change] retract = 2")
+        .set("[filament change] unload = 50")
+        .set("[filament change] load = 50")
+        .file("part.g", "G4 S1\nM600\nG4 S1\n")
+        .start();
+    let before = bench.carriage(Delta);
+    bench.type_in("play part.g -t\n");
+    let said = bench.hear_until("// Print Suspended", 20.0);
+    assert!(said.contains("hotend is below 170 C") && said.contains("M600 leaves the filament in"), "{said}");
+    bench.type_in("resume\n");
+    bench.hear_until("Done printing file", 20.0);
+    assert_eq!(bench.carriage(Delta), before);
 }

@@ -36,6 +36,7 @@ mod homing_overtravel;
 mod homing_ways;
 mod hosts;
 mod in_order;
+mod inputs;
 mod job_control;
 mod jobs;
 mod late_steps;

@@ -14,11 +14,20 @@ pub(super) enum Ends {
     Wait,
 }
 
+/// Who has sent a line that comes before all others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Requester {
+    /// A session.
+    Session(SessionId),
+    /// An input switch, a button or the filament detector.
+    Input,
+}
+
 /// The requests that are still to be carried out.
 #[derive(Debug, Default)]
 pub(super) struct Asked {
-    /// The session whose line comes before all others, and what that line ends.
-    pub asked: Option<(SessionId, Ends)>,
+    /// Whose line comes before all others, and what that line ends.
+    pub asked: Option<(Requester, Ends)>,
     pub ends: Option<Ends>,
     /// The line in work belongs to the job and is nothing but a wait: a pause may leave it.
     may_be_left: bool,
@@ -39,8 +48,8 @@ impl Asked {
         self.ends.is_some()
     }
 
-    /// The session whose line comes before all others.
-    pub fn first(&self) -> Option<SessionId> {
+    /// Whose line comes before all others.
+    pub fn first(&self) -> Option<Requester> {
         self.asked.map(|(id, _)| id)
     }
 

@@ -12,9 +12,15 @@ pub(super) fn may_extrude<P: Ports>(machine: &mut Machine<'_, P>, request: &Move
     if !machine.tuning.guards_cold {
         return Ok(());
     }
+    let Some(axis) = machine.program.tools().active().map(|tool| tool.settings.axis) else { return Ok(()) };
+    let fed = request.target[axis] - machine.ports.motion(|motion| motion.commanded_position())[axis];
+    may_feed(machine, fed)
+}
+
+/// Whether the extruder in use is warm enough to feed so many mm of filament, less than 0 to draw back.
+pub(super) fn may_feed<P: Ports>(machine: &mut Machine<'_, P>, fed: f64) -> Result<(), Failure> {
     let Machine { program, ports, config, tuning, texts, .. } = machine;
     let Some(tool) = program.tools().active().map(|tool| &tool.settings) else { return Ok(()) };
-    let fed = request.target[tool.axis] - ports.motion(|motion| motion.commanded_position())[tool.axis];
     let [least, least_back] = tuning.least_warm.get(usize::from(tool.id.0)).copied().unwrap_or_default();
     let least = if fed < 0.0 { least_back } else { least };
     let heater = config.heaters().find(|(_, heater)| heater.tool_id == tool.id);

@@ -5,7 +5,7 @@ use motion::Mode;
 use program::{State, Tool, Words};
 use units::{Axis, Celsius, HeaterId, Micros, Mm, MmPerSecond};
 
-use super::{Hands, Machine};
+use super::{Hands, Machine, cold, urgent};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::filament::{News, Use, WidthNews};
 use crate::ports::Ports;
@@ -41,6 +41,7 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
         Some(News::Suspends(trouble)) => {
             let text = trouble.text();
             machine.announce(format_args!("// Filament Detector: {text}: the job is being suspended\n"));
+            urgent::ask_for_inputs(machine);
         }
         Some(News::Noted(trouble)) => machine.announce(format_args!("// NOTE {}\n", trouble.text())),
         None => {}
@@ -151,6 +152,22 @@ pub(super) fn change<P: Ports>(machine: &Machine<'_, P>, words: &Words<'_>) -> R
     Ok(Change { lengths, goes_on_with })
 }
 
+/// What M600 does where its nozzle may not feed filament, being too cold: it only goes aside.
+pub(super) fn unless_cold<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    change: FilamentChangeConfig,
+) -> FilamentChangeConfig {
+    let feeds = [change.retract, change.unload, change.load, change.purge].iter().any(|length| length.0 > 0.0);
+    match cold::may_feed(machine, -1.0) {
+        Err(why) if feeds => {
+            machine.announce(format_args!("// WARNING {}: M600 leaves the filament in\n", machine.texts.of(why)));
+            let nothing = Mm(0.0);
+            FilamentChangeConfig { retract: nothing, unload: nothing, load: nothing, purge: nothing, ..change }
+        }
+        _ => change,
+    }
+}
+
 /// Whether filament or the tool is moved.
 pub(super) fn moves_anything(change: &FilamentChangeConfig) -> bool {
     let lengths = [change.retract, change.lift, change.unload, change.load, change.purge];
@@ -240,7 +257,8 @@ fn load<P: Ports>(machine: &mut Machine<'_, P>, length: Mm) -> Result<(), Failur
     push(machine, change.purge.0, change.purge_rate)
 }
 
-/// M701 `loads`, M702 does not: so far, or as far as M603 says. A person sees to it that the nozzle is hot.
+/// M701 `loads`, M702 does not: so far, or as far as M603 says. That the nozzle is hot a person sees to, or
+/// [`cold`], where it was asked for.
 pub(super) fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool, length: Option<f64>) -> Outcome {
     extruder(machine)?;
     machine.standstill()?;
@@ -250,6 +268,7 @@ pub(super) fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool, lengt
         let text = if loads { "M701: how far? Give L, or set M603 L" } else { "M702: how far? Give U, or set M603 U" };
         return Err(machine.texts.because(text));
     }
+    cold::may_feed(machine, if loads { length.0 } else { -length.0 })?;
     if loads {
         load(machine, length)?
     } else {

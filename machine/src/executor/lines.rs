@@ -49,8 +49,9 @@ pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let measures = machine.config.filament_width.enable;
     let path_is_full = path_is_full || measures && filament::is_planned_ahead(machine);
     let had_line = run_session(machine, path_is_full);
-    // Before the job: it may always have a line that is ready.
-    if machine.frames.is_empty() && run_switch(machine) {
+    // Before the job: it may always have a line that is ready. At an M0 inputs may do what sessions may.
+    let may_run = machine.frames.is_empty() || operator_is_busy && machine.frames.wait_for_operator();
+    if may_run && run_switch(machine) {
         return true;
     }
     // Sessions and the file take turns; a file is mostly moves, so it waits for room.

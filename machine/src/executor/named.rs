@@ -36,7 +36,8 @@ pub(super) fn command_of<'a, P: Ports>(machine: &mut Machine<'_, P>, line: &Line
 /// Has the codes of a command by name carried out next.
 fn start<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>, source: Source) -> Named<'static> {
     let mut codes = CodeLine::new();
-    match extended::translate(command, &PartNames(machine.config), &mut codes) {
+    let names = PartNames { config: machine.config, dialect: source.dialect };
+    match extended::translate(command, &names, &mut codes) {
         Ok(Asked::Codes) => {
             // They have the same room.
             let line = LineBytes::from_slice(codes.as_bytes()).unwrap_or_default();

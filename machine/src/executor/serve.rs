@@ -8,6 +8,7 @@ use gcode::realtime::Realtime;
 use program::{Dialect, State};
 use units::{Actuator, Axis, Micros, PerAxis};
 
+use super::asked::Requester;
 use super::{
     Machine, automatic, brown_out, commands, door, filament, foresee, functions, grbl, journal, leave_out, lights,
     long_answers, periodic, program_io, recording, stall_recovery, stalls, statistics, update, urgent,
@@ -198,7 +199,7 @@ impl<P: Ports> Machine<'_, P> {
         }
     }
 
-    fn feed_resume(&mut self) {
+    pub(super) fn feed_resume(&mut self) {
         if self.hold.take_back() {
             return;
         }
@@ -267,7 +268,7 @@ impl<P: Ports> Machine<'_, P> {
                 _ => false,
             }
         });
-        urgent::ask(self, id, asks.filter(|_| may_operate));
+        urgent::ask(self, Requester::Session(id), asks.filter(|_| may_operate));
         if let Some(session) = self.sessions.get_mut(id).filter(|_| is_answered) {
             session.decoder = decoder;
             session.drop_line();
@@ -289,8 +290,11 @@ impl<P: Ports> Machine<'_, P> {
         stall_recovery::begin(self);
         let levels = self.ports.inputs();
         if self.safety.state() != State::Invalid {
-            self.outputs.look(levels, self.config, now);
-            self.watch_buttons(levels, now);
+            let by_switch = self.outputs.look(levels, self.config, now);
+            let by_button = self.watch_buttons(levels, now);
+            if by_switch || by_button {
+                urgent::ask_for_inputs(self);
+            }
             automatic::look(self, now);
             lights::look(self, now);
         }
@@ -315,8 +319,8 @@ impl<P: Ports> Machine<'_, P> {
         self.blink(now);
     }
 
-    /// The button box: what is urgent is done, lines wait for their turn.
-    fn watch_buttons(&mut self, levels: InputLevels, now: Micros) {
+    /// The button box: what is urgent is done, lines wait for their turn. Whether one has come.
+    fn watch_buttons(&mut self, levels: InputLevels, now: Micros) -> bool {
         let urgent = self.buttons.look(levels, self.config, now);
         if urgent.kill {
             self.halt(Alarm::Abort, format_args!("ALARM: Kill button pressed - reset, $X or M999 to clear HALT\n"));
@@ -326,6 +330,7 @@ impl<P: Ports> Machine<'_, P> {
         {
             *stop = true;
         }
+        urgent.line
     }
 
     /// Tells the watch over drivers which motors turn slowly.

@@ -51,7 +51,8 @@ pub(super) fn suspend<P: Ports>(
     {
         *to = target;
     }
-    let change = change.map(|change| change.lengths).filter(filament::moves_anything);
+    let change = change.map(|change| filament::unless_cold(machine, change.lengths));
+    let change = change.filter(filament::moves_anything);
     let position = machine.ports.motion(|motion| motion.commanded_position());
     let kept = machine.program.keep();
     machine.jobs.suspend(Suspended { position, kept, targets, change, stall: None });

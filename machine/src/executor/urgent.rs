@@ -4,13 +4,17 @@
 //! A line is ended as a halt ends it: each of its waits returns `Halted`, and so do those of everything it has
 //! started. Motion comes to rest before any other line is read.
 
+use config::ButtonWord;
 use gcode::{Blocks, Code, Letter, Line};
 use program::{Dialect, Dialects};
 
-use super::asked::Ends;
+use super::asked::{Ends, Requester};
+use super::line_numbers::decoder_expecting;
 use super::{Machine, abort, recover, stack};
 use crate::failure::Failure;
+use crate::grbl::numbers::Alarm;
 use crate::ports::Ports;
+use crate::program_setup;
 use crate::sessions::{Recipient, SessionId};
 
 /// What this line would end of the work in progress; `None` if it waits its turn.
@@ -32,13 +36,18 @@ fn of_command(line: &str) -> Option<Ends> {
 }
 
 fn of_codes(blocks: &Blocks<'_>, dialect: Dialect) -> Option<Ends> {
-    let Code { letter: Letter::M, number, .. } = blocks.clone().next()?.ok()?.code? else { return None };
-    match number {
+    match m_number(blocks)? {
         524 => Some(Ends::Everything),
         25 | 26 | 600 => Some(Ends::Wait),
         601 if Dialects::PRINTERS.has(dialect) => Some(Ends::Wait),
         _ => None,
     }
+}
+
+/// The number of the M-code that a line begins with.
+fn m_number(blocks: &Blocks<'_>) -> Option<u16> {
+    let Code { letter, number, .. } = blocks.clone().next()?.ok()?.code?;
+    (letter == Letter::M).then_some(number)
 }
 
 /// The operator has done what the job waited for. False when it did not wait.
@@ -57,18 +66,71 @@ pub(super) fn end_wait<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// A session's line is one that does not wait, as long as there is a job.
-pub(super) fn ask<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, ends: Option<Ends>) {
+/// A line of this requester is one that does not wait, as long as there is a job.
+pub(super) fn ask<P: Ports>(machine: &mut Machine<'_, P>, requester: Requester, ends: Option<Ends>) {
     if let Some(ends) = ends.filter(|_| machine.jobs.is_open() || machine.jobs.is_suspended()) {
-        machine.urgent.asked = Some((id, ends));
+        machine.urgent.asked = Some((requester, ends));
     }
+}
+
+/// Looks at the lines that inputs have sent and that have not been carried out. M112, M410 and M108 act now,
+/// as they do for a session; their lines do no more in their turn.
+#[cold]
+pub(super) fn ask_for_inputs<P: Ports>(machine: &mut Machine<'_, P>) {
+    let sends = |code| inputs(machine).any(|line| code_of(line) == Some(code));
+    if sends(112) {
+        machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n"));
+    } else if sends(410) {
+        quick_stop(machine);
+    } else if sends(108) && machine.urgent.awaits_operator {
+        machine.feed_resume();
+    } else if sends(108) {
+        end_wait(machine);
+    }
+    let dialect = program_setup::own_dialect(machine.config);
+    let of_input = |line: &str| match ButtonWord::of(line) {
+        Some(_) => Some(Ends::Wait),
+        None => {
+            decoder_expecting(line.as_bytes()).decode(line.as_bytes()).ok().and_then(|line| of_line(&line, dialect))
+        }
+    };
+    let all = inputs(machine).filter_map(|line| of_input(line));
+    let ends = all.reduce(|one, other| if one == Ends::Everything { one } else { other });
+    if ends.is_some() {
+        ask(machine, Requester::Input, ends);
+    }
+}
+
+/// The number of the M-code that an input's line begins with.
+fn code_of(line: &str) -> Option<u16> {
+    match decoder_expecting(line.as_bytes()).decode(line.as_bytes()) {
+        Ok(Line::Code(blocks)) => m_number(&blocks),
+        _ => None,
+    }
+}
+
+/// The lines that inputs have sent and that have not been carried out.
+fn inputs<'m, P: Ports>(machine: &'m Machine<'_, P>) -> impl Iterator<Item = &'m str> {
+    let Machine { outputs, filament, buttons, config, .. } = machine;
+    let runout = filament.has_command().then_some("M600");
+    outputs
+        .commands(config)
+        .map(|line| line.as_str())
+        .chain(runout)
+        .chain(buttons.lines(config).map(|line| line.as_str()))
 }
 
 /// The session whose turn it is.
 pub(super) fn next_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> Option<SessionId> {
     match machine.urgent.first() {
         None => machine.sessions.next_ready(path_is_full),
-        Some(first) => take_first(machine, first),
+        Some(Requester::Session(first)) => take_first(machine, first),
+        Some(Requester::Input) => {
+            if inputs(machine).next().is_none() {
+                machine.urgent.asked = None;
+            }
+            None
+        }
     }
 }
 

@@ -12,13 +12,14 @@ use crate::sessions::{Recipient, Reply};
 /// What is answered where a job would be lost, or go on from the wrong place.
 const SUSPENDED: &str = "the job is suspended: resume or M602 goes on with it, abort ends it";
 const DIALECTS: &str = "-f takes smoothie, marlin, reprapfirmware, klipper or grbl";
+const OPTIONS: &str = "play takes -v, -p, -t and -f dialect behind the name";
 const NOTHING_SELECTED: &str = "no file is selected";
 
 impl Jobs {
     /// `play <file> [-v] [-p] [-t] [-f dialect]`
     ///
     /// # Errors
-    /// When nobody knows the dialect. What else failed is said.
+    /// When nobody knows an option or the dialect. What else failed is said.
     pub fn play_command(
         &mut self,
         texts: &Texts,
@@ -30,25 +31,22 @@ impl Jobs {
     ) -> Outcome {
         let (name, options) = split_options(arguments);
         let (path, date) = (files.absolute(name), ports.date());
-        let dialect = match options.split_once("-f").map(|(_, rest)| rest.split_whitespace().next().unwrap_or("")) {
-            None => None,
-            Some(name) => Some(Dialect::named(name).ok_or_else(|| Failure::refused(&DIALECTS))?),
-        };
-        let options = options.split("-f").next().unwrap_or("");
-        let wanted = |option| if options.contains(option) { reply.to() } else { Recipient::Nobody };
-        let listeners = Listeners { echo: wanted("-v"), tells_end: wanted("-t"), tells_date: options.contains("-t") };
+        let options = Options::read(options)?;
+        let wanted = |is_wanted| if is_wanted { reply.to() } else { Recipient::Nobody };
+        let (echo, tells_end) = (wanted(options.echo), wanted(options.tells_end));
+        let listeners = Listeners { echo, tells_end, tells_date: options.tells_end };
         if self.job.is_some() {
             reply.say(format_args!("{PRINTING}\n"));
             return Ok(Answer::Ok);
         }
         match self.open(texts, &path, listeners, ports, now) {
             Ok(size) => {
-                self.set_paused(options.contains("-p"));
-                if let Some(dialect) = dialect {
+                self.set_paused(options.paused);
+                if let Some(dialect) = options.dialect {
                     self.read_as(dialect);
                 }
                 reply.say(format_args!("Playing {name}\n  File size {size}\n"));
-                if options.contains("-t") {
+                if options.tells_end {
                     reply.say(format_args!("  Print started at: {date}\n"));
                 }
             }
@@ -214,6 +212,38 @@ fn on_card(name: &str) -> Option<Path> {
     fits.then_some(path)
 }
 
+/// The options of `play`.
+#[derive(Default)]
+struct Options {
+    /// -v: its lines are shown.
+    echo: bool,
+    /// -p: it begins paused.
+    paused: bool,
+    /// -t: its end is told, with the time.
+    tells_end: bool,
+    /// -f: how it is read.
+    dialect: Option<Dialect>,
+}
+
+impl Options {
+    fn read(text: &str) -> Result<Self, Failure> {
+        let (mut options, mut words) = (Self::default(), text.split_whitespace());
+        while let Some(word) = words.next() {
+            match word {
+                "-v" => options.echo = true,
+                "-p" => options.paused = true,
+                "-t" => options.tells_end = true,
+                "-f" => {
+                    let name = words.next().unwrap_or("");
+                    options.dialect = Some(Dialect::named(name).ok_or_else(|| Failure::refused(&DIALECTS))?);
+                }
+                _ => return Err(Failure::refused(&OPTIONS)),
+            }
+        }
+        Ok(options)
+    }
+}
+
 /// A name that may have blanks, and options that begin at the first ` -` whose letter is one of ours.
 fn split_options(arguments: &str) -> (&str, &str) {
     let place = [" -v", " -p", " -t", " -f"].into_iter().filter_map(|option| arguments.find(option)).min();
@@ -296,6 +326,10 @@ mod tests {
         assert_eq!(table.play("no.g"), "File not found: no.g\n");
         assert_eq!(table.play("a.g -t"), "Playing a.g\n  File size 4\n  Print started at: 2000-01-01 00:00:00\n");
         assert_eq!((table.jobs.echo(), table.jobs.tells_end(), table.jobs.is_playing()), (Recipient::Nobody, ME, true));
+        table.jobs.close(&mut table.card);
+        assert!(table.play("a.g -f marlin -t").contains("Print started at"), "options in any order");
+        assert_eq!((table.jobs.dialect(), table.jobs.tells_end()), (Some(Dialect::Marlin), ME));
+        assert!(Options::read("-v -x").is_err() && Options::read("-f x").is_err() && Options::read("-f").is_err());
     }
 
     #[test]

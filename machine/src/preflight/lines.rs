@@ -113,7 +113,8 @@ impl Reading<'_, '_> {
 
     async fn named(&mut self, command: &gcode::Extended<'_>) -> Next {
         let mut codes = program::extended::CodeLine::new();
-        match program::extended::translate(command, &PartNames(self.preflight.config), &mut codes) {
+        let names = PartNames { config: self.preflight.config, dialect: self.preflight.dialect };
+        match program::extended::translate(command, &names, &mut codes) {
             Ok(program::extended::Asked::Codes) => self.codes(Blocks::new(codes.as_bytes())).await,
             Ok(_) => Next::Following,
             Err(fault) => {
