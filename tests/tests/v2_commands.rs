@@ -182,3 +182,20 @@ fn what_cannot_be_edited_is_refused_and_ctrl_x_still_stops_the_machine() {
     bench.run(&["%c"]);
     assert_eq!(bench.read_card("b.g").as_deref(), Some("G1 X1\n"));
 }
+
+// --- files ---
+
+// Smoothieware v2: M26 ends the job, and M23 answers with the size of the file that plays.
+#[test]
+fn a_file_that_plays_is_begun_anew_by_m26_and_keeps_its_place_from_m23() {
+    let job = "G91\nG1 X10 F6000\nG4 S2\nG1 X-10\n".repeat(2);
+    let mut bench = Plan::new(CARTESIAN).file("a.g", &job).file("b.g", "G28\n").start();
+    bench.say("M23 a.g");
+    bench.say("M24");
+    bench.hear(1.0);
+    let begun = bench.carriage(Alpha);
+    assert!(bench.say("M23 b.g").starts_with("error:"));
+    assert_eq!(bench.say("M26"), "ok\n");
+    bench.hear(1.5);
+    assert!((bench.carriage(Alpha) - begun - 10.0).abs() < 0.02, "its first line again");
+}

@@ -1,7 +1,7 @@
 //! Smoothieware v2's behaviour with rates, offsets and motors that programs written for it rely on.
 
 use scenarios::{Bench, CARTESIAN, COREXY, DELTA, Plan};
-use units::Actuator::Alpha;
+use units::Actuator::{Alpha, Delta};
 
 fn start() -> Bench {
     Plan::new(CARTESIAN).start()
@@ -89,4 +89,55 @@ fn beside_s_the_u_of_m665_does_not_count() {
     let mut bench = start();
     assert_eq!(bench.say("M665 S100 U2"), "Delta segments set to 100.0000 segs/sec\nok\n");
     assert!(bench.say("M503").contains("\nM665 S100.00000 U0.00000\n"));
+}
+
+// --- dwells, arcs, saved settings ---
+
+#[test]
+fn g4_keeps_fractions_and_waits_until_all_stands_without_a_time_too() {
+    let mut bench = start();
+    assert!((took(&mut bench, "G4 S1.25") - 1.25).abs() < 0.02);
+    assert!((took(&mut bench, "G4 P250.5") - 0.25).abs() < 0.02);
+    let begun = bench.carriage(Alpha);
+    bench.run(&["G91", "G1 X20 F1200", "G4 P0"]);
+    assert!(!bench.moves() && (bench.carriage(Alpha) - begun - 20.0).abs() < 1e-9);
+}
+
+#[test]
+fn e_of_an_arc_is_fed_along_it() {
+    let mut bench = start();
+    let (x, e) = (bench.carriage(Alpha), bench.carriage(Delta));
+    bench.run(&["G91", "M83", "G2 X20 I10 E5 F1200", "M400"]);
+    assert!((bench.carriage(Alpha) - x - 20.0).abs() < 0.02);
+    assert!((bench.carriage(Delta) - e - 5.0).abs() < 0.01, "{}", bench.carriage(Delta) - e);
+}
+
+#[test]
+fn a_saved_p_beside_e_of_m203_limits_no_axis() {
+    let line = "M203 E20 P1\n";
+    let plan = Plan::new(CARTESIAN).with("config-override = false", "config-override = true");
+    let mut bench = plan.file("config-override", line).start();
+    let without = took(&mut start(), "G1 X50 F6000");
+    assert!((took(&mut bench, "G1 X50 F6000") - without).abs() < 0.01, "P1 is no greatest speed");
+}
+
+// Smoothieware v2: the first by name.
+#[test]
+fn after_a_reset_the_extruder_of_the_lowest_number_is_in_use_without_its_offset() {
+    let mut bench = Plan::new(CARTESIAN)
+        .set("[extruder] another.enable = true")
+        .set("[extruder] another.tool_id = 1")
+        .set("[extruder] another.x_offset = 7")
+        .set("[actuator] epsilon.driver = external")
+        .set("[actuator] epsilon.steps_per_mm = 400")
+        .set("[actuator] epsilon.step_pin = PJ5")
+        .set("[actuator] epsilon.dir_pin = PJ1")
+        .set("[extruder] hotend.x_offset = 4")
+        .start();
+    let (x, e) = (bench.carriage(Alpha), bench.carriage(Delta));
+    bench.run(&["M83", "G1 E3 F600", "G1 X10 F6000", "M400"]);
+    assert!((bench.carriage(Delta) - e - 3.0).abs() < 0.01, "the hot end's motor, {}", bench.greeting());
+    assert!((bench.carriage(Alpha) - x - 10.0).abs() < 0.02, "no offset before the first T");
+    bench.run(&["T0", "G1 X10", "M400"]);
+    assert!((bench.carriage(Alpha) - x - 14.0).abs() < 0.02, "{}", bench.carriage(Alpha) - x);
 }

@@ -351,3 +351,43 @@ fn brake_delay(bench: &mut Bench, start: f64, height: f64) -> i64 {
     let Some(pair) = later else { return 0 };
     pair[0].time_ns as i64 - contact as i64
 }
+
+// Smoothieware v2: each touch of G30, M48 and a grid sets it to 0, 0 and a distance.
+#[test]
+fn what_g38_found_stays_in_prb_whatever_else_is_probed() {
+    let mut bench = homed(plan(CARTESIAN));
+    lay_bed(&bench, Bed::level(1.5));
+    bench.say("G38.2 Z-30");
+    let prb = |bench: &mut Bench| numbers(&bench.say("$#"), "[PRB:");
+    let found = prb(&mut bench);
+    assert_near(found[2], 1.5, Z_STEP);
+    bench.run(&["G1 X70 Z10 F6000"]);
+    for line in ["G30", "M48 P3"] {
+        assert!(bench.say(line).ends_with("ok\n"), "{line}");
+        assert_eq!(prb(&mut bench), found, "{line}");
+    }
+}
+
+// Smoothieware v2 leaves the pin's sense inverted after an error.
+#[test]
+fn a_g38_4_that_fails_leaves_the_probe_as_it_was() {
+    let mut bench = homed(plan(CARTESIAN));
+    lay_bed(&bench, Bed::level(1.5));
+    let refused = bench.say("G38.4 Z5");
+    assert!(refused.starts_with("error:"), "it is open already: {refused}");
+    bench.run(&["$X"]);
+    let found = numbers(&bench.say("G38.2 Z-30"), "[PRB:");
+    assert_near(found[2], 1.5, Z_STEP);
+    assert_eq!(found[3], 1.0);
+}
+
+// Smoothieware v2: words that are left out become 0, so `M565 Z1` probes beside the point.
+#[test]
+fn m565_keeps_what_is_left_out() {
+    let mut bench = homed(plan(CARTESIAN));
+    bench.say("M565 X-20 Y5 Z1.5");
+    bench.say("M565 Z1.25");
+    let asked = bench.say("M565");
+    assert_eq!(asked, "Probe offsets: X:-20.0000 Y:5.0000 Z:1.2500\nok\n");
+    assert_eq!(bench.say("M565"), asked, "asking changes nothing");
+}
