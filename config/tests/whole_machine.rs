@@ -241,7 +241,7 @@ fn heaters_need_sensors_and_sensible_limits() {
         (
             "bed.max_temp = 120",
             "bed.max_temp = 120\nbed.preset1 = 200",
-            Error,
+            Warning,
             "bed.preset1",
             "preset1",
             "above max_temp",

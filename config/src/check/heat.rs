@@ -147,8 +147,9 @@ fn safety(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig)
     }
     for (preset, key) in heater.presets.into_iter().zip(["preset1", "preset2"]) {
         if preset > heater.max_temp {
-            let reason = format_args!("{preset} is above max_temp {}", heater.max_temp);
-            checks.error((SECTION, place, key), reason, format_args!("write less than max_temp"));
+            let reason =
+                format_args!("{preset} is above max_temp {}: it is refused when a code asks for it", heater.max_temp);
+            checks.warn((SECTION, place, key), reason, format_args!("write less than max_temp"));
         }
     }
     for (name, celsius) in heater.named_presets() {
@@ -159,8 +160,11 @@ fn safety(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig)
                 checks.error(at, reason, format_args!("write as in pla 205, petg 235"));
             }
             Some(celsius) if celsius > heater.max_temp => {
-                let reason = format_args!("{name}: {celsius} is above max_temp {}", heater.max_temp);
-                checks.error(at, reason, format_args!("write less than max_temp"));
+                let reason = format_args!(
+                    "{name}: {celsius} is above max_temp {}: it is refused when a code asks for it",
+                    heater.max_temp
+                );
+                checks.warn(at, reason, format_args!("write less than max_temp"));
             }
             Some(_) => {}
         }

@@ -299,10 +299,11 @@ pub const CONVEYOR: Section = Section {
     settings: &[integer(
         "queue_delay_time_ms",
         "100",
-        &(0, 60_000),
+        &(0, i32::MAX as i64),
         |c, _, v| c.planner.queue_delay = Micros::from_millis(v.unsigned_abs()),
         "How long an idle machine gathers moves before it starts them; a full queue starts at once.",
     )
     .unit("ms")
+    .limited(&(0.0, 60_000.0))
     .v1("queue_delay_time_ms")],
 };

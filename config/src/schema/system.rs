@@ -68,12 +68,13 @@ pub const SYSTEM: Section = Section {
         integer(
             "step_frequency",
             "200000",
-            &(1, 1_000_000),
+            &(1, i32::MAX as i64),
             |c, _, v| c.system.step_frequency_hz = v as u32,
             "Highest step rate of one motor; a max_rate beyond it is lowered with a warning. Velvet has no fixed step \
              tick, so this is only a limit.",
         )
         .unit("Hz")
+        .limited(&(1.0, 1_000_000.0))
         .v1("base_stepping_frequency"),
         pin(
             "aux_play_led",
