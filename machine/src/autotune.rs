@@ -80,8 +80,8 @@ pub(crate) fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>
     let answer = found?;
     explain(hands, &ask, &answer);
     if let Some(LawSettings::Pid(PidGains { p, i, d, .. })) = law {
-        hands.say(format_args!("PID tuned: p_factor = {p:.4} i_factor = {i:.4} d_factor = {d:.4}\n"));
-        hands.say(format_args!("They are in use until reset: keep them with M500 or in config.ini\n"));
+        hands.report(format_args!("PID tuned: p_factor = {p:.4} i_factor = {i:.4} d_factor = {d:.4}\n"));
+        hands.report(format_args!("They are in use until reset: keep them with M500 or in config.ini\n"));
     }
     Ok(crate::failure::Answer::Ok)
 }
@@ -114,11 +114,11 @@ pub(crate) fn tune_model<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
     end(hands, ask.heater, found.as_ref().ok().map(|model| LawSettings::Model(*model)));
     let model = found?;
     let ModelSettings { power_w, capacity, loss, fan_loss, late_s, .. } = model;
-    hands.say(format_args!(
+    hands.report(format_args!(
         "Model found, of {power_w} W: model_capacity = {capacity:.3} model_loss = {loss:.4} model_fan_loss = {fan_loss:.4} \
          model_late = {late_s:.2}\n"
     ));
-    hands.say(format_args!("It is in use until reset: keep it with M500, or with control = model in config.ini\n"));
+    hands.report(format_args!("It is in use until reset: keep it with M500, or with control = model in config.ini\n"));
     Ok(crate::failure::Answer::Ok)
 }
 

@@ -166,6 +166,12 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.sessions.say(self.to, text);
     }
 
+    /// Says what was found: to whoever asked for this, or to all where a file or a script did.
+    pub fn report(&mut self, text: Arguments<'_>) {
+        let to = if self.to == Recipient::Nobody { Recipient::All } else { self.to };
+        self.machine.sessions.say(to, text);
+    }
+
     /// Says something to every session.
     pub fn announce(&mut self, text: Arguments<'_>) {
         self.machine.sessions.say(Recipient::All, text);

@@ -219,6 +219,9 @@ fn what_needs_a_temperature_right_after_boot_waits_for_the_first_reading() {
         let mut bench = plan.file("on_boot.gcode", &format!("{line}\nM118 it is done\n")).start();
         let said = bench.greeting().to_owned() + &bench.hear_until("it is done", 3_000.0);
         assert!(!said.contains("error") && !said.contains("ERROR"), "{line}: {said}");
+        // A file is answered to nobody: what was found everybody hears.
+        let found = if line.starts_with("M306") { "Model found" } else { "PID tuned: " };
+        assert!(!line.starts_with("M30") || said.contains(found), "{line}: {said}");
     }
 }
 
