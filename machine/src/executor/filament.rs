@@ -5,7 +5,7 @@ use motion::Mode;
 use program::{State, Tool, Words};
 use units::{Axis, Celsius, HeaterId, Micros, Mm, MmPerSecond};
 
-use super::{Hands, Machine, cold, urgent};
+use super::{Hands, Machine, cold};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::filament::{News, Use, WidthNews};
 use crate::ports::Ports;
@@ -41,7 +41,6 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
         Some(News::Suspends(trouble)) => {
             let text = trouble.text();
             machine.announce(format_args!("// Filament Detector: {text}: the job is being suspended\n"));
-            urgent::ask_for_inputs(machine);
         }
         Some(News::Noted(trouble)) => machine.announce(format_args!("// NOTE {}\n", trouble.text())),
         None => {}

@@ -290,9 +290,8 @@ impl<P: Ports> Machine<'_, P> {
         stall_recovery::begin(self);
         let levels = self.ports.inputs();
         if self.safety.state() != State::Invalid {
-            let by_switch = self.outputs.look(levels, self.config, now);
-            let by_button = self.watch_buttons(levels, now);
-            if by_switch || by_button {
+            let has_lines = self.outputs.look(levels, self.config, now) | self.watch_buttons(levels, now);
+            if has_lines || self.filament.has_command() {
                 urgent::ask_for_inputs(self);
             }
             automatic::look(self, now);

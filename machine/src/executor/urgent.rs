@@ -1,8 +1,8 @@
 //! Commands that do not wait for the line in work: `abort`, M524 and M410 end it, M108 ends its wait, and
 //! pauses leave a wait of the job, which is read again when the job resumes.
 //!
-//! A line is ended as a halt ends it: each of its waits returns `Halted`, and so do those of everything it has
-//! started. Motion comes to rest before any other line is read.
+//! A line is ended as a halt ends it: each of its waits returns `Halted`, and so do those of everything it
+//! has started. Motion comes to rest before any other line is read.
 
 use config::ButtonWord;
 use gcode::{Blocks, Code, Letter, Line};
@@ -68,7 +68,10 @@ pub(super) fn end_wait<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// A line of this requester is one that does not wait, as long as there is a job.
 pub(super) fn ask<P: Ports>(machine: &mut Machine<'_, P>, requester: Requester, ends: Option<Ends>) {
-    if let Some(ends) = ends.filter(|_| machine.jobs.is_open() || machine.jobs.is_suspended()) {
+    // What is to end everything is not taken back by a pause.
+    let ends_everything = matches!(machine.urgent.asked, Some((_, Ends::Everything)));
+    let counts = !ends_everything && (machine.jobs.is_open() || machine.jobs.is_suspended());
+    if let Some(ends) = ends.filter(|_| counts) {
         machine.urgent.asked = Some((requester, ends));
     }
 }
@@ -94,7 +97,7 @@ pub(super) fn ask_for_inputs<P: Ports>(machine: &mut Machine<'_, P>) {
             decoder_expecting(line.as_bytes()).decode(line.as_bytes()).ok().and_then(|line| of_line(&line, dialect))
         }
     };
-    let all = inputs(machine).filter_map(|line| of_input(line));
+    let all = inputs(machine).filter_map(of_input);
     let ends = all.reduce(|one, other| if one == Ends::Everything { one } else { other });
     if ends.is_some() {
         ask(machine, Requester::Input, ends);

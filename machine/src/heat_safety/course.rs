@@ -16,8 +16,8 @@ const RUNAWAY_CHECKS: u8 = 6;
 const HOT: f32 = 60.0;
 /// ...by this much in any cooling timeout.
 const COOLS: f32 = 0.5;
-/// A warmer neighbour raises a heater that is off by no more than this, kelvin: one that rises farther is being
-/// heated by its own output.
+/// A warmer neighbour raises a heater that is off by no more than this, kelvin: one that rises farther is
+/// being heated by its own output.
 const WARMED_BY: f32 = 5.0;
 
 /// What the course may be.
