@@ -94,6 +94,8 @@ pub enum Problem {
     NotTaken(Code, char),
     /// A code that sets up the hardware in another firmware.
     SetsUp(Code),
+    /// G30 of another firmware, which does more, and what to write instead.
+    ProbesOtherwise(&'static str),
     /// A code, and what the machine lacks for it.
     Needs(Code, &'static str),
     NoSecondPark,
@@ -209,6 +211,7 @@ impl fmt::Display for Problem {
             Self::NotTaken(code, letter) => return write!(f, "{code} takes no {letter} here: nothing is changed"),
             Self::SetsUp(code) => return write!(f, "{code} sets the printer up in this dialect: here config.ini does"),
             Self::Parameter(problem) => return problem.fmt(f),
+            Self::ProbesOtherwise(instead) => return write!(f, "G30: {instead}"),
             Self::Needs(code, what) => return write!(f, "{code} needs {what} (not there yet)"),
             Self::CycleNeeds(number, letter) => return write!(f, "G{number} needs {letter}"),
             Self::NotOfCycle(number, letter) => {

@@ -342,6 +342,7 @@ fn file_or_job<P: Ports>(
         _ => {}
     }
     let now = machine.ports.now();
+    let dialect = machine.sessions.dialect_of(to);
     let Machine { ports, sessions, files, jobs, journal, filament, config, program, bed, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     let name = words.text();
@@ -413,7 +414,7 @@ fn file_or_job<P: Ports>(
         Function::EndUpload => Ok(Answer::Ok),
         Function::RemoveFile => files.remove(name.unwrap_or(""), ports, reply),
         Function::DeleteGrid => leveling::delete(machine.texts, config, ports, bed, words, reply),
-        Function::ForgetSettings => settings_file::forget(machine.texts, ports, reply),
+        Function::ForgetSettings => settings_file::forget(machine.texts, ports, reply, dialect),
         _ => return None,
     })
 }

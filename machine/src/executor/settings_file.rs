@@ -43,8 +43,16 @@ pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to
 }
 
 /// M502.
-pub(super) fn forget<P: Ports>(texts: &Texts, ports: &mut P, reply: &mut Reply<'_>) -> Outcome {
+pub(super) fn forget<P: Ports>(
+    texts: &Texts,
+    ports: &mut P,
+    reply: &mut Reply<'_>,
+    dialect: program::Dialect,
+) -> Outcome {
     safe_file::remove(ports, OVERRIDE_PATH).map_err(|error| texts.about_file(OVERRIDE_PATH, error.text()))?;
     reply.say(format_args!("configuration override file deleted\n"));
+    if program::Dialects::PRINTERS.has(dialect) {
+        reply.say(format_args!("// NOTE what is in force stays until a reset, and M500 before it saves that again\n"));
+    }
     Ok(Answer::Ok)
 }

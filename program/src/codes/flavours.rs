@@ -261,7 +261,9 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
             .waits(Waits::Result)
             .part(Part::Player),
     ),
-    reads(MARLIN, CodeInfo::passed_over(Code::m(907), "motor current as a number of a potentiometer")),
+    // Marlin's are numbers of a potentiometer, the others have none of them: a current must not change by it.
+    reads(Dialects::PRINTERS, CodeInfo::passed_over(Code::m(907), "motor current as a number of a potentiometer")),
+    reads(Dialects::PRINTERS, CodeInfo::passed_over(Code::m(909), "says the numbers of a potentiometer")),
 ];
 
 const fn sets_up(code: Code, help: &'static str) -> CodeInfo {

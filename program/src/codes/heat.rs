@@ -5,7 +5,7 @@ use gcode::Code;
 
 use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
 use crate::action::Function;
-use crate::meaning::spindle;
+use crate::meaning::{printers, spindle};
 use crate::word::Bounds::{Above, AtLeast, Within};
 use crate::word::{Unit, WordInfo, word};
 
@@ -75,13 +75,18 @@ pub const ROWS: &[CodeInfo] = &[
             word('Z', Unit::Number, "1: proportional on measurement"),
         ])
         .differs("an id that nobody has is ignored"),
-    CodeInfo::asks(Code::m(304), Function::PidGains, "the PID gains of the bed, as M301 without S")
-        .takes(&[
-            word('P', Unit::Number, "proportional"),
-            word('I', Unit::Number, "integral, per second"),
-            word('D', Unit::Number, "derivative, seconds"),
-        ])
-        .differs("not known"),
+    CodeInfo::either(
+        Code::m(304),
+        printers::by_its_letters,
+        Function::PidGains,
+        "the PID gains of the bed, as M301 without S",
+    )
+    .takes(&[
+        word('P', Unit::Number, "proportional"),
+        word('I', Unit::Number, "integral, per second"),
+        word('D', Unit::Number, "derivative, seconds"),
+    ])
+    .differs("not known"),
     CodeInfo::asks(Code::m(307), Function::HeaterModel, "the model that a heater is controlled by, from now on")
         .takes(&[
             word('S', Unit::Id, "its tool_id"),

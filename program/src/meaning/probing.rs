@@ -15,12 +15,32 @@ use crate::words::Words;
 /// and Z makes that height read as given.
 pub(crate) fn probe_down<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
+    if let Some(instead) = means_more(context) {
+        return Err(Problem::ProbesOtherwise(instead).refused(0));
+    }
     Ok(Meaning::Action(Action::ProbeDown(ProbeDown {
         rate: probing_rate(program, words)?,
         reversed: words.get('R') == Some(1.0),
         stays: words.has('Z') || words.has('L'),
         reads: words.get('Z'),
     })))
+}
+
+/// What is to be written instead of another firmware's G30 that does more than search below the nozzle.
+/// Sources: Marlin's G30.cpp; RepRapFirmware's "G30: Single Z-Probe".
+fn means_more(context: &Context<'_>) -> Option<&'static str> {
+    /// RepRapFirmware's Z of a point that is to be measured: below this.
+    const MEASURES: f64 = -9_999.0;
+    let words = &context.words;
+    let has = |letters: &str| letters.chars().any(|letter| words.has(letter));
+    match context.dialect {
+        _ if words.get('Z').is_some_and(|mm| mm <= MEASURES) => Some("a point of the bed is measured by G29 or G32"),
+        Dialect::Marlin if has("XY") => Some("it probes where the machine is: go there first, with G0 X Y"),
+        Dialect::RepRapFirmware if has("PXY") => Some("a point of the bed is measured by G29 or G32"),
+        Dialect::RepRapFirmware if words.get('S') == Some(-1.0) => None,
+        Dialect::RepRapFirmware if !has("Z") => Some("to set Z write Z too, the height at which the probe triggers"),
+        _ => None,
+    }
 }
 
 /// G38.2 to G38.5, and words without a code behind one of them.

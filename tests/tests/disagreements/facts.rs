@@ -43,9 +43,8 @@ fn answer(bench: &mut Bench, line: &str) -> String {
     bench.type_in(&format!("{line}\n"));
     let mut said = String::new();
     let end = bench.now_s() + PATIENCE_S;
-    let ends = |said: &str| {
-        said.lines().any(|line| line.starts_with("ok") || line.starts_with("error") || line.starts_with("!!"))
-    };
+    let ends =
+        |said: &str| said.lines().any(|line| ["ok", "error", "!!", "rs "].iter().any(|head| line.starts_with(head)));
     while !ends(&said) && bench.now_s() < end {
         said.push_str(&bench.hear(0.02));
     }
