@@ -45,6 +45,8 @@ struct Status {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outputs {
     status: Vec<Status, MAX_SWITCHES>,
+    /// Whether any may have a command pending: that is asked before each line.
+    has_pending: bool,
     due: Micros,
     operator: Operator,
     /// The last S beyond the spindle's scale that was told.
@@ -134,6 +136,7 @@ impl Outputs {
     pub fn new(switches: &[SwitchConfig]) -> Self {
         Self {
             status: switches.iter().map(|_| Status::default()).collect(),
+            has_pending: false,
             due: Micros(0),
             operator: Operator::default(),
             told: 0.0,
@@ -317,6 +320,7 @@ impl Outputs {
             }
             has_changed = true;
         }
+        self.has_pending |= has_changed;
         has_changed
     }
 
@@ -327,7 +331,13 @@ impl Outputs {
     }
 
     /// The command of an input switch that changed, once.
+    #[inline]
     pub fn take_command(&mut self, config: &MachineConfig) -> Option<Command> {
+        if self.has_pending { self.take_pending(config) } else { None }
+    }
+
+    #[cold]
+    fn take_pending(&mut self, config: &MachineConfig) -> Option<Command> {
         for (switch, status) in config.switches.iter().zip(&mut self.status) {
             if core::mem::take(&mut status.pending) {
                 let command = command_of(switch, status.on);
@@ -336,6 +346,7 @@ impl Outputs {
                 }
             }
         }
+        self.has_pending = false;
         None
     }
 
