@@ -1,4 +1,4 @@
-//! What the machine's configuration tells this crate, already typed, and the checks only this crate can make.
+//! The motion configuration, already typed, and the checks that only this crate can make.
 
 use units::{Actuator, Axis, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3, PerActuator, STEP_CLOCK_HZ, Ticks};
 
@@ -23,13 +23,13 @@ pub struct MotionConfig {
     pub limits: Limits,
     /// Look-ahead depth in blocks (`planner_queue_size`), 2 to [`planner::CAPACITY`].
     pub queue_size: usize,
-    /// How long a queue that is not full waits for more before it runs (`queue_delay_time_ms`).
+    /// Time that a queue that is not full waits for more moves before it runs (`queue_delay_time_ms`).
     pub queue_delay: Ticks,
     /// Input shaping and pressure advance.
     pub filters: FilterConfig,
 }
 
-/// One motor.
+/// Configuration of one motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActuatorConfig {
     /// (Micro)steps for one millimetre at the motor, or one degree. Greater than zero; a reversed motor is
@@ -75,7 +75,8 @@ pub struct Limits {
     pub square_corner_velocity: Option<MmPerSecond>,
     /// Share of the way between two slow places that is left for cruising, 0 to 0.95; trapezoids only.
     pub cruise_ratio: f64,
-    /// How far the virtual arc of a corner may leave it; sets the speed kept through corners.
+    /// Junction deviation: greatest distance of a corner from its virtual arc; sets the speed kept through
+    /// corners.
     pub junction_deviation: Mm,
     /// The same for moves of Z alone. `None`: as `junction_deviation`.
     pub z_junction_deviation: Option<Mm>,
@@ -111,7 +112,7 @@ impl Default for Limits {
     }
 }
 
-/// What is wrong with a [`MotionConfig`] or [`Limits`].
+/// Mistake in a [`MotionConfig`] or [`Limits`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum ConfigError {
@@ -268,7 +269,7 @@ impl Limits {
         0.5 * speed * (speed / acceleration + acceleration / jerk)
     }
 
-    /// Checks every limit.
+    /// Checks every one of the limits.
     ///
     /// # Errors
     /// The first thing that is wrong.

@@ -3,7 +3,7 @@
 //! A Cortex-M7 converts between `f64` and 32-bit integers in one instruction; for wider ones it calls a
 //! library of a hundred instructions. All of these give what the plain cast gives, to the last bit.
 
-/// 2^32.
+/// Two to the power of 32.
 const TWO_32: f64 = 4_294_967_296.0;
 
 /// The greatest whole number that is not above; saturates.

@@ -1,4 +1,4 @@
-//! Which motor is next: the motors' next events, kept sorted by time.
+//! Merging of the motors' step events: the next event of each motor, kept sorted by time.
 //!
 //! Entries are [`key`](crate::series::key)s. At most six and usually two or three in play: insertion from the
 //! front beats a heap.

@@ -1,9 +1,10 @@
 //! The step feed: takes segments of trajectory, solves them for steps, merges the motors, fills the step
 //! queue.
 //!
-//! When it runs and how far ahead it writes is the [`FeedSchedule`]'s: less would let a late run starve the
-//! interrupt, more would delay a hold. It locks the motion object only to take a segment (its knots are
-//! computed there, a few hundred instructions) and to report; solving happens without the lock.
+//! The [`FeedSchedule`] sets the run times and the lead over the motors: a shorter lead would let a late run
+//! starve the interrupt, a longer one would delay a hold. The feed locks the motion object only to take a
+//! segment (its knots are computed there, a few hundred instructions) and to report; solving happens without
+//! the lock.
 
 use units::{MAX_ACTUATORS, PerActuator, StepCount, Ticks};
 
@@ -21,7 +22,7 @@ use crate::{
     trigger::{Fired, Latch, Trigger},
 };
 
-/// How far ahead of now the queue may be written: 1.5 ms.
+/// Greatest time ahead of now up to which the queue is written: 1.5 ms.
 pub const HORIZON: Ticks = Ticks::from_micros(1_500);
 /// So many events are published together: the first ones of a segment are not to wait for its last ones.
 /// Solving them takes some 25 us.
@@ -29,7 +30,7 @@ pub const BATCH: u32 = 128;
 /// Played positions are worked out every so many runs: it costs a walk over the unplayed events.
 const RUNS_PER_LOOK: u8 = 32;
 
-/// What the feed tells the motion object at the end of a run.
+/// Report of the feed to the motion object at the end of a run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FeedReport {
     /// Steps played, as of the last look.
@@ -42,21 +43,21 @@ impl FeedReport {
     pub const RESTING: Self = Self { played: PerActuator([0; MAX_ACTUATORS]), drained: true };
 }
 
-/// What the motion object has for the feed.
+/// Answer of the motion object to the feed's request for a segment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Supply {
-    /// A segment.
+    /// A segment was handed out.
     Segment,
     /// Nothing yet: it must be asked again. So no lock is held for long where much trajectory must be settled
     /// at once.
     Later,
     /// Nothing that ends soon enough: what is written is enough.
     Enough,
-    /// Nothing, now.
+    /// Nothing to execute at present.
     Nothing,
 }
 
-/// What the motion object wants of the feed, taken at the beginning of each run.
+/// Orders of the motion object to the feed, taken at the beginning of each run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct FeedOrders {
     /// Stop playing at once.
@@ -67,7 +68,7 @@ pub(crate) struct FeedOrders {
     pub setup: Option<PerActuator<MotorSetup>>,
     /// A switch or the probe is being searched for: runs are by period.
     pub searching: bool,
-    /// How far ahead the feed must be when it runs on demand.
+    /// Lead over the motors when the feed runs on demand.
     pub lead: Lead,
 }
 
@@ -77,7 +78,7 @@ const SLOTS: usize = 8;
 /// Bits of a key that are the event's word.
 const WORD: u32 = (1 << StepEvent::BITS) - 1;
 
-/// The feed. One context owns it.
+/// The feed. Exactly one context owns the feed.
 #[derive(Debug)]
 pub struct StepFeed {
     motors: [Motor; SLOTS],
@@ -100,7 +101,7 @@ pub struct StepFeed {
     lead: Lead,
     /// Has the interrupt look at the queue again.
     wake: fn(),
-    /// How long the last segment is.
+    /// Duration of the last segment.
     last: Ticks,
 }
 
@@ -134,9 +135,9 @@ impl StepFeed {
         }
     }
 
-    /// One run of the feed task, due as [`Self::wait`] said. Writes the queue up to [`HORIZON`] ahead of
-    /// `now` at most, stops the motion if the latch has fired, clears up after a cut. The caller then makes
-    /// sure the step timer is armed. Returns how far the motors have come.
+    /// Runs the feed task once, due as [`Self::wait`] said. Writes the queue up to [`HORIZON`] ahead of `now`
+    /// at most, stops the motion if the latch has fired, clears up after a cut. The caller then makes sure
+    /// the step timer is armed. Returns the progress of the motors.
     pub fn run(&mut self, now: Ticks, motion: &mut impl Access, queue: &StepQueue, latch: &Latch) -> Passed {
         let orders = motion.with(|motion| motion.feed_orders());
         self.schedule = if orders.searching { FeedSchedule::ByPeriod } else { self.wanted };
@@ -170,7 +171,7 @@ impl StepFeed {
         motion.with(|motion| motion.feed_reports(now, report, urgent, squeezed))
     }
 
-    /// How long to wait `now`, at the end of a run, for the next one.
+    /// Returns the time from `now`, at the end of a run, to the next run.
     #[must_use]
     pub fn wait(&self, now: Ticks) -> Ticks {
         if !self.moving {
@@ -240,7 +241,7 @@ impl StepFeed {
         steps
     }
 
-    /// Where the motors were when an input fired.
+    /// Finds the motors' step counts at the moment an input fired.
     fn locate(&self, fired: Fired, now: Ticks, queue: &StepQueue) -> Trigger {
         // The report lies less than half a turn of the 32-bit clock (10 s) from now, on either side.
         let ago = (now.0 as u32).wrapping_sub(fired.at) as i32;

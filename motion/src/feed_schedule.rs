@@ -1,4 +1,4 @@
-//! When the step feed runs, and how far ahead of the motors it writes.
+//! Schedule of the step feed: its run times, and how far ahead of the motors it writes.
 //!
 //! Steps in the queue are not taken back, so a hold, a stop or an override is felt behind the last one: how
 //! far ahead that is decides how soon. Two ways:
@@ -19,7 +19,7 @@ use crate::knots::{SEGMENT_SECONDS, SHORT_SEGMENT_SECONDS};
 
 /// Between two runs by period, and at most between two on demand.
 pub const PERIOD: Ticks = Ticks::from_micros(500);
-/// Where a run by period stops to take segments: so much is written.
+/// A run by period stops taking segments once this much is written ahead.
 const REFILL: Ticks = Ticks::from_micros(1_000);
 /// A run on demand takes no segment that ends later than this from now, if it can wait for the next run: the
 /// longest segment behind the lead.
@@ -27,12 +27,12 @@ const FARTHEST: Ticks = Ticks::from_micros(625);
 /// By so much a run may come too soon, its timer counting whole microseconds: it takes its segment all the
 /// same.
 const SLACK: Ticks = Ticks::from_micros(5);
-/// What begins from standstill begins so long after a run by period.
+/// Motion from standstill begins this long after a run by period.
 pub(crate) const START_BY_PERIOD: Ticks = Ticks::from_micros(500);
 /// The next run comes no sooner than this, or it would be asked for while the present one has not ended.
 const LEAST_WAIT: Ticks = Ticks::from_micros(5);
 
-/// How much is still written when the feed runs on demand.
+/// Time that is still written ahead when the feed runs on demand.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Lead {
     /// 125 us. Until the first steps of the next segment can be played it takes 60 us at worst: who runs
@@ -42,7 +42,7 @@ pub(crate) enum Lead {
     Short,
     /// 225 us. The plan of a few jerk-limited blocks takes up to 130 us, under the same lock.
     OverShortPlans,
-    /// 425 us. That of a whole queue of them takes up to 350 us.
+    /// 425 us. The plan of a whole queue of such blocks takes up to 350 us.
     OverLongPlans,
 }
 
@@ -62,7 +62,7 @@ impl Lead {
         })
     }
 
-    /// What begins from standstill begins so long after the run that takes it.
+    /// Motion from standstill begins this long after the run that takes its first segment.
     const fn before_start(self) -> Ticks {
         Ticks::from_micros(match self {
             Self::Short => 200,
@@ -85,7 +85,7 @@ impl Lead {
     }
 }
 
-/// Which of the two ways.
+/// Choice between the two schedules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FeedSchedule {
     /// The feed runs every [`PERIOD`].
@@ -95,12 +95,12 @@ pub enum FeedSchedule {
     OnDemand,
 }
 
-/// What a run of the feed asks of the motion object: moments between which a segment may lie.
+/// A feed run's request to the motion object: moments between which a segment may lie.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Window {
-    /// The present.
+    /// Present time of the run.
     pub now: Ticks,
-    /// What follows a standstill begins then.
+    /// Motion that follows a standstill begins at this tick.
     pub start: Ticks,
     /// No segment may end later.
     pub latest: Ticks,
@@ -126,9 +126,10 @@ impl Window {
 }
 
 impl FeedSchedule {
-    /// What may be taken at a run that begins `now`, when everything up to `end` is written, the last segment
-    /// being so long. `None`: it is enough. Where another like it would end too late that is not even asked:
-    /// most segments are as long as the one before, and to ask takes the lock.
+    /// Returns the window in which a segment may be taken at a run that begins `now`, when everything up to
+    /// `end` is written and the last segment lasted `last`. `None`: enough is written. Where another segment
+    /// as long would end too late, the motion object is not even asked: most segments are as long as the one
+    /// before, and asking takes the lock.
     #[inline(always)]
     pub(crate) fn window(self, now: Ticks, end: Ticks, lead: Lead, last: Ticks) -> Option<Window> {
         match self {
@@ -144,8 +145,8 @@ impl FeedSchedule {
         }
     }
 
-    /// How long to wait `now` for the next run, when everything up to `end` is written and there is more to
-    /// write.
+    /// Returns the time from `now` to the next run, when everything up to `end` is written and there is more
+    /// to write.
     #[must_use]
     pub(crate) fn wait(self, now: Ticks, end: Ticks, lead: Lead) -> Ticks {
         match self {

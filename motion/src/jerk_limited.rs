@@ -2,10 +2,10 @@
 //! acceleration.
 //!
 //! Every change of speed is a ramp that begins and ends without acceleration, and may run through any number
-//! of blocks. Where no ramp is under way, the next one is chosen: up, as far as the look-ahead allows
+//! of blocks. With no ramp under way, the next one is chosen: up, as far as the look-ahead allows
 //! ([`Ahead::climb`]); or none for now, and down to the anchor's speed ([`crate::planner::Brake`]) just in
 //! time. A ramp under way may still get another end while its acceleration has not begun to fall
-//! ([`Ahead::redirect`]): it then goes on up with what became known meanwhile, or need not go all the way
+//! ([`Ahead::redirect`]): the ramp then goes on up as newly known blocks allow, or need not go all the way
 //! down.
 
 use crate::{
@@ -30,9 +30,9 @@ struct Placed {
     from: f64,
     to: f64,
     bounds: Bounds,
-    /// How many seconds it had run when the profile began.
+    /// Seconds that the ramp had run when the profile began.
     elapsed: f64,
-    /// Its first phase in the profile; `NOWHERE`: there is no ramp here.
+    /// First phase of the ramp in the profile; `NOWHERE`: no ramp.
     phase: u8,
 }
 
@@ -114,7 +114,7 @@ impl Draft {
 
     /// Appends a ramp that has run for `elapsed` seconds, up to the end of the block.
     pub fn ramp(&mut self, ramp: Ramp, elapsed: f64) {
-        // Where no room is left the profile ends, and the next one begins with this ramp.
+        // Without room for another ramp the profile ends, and the next one begins with this ramp.
         if self.is_full() {
             return;
         }
@@ -144,7 +144,7 @@ impl Draft {
         }
     }
 
-    /// The finished profile. It is never empty: whatever went wrong, the block comes to its end.
+    /// Returns the finished profile, never empty: whatever went wrong, the block comes to its end.
     pub fn finish(&mut self, stopping: bool) {
         if self.phases == 0 && !stopping {
             self.speed = crate::greatest(self.speed, 0.01);
@@ -155,12 +155,12 @@ impl Draft {
     }
 }
 
-/// What lies ahead of a point in the running block.
+/// Limits and path ahead of a point in the running block.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ahead<'a> {
     pub planner: &'a Planner,
     pub block: &'a Block,
-    /// The block's anchor.
+    /// Anchor of the block.
     pub brake: Brake,
     pub overrides: Overrides,
     /// Greatest speed in the block under these overrides.
@@ -260,7 +260,7 @@ impl Ahead<'_> {
             return Some(Ramp::new(speed, self.brake.speed, own));
         }
         if !self.brake.is_safe(speed, self.room(), &own) {
-            // An override lowered the plan below what can be had. What the path itself allows is safe.
+            // An override lowered the plan below what can be had. The path's own limits are safe.
             let hard = Ahead { brake: self.planner.hard_brake(self.block, speed), ..*self };
             if speed > hard.brake.speed * SAME && hard.brake.is_safe(speed, hard.room(), &own) {
                 return Some(Ramp::new(speed, hard.brake.speed, own));
@@ -314,8 +314,8 @@ impl Ahead<'_> {
     /// `lowest`.
     ///
     /// Block by block ahead, until the ramp has certainly ended or may go no farther: the steepest ramp would
-    /// pass the next junction too fast. What it passes is safe then, wherever it ends. Its end must be safe
-    /// by the anchor of the last block: the greatest is found by halving.
+    /// pass the next junction too fast. Every junction passed is safe then, wherever the ramp ends. The end
+    /// must be safe by the anchor of the last block: the greatest is found by halving.
     fn climb(&self, from: f64, done: f64, lowest: f64) -> Option<f64> {
         let bounds = self.bounds();
         let mut highest = self.cruise;

@@ -30,7 +30,7 @@ pub(crate) const MAX_STEPS: f64 = 1_073_741_824.0;
 /// Fixed-point units of a [`StepPosition`] in one step.
 pub(crate) const STEP_UNITS: f64 = 16_777_216.0;
 
-/// One motor between two knots.
+/// The movement of one motor between two knots.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Span {
     /// Position at the beginning.
@@ -46,11 +46,11 @@ pub struct Span {
 /// All motors between two knots.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Segment {
-    /// When it begins.
+    /// Time at its beginning.
     pub start: TickTime,
-    /// How long it lasts.
+    /// Duration, in step clock ticks.
     pub duration: TickTime,
-    /// The motors.
+    /// Movement of each motor.
     pub motors: PerActuator<Span>,
 }
 

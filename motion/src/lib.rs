@@ -1,6 +1,6 @@
 //! From moves to step events: lines, arcs, look-ahead, the trajectory in time, kinematics, step times.
 //!
-//! One move, followed through: [`Motion::submit`] turns it into a block with its limits ([`planner`]); the
+//! The path of one move: [`Motion::submit`] turns the move into a block with its limits ([`planner`]); the
 //! reverse pass of [`Motion::plan`] settles the speed at each junction; when the block's turn comes,
 //! [`profile`] gives it a trapezoid in closed form. [`StepFeed::run`] takes that trajectory in slices of at
 //! most half a millisecond ([`knots::Segment`]: each motor's position and speed at both ends, through the
@@ -12,7 +12,7 @@
 //! the queue's atomics alone. No allocation, no panic path, no `unsafe`, and only `+ - * /` and `libm`, so
 //! that every machine computes the same step times to the last bit.
 //!
-//! This crate knows nothing of G-code, text, heaters or pins.
+//! The crate knows nothing of G-code, text, heaters or pins.
 #![cfg_attr(not(any(test, feature = "oracle")), no_std)]
 #![forbid(unsafe_code)]
 

@@ -1,4 +1,4 @@
-//! Where the motors really are: the feed's position less what the interrupt has yet to play.
+//! Actual motor positions: the feed's position less the events that the interrupt has yet to play.
 //!
 //! The interrupt keeps no position. The ring of events still holds what was written last, so walking back
 //! over it from the newest event undoes steps one by one: to the last one played, or to any tick of the
@@ -18,7 +18,7 @@ pub(crate) struct Rewind {
     turned: u8,
     /// Count of the event just after the current point.
     count: u32,
-    /// How far back events are still to be found.
+    /// Count of the oldest event still in the ring.
     oldest: u32,
 }
 

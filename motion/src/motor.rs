@@ -1,5 +1,5 @@
-//! One motor in the feed: from the crossings that its step solver finds to steps and direction changes at
-//! whole ticks, with the distances its driver needs.
+//! A motor in the feed: from the crossings that its step solver finds to steps and direction changes at whole
+//! ticks, with the distances its driver needs.
 //!
 //! Times here are offsets in ticks from the beginning of the current segment. Events are solved in batches;
 //! the feed takes them one by one as [`key`](crate::series::key)s.
@@ -11,10 +11,10 @@ use crate::{
     step_solver::StepSolver,
 };
 
-/// What the feed must know of a motor.
+/// Properties of a motor that the feed must know.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct MotorSetup {
-    /// Whose way it goes: its own place, or its master's.
+    /// Motor whose movement is followed: the motor itself, or its master.
     pub master: u8,
     pub fitted: bool,
     direction_setup: i32,
@@ -53,11 +53,11 @@ const TICK_UNITS: f32 = 4_294_967_296.0;
 /// Steps solved at a time: with the turn and the end, a power of two.
 const BATCH: usize = PLACES - 2;
 const PLACES: usize = 32;
-/// Where the first step of a batch is kept; the turn before it, if one is needed, is kept at 0.
+/// Index of a batch's first step; a turn before it, if needed, is at index 0.
 const FIRST_STEP: usize = 1;
 
 impl Scale {
-    /// Of a segment.
+    /// Local times of a segment in ticks.
     pub fn of(segment: &Segment) -> Self {
         // Both fit: the fraction is the lower 32 bits, and a segment is far shorter than 2^32 ticks.
         let fraction = segment.start.to_bits() as u32 as f32 / TICK_UNITS;
@@ -66,7 +66,7 @@ impl Scale {
     }
 }
 
-/// One motor's state in the feed.
+/// State of one motor in the feed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Motor {
     pub setup: MotorSetup,
@@ -80,7 +80,7 @@ pub(crate) struct Motor {
     /// Direction of the batch, and before it: 1 forward, -1 backward, 0 not known.
     facing: StepCount,
     faced: StepCount,
-    /// When the last step of the batch is.
+    /// Tick of the batch's last step.
     last: i32,
     /// Steps may come closer than the driver allows: each must be looked at.
     tight: bool,
@@ -120,7 +120,7 @@ impl Motor {
         self.steps = steps;
     }
 
-    /// What was solved is dropped; the direction too, when its last change was not played.
+    /// Drops the solved steps, and the direction too, when its last change was not played.
     pub fn drop_batch(&mut self, forget_direction: bool) {
         let facing = self.facing();
         self.forget_direction();
@@ -197,8 +197,8 @@ impl Motor {
         (step - setup).max(self.last + setup).max(floor)
     }
 
-    /// Moves steps that come sooner than the driver allows. Where the whole segment is slow enough, only the
-    /// first can.
+    /// Moves steps that come sooner than the driver allows. In a segment that is slow enough throughout, only
+    /// the first can come too soon.
     #[inline]
     fn keep_distance(&mut self, mut soonest: i32, count: usize) {
         for slot in &mut self.keys[FIRST_STEP..FIRST_STEP + count] {

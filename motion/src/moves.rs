@@ -1,10 +1,10 @@
-//! What the dispatcher asks for, and why it may be refused.
+//! Requests of the dispatcher to the motion object, and reasons to refuse them.
 
 use units::{Axis, MmPerSecond, PerAxis};
 
 use crate::path::Curve;
 
-/// Which speed limit of the program a move obeys.
+/// Kind of a move: decides the override that applies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
     /// Positioning (G0): the rapid override applies; a laser stays off.
@@ -14,21 +14,21 @@ pub enum Mode {
     Feed,
 }
 
-/// What becomes of the corner between a move and the one before it.
+/// Treatment of the corner between a move and the one before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Corner {
-    /// It stays as sharp as it is, and is taken at the speed of the junction deviation (G61).
+    /// Sharp, and taken at the speed of the junction deviation (G61).
     #[default]
     Sharp,
-    /// It stays sharp, and the machine stands still in it (G61.1).
+    /// Sharp, with a standstill in the corner (G61.1).
     Stop,
     /// Between two straight moves of one mode and power it is rounded by an arc that leaves it by this much
     /// at most, mm (G64 P).
     Rounded(f64),
 }
 
-/// What a move is made for, as whoever submits it counts: a line of a file, say. Motion hands it back while
-/// the motors make the move.
+/// Purpose of a move, numbered by the submitter: a line of a file, say. Motion hands the tag back while the
+/// motors make the move.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tag(pub u32);
 
@@ -37,29 +37,29 @@ impl Tag {
     pub const NONE: Self = Self(0);
 }
 
-/// Which part of the work a move belongs to, as whoever submits it counts: an object of a print, say. What
-/// waits of a part can be left out ([`crate::Motion::go_round`]). Zero: none.
+/// Part of the work that a move belongs to, numbered by the submitter: an object of a print, say. Waiting
+/// moves of a part can be left out ([`crate::Motion::go_round`]). Zero: none.
 pub type Part = u8;
 
 /// A move from wherever the previous one ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Move {
-    /// Where it ends, in machine space: X Y Z in mm, A B C in mm (filament) or degrees.
+    /// End of the move, in machine space: X Y Z in mm, A B C in mm (filament) or degrees.
     pub target: PerAxis<f64>,
     /// Speed along the path of X Y Z; along the auxiliary axes when X Y Z stand still.
     pub feed_rate: MmPerSecond,
-    /// Rapid or feed.
+    /// Kind of move: rapid or feed.
     pub mode: Mode,
     /// The program's S value, for a laser.
     pub power: f32,
-    /// What X, Y and Z do on the way, seen from where the previous move ends; a line for a straight move. The
-    /// target is where it ends in any case: what the two differ by is spread over the whole way.
+    /// Curve of X, Y and Z, seen from the end of the previous move; a line for a straight move. The move ends
+    /// at the target in any case: a difference between the two is spread over the whole way.
     pub curve: Curve,
     /// The corner at its beginning.
     pub corner: Corner,
-    /// What it is made for.
+    /// Purpose of the move.
     pub tag: Tag,
-    /// Which part of the work it belongs to.
+    /// Part of the work that the move belongs to.
     pub part: Part,
 }
 
@@ -79,14 +79,14 @@ impl Move {
         }
     }
 
-    /// A positioning move.
+    /// A positioning move (rapid).
     #[must_use]
     pub const fn rapid(target: PerAxis<f64>, feed_rate: MmPerSecond) -> Self {
         Self { mode: Mode::Rapid, ..Self::feed(target, feed_rate) }
     }
 }
 
-/// Why [`crate::Motion`] did not do what it was asked. Nothing was changed.
+/// Reason for which [`crate::Motion`] did not do what it was asked. Nothing was changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Refusal {

@@ -1,9 +1,10 @@
 //! The reference for step times: slow, obvious, in `f64`, sharing no arithmetic with the fast path.
 //!
-//! It takes the ideal trajectory as pieces (constant jerk along a path, from [`crate::Motion::last_piece`])
-//! and answers where a motor ideally is at any time, and how far in time an edge is from the ideal crossing
-//! of its half step. Input shaping and pressure advance it does by their definitions, from the table of
-//! pulses on. What it does not check is the plan itself (limits, junctions); the planner's laws do.
+//! The reference takes the ideal trajectory as pieces (constant jerk along a path, from
+//! [`crate::Motion::last_piece`]) and gives the ideal position of a motor at any time, and the distance in
+//! time by which an edge is from the ideal crossing of its half step. Input shaping and pressure advance
+//! follow their definitions, from the table of pulses on. The plan itself (limits, junctions) is not checked
+//! here but by the planner's laws.
 
 use std::{sync::Arc, vec::Vec};
 
@@ -36,39 +37,39 @@ pub struct Ideal {
     config: MotionConfig,
     /// Filters of the pieces to come.
     filters: FilterConfig,
-    /// What lies between the program and the motors from the next piece on.
+    /// Compensation between the program and the motors from the next piece on.
     warp: Option<Arc<Warp>>,
-    /// What was planned at first, and after each time that trajectory was taken back. Never empty.
+    /// Versions of the trajectory: the first plan, and another after each time that trajectory was taken
+    /// back. Never empty.
     eras: Vec<Era>,
 }
 
 #[derive(Clone, Debug)]
 struct Timed {
-    /// Nanoseconds from boot.
+    /// Time of the beginning, nanoseconds from boot.
     start: f64,
     piece: Piece,
-    /// Those that were in force when it came: they hold until the next piece. They only change where the
-    /// motors rest.
+    /// Filters in force when the piece came: they hold until the next piece. Filters only change at rest.
     filters: FilterConfig,
     warp: Option<Arc<Warp>>,
     /// Of its spline, if it has one.
     table: Option<Arc<ways::Table>>,
 }
 
-/// Where the bins of [`StepError::bins`] end, ns.
+/// Upper ends of the bins of [`StepError::bins`], ns.
 pub const BIN_ENDS_NS: [f64; 11] = [1.0, 2.0, 3.0, 4.0, 5.0, 10.0, 20.0, 50.0, 100.0, 250.0, 1000.0];
 
-/// How far the edges of a run are from ideal.
+/// Time errors of the edges of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepError {
-    /// Edges compared.
+    /// Number of edges compared.
     pub edges: u64,
-    /// Greatest distance, ns.
+    /// Greatest error of an edge, ns.
     pub max: f64,
     /// Sum of squares, ns^2.
     sum_of_squares: f64,
-    /// How many edges were off by less than each of [`BIN_ENDS_NS`] and no less than the one before; last, by
-    /// more.
+    /// Number of edges that were off by less than each of [`BIN_ENDS_NS`] and no less than the one before;
+    /// the last bin counts the rest.
     pub bins: [u64; BIN_ENDS_NS.len() + 1],
 }
 
@@ -97,7 +98,7 @@ impl StepError {
 }
 
 impl Ideal {
-    /// No motion yet.
+    /// Creates a reference without any motion yet.
     #[must_use]
     pub fn new(config: MotionConfig) -> Self {
         Self { config, filters: config.filters, warp: None, eras: std::vec![Era::first()] }
@@ -119,7 +120,7 @@ impl Ideal {
         self.warp = warp;
     }
 
-    /// Adds a piece. One that begins before the last one ends replaces the rest of it (a hold, a stop, an
+    /// Adds a piece. A piece that begins before the last one ends replaces the rest of it (a hold, a stop, an
     /// override).
     pub fn push(&mut self, piece: &Piece) {
         let start = nanoseconds(piece.start);
@@ -133,8 +134,8 @@ impl Ideal {
         era.pieces.push(Timed { start, piece: *piece, filters: self.filters, warp: self.warp.clone(), table });
     }
 
-    /// Trajectory was taken back ([`crate::Motion::last_taken_back`]): the next pieces replace it. Where
-    /// several times were missed, the one that went back farthest counts.
+    /// Trajectory was taken back ([`crate::Motion::last_taken_back`]): the next pieces replace it. Of several
+    /// times that were missed, the one that went back farthest counts.
     pub fn take_back(&mut self, taken: &TakenBack) {
         let (from, out) = (nanoseconds(taken.from), nanoseconds(taken.out));
         let Some(last) = self.eras.last_mut() else { return };
@@ -155,7 +156,7 @@ impl Ideal {
         self.eras.iter_mut().for_each(|era| era.forget_before(at));
     }
 
-    /// Where the machine ideally is, and its velocity, at `at` ns. `None` before any piece is known.
+    /// Returns the machine's ideal position and velocity at `at` ns. `None` before any piece is known.
     #[must_use]
     pub fn machine(&self, at: f64) -> Option<(PerAxis<f64>, PerAxis<f64>)> {
         self.machine_by(self.number_at(at), at)
@@ -170,7 +171,7 @@ impl Ideal {
         self.eras.get(self.number_at(at))
     }
 
-    /// Where trajectory was taken back, ns, and by how much the output there jumps.
+    /// Returns the times at which trajectory was taken back, ns, and the jumps of the output there.
     #[cfg(test)]
     pub(crate) fn jumps(&self) -> Vec<(f64, PerAxis<f64>, PerAxis<f64>)> {
         let jump = |number: usize| {
@@ -211,8 +212,9 @@ impl Ideal {
         Some((position, velocity))
     }
 
-    /// An extruder's position and speed by the plan of this number. It goes over from the plan before, over
-    /// one latency, by the cubic that begins with the difference in place and speed and ends without.
+    /// An extruder's position and speed by the plan of this number. The extruder goes over from the plan
+    /// before, over one latency, by the cubic that begins with the difference in place and speed and ends
+    /// without.
     fn extruder(
         &self,
         number: usize,
@@ -246,7 +248,8 @@ impl Ideal {
         mm * self.config.actuators[actuator].map_or(0.0, |motor| motor.steps_per_mm)
     }
 
-    /// Ideal position of a motor in steps at `at` ns. One that turns round and round is given within a turn.
+    /// Ideal position of a motor in steps at `at` ns. The position of a motor that turns round and round is
+    /// given within a turn.
     #[must_use]
     pub fn steps(&self, actuator: Actuator, at: f64) -> Option<f64> {
         self.machine(at).map(|(position, _)| self.motor(actuator, &position, at))
@@ -278,7 +281,8 @@ impl Ideal {
         self.crossing(actuator, at, count, sign).map(|crossing| (crossing - at).abs())
     }
 
-    /// When the ideal crossing of that half step is, as near `at` as can be said.
+    /// Returns the time of the ideal crossing of that half step, the one nearest to `at` as far as that is
+    /// defined.
     #[must_use]
     pub fn crossing(&self, actuator: Actuator, at: f64, count: i32, sign: i32) -> Option<f64> {
         let threshold = f64::from(count) - 0.5 * f64::from(sign);
@@ -316,7 +320,7 @@ impl Ideal {
     }
 }
 
-/// Nanoseconds from boot.
+/// Converts ticks to nanoseconds from boot.
 fn nanoseconds(time: TickTime) -> f64 {
     time.to_num::<f64>() * f64::from(units::TICK_NANOSECONDS)
 }

@@ -14,7 +14,7 @@ use crate::square_root;
 /// Constant jerk for a while.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Phase {
-    /// Seconds.
+    /// Duration of the phase, seconds.
     pub duration: f64,
     /// Speed at its beginning, mm/s.
     pub speed: f64,
@@ -26,10 +26,10 @@ pub struct Phase {
     pub length: f64,
 }
 
-/// How many phases a profile may have: a ramp up, a cruise, a ramp down. A block may need several profiles.
+/// Most phases of a profile: a ramp up, a cruise, a ramp down. A block may need several profiles.
 pub const MAX_PHASES: usize = 7;
 
-/// The phases of a block. Those that do not occur have no duration. A trapezoid has three: ramp, cruise,
+/// The phases of a block. Phases that do not occur have no duration. A trapezoid has three: ramp, cruise,
 /// ramp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Profile {

@@ -1,6 +1,6 @@
 //! The step queue: what the step feed writes ahead and the step interrupt plays back.
 //!
-//! One producer (the feed) and one consumer (the interrupt). The producer alone writes `events` and
+//! The feed is the only producer, the interrupt the only consumer. The producer alone writes `events` and
 //! `written`; the consumer alone writes `played`. An event is published by the release store of `written`, so
 //! the consumer never sees a half-written one, and neither side ever waits for the other. Everything is
 //! 32-bit atomics: plain loads and stores on a Cortex-M7, no `unsafe`, no critical section.
@@ -13,11 +13,11 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering, compiler_fence};
 
 use units::{Actuator, Direction};
 
-/// How many events fit. A power of two, so that wrapping is a mask.
+/// Number of events that fit. A power of two, so that wrapping is a mask.
 pub const CAPACITY: usize = 2048;
 const MASK: u32 = CAPACITY as u32 - 1;
 
-/// What happens at one instant: a motor steps, or its direction pin gets a new level.
+/// Event at one instant: a motor steps, or its direction pin gets a new level.
 ///
 /// Layout of the packed word: bits 0 to 2 the motor, bit 3 forward (of a turn), bit 4 a turn. A step's word
 /// is just its motor, so that the interrupt finds out with one comparison, and without shifting, what to do
@@ -26,7 +26,7 @@ const MASK: u32 = CAPACITY as u32 - 1;
 pub struct StepEvent {
     /// Low half of the step clock at which the event is due.
     pub at: u32,
-    /// Packed action.
+    /// Packed action and motor.
     pub word: u32,
 }
 
@@ -37,16 +37,16 @@ impl StepEvent {
     pub const FORWARD: u32 = 0b1000;
     /// Bit of [`Self::word`]: the direction changes; the motor does not step.
     pub const TURN: u32 = 0b1_0000;
-    /// How many bits of a word are used.
+    /// Number of bits used in a word.
     pub(crate) const BITS: u32 = 5;
 
-    /// This motor steps at `at`.
+    /// Event that steps a motor at `at`.
     #[must_use]
     pub const fn step(at: u32, actuator: Actuator) -> Self {
         Self { at, word: actuator as u32 }
     }
 
-    /// This motor's direction pin changes at `at`.
+    /// Event that changes a motor's direction pin at `at`.
     #[must_use]
     pub const fn turn(at: u32, actuator: Actuator, direction: Direction) -> Self {
         let forward = match direction {
@@ -56,7 +56,7 @@ impl StepEvent {
         Self { at, word: actuator as u32 | forward | Self::TURN }
     }
 
-    /// Which motor, as a place in [`units::PerActuator`].
+    /// Returns the motor, as a place in [`units::PerActuator`].
     #[must_use]
     #[inline(always)]
     pub const fn motor(self) -> usize {
@@ -140,7 +140,7 @@ impl Default for StepQueue {
 }
 
 impl StepQueue {
-    /// An empty queue.
+    /// Creates an empty queue.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -173,7 +173,7 @@ impl StepQueue {
         Writer { queue: self, written: self.written.load(Ordering::Relaxed), room }
     }
 
-    /// How many events wait to be played.
+    /// Returns the number of events that wait to be played.
     #[must_use]
     pub fn len(&self) -> usize {
         self.written.load(Ordering::Acquire).wrapping_sub(self.played.load(Ordering::Acquire)) as usize
@@ -185,13 +185,13 @@ impl StepQueue {
         self.len() == 0
     }
 
-    /// How many events were ever played, wrapping.
+    /// Returns the number of events ever played, wrapping.
     #[must_use]
     pub fn played(&self) -> u32 {
         self.played.load(Ordering::Acquire)
     }
 
-    /// How many events were ever published, wrapping.
+    /// Returns the number of events ever published, wrapping.
     #[must_use]
     pub fn written(&self) -> u32 {
         self.written.load(Ordering::Acquire)
@@ -205,7 +205,7 @@ impl StepQueue {
         self.slots[(count & MASK) as usize].read()
     }
 
-    /// How many more events fit now. The interrupt only ever makes this more.
+    /// Returns the number of events that still fit. The interrupt only ever makes this more.
     #[must_use]
     pub fn free(&self) -> usize {
         CAPACITY - self.len()
@@ -235,7 +235,7 @@ impl StepQueue {
 
     // --- interrupt side ---
 
-    /// The next event, if there is one. It stays in the queue until [`Self::advance`].
+    /// Returns the next event, if there is one, and leaves it in the queue until [`Self::advance`].
     #[must_use]
     #[inline(always)]
     pub fn front(&self) -> Option<StepEvent> {

@@ -6,26 +6,26 @@
 //! `t2 = d / a - t1`; else `t1 = sqrt(d / j)`, `t2 = 0`. The speed over time is symmetric about its middle,
 //! so the length is `(u + w) / 2 * (2 t1 + t2)`.
 //!
-//! What a longer ramp does at first a shorter one to the same side does too: until its acceleration falls, a
-//! ramp may still be given another end ([`Ramp::soonest`]).
+//! A longer and a shorter ramp to the same side begin alike: until its acceleration falls, a ramp may still
+//! be given another end ([`Ramp::soonest`]).
 //!
-//! All in closed form. Where a cubic `v t + k t^3 = x` must be solved, Cardano's formula (k > 0) or the first
-//! step of Newton's method from zero (k < 0, where it can only come from below) is polished by a fixed number
-//! of Newton steps.
+//! All is in closed form. For a cubic `v t + k t^3 = x` that must be solved, Cardano's formula (k > 0) or the
+//! first step of Newton's method from zero (k < 0, where it can only come from below) is polished by a fixed
+//! number of Newton steps.
 
 use crate::{least, profile::Phase, root::cube_root, square_root};
 
 /// The greatest acceleration and jerk of a ramp; both above zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Bounds {
-    /// mm/s^2.
+    /// Greatest acceleration, in mm/s^2.
     pub acceleration: f64,
-    /// mm/s^3.
+    /// Greatest jerk, in mm/s^3.
     pub jerk: f64,
 }
 
 impl Bounds {
-    /// What exceeds neither these nor the others.
+    /// Returns the bounds that exceed neither these nor the others.
     pub fn and(&self, other: &Self) -> Self {
         Self { acceleration: least(self.acceleration, other.acceleration), jerk: least(self.jerk, other.jerk) }
     }
@@ -104,21 +104,21 @@ fn cubic(v: f64, k: f64, x: f64) -> f64 {
     if t > 0.0 { t } else { 0.0 }
 }
 
-/// One ramp.
+/// A ramp between two speeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ramp {
     /// Speed at its beginning, mm/s.
     pub from: f64,
     /// Speed at its end, mm/s.
     pub to: f64,
-    /// Its limits.
+    /// Limits of the ramp.
     pub bounds: Bounds,
     /// Durations of the phases with jerk and of the one between, seconds.
     turn: f64,
     steady: f64,
 }
 
-/// Where a ramp is at some time.
+/// State of a ramp at some time.
 #[derive(Clone, Copy, Debug)]
 struct Moment {
     distance: f64,
@@ -132,17 +132,17 @@ impl Ramp {
         Self { from, to, bounds, turn, steady }
     }
 
-    /// Seconds.
+    /// Returns the duration, seconds.
     pub fn duration(&self) -> f64 {
         2.0 * self.turn + self.steady
     }
 
-    /// Path length, mm.
+    /// Returns the path length, mm.
     pub fn length(&self) -> f64 {
         0.5 * (self.from + self.to) * self.duration()
     }
 
-    /// The speed grows.
+    /// Whether the speed grows.
     pub fn rises(&self) -> bool {
         self.to > self.from
     }
@@ -201,7 +201,7 @@ impl Ramp {
         self.moment(elapsed).speed
     }
 
-    /// When the ramp has covered `distance`, seconds from its beginning.
+    /// Returns the time from the ramp's beginning at which it has covered `distance`, seconds.
     pub fn time_at(&self, distance: f64) -> f64 {
         let third = self.sign() * self.bounds.jerk / 6.0;
         let turned = self.moment(self.turn);

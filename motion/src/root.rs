@@ -6,13 +6,13 @@
 //!
 //! **Cube root.** The FPU multiplies double numbers but cannot fuse or take cube roots. `libm`'s is correctly
 //! rounded by fused multiply-adds, which it has to make of integers there: 570 instructions, and the plan of
-//! jerk-limited moves takes one for each block of look-ahead. This one takes a fifth and gives the same
+//! jerk-limited moves takes one for each block of look-ahead. The one here takes a fifth and gives the same
 //! number: the last step adds to an approximation a correction that is exact to many more digits than are
 //! kept.
 
 use once_cell::race::OnceRef;
 
-/// What takes square roots, where it is not `libm`.
+/// Board's function for square roots; `libm` is used without it.
 static SQUARE_ROOT: OnceRef<'static, fn(f64) -> f64> = OnceRef::new();
 
 /// Has all square roots taken by `root`, which must round correctly (IEEE 754, 5.4.1). The first call counts;
@@ -52,8 +52,8 @@ pub(crate) fn cube_root(x: f64) -> f64 {
     if !(1e-90..=1e90).contains(&x) {
         return libm::cbrt(x);
     }
-    // A third of the exponent, and of the mantissa along with it: right to 6 %. What is added is two thirds
-    // of the exponents' bias, less what makes the errors at both ends alike.
+    // A third of the exponent, and of the mantissa along with it: right to 6 %. The constant added is two
+    // thirds of the exponents' bias, less what makes the errors at both ends alike.
     let upper = (x.to_bits() >> 32) as u32 / 3 + 0x2A9F_7893;
     let mut y = f64::from_bits(u64::from(upper) << 32);
     // Halley: each step cubes the error.
@@ -61,7 +61,7 @@ pub(crate) fn cube_root(x: f64) -> f64 {
         let cube = y * y * y;
         y *= (cube + x + x) / (cube + cube + x);
     }
-    // One step of Newton, its residual in twice the digits.
+    // A Newton step, its residual in twice the digits.
     let (square, square_rest) = exact_product(y, y);
     let (cube, cube_rest) = exact_product(square, y);
     let residual = (x - cube) - (cube_rest + square_rest * y);

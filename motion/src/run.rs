@@ -20,9 +20,9 @@ use crate::{
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run {
     pub block: Block,
-    /// Its way through space.
+    /// Path of the block in machine space.
     pub path: Path,
-    /// What each motor does for a millimetre of path at the cursor, once it is known.
+    /// Movement of each motor for a millimetre of path at the cursor, once it is known.
     pub rates: Option<PerActuator<f64>>,
     profile: Profile,
     /// The ramps that the profile is made of, when it is limited in jerk.
@@ -36,7 +36,7 @@ pub(crate) struct Run {
     cut_from: f64,
     longest: f64,
     taken: u32,
-    /// When that phase begins.
+    /// Time at which that phase begins.
     phase_start: TickTime,
     /// Path distance from the beginning of the block at which that phase begins, mm.
     phase_base: f64,

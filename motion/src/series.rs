@@ -3,10 +3,10 @@
 //! A motor's position in a segment is a cubic of time; where its speed keeps its sign it can be turned round,
 //! and time is a smooth function of position. [`Series::between`] takes the cubic of position that has the
 //! right time and the right slope (one over the speed) at both ends: Hermite interpolation of the inverse.
-//! Its error is largest in the middle, and there it is measured, against the cubic itself: a series that
-//! misses by more than [`TOLERANCE_TICKS`] is refused, and the solver tries half the way. For constant
-//! acceleration a and speed v over a time T the error is about `T (a T / v)^3 / 26`: at 3000 mm/s^2 and above
-//! 25 mm/s a whole half millisecond is one series.
+//! The error of the series is largest in the middle, and there it is measured, against the cubic itself: a
+//! series that misses by more than [`TOLERANCE_TICKS`] is refused, and the solver tries half the way. For
+//! constant acceleration a and speed v over a time T the error is about `T (a T / v)^3 / 26`: at 3000 mm/s^2
+//! and above 25 mm/s a whole half millisecond is one series.
 
 use crate::queue::StepEvent;
 
@@ -25,7 +25,7 @@ pub(crate) struct Scale {
     pub offset: f32,
 }
 
-/// One end of the way: local time, position relative to the segment's in steps, speed in steps per unit of
+/// An end of the stretch: local time, position relative to the segment's in steps, speed in steps per unit of
 /// local time. Position and speed count in the direction of movement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct End {
@@ -41,7 +41,7 @@ pub(crate) struct Series {
     a: [f32; 4],
     /// Number of the next step.
     k: f32,
-    /// Steps left.
+    /// Number of steps left.
     left: u32,
 }
 
@@ -86,7 +86,7 @@ impl Series {
         Some(Self { a, k: 0.0, left: count })
     }
 
-    /// How many steps are left.
+    /// Returns the number of steps left.
     #[inline]
     pub const fn left(&self) -> u32 {
         self.left

@@ -2,16 +2,15 @@
 //!
 //! Local time u runs from 0 to 1 over the segment. The position relative to the step the motor stands on is
 //! the cubic `x0 + u (c1 + u (c2 + u c3))` in steps, in `f32`: with at most a thousand steps and 100 000
-//! ticks in a segment, 24 bits resolve a hundredth of a tick. How many steps the segment has is not found by
+//! ticks in a segment, 24 bits resolve a hundredth of a tick. The segment's number of steps is not found by
 //! solving: it is the difference of the nearest steps at its two knots, in integers. Solving only says when,
 //! and its result is kept between its neighbours.
 //!
-//! Where the speed changes little, consecutive steps come from one [`Series`]. Where it does not (near
-//! standstill and turning points) or the steps are few, each is solved by itself: with speed v, acceleration
-//! a and r steps to go, the time is the root of `v d + a d^2 / 2 = r`, whose series in `q = a r / v^2` is `d
-//! = r/v (1 - q/2 + q^2/2 - 5 q^3/8)`. One Newton step on the cubic then removes what the series leaves.
-//! Where q is large, a bracketed search takes over; it is bounded and rare (the first and last step or two of
-//! a ramp).
+//! At a speed that changes little, consecutive steps come from one [`Series`]. Near standstill and turning
+//! points, or where the steps are few, each is solved by itself: with speed v, acceleration a and r steps to
+//! go, the time is the root of `v d + a d^2 / 2 = r`, whose series in `q = a r / v^2` is `d = r/v (1 - q/2 +
+//! q^2/2 - 5 q^3/8)`. One Newton step on the cubic then removes what the series leaves. For large q, a
+//! bracketed search takes over; it is bounded and rare (the first and last step or two of a ramp).
 
 use crate::{
     convert::{float_of_i64, floor_i32},
@@ -20,7 +19,7 @@ use crate::{
     square_root,
 };
 
-/// One motor's way through the current segment.
+/// Solver of one motor's step times in the current segment.
 #[derive(Clone, Copy, Debug)]
 pub struct StepSolver {
     x0: f32,
@@ -40,7 +39,7 @@ pub struct StepSolver {
     sign: f32,
     /// The same as a count.
     step: i32,
-    /// Where the current stretch ends.
+    /// Local time at the end of the current stretch.
     stretch_end: f32,
     /// Position at the ends of the stretches that follow: the segment is cut where the motor turns.
     stretches: Stretches,
@@ -56,7 +55,7 @@ pub struct StepSolver {
 struct Stretches {
     /// Local time and relative step at the end of each.
     ends: [(f32, i32); 3],
-    /// How many there are, and which is current.
+    /// Number of stretches, and index of the current one.
     count: u8,
     current: u8,
     /// Relative step at the beginning of the current one.
@@ -71,7 +70,7 @@ const TOLERANCE: f32 = 2e-5;
 const SERIES_LIMIT: f32 = 0.2;
 /// Fewer steps than this are solved one by one.
 const LEAST_SERIES: u32 = 3;
-/// How many times a series that is not good enough is tried over half the way.
+/// Number of times that a series that is not good enough is tried over half the way.
 const HALVINGS: u32 = 4;
 /// Steps solved one by one where no series will do, before another try.
 const SINGLES: u32 = 4;
@@ -127,7 +126,7 @@ impl StepSolver {
         self.singles = 0;
     }
 
-    /// Forgets the segment.
+    /// Forgets the segment and its steps.
     pub fn clear(&mut self) {
         self.drop_stretch();
         self.stretches.count = 0;
@@ -173,7 +172,7 @@ impl StepSolver {
         false
     }
 
-    /// What the next step adds to the count: 1 or -1.
+    /// Returns the change of the count by the next step: 1 or -1.
     #[must_use]
     #[inline]
     pub fn sign(&self) -> i32 {
@@ -208,7 +207,7 @@ impl StepSolver {
         filled
     }
 
-    /// These steps are found.
+    /// Counts these steps as found.
     #[inline]
     fn pass(&mut self, count: u32) {
         self.left -= count;
@@ -346,7 +345,7 @@ impl Stretches {
     }
 }
 
-/// Where `c1 + 2 c2 u + 3 c3 u^2` is zero with 0 < u < 1, in order.
+/// Returns the roots of `c1 + 2 c2 u + 3 c3 u^2` with 0 < u < 1, in order.
 fn turns(c1: f64, c2: f64, c3: f64) -> [Option<f64>; 2] {
     let root = square_root(crate::greatest(c2 * c2 - 3.0 * c3 * c1, 0.0));
     // The two roots without cancellation: one by the larger sum, the other from their product c1 / 3 c3.

@@ -1,7 +1,7 @@
-//! What motion keeps that is large and looked at per knot or per block, never per step.
+//! Large data of motion that is looked at per knot or per block, never per step.
 //!
-//! It lives apart from [`crate::Motion`], so that a board can give the motion object its fastest memory and
-//! this a larger one.
+//! The store is separate from [`crate::Motion`], so that a board can give the motion object its fastest
+//! memory and the store a larger one.
 
 use crate::{compensation::Surface, filters::History, path::CurveRing, timeline::Timeline};
 
@@ -28,7 +28,7 @@ impl Default for Store {
 }
 
 impl Store {
-    /// Empty.
+    /// Creates an empty store.
     #[must_use]
     pub const fn new() -> Self {
         Self { history: History::new(), curves: CurveRing::new(), surface: Surface::new(), timeline: Timeline::new() }

@@ -1,9 +1,9 @@
-//! What of the program is being executed, and what is to happen at places of the path: tags and marks.
+//! Timeline of the program: tags of the moves being executed, and marks at places of the path.
 //!
 //! A tag names what a move is for (a line of a file); [`Timeline::pass`] says whose move the motors are
 //! making. A mark is a place between moves: it is made behind whatever has been submitted, and reached when
-//! the motors get there. Whoever hangs effects on marks (a fan, a target temperature) learns from [`Passed`]
-//! which have been reached; the path is the same with and without them.
+//! the motors get there. The part that hangs effects on marks (a fan, a target temperature) learns from
+//! [`Passed`] which have been reached; the path is the same with and without them.
 //!
 //! Blocks are counted as in [`crate::planner::Planner`]. The cursor enters each block here when it begins it,
 //! up to a few milliseconds before the motors do; what is entered and then taken back is forgotten again.
@@ -33,7 +33,7 @@ impl Mark {
     }
 }
 
-/// How far the motors have come.
+/// Progress of the motors in the program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Passed {
     /// Of the move under way, or of the last one.
@@ -42,7 +42,7 @@ pub struct Passed {
     pub mark: Mark,
 }
 
-/// Where a move begins.
+/// Beginning of a move on the trajectory.
 #[derive(Clone, Copy, Debug)]
 struct Boundary {
     at: TickTime,
@@ -121,7 +121,7 @@ pub(crate) struct Timeline {
 }
 
 impl Timeline {
-    /// Nothing has happened.
+    /// Creates a timeline on which nothing has happened.
     pub const fn new() -> Self {
         const BOUNDARY: Boundary = Boundary { at: TickTime::ZERO, block: 0, tag: Tag::NONE };
         const PLACE: Place = Place { block: 0, mark: Mark(0) };
@@ -166,7 +166,7 @@ impl Timeline {
         self.next.wrapping_sub(block) as i32 > 0
     }
 
-    /// What began at or after this is to begin anew.
+    /// Forgets every beginning at or after `from`: those blocks begin anew.
     pub fn take_back(&mut self, from: TickTime) {
         while let Some(last) = self.begun.last_mut().copied().filter(|last| last.at >= from) {
             self.next = last.block;
@@ -182,7 +182,7 @@ impl Timeline {
         }
     }
 
-    /// What has not happened yet comes this much later.
+    /// Delays everything from `from` on by `by`.
     pub fn shift(&mut self, from: TickTime, by: TickTime) {
         for index in 0..self.begun.length {
             let place = (self.begun.first + index) % BOUNDARIES;
@@ -201,8 +201,8 @@ impl Timeline {
         self.next = pushed;
     }
 
-    /// Where the motors are at this tick. `rests` when they have played all that was submitted so far,
-    /// `pushed` blocks.
+    /// Returns the progress of the motors at this tick. `rests` when they have played all that was submitted
+    /// so far, `pushed` blocks.
     pub fn pass(&mut self, now: Ticks, rests: bool, pushed: u32) -> Passed {
         let mut reached = None;
         while let Some(boundary) = self.begun.get(0).filter(|boundary| boundary.at <= at_tick(now)) {

@@ -53,9 +53,9 @@ pub const fn at_tick(ticks: Ticks) -> TickTime {
 /// Constant jerk along a path: none in a trapezoid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Piece {
-    /// When it begins.
+    /// Time at its beginning.
     pub start: TickTime,
-    /// How long it lasts, in seconds.
+    /// Duration of the piece, in seconds.
     pub duration: f64,
     /// The way of the whole block.
     pub path: Path,
@@ -73,11 +73,12 @@ pub struct Piece {
 /// but for extruders with pressure advance, which go over from the old to the new over one latency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TakenBack {
-    /// Changes each time.
+    /// Number that changes each time.
     pub count: u32,
-    /// From when on.
+    /// Time from which the trajectory was taken back.
     pub from: TickTime,
-    /// How far the output of the filters was settled then: until there extruders follow the old trajectory.
+    /// Time up to which the output of the filters was settled then: until there extruders follow the old
+    /// trajectory.
     pub out: TickTime,
 }
 
@@ -106,7 +107,7 @@ impl Piece {
         self.path.point(self.base + distance)
     }
 
-    /// What one millimetre of path adds to each axis at this path distance from the beginning.
+    /// Returns the movement of each axis for a millimetre of path at this path distance from the beginning.
     #[must_use]
     pub fn tangent_after(&self, distance: f64) -> PerAxis<f64> {
         self.path.tangent(self.base + distance)

@@ -42,12 +42,12 @@ pub struct Fired {
     pub at: u32,
 }
 
-/// What stopped the motion, when, and where the motors were then.
+/// Event that stopped the motion: the input, its time, and the motors' step counts then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Trigger {
     /// Number of the input.
     pub input: u8,
-    /// When it fired.
+    /// Time at which the input fired.
     pub at: Ticks,
     /// Each motor's step count at that tick, exactly.
     pub steps: PerActuator<StepCount>,
@@ -94,7 +94,7 @@ impl Latch {
         self.arm(0);
     }
 
-    /// Inputs still armed.
+    /// Returns the inputs still armed, one bit each.
     #[must_use]
     pub fn armed(&self) -> u32 {
         self.armed.load(Ordering::SeqCst)

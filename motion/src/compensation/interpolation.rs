@@ -1,4 +1,4 @@
-//! What lies between the points of a grid: three ways from measured heights to a surface through them.
+//! Interpolation of a bed mesh: three ways from measured heights to a surface between the points of the grid.
 //!
 //! Each is a function of one line of heights, used along X and then along Y. None is looked up while the
 //! machine moves: the surface is laid through what they give at the points of a finer grid, once, when a grid
@@ -10,11 +10,11 @@ use super::surface::{MOST_SIDE, SIDE, Weights, natural};
 pub const MOST_OF_POLYNOMIAL: usize = 6;
 /// The finer grid has so many cells for each of the measured one, where there is room.
 const FINER: usize = 4;
-/// Its points lie no nearer than this, mm: so that the distance of knots, which is bounded by it, is the same
-/// up to 500 mm/s as on a coarser grid.
+/// Least distance of the finer grid's points, mm: the distance of knots, which is bounded by it, is then the
+/// same up to 500 mm/s as on a coarser grid.
 const LEAST_FINE_MM: f64 = 4.0;
 
-/// How heights between measured points follow from those.
+/// Law by which heights between measured points follow from the measured ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Interpolation {
     /// The natural bicubic spline: height, slope and bend are continuous.
@@ -22,7 +22,7 @@ pub enum Interpolation {
     Spline,
     /// Straight between neighbours, along X and along Y; the kinks at the points are rounded.
     Bilinear,
-    /// One polynomial through all points of a line (Lagrange).
+    /// A single polynomial through all points of a line (Lagrange).
     Lagrange,
 }
 
@@ -37,7 +37,7 @@ impl Interpolation {
         }
     }
 
-    /// What is written so.
+    /// Returns the interpolation of that name in upper or lower case, if there is one.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         [Self::Spline, Self::Bilinear, Self::Lagrange].into_iter().find(|way| way.name().eq_ignore_ascii_case(name))

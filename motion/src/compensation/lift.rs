@@ -1,4 +1,4 @@
-//! What compensation asks of the motors beside the program's own way: bounds for one move.
+//! Bounds for one move of the motion that compensation adds to the program's own path.
 
 use units::PerAxis;
 
@@ -19,7 +19,7 @@ pub(crate) struct Lift {
     bend: [f64; 3],
     /// First and second derivative of fading, times the greatest height.
     fading: [f64; 2],
-    /// The first alone.
+    /// First derivative of fading alone, for each mm.
     change: f64,
     /// Least and greatest of what is added, mm.
     pub low: f64,
@@ -63,7 +63,7 @@ impl Lift {
     }
 }
 
-/// What lies over one move: skew, and the bounds of levelling.
+/// Compensation over one move: skew, and the bounds of levelling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Over {
     pub skew: Option<Skew>,
@@ -121,7 +121,7 @@ impl Compensation {
         for index in 0..=INTERVALS {
             extent.take(&path.point(length * f64::from(index) / f64::from(INTERVALS)));
         }
-        // What lies between two places is no farther from one of them than half the way.
+        // Between two sampled places the path is no farther from one of them than half the distance along it.
         extent.widen(0.5 * length / f64::from(INTERVALS));
         self.over(&extent)
     }
@@ -147,7 +147,7 @@ impl Compensation {
             let (first, second) = fade.derivatives(bottom, top);
             (lift.fading, lift.change) = ([first * most, second * most], first);
             lift.scale = if first > 0.0 { least(lift.scale, fade.end - fade.start) } else { lift.scale };
-            // What fades is nearer to what is left.
+            // Fading moves the correction towards its target, so the target bounds it too.
             (lift.low, lift.high) = (least(low, target), greatest(high, target));
         }
         let is_flat = self.bed == super::Bed::Flat;

@@ -58,19 +58,19 @@ impl Plane {
     }
 }
 
-/// Which surface levels the machine.
+/// Surface that levels the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Bed {
-    /// None.
+    /// No levelling: the bed counts as flat.
     #[default]
     Flat,
-    /// A plane.
+    /// A plane through the bed.
     Plane(Plane),
     /// The grid that [`Surface`] holds.
     Grid,
 }
 
-/// Why a compensation is not put in force. What was in force still is.
+/// Reason for which a compensation is not put in force. The previous compensation stays in force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub enum CompensationError {
@@ -82,24 +82,24 @@ pub enum CompensationError {
     Place,
     /// More points along a side than its interpolation has.
     Interpolation {
-        /// At most.
+        /// Most points along a side.
         most: usize,
     },
     /// Points lie nearer than [`LEAST_STEP`].
     Spacing,
     /// The height of this point, counted from 0, is no number.
     NotMeasured {
-        /// Which one.
+        /// Index of the point, from 0.
         point: usize,
     },
     /// The height of this point is beyond [`MOST_HEIGHT`].
     TooHigh {
-        /// Which one.
+        /// Index of the point, from 0.
         point: usize,
     },
     /// From its neighbour to this point the slope is beyond [`MOST_SLOPE`].
     TooSteep {
-        /// Which one.
+        /// Index of the point, from 0.
         point: usize,
     },
     /// The plane is steeper than [`MOST_SLOPE`].
@@ -110,7 +110,7 @@ pub enum CompensationError {
     FadeOrder,
     /// Fading must take at least this many mm for heights as great as these.
     FadeShort {
-        /// mm.
+        /// Least length of the fading, mm.
         least_mm: f32,
     },
     /// A skew factor is beyond [`MOST_SKEW`].
@@ -150,7 +150,7 @@ impl core::fmt::Display for CompensationError {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Warped {
     pub point: PerAxis<f64>,
-    /// What a mm along X, Y and Z adds to the motors' Z.
+    /// Change of the motors' Z for a mm along X, Y and Z.
     z_slope: [f64; 3],
 }
 
@@ -163,7 +163,7 @@ pub struct Compensation {
     suspended: bool,
     active: bool,
     surface: Elsewhere<Surface>,
-    /// How often it changed.
+    /// Number of changes so far, wrapping.
     changes: u32,
 }
 
@@ -172,7 +172,7 @@ impl Compensation {
         Self { skew: Skew::NONE, bed: Bed::Flat, fade: None, suspended: false, active: false, surface, changes: 0 }
     }
 
-    /// The same as another one. What is being measured there stays there.
+    /// The same as another one. A grid that is still being measured is not copied.
     pub(crate) fn copy(&mut self, other: &Self) {
         (self.skew, self.bed, self.fade) = (other.skew, other.bed, other.fade);
         (self.suspended, self.active, self.changes) = (other.suspended, other.active, other.changes);
@@ -190,13 +190,13 @@ impl Compensation {
         self.active
     }
 
-    /// It is suspended ([`crate::Motion::suspend_compensation`]).
+    /// Returns whether compensation is suspended ([`crate::Motion::suspend_compensation`]).
     #[must_use]
     pub const fn is_suspended(&self) -> bool {
         self.suspended
     }
 
-    /// How often it changed: whoever keeps a copy sees when it is old.
+    /// Returns the number of changes so far: a holder of a copy compares it to see whether the copy is old.
     #[must_use]
     pub const fn changes(&self) -> u32 {
         self.changes
@@ -214,13 +214,13 @@ impl Compensation {
         self.bed
     }
 
-    /// Where levelling fades.
+    /// Heights between which levelling fades out.
     #[must_use]
     pub const fn fade(&self) -> Option<Fade> {
         self.fade
     }
 
-    /// What is left of the correction where it has faded, mm.
+    /// Returns the correction that is left above the end of fading, mm.
     pub(crate) fn target(&self) -> f64 {
         self.fade.map_or(0.0, |fade| fade.target)
     }
@@ -296,7 +296,7 @@ impl Compensation {
         if lifted >= fade.end {
             return lifted;
         }
-        // It rises with Z everywhere, by half as much at least: halving finds the only place.
+        // The sum rises with Z everywhere, by half as much at least, so halving finds the only solution.
         let (mut low, mut high) = if height > 0.0 { (whole, lifted) } else { (lifted, whole) };
         for _ in 0..60 {
             let middle = low + 0.5 * (high - low);

@@ -17,16 +17,16 @@ pub const MOST_SKEW: f64 = 0.1;
 /// Skew factors: the tangents of the angles missing to 90 degrees.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Skew {
-    /// How far a millimetre along Y leads along X.
+    /// Tool movement along X for a millimetre along Y.
     pub xy: f64,
-    /// How far a millimetre along Z leads along X.
+    /// Tool movement along X for a millimetre along Z.
     pub xz: f64,
-    /// How far a millimetre along Z leads along Y.
+    /// Tool movement along Y for a millimetre along Z.
     pub yz: f64,
 }
 
 impl Skew {
-    /// Right angles.
+    /// No skew: axes at right angles.
     pub const NONE: Self = Self { xy: 0.0, xz: 0.0, yz: 0.0 };
 
     /// The factor of a plane from a printed (or milled) square ABCD: its diagonals AC and BD and its side AD,
@@ -59,7 +59,7 @@ impl Skew {
         PerAxis([x - self.xy * y - across * z, y - self.yz * z, z, a, b, c])
     }
 
-    /// Back again.
+    /// Adds the skew again: from the motors' point (or direction) to the program's.
     #[must_use]
     pub fn undo(&self, of: &PerAxis<f64>) -> PerAxis<f64> {
         let [x, y, z, a, b, c] = of.0;

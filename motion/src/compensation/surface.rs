@@ -3,9 +3,9 @@
 //! [`Interpolation`] gives the heights at the points of a finer grid, of up to four cells for each measured
 //! one. Through those goes the natural bicubic spline, kept as coefficients of uniform cubic B-splines:
 //! heights, slopes and bends are continuous everywhere, a plane stays a plane, and the greatest differences
-//! of coefficients bound slopes and bends. What is looked up while the machine moves is the same for every
-//! interpolation; plain bilinear patches would have a kink at each line of the grid, where a motor's speed
-//! would have to jump.
+//! of coefficients bound slopes and bends. The surface that is looked up while the machine moves has the same
+//! form for every interpolation; plain bilinear patches would have a kink at each line of the grid, where a
+//! motor's speed would have to jump.
 //!
 //! Outside the grid the heights of its edge go on: the coefficients of the border, after one more that
 //! continues the slope, so that the surface turns without a kink and lies flat three fine grid distances on.
@@ -21,12 +21,12 @@ pub const MOST_POINTS: usize = MOST_SIDE * MOST_SIDE;
 pub const LEAST_STEP: f64 = 1.0;
 /// The greatest height, mm.
 pub const MOST_HEIGHT: f64 = 25.0;
-/// The greatest slope.
+/// Greatest slope between neighbouring points.
 pub const MOST_SLOPE: f64 = 0.25;
 /// Coefficients along a side: one more at each end.
 pub(super) const SIDE: usize = MOST_SIDE + 2;
 
-/// Where the points of a grid are. Heights are given row by row: all of the first Y, along X, then the next.
+/// Places of a grid's points. Heights are given row by row: all of the first Y, along X, then the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GridShape {
     /// The first point, X and Y in the program's machine space, mm.
@@ -38,13 +38,13 @@ pub struct GridShape {
 }
 
 impl GridShape {
-    /// Points in all.
+    /// Returns the number of points.
     #[must_use]
     pub const fn points(&self) -> usize {
         self.count[0] * self.count[1]
     }
 
-    /// Where the point with this index is, X and Y.
+    /// Returns X and Y of the point with this index.
     #[must_use]
     pub fn place(&self, index: usize) -> [f64; 2] {
         let ([ox, oy], [sx, sy], [nx, _]) = (self.origin, self.step, self.count);
@@ -65,7 +65,7 @@ impl GridShape {
     }
 }
 
-/// Which heights.
+/// Array of heights to read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Of {
     Draft,
@@ -75,13 +75,13 @@ enum Of {
 /// Height and slopes of a surface at a place.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Height {
-    /// mm.
+    /// Height in mm, added to Z.
     pub z: f64,
     /// For each mm along X and along Y.
     pub slope: [f64; 2],
 }
 
-/// What no place of (a part of) a surface exceeds.
+/// Bounds of a surface, or of a part of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {
     pub low: f64,
@@ -101,9 +101,9 @@ const NOTHING: GridShape = GridShape { origin: [0.0; 2], step: [0.0; 2], count: 
 /// Room for a grid, what is being gathered and what is in force. Large: it belongs where memory is plentiful.
 #[derive(Debug)]
 pub struct Surface {
-    /// What is being gathered.
+    /// Heights being gathered, mm.
     pub(crate) draft: [f32; MOST_POINTS],
-    /// What is in force.
+    /// Heights in force, mm.
     pub(super) heights: [f32; MOST_POINTS],
     /// Of what was measured.
     shape: GridShape,
@@ -123,7 +123,7 @@ impl Default for Surface {
 }
 
 impl Surface {
-    /// What is in force in another one. Arrays are copied where they lie: they are large for a stack.
+    /// Copies the surface in force of another one. Arrays are copied in place: they are large for a stack.
     pub(super) fn copy_in_force(&mut self, other: &Self) {
         self.heights.copy_from_slice(&other.heights);
         self.coefficients.copy_from_slice(&other.coefficients);
@@ -131,7 +131,7 @@ impl Surface {
         (self.everywhere, self.inside) = (other.everywhere, other.inside);
     }
 
-    /// Nothing measured.
+    /// Creates a surface without measured heights.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -152,7 +152,7 @@ impl Surface {
         &self.shape
     }
 
-    /// What lies between its points.
+    /// Returns the interpolation between its points.
     #[must_use]
     pub const fn interpolation(&self) -> Interpolation {
         self.interpolation
@@ -402,8 +402,8 @@ pub(super) fn natural(line: &mut [f64; SIDE], count: usize) {
     }
 }
 
-/// Where the coefficient of this index is kept: those of -1 to the last point and one more are; beyond, it is
-/// that of the edge, which is the height there.
+/// Place in memory of the coefficient of this index: those of -1 to the last point and one more are kept;
+/// farther out the edge's coefficient stands in, which is the height there.
 const fn kept(index: i32, last: i32) -> usize {
     let index = if index < -1 {
         0

@@ -5,10 +5,10 @@
 //! move. The output is its average over a window of width 2h with a triangular weight: `r(t) = integral of
 //! pa(x) (h - |t - x|) dx / h^2` for `|t - x| < h`.
 //!
-//! With F the second antiderivative of pa, that is the second difference `(F(t + h) - 2 F(t) + F(t - h)) /
-//! h^2`: three evaluations, however many stretches the window covers. F and the first antiderivative are kept
-//! at the beginning of each stretch ([`super::history`]); within one they are polynomials. Where the whole
-//! window lies in one stretch, the average of a cubic is `pa(t) + pa''(t) h^2 / 12`, which has no
+//! With F the second antiderivative of pa, the average is the second difference `(F(t + h) - 2 F(t) + F(t -
+//! h)) / h^2`: three evaluations, however many stretches the window covers. F and the first antiderivative
+//! are kept at the beginning of each stretch ([`super::history`]); within one they are polynomials. Where the
+//! whole window lies in one stretch, the average of a cubic is `pa(t) + pa''(t) h^2 / 12`, which has no
 //! cancellation and is exact at rest.
 
 use super::{
@@ -19,7 +19,7 @@ use crate::trajectory::tick_time;
 
 /// Longest and shortest smoothing time, seconds.
 pub const SMOOTH_TIME_RANGE: (f64, f64) = (0.001, 0.2);
-/// Largest factor, seconds.
+/// Largest pressure advance factor, seconds.
 pub const MAX_FACTOR: f64 = 10.0;
 
 /// Pressure advance of one extruder.

@@ -1,15 +1,15 @@
-//! Taking trajectory back: which part of it no axis has used yet, and what an extruder does that has.
+//! Taking trajectory back: the part that no axis has used yet, and the transition of an extruder that has.
 //!
 //! Each axis uses the trajectory with its own delay: a shaped one looks ahead by its shift, so it is the
-//! latency less that behind the trajectory's head; one without a filter is the whole latency behind. What no
-//! *moving* axis has used may be replaced: an axis that stood still over the part it used would have done the
-//! same with the new one, as long as that keeps it still.
+//! latency less that behind the trajectory's head; one without a filter is the whole latency behind. The part
+//! that no *moving* axis has used may be replaced: an axis that stood still over the part it used would have
+//! done the same with the new one, as long as that keeps it still.
 //!
-//! An extruder with pressure advance usually looks ahead farthest and matters least. Where it moves along
-//! with X, Y or Z it does not hold them up: its output goes over to that of the new trajectory. The
+//! An extruder with pressure advance usually looks ahead farthest and matters least. An extruder that moves
+//! along with X, Y or Z does not hold them up: its output goes over to that of the new trajectory. The
 //! difference in place and speed at that moment ([`Correction`]) fades to nothing over one latency, by the
-//! cubic that begins with both and ends without either. Its speed differs by less than `1.5 c / L` plus the
-//! difference in speed meanwhile, c being the difference in place and L the latency.
+//! cubic that begins with both and ends without either. The extruder's speed differs by less than `1.5 c / L`
+//! plus the difference in speed meanwhile, c being the difference in place and L the latency.
 
 use units::{MAX_AXES, PerAxis};
 
@@ -22,7 +22,7 @@ const STILL: f64 = 1e-9;
 /// The same, mm, for what a curve adds.
 const STILL_CURVE: f64 = 1e-9;
 
-/// What is left of a difference between two outputs: place and speed when it began.
+/// Fading difference between two outputs: place and speed at its beginning.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Correction {
     from: u64,
@@ -47,7 +47,7 @@ impl Correction {
 /// Corrections of the extruders.
 #[derive(Debug)]
 pub(super) struct Corrections {
-    /// How long one takes.
+    /// Duration of a correction.
     span: u64,
     /// The next output begins them: until then `None` says nothing.
     wanted: bool,
@@ -57,24 +57,24 @@ pub(super) struct Corrections {
 impl Corrections {
     pub const NONE: Self = Self { span: 0, wanted: false, each: [None; MAX_EXTRUDERS] };
 
-    /// How long one takes from now on.
+    /// Sets the duration of corrections from now on.
     pub const fn configure(&mut self, span: u64) {
         *self = Self { span, ..Self::NONE };
     }
 
-    /// None.
+    /// Drops all of the corrections.
     pub const fn clear(&mut self) {
         self.configure(self.span);
     }
 
-    /// How much longer than `now` they last.
+    /// Returns the time from `now` until the last correction is over.
     pub fn left(&self, now: u64) -> Option<u64> {
         let left = |correction: &Correction| correction.from.wrapping_add(self.span).wrapping_sub(now);
         let left = self.each.iter().flatten().map(left).max();
         if self.wanted { Some(self.span) } else { left }
     }
 
-    /// What an extruder's differs by at `time`: place and speed.
+    /// Returns the correction of an axis at `time`: place and speed.
     pub fn at(&self, axis: usize, time: u64) -> Option<(f64, f64)> {
         let correction = self.each.get(axis.wrapping_sub(3))?.as_ref()?;
         Some(correction.at(time, history::seconds(self.span)))
@@ -88,10 +88,10 @@ impl Corrections {
     }
 }
 
-/// Where the trajectory can be begun anew.
+/// Place at which the trajectory can be begun anew.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Place {
-    /// When it was there.
+    /// Trajectory time of the place.
     pub time: u64,
     /// Count of the stretch that will be the newest.
     newest: u32,
@@ -99,7 +99,7 @@ pub(crate) struct Place {
     pub source: Source,
     /// Path distance from the beginning of the block, mm.
     pub travelled: f64,
-    /// Path speed.
+    /// Path speed, mm/s.
     pub speed: f64,
     /// Seconds since the stretch began.
     pub elapsed: f64,
@@ -152,7 +152,7 @@ impl Filters {
         earlier(from, head)
     }
 
-    /// How far each axis has used the trajectory.
+    /// Returns for each axis the time up to which it has used the trajectory.
     pub fn used_until(&self) -> [u64; MAX_AXES] {
         let now = self.out.to_bits() as u64;
         let mut used = [now; MAX_AXES];
@@ -173,7 +173,7 @@ impl Filters {
         self.windows.iter().flatten().any(|window| window.axis == axis)
     }
 
-    /// Which axes move in a stretch that is no rest.
+    /// Returns the axes that move in a stretch that is no rest.
     fn moves(&self, stretch: &Stretch) -> [bool; MAX_AXES] {
         let path = Path { origin: stretch.origin, direction: stretch.direction, curve: self.history.curve_of(stretch) };
         moves(&path)
@@ -194,7 +194,7 @@ impl Filters {
             let Some(source) = stretch.source() else { continue };
             let within = is_before(stretch.start, time);
             let begin = later(stretch.start, time);
-            // What is begun at its beginning leaves nothing of the stretch; the very first must stay.
+            // A beginning at the stretch's own start leaves nothing of the stretch; the very first must stay.
             let (way, speed) = stretch.along(begin);
             let travelled = source.base + way;
             if (!within && age + 1 >= count) || !known(&source, travelled) {
@@ -209,8 +209,8 @@ impl Filters {
         None
     }
 
-    /// Forgets the trajectory behind this place. What comes instead must be settled as far as it was before
-    /// any more is put out.
+    /// Forgets the trajectory behind this place. The new trajectory must be settled as far as the old one was
+    /// before any more is put out.
     pub fn take_back(&mut self, place: &Place) {
         let newest = place.newest;
         self.history.truncate(newest);
@@ -252,7 +252,7 @@ impl Filters {
     }
 }
 
-/// One time is before another; both within ten seconds.
+/// Whether time `a` is before time `b`; both within ten seconds.
 pub(crate) fn is_before(a: u64, b: u64) -> bool {
     b.wrapping_sub(a) as i64 > 0
 }
@@ -265,7 +265,7 @@ fn later(a: u64, b: u64) -> u64 {
     if is_before(a, b) { b } else { a }
 }
 
-/// Which axes move along a path.
+/// Returns the axes that move along a path.
 pub(crate) fn moves(path: &Path) -> [bool; MAX_AXES] {
     let mut moves = path.direction.0.map(|part| libm::fabs(part) > STILL);
     for (moves, bends) in moves.iter_mut().zip(path.curve.moves(STILL_CURVE)) {

@@ -1,4 +1,4 @@
-//! What the trajectory did lately: a ring of stretches of constant jerk, for filters to look back on.
+//! Recent trajectory: a ring of stretches of constant jerk, for filters to look back on.
 //!
 //! Times are the low 64 bits of [`TickTime`], compared by wrapping differences: good for ten seconds either
 //! way, and no stretch that a cursor still needs is older than a second or two.
@@ -33,12 +33,12 @@ fn low(time: TickTime) -> u64 {
 /// Curves kept; a stretch for which there is no room is straight ([`super::Filters::has_room_for`]).
 const CURVES: usize = 16;
 
-/// What of the program a stretch is: all it takes to begin again within it.
+/// Origin of a stretch in the program: all it takes to begin again within it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Source {
     /// Count of its block.
     pub block: u32,
-    /// Where the block begins.
+    /// Start of the block, in machine space.
     pub origin: PerAxis<f64>,
     /// Path distance from there to the beginning of the stretch, mm.
     pub base: f64,
@@ -55,14 +55,15 @@ pub(crate) struct Stretch {
     pub speed: f64,
     pub acceleration: f64,
     pub jerk: f64,
-    /// How far along its curve the stretch begins, mm; `None` when it is straight.
+    /// Path distance along its curve at which the stretch begins, mm; `None` when it is straight.
     curved: Option<f64>,
     /// Count of the curves there were when it came, its own included, which is the last.
     curves: u32,
     /// First and second antiderivative of each extruder's advanced position less the reference, at the
     /// beginning.
     sums: [[f64; 2]; MAX_EXTRUDERS],
-    /// It is a part of one piece of the program: neither a rest, nor a chord in place of several pieces.
+    /// Whether the stretch is part of one piece of the program: neither a rest, nor a chord in place of
+    /// several pieces.
     has_source: bool,
     /// Of that piece. No `Option`, for an empty stretch must be all zero: then the history lies in memory
     /// that start-up clears, and not in flash.
@@ -105,17 +106,17 @@ impl Stretch {
         Self::of(&Piece { path: line, base: 0.0, ..*piece })
     }
 
-    /// Standing still.
+    /// A stretch of standstill at `place`.
     pub fn rest(start: TickTime, place: PerAxis<f64>) -> (Self, Curve) {
         (Self { start: low(start), origin: place, ..Self::EMPTY }, Curve::Line)
     }
 
-    /// What of the program it is.
+    /// Sets the stretch's origin in the program.
     pub fn from(self, source: Option<Source>) -> Self {
         Self { has_source: source.is_some(), source: source.unwrap_or(Self::EMPTY.source), ..self }
     }
 
-    /// What of the program it is a part of.
+    /// Returns the stretch's origin in the program, if it has one.
     pub fn source(&self) -> Option<Source> {
         self.has_source.then_some(self.source)
     }
@@ -224,8 +225,8 @@ impl History {
         *newest = Stretch { sums: newest.sums, curves: newest.curves, ..stretch };
     }
 
-    /// What the curve of a stretch adds to X, Y and Z `way` mm after its beginning, and to the direction
-    /// there.
+    /// Returns the curve's addition to X, Y and Z `way` mm after the beginning of a stretch, and to the
+    /// direction there.
     pub fn bent(&self, stretch: &Stretch, way: f64) -> Option<([f64; 3], [f64; 3])> {
         let s = stretch.curved? + way;
         // The remainder is always in range: the check disappears.
@@ -245,12 +246,12 @@ impl History {
         self.curves[self.newest().curves as usize % CURVES] == *curve
     }
 
-    /// How many stretches are newer.
+    /// Returns the number of newer stretches.
     pub fn age(&self, count: u32) -> u32 {
         self.newest.wrapping_sub(count)
     }
 
-    /// What the sums of this axis are relative to.
+    /// Position that the sums of this axis are relative to.
     pub fn reference(&self, axis: usize) -> f64 {
         self.references.get(axis - 3).copied().unwrap_or_default()
     }

@@ -1,20 +1,21 @@
 //! Filters on the trajectory: input shapers for X, Y and Z, pressure advance for the extruders.
 //!
-//! They stand between the trajectory and the knots, on Cartesian axes, so they are right for every
-//! kinematics. The trajectory runs ahead of the motors by the [`FilterConfig::latency`]; what it did lately
-//! is kept as a [`history`] of stretches of constant jerk. At output time t a shaped axis is the weighted sum
-//! of its positions at t less the delay of each pulse ([`shaper`]); an extruder is its advanced position
+//! The filters stand between the trajectory and the knots, on Cartesian axes, so they are right for every
+//! kinematics. The trajectory runs ahead of the motors by the [`FilterConfig::latency`]; its recent course is
+//! kept as a [`history`] of stretches of constant jerk. At output time t a shaped axis is the weighted sum of
+//! its positions at t less the delay of each pulse ([`shaper`]); an extruder is its advanced position
 //! averaged over a window ([`advance`]); any other axis is its position at t less the latency. All axes share
 //! the latency, so nothing lags behind anything else at constant speed.
 //!
 //! Each delay has a cursor into the history, which only moves forward: the cost of a knot does not depend on
-//! how long the history is. Wherever a cursor passes from one stretch to the next, the output has a kink, and
-//! a knot is put there: between two knots shaped axes are cubics of time at most, which a cubic matches
+//! how long the history is. At each passage of a cursor from one stretch to the next, the output has a kink;
+//! and a knot is put there: between two knots shaped axes are cubics of time at most, which a cubic matches
 //! exactly, and extruders are quintics, which it matches to `T^4 / 384` times the change of acceleration over
 //! a quarter of the smoothing time squared (1e-9 mm at most for real machines). Kinks closer than
 //! [`LEAST_SPACING`] share a knot.
 //!
-//! When no filter is configured, or they are switched off (homing), none of this runs and nothing is delayed.
+//! Without a configured filter, or with filters switched off (homing), none of this runs and nothing is
+//! delayed.
 
 pub mod advance;
 mod back;
@@ -38,7 +39,7 @@ use crate::{
 use advance::Window;
 use back::Corrections;
 
-/// Auxiliary axes: extruders.
+/// Greatest number of extruders: the auxiliary axes.
 pub const MAX_EXTRUDERS: usize = 3;
 
 /// The filters of a machine.
@@ -80,7 +81,7 @@ const MAX_TAPS: usize = 3 * shaper::MAX_PULSES + 1;
 struct Cursor {
     /// In units of [`TickTime`].
     delay: u64,
-    /// Which stretch.
+    /// Count of the stretch in the history.
     count: u32,
 }
 
@@ -103,13 +104,13 @@ pub(crate) struct Filters {
     tap_count: usize,
     windows: [Option<Window>; MAX_EXTRUDERS],
     corrections: Corrections,
-    /// The longest delay.
+    /// Longest of the filters' delays.
     span: u64,
-    /// Something is configured.
+    /// At least one filter is configured.
     configured: bool,
     /// Configured, but not to be used.
     pub bypassed: bool,
-    /// What [`Self::bypassed`] shall be from the next standstill on.
+    /// Value that [`Self::bypassed`] takes at the next standstill.
     pub bypass_wanted: bool,
     /// The output is settled up to here.
     pub out: TickTime,
@@ -265,15 +266,15 @@ impl Filters {
         self.history.amend(stretch);
     }
 
-    /// How short a stretch may be, seconds: zero unless the history is half full. From then on stretches this
-    /// long fit twice into what is left of it, whatever comes.
+    /// Returns the least duration of a stretch, seconds: zero unless the history is half full. From then on
+    /// stretches this long fit twice into the rest of it, whatever comes.
     pub fn least_stretch(&self) -> f64 {
         let oldest = self.cursors().map(|cursor| self.history.age(cursor.count)).fold(0, |a, b| a.max(b));
         if (oldest as usize) < CAPACITY / 2 { 0.0 } else { history::seconds(self.span) / (CAPACITY / 4) as f64 }
     }
 
-    /// How much longer a trajectory at rest must be followed until the output is at rest too. Zero when it
-    /// is.
+    /// Returns the time for which a trajectory at rest must still be followed until the output is at rest
+    /// too; zero when it is.
     pub fn still_to_drain(&self) -> TickTime {
         // The rest may begin a sliver after the output's end.
         let rested = (self.out.to_bits() as u64).wrapping_sub(self.newest().start) as i64;

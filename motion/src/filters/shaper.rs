@@ -19,7 +19,7 @@ const TOLERANCE: f64 = 0.05;
 /// Lowest and highest frequency that can be shaped, Hz: the slowest shaper spans 0.4 s at the lower end.
 pub const FREQUENCY_RANGE: (f64, f64) = (5.0, 1_000.0);
 
-/// Which shaper.
+/// Kind of input shaper.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ShaperKind {
     /// Zero vibration: the shortest.
@@ -29,7 +29,7 @@ pub enum ShaperKind {
     Mzv,
     /// Zero vibration and derivative.
     Zvd,
-    /// Extra insensitive.
+    /// Extra insensitive, with one hump.
     Ei,
     /// Extra insensitive with two humps.
     TwoHumpEi,
@@ -40,15 +40,15 @@ pub enum ShaperKind {
 /// A shaper for one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shaper {
-    /// Which one.
+    /// Kind of the shaper.
     pub kind: ShaperKind,
-    /// Resonance frequency, Hz.
+    /// Resonance frequency, in Hz.
     pub frequency: f64,
     /// Damping ratio of the resonance, 0 to [`ShaperKind::max_damping`].
     pub damping: f64,
 }
 
-/// One weighted, delayed copy.
+/// A weighted, delayed copy of the input.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pulse {
     /// Weight; those of a shaper add up to one.
@@ -88,7 +88,7 @@ fn cubic([c0, c1, c2, c3]: [f64; 4], z: f64) -> f64 {
 }
 
 impl ShaperKind {
-    /// Names in configurations.
+    /// Names of the kinds in configurations.
     pub const NAMES: [(&'static str, Self); 6] = [
         ("zv", Self::Zv),
         ("mzv", Self::Mzv),
@@ -119,13 +119,13 @@ impl Shaper {
             && (0.0..=self.kind.max_damping()).contains(&self.damping)
     }
 
-    /// Its pulses, the first at time zero, amplitudes adding up to one.
+    /// Returns the shaper's pulses, the first at time zero, amplitudes adding up to one.
     #[must_use]
     pub fn pulses(&self) -> Pulses {
         let z = self.damping;
         let q = square_root(1.0 - z * z);
         let period = 1.0 / (self.frequency * q);
-        // What is left of an oscillation after this share of a damped period.
+        // Share of an oscillation's amplitude that is left after this share of a damped period.
         let decay = |share: f64| libm::exp(-2.0 * share * z * PI / q);
         let k = decay(0.5);
         match self.kind {
@@ -179,8 +179,8 @@ impl Pulses {
         self.pulses.get(..self.count).unwrap_or_default()
     }
 
-    /// How far the shaped axis must look ahead so that it does not lag at constant speed: the mean time,
-    /// seconds.
+    /// Returns the time by which the shaped axis must look ahead so that it does not lag at constant speed:
+    /// the mean time of the pulses, seconds.
     #[must_use]
     pub fn shift(&self) -> f64 {
         self.as_slice().iter().map(|pulse| pulse.amplitude * pulse.time).sum()

@@ -2,8 +2,8 @@
 //! third axis and A B C following evenly (helix). By default an arc stays one ([`Arc::parts`]); where a
 //! configuration asks for chords, it is cut ([`Chords`]).
 //!
-//! An end that is not quite on the circle (programs round to three digits) is reached all the same: what is
-//! missing is spread over the whole arc. What is off by more than [`off_allowed`] is a mistake.
+//! An end that is not quite on the circle (programs round to three digits) is reached all the same: the
+//! difference is spread over the whole arc. An end off by more than [`off_allowed`] is a mistake.
 
 use units::{Axis, PerAxis, Plane};
 
@@ -11,10 +11,10 @@ use crate::square_root;
 
 use crate::path::{self, Bounds, Curve, Path, Vector};
 
-/// What the program says about the arc.
+/// Shape of an arc as the program gives it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArcShape {
-    /// The plane.
+    /// Plane of the circle.
     pub plane: Plane,
     /// From the start to the centre along the plane's first axis, mm.
     pub to_centre_first: f64,
@@ -64,7 +64,7 @@ impl ArcShape {
     }
 }
 
-/// Why there is no such arc.
+/// Reason for which an arc does not exist.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[must_use]
 pub enum ArcError {
@@ -79,7 +79,7 @@ pub enum ArcError {
     NoWay,
     /// Start and end are farther apart than the circle is wide.
     TooFar {
-        /// Their distance, mm.
+        /// Distance of start and end, mm.
         apart: f64,
     },
     /// Neither a chord length nor an error is configured.
@@ -123,7 +123,7 @@ pub struct Arc {
     start: (f64, f64),
     /// From the circle to the end.
     off: (f64, f64),
-    /// Angle, counter-clockwise, rad.
+    /// Angle of the arc, counter-clockwise, rad.
     sweep: f64,
 }
 
@@ -162,7 +162,7 @@ impl Arc {
         square_root(self.start.0 * self.start.0 + self.start.1 * self.start.1)
     }
 
-    /// How far the axis rises that is not in the plane.
+    /// Returns the movement along the axis that is not in the plane, mm.
     fn rise(&self) -> f64 {
         let (first, second) = self.plane.axes();
         let rises = Axis::PRIMARY.into_iter().find(|axis| *axis != first && *axis != second);
@@ -182,7 +182,7 @@ impl Arc {
         libm::fabs(self.sweep) / TURN
     }
 
-    /// How far it goes along each axis.
+    /// Returns the extent of the arc along each axis.
     #[must_use]
     pub fn bounds(&self) -> Bounds {
         let whole = self.parts(1).next();

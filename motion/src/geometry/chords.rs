@@ -10,7 +10,7 @@ use crate::square_root;
 
 use super::arc::{Arc, ArcError};
 
-/// How finely arcs are cut.
+/// Fineness of the chords of arcs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ArcSettings {
     /// Least chord length, mm (`mm_per_arc_segment`); zero: not given.
@@ -39,7 +39,7 @@ pub struct Chords {
 }
 
 impl Chords {
-    /// Cuts an arc.
+    /// Cuts an arc into equal chords.
     ///
     /// # Errors
     /// When the settings give no chord.

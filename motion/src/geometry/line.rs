@@ -5,7 +5,7 @@ use units::{Axis, MmPerSecond, PerAxis};
 use crate::planner::SMALLEST;
 use crate::square_root;
 
-/// When and how finely straight moves are cut.
+/// Conditions and fineness of the cutting of straight moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LineSettings {
     /// Greatest length of a piece, mm (`mm_per_line_segment`). `None`: not cut by length.
@@ -38,8 +38,8 @@ pub struct Line {
 }
 
 impl Line {
-    /// How long a straight move is, as its feed rate counts it: the way of X Y Z, and that of A B C where
-    /// these stand still. In mm, or as A B C are counted.
+    /// Returns the length of a straight move, as its feed rate counts it: the way of X Y Z, or that of A B C
+    /// where X Y Z stand still. In mm, or in the unit of A B C.
     #[must_use]
     pub fn length(from: &PerAxis<f64>, to: &PerAxis<f64>) -> f64 {
         let square = |axis: Axis| (to[axis] - from[axis]) * (to[axis] - from[axis]);
@@ -48,7 +48,7 @@ impl Line {
         if primary < SMALLEST { along([Axis::A, Axis::B, Axis::C]) } else { primary }
     }
 
-    /// One piece: no cutting.
+    /// Returns the move as a single piece, without cutting.
     #[must_use]
     pub const fn whole(from: PerAxis<f64>, to: PerAxis<f64>) -> Self {
         Self { from, to, pieces: 1, taken: 0 }
@@ -65,7 +65,7 @@ impl Line {
             (_, Some(longest)) => libm::ceil(length / longest),
             _ => 1.0,
         };
-        // What is not a number compares false and leaves the line whole.
+        // A value that is not a number compares false and leaves the line whole.
         let pieces = if wanted >= 1.0 { crate::least(wanted, MOST_PIECES) as u32 } else { 1 };
         Self { from, to, pieces, taken: 0 }
     }

@@ -11,17 +11,17 @@ use super::ParametricCurve;
 pub const MOST_POINTS: usize = 32;
 /// Orders: 2 is a polygon, 3 bends like a parabola, 4 like a cubic.
 pub const ORDERS: core::ops::RangeInclusive<usize> = 2..=6;
-/// How far a cubic may be from the curve it stands for, mm.
+/// Greatest distance of a cubic from the curve it stands for, mm.
 const DRAWN_WITHIN: f64 = 1e-5;
 
 /// A point with its weight.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ControlPoint {
-    /// Machine X, mm.
+    /// Machine X of the point, mm.
     pub x: f64,
-    /// Machine Y, mm.
+    /// Machine Y of the point, mm.
     pub y: f64,
-    /// How strongly it attracts the curve, above zero.
+    /// Weight: strength with which the point attracts the curve, above zero.
     pub weight: f64,
 }
 

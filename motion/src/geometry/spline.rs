@@ -1,6 +1,6 @@
 //! Splines (G5, G5.1, NURBS) as moves: divided where one curve cannot be travelled evenly, and nowhere else.
 //!
-//! Pieces begin and end at 1024ths of the parameter of each span. What is shorter than a micrometre becomes a
+//! Pieces begin and end at 1024ths of the parameter of each span. A piece shorter than a micrometre becomes a
 //! line; so does a piece of a 1024th that still is not tame (a cusp, or an end where two control points are
 //! one): it is a millionth of the curve long or so.
 
@@ -12,7 +12,7 @@ use crate::path::{Bounds, Curve, Path, Spline, Vector, size};
 
 /// Anything that can be drawn as cubics.
 pub trait ParametricCurve {
-    /// How many spans it has, each with a parameter from 0 to 1, or more than one in a row.
+    /// Returns the number of spans, each with a parameter from 0 to 1.
     fn spans(&self) -> u32;
 
     /// The place at parameter t, from 0 to the number of spans, mm.
@@ -84,7 +84,7 @@ impl ParametricCurve for Bezier {
 
 /// Parts of a span at most.
 const FINEST: u32 = 1024;
-/// What is shorter than this, mm, is a line: far below a step.
+/// Pieces shorter than this, mm, become lines: far below a step.
 const SHORTEST: f64 = 1e-3;
 
 /// The pieces of a spline, in order: parameter at the end, and its curve.
@@ -151,7 +151,7 @@ impl<S: ParametricCurve + Copy> SplineMoves<S> {
         moves
     }
 
-    /// How far it goes along each axis.
+    /// Returns the extent of the curve along each axis.
     #[must_use]
     pub const fn bounds(&self) -> Bounds {
         self.bounds

@@ -7,7 +7,7 @@ use super::{Axes, Motors};
 
 use crate::square_root;
 
-/// What a configuration says, left and right, mm.
+/// Configured geometry, left and right, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deltesian {
     /// Length of the rods.

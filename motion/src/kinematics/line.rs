@@ -1,5 +1,5 @@
-//! What a straight move asks of motors that it does not move in a straight way: whether every place of it can
-//! be reached, how fast and how bent each motor's way becomes at worst.
+//! Straight moves on kinematics that bend lines: whether every place of a move can be reached, and the
+//! greatest speed and bend of each motor's path.
 //!
 //! All from a fixed number of places, so in constant time: the ends, the quarters and eighths where a family
 //! needs them, and the places where it is known to be worst (nearest to a polar machine's middle, to a
@@ -78,14 +78,14 @@ impl Kinematics {
         [lift.low, lift.high].iter().all(|by| self.reaches(&PerAxis([x, y, z + by, a, b, c])))
     }
 
-    /// What a millimetre of Z turns the motors by is the same everywhere.
+    /// Whether a millimetre of Z turns the motors by the same amount everywhere.
     pub(crate) const fn is_even_in_z(&self) -> bool {
         !matches!(self, Self::RotaryDelta(_) | Self::Winch(_))
     }
 
     /// The bounds of a straight move from `from` by `by`, whose X, Y and Z are `length` mm long. `None` where
-    /// every motor's way is straight. What is over the move comes on top: its skew has been taken back
-    /// already.
+    /// every motor's way is straight. The compensation `over` the move comes on top; the skew of `from` and
+    /// `by` has been taken back already.
     pub(crate) fn strain(&self, from: &PerAxis<f64>, by: &PerAxis<f64>, length: f64, over: &Over) -> Option<Strain> {
         if self.is_linear() && over.lift.is_none() {
             return None;

@@ -3,9 +3,9 @@
 /// Gearing of a CoreXZ machine: alpha = x X + z Z, beta = x X - z Z, gamma = Y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoreXz {
-    /// `x_reduction`
+    /// Reduction of X (`x_reduction`).
     pub x: f64,
-    /// `z_reduction`
+    /// Reduction of Z (`z_reduction`).
     pub z: f64,
 }
 
@@ -133,7 +133,7 @@ mod tests {
             if let Some(map) = Generic::new(rows) {
                 prop_assert!(determinant);
                 let back = map.axes(map.motors(axes));
-                // How badly conditioned the rows are, squared by the normal equations.
+                // Condition of the rows, squared by the normal equations.
                 let size: f64 = map.back.iter().flatten().map(|part| part.abs()).sum();
                 for (there, here) in back.into_iter().zip(axes) {
                     prop_assert!((there - here).abs() < 1e-9 * (1.0 + size * size), "{there} is not {here}");

@@ -13,10 +13,10 @@ use crate::square_root;
 /// Angles of the towers of alpha, beta and gamma, degrees.
 const TOWERS: [f64; 3] = [210.0, 330.0, 90.0];
 
-/// What M665 calls arm length, arm radius, radius of each tower, angle of each tower, length of each rod.
+/// Letters of M665: arm length, arm radius, radius of each tower, angle of each tower, length of each rod.
 const LETTERS: [char; 11] = ['L', 'R', 'A', 'B', 'C', 'D', 'E', 'H', 'I', 'J', 'K'];
 
-/// What a configuration says.
+/// Configured geometry of a linear delta.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinearDeltaGeometry {
     /// Length of the rods, mm.
@@ -67,7 +67,7 @@ impl Default for LinearDelta {
 }
 
 impl LinearDelta {
-    /// With this geometry.
+    /// Creates a machine of this geometry.
     #[must_use]
     pub fn new(geometry: LinearDeltaGeometry) -> Self {
         let mut towers = [Tower::default(); 3];
@@ -81,7 +81,7 @@ impl LinearDelta {
         Self { geometry, towers }
     }
 
-    /// Its geometry.
+    /// Returns the configured geometry.
     #[must_use]
     pub const fn geometry(&self) -> &LinearDeltaGeometry {
         &self.geometry

@@ -1,6 +1,6 @@
 //! Kinematics: where each motor must be for the machine to be at a point, and back.
 //!
-//! One enum rather than a trait object: the set is closed, the call is in the path of every knot, and a copy
+//! An enum rather than a trait object: the set is closed, the call is in the path of every knot, and a copy
 //! of it fits a configuration. Each family has a file of its own. Axes and motors that a family does not use
 //! go through one to one: A B C drive delta, epsilon and zeta.
 //!
@@ -9,8 +9,8 @@
 //! of straight moves.
 //!
 //! Outside the reachable space positions and velocities are those of the nearest posture, continuous and
-//! finite: no rounding can make a motor jump. That such places are never commanded is
-//! [`Kinematics::check_line`]'s work.
+//! finite: no rounding can make a motor jump. [`Kinematics::check_line`] sees to it that such places are
+//! never commanded.
 
 mod deltesian;
 mod line;
@@ -47,10 +47,10 @@ const TINY: f64 = 1e-12;
 /// fast there.
 const LEAST_CLEARANCE: f64 = 0.01;
 
-/// How the motors' positions (mm at the motor, or degrees) follow from the machine's.
+/// Mapping from the machine's position to the motors' positions (mm at the motor, or degrees).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Kinematics {
-    /// One motor for each axis.
+    /// Each motor drives one axis.
     #[default]
     Cartesian,
     /// Two motors move X and Y together through one belt: alpha X+Y, beta X-Y (corexy, hbot).
@@ -65,17 +65,17 @@ pub enum Kinematics {
     Lathe,
     /// Any combination of X, Y and Z for each of three motors.
     Generic(Generic),
-    /// Three towers.
+    /// Three vertical towers (linear delta).
     LinearDelta(LinearDelta),
-    /// Three shoulders.
+    /// Three shoulders (rotary delta).
     RotaryDelta(RotaryDelta),
     /// Two links on a tower.
     Morgan(Morgan),
     /// Two towers and a bed.
     Deltesian(Deltesian),
-    /// A turning bed.
+    /// A turning bed (polar).
     Polar,
-    /// Ropes.
+    /// Ropes on winches (cable robot).
     Winch(Winch),
 }
 
@@ -164,7 +164,7 @@ impl Kinematics {
             Self::Polar => polar::axes(motors),
             Self::Winch(ropes) => ropes.axes(&actuators.0),
         };
-        // What belongs to a rope is no auxiliary axis.
+        // A motor that winds a rope drives no auxiliary axis.
         let own = |index: usize, value: f64| if self.path_motors() & (1 << index) == 0 { value } else { 0.0 };
         PerAxis([x, y, z, own(3, a), own(4, b), own(5, c)])
     }
@@ -251,9 +251,9 @@ impl Kinematics {
         }
     }
 
-    /// Distance in mm to the nearest place where a motor's position is no smooth function of the tool's. What
-    /// lies well within that distance is nearly straight: it bounds the slices of the trajectory. Infinite
-    /// for linear kinematics.
+    /// Distance in mm to the nearest place where a motor's position is no smooth function of the tool's. A
+    /// path well within that distance is nearly straight, so the distance bounds the slices of the
+    /// trajectory. Infinite for linear kinematics.
     #[must_use]
     pub fn clearance(&self, point: &PerAxis<f64>) -> f64 {
         let [x, y, z, ..] = point.0;

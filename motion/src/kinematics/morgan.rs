@@ -8,12 +8,12 @@ use super::{Axes, Motors};
 
 use crate::square_root;
 
-/// What a configuration says; lengths in mm.
+/// Configured geometry of a Morgan SCARA; lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Morgan {
-    /// Inner link.
+    /// Length of the inner link.
     pub arm1: f64,
-    /// Outer link.
+    /// Length of the outer link.
     pub arm2: f64,
     /// The tower, from the bed's origin.
     pub tower: [f64; 2],

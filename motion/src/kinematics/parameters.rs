@@ -32,7 +32,7 @@ impl Parameters {
 }
 
 impl Kinematics {
-    /// What M665 may change; nothing for kinematics without such parameters.
+    /// Returns the parameters that M665 may change; none for kinematics without such parameters.
     #[must_use]
     pub fn parameters(&self) -> Parameters {
         match self {

@@ -15,7 +15,7 @@ const ARMS: [[f64; 2]; 3] = [[0.0, -1.0], [0.866_025_403_784_438_6, 0.5], [-0.86
 /// Distance of an equilateral triangle's side from its middle, for a side of 1.
 const INRADIUS: f64 = 0.288_675_134_594_812_9;
 
-/// What a configuration says; lengths in mm, angles in degrees.
+/// Configured geometry of a rotary delta; lengths in mm, angles in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotaryDelta {
     /// Side of the effector's triangle (`delta_e`).
@@ -54,7 +54,7 @@ impl Default for RotaryDelta {
     }
 }
 
-/// One arm seen in its plane.
+/// An arm seen in its plane.
 struct Plane {
     /// D, w and k of the module's text.
     out: f64,
@@ -68,7 +68,7 @@ impl RotaryDelta {
         lengths.into_iter().all(|length| length > 0.0) && self.angles.is_sorted()
     }
 
-    /// How far the shafts lie above the effector's joints when the tool is at Z 0.
+    /// Returns the height of the shafts above the effector's joints when the tool is at Z 0.
     fn drop(&self) -> f64 {
         self.z_offset - self.tool_offset - self.effector_offset
     }

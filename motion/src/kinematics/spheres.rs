@@ -19,12 +19,12 @@ fn cross(a: Vector, b: Vector) -> Vector {
     [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
 }
 
-/// Where three spheres meet: the lower point first, then the upper one. Spheres that do not meet are taken to
-/// touch in the plane of their centres.
+/// Returns the two points where three spheres meet: the lower point first, then the upper one. Spheres that
+/// do not meet are taken to touch in the plane of their centres.
 ///
-/// With one centre as origin, u and v to the others and n = u x v, a point is `a u + b v + c n`. Its products
-/// with u and v follow from the radii (that is what subtracting two sphere equations says), which gives a and
-/// b; the first radius gives c.
+/// With one centre as origin, u and v to the others and n = u x v, a point is `a u + b v + c n`. The products
+/// of the point with u and v follow from the radii (that is what subtracting two sphere equations says),
+/// which gives a and b; the first radius gives c.
 pub fn meet(centres: [Vector; 3], radii: [f64; 3]) -> [Vector; 2] {
     let ([first, second, third], [r, s, t]) = (centres, radii);
     let (u, v) = (minus(second, first), minus(third, first));

@@ -1,4 +1,4 @@
-//! What every kind of machine must satisfy.
+//! Laws that every kind of kinematics must satisfy.
 
 use std::vec::Vec;
 

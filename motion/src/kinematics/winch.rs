@@ -6,10 +6,10 @@ use super::{Axes, spheres};
 
 use crate::square_root;
 
-/// Ropes at most.
+/// Greatest number of ropes.
 pub const MOST_ANCHORS: usize = units::MAX_ACTUATORS;
 
-/// Where the ropes leave their winches.
+/// Anchors: the places at which the ropes leave their winches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Winch {
     anchors: [Axes; MOST_ANCHORS],
@@ -33,7 +33,7 @@ impl Winch {
         (area_sq > 1.0).then_some(Self { anchors, count: given.len() })
     }
 
-    /// The anchors.
+    /// Returns the ropes' anchors, mm.
     #[must_use]
     pub fn anchors(&self) -> &[Axes] {
         self.anchors.get(..self.count).unwrap_or(&[])

@@ -1,4 +1,4 @@
-//! What the motion object answers.
+//! Queries to the motion object: state, positions, speeds, limits and counters.
 
 use units::{Axis, MmPerSecond, PerActuator, PerAxis, StepCount};
 
@@ -20,7 +20,7 @@ impl Motion {
         stands && self.filters.drained && self.report.drained
     }
 
-    /// What it is doing.
+    /// Returns the state of the motion object.
     #[must_use]
     pub const fn state(&self) -> State {
         self.state
@@ -39,7 +39,7 @@ impl Motion {
         used + usize::from(self.wants_two) >= size || self.curves.is_full()
     }
 
-    /// Where the last accepted move ends.
+    /// Returns the end of the last accepted move.
     #[must_use]
     pub const fn commanded_position(&self) -> PerAxis<f64> {
         self.planned
@@ -51,8 +51,8 @@ impl Motion {
         self.report.played
     }
 
-    /// How many steps each motor had made since the beginning, forward less backward, when it had this count:
-    /// declaring a position changes the count and not this. Wraps around.
+    /// Returns each motor's steps made since the beginning, forward less backward, when it had this count:
+    /// declaring a position changes the count but not the steps made. Wraps around.
     #[must_use]
     pub fn steps_made(&self, at: &PerActuator<StepCount>) -> PerActuator<StepCount> {
         let made = at.0.into_iter().zip(self.set_back.0).map(|(count, set_back)| count.wrapping_add(set_back));
@@ -73,7 +73,8 @@ impl Motion {
         self.config.as_ref().map_or(self.place, |config| self.compensation.program(&point_of_steps(config, steps)))
     }
 
-    /// What the motors are making, and which marks they have reached, as of the feed's last run.
+    /// Returns the tag of the move that the motors are making, and the last mark they have reached, as of the
+    /// feed's last run.
     #[must_use]
     pub const fn passed(&self) -> Passed {
         self.passed
@@ -149,7 +150,7 @@ impl Motion {
         self.trigger.take()
     }
 
-    /// What happened so far that should not.
+    /// Returns the counts of faults so far.
     #[must_use]
     pub const fn counters(&self) -> Counters {
         self.counters

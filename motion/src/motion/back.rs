@@ -25,10 +25,10 @@ use crate::{
     trajectory::{TakenBack, TickTime, seconds_of},
 };
 
-/// How what follows compares with what is taken back.
+/// Pace of the new plan, compared with the trajectory taken back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Pace {
-    /// It brakes as hard as it may.
+    /// The new plan brakes as hard as it may.
     Slower,
     /// Nothing is known of it.
     Any,
@@ -65,7 +65,7 @@ impl Motion {
             && self.curves.keeps(behind)
     }
 
-    /// How many of the blocks that were released behind this one are curved.
+    /// Returns the number of curved blocks among those released behind this one.
     fn curves_behind(&self, block: u32) -> u32 {
         let behind = self.planner.released().wrapping_sub(block).wrapping_sub(1).min(crate::planner::CAPACITY as u32);
         let curved = |n: &u32| self.planner.any_block(block.wrapping_add(1 + n)).is_some_and(|block| block.curved);
@@ -129,11 +129,12 @@ impl Motion {
         let released = self.planner.released();
         self.curves.take_back(self.curves_behind(source.block));
         self.planner.take_back(source.block);
-        // They were released already, whatever for.
+        // The blocks taken back were released once, so they may be released again although the queue is not
+        // full.
         if self.flushed.wrapping_sub(released) as i32 <= 0 {
             self.flushed = released;
         }
-        // What is executed again keeps its corner.
+        // A block that is executed again is not shortened any more for a rounded corner.
         if let Some(last) = &mut self.last {
             last.line = None;
         }
@@ -154,7 +155,7 @@ impl Motion {
     }
 }
 
-/// How far it is to rest from a place by [`crate::jerk_limited`], if that is within the block.
+/// Returns the distance from a place to rest by [`crate::jerk_limited`], if rest is within the block.
 fn rest_length(place: &Place, block: &Block) -> f64 {
     let own = block.bounds();
     let Some((ramp, elapsed)) = place.ramp() else { return own.length(place.speed, 0.0) };

@@ -7,7 +7,7 @@ use super::Motion;
 use crate::compensation::{Compensation, CompensationError, Fade, GridShape, Interpolation, Plane, Skew};
 
 impl Motion {
-    /// What lies between the program's machine space and the motors.
+    /// Returns the compensation between the program's machine space and the motors.
     #[must_use]
     pub const fn compensation(&self) -> &Compensation {
         &self.compensation
@@ -25,8 +25,8 @@ impl Motion {
     }
 
     /// Levels by the heights in [`Self::draft`]: what the motors' Z must be where the program's Z is 0, at
-    /// each point of the grid, and what `interpolation` makes of them between. It takes the place of whatever
-    /// levelled before.
+    /// each point of the grid, and what `interpolation` makes of them between. Replaces any levelling in
+    /// force.
     ///
     /// # Errors
     /// What is wrong with the grid, or that something moves; nothing was changed then.
@@ -56,7 +56,7 @@ impl Motion {
         self.recompensate(|compensation| compensation.set_plane(plane))
     }
 
-    /// Levels no more.
+    /// Switches levelling off for good.
     ///
     /// # Errors
     /// [`CompensationError::Busy`].

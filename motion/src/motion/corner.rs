@@ -3,11 +3,11 @@
 //! Symbols: d1 and d2 the directions before and after, t the angle between them, R the radius, e the distance
 //! from the corner to the arc. An arc that touches both lines begins and ends `R tan(t/2)` from the corner
 //! and leaves it by `R (1 / cos(t/2) - 1)`, so the radius for a deviation e is `e c / (1 - c)` with `c =
-//! cos(t/2)`, or `e c (1 + c) / s^2`, which does not cancel. It may take up to [`MOST_CUT`] of each line;
-//! where that is less the radius, and with it the deviation, is smaller.
+//! cos(t/2)`, or `e c (1 + c) / s^2`, which does not cancel. The arc may take up to [`MOST_CUT`] of each
+//! line; where that is less the radius, and with it the deviation, is smaller.
 //!
 //! The line before is still in the queue: it was planned as if the most had been taken of it, so its entry
-//! speed only grows. Where it has begun already, because the sender is slow, the corner stays sharp.
+//! speed only grows. Once that line has begun, because the sender is slow, the corner stays sharp.
 
 use units::{Axis, PerAxis};
 
@@ -32,7 +32,7 @@ const SMALLEST_RADIUS: f64 = 1e-3;
 /// The arc in place of a corner.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rounding {
-    /// What it takes of both lines, mm.
+    /// Length cut off each of the two lines, mm.
     pub cut: f64,
     from: PerAxis<f64>,
     to: PerAxis<f64>,
@@ -41,8 +41,8 @@ pub(super) struct Rounding {
 }
 
 impl Motion {
-    /// How the corner between the last move and a straight one, that adds `unit` to each axis for a
-    /// millimetre, is rounded, if it is.
+    /// Returns the rounding of the corner between the last move and a straight one that adds `unit` to each
+    /// axis for a millimetre, if the corner is rounded.
     pub(super) fn rounding(&self, envelope: &Envelope, unit: &PerAxis<f64>, request: &Move) -> Option<Rounding> {
         let (config, last, Corner::Rounded(tolerance)) = (self.config.as_ref()?, self.last?, request.corner) else {
             return None;

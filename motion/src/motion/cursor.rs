@@ -56,7 +56,8 @@ impl Motion {
             }
             if self.resting && self.state == State::Running {
                 if window.is_bounded() {
-                    // It would be fixed now when this begins, and perhaps be late when it is taken.
+                    // Under a bounded window the start would be fixed now, and the slice might be taken too
+                    // late for it.
                     return None;
                 }
                 self.start_clock(window.start);
@@ -140,7 +141,7 @@ impl Motion {
         Some(())
     }
 
-    /// Whatever follows a standstill begins then, a moment ahead of now.
+    /// Starts the clock after a standstill: motion begins at `start`, a moment ahead of now.
     fn start_clock(&mut self, start: Ticks) {
         self.resting = false;
         let wait = at_tick(start).saturating_sub(self.clock);
@@ -292,7 +293,7 @@ impl Motion {
         self.timeline.shift(segment.start.saturating_sub(shift), shift);
     }
 
-    /// How much the feed keeps written: a plan must not make it late.
+    /// Returns the time that the feed keeps written ahead: a plan must not make the feed late.
     pub(super) fn lead(&self) -> Lead {
         let next = self.run.as_ref().map(|run| &run.block).or(self.planner.front());
         match next {
@@ -301,7 +302,7 @@ impl Motion {
         }
     }
 
-    /// What the feed must know before it goes on.
+    /// Takes the orders for the feed's next run.
     pub(crate) fn feed_orders(&mut self) -> FeedOrders {
         let lead = self.lead();
         FeedOrders { searching: self.filters.bypass_wanted, lead, ..core::mem::take(&mut self.orders) }

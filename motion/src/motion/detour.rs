@@ -1,8 +1,8 @@
 //! Leaving out moves that wait, and going another way to those behind them.
 //!
-//! It is done behind a [`Motion::hold`], once the motors stand: what is left of the move under way and the
+//! A detour is made behind a [`Motion::hold`], once the motors stand: the rest of the move under way and the
 //! first blocks that wait are dropped, and the blocks of a new way are put in front of the others, which stay
-//! what they are. The first of these is entered from rest.
+//! as they are. The first of the others is entered from rest.
 
 use units::PerAxis;
 
@@ -18,24 +18,25 @@ use crate::{
 pub struct Waiting {
     /// As it was asked for. Of a curve only the end.
     pub request: Move,
-    /// It is straight.
+    /// Whether the move is straight.
     pub is_straight: bool,
 }
 
 impl Motion {
-    /// It is held, and the motors have come to rest.
+    /// Returns whether a hold is in force and the motors have come to rest.
     #[must_use]
     pub fn is_held_still(&self) -> bool {
         self.state == State::Held && self.filters.drained && self.report.drained
     }
 
-    /// Where a hold has come to rest; where the trajectory is otherwise.
+    /// Returns the place where a hold has come to rest, or otherwise the place of the trajectory.
     #[must_use]
     pub fn held_at(&self) -> PerAxis<f64> {
         self.run.as_ref().map_or(self.place, crate::run::Run::point)
     }
 
-    /// What is left to be made, in order: of the move under way, if one is, and of those that wait.
+    /// Returns the moves left to be made, in order: the rest of the move under way, if one is, and those that
+    /// wait.
     pub fn waiting(&self) -> impl Iterator<Item = Waiting> {
         let under_way = self.run.as_ref().map(|run| &run.block);
         let behind = (0..self.planner.len()).map_while(|index| self.planner.ahead(index));
@@ -54,14 +55,14 @@ impl Motion {
         })
     }
 
-    /// Which part the move under way belongs to, or the next one while none is; `None` when nothing waits.
+    /// Returns the part of the move under way, or of the next one while none is; `None` when nothing waits.
     #[must_use]
     pub fn part_now(&self) -> Option<Part> {
         self.run.as_ref().map(|run| &run.block).or_else(|| self.planner.front()).map(|block| block.part)
     }
 
-    /// Drops the first so many of [`Self::waiting`] behind a hold, declares that the machine stands at
-    /// `here`, and goes along `way` to where what then waits begins. That must be something.
+    /// Drops the first `dropped` moves of [`Self::waiting`] behind a hold, declares that the machine stands
+    /// at `here`, and goes along `way` to the beginning of the next waiting move, which must exist.
     ///
     /// # Errors
     /// [`Refusal::Busy`] unless it [`is_held_still`](Self::is_held_still), [`Refusal::Full`] for a way

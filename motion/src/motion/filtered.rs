@@ -19,7 +19,7 @@ use crate::{
 const MAX_LUMPED: u32 = 32;
 
 impl Motion {
-    /// Switches the filters off, for homing and probing, where a late stop would matter, or on again. They
+    /// Switches the filters off, for homing and probing, where a late stop would matter, or on again. Filters
     /// are on at first. Takes effect when the motors next begin to move from standstill.
     pub fn bypass_filters(&mut self, bypass: bool) {
         self.filters.bypass_wanted = bypass;
@@ -108,7 +108,7 @@ impl Motion {
     }
 
     fn rest_a_moment(&mut self) -> Option<()> {
-        // Where a position was just declared, the filters have always stood.
+        // After a position was declared, the filters stand still already.
         if self.filters.drained && self.filters.newest().is_rest() {
             return None;
         }
@@ -125,7 +125,7 @@ impl Motion {
         Some(())
     }
 
-    /// What of the program the rest of a piece is.
+    /// Returns the origin in the program of the rest of a piece.
     fn source_of(&self, piece: &Piece, rest: &Piece) -> Source {
         let later = seconds_between(piece.start, rest.start);
         Source {
@@ -136,8 +136,8 @@ impl Motion {
         }
     }
 
-    /// When very short pieces fill the history, several become one: their chord, with their speeds at its
-    /// ends. When there is no room for a curve, a single slice of it becomes its chord.
+    /// Joins several very short pieces into their chord, with their speeds at its ends, when such pieces fill
+    /// the history. Without room for a curve, a single slice of it becomes its chord.
     fn lump(&mut self, first: &Slice, begin: TickTime, window: &Window, crowded: bool) {
         let least = self.filters.least_stretch();
         let Some(piece) = self.piece else { return };
@@ -171,7 +171,7 @@ impl Motion {
     }
 }
 
-/// What follows of a piece from `begin` on.
+/// Returns the rest of a piece from `begin` on.
 fn rest_of(piece: &Piece, begin: TickTime) -> Piece {
     let t = seconds_between(piece.start, begin);
     Piece {
@@ -184,7 +184,7 @@ fn rest_of(piece: &Piece, begin: TickTime) -> Piece {
     }
 }
 
-/// What comes out of the filters, as the motors see it.
+/// Maps the filters' output to the motors' space through the compensation.
 #[inline(never)]
 fn compensated(compensation: &Compensation, knot: &Knot) -> Knot {
     let (start, end) = (compensation.at(&knot.start), compensation.at(&knot.point));

@@ -1,10 +1,10 @@
-//! How long moves take, without making a step of them.
+//! Forecast of the duration of moves, without making a step of them.
 //!
 //! A second motion object, to which nobody hangs a feed, is given the same moves; instead of slice by slice
 //! its blocks are passed whole. Look-ahead, limits, curves, rounded corners and profiles are those of the
 //! object that moves, because they are the same code; so a block takes here what it takes there, as long as
-//! the sender of moves keeps up. What comes on top of that, at each standstill, is in [`Motion::settling`].
-//! Input shapers and pressure advance delay every axis alike and change no duration: here there are none.
+//! the sender of moves keeps up. The additional time at each standstill is in [`Motion::settling`]. Input
+//! shapers and pressure advance delay every axis alike and change no duration: here there are none.
 
 use units::{MmPerSecond, Ticks};
 
@@ -28,9 +28,9 @@ const MOST_PROFILES: u32 = 64;
 /// A block that was passed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Passage {
-    /// What it was made for.
+    /// Purpose of the move, as its submitter numbered it.
     pub tag: Tag,
-    /// Rapid or feed.
+    /// Kind of move: rapid or feed.
     pub mode: Mode,
     /// Length of its path, mm.
     pub length: f64,
@@ -47,7 +47,7 @@ pub struct Passage {
 }
 
 impl Passage {
-    /// How long it takes, seconds.
+    /// Returns the duration of the block, seconds.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         self.even_seconds + self.ramp_seconds

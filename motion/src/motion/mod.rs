@@ -51,7 +51,7 @@ use crate::{
     trigger::Trigger,
 };
 
-/// How the feed reaches the motion object: a resource lock on the board, the object itself elsewhere.
+/// Access of the feed to the motion object: a resource lock on the board, the object itself elsewhere.
 pub trait Access {
     /// Runs `f` with the lock held. Every `f` this crate passes is brief.
     fn with<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R;
@@ -63,7 +63,7 @@ impl Access for Motion {
     }
 }
 
-/// What the motion object is doing; see the module's table.
+/// State of the motion object; see the module's table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the module's table explains them")]
 pub enum State {
@@ -109,13 +109,13 @@ pub struct Motion {
     piece_ramp: Option<(Ramp, f64)>,
     /// The trajectory is settled up to here.
     clock: TickTime,
-    /// What the trajectory goes through when any filter is on.
+    /// Filters that the trajectory goes through when any is on.
     filters: Filters,
-    /// What lies between the filters and the kinematics.
+    /// Compensation between the filters and the kinematics.
     compensation: Compensation,
-    /// What the moves are made for, and marks between them.
+    /// Tags of the moves, and marks between them.
     timeline: Elsewhere<Timeline>,
-    /// How far the motors had come at the feed's last run.
+    /// Progress of the motors at the feed's last run.
     passed: Passed,
     /// Machine position at `clock` while nothing runs.
     place: PerAxis<f64>,
@@ -125,7 +125,7 @@ pub struct Motion {
     resume_wanted: bool,
     /// Motor positions at `clock`, or at the filters' output.
     knots: PerActuator<StepPosition>,
-    /// Where the last submitted block ends.
+    /// End of the last submitted block, in machine space.
     planned: PerAxis<f64>,
     /// The last submitted block, for the corner after it. `None`: begins from rest.
     last: Option<Last>,
@@ -138,7 +138,7 @@ pub struct Motion {
     /// The motors stand still at `clock`: what comes next begins a moment from now, not at `clock`.
     resting: bool,
     report: FeedReport,
-    /// What the step counts were set back by since the beginning.
+    /// Sum by which declared positions have set the step counts back.
     set_back: PerActuator<StepCount>,
     orders: FeedOrders,
     trigger: Option<Trigger>,
@@ -150,13 +150,13 @@ struct Last {
     exit: Exit,
     length: f64,
     acceleration: f64,
-    /// What its block says of speed and power.
+    /// Speeds, mode and power of its block.
     speed_limit: f64,
     requested: f64,
     mode: Mode,
     power: f32,
-    /// When it is straight and moves X, Y or Z: what a millimetre adds to each axis, and its length before
-    /// any corner was rounded, mm.
+    /// For a straight move of X, Y or Z: movement of each axis for a millimetre, and length before any corner
+    /// was rounded, mm.
     line: Option<(PerAxis<f64>, f64)>,
 }
 
@@ -166,18 +166,18 @@ impl Last {
         Self { exit, length, acceleration, speed_limit, requested, mode, power, line: None }
     }
 
-    /// Its cruise speed, mm/s.
+    /// Returns the cruise speed under these overrides, mm/s.
     fn cruise(&self, overrides: &Overrides) -> f64 {
         overrides.cruise(self.speed_limit, self.requested, self.mode)
     }
 }
 
-/// How a move ends.
+/// End of a move, for the corner behind it.
 #[derive(Clone, Copy, Debug)]
 struct Exit {
     /// Unit direction of X Y Z, if any of them moves.
     direction: Option<[f64; 3]>,
-    /// How X Y Z bend. (Single precision will do: it only bounds a speed.)
+    /// Bend of X Y Z. Single precision will do, as the bend only bounds a speed.
     bend: [f32; 3],
 }
 
@@ -280,7 +280,7 @@ impl Motion {
         Ok(())
     }
 
-    /// What [`Self::configure`] set, with the limits now in force.
+    /// Returns the configuration set by [`Self::configure`], with the limits now in force.
     #[must_use]
     pub fn config(&self) -> Option<&MotionConfig> {
         self.config.as_ref()
@@ -329,7 +329,7 @@ impl Motion {
         self.report.played = steps;
     }
 
-    /// One bounded slice of planning: the reverse pass over what is new.
+    /// Runs one bounded slice of planning: the reverse pass over new blocks.
     pub fn plan(&mut self) {
         self.planner.plan();
     }
@@ -337,7 +337,7 @@ impl Motion {
     /// Nothing more will come soon: run what is queued without waiting for the queue to fill.
     pub fn flush(&mut self) {
         self.flushed = self.planner.pushed();
-        // What runs now keeps its corner.
+        // A block that may run now is not shortened any more for a rounded corner.
         self.planner.set_reserve(0.0);
         if let Some(last) = &mut self.last {
             last.line = None;

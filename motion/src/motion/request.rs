@@ -26,14 +26,14 @@ impl Motion {
     /// [`Refusal::Full`] when it should be asked again later; otherwise why the move can never be made.
     pub fn submit(&mut self, request: &Move) -> Result<(), Refusal> {
         let result = self.accept(request, self.config.as_ref().map_or(0, |config| config.queue_size));
-        // What a block is planned by depends on what was planned before it: always after each, then, whenever
-        // the planner's turn comes.
+        // A jerk-limited plan depends on the plan before it, so planning runs after each block, no matter
+        // when the planner task has its turn.
         self.planner.plan_jerk();
         result
     }
 
     /// Makes a mark behind what has been submitted so far: the feed's reports tell when the motors have come
-    /// there. What hangs on a mark stops nothing, and changes no speed.
+    /// there. An effect that hangs on a mark stops nothing, and changes no speed.
     ///
     /// # Errors
     /// [`Refusal::Full`] when too many marks wait, and [`Refusal::Stopping`]: ask again later.
@@ -133,7 +133,7 @@ impl Motion {
     }
 }
 
-/// Which axes a curve moves, and by how much at least one of them.
+/// Returns the axes that a curve moves, with a lower bound of each axis' movement.
 fn ways_of_curve(path: &Path, delta: &PerAxis<f64>) -> PerAxis<f64> {
     let mut ways = *delta;
     let length = path.curve.length();

@@ -1,4 +1,4 @@
-//! Where the motors of every kind of machine are, from the drawing: lengths, circles and angles, with the
+//! Motor positions of every kind of kinematics, from the drawing: lengths, circles and angles, with the
 //! standard library's functions.
 
 use units::Actuator;
@@ -66,7 +66,7 @@ fn shoulder(delta: &RotaryDelta, index: usize, [x, y, z]: [f64; 3]) -> f64 {
         let (ey, ez) = ((along * dy + side * sideways * dz) / span, (along * dz - side * sideways * dy) / span);
         (ey, (-ez).atan2(-ey).to_degrees())
     });
-    // Out is -Y.
+    // The elbow points outwards, to -Y.
     if both[0].0 < both[1].0 { both[0].1 } else { both[1].1 }
 }
 

@@ -14,7 +14,7 @@ use crate::{
     compensation::{Bed, Interpolation},
 };
 
-/// What lies between program and motors.
+/// Compensation between the program and the motors.
 #[derive(Clone, Debug)]
 pub struct Warp {
     skew: Skew,
@@ -26,7 +26,7 @@ pub struct Warp {
 enum Shape {
     Flat,
     Plane([f64; 3]),
-    /// Its first point, the step of the finer grid, its rows.
+    /// First point of the grid, step of the finer grid, its rows.
     Grid([f64; 2], [f64; 2], Vec<Spline>),
 }
 
@@ -59,7 +59,7 @@ impl Warp {
         (!is_nothing).then(|| Self { skew: compensation.skew(), shape, fade: compensation.fade() })
     }
 
-    /// The bed's height.
+    /// Returns the height of the bed at a place, mm.
     #[must_use]
     pub fn height(&self, x: f64, y: f64) -> f64 {
         match &self.shape {
@@ -72,7 +72,7 @@ impl Warp {
         }
     }
 
-    /// Where the motors' axes are for the tool to be there.
+    /// Returns the motors' axes for the tool to be at `axes` of the program.
     #[must_use]
     pub fn motors(&self, axes: &[f64; 6]) -> [f64; 6] {
         let [x, y, z, a, b, c] = *axes;
@@ -133,8 +133,8 @@ impl Spline {
     }
 }
 
-/// How far a spline goes on beyond its end, `far` grid distances out: back to the height of the end by the
-/// cubics that keep slope and bend.
+/// Returns the height above a spline's end, `far` grid distances beyond it: back to the height of the end by
+/// the cubics that keep slope and bend.
 fn run_out(slope: f64, far: f64) -> f64 {
     let (t, rest) = (far - 1.0, 3.0 - far);
     slope

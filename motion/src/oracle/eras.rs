@@ -1,4 +1,4 @@
-//! One version of the trajectory, before the filters: it holds until some of it is taken back.
+//! A version of the trajectory, before the filters, valid until some of it is taken back.
 
 use std::vec::Vec;
 
@@ -10,7 +10,7 @@ use crate::PressureAdvance;
 /// Pieces of trajectory, in order of time.
 #[derive(Clone, Debug)]
 pub(super) struct Era {
-    /// What the filters put out from here on, ns, is of this version.
+    /// Time, ns, from which the filters' output is of this version.
     pub from: f64,
     pub pieces: Vec<Timed>,
 }
@@ -28,7 +28,7 @@ impl Era {
         next
     }
 
-    /// It rests from `at` on.
+    /// Ends the trajectory with a rest from `at` on.
     pub fn cut(&mut self, at: f64) {
         // Of the first there is left at least where it begins.
         self.pieces.truncate(self.pieces.partition_point(|timed| timed.start < at).max(1));

@@ -1,4 +1,4 @@
-//! Where a path leads, from what defines it, with the standard library's functions.
+//! Places on a path, computed from its definition with the standard library's functions.
 
 use units::PerAxis;
 
@@ -47,7 +47,7 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// How long a cubic is from its beginning on, at many places: Simpson's rule on each of many short cells.
+/// Lengths of a cubic from its beginning to many places: Simpson's rule on each of many short cells.
 #[derive(Clone, Debug)]
 pub struct Table {
     cubic: [[f64; 3]; 3],

@@ -15,7 +15,7 @@ pub struct Arc {
     arm: Vector,
     /// As long, at right angles, ahead.
     ahead: Vector,
-    /// How far it turns, rad, above zero. More than a turn is allowed.
+    /// Angle of the arc, rad, above zero. More than a turn is allowed.
     angle: f64,
     /// Length of the whole path, rise included, mm.
     length: f64,
@@ -48,7 +48,7 @@ impl Arc {
         self.ahead
     }
 
-    /// How far it turns in all, rad.
+    /// Returns the whole angle of the arc, rad.
     #[must_use]
     pub const fn angle(&self) -> f64 {
         self.angle

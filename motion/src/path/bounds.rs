@@ -1,4 +1,4 @@
-//! How far a path goes along each axis: not only where it begins and ends, for arcs and splines bulge.
+//! Extent of a path along each axis: arcs and splines bulge beyond their beginning and end.
 
 use core::f64::consts::PI;
 
@@ -14,12 +14,12 @@ const TURN: f64 = 2.0 * PI;
 pub struct Bounds {
     /// The least position of each axis.
     pub least: PerAxis<f64>,
-    /// The greatest one.
+    /// The greatest position of each axis.
     pub most: PerAxis<f64>,
 }
 
 impl Bounds {
-    /// Of one place.
+    /// Bounds of a single place.
     #[must_use]
     pub const fn of(place: PerAxis<f64>) -> Self {
         Self { least: place, most: place }
@@ -32,7 +32,7 @@ impl Bounds {
         self
     }
 
-    /// Of both.
+    /// Bounds of both extents together.
     #[must_use]
     pub fn or(self, other: &Self) -> Self {
         self.and(&other.least).and(&other.most)
@@ -55,8 +55,8 @@ impl Path {
                 Curve::Line => {}
                 Curve::Arc(arc) => turning_points(arc, index, drift).for_each(|place| bounds.reach(axis, from + place)),
                 Curve::Spline(spline) => {
-                    // What is beside the cubic goes along evenly with the distance: rounding, or all there
-                    // is.
+                    // The movement beside the cubic grows evenly with the distance: rounding, or all movement
+                    // of the axis.
                     let [low, high] = cubic_bounds(spline, index);
                     bounds.reach(axis, from + low + least(drift, 0.0));
                     bounds.reach(axis, from + high + greatest(drift, 0.0));
@@ -67,16 +67,16 @@ impl Path {
     }
 }
 
-/// Where one of X, Y and Z turns back on an arc, seen from its start. It goes along `arm (cos p - 1) + ahead
-/// sin p` for angles p up to that of the arc, and evenly by `drift` in all. With `arm = r cos c` and `ahead =
-/// r sin c` it stands where `r sin(p - c)` is the drift for each radian. Of several turns the first and the
-/// last go furthest.
+/// Returns the places where one of X, Y and Z turns back on an arc, seen from its start. The axis goes along
+/// `arm (cos p - 1) + ahead sin p` for angles p up to that of the arc, and evenly by `drift` in all. With
+/// `arm = r cos c` and `ahead = r sin c` the axis stands where `r sin(p - c)` is the drift for each radian.
+/// Of several turns the first and the last go furthest.
 fn turning_points(arc: &Arc, index: usize, drift: f64) -> impl Iterator<Item = f64> {
     let part = |vector: [f64; 3]| vector.get(index).copied().unwrap_or(0.0);
     let (arm, ahead, angle) = (part(arc.arm()), part(arc.ahead()), arc.angle());
     let radius = square_root(arm * arm + ahead * ahead);
     let even = drift / angle;
-    // What goes more one way than the circle comes back never turns, nor does what has no circle.
+    // An axis that drifts more than the circle comes back never turns, nor does an axis without a circle.
     let turns_back = libm::fabs(even) < radius;
     let (rises, at) = if turns_back { (libm::asin(even / radius), libm::atan2(ahead, arm)) } else { (0.0, 0.0) };
     let first = move |p: f64| p - TURN * libm::floor(p / TURN);
@@ -92,9 +92,9 @@ fn turning_points(arc: &Arc, index: usize, drift: f64) -> impl Iterator<Item = f
 fn cubic_bounds(spline: &Spline, index: usize) -> [f64; 2] {
     let [a, b, c] = spline.cubic().map(|vector| vector.get(index).copied().unwrap_or(0.0));
     let place = |u: f64| u * (a + u * (b + u * c));
-    // It stands where `a + 2 b u + 3 c u^2` is zero. The root is added to b with b's own sign, so nothing
-    // cancels; the other solution follows from the product of both. What is not a number is not between 0
-    // and 1.
+    // The place stands still where `a + 2 b u + 3 c u^2` is zero. The root is added to b with b's own sign,
+    // so nothing cancels; the other solution follows from the product of both. A root that is not a number is
+    // not between 0 and 1.
     let q = -(b + libm::copysign(square_root(greatest(b * b - 3.0 * a * c, 0.0)), b));
     let stands = [q / (3.0 * c), a / q].into_iter().filter(|u| *u > 0.0 && *u < 1.0);
     let mut bounds = [least(0.0, place(1.0)), greatest(0.0, place(1.0))];

@@ -3,8 +3,8 @@
 //! At speed v, with the acceleration a and the jerk j along the path, the third derivative of the place is `T
 //! j + 3 T' v a + T'' v^3`: T is the unit tangent, T' the bend (one by the radius in size), T'' its change,
 //! dashes being for a millimetre of path. So the bend has a jerk of its own, which no time law takes away:
-//! `v^3 / r^2` on a circle. What is left of a limit J is shared between the acceleration and the jerk along
-//! the path.
+//! `v^3 / r^2` on a circle. The rest of a limit J is shared between the acceleration and the jerk along the
+//! path.
 //!
 //! Each limit (that of the path, and of each axis) asks for three numbers: the greatest T, T' and T'' that it
 //! sees in the block. The speed is lowered until the bend's own jerk takes [`TWIST_SHARES`] of J, as the
@@ -22,7 +22,7 @@ const LEFT_FOR_JERK: f64 = 0.5;
 /// Places of a spline that are looked at.
 const INTERVALS: u32 = 16;
 
-/// What a curve asks of one limit: the greatest parts of T, T' and T''.
+/// Demand of a curve on one limit: the greatest parts of T, T' and T''.
 #[derive(Clone, Copy, Debug, Default)]
 struct Ask {
     slope: f64,
@@ -31,7 +31,7 @@ struct Ask {
     limit: f64,
 }
 
-/// What a curve asks of every limit there is: of the path, then of X, Y and Z.
+/// Demands of a curve on every limit: that of the path, then those of X, Y and Z.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Asks {
     asks: [Ask; 4],

@@ -7,9 +7,9 @@
 //! form.
 //!
 //! For linear kinematics a motor that turns m mm for a millimetre in the plane of the curve and d mm for the
-//! rise sees at most `(m + d) A`. What an arc asks of axes and motors is a sine of the angle, so its greatest
-//! value is known in closed form; splines, and machines that bend lines, are looked at in a bounded number of
-//! places, and what may hide between two of these is allowed for.
+//! rise sees at most `(m + d) A`. The demand of an arc on axes and motors is a sine of the angle, so its
+//! greatest value is known in closed form; splines, and machines that bend lines, are looked at in a bounded
+//! number of places, and what may hide between two of these is allowed for.
 
 use units::{Actuator, MmPerSecond2, PerActuator, PerAxis};
 
@@ -35,11 +35,11 @@ const BEND_STEP: f64 = 1e-4;
 /// Of two motors' parts the second this small is rounding.
 const NOTHING: f64 = 1e-9;
 
-/// What a curve asks for, at most, for each mm/s of speed along it.
+/// Greatest demand of a curve, for each mm/s of speed along it.
 struct Demand {
     axes: Vector,
     motors: PerActuator<f64>,
-    /// One by the least radius, 1/mm.
+    /// Inverse of the least radius, 1/mm.
     curvature: f64,
 }
 
@@ -118,8 +118,8 @@ pub(crate) fn unit(path: &Path, s: f64) -> Vector {
     tangent.map(|part| part / length)
 }
 
-/// How much longer than one the tangent may be: where the end is a little off its circle, the way there is
-/// added.
+/// Returns the factor by which the tangent may be longer than one: where the end is a little off its circle,
+/// the way there is added.
 fn excess(path: &Path) -> f64 {
     let Curve::Arc(arc) = &path.curve else { return 1.0 };
     let ([ax, ay, az], [bx, by, bz]) = (arc.arm(), arc.ahead());
@@ -188,7 +188,7 @@ fn limit_by_lift(envelope: &mut Envelope, lifted: &Strain, limits: &Limits) {
 }
 
 /// A motor turns m mm for a millimetre in the plane, d for the rise: `(m + d)` times the acceleration of the
-/// path at most. One that only makes the rise does not feel the bend.
+/// path at most. A motor that only makes the rise does not feel the bend.
 fn limit_by_motors(
     envelope: &mut Envelope,
     machine: &Skewed<'_>,

@@ -25,20 +25,20 @@ use crate::square_root;
 /// X, Y and Z of something.
 pub(crate) type Vector = [f64; 3];
 
-/// How X, Y and Z leave the straight line.
+/// Deviation of X, Y and Z from the straight line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Curve {
-    /// They do not.
+    /// None: a straight line.
     #[default]
     Line,
     /// A part of a circle, or several turns of it.
     Arc(Arc),
-    /// A cubic.
+    /// A cubic in space.
     Spline(Spline),
 }
 
 impl Curve {
-    /// A straight line.
+    /// Returns whether the curve is a straight line.
     #[must_use]
     pub const fn is_line(&self) -> bool {
         matches!(self, Self::Line)
@@ -60,7 +60,7 @@ impl Curve {
         self.is_line() || (self.length().is_finite() && size(self.offset(0.5 * self.length())).is_finite())
     }
 
-    /// Which of X, Y and Z it moves beside the straight line by more than `least` mm.
+    /// Returns which of X, Y and Z the curve moves beside the straight line by more than `least` mm.
     pub(crate) fn moves(&self, least: f64) -> [bool; 3] {
         match self {
             Self::Line => [false; 3],
@@ -69,7 +69,7 @@ impl Curve {
         }
     }
 
-    /// What it adds to X, Y and Z after `s` mm of path.
+    /// Returns the curve's addition to X, Y and Z after `s` mm of path.
     #[must_use]
     pub fn offset(&self, s: f64) -> [f64; 3] {
         match self {
@@ -79,7 +79,7 @@ impl Curve {
         }
     }
 
-    /// What the next millimetre of path adds, after `s` mm.
+    /// Returns the curve's addition for the next millimetre of path, after `s` mm.
     #[must_use]
     pub fn slope(&self, s: f64) -> [f64; 3] {
         match self {
@@ -114,11 +114,11 @@ impl Curve {
 /// The way of a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Path {
-    /// Where it begins, in machine space.
+    /// Beginning of the path, in machine space.
     pub origin: PerAxis<f64>,
-    /// What one millimetre of path adds to each axis, without the curve.
+    /// Movement of each axis for a millimetre of path, without the curve.
     pub direction: PerAxis<f64>,
-    /// What X, Y and Z do beside that.
+    /// Movement of X, Y and Z beside the straight line.
     pub curve: Curve,
 }
 
@@ -134,13 +134,13 @@ impl Path {
         Self { origin, direction, curve }
     }
 
-    /// A straight one.
+    /// A straight path from `origin`.
     #[must_use]
     pub const fn line(origin: PerAxis<f64>, direction: PerAxis<f64>) -> Self {
         Self { origin, direction, curve: Curve::Line }
     }
 
-    /// Where it is after `s` mm.
+    /// Returns the place after `s` mm.
     #[must_use]
     pub fn point(&self, s: f64) -> PerAxis<f64> {
         let mut point = self.origin;
@@ -153,7 +153,7 @@ impl Path {
         point
     }
 
-    /// What one millimetre of path adds to each axis after `s` mm: of length one in X, Y and Z.
+    /// Returns the movement of each axis for a millimetre of path after `s` mm: of length one in X, Y and Z.
     #[must_use]
     pub fn tangent(&self, s: f64) -> PerAxis<f64> {
         let mut tangent = self.direction;
@@ -163,7 +163,7 @@ impl Path {
         tangent
     }
 
-    /// One by the radius of curvature after `s` mm, 1/mm: zero where it is straight.
+    /// Returns the curvature (one by the radius) after `s` mm, 1/mm: zero where the path is straight.
     #[must_use]
     pub fn curvature(&self, s: f64) -> f64 {
         size(self.curve.bend(s))

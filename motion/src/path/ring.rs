@@ -25,7 +25,7 @@ impl CurveRing {
         self.end.wrapping_sub(self.first) as usize >= MOST_CURVES
     }
 
-    /// It is full, or was before one was taken out.
+    /// Whether the ring is full, or was before one curve was taken out.
     pub const fn was_full(&self) -> bool {
         self.end.wrapping_sub(self.first) as usize + 1 >= MOST_CURVES
     }

@@ -1,10 +1,10 @@
 //! A cubic of X, Y and Z, travelled at an even speed.
 //!
-//! The cubic is `P(u)` with u from 0 to 1. What is wanted is the place after s mm, so u must be known as a
-//! function of the distance. That has no closed form. It is a polynomial of degree six here, which has the
-//! right value, slope and bend at both ends (they follow from `du/ds = 1 / |P'|`) and the right value in the
-//! middle; a curve for which that is not good to [`EVEN_WITHIN`] is divided until it is
-//! ([`crate::geometry::Bezier`]). So a place costs some forty multiplications, always the same, and no root.
+//! The cubic is `P(u)` with u from 0 to 1. The place after s mm is wanted, so u must be known as a function
+//! of the distance. No closed form exists. Here u is a polynomial of degree six, which has the right value,
+//! slope and bend at both ends (they follow from `du/ds = 1 / |P'|`) and the right value in the middle; a
+//! curve for which that is not good to [`EVEN_WITHIN`] is divided until it is ([`crate::geometry::Bezier`]).
+//! So a place costs some forty multiplications, always the same, and no root.
 
 use super::{Vector, dot, mix, size};
 use crate::{greatest, least, square_root};
@@ -79,14 +79,14 @@ impl Spline {
         let c4 = -15.0 * rest + 7.0 * rest_v - rest_a;
         let c5 = 6.0 * rest - 3.0 * rest_v + 0.5 * rest_a;
         let mut spline = Self { cubic, warp: [v0, 0.5 * a0, c3, c4, c5, 0.0], flat: whole, length: whole };
-        // What is missing in the middle: `64 x^3 (1 - x)^3` is one there and flat at the ends.
+        // Length missing in the middle: `64 x^3 (1 - x)^3` is one there and flat at the ends.
         let middle = spline.warped(0.5);
         let lacks = 0.5 * whole - length_to(&cubic, middle);
         let k = 64.0 * lacks / size(slope_of(&cubic, middle));
         spline.warp = [v0, 0.5 * a0, c3 + k, c4 - 3.0 * k, c5 + 3.0 * k, -k];
         let off = |x: f64| libm::fabs(length_to(&cubic, spline.warped(x)) - x * whole);
         let worst = greatest(greatest(off(0.25), off(0.75)), off(0.5));
-        // What is not a number compares false.
+        // An error that is not a number compares false.
         (worst < least(EVEN_WITHIN, EVEN_SHARE * whole)).then_some(spline)
     }
 

@@ -1,4 +1,4 @@
-//! What look-ahead knows of one move, and the limits that follow from its direction.
+//! A move in the look-ahead queue, and the limits that follow from its direction.
 //!
 //! All limits of a block are found here, once, when it is submitted: [`Envelope`] holds the greatest path
 //! speed and acceleration that no axis and no motor exceeds.
@@ -17,10 +17,10 @@ use crate::{
 /// Changes smaller than this (mm or degrees) do not count as movement of an axis or motor.
 pub(crate) const SMALLEST: f64 = 0.000_1;
 
-/// One move, waiting.
+/// A move that waits in the look-ahead queue.
 #[derive(Clone, Copy, Debug)]
 pub struct Block {
-    /// Where it ends, in machine space.
+    /// End of the move, in machine space.
     pub target: PerAxis<f64>,
     /// Length of the path, mm: of X Y Z, or of all moving axes when X Y Z stand still.
     pub length: f64,
@@ -30,7 +30,7 @@ pub struct Block {
     pub jerk: f64,
     /// The path goes on into this block without a corner: it may be entered while the speed changes.
     pub(crate) is_tangent: bool,
-    /// What some kinds of look-ahead must know besides.
+    /// Additional state for some kinds of look-ahead.
     pub(super) look_ahead: LookAhead,
     /// Path speed that no override may exceed, mm/s.
     pub speed_limit: f64,
@@ -47,29 +47,29 @@ pub struct Block {
     pub(crate) clearance: f64,
     /// Power of a laser.
     pub power: f32,
-    /// Rapid or feed.
+    /// Kind of move: rapid or feed.
     pub mode: Mode,
-    /// It follows a curve, which waits in the ring of curves.
+    /// Whether the move follows a curve, which waits in the ring of curves.
     pub(crate) curved: bool,
-    /// What it is made for.
+    /// Purpose of the move.
     pub tag: Tag,
-    /// Which part of the work it belongs to.
+    /// Part of the work that the move belongs to.
     pub part: Part,
 }
 
-/// What look-ahead keeps with a block beside its entry speed.
+/// Look-ahead state of a block beside its entry speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum LookAhead {
     /// Nothing: trapezoids need no more.
     Plain,
-    /// Where profiles are limited in jerk.
+    /// For profiles limited in jerk.
     Brake(Brake),
-    /// Where a minimum cruise ratio is kept.
+    /// For a minimum cruise ratio.
     CruisePlan(CruisePlan),
 }
 
 impl Block {
-    /// What a place of the ring holds before the first block comes there. All bits are zero.
+    /// Content of the ring's places before the first block comes there. All bits are zero.
     pub(super) const ZERO: Self = Self {
         clearance: 0.0,
         mode: Mode::Rapid,
@@ -107,9 +107,9 @@ impl Block {
 /// Factors on the requested speeds; 1 is as programmed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Overrides {
-    /// Of working moves.
+    /// Feed override: factor for working moves.
     pub feed: f64,
-    /// Of rapids.
+    /// Rapid override: factor for rapid moves.
     pub rapid: f64,
 }
 
@@ -127,7 +127,7 @@ impl Overrides {
 /// Direction and limits of a move.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Envelope {
-    /// Path length, mm.
+    /// Length of the path, mm.
     pub length: f64,
     /// Greatest path speed, mm/s.
     pub speed_limit: f64,
@@ -135,11 +135,11 @@ pub(crate) struct Envelope {
     pub acceleration: f64,
     /// Unit direction of X Y Z at the beginning; `None` when only auxiliary axes move.
     pub primary: Option<[f64; 3]>,
-    /// How X Y Z bend at the beginning ([`crate::path::Curve::bend`]).
+    /// Bend of X Y Z at the beginning ([`crate::path::Curve::bend`]).
     pub bend: [f64; 3],
     /// Path jerk, mm/s^3; zero where profiles are trapezoids.
     pub jerk: f64,
-    /// As in [`Block`].
+    /// Clearance, mm, as in [`Block`].
     pub clearance: f64,
 }
 
@@ -177,8 +177,8 @@ impl Envelope {
             }
             return Some(envelope);
         }
-        // Where two motors work together one of them may just count although no axis does: that is no move of
-        // A, B or C.
+        // With two motors for the same axes (coreXY), one of them may just move enough to count although no
+        // axis does; such a move is none of A, B or C.
         let auxiliary = |actuator: &Actuator| *actuator as usize >= Axis::PRIMARY.len();
         let mut moving = Actuator::ALL.into_iter().filter(|motor| auxiliary(motor) && moves(&motors[*motor]));
         let first = moving.next()?;

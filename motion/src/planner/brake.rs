@@ -9,9 +9,9 @@
 //! Going backwards, the anchor of a block is either its own end or the anchor of the next block, passing
 //! through the junction with whatever acceleration there is. Passing through is allowed where the path goes
 //! straight on, the limits of acceleration and jerk are the same on both sides, and the junction's own limit
-//! does not hold speed down already. How fast a ramp may pass a junction is bounded twice, either is enough:
-//! by the steepest ramp to the anchor ([`crate::ramp::Bounds::launch`]), or because it begins no faster than
-//! the junction allows (`top`).
+//! does not hold speed down already. The speed of a ramp at a junction is bounded twice, either bound is
+//! enough: by the steepest ramp to the anchor ([`crate::ramp::Bounds::launch`]), or because it begins no
+//! faster than the junction allows (`top`).
 //!
 //! A block that is known keeps its anchor unless the new one allows as much speed: so a speed that was safe
 //! stays safe whatever is appended. An anchor's speed may still grow as more becomes known; a ramp to a
@@ -64,7 +64,7 @@ impl Brake {
     /// A speed without acceleration is safe `room` before the anchor.
     pub fn is_safe(&self, speed: f64, room: f64, bounds: &Bounds) -> bool {
         let ramp = if speed <= self.speed * SAME { 0.0 } else { bounds.length(speed, self.speed) };
-        // What was chosen to be safe, within its rounding, must be found so afterwards.
+        // A speed chosen as safe, within its rounding, must be found safe afterwards too.
         speed <= self.top * (1.0 + 1e-12) && ramp <= room + 2.0 * ROUNDING
     }
 
@@ -107,7 +107,7 @@ impl Block {
         self.jerk == other.jerk && self.acceleration == other.acceleration
     }
 
-    /// Its anchor, where profiles are limited in jerk.
+    /// Returns the block's anchor, where profiles are limited in jerk.
     pub(crate) const fn brake(&self) -> Brake {
         match self.look_ahead {
             LookAhead::Brake(brake) => brake,
@@ -131,7 +131,7 @@ impl Block {
         least(square_root(self.corner_sq), self.speed_limit)
     }
 
-    /// It can be entered as fast as it may be.
+    /// Whether the planned entry speed has reached its limit.
     fn is_at_limit(&self) -> bool {
         self.entry_sq >= self.entry_limit_sq
     }
@@ -236,7 +236,7 @@ impl Planner {
         if near_sq > entry_sq { (near, near_sq) } else { (far, entry_sq) }
     }
 
-    /// The reverse pass.
+    /// Runs the reverse pass of jerk-limited look-ahead.
     pub(super) fn plan_brakes(&mut self) {
         let mut count = self.end;
         let mut settled = self.settled;

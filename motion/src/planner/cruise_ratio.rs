@@ -2,10 +2,10 @@
 //!
 //! Beside the plan with the whole acceleration a there is a second one, the cruise plan, with `a (1 - r)`, in
 //! squared speeds as well: going forwards, `forward^2 = min(limit, forward^2 before + gain)`, with the gain
-//! `2 a (1 - r) L`; going backwards, `entry^2 = min(forward^2, entry^2 of the next + gain)`. Where the cruise
-//! plan stops accelerating, its peak is `(entry^2 + entry^2 of the next + gain) / 2`. That is the greatest
-//! speed of the whole run up and down, which then takes the whole acceleration: of a way that it goes up and
-//! down without the cruise speed in between, the share r is left for cruising.
+//! `2 a (1 - r) L`; going backwards, `entry^2 = min(forward^2, entry^2 of the next + gain)`. Where it stops
+//! accelerating, the cruise plan has the peak `(entry^2 + entry^2 of the next + gain) / 2`. The peak is the
+//! greatest speed of the whole run up and down, which then takes the whole acceleration: of a way that it
+//! goes up and down without the cruise speed in between, the share r is left for cruising.
 //!
 //! Blocks that only speed up have the peak of those behind them, blocks that only slow down that of those
 //! before: known in constant time from the next block and, at release, from the one before.
@@ -35,7 +35,7 @@ impl CruisePlan {
 }
 
 impl Block {
-    /// Its cruise plan, where a minimum cruise ratio is asked for.
+    /// Returns the block's cruise plan, where a minimum cruise ratio is asked for.
     pub(crate) const fn cruise_plan(&self) -> CruisePlan {
         match self.look_ahead {
             LookAhead::CruisePlan(plan) => plan,
@@ -92,7 +92,8 @@ impl Planner {
         } else if plan.entry_sq + gain_sq > next_sq * (1.0 + 1e-9) {
             0.5 * (plan.entry_sq + reachable_sq)
         } else {
-            // It speeds up all along, to what comes behind; with nothing to come up to, to its own end.
+            // The block speeds up all along, to the peak of the blocks behind; without such a peak, to its
+            // own end.
             next.and_then(|next| next.cruise_plan().peak_sq()).unwrap_or(next_sq)
         };
         Some(plan)

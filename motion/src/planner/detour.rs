@@ -17,7 +17,7 @@ pub(crate) struct Behind {
 }
 
 impl Behind {
-    /// There are none.
+    /// Whether no blocks wait behind.
     pub const fn is_empty(&self) -> bool {
         self.first == self.end
     }
@@ -40,8 +40,8 @@ impl Planner {
         behind
     }
 
-    /// Closes the ring behind what was pushed. What waits behind it is entered from rest, at this speed
-    /// squared. Then [`Self::replan`].
+    /// Closes the ring behind what was pushed. The blocks that wait behind are entered from rest, at this
+    /// speed squared. Then [`Self::replan`].
     pub(crate) fn close(&mut self, behind: &Behind, rest_sq: f64) {
         let gap = behind.first.wrapping_sub(self.end);
         let mut count = self.end;

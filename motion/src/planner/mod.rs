@@ -1,7 +1,7 @@
 //! Look-ahead: a queue of blocks and the speed at each junction.
 //!
 //! The plan must always be able to stop at the end of the last block known. Going backwards, a block may be
-//! entered at most with `entry^2 = min(limit, next entry^2 + 2 a L)`. That value only ever grows as more
+//! entered at most with `entry^2 = min(limit, next entry^2 + 2 a L)`. The value only ever grows as more
 //! blocks become known, so the reverse pass over new blocks ends at the first old block whose value does not
 //! change: everything before it stands. Going forwards needs no pass at all: when a block is released its
 //! entry speed is final, so its exit is the lesser of the next block's planned entry and what it can reach by
@@ -25,7 +25,7 @@ pub(crate) use junction::{corner_sq, jump_sq};
 use crate::store::Elsewhere;
 use block::LookAhead;
 
-/// How many blocks fit: at 0.2 mm a block and 100 mm/s, half a second of look-ahead. See [`BlockRing`].
+/// Number of blocks that fit: at 0.2 mm a block and 100 mm/s, half a second of look-ahead. See [`BlockRing`].
 pub const CAPACITY: usize = 256;
 /// Released blocks that stay in the ring behind those that wait, where trajectory may be taken back.
 pub(crate) const KEPT: usize = 32;
@@ -36,7 +36,7 @@ pub(crate) const KEPT: usize = 32;
 pub struct BlockRing([Block; CAPACITY]);
 
 impl BlockRing {
-    /// Empty.
+    /// Creates an empty ring.
     #[must_use]
     pub const fn new() -> Self {
         Self([Block::ZERO; CAPACITY])
@@ -66,19 +66,19 @@ pub struct Planner {
     settled: u32,
     /// Squared speed with which the last block ends: that of a standstill.
     rest_sq: f64,
-    /// How much of the last block the rounding of a corner behind it may yet take, mm. Its entry speed is
-    /// planned without that, so that it can only grow.
+    /// Length of the last block that the rounding of a corner behind it may yet take, mm. The block's entry
+    /// speed is planned without that length, so that it can only grow.
     reserve: f64,
     /// Nothing will be appended soon: the last block's end is where the path ends.
     complete: bool,
-    /// In force.
+    /// Overrides that are in force.
     overrides: Overrides,
     /// Share of the acceleration that the cruise plan may use.
     gentle_share: Option<f64>,
 }
 
 impl Planner {
-    /// An empty queue.
+    /// Creates an empty queue.
     pub(crate) const fn new(blocks: Elsewhere<BlockRing>) -> Self {
         Self {
             blocks,
@@ -95,13 +95,13 @@ impl Planner {
         }
     }
 
-    /// How many blocks wait.
+    /// Returns the number of blocks that wait.
     #[must_use]
     pub const fn len(&self) -> usize {
         self.end.wrapping_sub(self.first) as usize
     }
 
-    /// Nothing waits.
+    /// Returns whether no block waits.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.first == self.end
@@ -268,7 +268,7 @@ impl Planner {
     /// Makes everything behind a released block wait again. Then [`Self::replan`].
     pub(crate) fn take_back(&mut self, count: u32) {
         self.first = count.wrapping_add(1);
-        // What is executed again keeps its corner.
+        // A block that is executed again is not shortened any more for a rounded corner.
         self.reserve = 0.0;
     }
 
@@ -277,7 +277,7 @@ impl Planner {
         self.front().map_or(self.rest_sq, |next| next.entry_sq)
     }
 
-    /// Forgets every block.
+    /// Forgets every block of the queue.
     pub(crate) fn clear(&mut self) {
         self.first = self.end;
         self.kept = self.end;

@@ -246,7 +246,7 @@ proptest! {
             prop_assert!(off.abs() <= 0.500_001, "{:?} is {} steps off", actuator, off);
         }
         if !stop {
-            // What is too short to count may be missing at the end.
+            // A move too short to count may be missing at the end.
             let wanted = moves.last().expect("a move").target;
             prop_assert!(Axis::ALL.into_iter().all(|axis| (target[axis] - wanted[axis]).abs() <= 1e-4), "ends at {target:?}");
         }
@@ -261,7 +261,7 @@ proptest! {
     }
 }
 
-/// How long after `asked` the first axis does something else than its undisturbed twin, ns.
+/// Returns the time after `asked` at which the first axis does something else than its undisturbed twin, ns.
 fn first_different(held: &Ideal, calm: &Ideal, asked: f64) -> Option<f64> {
     let differs = |after: &f64| {
         let at = asked + after;
@@ -282,7 +282,7 @@ fn unfiltered(rig: &Rig, config: MotionConfig) -> Ideal {
 struct Twins {
     held: Rig,
     calm: Rig,
-    /// When, ns: right after the feed has run, which is the worst moment.
+    /// Time of the request, ns: right after the feed has run, which is the worst moment.
     asked: f64,
 }
 
@@ -306,7 +306,7 @@ impl Twins {
         Self { held: held.rig, calm: calm.rig, asked }
     }
 
-    /// How long it takes until it is felt, ms.
+    /// Returns the time from the request until it is felt, ms.
     fn delay(&self, config: MotionConfig) -> f64 {
         let (held, calm) = (ideal(&self.held, config), ideal(&self.calm, config));
         first_different(&held, &calm, self.asked).map_or(f64::INFINITY, |delay| delay * 1e-6)
@@ -319,7 +319,7 @@ impl Twins {
         velocity.is_some_and(|velocity| axes.iter().any(|axis| velocity[*axis].abs() > 1e-3))
     }
 
-    /// Why it cannot be felt within two milliseconds, if so.
+    /// Returns the reason, if any, for which the request cannot be felt within two milliseconds.
     fn excuse(&self, config: MotionConfig) -> Option<&'static str> {
         let (held, calm) = (unfiltered(&self.held, config), unfiltered(&self.calm, config));
         if self.held.access.motion.counters().lumped > 0 {
@@ -351,8 +351,8 @@ proptest! {
         prop_assume!(config.filters.latency() > 0.0);
         let twins = Twins::new(config, &moves, before, stop);
         let delay = twins.delay(config);
-        // It is looked for every 20 us. What a window of an extruder alone first takes in of a change is too
-        // little to see.
+        // The difference is looked for every 20 us. The first change in the window of an extruder alone is
+        // too little to see.
         let seen = if twins.moves(config, &Axis::PRIMARY) { 2.05 } else { 3.0 };
         if delay > seen && twins.moves(config, &Axis::ALL) {
             prop_assert!(twins.excuse(config).is_some(), "felt after {delay} ms of {} ms", config.filters.latency() * 1e3);

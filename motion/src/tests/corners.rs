@@ -92,7 +92,7 @@ proptest! {
         let config = if delta { machine(Kinematics::LinearDelta(LinearDelta::default())) } else { printer() };
         let mut rig = draw(config, &points, feed, Corner::Rounded(tolerance));
         let off = deviation(&rig, &points);
-        // What moves less than 0.1 um is made up for later.
+        // A move of less than 0.1 um is made up for later.
         prop_assert!(off <= tolerance * 1.000_1 + 2e-4, "{off} mm off");
         within_filtered_goal(&step_error(&rig, config)?)?;
         path_within_limits(&rig, &config)?;

@@ -48,7 +48,7 @@ fn submit_all(rig: &mut Rig, moves: &[Move]) {
     rig.motion().flush();
 }
 
-/// Where the moves of the second part begin: that of a travel.
+/// Returns the beginning of the second part's moves: that of a travel.
 fn begin_of_second(moves: &[Move]) -> PerAxis<f64> {
     moves.iter().rfind(|request| request.part == 1).unwrap().target
 }
@@ -66,7 +66,7 @@ fn leave_first_out(rig: &mut Rig, moves: &[Move]) -> Option<f64> {
     let left: Vec<_> = rig.motion().waiting().collect();
     let dropped = left.iter().take_while(|waiting| waiting.request.part == 1).count();
     if dropped == 0 {
-        // It has come to rest in the second.
+        // The machine has come to rest in the second part.
         return None;
     }
     let begin = begin_of_second(moves);
@@ -137,7 +137,8 @@ proptest! {
         for motor in [Actuator::Alpha, Actuator::Beta] {
             let (mut some, all) = (steps_behind_lift(&rig.edges, motor), steps_behind_lift(&whole.edges, motor));
             if kind == FILTERED {
-                // How far a shaper lets a corner go depends on the speed there, which is another at first.
+                // The deviation of a shaper at a corner depends on the speed there, which is another at
+                // first.
                 some.drain(..some.len() / 2);
             }
             prop_assert!(some.len() > 100 && all.ends_with(&some), "{motor:?}: {} of {}", some.len(), all.len());

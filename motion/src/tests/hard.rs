@@ -43,7 +43,7 @@ fn filtered(config: MotionConfig) -> MotionConfig {
     }
 }
 
-/// What the issue asks of every hard file: 1 us at most, 100 ns RMS, positions exact, no edge late.
+/// Requirements for every hard file: 1 us at most, 100 ns RMS, positions exact, no edge late.
 fn keeps_time(name: &str, config: MotionConfig, start: PerAxis<f64>, moves: &[Move]) {
     let mut rig = Rig::new(config);
     rig.motion().set_position(start).expect("at rest");

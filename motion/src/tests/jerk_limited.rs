@@ -65,7 +65,7 @@ fn programs() -> impl Strategy<Value = Vec<Move>> {
     prop_oneof![program(), curves()]
 }
 
-/// What a piece did before the next one took over.
+/// Returns the seconds that a piece lasted before the next one took over.
 fn seconds(pieces: &[Piece], index: usize) -> f64 {
     let piece = &pieces[index];
     pieces.get(index + 1).map_or(piece.duration, |next| {
@@ -280,8 +280,8 @@ fn a_curve_of_short_chords_is_nearly_as_fast_as_with_trapezoids() {
     }
 }
 
-/// When the motion first is slower than it would have been, after the call, seconds; undisturbed pieces for
-/// comparison.
+/// Returns the time after the call at which the motion first is slower than the undisturbed `calm` one,
+/// seconds.
 fn first_slower(disturbed: &Rig, calm: &Rig, asked: f64) -> f64 {
     let speed = |rig: &Rig, at: f64| {
         let pieces = &rig.access.pieces;
@@ -301,7 +301,7 @@ proptest! {
 
     #[test]
     fn a_hold_is_felt_within_two_milliseconds(before in 20_u32..500, queue_size in 20_usize..64, stop in any::<bool>()) {
-        // From a long way up and along. Where the acceleration falls already, as fast as the jerk allows,
+        // From a long way up and along. If the acceleration falls already, as fast as the jerk allows,
         // nothing is left to do.
         let config = MotionConfig { queue_size, ..plain() };
         let begin = || {

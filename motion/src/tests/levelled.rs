@@ -20,7 +20,7 @@ use crate::{
     oracle::StepError,
 };
 
-/// What levels a test's machine: over its space as shares, so that it fits every machine.
+/// Levelling of a test's machine, in shares of its space, so that it fits every machine.
 #[derive(Clone, Debug)]
 struct Bed {
     count: [usize; 2],

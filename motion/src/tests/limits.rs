@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{Corner, Kinematics, Limits, MotionConfig, kinematics::LinearDelta, trajectory::Piece};
 
-/// What the acceptance allows.
+/// Allowed factor over the limits in the acceptance tests.
 const ALLOWED: f64 = 1.001;
 /// Half the time over which differences are taken, seconds.
 const STEP: f64 = 2e-7;
@@ -86,8 +86,8 @@ fn moment(piece: &Piece, t: f64, config: &MotionConfig) -> Result<(), TestCaseEr
     Ok(())
 }
 
-/// Where the path goes straight on, speed does; with jerk the acceleration along it does, and that across it
-/// jumps by no more than the junction deviation allows.
+/// Speed is continuous where the path goes straight on; with jerk the acceleration along it is too, and that
+/// across it jumps by no more than the junction deviation allows.
 fn junction(before: &Piece, t: f64, after: &Piece, limits: &Limits) -> Result<(), TestCaseError> {
     prop_assert!((before.speed_at(t) - after.speed).abs() < 1e-4, "speed jumps from {before:?} after {t} to {after:?}");
     let units = [velocity(before, t), velocity(after, 0.0)].map(|v| v.map(|part| part / size(v)));
@@ -117,7 +117,7 @@ fn kept(drive: &Drive, config: &MotionConfig) -> Result<(), TestCaseError> {
     for (index, (piece, length)) in drive.pieces.iter().zip(&lengths).enumerate() {
         // An extruder's move takes X Y Z along by less than counts (0.1 um), no matter how.
         let is_auxiliary = piece.path.curve.is_line() && size(primary(&piece.path.direction)) < 0.999;
-        // What is left of a ramp that is cut off at once.
+        // The rest of a ramp that is cut off at once is too short to check.
         if *length > 1e-8 && !is_auxiliary {
             for part in 0..=8 {
                 moment(piece, length * f64::from(part) / 8.0, config)?;
@@ -180,7 +180,7 @@ fn corners() -> impl Strategy<Value = Corner> {
     prop_oneof![2 => Just(Corner::Sharp), 2 => (0.005..0.5_f64).prop_map(Corner::Rounded), 1 => Just(Corner::Stop)]
 }
 
-/// Where programs begin, and how much smaller they are where space is scarce.
+/// Returns the beginning of programs, and a factor for their size where space is scarce.
 fn space(config: &MotionConfig) -> (PerAxis<f64>, f64) {
     if config.kinematics.is_linear() { (at(0.0, 0.0, 0.0, 0.0), 1.0) } else { (at(5.0, -3.0, 30.0, 0.0), 0.2) }
 }
@@ -214,7 +214,7 @@ proptest! {
         let mut drive = Drive::new(config, start);
         drive.finish(&moves);
         kept(&drive, &config)?;
-        // What moves by less than 0.1 um is left to the next move.
+        // A move of less than 0.1 um is left to the next move.
         let (ends, target) = (drive.motion.commanded_position(), moves.last().map_or(start, |last| last.target));
         prop_assert!(ends.0.iter().zip(target.0).all(|(is, meant)| (is - meant).abs() < 1e-4), "{ends:?} not {target:?}");
     }

@@ -8,7 +8,7 @@ use units::{Actuator, MmPerSecond, MmPerSecond3, Ticks};
 use super::rig::{Edge, Rig, at, cases, printer};
 use crate::{FilterConfig, MotionConfig, Move, PressureAdvance, Shaper, ShaperKind, State};
 
-/// What is written ends no later than this after the run: the moment before a start, and the longest segment.
+/// Greatest end of the written steps after the run: the moment before a start, and the longest segment.
 const FARTHEST: Ticks = Ticks::from_micros(700);
 
 fn filtered() -> MotionConfig {
@@ -58,7 +58,7 @@ proptest! {
         let (expected, found) = (edges(&by_period), edges(&on_demand));
         prop_assert_eq!(expected.len(), found.len());
         for (expected, found) in expected.iter().zip(&found) {
-            // They begin at other parts of a tick.
+            // The two runs begin at other parts of a tick.
             prop_assert!((expected.1, expected.2) == (found.1, found.2) && expected.0.abs_diff(found.0) <= 2);
         }
     }

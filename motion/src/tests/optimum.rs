@@ -44,7 +44,7 @@ fn layers() -> Vec<Move> {
     moves
 }
 
-/// One straight line as the slow method sees it.
+/// A straight line as the slow method sees it.
 struct Leg {
     length: f64,
     speed: f64,

@@ -20,7 +20,7 @@ use crate::{
 #[derive(Clone, Copy, Debug)]
 pub struct Stroke {
     pub plane: Plane,
-    /// How far the path turns at its beginning, rad: zero goes straight on.
+    /// Angle by which the path turns at its beginning, rad: zero goes straight on.
     pub bend: f64,
     pub size: f64,
     pub rise: f64,
@@ -79,7 +79,7 @@ pub fn program(start: PerAxis<f64>, strokes: &[Stroke], scale: f64, corner: Corn
 
 /// From `here` along `heading`, which becomes that of the end.
 fn draw(here: PerAxis<f64>, heading: &mut f64, stroke: &Stroke, size: f64) -> Vec<Move> {
-    // Splines are level.
+    // Splines lie in the level plane only.
     let plane = if matches!(stroke.shape, Shape::Spline(..)) { Plane::Xy } else { stroke.plane };
     let (first, second) = plane.axes();
     let third = Axis::PRIMARY.into_iter().find(|axis| *axis != first && *axis != second).expect("a third");
@@ -175,7 +175,7 @@ impl Drive {
         panic!("never idle: {:?}", self.motion.state());
     }
 
-    /// What each piece did before the next one took over, seconds.
+    /// Returns the time that each piece lasted before the next one took over, seconds.
     pub fn lengths(&self) -> Vec<f64> {
         let at = |piece: &Piece| piece.start.to_num::<f64>() / 200e6;
         let mut lengths: Vec<_> =

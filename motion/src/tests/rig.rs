@@ -16,13 +16,13 @@ use crate::{
 /// Period of the feed task.
 pub const PERIOD: Ticks = Ticks::from_micros(500);
 
-/// How often a property is tried: so often, or as PROPTEST_CASES says.
+/// Number of times that a property is tried: `usual`, or as PROPTEST_CASES says.
 pub fn cases(usual: u32) -> ProptestConfig {
     let wanted = ProptestConfig::default();
     if std::env::var_os("PROPTEST_CASES").is_some() { wanted } else { ProptestConfig { cases: usual, ..wanted } }
 }
 
-/// One step as played.
+/// A step as it was played.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
     pub at: u64,
@@ -35,7 +35,7 @@ pub struct Edge {
 /// Records every piece of ideal trajectory the feed is given.
 pub struct Recorder {
     pub motion: Box<Motion>,
-    /// Those that hold in the end: what was taken back is not among them.
+    /// Pieces that hold in the end, without those taken back.
     pub pieces: Vec<Piece>,
     /// All of them in the order in which they came, and what was taken back.
     pub log: Vec<Entry>,
@@ -92,7 +92,7 @@ pub struct Rig {
     pub edges: Vec<Edge>,
     pub events: Vec<(u64, StepEvent)>,
     pub counts: PerActuator<i32>,
-    /// Where X was when the feed last ran, mm at 80 steps/mm.
+    /// Position of X when the feed last ran, mm at 80 steps/mm.
     pub before: f64,
     forward: u8,
 }
@@ -188,7 +188,7 @@ impl Rig {
         panic!("the queue never drains");
     }
 
-    /// Runs until idle.
+    /// Runs until the machine is idle.
     pub fn finish(&mut self) {
         self.motion().flush();
         for _ in 0..4_000_000 {

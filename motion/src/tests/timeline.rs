@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{Corner, FilterConfig, Mark, MotionConfig, Move, Passed, Tag};
 
-/// Where X is after each move, mm: always further on.
+/// Position of X after each move, mm: always further on.
 fn places() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(0.02..6.0_f64, 2..40).prop_map(|lengths| {
         lengths
@@ -24,7 +24,7 @@ fn places() -> impl Strategy<Value = Vec<f64>> {
     })
 }
 
-/// What was seen at each run of the feed: how far the motors had come, and where X was.
+/// Observation at each run of the feed: the progress of the motors, and the position of X.
 type Seen = Vec<(Passed, f64)>;
 
 fn look(rig: &Rig, seen: &mut Seen) {
