@@ -4,7 +4,7 @@ use core::fmt;
 
 use heapless::Vec;
 
-/// What kind of command.
+/// Letter of a command: its kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the letters are the meaning")]
 pub enum Letter {
@@ -28,19 +28,19 @@ pub struct Code {
 }
 
 impl Code {
-    /// `Gn`
+    /// Code of the command `Gn`.
     #[must_use]
     pub const fn g(number: u16) -> Self {
         Self { letter: Letter::G, number, subcode: 0 }
     }
 
-    /// `Mn`
+    /// Code of the command `Mn`.
     #[must_use]
     pub const fn m(number: u16) -> Self {
         Self { letter: Letter::M, number, subcode: 0 }
     }
 
-    /// `Tn`
+    /// Code of the command `Tn`.
     #[must_use]
     pub const fn t(number: u16) -> Self {
         Self { letter: Letter::T, number, subcode: 0 }
@@ -105,12 +105,12 @@ struct Word {
     column: u8,
 }
 
-/// Which of a block's words is that of the n-th letter. Aligned, so that it is cleared in whole registers.
+/// Index of the word of each letter in a block. Aligned, so that the array is cleared in whole registers.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(4))]
 struct Places([u8; 32]);
 
-/// One command and its words, or words alone, which go on with the last motion code.
+/// A command and its words, or words alone, which go on with the last motion code.
 ///
 /// A letter written twice counts as its last writing. Letters are upper case, however they were written.
 #[derive(Clone, Debug)]
@@ -251,7 +251,7 @@ impl fmt::Display for Block<'_> {
         if let Some(text) = self.text {
             write!(f, " {text}")?;
         }
-        // Where one of these comes first it is no word but a line number, a subroutine or a tool.
+        // In first place N, O and T would be a line number, a subroutine or a tool, so those words come last.
         let is_late = |word: &(char, Option<f64>)| matches!(word.0, 'N' | 'O' | 'T');
         for (letter, value) in self.words().filter(|word| !is_late(word)).chain(self.words().filter(is_late)) {
             write!(f, "{blank}{letter}")?;

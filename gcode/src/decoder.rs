@@ -99,7 +99,7 @@ impl Decoder {
         if let Some((star, sum)) = checksum
             && line.iter().take(star).fold(0, |xor, byte| xor ^ byte) != sum
         {
-            // Whoever numbers no lines cannot be asked for one.
+            // A sender that numbers no lines cannot be asked to send one again.
             return Err(if number.is_some() || self.last != 0 {
                 Refusal::Resend { expected: self.expected() }
             } else {
@@ -146,8 +146,7 @@ impl Decoder {
         self.vouched
     }
 
-    /// What a line is refused with whose number or checksum cannot be read: only senders that vouch for
-    /// lines write a `*`.
+    /// Refuses a line whose number or checksum cannot be read: only senders that vouch for lines write a `*`.
     #[cold]
     fn damaged(&self, line: &[u8], error: SyntaxError) -> Refusal {
         match self.vouched || line.contains(&b'*') {
@@ -231,7 +230,7 @@ fn text_of(body: &[u8], at: usize) -> Result<&str, Refusal> {
     }
 }
 
-/// Where the checksum's `*` stands, and its number.
+/// Finds the checksum's `*`, and its number.
 ///
 /// A sender sums the whole line, comments included, so on a numbered line the last `*` counts when only
 /// digits follow. Elsewhere a `*` inside a comment is part of the comment, and in brackets it multiplies.

@@ -1,8 +1,8 @@
-//! What is wrong with a line, and where.
+//! Syntax errors in a line, with their column.
 
 use core::fmt;
 
-/// Why a line cannot be read. The texts begin with the words Smoothieware uses.
+/// Reason for which a line cannot be read. The texts begin with the words Smoothieware uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Problem {
     /// A character that can begin no word.
@@ -11,7 +11,7 @@ pub enum Problem {
     MissingNumber(char),
     /// A sign or a point without a digit.
     NoDigits(char),
-    /// A second point.
+    /// A second point in a number.
     SecondPoint(char),
     /// G, M or T without a whole number that fits.
     BadCode(char),
@@ -19,7 +19,7 @@ pub enum Problem {
     BadSubcode(char),
     /// A `(` without its `)`.
     UnclosedComment,
-    /// This should stand here.
+    /// A character that should stand here and does not.
     Expected(u8),
     /// A value should stand here: a number, a parameter, an expression.
     NoValue,
@@ -104,7 +104,7 @@ impl fmt::Display for Problem {
 pub struct SyntaxError {
     /// Byte position in the line, from 1.
     pub column: u16,
-    /// What is wrong there.
+    /// Problem found in that column.
     pub problem: Problem,
 }
 

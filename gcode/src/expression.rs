@@ -22,16 +22,16 @@ const WHOLE: f64 = 1e-4;
 /// The name of a parameter or a subroutine, in lower case, without blanks.
 pub type Name = String<MAX_NAME>;
 
-/// A parameter.
+/// A parameter of the program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Parameter {
-    /// `#5`.
+    /// A numbered parameter, `#5`.
     Numbered(u16),
-    /// `#<depth>`.
+    /// A named parameter, `#<depth>`.
     Named(Name),
 }
 
-/// Who keeps the parameters.
+/// Storage of the parameters' values.
 pub trait Parameters {
     /// The value of a parameter; `None` when there is none with this number, or nothing was written to the
     /// name.
@@ -44,7 +44,7 @@ pub trait Parameters {
     fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), Problem>;
 }
 
-/// Where there are no parameters: each is refused.
+/// No parameters: each is refused.
 #[derive(Clone, Copy, Debug)]
 pub struct NoParameters;
 
@@ -158,7 +158,7 @@ impl<'l, 'p> Reader<'l, 'p> {
                 left = waits.of(first, left).map_err(|problem| self.error(begin, problem))?;
             }
             let Some(operator) = operator else { return Ok(left) };
-            // Those that wait have ranks of their own each.
+            // Waiting operators all differ in rank, so there is room for each.
             let _ = waiting.push((left, operator));
             left = self.value()?;
         }
@@ -305,7 +305,7 @@ impl Operator {
         ("OR", Self::Or),
         ("XOR", Self::ExclusiveOr),
     ];
-    /// Different ranks.
+    /// Number of different ranks.
     const RANKS: usize = 5;
 
     /// Higher ranks are done first.
@@ -356,7 +356,7 @@ impl Operator {
 enum Function {
     Exists,
     ArcTangent,
-    /// What gives no number gives NaN, which is refused.
+    /// A function of one number. NaN, its result where there is none, is refused.
     Of(fn(f64) -> f64),
 }
 

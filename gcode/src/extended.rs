@@ -3,7 +3,7 @@
 //! Values may stand in quotes, which may hold blanks and `;`. `;` and `#` begin a comment
 //! (Klipper, "G-Codes", section "G-Code commands").
 
-/// Where the line's first word begins a command by name instead of a code: letters, digits and underscores,
+/// Whether the line's first word begins a command by name instead of a code: letters, digits and underscores,
 /// the second of which is no digit.
 pub(crate) fn is_extended(body: &[u8]) -> bool {
     let begins = |byte: &u8| byte.is_ascii_alphabetic() || *byte == b'_';
@@ -13,7 +13,7 @@ pub(crate) fn is_extended(body: &[u8]) -> bool {
     }
 }
 
-/// Where the first word ends, when nothing but blanks or a comment can follow it.
+/// Returns the end of the first word, when nothing but blanks or a comment can follow the word.
 fn word_end(body: &[u8]) -> Option<usize> {
     let end = body.iter().position(|byte| !(byte.is_ascii_alphanumeric() || *byte == b'_')).unwrap_or(body.len());
     matches!(body.get(end), None | Some(b' ' | b'\t' | b';' | b'#' | b'\r')).then_some(end)
@@ -36,7 +36,7 @@ impl<'a> Extended<'a> {
         Self { name, rest: rest.trim() }
     }
 
-    /// Its name, as it is written.
+    /// Returns the name as it is written.
     #[must_use]
     pub const fn name(&self) -> &'a str {
         self.name
@@ -54,14 +54,14 @@ impl<'a> Extended<'a> {
         self.parameters().filter(|(written, _)| written.eq_ignore_ascii_case(key)).last().map(|(_, value)| value)
     }
 
-    /// Keys and values in order. What has no `=` is a key with an empty value.
+    /// Keys and values in order. A word without `=` is a key with an empty value.
     #[must_use]
     pub const fn parameters(&self) -> KeyValues<'a> {
         KeyValues { rest: self.rest }
     }
 }
 
-/// Where a comment begins, or the text ends.
+/// Returns the beginning of a comment, or the end of the text.
 fn comment(text: &str) -> usize {
     let mut quoted = false;
     let begins = |byte: u8| {

@@ -6,7 +6,7 @@ use crate::error::{Problem, SyntaxError};
 use crate::expression::{Name, Parameters, Reader};
 use crate::scanner::column;
 
-/// What an O word does.
+/// Action of an O word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names are the words")]
 pub enum FlowWord {
@@ -57,7 +57,7 @@ impl FlowWord {
         })
     }
 
-    /// In lower case.
+    /// Returns the word in lower case.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -84,14 +84,15 @@ impl FlowWord {
 /// A line that begins with an O word.
 #[derive(Clone, Debug)]
 pub struct FlowLine<'a> {
-    /// Its number or name: `100`, `pocket`. Nothing where it is worked out: see [`Self::labelled`].
+    /// Number or name of the O word: `100`, `pocket`. Empty where the label is an expression: see
+    /// [`Self::labelled`].
     pub label: Name,
-    /// What it does.
+    /// Action of the O word.
     pub word: FlowWord,
     line: &'a [u8],
-    /// Where the value begins that is the label.
+    /// Byte position of the expression that gives the label.
     worked_out: Option<usize>,
-    /// Where its values begin.
+    /// Byte position of the word's values.
     at: usize,
 }
 
@@ -175,8 +176,8 @@ impl<'a> FlowLine<'a> {
     }
 }
 
-/// How long a value is that begins with a bracket or a parameter, as far as that can be seen without working
-/// it out.
+/// Returns the length of a value that begins with a bracket or a parameter, as far as the length can be seen
+/// without working out the value.
 fn length_of_value(text: &[u8]) -> usize {
     let signs = text.iter().take_while(|byte| matches!(byte, b'#' | b' ')).count();
     let rest = text.get(signs..).unwrap_or(&[]);

@@ -6,7 +6,7 @@
 //! comments, block delete, `%`), and Klipper's commands by name ([`Extended`]). Lines of a console command
 //! (`ls`, `$H`) are told apart from lower-case G-code (`g1 x10`).
 //!
-//! This crate knows no positions, modal state or units: a number is a number, with the column it stood in.
+//! The crate knows no positions, modal state or units: a number is a number, with the column it stood in.
 #![cfg_attr(not(test), no_std)]
 
 mod block;

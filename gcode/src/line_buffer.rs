@@ -6,7 +6,7 @@ pub const MAX_LINE_LENGTH: usize = 255;
 const BACKSPACE: u8 = 8;
 const DELETE: u8 = 127;
 
-/// What a byte completed.
+/// Line, or end of a line, that a byte completed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Gathered<'a> {
     /// A line, without its end; may be empty.
@@ -44,7 +44,7 @@ enum State {
 }
 
 impl LineBuffer {
-    /// An empty line.
+    /// Creates a buffer with an empty line.
     #[must_use]
     pub const fn new() -> Self {
         Self { bytes: [0; MAX_LINE_LENGTH], length: 0, state: State::Gathering }
@@ -140,8 +140,8 @@ impl Default for LineBuffer {
     }
 }
 
-/// How many bytes of printable ASCII these begin with. What is not ASCII, and a tab, is taken singly, as what
-/// ends a line or takes back is.
+/// Returns the number of bytes of printable ASCII at the beginning. Other bytes, tabs, line ends and
+/// backspaces are taken singly.
 fn plain_run(bytes: &[u8]) -> usize {
     /// The highest bit of each byte of a word.
     const HIGH: u32 = 0x8080_8080;

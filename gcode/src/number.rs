@@ -15,7 +15,7 @@ const EXACT: u64 = 1 << 53;
 /// So many digits always fit 32 bits.
 const SHORT: usize = 9;
 
-/// Why digits are not a number.
+/// Reason for which digits are not a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Flaw {
     NoDigits,

@@ -1,14 +1,14 @@
 //! Bytes that act at once, wherever they stand in a line, and are never part of it; and the lines that act
 //! as soon as they are whole, ahead of the line in work: M112, and M108 and M410 as Marlin has them.
 //!
-//! Only consoles look for them. They never leave the payload of an upload (M28 to M29), a line with a number,
-//! which has a checksum over all its bytes, the text of a code that takes one (M117), nor what stands behind
-//! the word of a console's command (`config-set "switch" fan.output_pin PE1!`): there `!` is a letter. Ctrl-X
-//! and Ctrl-Y are no letters, and act everywhere but in an upload. A byte of 0x80 or more is part of some
-//! letter in UTF-8, in a comment or a text. One of 0x80 to 0xBF that stands alone is none, but a command of
-//! GRBL 1.1's: it acts where that is spoken, and breaks no line elsewhere. Senders that write their bytes as
-//! text (bCNC, CNCjs) put 0xC2 before each: where GRBL's dialect is spoken, such a letter is the command too,
-//! outside comments and texts.
+//! Only consoles look for such bytes. None leaves the payload of an upload (M28 to M29), a line with a
+//! number, which has a checksum over all its bytes, the text of a code that takes one (M117), nor the text
+//! behind the word of a console's command (`config-set "switch" fan.output_pin PE1!`): there `!` is a letter.
+//! Ctrl-X and Ctrl-Y are no letters, and act everywhere but in an upload. A byte of 0x80 or more is part of
+//! some letter in UTF-8, in a comment or a text. A byte of 0x80 to 0xBF that stands alone is no letter, but a
+//! command of GRBL 1.1: the command acts where GRBL's dialect is spoken, and breaks no line elsewhere.
+//! Senders that write their bytes as text (bCNC, CNCjs) put 0xC2 before each: in GRBL's dialect, such a
+//! letter is the command too, outside comments and texts.
 
 mod request;
 
@@ -32,7 +32,7 @@ const fn is_plain(byte: u8) -> bool {
     matches!(byte, b' '..=b'}') && !matches!(byte, b'?' | b'!' | b'*' | b'(' | b')' | b';')
 }
 
-/// Where in a line the receiver is.
+/// Position of the receiver in a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Place {
     /// Before the first word.
@@ -48,11 +48,11 @@ enum Place {
     Command,
     /// Behind the checksum's star.
     Checksum,
-    /// Somewhere else.
+    /// Anywhere else in the line.
     Rest,
 }
 
-/// What a byte is.
+/// Meaning of a byte for the receiver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Heard {
     /// Part of the line.
@@ -78,7 +78,7 @@ pub struct Receiver {
     text: bool,
     /// In a comment: up to this byte, or to the end of the line.
     comment: Option<u8>,
-    /// What comes is stored in a file.
+    /// An upload: the lines are stored in a file.
     uploading: bool,
     /// Digits read so far; of the first code when it is an M.
     number: u16,
@@ -134,7 +134,7 @@ impl Receiver {
     }
 
     /// Takes as many bytes as can be told to be part of the line by themselves, as [`Self::hear`] would one
-    /// by one: most of a line, or none. How many it took.
+    /// by one: most of a line, or none. Returns the number of bytes taken.
     pub fn hear_plain(&mut self, bytes: &[u8]) -> usize {
         let is_in_rest = match self.place {
             Place::Rest => true,
@@ -162,7 +162,7 @@ impl Receiver {
         Heard::Letter
     }
 
-    /// Where a line has words and numbers alone: in no text, comment or upload.
+    /// Whether the line has words and numbers alone here: no text, comment or upload.
     const fn is_in_words(&self) -> bool {
         !self.uploading && !self.numbered && !self.text && self.comment.is_none()
     }
@@ -291,7 +291,7 @@ mod tests {
     use crate::checksum_of;
     use proptest::prelude::*;
 
-    /// What leaves the stream, and the lines that remain.
+    /// Returns the requests taken out of the stream, and the lines that remain.
     fn heard(bytes: &[u8], extended: bool) -> (Vec<Realtime>, Vec<String>) {
         let (mut receiver, mut requests, mut text) = (Receiver::new(), Vec::new(), Vec::new());
         for byte in bytes {
@@ -456,7 +456,7 @@ mod tests {
             }
         }
 
-        /// Whatever comes, no byte of a line is lost but those that act.
+        /// No byte of any stream is lost from a line but those that act.
         #[test]
         fn every_byte_stays_or_acts(bytes: Vec<u8>, extended: bool) {
             let mut receiver = Receiver::new();

@@ -20,7 +20,7 @@ pub struct Blocks<'a> {
     pub(crate) at: usize,
     /// A comment that says something, `(MSG, hello)`.
     remark: Option<&'a [u8]>,
-    /// What follows M0 and M1 is for the operator, whatever it looks like.
+    /// Text after M0 and M1 is for the operator, whatever the text looks like.
     pub(crate) stops_say: bool,
 }
 
@@ -232,7 +232,7 @@ impl<'a> Blocks<'a> {
         }
     }
 
-    /// What follows a code that takes text, up to a `;`.
+    /// Returns the text behind a code that takes text, up to a `;`.
     pub(crate) fn text(&mut self) -> Result<Option<&'a str>, SyntaxError> {
         let begin = self.at;
         let rest = self.rest();

@@ -14,8 +14,8 @@ pub(crate) fn is_stop(code: Code) -> bool {
 }
 
 impl<'a> Blocks<'a> {
-    /// What follows a stop: S and P, how long it lasts at most, and the text. False when codes follow, or
-    /// nothing.
+    /// Reads the words behind a stop: S and P, the greatest duration of the stop, and the text. False when
+    /// codes follow, or nothing.
     #[cold]
     pub(crate) fn stop(&mut self, block: &mut Block<'a>) -> Result<bool, SyntaxError> {
         while let Some((letter, value, length)) = {

@@ -3,8 +3,8 @@
 
 use crate::number;
 
-/// What goes on with the value of a word, at its beginning: how long it is, and what it says. Of a list the
-/// first number counts, which has been read.
+/// Returns the length and the text of a value that is a string or a list. Of a list the first number counts,
+/// which has been read already.
 pub(crate) fn string_or_list(rest: &[u8]) -> Option<(usize, Option<&str>)> {
     match rest {
         [b'"', string @ ..] => {
@@ -16,7 +16,8 @@ pub(crate) fn string_or_list(rest: &[u8]) -> Option<(usize, Option<&str>)> {
     }
 }
 
-/// Where a comment begins in a text; in a string of RepRapFirmware's, `S"a; b"`, a `;` is a character.
+/// Returns the beginning of a comment in a text; in a string of RepRapFirmware, `S"a; b"`, a `;` is a
+/// character.
 pub(crate) fn comment(text: &[u8]) -> usize {
     let quotes = |text: &[u8]| text.iter().filter(|byte| **byte == b'"').count();
     let whole = quotes(text) % 2 == 0;

@@ -15,7 +15,7 @@ pub const MOST_CODES: usize = 16;
 pub struct WholeLine<'a> {
     pub(crate) all: Block<'a>,
     codes: Vec<Code, MOST_CODES>,
-    /// Where each code stands.
+    /// Column of each code, from 1.
     columns: Vec<u16, MOST_CODES>,
     /// A letter that stands twice.
     pub(crate) twice: Option<char>,
@@ -47,7 +47,7 @@ impl<'a> WholeLine<'a> {
         self.twice
     }
 
-    /// All words.
+    /// Returns all words of the line.
     #[must_use]
     pub const fn words(&self) -> &Block<'a> {
         &self.all

@@ -1,8 +1,8 @@
 //! The requests that do not wait for their turn, and the byte of each.
 
-/// Ctrl-X.
+/// Ctrl-X: aborts and halts the machine.
 pub const ABORT: u8 = 0x18;
-/// Ctrl-Y.
+/// Ctrl-Y: clears a halt, or stops this console's action.
 pub const STOP: u8 = 0x19;
 
 /// A request that does not wait for its turn.
@@ -12,9 +12,9 @@ pub enum Realtime {
     Status,
     /// `!`: feed hold.
     Hold,
-    /// `~`: resume.
+    /// `~`: resume after a hold.
     Resume,
-    /// Ctrl-X: abort, halt.
+    /// Ctrl-X: abort and halt.
     Abort,
     /// Ctrl-Y: clear a halt, else stop what this console started (jog, listing).
     Stop,
