@@ -1,8 +1,8 @@
-//! What the boot stage does at each start: finish what was asked for or begun, go back from an image that
-//! does not confirm itself, and start the image if it may run.
+//! Boot stage: at each start finishes an install that was asked for or begun, goes back from an image that
+//! does not confirm itself, and starts the image if it may run.
 //!
-//! It only reads the card. Before the application asks for an image, it has copied itself to
-//! `firmware.previous`.
+//! The boot stage only reads the card. Before the application asks for an image, the application has copied
+//! itself to `firmware.previous`.
 
 use crate::flash::{Failed, Flash, Layout};
 use crate::install::{NotInstalled, install};
@@ -29,7 +29,7 @@ pub const RECOVERY_FILES: [(&str, Origin); 4] = [
 
 /// Files in the root of the card.
 pub trait Card {
-    /// A file, open.
+    /// An open file of the card.
     type File<'c>: Bytes
     where
         Self: 'c;
@@ -38,10 +38,10 @@ pub trait Card {
     fn open(&mut self, name: &str) -> Option<Self::File<'_>>;
 }
 
-/// What follows.
+/// Next step of the boot stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
-    /// Start this image.
+    /// Start the image with this manifest.
     Start(Manifest),
     /// Nothing may run: wait for an image by USB or on a card.
     Recover(Flaw),
@@ -53,7 +53,8 @@ pub fn settle<F: Flash, C: Card>(flash: &mut F, card: &mut C, layout: &Layout, e
     // Before anything is installed: that may erase the only copy.
     let _ = log.restore_policy(flash);
     let mut boot = Boot { flash, card, layout };
-    // What the flash does not take is tried again at the next start; what may run by then, runs.
+    // An install that fails in flash is tried again at the next start; meanwhile any image that may run is
+    // started.
     if let Some(pending) = log.state.pending {
         let _ = boot.finish(&mut log, pending);
     }
@@ -95,8 +96,8 @@ impl<F: Flash, C: Card> Boot<'_, F, C> {
         check_flash(self.flash, self.layout, &log.state.policy)
     }
 
-    /// Installs what was asked for, or what was begun. What was begun and is nowhere any more is left to
-    /// `recover`.
+    /// Installs what was asked for, or what was begun. An install that was begun, and whose file is gone, is
+    /// left to `recover`.
     fn finish(&mut self, log: &mut Log<'_>, pending: Pending) -> Result<(), Failed> {
         // All of it was written, but for the word in the log that says so.
         if pending.has_begun && self.check(log).is_ok_and(|there| Known::of(&there) == pending.image) {
@@ -162,7 +163,7 @@ impl<F: Flash, C: Card> Boot<'_, F, C> {
         Err(flaw)
     }
 
-    /// What a file's image is; `None` where there is no such file.
+    /// Reads the manifest of a file's image; `None` where there is no such file.
     fn look(&mut self, log: &Log<'_>, name: &str) -> Option<Result<Manifest, Flaw>> {
         self.flash.feed_watchdog();
         let mut file = self.card.open(name)?;

@@ -4,10 +4,10 @@
 /// Bytes of a flash word, the least that can be programmed.
 pub const WORD: usize = 32;
 
-/// A flash word.
+/// Bytes of a flash word.
 pub type Word = [u8; WORD];
 
-/// What an erased flash word reads as.
+/// Content of an erased flash word.
 pub const ERASED: Word = [0xff; WORD];
 
 /// A flash word whose two-bit error correction gave up: the power failed while it was programmed or erased.
@@ -55,7 +55,7 @@ pub trait Flash {
     /// The flash reports a failure, or reads back as something else.
     fn program(&mut self, at: u32, word: &Word) -> Result<(), Failed>;
 
-    /// Erases a sector.
+    /// Erases a sector to [`ERASED`] words.
     ///
     /// # Errors
     /// The flash reports a failure.
@@ -65,10 +65,10 @@ pub trait Flash {
     fn feed_watchdog(&mut self) {}
 }
 
-/// What is where in flash.
+/// Layout of the flash: boot stage, image and log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// Where the flash begins in the processor's address space.
+    /// Address of the flash's beginning in the processor's address space.
     pub address: u32,
     /// Bytes of a sector.
     pub sector_bytes: u32,
@@ -90,7 +90,7 @@ pub const PRIME: Layout =
     Layout { address: 0x0800_0000, sector_bytes: 0x2_0000, first: Sector(1), sectors: 14, log: Sector(15) };
 
 impl Layout {
-    /// Where the image begins, from the beginning of the flash.
+    /// Returns the beginning of the image, from the beginning of the flash.
     #[must_use]
     pub const fn image(&self) -> u32 {
         self.first.0 * self.sector_bytes
@@ -102,19 +102,19 @@ impl Layout {
         self.address + self.image()
     }
 
-    /// The longest image.
+    /// Returns the length of the longest image, bytes.
     #[must_use]
     pub const fn image_bytes(&self) -> u32 {
         self.sectors * self.sector_bytes - POLICY_BYTES
     }
 
-    /// Where the copy of the policy begins, from the beginning of the flash.
+    /// Returns the beginning of the policy's copy, from the beginning of the flash.
     #[must_use]
     pub const fn policy_at(&self) -> u32 {
         self.image() + self.image_bytes()
     }
 
-    /// Where the log begins, from the beginning of the flash.
+    /// Returns the beginning of the log, from the beginning of the flash.
     #[must_use]
     pub const fn log_at(&self) -> u32 {
         self.log.0 * self.sector_bytes

@@ -1,17 +1,17 @@
-//! Putting an image into flash. Its first word, which holds the manifest's mark, is written last: until then
-//! nothing takes what is in flash for an image, whenever the power fails.
+//! Putting an image into flash. The image's first word, which holds the manifest's mark, is written last:
+//! until then nothing takes what is in flash for an image, whenever the power fails.
 
 use crate::flash::{Failed, Flash, Layout, WORD, Word};
 use crate::manifest::{Flaw, Manifest};
 use crate::policy::Policy;
 use crate::verify::{Bytes, check_flash, locate};
 
-/// Why an image could not be put into flash.
+/// Reason for which an image could not be put into flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotInstalled {
     /// The file could not be read, or what came by USB may not run here.
     Flawed(Flaw),
-    /// It would take the place of an image that may run, and the card has none to come back to.
+    /// The new image would take the place of one that may run, and the card has none to come back to.
     NoCopy,
     /// The flash did not take it.
     Flash,

@@ -1,6 +1,6 @@
-//! The log of updates in the last sector: what was asked for, what was begun, what has run. One flash word an
-//! entry, written behind the others and never changed, so that the power may fail between any two; an entry
-//! that the failure tore is passed over.
+//! The log of updates in the last sector: what was asked for, what was begun, what has run. Each entry is one
+//! flash word, written behind the others and never changed, so that the power may fail between any two; an
+//! entry that the failure tore is passed over.
 //!
 //! | bytes | what |
 //! |--:|---|
@@ -20,7 +20,7 @@ const NEEDED: u32 = 32;
 /// The same while an image is on trial: emptying the log waits for the end of that as long as it can.
 const NEEDED_ON_TRIAL: u32 = 8;
 
-/// Where an image comes from.
+/// Source of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Origin {
@@ -28,13 +28,13 @@ pub enum Origin {
     File = 1,
     /// `firmware.previous` on the card.
     Previous = 2,
-    /// USB.
+    /// A download over USB.
     Usb = 3,
     /// A debug probe, or the chip's own loader: it was found in flash.
     Probe = 4,
 }
 
-/// How the last run of an image on trial ended, as the reset tells.
+/// End of the last run of an image on trial, as the reset tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Ended {
@@ -42,21 +42,21 @@ pub enum Ended {
     Early = 0,
     /// The watchdog reset it.
     Watchdog = 1,
-    /// It reset itself: a panic, a fault of the processor, or as it was told.
+    /// The image reset itself: a panic, a fault of the processor, or as it was told.
     Itself = 2,
 }
 
 /// An image as the log knows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Known {
-    /// Bytes of it.
+    /// Length of the image, bytes.
     pub length: u32,
     /// The first half of its digest.
     pub digest: [u8; 16],
 }
 
 impl Known {
-    /// Of an image.
+    /// Returns length and digest of an image.
     #[must_use]
     pub fn of(manifest: &Manifest) -> Self {
         let mut digest = [0; 16];
@@ -72,13 +72,13 @@ pub enum Entry {
     Requested(Origin, Known),
     /// The image in flash is being replaced by this one: what is in flash may not run.
     Began(Origin, Known),
-    /// It is there, and on trial unless it is the previous one or was put there by a debug probe.
+    /// The image is in flash, and on trial unless it is the previous one or was put there by a debug probe.
     Installed(Origin, Known),
     /// An image on trial is started.
     Tried,
     /// The image has confirmed itself.
     Confirmed(Known),
-    /// What was asked for cannot be installed; nothing was changed.
+    /// The requested image cannot be installed; nothing was changed.
     Refused(Refusal, Known),
     /// The image on trial has failed, so the previous one is being put back.
     Failed(Ended, Known),
@@ -97,7 +97,7 @@ pub enum Half {
     Second,
 }
 
-/// Why a request came to nothing.
+/// Reason for which a request came to nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Refusal {
@@ -107,12 +107,12 @@ pub enum Refusal {
     Flawed = 2,
 }
 
-/// What the log says, entry after entry.
+/// State of the updates, as the log's entries tell it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct State {
-    /// The owner's policy.
+    /// Owner's policy for images.
     pub policy: Policy,
-    /// What is to be installed, and whether that was begun: then what is in flash may not run.
+    /// Image to be installed, and whether the install was begun: in that case the image in flash may not run.
     pub pending: Option<Pending>,
     /// The image that was installed last, and where it came from.
     pub installed: Option<(Origin, Known)>,
@@ -120,7 +120,7 @@ pub struct State {
     pub trial: Option<u8>,
     /// The installed one is there because the one before it failed, and has not confirmed itself yet.
     pub fell_back: bool,
-    /// What failed last, until that is installed again.
+    /// Image that failed last, until it is installed again.
     pub failed: Option<(Ended, Known)>,
     /// The last request, if it was refused.
     pub refused: Option<(Refusal, Known)>,
@@ -132,29 +132,29 @@ pub struct State {
 /// An install that is not done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pending {
-    /// Where the image is.
+    /// Source of the image.
     pub origin: Origin,
-    /// Which one.
+    /// Length and digest of the image.
     pub image: Known,
     /// Whether the image in flash has been touched.
     pub has_begun: bool,
 }
 
-/// How an image that runs came to do so.
+/// Way in which the image that runs came into flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arrival {
-    /// It has run before, and confirmed itself.
+    /// The image has run before, and confirmed itself.
     Known,
     /// A debug probe or the chip's own loader put it there; it has not run for long yet.
     Probe,
-    /// It is new, from there, and in its so many-th start without a confirmation.
+    /// A new image from this source, in its so many-th start without a confirmation.
     Trial(Origin, u8),
-    /// It is the previous one, because the new one ended like this.
+    /// The previous image, put back because the new one ended like this.
     FellBack(Ended),
 }
 
 impl State {
-    /// How this image, the one that runs, came to.
+    /// Returns the way in which this image, the one that runs, came into flash.
     #[must_use]
     pub fn arrival(&self, running: Known) -> Arrival {
         let Some((origin, _)) = self.installed.filter(|(_, installed)| *installed == running) else {
@@ -167,8 +167,8 @@ impl State {
         }
     }
 
-    /// Starts of this image without its confirmation; `None` where another one is on trial, or none. What a
-    /// debug probe has put into the place of one on trial is not.
+    /// Starts of this image without its confirmation; `None` where another one is on trial, or none. An image
+    /// that a debug probe has put into the place of one on trial is not on trial.
     #[must_use]
     pub fn trial_of(&self, image: Known) -> Option<u8> {
         self.trial.filter(|_| self.installed.is_some_and(|(_, installed)| installed == image))
@@ -219,11 +219,11 @@ impl State {
 /// Flash words that are written one behind the other.
 #[derive(Clone, Copy)]
 struct Words {
-    /// Where the first one is, from the beginning of the flash.
+    /// Place of the first word, from the beginning of the flash.
     at: u32,
-    /// How many there are.
+    /// Number of words in all.
     count: u32,
-    /// How many are written.
+    /// Number of words that are written.
     used: u32,
 }
 
@@ -263,7 +263,7 @@ pub struct Log<'l> {
     /// The state after the last entry.
     pub state: State,
     words: Words,
-    /// Where the policy is written before the log is erased: see [`Layout::policy_at`].
+    /// Copies of the policy, written before the log is erased: see [`Layout::policy_at`].
     copies: Words,
     /// The policy that is there.
     copied: Policy,
@@ -279,7 +279,7 @@ impl<'l> Log<'l> {
         Self { layout, state, words, copies, copied }
     }
 
-    /// Writes an entry.
+    /// Appends an entry to the log.
     ///
     /// # Errors
     /// The flash does not take it, or the log is full.
@@ -359,7 +359,7 @@ impl<'l> Log<'l> {
     }
 }
 
-/// What says that this is the policy.
+/// Returns the entries that record this policy.
 fn entries_of(policy: &Policy) -> impl Iterator<Item = Entry> + use<> {
     let entries = match policy.key {
         None => [Some(Entry::NoKey), None],
@@ -400,7 +400,7 @@ impl Entry {
         word
     }
 
-    /// What a word says.
+    /// Decodes the entry in a word; `None` when its check sum is wrong or its kind unknown.
     fn of(word: &Word) -> Option<Self> {
         let number =
             |at: usize| word.get(at..).and_then(|rest| rest.first_chunk()).map(|bytes| u32::from_le_bytes(*bytes));

@@ -19,8 +19,8 @@ use core::fmt;
 /// Bytes of a manifest.
 pub const MANIFEST_BYTES: usize = 256;
 
-/// Where the vector table is in an image. VTOR asks for a multiple of the table's size, rounded up to a power
-/// of two (ARMv7-M ARM B3.2.5): 16 and 150 vectors (RM0399 section 20.1.2) take 664 bytes.
+/// Offset of the vector table in an image. VTOR asks for a multiple of the table's size, rounded up to a
+/// power of two (ARMv7-M ARM B3.2.5): 16 and 150 vectors (RM0399 section 20.1.2) take 664 bytes.
 pub const VECTOR_TABLE: u32 = 1024;
 
 /// The Prime's magic number, as in the images of Smoothieware v2.
@@ -34,7 +34,7 @@ pub(crate) const LENGTH: usize = 16;
 pub(crate) const DIGEST: usize = 64;
 pub(crate) const SIGNATURE: usize = 96;
 
-/// What an image says of itself.
+/// Manifest of an image: its description of itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Manifest {
     /// Bytes of the image, the manifest among them.
@@ -46,19 +46,19 @@ pub struct Manifest {
     version: [u8; 40],
 }
 
-/// Why an image may not be installed, or may not run.
+/// Reason for which an image may not be installed, or may not run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flaw {
-    /// It does not begin with a manifest.
+    /// The image does not begin with a manifest.
     NoManifest,
     /// Smoothieware v2, or anything else that takes the flash from its beginning and has no image of ours
     /// behind.
     FromTheBeginning,
     /// The board magic is another one.
     OtherBoard,
-    /// It is linked for another address.
+    /// The image is linked for another address.
     OtherAddress(u32),
-    /// It says to be so long, which is more than there is room for, or no length of an image.
+    /// The manifest gives this length, for which there is no room, or which no image can have.
     Length(u32),
     /// The file ends before the image does.
     Truncated {
@@ -71,13 +71,13 @@ pub enum Flaw {
     Trailer,
     /// The trailer's MD5 is another one.
     Md5,
-    /// Its bytes do not hash to its digest.
+    /// The image's bytes do not hash to its digest.
     Digest,
-    /// It was linked, but nobody has sealed it.
+    /// The image was linked, but never sealed.
     Unsealed,
-    /// It has no signature, and the machine's owner has locked the board.
+    /// The image has no signature, and the machine's owner has locked the board.
     Unsigned,
-    /// Its signature is not by the owner's key.
+    /// The signature is not by the owner's key.
     Signature,
     /// A part could not be read.
     Unreadable,
@@ -106,7 +106,7 @@ impl fmt::Display for Flaw {
 }
 
 impl Manifest {
-    /// Reads a manifest.
+    /// Reads a manifest from its bytes.
     ///
     /// # Errors
     /// It is none, or says something that cannot be.
@@ -157,8 +157,8 @@ impl Manifest {
     }
 }
 
-/// What something without a manifest is: images that begin with a vector table for the beginning of the flash
-/// are told apart.
+/// Returns the flaw of bytes without a manifest: images that begin with a vector table for the beginning of
+/// the flash are told apart.
 fn no_manifest(bytes: &[u8; MANIFEST_BYTES], layout: &Layout) -> Flaw {
     let (stack, reset) = (number(bytes, 0), number(bytes, 4));
     let is_ram = (0x2000_0000..=0x2408_0000).contains(&stack);

@@ -1,9 +1,9 @@
-//! Whose images may run on this board: its owner says, in `[update]` of the configuration.
+//! Policy of the board's owner, from `[update]` of the configuration: the images that may run on the board.
 
 use crate::manifest::{Flaw, Manifest};
 use ed25519_dalek::{Signature, VerifyingKey};
 
-/// What is signed, before the digest: no other use of the same key can be taken for firmware.
+/// Prefix of the signed bytes, before the digest: no other use of the same key can be taken for firmware.
 const PURPOSE: [u8; 15] = *b"velvet firmware";
 
 /// The owner's policy. Without a key every image whose hash is right may run. With one, a signature by

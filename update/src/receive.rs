@@ -1,7 +1,7 @@
 //! An image that comes as a file in pieces, and goes to flash as they come: what a download over USB is.
 //!
-//! It takes the place of the image in flash, and there is room for one. So an image that may run is given up
-//! only where the card has one to come back to, should the new one not come whole.
+//! The new image takes the place of the one in flash, as there is room for one. So an image that may run is
+//! given up only where the card has one to come back to, should the new one not come whole.
 
 use crate::boot::{Card, TRIALS, may_recover};
 use crate::flash::{Flash, Layout};
@@ -21,7 +21,7 @@ pub struct Receiving<'l> {
 }
 
 impl<'l> Receiving<'l> {
-    /// Nothing has come.
+    /// Begins a file of which nothing has come.
     #[must_use]
     pub fn new(layout: &'l Layout) -> Self {
         Self { layout, check: FileCheck::new(layout), length: 0, download: None }
@@ -44,7 +44,7 @@ impl<'l> Receiving<'l> {
         let manifest = manifest?;
         let end = at + manifest.length;
         if let Some(download) = &mut self.download {
-            // What is behind the image is for the check alone.
+            // Bytes behind the image are for the check alone.
             let rest = piece.get(..end.saturating_sub(from).min(piece.len() as u32) as usize).unwrap_or_default();
             return download.take(flash, self.layout, rest);
         }
@@ -67,7 +67,7 @@ impl<'l> Receiving<'l> {
         let mut log = Log::read(flash, self.layout);
         // The signature covers the digest alone, so it is known by now whose image this is.
         log.state.policy.allows(manifest)?;
-        // One that has failed its trial is nothing to lose.
+        // An image that has failed its trial is nothing to lose.
         let there = check_flash(flash, self.layout, &log.state.policy);
         let does_well =
             there.is_ok_and(|image| log.state.trial_of(Known::of(&image)).is_none_or(|starts| starts < TRIALS));

@@ -1,5 +1,5 @@
-//! What is done to an image once it is linked: its length and digest go into its manifest, a signature if
-//! there is a key, and for the card the trailer of Smoothieware v2 behind it. All of it repeats exactly.
+//! Sealing of a linked image: its length and digest go into its manifest, a signature if there is a key, and
+//! for the card the trailer of Smoothieware v2 behind it. All of it repeats exactly.
 
 use crate::flash::Layout;
 use crate::manifest::{BOARD_MAGIC, DIGEST, Flaw, HASHED, LENGTH, MANIFEST_BYTES, Manifest, SIGNATURE, put};
@@ -45,7 +45,7 @@ pub fn sign_file(file: &mut [u8], layout: &Layout, key: &[u8; 32]) -> Result<Man
     let before = Manifest::parse(image.first_chunk().ok_or(Flaw::NoManifest)?, layout)?;
     let manifest = seal(image, layout, Some(key))?;
     if manifest.digest != before.digest {
-        // Whoever signs it says that it is his: not what a bad copy has made of it.
+        // A signature vouches for the sealed image, so an image that a bad copy has changed is not signed.
         return Err(Flaw::Digest);
     }
     let (whole, rest) = file.split_at_mut(at + length);
@@ -63,8 +63,8 @@ pub fn public_key(secret: &[u8; 32]) -> [u8; 32] {
     SigningKey::from_bytes(secret).verifying_key().to_bytes()
 }
 
-/// What Smoothieware v2 wants behind an image in a file: board magic, and the MD5 of all before it in
-/// hexadecimal digits.
+/// Returns the trailer that Smoothieware v2 wants behind an image in a file: board magic, and the MD5 of all
+/// before it in hexadecimal digits.
 #[must_use]
 pub fn trailer(image: &[u8]) -> [u8; TRAILER as usize] {
     const DIGITS: &[u8; 16] = b"0123456789abcdef";

@@ -15,7 +15,7 @@ pub(crate) const TRAILER: u32 = 40;
 
 /// Something with bytes at places: a file, or an image in flash.
 pub trait Bytes {
-    /// How many there are.
+    /// Returns the number of bytes.
     fn length(&self) -> u32;
 
     /// Fills `into` from a place on.
@@ -85,11 +85,11 @@ pub struct FileCheck<'l> {
     layout: &'l Layout,
     /// Bytes that have come.
     length: u32,
-    /// Where the image begins.
+    /// Offset of the image in the file.
     at: u32,
     /// The first bytes from there on.
     head: [u8; MANIFEST_BYTES],
-    /// What they are, when all have come.
+    /// Manifest in those first bytes, or its flaw, when all of them have come.
     found: Option<Result<Manifest, Flaw>>,
     sha: Sha256,
     md5: Md5,
@@ -97,7 +97,7 @@ pub struct FileCheck<'l> {
 }
 
 impl<'l> FileCheck<'l> {
-    /// Nothing has come.
+    /// Begins a file of which nothing has come.
     #[must_use]
     pub fn new(layout: &'l Layout) -> Self {
         Self {
@@ -125,7 +125,7 @@ impl<'l> FileCheck<'l> {
         }
     }
 
-    /// Where the image begins, and its manifest or why there is none; `None` until that has come.
+    /// Returns the image's offset, and its manifest or the flaw; `None` until that has come.
     pub(crate) const fn manifest(&self) -> Option<(u32, Result<Manifest, Flaw>)> {
         match self.found {
             Some(found) => Some((self.at, found)),
@@ -213,8 +213,8 @@ impl<'l> FileCheck<'l> {
     }
 }
 
-/// Where in a file the image begins, and its manifest. A file for the whole flash has a boot stage first,
-/// which is passed over: the one that runs is never replaced by what it installs.
+/// Finds the image in a file, and its manifest. A file for the whole flash has a boot stage first, which is
+/// passed over: the boot stage that runs is never replaced by one that it installs.
 pub(crate) fn locate(file: &mut impl Bytes, layout: &Layout) -> Result<(u32, Manifest), Flaw> {
     match read_manifest(file, 0, layout) {
         Err(Flaw::FromTheBeginning) => match read_manifest(file, layout.image(), layout) {

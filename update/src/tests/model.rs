@@ -12,18 +12,18 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 pub const SMALL: Layout =
     Layout { address: 0x0800_0000, sector_bytes: 2048, first: Sector(1), sectors: 5, log: Sector(6) };
 
-/// What becomes of the operation during which the power fails.
+/// State of the operation during which the power fails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cut {
-    /// It has not begun.
+    /// The operation has not begun.
     Before,
     /// A word is torn; some words of a sector are erased, some are torn, the rest is as it was.
     Within,
-    /// It is complete, and nothing after it.
+    /// The operation is complete, and nothing after it.
     After,
 }
 
-/// What the flash does from its beginning on; words are torn, erased or programmed.
+/// Content of a flash from its beginning on; words are torn, erased or programmed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Chip {
     words: Vec<Option<Word>>,

@@ -36,7 +36,7 @@ fn every_kind_of_file_is_received() {
     }
 }
 
-/// What is no image for this board, or not by the owner, is seen before the flash is touched.
+/// An image for another board, or not by the owner, is refused before the flash is touched.
 #[test]
 fn what_may_not_run_costs_nothing() {
     let (old, new) = (image(1, 2048), image(2, 4128));
@@ -81,7 +81,7 @@ fn what_runs_is_replaced_only_with_something_to_come_back_to() {
         log.append(&mut failed, Entry::Installed(Origin::Usb, is_old)).expect("room");
         (0..TRIALS).for_each(|_| log.append(&mut failed, Entry::Tried).expect("room"));
         send_with(&mut failed, &mut Files::with(&files), &new, 256).expect("its trial has failed");
-        // One that may not run is nothing to lose either.
+        // An image that may not run is nothing to lose either.
         let mut broken = Chip::with(&spoiled);
         send_with(&mut broken, &mut Files::with(&files), &new, 256).expect("a good file");
     }
@@ -91,7 +91,7 @@ fn what_runs_is_replaced_only_with_something_to_come_back_to() {
     }
 }
 
-/// What shows its flaw at its end alone is not started, and the previous image comes back from the card.
+/// A file whose flaw shows at its end alone is not started, and the previous image comes back from the card.
 #[test]
 fn what_is_flawed_at_its_end_is_not_started() {
     let (old, new) = (image(1, 2048), image(2, 4128));

@@ -38,7 +38,7 @@ fn an_image_that_never_confirms_itself_is_replaced_at_the_fourth_start() {
     assert_eq!(digest_of(start(&mut chip, &mut card)), old[64..96]);
     let after = state(&mut chip);
     assert!(after.fell_back && after.trial.is_none(), "{after:?}");
-    // And it stays.
+    // The next start chooses the previous image again.
     assert_eq!(digest_of(start(&mut chip, &mut card)), old[64..96]);
 }
 
