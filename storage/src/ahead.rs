@@ -1,4 +1,4 @@
-//! What is read ahead: along the clusters of the file that is played, as far as the card has memory for it.
+//! Reading ahead along the clusters of the file that is played, as far as the card has memory for it.
 
 use drivers::fat::Error;
 use drivers::sd::{AHEAD_BLOCKS, Run};
@@ -37,7 +37,7 @@ impl Ahead {
                 return;
             }
             let Some(stretch) = lens.at_hand(|volume, device| match self.reader.stretch(volume, device, self.next) {
-                // What is damaged the reader finds out himself.
+                // The reader itself will find the damage and report it.
                 Err(Error::Device(_)) | Err(_) => None,
                 Ok(stretch) => stretch,
             }) else {

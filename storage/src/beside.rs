@@ -1,5 +1,5 @@
-//! Readers of files. Those that read beside whoever else has a file open are many, each with its own way
-//! along its clusters.
+//! Readers of files. Readers beside another user of an open file are many, each with its own way along its
+//! clusters.
 
 use drivers::fat::{Blocks, Error, Place};
 use heapless::Vec;
@@ -32,7 +32,7 @@ impl Beside {
     }
 }
 
-/// All of them.
+/// All readers beside others.
 #[derive(Default)]
 pub(crate) struct Readers(Vec<Beside, MAX_BESIDE>);
 

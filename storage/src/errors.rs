@@ -1,4 +1,4 @@
-//! What the machine is told when it cannot be done.
+//! Errors that the machine is told when an operation on files fails.
 
 use drivers::fat;
 use embedded_sdmmc::Error;

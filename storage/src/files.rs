@@ -29,19 +29,19 @@ const MAX_DIRECTORIES: usize = 2;
 const READY_ROOM: usize = 32;
 /// Blocks of the allocation table that are counted in one go.
 const COUNTED_BLOCKS: u32 = 16;
-/// Where the card appears in paths.
+/// Directory in which the card appears in paths.
 const MOUNT_POINT: &str = "sd";
 
 type Manager<C, T> = VolumeManager<Lens<C>, T, MAX_DIRECTORIES, MAX_FILES, 1>;
 
-/// An open file.
+/// An open file with its handle.
 struct Open {
     handle: FileHandle,
     place: Place,
     content: Content,
 }
 
-/// What it is open for.
+/// Use for which a file is open.
 enum Content {
     Read(Beside),
     Written(Written),
@@ -76,7 +76,7 @@ pub struct CardStorage<'g, C: Card, T: TimeSource> {
 }
 
 impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
-    /// Not mounted.
+    /// Creates the storage without mounting the card.
     pub fn new(card: C, clock: T, gathered: &'g mut Gathered) -> Self {
         let manager = Manager::new_with_limits(Lens::new(card), clock.clone(), 1);
         Self {
@@ -109,7 +109,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         Ok(())
     }
 
-    /// The card itself.
+    /// Runs `action` on the card itself.
     pub fn card<R>(&self, action: impl FnOnce(&mut C) -> R) -> R {
         self.manager.device(|lens| action(lens.card()))
     }
@@ -170,7 +170,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         Ok(count)
     }
 
-    /// Whether reading on takes no waiting. What is missing is asked for.
+    /// Whether reading on takes no waiting. Missing blocks are asked for.
     fn can_read_on(&mut self, file: FileHandle) -> bool {
         let Self { manager, readers, open, ahead, .. } = self;
         let Some(reader) = reader_of(open, readers, file) else { return true };
@@ -188,8 +188,8 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         })
     }
 
-    /// Keeps the card at rest while something reads and writes by turns. What was written before and has
-    /// failed is known by now: who wrote it was told, or everybody.
+    /// Keeps the card at rest while something reads and writes by turns. An earlier write that has failed is
+    /// known by now: its writer was told, or everybody.
     fn at_rest<R>(&mut self, action: impl FnOnce(&mut Self) -> Result<R, StorageError>) -> Result<R, StorageError> {
         self.card(|card| card.hold());
         self.mend().and_then(|()| action(self))
@@ -232,8 +232,8 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
 }
 
 impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
-    /// Finds the card and its first partition, and completes what a power cut has interrupted. What was open
-    /// is closed, as it may be another card.
+    /// Finds the card and its first partition, and completes what a power cut has interrupted. Files that
+    /// were open are closed, as the card may be another one.
     fn mount(&mut self) -> Result<(), StorageError> {
         self.listed = None;
         self.ahead = None;
@@ -245,7 +245,8 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
         }
         self.manager.device(|lens| lens.volume = None);
         if let Some(volume) = self.raw_volume.take() {
-            // It would note where it looked for free clusters last, which need not be on the same card.
+            // Closing would note the place where free clusters were last looked for, which need not be on the
+            // same card.
             let _refused = self.manager.close_volume(volume);
         }
         self.manager.device(|lens| {
@@ -359,7 +360,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
         let place = self.open.iter().position(|open| open.handle == file).ok_or(StorageError::NotFound)?;
         let open = self.open.swap_remove(place);
         if open.is_written() {
-            // Its size in the directory has changed.
+            // The size in the directory has changed.
             self.listed = None;
         }
         self.card(|card| card.hold());

@@ -24,9 +24,9 @@ use machine::ports::StorageError;
 use crate::{Card, MAX_FILES};
 use drivers::volume::Volume as Mounted;
 
-/// Where an entry has its case bits.
+/// Offset of the case bits in an entry.
 const CASE_BITS: u32 = 12;
-/// Where the block of free clusters has its count.
+/// Place of the count in the block of free clusters.
 const FREE_COUNT: core::ops::Range<usize> = 488..492;
 
 /// Blocks have numbers that are so much higher here than on the card: the first one is a partition table,
@@ -34,7 +34,7 @@ const FREE_COUNT: core::ops::Range<usize> = 488..492;
 /// any other.
 pub(crate) const SHIFT: u32 = 1;
 
-/// What goes wrong with a block.
+/// Error in reading or writing a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fault<E> {
     /// The card's own error.
@@ -59,7 +59,7 @@ pub(crate) struct Lens<C> {
     /// In a cell, as `embedded-sdmmc` reads and writes through a shared reference.
     card: RefCell<C>,
     pub(crate) volume: Option<Mounted>,
-    /// Why there is none.
+    /// Error to report while no volume is mounted.
     pub(crate) absent: StorageError,
     /// Entries of open files with their case bits.
     kept: [Option<(Place, u8)>; MAX_FILES],
@@ -70,7 +70,7 @@ impl<C> Lens<C> {
         Self { card: RefCell::new(card), volume: None, absent: StorageError::NoCard, kept: [None; MAX_FILES] }
     }
 
-    /// The card itself.
+    /// Returns the card itself.
     pub(crate) fn card(&mut self) -> &mut C {
         self.card.get_mut()
     }
@@ -214,9 +214,9 @@ impl<C: Card> Blocks for Device<'_, C> {
 /// The same for who does not wait: what is not at hand is asked for.
 pub(crate) struct AtHand<'a, C>(pub &'a mut C);
 
-/// Why a block was not read.
+/// Reason for which a block was not read.
 pub(crate) enum NotRead<E> {
-    /// It has been asked for.
+    /// The block has been asked for, and will come.
     Yet,
     /// The card's own error.
     AtAll(E),

@@ -1,9 +1,9 @@
 //! The machine's storage port ([`machine::ports::Storage`]) on a card with a FAT16 or FAT32 volume.
 //!
-//! Names are the business of [`drivers::fat`]: finding, listing, making, removing, renaming. What is in a
-//! file is that of `embedded-sdmmc`, which opens it by the short name found here. The two never change the
-//! same thing: while a file is open its entry stays where it is, and blocks are only changed between calls of
-//! the other, which then forgets what it had read.
+//! Names are the business of [`drivers::fat`]: finding, listing, making, removing, renaming. The content of a
+//! file is the business of `embedded-sdmmc`, which opens the file by the short name found here. The two never
+//! change the same thing: while a file is open its entry stays where it is, and blocks are only changed
+//! between calls of the other, which then forgets what it had read.
 //!
 //! Generic over the card, so that the desk tests what the board runs.
 #![cfg_attr(not(any(test, feature = "ram")), no_std)]
@@ -31,10 +31,10 @@ use drivers::fat::Block;
 use drivers::sd::Run;
 use machine::ports::{CardEvent, CardFacts, StorageError};
 
-/// A card, or what stands in for one: blocks that can be waited for, and questions that need no waiting.
-/// Whoever has no queue and reads nothing ahead leaves the questions at their answers.
+/// A card, or what stands in for one: blocks that can be waited for, and questions that need no waiting. A
+/// card without a queue that reads nothing ahead keeps the default answers to the questions.
 pub trait Card {
-    /// Why a block could not be moved.
+    /// Error of a block that could not be moved.
     type Error: core::error::Error + 'static;
 
     /// Finds the card; again after a change of cards.
@@ -63,17 +63,18 @@ pub trait Card {
     /// The card's own: of this block, or of one before it.
     fn write(&mut self, number: u32, block: &Block) -> Result<(), Self::Error>;
 
-    /// How many blocks it has.
+    /// Returns the number of blocks of the card.
     ///
     /// # Errors
     /// The card's own.
     fn blocks(&mut self) -> Result<u32, Self::Error>;
 
-    /// Keeps writes back, so that reads between them find the card at rest. Whoever owns the card lets them
-    /// go when the turn of whoever works on files is over: a change is often several calls.
+    /// Keeps writes back, so that reads between them find the card at rest. The owner of the card lets the
+    /// writes go when the turn of the task that works on files is over: a change is often several calls.
     fn hold(&mut self) {}
 
-    /// Whether it is at rest, with room for so many writes. It is kept so for who asks again soon.
+    /// Whether it is at rest, with room for so many writes. The card is kept at rest for a caller that asks
+    /// again soon.
     fn is_ready(&mut self, _room: usize) -> bool {
         true
     }
@@ -89,12 +90,12 @@ pub trait Card {
     /// A write that has failed is known: writes are taken again.
     fn forgive(&mut self) {}
 
-    /// What it is.
+    /// Returns the facts of the card: its identification.
     fn facts(&mut self) -> Option<CardFacts> {
         None
     }
 
-    /// What nobody has heard of.
+    /// Takes an event of the card that nobody has heard of.
     fn take_event(&mut self) -> Option<CardEvent> {
         None
     }
@@ -107,6 +108,6 @@ pub trait Card {
     /// Nothing is read ahead any more.
     fn unfollow(&mut self) {}
 
-    /// What the machine is told of an error.
+    /// Returns the machine's error for an error of the card.
     fn reason(error: &Self::Error) -> StorageError;
 }

@@ -11,10 +11,10 @@ use machine::ports::StorageError;
 
 use crate::Card;
 
-/// Where the volume begins on the card.
+/// First block of the volume on the card.
 const FIRST_BLOCK: u32 = 8;
 
-/// What [`RamCard`] refuses with.
+/// Error with which [`RamCard`] refuses a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RamError {
     /// The power is gone.
@@ -34,12 +34,12 @@ impl fmt::Display for RamError {
 
 impl core::error::Error for RamError {}
 
-/// What a card has done since its power came on.
+/// Counts of the card's work since its power came on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Blocks read.
+    /// Number of blocks read.
     pub reads: u32,
-    /// Blocks written.
+    /// Number of blocks written.
     pub writes: u32,
 }
 
@@ -75,7 +75,7 @@ impl RamCard {
         Self { formatted: self.formatted.clone(), state: Rc::new(RefCell::new(state)) }
     }
 
-    /// What it has done so far.
+    /// Returns the card's counts so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.state.borrow().counts

@@ -15,7 +15,7 @@ pub(crate) struct Written {
     pub has_failed: bool,
 }
 
-/// What one file has been given to write and has not filled its block yet: of the file that was written last.
+/// Bytes of the file written last that do not fill a block yet.
 #[derive(Debug, Default)]
 pub struct Gathered {
     file: Option<FileHandle>,
@@ -23,7 +23,7 @@ pub struct Gathered {
 }
 
 impl Gathered {
-    /// Nothing.
+    /// Creates an empty buffer for bytes.
     #[must_use]
     pub const fn new() -> Self {
         Self { file: None, bytes: Vec::new() }
@@ -34,7 +34,7 @@ impl Gathered {
         self.file.filter(|_| !self.bytes.is_empty())
     }
 
-    /// What of it is this file's, to be written at the file's offset.
+    /// Returns this file's gathered bytes, to be written at the file's offset.
     pub(crate) fn of(&self, file: FileHandle) -> &[u8] {
         if self.file == Some(file) { &self.bytes } else { &[] }
     }
@@ -50,12 +50,12 @@ impl Gathered {
         if self.bytes.is_empty() && ends_block {
             return (Some(piece), taken);
         }
-        // What is gathered and what is taken lie in one block.
+        // The gathered and the new bytes lie in one block.
         let _fits = self.bytes.extend_from_slice(piece);
         (ends_block.then_some(self.bytes.as_slice()), taken)
     }
 
-    /// It is written, or lost.
+    /// Forgets the bytes, which are written, or lost.
     pub(crate) fn forget(&mut self) {
         self.bytes.clear();
     }

@@ -97,13 +97,13 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
     }
 
     pub(super) fn close_directory(&self, directory: RawDirectory) {
-        // It was opened by the caller; closing an open directory touches no card and cannot fail.
+        // The directory was opened by the caller; closing an open directory touches no card and cannot fail.
         let _closed = self.manager.close_dir(directory);
     }
 
-    /// An entry's short name as `embedded-sdmmc` wants it, when that finds this entry by it. It does not
-    /// where a damaged directory has the name twice, or as its label, nor for names with blanks inside, which
-    /// only very old systems made.
+    /// An entry's short name as `embedded-sdmmc` wants it, when `embedded-sdmmc` finds this entry by that
+    /// name. The search fails where a damaged directory has the name twice, or as its label, nor for names
+    /// with blanks inside, which only very old systems made.
     pub(super) fn short_name(&self, directory: RawDirectory, entry: &Entry) -> Result<ShortFileName, StorageError> {
         let short_name = entry.short_name();
         let (stem, extension) = short_name.split_at(8);

@@ -17,7 +17,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
         self.wrote(file, done)
     }
 
-    /// What became of a write of whole or last blocks.
+    /// Handles the result of a write of whole or last blocks.
     pub(super) fn wrote(
         &mut self,
         file: FileHandle,
@@ -38,7 +38,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
     pub(super) fn write_on(&mut self, file: FileHandle, mut bytes: &[u8]) -> Result<(), StorageError> {
         let raw = self.written(file)?.raw;
         if self.gathered.file().is_some_and(|other| other != file) {
-            // Its own error is told when it is written again, or closed.
+            // An error of that file is told when the file is written again, or closed.
             let _other = self.settle_gathered();
         }
         // The last free cluster would be taken for an empty file and then lost, as finding no further one is

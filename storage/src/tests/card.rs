@@ -1,4 +1,4 @@
-//! Formatted cards.
+//! Formatted cards in memory.
 
 use std::io::Cursor;
 use std::vec::Vec;
@@ -44,7 +44,7 @@ pub fn mounted(card: &RamCard) -> Mounted {
     storage
 }
 
-/// What the card has, which must be in order.
+/// Returns the content of the card, which must be in order.
 #[track_caller]
 pub fn read(card: &RamCard) -> Found {
     check(&Card(card.clone())).unwrap()

@@ -1,4 +1,4 @@
-//! What opening, writing and closing leave in a directory, and what is refused.
+//! Files and directories after opening, writing and closing, and the requests that are refused.
 
 use std::string::{String, ToString};
 use std::vec::Vec;
@@ -65,7 +65,7 @@ fn no_name_falls_on_another_file() {
     );
 }
 
-/// What `embedded-sdmmc` writes when it closes a file has the name in capitals.
+/// A file in small letters keeps its name, although `embedded-sdmmc` writes capitals when it closes the file.
 #[test]
 fn a_name_in_small_letters_stays_so() {
     let card = fat16();
@@ -175,7 +175,8 @@ fn what_cannot_be_is_refused_by_name() {
     assert_eq!(load(&mut storage, "/sd/kept").as_deref(), Ok(&b"1"[..]));
 }
 
-/// Blanks inside a short name: OS/2 made `EA DATA. SF`. It can be listed, read and renamed, and then written.
+/// Blanks inside a short name: OS/2 made `EA DATA. SF`. Such a file can be listed, read and renamed, and then
+/// written.
 #[test]
 fn a_name_that_only_old_systems_made_is_not_written_but_renamed() {
     let card = fat16();

@@ -1,5 +1,5 @@
-//! How many blocks a call reads and writes. The numbers are what the present code needs; more would be a step
-//! back.
+//! Costs of calls in blocks read and written. The numbers are those that the present code needs; more would
+//! be a step back.
 
 use std::format;
 
@@ -56,8 +56,8 @@ fn calls_read_few_blocks() {
         }
         assert_eq!(count, 100);
     });
-    // It goes on where it was: four entries a call take 16 slots, with their block, the one before or behind,
-    // and the table's.
+    // Listing goes on where it was: four entries a call take 16 slots, with their block, the one before or
+    // behind, and the table's.
     assert_at_most(listing, 155, 0);
     assert_at_most(cost(&card, |storage| storage.rename(path, "/sd/another name for it").unwrap()), 160, 2);
     assert_at_most(cost(&card, |storage| storage.remove(path).unwrap()), 60, 4);

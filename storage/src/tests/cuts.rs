@@ -75,10 +75,10 @@ fn cut_everywhere(card: &RamCard, change: &Change) {
         let what = format!("{change:?} after {writes} of {} writes", whole.counts().writes);
         let cut = card.powered_for(Some(writes));
         let refused = apply(&mut mounted(&cut), change);
-        // When a file could not grow, all that is known is that there would have been room.
+        // A file that could not grow gives `Device`: all that is known is that there would have been room.
         assert!(matches!(refused, Err(StorageError::NotResponding | StorageError::Device)), "{what}: {refused:?}");
         let _nothing_crossed = read(&cut);
-        // Switched on again.
+        // The power comes on again.
         let cut = cut.powered_for(None);
         let mut storage = mounted(&cut);
         let tree = read(&cut).tree;
