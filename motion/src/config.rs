@@ -12,10 +12,10 @@ use crate::{
     least, planner,
 };
 
-/// Everything that is fixed while the machine moves.
+/// Configuration that is fixed while the machine moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionConfig {
-    /// From machine space to motors.
+    /// Mapping from machine space to motors.
     pub kinematics: Kinematics,
     /// The motors that exist. `None`: not fitted; its axis cannot be commanded.
     pub actuators: PerActuator<Option<ActuatorConfig>>,
@@ -78,7 +78,7 @@ pub struct Limits {
     /// Junction deviation: greatest distance of a corner from its virtual arc; sets the speed kept through
     /// corners.
     pub junction_deviation: Mm,
-    /// The same for moves of Z alone. `None`: as `junction_deviation`.
+    /// Junction deviation of moves of Z alone. `None`: as `junction_deviation`.
     pub z_junction_deviation: Option<Mm>,
     /// Speed at the start, the end and the sharpest corners of moves (`minimum_planner_speed`).
     pub minimum_speed: MmPerSecond,

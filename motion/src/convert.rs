@@ -20,13 +20,13 @@ pub(crate) fn ceil_i32(x: f64) -> i32 {
     if f64::from(cut) < x { cut.saturating_add(1) } else { cut }
 }
 
-/// As `value as f64`.
+/// Converts as `value as f64` does.
 #[inline]
 pub(crate) fn float_of_u64(value: u64) -> f64 {
     f64::from((value >> 32) as u32) * TWO_32 + f64::from(value as u32)
 }
 
-/// As `value as f64`.
+/// Converts as `value as f64` does.
 #[inline]
 pub(crate) fn float_of_i64(value: i64) -> f64 {
     f64::from((value >> 32) as i32) * TWO_32 + f64::from(value as u32)
@@ -41,7 +41,7 @@ pub(crate) fn fixed_24(x: f64) -> i64 {
     (i64::from(whole) << 24) + i64::from(part as i32)
 }
 
-/// As `(x * 2^32) as u128`, below 2^64.
+/// Converts as `(x * 2^32) as u128` does, below 2^64.
 #[inline]
 pub(crate) fn fixed_32(x: f64) -> u128 {
     let high = (x * (1.0 / TWO_32)) as u32;

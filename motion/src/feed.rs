@@ -24,7 +24,7 @@ use crate::{
 
 /// Greatest time ahead of now up to which the queue is written: 1.5 ms.
 pub const HORIZON: Ticks = Ticks::from_micros(1_500);
-/// So many events are published together: the first ones of a segment are not to wait for its last ones.
+/// Number of events published together: the first ones of a segment are not to wait for its last ones.
 /// Solving them takes some 25 us.
 pub const BATCH: u32 = 128;
 /// Played positions are worked out every so many runs: it costs a walk over the unplayed events.
@@ -51,7 +51,7 @@ pub(crate) enum Supply {
     /// Nothing yet: it must be asked again. So no lock is held for long where much trajectory must be settled
     /// at once.
     Later,
-    /// Nothing that ends soon enough: what is written is enough.
+    /// Nothing that ends soon enough: the steps written already are enough.
     Enough,
     /// Nothing to execute at present.
     Nothing,
@@ -88,18 +88,18 @@ pub struct StepFeed {
     scale: Scale,
     /// Offset of the newest event.
     newest: i32,
-    /// Everything up to here is written.
+    /// Tick up to which everything is written.
     end: Ticks,
     /// Count of the first event since the positions were last declared.
     since: u32,
     played: PerActuator<StepCount>,
     runs: u8,
     moving: bool,
-    /// As asked for, and at the last run.
+    /// Schedule as asked for, and at the last run.
     wanted: FeedSchedule,
     schedule: FeedSchedule,
     lead: Lead,
-    /// Has the interrupt look at the queue again.
+    /// Function that has the interrupt look at the queue again.
     wake: fn(),
     /// Duration of the last segment.
     last: Ticks,
@@ -112,7 +112,7 @@ impl Default for StepFeed {
 }
 
 impl StepFeed {
-    /// Nothing written, nothing to write. `wake` is called when steps are written that nothing is played
+    /// Creates a feed with nothing written. `wake` is called when steps are written that nothing is played
     /// before: a run may write for longer than the first of them may wait for its end.
     #[must_use]
     pub const fn new(schedule: FeedSchedule, wake: fn()) -> Self {
@@ -213,7 +213,7 @@ impl StepFeed {
         self.since = queue.written();
     }
 
-    /// After a cut: the motors stand where the last event played left them.
+    /// Clears up after a cut: the motors stand where the last event played left them.
     fn clear_up(&mut self, motion: &mut impl Access, queue: &StepQueue) {
         let real = self.rewind(queue).to_played(queue);
         queue.restart();
@@ -302,8 +302,8 @@ impl StepFeed {
         }
     }
 
-    /// Nothing is played before what was written since: the interrupt may stand. (Apart, or it would take
-    /// registers from the loop over the steps.)
+    /// Wakes the interrupt when nothing is played before the steps written since: the interrupt may stand.
+    /// (Apart, or the function would take registers from the loop over the steps.)
     #[inline(never)]
     fn wake_if_idle(&self, queue: &StepQueue, written: u32) {
         let batch = queue.written().wrapping_sub(written);

@@ -8,24 +8,24 @@
 //!   millisecond at most, so the writing ends 125 to 625 us ahead. With a limit of jerk the next segment may
 //!   have to wait for a plan that takes long: 225 to 725 us, and where many blocks wait, 425 to 725 us with
 //!   segments of 0.3 ms at most.
-//! - **By period**, every half millisecond, until more than `REFILL` is written: 1 to 1.5 ms ahead. That
-//!   is how the native runner works, whose time goes by half milliseconds, and how a board works while it
-//!   searches for a switch or the probe. Where the brake begins then depends on the phase of the runs: so a
+//! - **By period**, every half millisecond, until more than `REFILL` is written: 1 to 1.5 ms ahead. The
+//!   native runner works by period, as its time goes by half milliseconds, and so does a board while it
+//!   searches for a switch or the probe: the start of the brake depends on the phase of the runs, so a
 //!   search ends alike on both.
 
 use units::Ticks;
 
 use crate::knots::{SEGMENT_SECONDS, SHORT_SEGMENT_SECONDS};
 
-/// Between two runs by period, and at most between two on demand.
+/// Time between two runs by period, and at most between two on demand.
 pub const PERIOD: Ticks = Ticks::from_micros(500);
 /// A run by period stops taking segments once this much is written ahead.
 const REFILL: Ticks = Ticks::from_micros(1_000);
 /// A run on demand takes no segment that ends later than this from now, if it can wait for the next run: the
 /// longest segment behind the lead.
 const FARTHEST: Ticks = Ticks::from_micros(625);
-/// By so much a run may come too soon, its timer counting whole microseconds: it takes its segment all the
-/// same.
+/// Time by which a run may come too soon, its timer counting whole microseconds; the run takes its segment
+/// all the same.
 const SLACK: Ticks = Ticks::from_micros(5);
 /// Motion from standstill begins this long after a run by period.
 pub(crate) const START_BY_PERIOD: Ticks = Ticks::from_micros(500);
@@ -46,8 +46,8 @@ pub(crate) enum Lead {
     OverLongPlans,
 }
 
-/// So many jerk-limited blocks that wait are a few. A plan visits each of them at most, for 5.5 us; and no
-/// more than eight others come before the feed runs again and sees them.
+/// Number of waiting jerk-limited blocks up to which they are few. A plan visits each of them at most, for
+/// 5.5 us; and no more than eight others come before the feed runs again and sees them.
 const FEW_BLOCKS: usize = 16;
 
 impl Lead {
@@ -71,7 +71,7 @@ impl Lead {
         })
     }
 
-    /// With so many jerk-limited blocks waiting.
+    /// Returns the lead for plans of this many jerk-limited blocks.
     pub(crate) const fn over_plans_of(blocks: usize) -> Self {
         if blocks <= FEW_BLOCKS { Self::OverShortPlans } else { Self::OverLongPlans }
     }
@@ -102,7 +102,7 @@ pub(crate) struct Window {
     pub now: Ticks,
     /// Motion that follows a standstill begins at this tick.
     pub start: Ticks,
-    /// No segment may end later.
+    /// Latest end of a segment.
     pub latest: Ticks,
 }
 
@@ -112,13 +112,13 @@ impl Window {
         Self { now, start, latest: Ticks(u64::MAX) }
     }
 
-    /// The same, for trajectory of which no segment is made yet.
+    /// Returns the window without its latest end, for trajectory of which no segment is made yet.
     #[must_use]
     pub const fn unbounded(self) -> Self {
         Self::open(self.now, self.start)
     }
 
-    /// Not every segment may be taken.
+    /// Whether segments that end late are refused.
     #[must_use]
     pub const fn is_bounded(&self) -> bool {
         self.latest.0 != u64::MAX
@@ -127,8 +127,8 @@ impl Window {
 
 impl FeedSchedule {
     /// Returns the window in which a segment may be taken at a run that begins `now`, when everything up to
-    /// `end` is written and the last segment lasted `last`. `None`: enough is written. Where another segment
-    /// as long would end too late, the motion object is not even asked: most segments are as long as the one
+    /// `end` is written and the last segment lasted `last`. `None`: enough is written. If another segment as
+    /// long would end too late, the motion object is not even asked: most segments are as long as the one
     /// before, and asking takes the lock.
     #[inline(always)]
     pub(crate) fn window(self, now: Ticks, end: Ticks, lead: Lead, last: Ticks) -> Option<Window> {

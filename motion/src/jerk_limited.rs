@@ -19,7 +19,7 @@ use crate::{
 const MAX_RAMPS: usize = 2;
 /// Ends of ramps this near to the end of the block are at it, mm.
 const SNAP: f64 = 2.0 * ROUNDING;
-/// No ramp up for less than this share of the cruise speed.
+/// Least gain of a ramp up, as a share of the cruise speed.
 const WORTHWHILE: f64 = 0.001;
 /// Halvings that find the peak of a ramp up and a ramp down that share a length.
 const HALVINGS: u32 = 40;
@@ -221,8 +221,8 @@ impl Ahead<'_> {
         }
     }
 
-    /// From a speed that is too high: to the cruise speed, to the anchor's, or to rest, whichever comes in
-    /// time.
+    /// Returns the ramp down from a speed that is too high: to the cruise speed, to the anchor's, or to rest,
+    /// whichever comes in time.
     fn slow_down(&self, speed: f64) -> Option<Ramp> {
         let (bounds, brake, room) = (self.bounds(), &self.brake, self.room());
         let to_cruise = bounds.length(speed, self.cruise);
@@ -266,7 +266,7 @@ impl Ahead<'_> {
                 return Some(Ramp::new(speed, hard.brake.speed, own));
             }
         }
-        // As much as the rest of the block allows.
+        // The ramp ends as high as the rest of the block allows.
         let fits = |to: f64| own.length(speed, to) <= self.left;
         let (mut low, mut high) = (0.0, speed);
         for _ in 0..HALVINGS / 2 {

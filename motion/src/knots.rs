@@ -1,7 +1,7 @@
 //! Knots: each motor's position and speed at points of the trajectory, and the segments between them.
 //!
 //! Between two knots a motor follows the cubic that has the right position and speed at both ends (Hermite).
-//! Where the trajectory is a cubic of time at most and the kinematics linear, the cubic is the trajectory
+//! For a trajectory that is a cubic of time at most, and linear kinematics, the cubic is the trajectory
 //! itself. Otherwise the error is bounded by `T^4 / 384` times the fourth derivative of position (standard
 //! Hermite remainder): with [`SEGMENT_SECONDS`] that is 1.6e-16 s^4 times it, a thousandth of a microstep for
 //! anything a machine can follow.
@@ -20,8 +20,8 @@ use crate::{
 /// Greatest distance of knots. Shorter than the millisecond that accuracy asks for, so that a hold finds
 /// little already written ahead.
 pub const SEGMENT_SECONDS: f64 = 0.000_5;
-/// The same where many blocks with a limit of jerk wait, and more must be written ahead: the two together are
-/// what a hold waits for ([`crate::feed_schedule`]).
+/// Greatest distance of knots where many blocks with a limit of jerk wait, and more must be written ahead: a
+/// hold waits for segment and lead together ([`crate::feed_schedule`]).
 pub(crate) const SHORT_SEGMENT_SECONDS: f64 = 0.000_3;
 
 /// Steps below which a position is surely within [`units::StepCount`]: half its range.
@@ -66,8 +66,8 @@ pub fn step_positions(config: &MotionConfig, point: &PerAxis<f64>) -> PerActuato
     positions
 }
 
-/// As [`step_positions`], but of postures that are equal the one nearest to `before`: a bed goes on turning
-/// past half a turn.
+/// Returns the motor positions as [`step_positions`] does, but of equal postures the one nearest to `before`:
+/// a bed goes on turning past half a turn.
 #[must_use]
 pub(crate) fn step_positions_after(
     config: &MotionConfig,

@@ -1,4 +1,5 @@
-//! From moves to step events: lines, arcs, look-ahead, the trajectory in time, kinematics, step times.
+//! Motion, from moves to step events: lines, arcs, look-ahead, the trajectory in time, kinematics, step
+//! times.
 //!
 //! The path of one move: [`Motion::submit`] turns the move into a block with its limits ([`planner`]); the
 //! reverse pass of [`Motion::plan`] settles the speed at each junction; when the block's turn comes,

@@ -36,7 +36,7 @@ impl MotorSetup {
             for other in Actuator::ALL.into_iter().filter(|other| master_of(*other) == master) {
                 let setup = &mut setups[other];
                 setup.direction_setup = setup.direction_setup.max(fitted.direction_setup.min(MAX_TIMING) as i32);
-                // At least a tick: two steps of a motor are two events.
+                // A motor's two steps are two events, so they lie at least a tick apart.
                 setup.step_interval = setup.step_interval.max(fitted.step_interval.clamp(1, MAX_TIMING) as i32);
             }
         }
@@ -150,7 +150,7 @@ impl Motor {
     /// Takes up the segment that the solver was loaded with: its first event's key. Nothing happens before
     /// `floor`.
     pub fn begin(&mut self, word: u32, scale: &Scale, floor: i32) -> u32 {
-        // In ticks: way over speed. A tenth and two ticks more for rounding.
+        // Times in ticks: way over speed. A tenth and two ticks more for rounding.
         self.tight = self.solver.speed_bound() * (1.1 * self.setup.step_interval as f32 + 2.0) > scale.length;
         self.solve(word, scale, floor)
     }

@@ -22,8 +22,8 @@ pub enum Corner {
     Sharp,
     /// Sharp, with a standstill in the corner (G61.1).
     Stop,
-    /// Between two straight moves of one mode and power it is rounded by an arc that leaves it by this much
-    /// at most, mm (G64 P).
+    /// Rounded by an arc that leaves the corner by this much at most, mm (G64 P), between two straight moves
+    /// of one mode and power.
     Rounded(f64),
 }
 
@@ -33,7 +33,7 @@ pub enum Corner {
 pub struct Tag(pub u32);
 
 impl Tag {
-    /// For nothing in particular.
+    /// Tag of a move without particular purpose.
     pub const NONE: Self = Self(0);
 }
 

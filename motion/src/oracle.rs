@@ -28,7 +28,7 @@ use eras::Era;
 /// time.
 pub const ON_CROSSING_STEPS: f64 = 2.5e-7;
 
-/// No filter looks back farther than this.
+/// Longest time that a filter looks back, ns.
 const LONGEST_LOOK_BACK_NS: f64 = 1e9;
 
 /// The ideal trajectory of all motors, filters included.
@@ -52,7 +52,7 @@ struct Timed {
     /// Filters in force when the piece came: they hold until the next piece. Filters only change at rest.
     filters: FilterConfig,
     warp: Option<Arc<Warp>>,
-    /// Of its spline, if it has one.
+    /// Table of its spline, if it has one.
     table: Option<Arc<ways::Table>>,
 }
 
@@ -184,7 +184,7 @@ impl Ideal {
         (1..self.eras.len()).filter_map(jump).collect()
     }
 
-    /// The same by the plan of this number.
+    /// Returns position and velocity by the plan of this number.
     fn machine_by(&self, number: usize, at: f64) -> Option<(PerAxis<f64>, PerAxis<f64>)> {
         let era = self.eras.get(number)?;
         let filters = era.pieces.get(era.index(at))?.filters;
@@ -255,7 +255,7 @@ impl Ideal {
         self.machine(at).map(|(position, _)| self.motor(actuator, &position, at))
     }
 
-    /// As [`Self::steps`], in the turn nearest to `near` steps.
+    /// Returns the steps as [`Self::steps`] does, in the turn nearest to `near` steps.
     fn steps_near(&self, actuator: Actuator, at: f64, near: f64) -> Option<f64> {
         let steps = self.steps(actuator, at)?;
         let turn = match self.config.kinematics.turn_of(actuator) {

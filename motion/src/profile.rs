@@ -33,7 +33,7 @@ pub const MAX_PHASES: usize = 7;
 /// ramp.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Profile {
-    /// In order of time.
+    /// Phases in order of time.
     pub phases: [Phase; MAX_PHASES],
     /// Speed at the end, mm/s.
     pub exit: f64,
@@ -53,7 +53,7 @@ impl Phase {
     }
 }
 
-/// From speed `from` to speed `to` over `length`.
+/// Returns a ramp from speed `from` to speed `to` over `length`.
 fn ramp(from: f64, to: f64, length: f64) -> Phase {
     let sum = from + to;
     if length <= 0.0 || sum <= 0.0 {
@@ -71,8 +71,8 @@ pub(crate) fn cruise(speed: f64, length: f64) -> Phase {
 }
 
 impl Profile {
-    /// From `entry` over `length` mm to `exit`, at `cruise_speed` as long as possible, with `acceleration`.
-    /// Speeds in mm/s, not negative; length and acceleration above zero.
+    /// Returns the trapezoid from `entry` over `length` mm to `exit`, at `cruise_speed` as long as possible,
+    /// with `acceleration`. Speeds in mm/s, not negative; length and acceleration above zero.
     #[must_use]
     pub fn trapezoid(length: f64, entry: f64, cruise_speed: f64, exit: f64, acceleration: f64) -> Self {
         let (entry_sq, exit_sq, cruise_sq) = (entry * entry, exit * exit, cruise_speed * cruise_speed);
@@ -156,7 +156,8 @@ mod tests {
             length in 1e-4_f64..500.0, entry in 0.0_f64..300.0, cruise in 0.1_f64..400.0, exit in 0.0_f64..300.0,
             acceleration in 10.0_f64..50_000.0,
         ) {
-            // Only what the planner's passes allow: both ends below cruise, each reachable from the other.
+            // The case is limited to what the planner's passes allow: both ends below cruise, each reachable
+            // from the other.
             let entry = entry.min(cruise);
             let exit = exit.min(cruise).min((entry * entry + 2.0 * acceleration * length).sqrt());
             let entry = entry.min((exit * exit + 2.0 * acceleration * length).sqrt());

@@ -70,7 +70,7 @@ impl StepEvent {
         self.word & Self::TURN != 0
     }
 
-    /// Of a turn, whether the new direction is forward.
+    /// Whether the new direction of a turn is forward.
     #[must_use]
     #[inline(always)]
     pub const fn is_forward(self) -> bool {
@@ -119,8 +119,8 @@ impl Slot {
 
 /// The ring itself. Lives in a `static` (DTCM on the board).
 ///
-/// In the order of its fields: what the interrupt reads every time comes first, within reach of one base
-/// register.
+/// The step queue, with its fields in the order of use: those that the interrupt reads every time come first,
+/// within reach of one base register.
 #[derive(Debug)]
 #[repr(C)]
 pub struct StepQueue {
@@ -128,7 +128,7 @@ pub struct StepQueue {
     written: AtomicU32,
     /// Count of events ever played, wrapping. Written by the interrupt only.
     played: AtomicU32,
-    /// Nothing more may be played. Set by anyone who must stop the motors at once, cleared by the feed.
+    /// Set by anyone who must stop the motors at once, cleared by the feed: nothing more may be played.
     cut: AtomicBool,
     slots: [Slot; CAPACITY],
 }
@@ -179,7 +179,7 @@ impl StepQueue {
         self.written.load(Ordering::Acquire).wrapping_sub(self.played.load(Ordering::Acquire)) as usize
     }
 
-    /// Nothing waits to be played.
+    /// Returns whether nothing waits to be played.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0

@@ -15,7 +15,7 @@ use once_cell::race::OnceRef;
 /// Board's function for square roots; `libm` is used without it.
 static SQUARE_ROOT: OnceRef<'static, fn(f64) -> f64> = OnceRef::new();
 
-/// Has all square roots taken by `root`, which must round correctly (IEEE 754, 5.4.1). The first call counts;
+/// Makes `root` take all square roots, which must round correctly (IEEE 754, 5.4.1). The first call counts;
 /// before it, and without it, `libm` does.
 pub fn use_square_root(root: &'static fn(f64) -> f64) {
     // A second one would give the same bits.

@@ -67,7 +67,7 @@ const NEAR: f64 = 1e-6;
 /// Greatest share of the clearance that one slice may cover. With 1/16 the error of the cubic is below a
 /// hundredth of a microsecond of time for every kinematics: see "Knots" in `docs/motion.md`.
 const CLEARANCE_SHARE: f64 = 1.0 / 16.0;
-/// No slice is shorter: a bound for the work, not for the accuracy.
+/// Shortest slice, seconds: a bound for the work, not for the accuracy.
 const SHORTEST_SLICE_SECONDS: f64 = 0.000_025;
 
 /// Greatest distance of knots in a phase of this block, where `longest` is the greatest anywhere.
@@ -130,7 +130,7 @@ impl Run {
         self.block.length - self.travelled
     }
 
-    /// At its end, or so near that what is left is no phase of its own.
+    /// Whether the cursor is at the block's end, or so near that the rest is no phase of its own.
     pub fn is_over(&self) -> bool {
         let near = if self.block.jerk > 0.0 { greatest(NEAR, 2.0 * NEGLIGIBLE_SECONDS * self.speed) } else { 0.0 };
         self.remaining() <= near
@@ -143,7 +143,7 @@ impl Run {
         self.begin_profile(now);
     }
 
-    /// As [`Self::follow`], a draft of ramps.
+    /// Gives the rest of the block a draft of ramps, as [`Self::follow`] does a profile.
     pub fn follow_ramps(&mut self, draft: &Draft, now: TickTime) {
         (self.profile, self.ramps) = (draft.profile, draft.ramps);
         self.begin_profile(now);
@@ -200,7 +200,7 @@ impl Run {
         })
     }
 
-    /// There is more of the profile.
+    /// Whether more of the profile is left.
     pub fn has_more(&self) -> bool {
         self.profile.phases.iter().skip(self.phase).any(|phase| phase.duration > NEGLIGIBLE_SECONDS)
     }

@@ -15,12 +15,12 @@ const TOLERANCE_TICKS: f32 = 0.4;
 /// Ends whose speeds differ by more than this factor are not tried.
 const MAX_RATIO: f32 = 3.0;
 
-/// From local time of a segment (0 to 1) to ticks.
+/// Scale from local time of a segment (0 to 1) to ticks.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scale {
     /// Length of the segment in ticks.
     pub length: f32,
-    /// By which part of a tick the segment begins after its first tick, and half a tick more, so that cutting
+    /// Part of a tick by which the segment begins after its first tick, and half a tick more, so that cutting
     /// off the fraction rounds.
     pub offset: f32,
 }
@@ -59,7 +59,7 @@ impl Series {
         scale: &Scale,
         position: impl Fn(f32) -> f32,
     ) -> Option<Self> {
-        // Not a number compares false: then there is no series.
+        // A NaN compares false, so there is no series.
         if !(from.v > 0.0 && to.v > 0.0 && from.v < MAX_RATIO * to.v && to.v < MAX_RATIO * from.v) {
             return None;
         }
@@ -76,7 +76,7 @@ impl Series {
             }
         }
         let s = (first - from.x) * per_way;
-        // The same polynomial about the first step, one step a unit.
+        // Coefficients of the same polynomial about the first step, one step a unit.
         let bend = 3.0 * s * p3;
         let b0 = from.u + s * (m0 + s * (p2 + s * p3));
         let b1 = per_way * (m0 + s * (2.0 * p2 + bend));

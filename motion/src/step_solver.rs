@@ -37,7 +37,7 @@ pub struct StepSolver {
     /// Crossings left in the current stretch, and their sign.
     left: u32,
     sign: f32,
-    /// The same as a count.
+    /// Direction of the steps as a count.
     step: i32,
     /// Local time at the end of the current stretch.
     stretch_end: f32,
@@ -119,7 +119,7 @@ impl StepSolver {
         self.has_more()
     }
 
-    /// Nothing is left of the current stretch.
+    /// Drops the rest of the current stretch.
     fn drop_stretch(&mut self) {
         self.left = 0;
         self.series = Series::NONE;
@@ -250,7 +250,7 @@ impl StepSolver {
         let per_step = 1.0 / v;
         let way = self.to_go * per_step;
         let q = a * way * per_step;
-        // Not a number compares false, so every oddity goes the careful way.
+        // A NaN compares false, so every oddity goes the careful way.
         if q < SERIES_LIMIT && q > -SERIES_LIMIT {
             let guess = u + way * (1.0 + q * (-0.5 + q * (0.5 - 0.625 * q)));
             let correction = (self.target - self.position(guess)) * per_step * (1.0 - q);

@@ -36,7 +36,7 @@ impl Mark {
 /// Progress of the motors in the program.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Passed {
-    /// Of the move under way, or of the last one.
+    /// Tag of the move under way, or of the last one.
     pub tag: Tag,
     /// The last mark that has been reached.
     pub mark: Mark,
@@ -192,8 +192,8 @@ impl Timeline {
         }
     }
 
-    /// Everything that has not been reached is dropped, with the moves it waited for; marks count as reached,
-    /// so that nobody waits for them.
+    /// Drops everything that has not been reached, with the moves it waited for; marks count as reached, so
+    /// that nobody waits for them.
     pub fn clear(&mut self, pushed: u32) {
         self.begun.clear();
         self.marks.clear();

@@ -24,7 +24,7 @@ pub fn tick_time(seconds: f64) -> TickTime {
     TickTime::from_bits(fixed_32(seconds * STEP_CLOCK_HZ as f64))
 }
 
-/// From one point in time to a later one, seconds; zero when it is not later.
+/// Returns the time from one moment to a later one, seconds; zero when it is not later.
 #[must_use]
 pub(crate) fn seconds_between(from: TickTime, to: TickTime) -> f64 {
     let units = to.saturating_sub(from).to_bits();

@@ -7,7 +7,7 @@ use units::{PerActuator, StepCount, Ticks};
 
 use crate::queue::StepQueue;
 
-/// No input has fired.
+/// Value for no input that has fired.
 const NONE: u32 = u32::MAX;
 
 /// The meeting place of the input interrupts and the step feed. Lives in a `static`; plain atomics, nobody
@@ -113,7 +113,7 @@ impl Latch {
         if self.armed.load(Ordering::SeqCst) & bit == 0 {
             return;
         }
-        // Another input's interrupt may come between: whoever swaps the mask out is the first.
+        // Another input's interrupt may come between: the one that swaps the mask out is the first.
         if self.armed.swap(0, Ordering::SeqCst) & bit == 0 {
             return;
         }

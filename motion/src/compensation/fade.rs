@@ -1,8 +1,8 @@
 //! Fading: how much of the correction is left at a height.
 //!
-//! From all of it to nothing, or to the same everywhere ([`Fade::target`]), by `1 - t^3 (10 - 15 t + 6 t^2)`,
-//! whose first and second derivatives are zero at both ends: where fading begins and ends, speeds and
-//! accelerations of the motors go on without a jump.
+//! The correction fades from all of it to nothing, or to the same everywhere ([`Fade::target`]), by `1 - t^3
+//! (10 - 15 t + 6 t^2)`, whose first and second derivatives are zero at both ends: where fading begins and
+//! ends, speeds and accelerations of the motors go on without a jump.
 
 use super::CompensationError;
 
@@ -15,9 +15,9 @@ const MOST_CHANGE: f64 = 0.5;
 /// Heights, mm of the program's machine space, between which the correction fades.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fade {
-    /// Up to here it is whole.
+    /// Height up to which the correction is whole, mm.
     pub start: f64,
-    /// From here on there is none of it, but for the target.
+    /// Height from which on only the target is left of the correction, mm.
     pub end: f64,
     /// The correction that is left then, mm, the same everywhere: what fades is the difference from it.
     pub target: f64,

@@ -27,7 +27,7 @@ pub enum Interpolation {
 }
 
 impl Interpolation {
-    /// As a person writes it.
+    /// Returns the name in configurations and commands.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -73,7 +73,7 @@ impl Interpolation {
         self.between(&line, count, place)
     }
 
-    /// From `count` heights at 1.. in `line` to those of the finer line, at 1..; how many those are.
+    /// Refines `count` heights at 1.. in `line` to those of the finer line, at 1..; returns their number.
     pub(super) fn refine(self, line: &mut [f64; SIDE], count: usize, finer: usize) -> usize {
         let fine = count.saturating_sub(1) * finer + 1;
         if finer > 1 {

@@ -29,7 +29,7 @@ pub(crate) struct Lift {
 }
 
 impl Lift {
-    /// At most so much for each mm in this direction (of X, Y and Z).
+    /// Returns the greatest change of Z for each mm in this direction (of X, Y and Z).
     pub fn slope_along(&self, unit: &[f64; 3]) -> f64 {
         let [x, y, z] = unit.map(libm::fabs);
         x * self.slope[0] + y * self.slope[1] + z * self.fading[0]
@@ -41,7 +41,7 @@ impl Lift {
         [x, y, z + self.slope_along(unit)]
     }
 
-    /// At most so much change of that for each mm straight on.
+    /// Returns the greatest change of the slope for each mm straight on in this direction.
     pub fn bend_along(&self, unit: &[f64; 3]) -> f64 {
         let [x, y, z] = unit.map(libm::fabs);
         let ([xx, yy, xy], [first, second]) = (self.bend, [self.change, self.fading[1]]);
@@ -49,13 +49,13 @@ impl Lift {
         x * x * xx + y * y * yy + 2.0 * x * y * xy + across + z * z * second
     }
 
-    /// At most so much for each mm in whatever direction.
+    /// Returns the greatest change of Z for each mm in any direction.
     pub fn slope(&self) -> f64 {
         let [x, y] = self.slope;
         square_root(x * x + y * y + self.fading[0] * self.fading[0])
     }
 
-    /// At most so much change of that in whatever direction.
+    /// Returns the greatest change of the slope for each mm in any direction.
     pub fn bend(&self) -> f64 {
         let ([xx, yy, xy], [x, y]) = (self.bend, self.slope);
         let flat = greatest(xx, yy) + xy;
@@ -101,7 +101,7 @@ impl Extent {
 }
 
 impl Compensation {
-    /// Over a straight move.
+    /// Returns the compensation over a straight move.
     pub(crate) fn over_line(&self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Over {
         if !self.is_active() {
             return Over::NONE;
@@ -112,7 +112,7 @@ impl Compensation {
         self.over(&extent)
     }
 
-    /// Over a move along a curve.
+    /// Returns the compensation over a move along a curve.
     pub(crate) fn over_path(&self, path: &Path, length: f64) -> Over {
         if !self.is_active() {
             return Over::NONE;

@@ -33,11 +33,11 @@ use surface::Bounds;
 /// A tilted bed: its height is `x X + y Y + z`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Plane {
-    /// For each mm along X.
+    /// Rise for each mm along X.
     pub x: f64,
-    /// For each mm along Y.
+    /// Rise for each mm along Y.
     pub y: f64,
-    /// At the origin, mm.
+    /// Height at the origin, mm.
     pub z: f64,
 }
 
@@ -97,7 +97,7 @@ pub enum CompensationError {
         /// Index of the point, from 0.
         point: usize,
     },
-    /// From its neighbour to this point the slope is beyond [`MOST_SLOPE`].
+    /// The slope from its neighbour to this point is beyond [`MOST_SLOPE`].
     TooSteep {
         /// Index of the point, from 0.
         point: usize,
@@ -172,7 +172,7 @@ impl Compensation {
         Self { skew: Skew::NONE, bed: Bed::Flat, fade: None, suspended: false, active: false, surface, changes: 0 }
     }
 
-    /// The same as another one. A grid that is still being measured is not copied.
+    /// Copies another compensation. A grid that is still being measured there is not copied.
     pub(crate) fn copy(&mut self, other: &Self) {
         (self.skew, self.bed, self.fade) = (other.skew, other.bed, other.fade);
         (self.suspended, self.active, self.changes) = (other.suspended, other.active, other.changes);

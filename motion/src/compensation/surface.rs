@@ -31,7 +31,7 @@ pub(super) const SIDE: usize = MOST_SIDE + 2;
 pub struct GridShape {
     /// The first point, X and Y in the program's machine space, mm.
     pub origin: [f64; 2],
-    /// From point to point along X and along Y, mm; negative where the grid goes the other way.
+    /// Distances from point to point along X and along Y, mm; negative where the grid goes the other way.
     pub step: [f64; 2],
     /// Points along X and along Y, 2 to [`MOST_SIDE`].
     pub count: [usize; 2],
@@ -59,7 +59,7 @@ impl GridShape {
         if !self.origin.iter().all(|place| place.is_finite()) {
             return Err(CompensationError::Place);
         }
-        // Not a number compares false.
+        // A NaN compares false, so it is refused.
         let is_fine = |step: &f64| libm::fabs(*step) >= LEAST_STEP && step.is_finite();
         if self.step.iter().all(is_fine) { Ok(()) } else { Err(CompensationError::Spacing) }
     }
@@ -77,7 +77,7 @@ enum Of {
 pub struct Height {
     /// Height in mm, added to Z.
     pub z: f64,
-    /// For each mm along X and along Y.
+    /// Slopes for each mm along X and along Y.
     pub slope: [f64; 2],
 }
 
@@ -105,13 +105,13 @@ pub struct Surface {
     pub(crate) draft: [f32; MOST_POINTS],
     /// Heights in force, mm.
     pub(super) heights: [f32; MOST_POINTS],
-    /// Of what was measured.
+    /// Grid of the measured points.
     shape: GridShape,
     interpolation: Interpolation,
     /// The grid of the coefficients.
     pub(super) fine: GridShape,
     coefficients: [[f64; SIDE]; SIDE],
-    /// Of the whole, and of what lies inside the grid.
+    /// Bounds of the whole surface, and of the part inside the grid.
     everywhere: Bounds,
     inside: Bounds,
 }
@@ -167,7 +167,7 @@ impl Surface {
     /// Puts what was gathered in force.
     ///
     /// # Errors
-    /// What is wrong with it; what was in force still is.
+    /// A mistake in the grid; the surface in force stays in force then.
     pub(super) fn adopt(
         &mut self,
         shape: &GridShape,
@@ -238,8 +238,7 @@ impl Surface {
         self.fine = GridShape { origin: self.shape.origin, step, count: [wide, deep] };
     }
 
-    /// No place of the surface is higher or lower: the greatest size of the control points of its Bezier
-    /// patches.
+    /// Returns a bound of the height: the greatest size of the control points of its Bezier patches.
     fn greatest_size(&self) -> f64 {
         const TO_BEZIER: [[f64; 3]; 3] =
             [[1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0], [0.0, 2.0 / 3.0, 1.0 / 3.0], [0.0, 1.0 / 3.0, 2.0 / 3.0]];
@@ -309,8 +308,8 @@ impl Surface {
         if is_inside { self.inside } else { self.everywhere }
     }
 
-    /// From the coefficients in these columns and rows, both ends included. A spline lies in the hull of its
-    /// coefficients, its derivatives in that of their differences.
+    /// Returns bounds from the coefficients in these columns and rows, both ends included. A spline lies in
+    /// the hull of its coefficients, its derivatives in that of their differences.
     fn bounds(&self, [left, right]: [i32; 2], [near, far]: [i32; 2]) -> Bounds {
         let [sx, sy] = self.fine.step.map(libm::fabs);
         let first = self.coefficient(left, near);
@@ -372,7 +371,7 @@ fn check_heights(shape: &GridShape, heights: &[f32]) -> Result<(), CompensationE
     Ok(())
 }
 
-/// From `count` values at 1.. in `line` to the coefficients of the natural spline through them, at 0 to
+/// Turns `count` values at 1.. in `line` into the coefficients of the natural spline through them, at 0 to
 /// `count + 1`: `c[i-1] + 4 c[i] + c[i+1] = 6 h[i]`, with no bend at both ends.
 pub(super) fn natural(line: &mut [f64; SIDE], count: usize) {
     let mut factors = [0.0; SIDE];
@@ -435,7 +434,7 @@ impl Weights {
         (index, Self::of(t))
     }
 
-    /// So far in the cell, in grid distances.
+    /// Returns the weights at a place in the cell, in grid distances.
     pub fn of(t: f64) -> Self {
         let rest = 1.0 - t;
         let value = [

@@ -7,8 +7,8 @@
 //!
 //! With F the second antiderivative of pa, the average is the second difference `(F(t + h) - 2 F(t) + F(t -
 //! h)) / h^2`: three evaluations, however many stretches the window covers. F and the first antiderivative
-//! are kept at the beginning of each stretch ([`super::history`]); within one they are polynomials. Where the
-//! whole window lies in one stretch, the average of a cubic is `pa(t) + pa''(t) h^2 / 12`, which has no
+//! are kept at the beginning of each stretch ([`super::history`]); within one they are polynomials. For a
+//! window that lies whole in one stretch, the average of a cubic is `pa(t) + pa''(t) h^2 / 12`, which has no
 //! cancellation and is exact at rest.
 
 use super::{
@@ -44,7 +44,7 @@ impl PressureAdvance {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
     pub axis: usize,
-    /// At the front, the middle and the back of the window.
+    /// Cursors at the front, the middle and the back of the window.
     pub cursors: [Cursor; 3],
     factor: f64,
     /// Half its width, seconds.
@@ -54,7 +54,7 @@ pub(super) struct Window {
 impl Window {
     pub fn new(axis: usize, advance: &PressureAdvance, latency: f64) -> Self {
         let middle = tick_time(latency).to_bits() as u64;
-        // In units of time like all else, so that the second difference is one.
+        // Half the window is rounded to time units, so that the three places lie at equal distances.
         let half = (tick_time(0.5 * advance.smooth_time).to_bits() as u64).min(middle);
         let cursor = |delay| Cursor { delay, count: 0 };
         Self {

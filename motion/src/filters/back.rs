@@ -16,10 +16,10 @@ use units::{MAX_AXES, PerAxis};
 use super::{Filters, MAX_EXTRUDERS, Source, Stretch, history};
 use crate::{path::Path, ramp::Ramp};
 
-/// Axes that move by less than this for a millimetre of path stand still: what they move while a latency
-/// passes is no step.
+/// Axes that move by less than this for a millimetre of path stand still: their movement during one latency
+/// is no step.
 const STILL: f64 = 1e-9;
-/// The same, mm, for what a curve adds.
+/// Movement by a curve, mm, up to which an axis stands still.
 const STILL_CURVE: f64 = 1e-9;
 
 /// Fading difference between two outputs: place and speed at its beginning.
@@ -80,7 +80,7 @@ impl Corrections {
         Some(correction.at(time, history::seconds(self.span)))
     }
 
-    /// Everything is later by `by`.
+    /// Delays all corrections by `by`.
     pub fn shift(&mut self, by: u64) {
         for correction in self.each.iter_mut().flatten() {
             correction.from = correction.from.wrapping_add(by);
@@ -95,7 +95,7 @@ pub(crate) struct Place {
     pub time: u64,
     /// Count of the stretch that will be the newest.
     newest: u32,
-    /// Of the stretch that goes on from there.
+    /// Origin of the stretch that goes on from there.
     pub source: Source,
     /// Path distance from the beginning of the block, mm.
     pub travelled: f64,
@@ -118,8 +118,8 @@ impl Place {
 }
 
 impl Filters {
-    /// From when on the trajectory may be replaced, as far as that is of any use; `head` is its end. All axes
-    /// count that are set in `careful` even where they stand still.
+    /// Returns the time from which on the trajectory may be replaced, as far as that is of any use; `head` is
+    /// its end. All axes count that are set in `careful` even where they stand still.
     pub fn unused_from(&self, head: u64, careful: [bool; MAX_AXES]) -> u64 {
         let used = self.used_until();
         // Farther back nobody would feel it sooner.
@@ -183,7 +183,7 @@ impl Filters {
     /// which sources can.
     pub fn place_from(&self, time: u64, head: u64, known: impl Fn(&Source, f64) -> bool) -> Option<Place> {
         let (newest, count) = self.history.extent();
-        // From the oldest that may matter: stretches are in order of time.
+        // The search begins at the oldest stretch that may matter: stretches are in order of time.
         let oldest = (0..count).rev().find(|age| {
             let end = if *age == 0 { head } else { self.history.stretch(newest.wrapping_sub(age - 1)).start };
             is_before(time.wrapping_add(super::LEAST_SPACING), end)

@@ -65,8 +65,8 @@ pub(crate) struct Stretch {
     /// Whether the stretch is part of one piece of the program: neither a rest, nor a chord in place of
     /// several pieces.
     has_source: bool,
-    /// Of that piece. No `Option`, for an empty stretch must be all zero: then the history lies in memory
-    /// that start-up clears, and not in flash.
+    /// Origin in that piece. No `Option`, for an empty stretch must be all zero: then the history lies in
+    /// memory that start-up clears, and not in flash.
     source: Source,
 }
 

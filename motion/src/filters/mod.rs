@@ -60,7 +60,8 @@ impl FilterConfig {
         self.advance.map(|advance| advance.filter(|advance| advance.factor > 0.0))
     }
 
-    /// By how much the motors lag behind the trajectory, seconds: the farthest that any filter looks ahead.
+    /// Returns the lag of the motors behind the trajectory, seconds: the farthest that any filter looks
+    /// ahead.
     #[must_use]
     pub fn latency(&self) -> f64 {
         let shapers = self.shapers.iter().flatten().map(|shaper| shaper.pulses().shift());
@@ -79,7 +80,7 @@ const MAX_TAPS: usize = 3 * shaper::MAX_PULSES + 1;
 /// A place in the history, so far behind the output.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cursor {
-    /// In units of [`TickTime`].
+    /// Delay in units of [`TickTime`].
     delay: u64,
     /// Count of the stretch in the history.
     count: u32,

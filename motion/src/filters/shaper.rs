@@ -114,7 +114,7 @@ impl Shaper {
     /// Whether frequency and damping ratio are in range.
     #[must_use]
     pub fn is_valid(&self) -> bool {
-        // Not a number lies in no range.
+        // A NaN lies in no range.
         (FREQUENCY_RANGE.0..=FREQUENCY_RANGE.1).contains(&self.frequency)
             && (0.0..=self.kind.max_damping()).contains(&self.damping)
     }
@@ -162,7 +162,7 @@ impl Shaper {
 }
 
 impl Pulses {
-    /// From pairs of amplitude and time in periods.
+    /// Builds the pulses from pairs of amplitude and time in periods.
     fn of(pairs: &[(f64, f64)], period: f64) -> Self {
         let sum: f64 = pairs.iter().map(|(amplitude, _)| amplitude).sum();
         let mut pulses = Self::default();

@@ -16,9 +16,9 @@ use crate::path::{self, Bounds, Curve, Path, Vector};
 pub struct ArcShape {
     /// Plane of the circle.
     pub plane: Plane,
-    /// From the start to the centre along the plane's first axis, mm.
+    /// Distance from the start to the centre along the plane's first axis, mm.
     pub to_centre_first: f64,
-    /// From the start to the centre along the plane's second axis, mm.
+    /// Distance from the start to the centre along the plane's second axis, mm.
     pub to_centre_second: f64,
     /// G2 rather than G3.
     pub clockwise: bool,
@@ -27,11 +27,11 @@ pub struct ArcShape {
 }
 
 impl ArcShape {
-    /// From a radius (R) in place of a centre: the arc of at most half a turn, or with a negative radius the
-    /// other one.
+    /// Creates an arc from a radius (R) in place of a centre: the arc of at most half a turn, or with a
+    /// negative radius the other one.
     ///
     /// # Errors
-    /// When start and end are one place in the plane, or too far apart for the radius.
+    /// Fails when start and end are one place in the plane, or too far apart for the radius.
     pub fn by_radius(
         from: &PerAxis<f64>,
         to: &PerAxis<f64>,
@@ -50,7 +50,8 @@ impl ArcShape {
         if half - size > off_allowed(size) {
             return Err(ArcError::TooFar { apart });
         }
-        // From the middle to the centre, to the left of the way where the arc is short and counter-clockwise.
+        // Distance from the middle to the centre, to the left of the way where the arc is short and
+        // counter-clockwise.
         let height = square_root(crate::greatest(size * size - half * half, 0.0));
         let to_left = clockwise == (radius < 0.0);
         let sideways = if to_left { height / apart } else { -height / apart };
@@ -72,7 +73,7 @@ pub enum ArcError {
     NoRadius,
     /// The end is not on the circle.
     OffCircle {
-        /// By how much, mm.
+        /// Distance of the end from the circle, mm.
         off: f64,
     },
     /// A radius does not say where the centre of a full circle is.
@@ -103,11 +104,11 @@ const FULL_TURN: f64 = 5e-7;
 /// Radii below this, mm, are none.
 const LEAST_RADIUS: f64 = 1e-6;
 const TURN: f64 = 2.0 * core::f64::consts::PI;
-/// No program has more turns.
+/// Most turns of an arc in a program.
 pub const MOST_TURNS: u32 = 10_000;
 
-/// By how much the end may be off the circle, mm: 0.05, for large circles a thousandth of the radius, at most
-/// 0.5.
+/// Returns the distance by which the end may be off the circle, mm: 0.05, for large circles a thousandth of
+/// the radius, at most 0.5.
 fn off_allowed(radius: f64) -> f64 {
     crate::least(crate::greatest(0.05, 0.001 * radius), 0.5)
 }
@@ -119,9 +120,9 @@ pub struct Arc {
     pub(super) to: PerAxis<f64>,
     plane: Plane,
     centre: (f64, f64),
-    /// From the centre to the start.
+    /// Vector from the centre to the start.
     start: (f64, f64),
-    /// From the circle to the end.
+    /// Vector from the circle to the end.
     off: (f64, f64),
     /// Angle of the arc, counter-clockwise, rad.
     sweep: f64,
@@ -136,7 +137,7 @@ impl Arc {
     /// An arc from one point to another.
     ///
     /// # Errors
-    /// When the shape has no radius, or the end is not on the circle.
+    /// Fails when the shape has no radius, or the end is not on the circle.
     pub fn new(from: PerAxis<f64>, to: PerAxis<f64>, shape: &ArcShape) -> Result<Self, ArcError> {
         let (first, second) = shape.plane.axes();
         let start = (-shape.to_centre_first, -shape.to_centre_second);

@@ -42,7 +42,7 @@ impl Chords {
     /// Cuts an arc into equal chords.
     ///
     /// # Errors
-    /// When the settings give no chord.
+    /// Fails when the settings give no chord.
     pub fn new(arc: Arc, settings: &ArcSettings) -> Result<Self, ArcError> {
         let wanted = libm::ceil(arc.length() / chord(arc.radius(), settings)?);
         let chords = if wanted >= 1.0 { crate::least(wanted, MOST_CHORDS) as u32 } else { 1 };

@@ -42,8 +42,8 @@ fn between(a: Raised, b: Raised, share: f64) -> Raised {
 }
 
 impl Nurbs {
-    /// From its points and order. `None` when there are fewer points than the order or too many, the order is
-    /// none of [`ORDERS`], or a weight is not above zero.
+    /// Creates a curve from its points and order. `None` when there are fewer points than the order or too
+    /// many, the order is none of [`ORDERS`], or a weight is not above zero.
     #[must_use]
     pub fn new(given: &[ControlPoint], order: usize) -> Option<Self> {
         let fits = ORDERS.contains(&order) && given.len() >= order && given.len() <= MOST_POINTS;

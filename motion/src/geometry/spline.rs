@@ -40,7 +40,7 @@ fn sum(terms: [(f64, Vector); 4]) -> Vector {
 }
 
 impl Bezier {
-    /// From its four control points, mm.
+    /// Creates a cubic from its four control points, mm.
     #[must_use]
     pub fn cubic([p, q, r, s]: [[f64; 3]; 4]) -> Self {
         Self {
@@ -53,7 +53,7 @@ impl Bezier {
         }
     }
 
-    /// Of the second degree, from its three control points, mm.
+    /// Creates a curve of the second degree from its three control points, mm.
     #[must_use]
     pub fn quadratic([p, q, r]: [[f64; 3]; 3]) -> Self {
         let cubic =
@@ -91,7 +91,7 @@ const SHORTEST: f64 = 1e-3;
 #[derive(Clone, Copy, Debug)]
 struct Pieces<S> {
     source: S,
-    /// In 1024ths of a span.
+    /// Parameter in 1024ths of a span.
     at: u32,
     step: u32,
 }
@@ -135,8 +135,8 @@ pub struct SplineMoves<S> {
 }
 
 impl<S: ParametricCurve + Copy> SplineMoves<S> {
-    /// From `from`, where X and Y are those of the spline's beginning, to `to`, where they are those of its
-    /// end. Z and the others follow evenly; the spline itself must be level.
+    /// Creates a move from `from`, with X and Y of the spline's beginning, to `to`, with X and Y of its end.
+    /// Z and the others follow evenly; the spline itself must be level.
     pub fn new(source: S, from: PerAxis<f64>, to: PerAxis<f64>) -> Self {
         let pieces = Pieces { source, at: 0, step: FINEST };
         let bounds = Bounds::of(from).and(&to);

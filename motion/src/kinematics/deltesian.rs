@@ -50,7 +50,8 @@ impl Deltesian {
         let ([l, r], [left, right]) = (self.arm_length, self.arm_x_length);
         let (dx, dz) = (left + right, beta - alpha);
         let span_sq = dx * dx + dz * dz;
-        // From the left carriage: so far towards the right one, then as far square to that, downwards.
+        // The tool lies from the left carriage so far towards the right one, then as far square to that,
+        // downwards.
         let along = 0.5 * (l * l - r * r + span_sq) / span_sq;
         let square = square_root(crate::greatest(l * l / span_sq - along * along, 0.0));
         [-left + along * dx + square * dz, gamma, alpha + along * dz - square * dx]

@@ -1,11 +1,11 @@
 //! Straight moves on kinematics that bend lines: whether every place of a move can be reached, and the
 //! greatest speed and bend of each motor's path.
 //!
-//! All from a fixed number of places, so in constant time: the ends, the quarters and eighths where a family
-//! needs them, and the places where it is known to be worst (nearest to a polar machine's middle, to a
-//! SCARA's tower, to an anchor). With the ends and these, linear delta, deltesian, polar and winch are
-//! bounded exactly, as their modules say; for rotary delta and SCARA the slope between two places is bounded
-//! by the bend there, half the distance further.
+//! All bounds come from a fixed number of places, so in constant time: the ends, the quarters and eighths
+//! where a family needs them, and the places where it is known to be worst (nearest to a polar machine's
+//! middle, to a SCARA's tower, to an anchor). With the ends and these, linear delta, deltesian, polar and
+//! winch are bounded exactly, as their modules say; for rotary delta and SCARA the slope between two places
+//! is bounded by the bend there, half the distance further.
 
 use units::{Actuator, PerActuator, PerAxis};
 
@@ -30,7 +30,7 @@ pub(crate) struct Strain {
 
 /// Places looked at in equal distances where no better are known.
 const EIGHTHS: usize = 8;
-/// At most: the eighths with both ends, and one or three for each centre.
+/// Most places of a move: the eighths with both ends, and one or three for each centre.
 const MOST_PLACES: usize = 28;
 /// Distance of the two slopes whose difference is the bend, as a share of the clearance.
 const BEND_SHARE: f64 = 1e-4;

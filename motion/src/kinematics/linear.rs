@@ -47,7 +47,7 @@ fn inverse([[a, b, c], [d, e, f], [g, h, i]]: [[f64; 3]; 3]) -> Option<[[f64; 3]
     let (p, q, r) = (e * i - f * h, f * g - d * i, d * h - e * g);
     let determinant = a * p + b * q + c * r;
     let scaled = |value: f64| value / determinant;
-    // Not a number compares false.
+    // A NaN compares false, so it is refused.
     (libm::fabs(determinant) > 1e-9).then(|| {
         [
             [p, c * h - b * i, b * f - c * e].map(scaled),
@@ -58,7 +58,8 @@ fn inverse([[a, b, c], [d, e, f], [g, h, i]]: [[f64; 3]; 3]) -> Option<[[f64; 3]
 }
 
 impl Generic {
-    /// From the rows of alpha, beta and gamma. `None` when they cannot tell the axes that take part apart.
+    /// Creates the map from the rows of alpha, beta and gamma. `None` when they cannot tell the axes that
+    /// take part apart.
     ///
     /// An axis that no motor moves, and a motor that no axis moves, are allowed: they stay at zero. The
     /// inverse then is the pseudo-inverse of Moore and Penrose, `(R'R)^-1 R'` on the axes that take part.

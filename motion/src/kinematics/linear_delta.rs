@@ -94,7 +94,7 @@ impl LinearDelta {
         libm::fabs(area) > 1.0 && self.clearance([0.0; 3]) > super::LEAST_CLEARANCE
     }
 
-    /// From tool to tower, and how far the rod rises.
+    /// Returns the vector from tool to tower, and the rise of the rod, mm.
     fn rod(tower: Tower, [x, y, _]: Axes) -> (f64, f64, f64) {
         let (dx, dy) = (tower.x - x, tower.y - y);
         let rise_sq = tower.rod * tower.rod - dx * dx - dy * dy;
@@ -136,7 +136,7 @@ impl LinearDelta {
         core::array::from_fn(|n| (LETTERS.get(n).copied().unwrap_or(' '), values.get(n).copied().unwrap_or(0.0)))
     }
 
-    /// With the values of [`Self::parameters`] in their order.
+    /// Creates a machine with the values of [`Self::parameters`] in their order.
     pub(super) fn with_parameters(values: [f64; 11]) -> Self {
         let [arm_length, arm_radius, a, b, c, d, e, h, i, j, k] = values;
         Self::new(LinearDeltaGeometry {

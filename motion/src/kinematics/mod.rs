@@ -279,7 +279,7 @@ impl Kinematics {
             Self::Morgan(arm) => arm.is_within_limits(axes),
             _ => true,
         };
-        // Not a number compares false.
+        // A NaN compares false, so it is refused.
         is_allowed && self.clearance(point) >= LEAST_CLEARANCE
     }
 

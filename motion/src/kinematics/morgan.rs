@@ -66,7 +66,7 @@ impl Morgan {
         let share = self.arm1 / crate::greatest(x * x + y * y, super::TINY);
         let (along, sideways) = (self.arm1 + self.arm2 * cosine, self.arm2 * sine);
         let (ex, ey) = (share * (along * x + sideways * y), share * (along * y - sideways * x));
-        // Both angles' velocities from the tool's, by Cramer's rule.
+        // Cramer's rule gives both angles' velocities from the tool's.
         let across = self.arm1 * self.arm2 * sine;
         let inner = (vx * (x - ex) + vy * (y - ey)) / across;
         let outer = -(vx * ex + vy * ey) / across;
@@ -110,7 +110,7 @@ impl Morgan {
         [('L', self.arm1), ('P', self.arm2), ('X', x), ('Y', y), ('A', a), ('B', b), ('D', d), ('E', e)]
     }
 
-    /// With the values of [`Self::parameters`] in their order.
+    /// Creates a machine with the values of [`Self::parameters`] in their order.
     pub(super) const fn with_parameters(values: [f64; 8]) -> Self {
         let [arm1, arm2, x, y, a, b, d, e] = values;
         Self { arm1, arm2, tower: [x, y], scaling: [a, b], cosine: [d, e] }

@@ -43,7 +43,7 @@ impl Kinematics {
         }
     }
 
-    /// The same machine with these values of its [`Self::parameters`].
+    /// Returns the machine with these values of its [`Self::parameters`].
     #[must_use]
     pub fn with_parameters(&self, parameters: &Parameters) -> Self {
         let all = parameters.values.map(|(_, value)| value);

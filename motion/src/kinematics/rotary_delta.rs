@@ -26,11 +26,11 @@ pub struct RotaryDelta {
     pub rod: f64,
     /// Length of the upper arms (`delta_rf`).
     pub arm: f64,
-    /// From the shafts down to the bed (`delta_z_offset`).
+    /// Distance from the shafts down to the bed (`delta_z_offset`).
     pub z_offset: f64,
-    /// From the plane of the effector's joints to its bottom (`delta_ee_offs`).
+    /// Distance from the plane of the effector's joints to its bottom (`delta_ee_offs`).
     pub effector_offset: f64,
-    /// From the same plane to the tip of the tool (`delta_tool_offset`).
+    /// Distance from the plane of the effector's joints to the tip of the tool (`delta_tool_offset`).
     pub tool_offset: f64,
     /// Least and greatest angle of an arm.
     pub angles: [f64; 2],
@@ -166,7 +166,7 @@ impl RotaryDelta {
         ]
     }
 
-    /// With the values of [`Self::parameters`] in their order.
+    /// Returns the machine with the values of [`Self::parameters`] in their order.
     pub(super) const fn with_parameters(self, values: [f64; 7]) -> Self {
         let [effector, base, rod, arm, z_offset, effector_offset, tool_offset] = values;
         Self { effector, base, rod, arm, z_offset, effector_offset, tool_offset, ..self }

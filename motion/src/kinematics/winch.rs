@@ -17,7 +17,8 @@ pub struct Winch {
 }
 
 impl Winch {
-    /// With 3 to 6 anchors (X, Y, Z in mm), the first three not in one line. `None` otherwise.
+    /// Creates a machine with 3 to 6 anchors (X, Y, Z in mm), the first three not in one line. `None`
+    /// otherwise.
     #[must_use]
     pub fn new(given: &[Axes]) -> Option<Self> {
         let mut anchors = [[0.0; 3]; MOST_ANCHORS];

@@ -13,7 +13,7 @@ use crate::{
 };
 
 impl Motion {
-    /// Nothing is queued, nothing is on its way, the motors have played every step.
+    /// Whether nothing is queued or on its way, and the motors have played every step.
     #[must_use]
     pub fn is_idle(&self) -> bool {
         let stands = self.run.is_none() && self.planner.is_empty() && self.state == State::Running;

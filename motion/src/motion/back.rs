@@ -30,7 +30,7 @@ use crate::{
 pub(super) enum Pace {
     /// The new plan brakes as hard as it may.
     Slower,
-    /// Nothing is known of it.
+    /// Nothing is known of the new plan's speeds.
     Any,
 }
 

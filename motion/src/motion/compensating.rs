@@ -29,7 +29,7 @@ impl Motion {
     /// force.
     ///
     /// # Errors
-    /// What is wrong with the grid, or that something moves; nothing was changed then.
+    /// A mistake in the grid, or a machine that moves; nothing was changed then.
     pub fn level_by_draft(
         &mut self,
         shape: &GridShape,
@@ -42,8 +42,7 @@ impl Motion {
     /// Levels by the grid that did last, after [`Self::level_off`], moved by so much along X and Y, mm.
     ///
     /// # Errors
-    /// That there was none, that it is too high for this fading, or that something moves; nothing was changed
-    /// then.
+    /// No last grid, a grid too high for this fading, or a machine that moves; nothing was changed then.
     pub fn level_by_last_grid(&mut self, by: [f64; 2], fade: Option<Fade>) -> Result<(), CompensationError> {
         self.recompensate(|compensation| compensation.set_last_grid(by, fade))
     }
@@ -51,7 +50,7 @@ impl Motion {
     /// Levels by a plane, without fading.
     ///
     /// # Errors
-    /// That it is too steep, or that something moves; nothing was changed then.
+    /// A plane that is too steep, or a machine that moves; nothing was changed then.
     pub fn level_by_plane(&mut self, plane: Plane) -> Result<(), CompensationError> {
         self.recompensate(|compensation| compensation.set_plane(plane))
     }
@@ -70,7 +69,7 @@ impl Motion {
     /// Sets the skew that is taken back.
     ///
     /// # Errors
-    /// That a factor is out of bounds, or that something moves; nothing was changed then.
+    /// A factor out of bounds, or a machine that moves; nothing was changed then.
     pub fn set_skew(&mut self, skew: Skew) -> Result<(), CompensationError> {
         self.recompensate(|compensation| compensation.set_skew(skew))
     }

@@ -105,7 +105,7 @@ fn arc_between(before: Vector, after: Vector, tolerance: f64, most: f64) -> Opti
     if radius < SMALLEST_RADIUS {
         return None;
     }
-    // From the start to the centre: at right angles to the line before, towards the line after.
+    // Direction from the start to the centre: at right angles to the line before, towards the line after.
     let sideways = mix(1.0, after, -cosine, before);
     let length = path::size(sideways);
     let arm = sideways.map(|part| -part * radius / length);

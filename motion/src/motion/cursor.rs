@@ -203,7 +203,7 @@ impl Motion {
         let (cruise, exit) = if self.planner.keeps_cruise_ratio() {
             self.peak_sq = run.block.cruise_plan().peak_sq().unwrap_or(self.peak_sq);
             let cruise = least(cruise, square_root(self.peak_sq));
-            // As slow as that, if it can be as slow.
+            // The exit is no faster than the cruise plan's peak, if the block can brake so far.
             (cruise, greatest(least(exit, cruise), square_root(greatest(entry_sq - gain_sq, 0.0))))
         } else {
             (cruise, exit)

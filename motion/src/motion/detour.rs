@@ -16,7 +16,7 @@ use crate::{
 /// A move that waits, or what is left of the one that was under way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waiting {
-    /// As it was asked for. Of a curve only the end.
+    /// The move as it was asked for. Of a curve only the end.
     pub request: Move,
     /// Whether the move is straight.
     pub is_straight: bool,
@@ -66,8 +66,8 @@ impl Motion {
     ///
     /// # Errors
     /// [`Refusal::Busy`] unless it [`is_held_still`](Self::is_held_still), [`Refusal::Full`] for a way
-    /// that is too long; nothing was changed then. What else is wrong with the way: then everything that
-    /// waits has been dropped, as by [`Self::stop`].
+    /// that is too long; nothing was changed then. After any other refusal of the way everything that waits
+    /// has been dropped, as by [`Self::stop`].
     pub fn go_round(&mut self, dropped: usize, here: PerAxis<f64>, way: &[Move]) -> Result<(), Refusal> {
         let config = self.config.as_ref().ok_or(Refusal::NotConfigured)?;
         let rest_sq = config.limits.minimum_speed.get() * config.limits.minimum_speed.get();
@@ -95,7 +95,7 @@ impl Motion {
         if !behind.is_empty() {
             (self.planned, self.last) = (planned, last);
         }
-        // Behind the way everything begins from rest: nothing to come changes it.
+        // Blocks behind the way begin from rest, so later blocks change nothing there.
         if (self.flushed.wrapping_sub(behind.first) as i32) < 0 {
             self.flushed = behind.first;
         }

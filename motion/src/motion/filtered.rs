@@ -25,7 +25,7 @@ impl Motion {
         self.filters.bypass_wanted = bypass;
     }
 
-    /// At a standstill, filters may come and go.
+    /// Switches filters on or off as wanted, at a standstill only.
     pub(super) fn obey_bypass(&mut self) {
         if self.resting && self.filters.drained {
             self.filters.bypassed = self.filters.bypass_wanted;

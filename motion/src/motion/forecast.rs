@@ -20,7 +20,7 @@ use crate::{
 
 /// No time passes while blocks are passed.
 const NOW: Ticks = Ticks(0);
-/// Between the last step and whoever waits for it to be made, seconds: two runs of the feed.
+/// Time between the last step and its report, seconds: two runs of the feed.
 const REPORTED_SECONDS: f64 = 0.001;
 /// Profiles of one block at most; a bound for what rounding could do.
 const MOST_PROFILES: u32 = 64;
@@ -36,7 +36,7 @@ pub struct Passage {
     pub length: f64,
     /// The speed that was asked for, and the one that its limits allow.
     pub requested: MmPerSecond,
-    /// No faster than this, by axes and motors.
+    /// Speed limit by axes and motors.
     pub limit: MmPerSecond,
     /// Seconds at even speed.
     pub even_seconds: f64,
@@ -83,7 +83,7 @@ impl Motion {
 
     /// Passes the next block. `None`: what follows depends on what is submitted next, or nothing waits.
     ///
-    /// For an object without a feed.
+    /// Only for an object without a feed.
     pub fn pass_block(&mut self) -> Option<Passage> {
         self.enter_next()?;
         let mut passage = self.run.as_ref().map(|run| Passage {
@@ -125,8 +125,8 @@ impl Motion {
         (0..count).filter_map(move |number| self.planner.any_block(since.wrapping_add(number)))
     }
 
-    /// By how much a standstill takes longer than the moves before it, seconds: until the last step is made
-    /// and known to be, and the next move begins. `config` is that of the object that moves.
+    /// Returns the additional time of a standstill after the moves before it, seconds: until the last step is
+    /// made and known to be, and the next move begins. `config` is that of the object that moves.
     #[must_use]
     pub fn settling(config: &MotionConfig) -> f64 {
         config.filters.latency() + START_BY_PERIOD.nanoseconds() as f64 * 1e-9 + REPORTED_SECONDS

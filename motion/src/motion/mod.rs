@@ -200,7 +200,7 @@ impl Default for Motion {
 }
 
 impl Motion {
-    /// Not configured: refuses every move.
+    /// Creates a motion object that is not configured: it refuses every move.
     #[cfg(any(test, feature = "oracle"))]
     #[must_use]
     pub fn new() -> Self {
@@ -209,7 +209,8 @@ impl Motion {
         Self::over(Box::default(), Box::new(history), Box::new(curves), Box::new(surface), Box::new(timeline))
     }
 
-    /// Not configured: refuses every move. Keeps its queue in `blocks`, and what is large besides in `store`.
+    /// Creates a motion object that is not configured: it refuses every move. Keeps its queue in `blocks`,
+    /// and its other large data in `store`.
     #[cfg(not(any(test, feature = "oracle")))]
     #[must_use]
     pub const fn new(blocks: &'static mut BlockRing, store: &'static mut crate::Store) -> Self {
@@ -334,7 +335,7 @@ impl Motion {
         self.planner.plan();
     }
 
-    /// Nothing more will come soon: run what is queued without waiting for the queue to fill.
+    /// Runs the queued blocks without waiting for the queue to fill, as nothing more will come soon.
     pub fn flush(&mut self) {
         self.flushed = self.planner.pushed();
         // A block that may run now is not shortened any more for a rounded corner.
@@ -359,7 +360,8 @@ impl Motion {
         if !matches!(self.state, State::Holding | State::Held) {
             return;
         }
-        // Until then it must be as slow as was promised to the axes that have used it.
+        // Until the trajectory taken back is replaced, the motion must stay as slow as was promised to the axes
+        // that have used it.
         self.resume_wanted = self.is_behind();
         if !self.resume_wanted {
             self.state = State::Running;

@@ -1,4 +1,4 @@
-//! From a requested move to a block in the queue.
+//! Submission of moves: from a requested move to a block in the queue.
 
 use units::{Actuator, Axis, AxisSet, PerActuator, PerAxis};
 
@@ -44,7 +44,7 @@ impl Motion {
         self.timeline.mark(self.planner.pushed()).ok_or(Refusal::Full)
     }
 
-    /// As [`Self::submit`], into a queue of this size.
+    /// Accepts a move as [`Self::submit`] does, into a queue of this size.
     pub(super) fn accept(&mut self, request: &Move, queue_size: usize) -> Result<(), Refusal> {
         let config = self.config.as_ref().ok_or(Refusal::NotConfigured)?;
         if matches!(self.state, State::Stopping | State::Aborting) {
@@ -231,7 +231,7 @@ pub(super) fn orphans(config: &MotionConfig) -> AxisSet {
     }))
 }
 
-/// None of these axes moves.
+/// Refuses a move of axes that have no motor.
 fn no_orphan(orphans: AxisSet, delta: &PerAxis<f64>) -> Result<(), Refusal> {
     let moved = orphans.axes().find(|axis| libm::fabs(delta[*axis]) >= SMALLEST);
     moved.map_or(Ok(()), |axis| Err(Refusal::NoActuator(axis)))

@@ -70,7 +70,7 @@ fn shoulder(delta: &RotaryDelta, index: usize, [x, y, z]: [f64; 3]) -> f64 {
     if both[0].0 < both[1].0 { both[0].1 } else { both[1].1 }
 }
 
-/// By the law of cosines.
+/// SCARA angles by the law of cosines.
 fn scara(arm: &Morgan, [x, y, z]: [f64; 3]) -> [f64; 3] {
     let (x, y) = (x * arm.scaling[0] - arm.tower[0], y * arm.scaling[1] - arm.tower[1]);
     let r = x.hypot(y);

@@ -30,7 +30,7 @@ impl Era {
 
     /// Ends the trajectory with a rest from `at` on.
     pub fn cut(&mut self, at: f64) {
-        // Of the first there is left at least where it begins.
+        // At least the beginning of the first piece is left.
         self.pieces.truncate(self.pieces.partition_point(|timed| timed.start < at).max(1));
         if let Some(last) = self.pieces.last_mut() {
             last.piece.duration = last.piece.duration.min((at - last.start) * 1e-9).max(0.0);

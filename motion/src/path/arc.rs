@@ -11,9 +11,9 @@ use crate::square_root;
 /// A circle, evenly travelled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arc {
-    /// From the centre to the start, mm.
+    /// Vector from the centre to the start, mm.
     arm: Vector,
-    /// As long, at right angles, ahead.
+    /// Vector as long, at right angles, ahead.
     ahead: Vector,
     /// Angle of the arc, rad, above zero. More than a turn is allowed.
     angle: f64,
@@ -22,8 +22,9 @@ pub struct Arc {
 }
 
 impl Arc {
-    /// From the vector from the centre to the start, the one of the same length at right angles to it that
-    /// points ahead, the angle in rad, and how far the path rises in all at right angles to both, mm.
+    /// Creates an arc from the vector from the centre to the start, the one of the same length at right
+    /// angles to it that points ahead, the angle in rad, and the rise of the path in all at right angles to
+    /// both, mm.
     #[must_use]
     pub fn new(arm: [f64; 3], ahead: [f64; 3], angle: f64, rise: f64) -> Self {
         let way = size(arm) * angle;
@@ -36,13 +37,14 @@ impl Arc {
         self.length
     }
 
-    /// From the centre to the start, mm.
+    /// Returns the vector from the centre to the start, mm.
     #[must_use]
     pub const fn arm(&self) -> [f64; 3] {
         self.arm
     }
 
-    /// As long as the arm, at right angles to it, the way the arc sets out.
+    /// Returns the vector as long as the arm, at right angles to it, in the direction in which the arc sets
+    /// out.
     #[must_use]
     pub const fn ahead(&self) -> [f64; 3] {
         self.ahead

@@ -25,7 +25,7 @@ impl Bounds {
         Self { least: place, most: place }
     }
 
-    /// Of this and another place.
+    /// Bounds of these places and another.
     #[must_use]
     pub fn and(mut self, place: &PerAxis<f64>) -> Self {
         Axis::ALL.into_iter().for_each(|axis| self.reach(axis, place[axis]));
@@ -155,7 +155,7 @@ mod tests {
             let angle = arc.turns() * TURN;
             let (path, length) = path_of(arc, from);
             let places = (0..=20_000).map(|n| path.point(length * f64::from(n) / 20_000.0));
-            // Between two samples the circle bulges by this.
+            // The circle bulges by this much between two samples.
             let step = angle / 20_000.0;
             holds(&path.bounds(length), places, [1e-9, 1e-9 + 2.0 * radius * step * step])?;
         }

@@ -17,7 +17,7 @@ use crate::{config::Limits, greatest, least, planner::Envelope, root::cube_root,
 
 /// Shares of the jerk that the bend's own may take: at least, at most. The speed goes with their cubic root.
 const TWIST_SHARES: (f64, f64) = (0.25, 0.7);
-/// Of what is left, the share kept for the jerk along the path.
+/// Share of the rest that is kept for the jerk along the path.
 const LEFT_FOR_JERK: f64 = 0.5;
 /// Places of a spline that are looked at.
 const INTERVALS: u32 = 16;
@@ -40,7 +40,7 @@ pub(super) struct Asks {
 }
 
 impl Asks {
-    /// `None` where nothing limits jerk.
+    /// Returns the demands of a path; `None` where nothing limits jerk.
     pub fn new(path: &Path, length: f64, excess: f64, limits: &Limits) -> Option<Self> {
         if !limits.has_jerk() {
             return None;
@@ -91,8 +91,8 @@ impl Asks {
     }
 }
 
-/// Of the whole circle, whatever part of it the arc is: so all parts of a circle have the same limits, and
-/// ramps may run from one into the next.
+/// Returns the demands of the whole circle, whatever part of it the arc is: so all parts of a circle have the
+/// same limits, and ramps may run from one into the next.
 fn of_arc(path: &Path, arc: &Arc, excess: f64) -> [Ask; 4] {
     let rate = arc.rate();
     let ask = |slope: f64, radius: f64| Ask {

@@ -32,7 +32,7 @@ const INTERVALS: u32 = 16;
 const MOST_INTERVALS: u32 = 256;
 /// Distance of the two slopes whose difference is the bend, as a share of the clearance.
 const BEND_STEP: f64 = 1e-4;
-/// Of two motors' parts the second this small is rounding.
+/// Size up to which the second of two motors' parts is rounding.
 const NOTHING: f64 = 1e-9;
 
 /// Greatest demand of a curve, for each mm/s of speed along it.
@@ -161,7 +161,7 @@ fn lift(machine: &Skewed<'_>, path: &Path, length: f64, demand: &mut Demand, str
     let none = PerActuator([0.0; units::MAX_ACTUATORS]);
     let places = [0.0, 0.5, 1.0].map(|share| machine.over.skewed(&path.point(share * length)));
     let mut raised = Strain { slope: none, bend: none, clearance: f64::INFINITY };
-    // For linear kinematics the way round the bend is no bend of the motors' but a part of the acceleration.
+    // On linear kinematics the way round the bend is no bend of the motors' but a part of the acceleration.
     let round = if machine.kinematics.is_linear() { 0.0 } else { lift.slope() * demand.curvature };
     let with = |strain: &mut Strain| {
         strain.lift(machine.kinematics, machine.over, lift, (lift.slope(), lift.bend() + round), &places);
@@ -308,13 +308,14 @@ impl Peak {
     }
 
     pub fn bound(&self) -> f64 {
-        // And a fifth of that for what a parabola does not tell.
+        // A parabola hides an eighth of the second difference; a fifth more covers what a parabola does not
+        // tell.
         self.most + 0.15 * self.hidden
     }
 }
 
-/// From places at equal distances. Also the strain, its clearance being the least one seen, and how much less
-/// may hide between two.
+/// Returns the demand from places at equal distances, the strain with the least clearance seen, and the
+/// clearance that may be hidden between two places.
 fn sampled(machine: &Skewed<'_>, path: &Path, length: f64, intervals: u32) -> (Demand, Strain, f64) {
     let kinematics = machine.kinematics;
     let mut axes = [Peak::default(); 3];
@@ -350,8 +351,9 @@ fn sampled(machine: &Skewed<'_>, path: &Path, length: f64, intervals: u32) -> (D
     (demand, Strain { slope, bend, clearance }, hidden)
 }
 
-/// For machines that bend lines. Near an edge slopes grow at most as one by the distance to it, bends as its
-/// square: by that what lies between two places may be worse than at them.
+/// Returns demand and strain for machines that bend lines. Near an edge slopes grow at most as one by the
+/// distance to it, bends as its square: by that factor the demand between two places may be worse than at
+/// them.
 fn strained(machine: &Skewed<'_>, path: &Path, length: f64) -> Result<(Demand, Strain), Refusal> {
     let turns = match &path.curve {
         Curve::Arc(arc) => arc.angle() / core::f64::consts::PI,

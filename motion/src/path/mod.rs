@@ -123,7 +123,7 @@ pub struct Path {
 }
 
 impl Path {
-    /// From `origin` to `target` in `length` mm, along this curve.
+    /// Creates a path from `origin` to `target` in `length` mm, along this curve.
     #[must_use]
     pub fn new(origin: PerAxis<f64>, target: &PerAxis<f64>, length: f64, curve: Curve) -> Self {
         let mut direction = PerAxis::default();

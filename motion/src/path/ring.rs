@@ -5,7 +5,8 @@ use super::Curve;
 
 /// Curves that may wait at once; a block for which there is no room waits outside.
 pub const MOST_CURVES: usize = 32;
-/// As many more stay behind them, should their blocks be taken back. A power of two.
+/// Capacity of the ring: as many more curves stay behind the waiting ones, should their blocks be taken back.
+/// A power of two.
 const CAPACITY: usize = 2 * MOST_CURVES;
 
 /// The ring; counts wrap.

@@ -90,7 +90,7 @@ impl Spline {
         (worst < least(EVEN_WITHIN, EVEN_SHARE * whole)).then_some(spline)
     }
 
-    /// The same, rising by so much in all at right angles to the curve, mm.
+    /// Returns the spline, rising by so much in all at right angles to the curve, mm.
     #[must_use]
     pub fn rising(self, rise: f64) -> Self {
         Self { length: square_root(self.flat * self.flat + rise * rise), ..self }

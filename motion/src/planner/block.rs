@@ -148,8 +148,8 @@ fn root_of_squares(parts: &[f64]) -> f64 {
 }
 
 impl Envelope {
-    /// For a move by `delta` that turns the motors by `motors` (mm each). `None` when nothing moves enough to
-    /// count.
+    /// Returns the limits of a move by `delta` that turns the motors by `motors` (mm each). `None` when
+    /// nothing moves enough to count.
     #[inline]
     pub fn new(delta: &PerAxis<f64>, motors: &PerActuator<f64>, limits: &Limits) -> Option<Self> {
         let moves = |part: &f64| libm::fabs(*part) >= SMALLEST;
@@ -186,7 +186,8 @@ impl Envelope {
         Some(Self::auxiliary(first, alone, motors, limits))
     }
 
-    /// Only A, B or C move. A motor alone uses its own acceleration outright, even above the default.
+    /// Returns the limits of a move of A, B or C alone. A motor alone uses its own acceleration outright,
+    /// even above the default.
     fn auxiliary(first: Actuator, alone: bool, motors: &PerActuator<f64>, limits: &Limits) -> Self {
         let mut envelope = Self {
             length: root_of_squares(&motors.0),

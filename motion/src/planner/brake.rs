@@ -42,11 +42,11 @@ const SHORTEST_RISE: f64 = 0.000_5;
 /// A block's anchor. (Its entry speed by this is in [`Block::entry_sq`].)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Brake {
-    /// From the block's beginning to the anchor, mm.
+    /// Distance from the block's beginning to the anchor, mm.
     pub length: f64,
     /// Greatest speed at the anchor.
     pub speed: f64,
-    /// No ramp to the anchor may begin faster.
+    /// Greatest speed at the beginning of a ramp to the anchor.
     pub top: f64,
     /// The anchor's speed is final.
     pub sure: bool,
@@ -126,7 +126,7 @@ impl Block {
         square_root(self.entry_limit_sq)
     }
 
-    /// The same, but for what the program asks: what no override changes.
+    /// Greatest speed at its beginning that no override changes: by its corner and its speed limit.
     pub(crate) fn bound(&self) -> f64 {
         least(square_root(self.corner_sq), self.speed_limit)
     }
@@ -227,7 +227,7 @@ impl Planner {
         self.hard_step(block, after.as_ref()).0
     }
 
-    /// Of the anchors that a block may have, the one that lets it be entered faster.
+    /// Returns the anchor, of those that a block may have, that lets the block be entered faster.
     fn hard_step(&self, block: &Block, next: Option<&Block>) -> (Brake, f64) {
         let (brake, entry_sq) = self.brake(block, next);
         let far = Brake { sure: true, ..brake };

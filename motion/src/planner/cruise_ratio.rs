@@ -2,9 +2,9 @@
 //!
 //! Beside the plan with the whole acceleration a there is a second one, the cruise plan, with `a (1 - r)`, in
 //! squared speeds as well: going forwards, `forward^2 = min(limit, forward^2 before + gain)`, with the gain
-//! `2 a (1 - r) L`; going backwards, `entry^2 = min(forward^2, entry^2 of the next + gain)`. Where it stops
-//! accelerating, the cruise plan has the peak `(entry^2 + entry^2 of the next + gain) / 2`. The peak is the
-//! greatest speed of the whole run up and down, which then takes the whole acceleration: of a way that it
+//! `2 a (1 - r) L`; going backwards, `entry^2 = min(forward^2, entry^2 of the next + gain)`. At the end of
+//! its acceleration the cruise plan has the peak `(entry^2 + entry^2 of the next + gain) / 2`. The peak is
+//! the greatest speed of the whole run up and down, which then takes the whole acceleration: of a way that it
 //! goes up and down without the cruise speed in between, the share r is left for cruising.
 //!
 //! Blocks that only speed up have the peak of those behind them, blocks that only slow down that of those

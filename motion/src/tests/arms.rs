@@ -62,7 +62,7 @@ pub fn balanced(rig: &mut Rig, config: &MotionConfig) -> Result<(), TestCaseErro
     Ok(())
 }
 
-/// No motor beyond its limits anywhere along the trajectory.
+/// Checks that no motor is beyond its limits anywhere along the trajectory.
 pub fn within_limits(rig: &Rig, config: &MotionConfig) -> Result<(), TestCaseError> {
     let compensation = rig.access.motion.compensation();
     for piece in &rig.access.pieces {

@@ -78,12 +78,12 @@ fn lines() -> impl Strategy<Value = Vec<Move>> {
     })
 }
 
-/// Something that happens to a running program.
+/// Event that happens to a running program.
 #[derive(Clone, Copy, Debug)]
 enum Event {
     Hold,
     Resume,
-    /// Both, and a hold again, before the feed comes to do any of it.
+    /// Hold, resume, and a hold again, before the feed comes to do any of it.
     Stutter,
     Override(f64),
 }

@@ -68,7 +68,7 @@ fn xyz(point: &PerAxis<f64>) -> [f64; 3] {
     [x, y, z]
 }
 
-/// No place of the way is farther from the polygon than allowed, and no corner farther from the way.
+/// Returns the greatest distance of the way from the polygon, and of a corner from the way.
 fn deviation(rig: &Rig, points: &[PerAxis<f64>]) -> f64 {
     let mut corners = std::vec![[0.0; 3]];
     corners.extend(points.iter().map(xyz));

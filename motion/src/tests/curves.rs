@@ -39,7 +39,7 @@ pub struct Stroke {
 pub enum Kind {
     Arc,
     Straight,
-    /// With its last three control points seen from the start, in radii.
+    /// Spline with its last three control points seen from the start, in radii.
     Spline([(f64, f64); 3]),
 }
 
@@ -195,7 +195,7 @@ proptest! {
         for (kinematics, span) in machines() {
             let [x, y, z] = [0, 1, 2].map(|n| span[n][0] + (span[n][1] - span[n][0]) * shares[n]);
             let start = at(x, y, z, 0.0);
-            // Only as wide as the space is there, and with the axes that the machine has.
+            // The curve is only as wide as the space is there, and uses the axes that the machine has.
             let is_lathe = matches!(kinematics, Kinematics::Lathe);
             let has_extruder = kinematics.motors_of(Axis::A) != 0;
             let small: Vec<_> = strokes.iter().map(|stroke| Stroke {

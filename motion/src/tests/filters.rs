@@ -175,7 +175,7 @@ proptest! {
         }
         bypassed.finish();
         prop_assert_eq!(&bypassed.events, &run(printer(), &moves).events);
-        // And from the next standstill on they are there again.
+        // The filters are there again from the next standstill on.
         bypassed.motion().bypass_filters(false);
         let start = bypassed.now;
         let here = bypassed.motion().commanded_position();

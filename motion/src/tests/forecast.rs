@@ -29,7 +29,7 @@ fn passed(config: &MotionConfig, moves: &[Move]) -> Vec<Passage> {
     passages
 }
 
-/// From the first step's piece to the end of the last one.
+/// Returns the time from the first step's piece to the end of the last one.
 fn made_in(rig: &Rig) -> f64 {
     let pieces = &rig.access.pieces;
     let (Some(first), Some(last)) = (pieces.first(), pieces.last()) else { return 0.0 };
@@ -88,7 +88,7 @@ proptest! {
 fn a_block_says_what_its_time_goes_into() {
     let move_to = |x: f64| Move::feed(at(x, 0.0, 0.0, 0.0), MmPerSecond(100.0));
     let [passage] = passed(&printer(), &[move_to(50.0)])[..] else { panic!("one block") };
-    // Up to 100 mm/s at 3000 mm/s2: a thirtieth of a second, up and down, over 1.667 mm each.
+    // The ramps to 100 mm/s at 3000 mm/s2 take a thirtieth of a second, up and down, over 1.667 mm each.
     assert!((passage.ramp_seconds - 2.0 / 30.0).abs() < 1e-9 && (passage.peak - 100.0).abs() < 1e-9, "{passage:?}");
     assert!((passage.even_seconds - (50.0 - 10.0 / 3.0) / 100.0).abs() < 1e-9, "{passage:?}");
     assert_eq!((passage.length, passage.requested.get()), (50.0, 100.0));

@@ -31,7 +31,7 @@ fn delta() -> MotionConfig {
     MotionConfig { kinematics: Kinematics::LinearDelta(LinearDelta::default()), ..quick() }
 }
 
-/// With shapers and pressure advance as a printer has them.
+/// Configuration with shapers and pressure advance as a printer has them.
 fn filtered(config: MotionConfig) -> MotionConfig {
     let shaper = |kind, frequency| Some(Shaper { kind, frequency, damping: 0.1 });
     MotionConfig {

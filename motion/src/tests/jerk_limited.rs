@@ -118,7 +118,7 @@ fn is_smooth(rig: &Rig, config: &MotionConfig) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// No piece is faster than the program asks, at this override.
+/// Checks that no piece is faster than the program asks, at this override.
 fn obeys_feeds(rig: &Rig, moves: &[Move], factor: f64) -> Result<(), TestCaseError> {
     let fastest = moves.iter().map(|request| request.feed_rate.get()).fold(0.0, f64::max) * factor;
     for piece in &rig.access.pieces {
@@ -143,7 +143,7 @@ fn time(rig: &Rig) -> f64 {
     rig.access.pieces.iter().map(|piece| piece.duration).sum()
 }
 
-/// Something that happens to a running program.
+/// Event that happens to a running program.
 #[derive(Clone, Copy, Debug)]
 enum Event {
     Hold,
@@ -301,8 +301,8 @@ proptest! {
 
     #[test]
     fn a_hold_is_felt_within_two_milliseconds(before in 20_u32..500, queue_size in 20_usize..64, stop in any::<bool>()) {
-        // From a long way up and along. If the acceleration falls already, as fast as the jerk allows,
-        // nothing is left to do.
+        // The hold comes a long way up the ramp or along the cruise. If the acceleration falls already, as
+        // fast as the jerk allows, nothing is left to do.
         let config = MotionConfig { queue_size, ..plain() };
         let begin = || {
             let mut rig = Rig::new(config);

@@ -185,7 +185,7 @@ fn space(config: &MotionConfig) -> (PerAxis<f64>, f64) {
     if config.kinematics.is_linear() { (at(0.0, 0.0, 0.0, 0.0), 1.0) } else { (at(5.0, -3.0, 30.0, 0.0), 0.2) }
 }
 
-/// Something that happens to a running program.
+/// Event that happens to a running program.
 #[derive(Clone, Copy, Debug)]
 enum Event {
     Hold,

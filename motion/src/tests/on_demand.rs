@@ -89,7 +89,7 @@ proptest! {
         }
         let (held, free) = (held.edges, free.edges);
         let alike = held.iter().zip(&free).take_while(|(held, free)| held == free).last();
-        // In the second half it may brake anyhow.
+        // The move may brake anyhow in its second half.
         if let Some((last, _)) = alike.filter(|_| was_moving && 2 * made < free.len()) {
             prop_assert!(last.at <= asked.plus(FARTHEST).0, "{} us", last.at.saturating_sub(asked.0) / 200);
         }

@@ -199,8 +199,8 @@ fn layers_of_a_real_part_take_their_least_time() {
 
 #[test]
 fn zigzags_are_calmed_as_a_whole() {
-    // Up and down over many short blocks that go straight on: the peak is that of the whole way, and most of
-    // it is cruised.
+    // The way goes up and down over many short blocks that go straight on: the peak is that of the whole way,
+    // and most of it is cruised.
     let mut config = deep();
     config.limits.cruise_ratio = 0.5;
     let moves: Vec<Move> =

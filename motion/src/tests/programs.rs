@@ -33,7 +33,7 @@ pub struct Stroke {
 pub enum Shape {
     /// Straight, so long as the size.
     Line,
-    /// With the size as radius: by this angle to the left, in one block or so many, with more turns.
+    /// Arc with the size as radius: by this angle to the left, in one block or so many, with more turns.
     Arc(f64, u32, u32),
     /// Lengths of the handles at the beginning and the end, and the turn between, in sizes and rad; as long
     /// as the size.
@@ -77,7 +77,7 @@ pub fn program(start: PerAxis<f64>, strokes: &[Stroke], scale: f64, corner: Corn
     moves
 }
 
-/// From `here` along `heading`, which becomes that of the end.
+/// Draws moves from `here` along `heading`, which becomes that of the end.
 fn draw(here: PerAxis<f64>, heading: &mut f64, stroke: &Stroke, size: f64) -> Vec<Move> {
     // Splines lie in the level plane only.
     let plane = if matches!(stroke.shape, Shape::Spline(..)) { Plane::Xy } else { stroke.plane };

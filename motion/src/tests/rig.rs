@@ -37,13 +37,13 @@ pub struct Recorder {
     pub motion: Box<Motion>,
     /// Pieces that hold in the end, without those taken back.
     pub pieces: Vec<Piece>,
-    /// All of them in the order in which they came, and what was taken back.
+    /// Log of all pieces in the order in which they came, and of those taken back.
     pub log: Vec<Entry>,
     last: Option<Piece>,
     taken: u32,
 }
 
-/// Something that happened to the trajectory.
+/// Event that happened to the trajectory.
 #[derive(Clone, Copy, Debug)]
 #[allow(clippy::large_enum_variant, reason = "nearly all are pieces")]
 pub enum Entry {
@@ -139,7 +139,7 @@ impl Rig {
         }
     }
 
-    /// As a board has it: the feed runs on demand.
+    /// Creates a machine as a board has it: the feed runs on demand.
     pub fn on_demand(config: MotionConfig) -> Self {
         Self { feed: StepFeed::new(FeedSchedule::OnDemand, || {}), ..Self::new(config) }
     }

@@ -64,7 +64,7 @@ proptest! {
             rig.tick();
         }
         prop_assume!(rig.motion().speed().get() > 0.9 * feed);
-        // As if asked right after the feed had run.
+        // Time as if asked right after the feed had run.
         let asked = rig.now.since(super::rig::PERIOD);
         let known = rig.access.pieces.len();
         rig.motion().stop();
@@ -146,7 +146,7 @@ proptest! {
         prop_assert_eq!((trigger.input, trigger.at, trigger.steps), (2, tick, then));
         prop_assert!(rig.motion().is_idle());
         prop_assert_eq!(rig.motion().steps(), then);
-        // And from there on it moves as ever.
+        // The machine moves as ever from there on.
         rig.submit(&Move::feed(at(0.0, 0.0, 0.0, 0.0), MmPerSecond(50.0)));
         rig.finish();
         prop_assert_eq!(rig.counts.0, [0; 6]);
@@ -196,7 +196,7 @@ proptest! {
         prop_assert_eq!(rig.motion().steps(), rig.counts);
         let place = rig.motion().commanded_position();
         prop_assert!((place.0[0] * 80.0 - f64::from(rig.counts[Actuator::Alpha])).abs() < 1e-9);
-        // And from there on it moves as ever.
+        // The machine moves as ever from there on.
         rig.submit(&Move::feed(at(0.0, 0.0, 0.0, 0.0), MmPerSecond(50.0)));
         rig.finish();
         prop_assert_eq!(rig.counts.0, [0; 6]);

@@ -86,7 +86,7 @@ proptest! {
             prop_assert!(x >= place - step, "mark {index} is reached at {x}, its place is {place}");
             let before = if first == 0 { 0.0 } else { seen[first - 1].1 };
             prop_assert!(before <= place + step, "mark {index} is reached at {x}, the period before X was at {before} past {place}");
-            // And the next move is told from then on.
+            // The next move is told from then on.
             let last = index + 1 == places.len();
             prop_assert!(last || now.tag.0 as usize >= index + 2, "{now:?}");
         }
