@@ -46,7 +46,7 @@ impl Code {
         Self { letter: Letter::T, number, subcode: 0 }
     }
 
-    /// The same with a subcode, as in `Code::g(38).sub(2)`.
+    /// Returns the code with a subcode, as in `Code::g(38).sub(2)`.
     #[must_use]
     pub const fn sub(self, subcode: u8) -> Self {
         Self { subcode, ..self }
@@ -125,9 +125,9 @@ pub struct Block<'a> {
     present: u32,
     /// Bit n: the n-th letter has a number.
     valued: u32,
-    /// As they are written: few, and where nothing is written nothing is to be cleared.
+    /// Words in the order in which they are written: few, and an unwritten letter leaves nothing to clear.
     words: Vec<Word, { WORD_LETTERS.len() }>,
-    /// Of letters that are written.
+    /// Indices of the written letters' words.
     places: Places,
 }
 
@@ -225,7 +225,7 @@ impl<'a> Block<'a> {
         if self.present & bit == 0 {
             self.present |= bit;
             *place = self.words.len() as u8;
-            // There is room for one of each letter.
+            // The list has room for one word of each letter.
             let _ = self.words.push(word);
         } else if let Some(known) = self.words.get_mut(usize::from(*place)) {
             *known = word;

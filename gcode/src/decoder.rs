@@ -248,7 +248,7 @@ fn checksum(line: &[u8], numbered: bool, at: usize) -> Result<Option<(usize, u8)
     let Some(first) = star_outside_comments(line) else { return Ok(None) };
     match checksum_number(line, first) {
         Some((sum, end)) if matches!(line.get(end), None | Some(b';' | b'(')) => Ok(Some((first, sum))),
-        // Without a number it may be text (`M117 2*x`); the scanner objects when it is not.
+        // Unnumbered, the line may be text (`M117 2*x`); the scanner objects when it is not.
         _ if !numbered => Ok(None),
         _ => Err(SyntaxError { column: column(first), problem: Problem::BadChecksum }),
     }

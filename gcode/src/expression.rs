@@ -40,7 +40,7 @@ pub trait Parameters {
     /// Has a value written once the line has been read.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The problem with the parameter or the value.
     fn set(&mut self, parameter: Parameter, value: f64) -> Result<(), Problem>;
 }
 
@@ -287,7 +287,7 @@ enum Operator {
 }
 
 impl Operator {
-    /// As written; longer ones before those they begin with.
+    /// Operators as written; longer ones before those they begin with.
     const ALL: [(&'static str, Self); 15] = [
         ("**", Self::Power),
         ("*", Self::Times),

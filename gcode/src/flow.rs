@@ -137,7 +137,7 @@ impl<'a> FlowLine<'a> {
     /// The line with its label, where that is worked out.
     ///
     /// # Errors
-    /// What is wrong with the expression, or its value is no whole number.
+    /// A syntax error in the expression, or a value that is no whole number.
     pub fn labelled(&self, parameters: &dyn Parameters) -> Result<Self, SyntaxError> {
         let Some(begin) = self.worked_out else { return Ok(self.clone()) };
         let value = Reader::new(self.line, begin, parameters).value()?;
@@ -152,7 +152,7 @@ impl<'a> FlowLine<'a> {
     /// Works out the values behind the word, `[1] [#2]`, each in turn.
     ///
     /// # Errors
-    /// What is wrong with one of them, or that something else stands there.
+    /// A syntax error in one of the values, or something else in their place.
     pub fn values(&self, parameters: &dyn Parameters, mut each: impl FnMut(f64)) -> Result<(), SyntaxError> {
         let mut reader = Reader::new(self.line, self.at, parameters);
         loop {

@@ -12,7 +12,7 @@ const POWERS_OF_TEN: [f64; 23] = [
 ];
 /// Integers up to here are exact in an `f64`.
 const EXACT: u64 = 1 << 53;
-/// So many digits always fit 32 bits.
+/// Greatest number of digits that always fit 32 bits.
 const SHORT: usize = 9;
 
 /// Reason for which digits are not a number.
@@ -33,7 +33,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<(f64, usize), Flaw> {
     let negative = bytes.first() == Some(&b'-');
     let sign = usize::from(negative || bytes.first() == Some(&b'+'));
     let text = bytes.get(sign..).unwrap_or(&[]);
-    // Of more digits than fit, this is not used.
+    // The mantissa is not used if more digits than fit are read.
     let mut mantissa = 0_u32;
     let mut length = 0;
     let mut point_at = None;

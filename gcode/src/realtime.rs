@@ -17,8 +17,7 @@ use request::{ABORT, STOP, classify, classify_extended, classify_line};
 
 use crate::scanner::TEXT_M_CODES;
 
-/// In UTF-8 before every letter of which the second byte is the number of the letter itself: U+0080 to
-/// U+00BF.
+/// First byte in UTF-8 of the letters U+0080 to U+00BF, whose second byte is the number of the letter itself.
 const LATIN_MARK: u8 = 0xC2;
 
 /// A byte that goes on with a letter of UTF-8 and begins none.
@@ -61,7 +60,7 @@ pub enum Heard {
     Line(Realtime),
     /// A request, and no part of any line.
     Request(Realtime),
-    /// With the byte before it, 0xC2, for which nothing was said: a letter of the line.
+    /// Second byte of a letter of the line. The byte before it, 0xC2, was answered with [`Heard::Nothing`].
     Letter,
     /// A command of GRBL's that is not spoken here, or that has none: no part of any line. Or 0xC2, which is
     /// none either, unless [`Heard::Letter`] follows.
@@ -95,7 +94,7 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// At the beginning of a line.
+    /// Creates a receiver at the beginning of a line.
     #[must_use]
     pub const fn new() -> Self {
         Self {

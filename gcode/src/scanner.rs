@@ -31,14 +31,14 @@ impl<'a> Blocks<'a> {
         Self::starting_at(line, 0)
     }
 
-    /// The same, from a place of the line on: see [`Self::place`].
+    /// Reads the commands from a place of the line on: see [`Self::place`].
     #[must_use]
     pub const fn starting_at(line: &'a [u8], at: usize) -> Self {
         Self { line, at, remark: None, stops_say: false }
     }
 
-    /// In a dialect where what follows M0 and M1 is said to the operator, whatever it looks like. Without,
-    /// `M0 M9` has two codes, and `M0 Insert M3 nuts` one: see [`crate::stop`].
+    /// Sets whether text after M0 and M1 is said to the operator, whatever it looks like. Otherwise `M0 M9`
+    /// has two codes, and `M0 Insert M3 nuts` one: see [`crate::stop`].
     pub const fn set_stops_say(&mut self, stops_say: bool) {
         self.stops_say = stops_say;
     }
@@ -102,7 +102,7 @@ impl<'a> Blocks<'a> {
         parameters.set(parameter, value).map_err(|problem| self.error(begin, problem))
     }
 
-    /// To the next word; none at the end of the line. In place in both loops over words: a move has six.
+    /// Goes to the next word; none at the end of the line. In place in both loops over words: a move has six.
     #[inline(always)]
     pub(crate) fn next_word(&mut self, parameters: &mut dyn Parameters) -> Result<Option<u8>, SyntaxError> {
         loop {

@@ -98,7 +98,7 @@ impl<'a> Blocks<'a> {
                 }
             };
             whole.codes.push(code).map_err(|_| self.error(begin, Problem::TooManyCodes))?;
-            // There are as many columns as codes.
+            // Columns and codes have equal room.
             let _ = whole.columns.push(column(begin));
         }
         Ok(())
