@@ -50,7 +50,7 @@ pub enum Next {
 /// Brings flash in order and says what to start. `ended`: how the last run did.
 pub fn settle<F: Flash, C: Card>(flash: &mut F, card: &mut C, layout: &Layout, ended: Ended) -> Next {
     let mut log = Log::read(flash, layout);
-    // Before anything is installed: that may erase the only copy.
+    // The policy comes before anything is installed: an install may erase the only copy.
     let _ = log.restore_policy(flash);
     let mut boot = Boot { flash, card, layout };
     // An install that fails in flash is tried again at the next start; meanwhile any image that may run is
@@ -99,7 +99,7 @@ impl<F: Flash, C: Card> Boot<'_, F, C> {
     /// Installs what was asked for, or what was begun. An install that was begun, and whose file is gone, is
     /// left to `recover`.
     fn finish(&mut self, log: &mut Log<'_>, pending: Pending) -> Result<(), Failed> {
-        // All of it was written, but for the word in the log that says so.
+        // The whole image was written, but for the word in the log that says so.
         if pending.has_begun && self.check(log).is_ok_and(|there| Known::of(&there) == pending.image) {
             return log.append(self.flash, Entry::Installed(pending.origin, pending.image));
         }

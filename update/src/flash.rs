@@ -27,13 +27,13 @@ pub trait Flash {
     /// The word at a place.
     ///
     /// # Errors
-    /// It was torn by a power failure.
+    /// The word was torn by a power failure.
     fn read(&mut self, at: u32) -> Result<Word, Unreadable>;
 
     /// Fills `into` from a place on, which need not be a multiple of [`WORD`].
     ///
     /// # Errors
-    /// One of the words was torn.
+    /// A word of the range was torn.
     fn read_into(&mut self, at: u32, into: &mut [u8]) -> Result<(), Unreadable> {
         let mut at = at;
         let mut rest = into;

@@ -69,7 +69,7 @@ impl Default for Download {
 }
 
 impl Download {
-    /// Nothing has come yet.
+    /// Begins a download of which nothing has come yet.
     #[must_use]
     pub fn new() -> Self {
         Self { length: 0, first: [0xff; WORD], word: [0xff; WORD] }
@@ -103,7 +103,7 @@ impl Download {
     /// is made none again.
     ///
     /// # Errors
-    /// It may not run, or the flash fails.
+    /// The image may not run, or the flash fails.
     pub fn finish<F: Flash>(
         mut self,
         flash: &mut F,

@@ -17,7 +17,8 @@ use crate::policy::Policy;
 /// Words that the boot stage needs at most for one update; with fewer left it empties the log first.
 const NEEDED: u32 = 32;
 
-/// The same while an image is on trial: emptying the log waits for the end of that as long as it can.
+/// Words that the boot stage needs while an image is on trial: emptying the log waits for the end of the
+/// trial as long as it can.
 const NEEDED_ON_TRIAL: u32 = 8;
 
 /// Source of an image.
@@ -84,7 +85,7 @@ pub enum Entry {
     Failed(Ended, Known),
     /// Half of the owner's key, the first or the second one, and whether the board is locked.
     Key(Half, bool, [u8; 16]),
-    /// There is no key.
+    /// The policy has no key.
     NoKey,
 }
 

@@ -67,7 +67,7 @@ pub enum Flaw {
         /// Bytes of the image.
         says: u32,
     },
-    /// Something follows the image that is no trailer of Smoothieware v2.
+    /// The bytes behind the image are no trailer of Smoothieware v2.
     Trailer,
     /// The trailer's MD5 is another one.
     Md5,
@@ -109,7 +109,7 @@ impl Manifest {
     /// Reads a manifest from its bytes.
     ///
     /// # Errors
-    /// It is none, or says something that cannot be.
+    /// The bytes are no manifest, or have impossible values.
     pub fn parse(bytes: &[u8; MANIFEST_BYTES], layout: &Layout) -> Result<Self, Flaw> {
         if bytes[..8] != MARK {
             return Err(no_manifest(bytes, layout));
@@ -179,7 +179,7 @@ fn number(bytes: &[u8; MANIFEST_BYTES], at: usize) -> u32 {
     u32::from_le_bytes(part(bytes, at))
 }
 
-/// So many bytes from a place on; zeros beyond the manifest, which no caller asks for.
+/// Returns `N` bytes from a place on; zeros beyond the manifest, which no caller asks for.
 fn part<const N: usize>(bytes: &[u8; MANIFEST_BYTES], at: usize) -> [u8; N] {
     bytes.get(at..).and_then(|rest| rest.first_chunk()).copied().unwrap_or([0; N])
 }

@@ -13,7 +13,7 @@ const PURPOSE: [u8; 15] = *b"velvet firmware";
 pub struct Policy {
     /// The owner's Ed25519 public key.
     pub key: Option<[u8; 32]>,
-    /// Only images that are signed with this key.
+    /// Whether only images signed with this key may run.
     pub is_locked: bool,
 }
 

@@ -31,7 +31,7 @@ impl<'l> Receiving<'l> {
     /// if it is whole, and when there is one to come back to.
     ///
     /// # Errors
-    /// It may not, or there is none, or the flash fails.
+    /// The image may not run, or the card has none to come back to, or the flash fails.
     pub fn take<F, C>(&mut self, flash: &mut F, card: &mut C, piece: &[u8]) -> Result<(), NotInstalled>
     where
         F: Flash,
@@ -78,10 +78,10 @@ impl<'l> Receiving<'l> {
         Ok(log.append(flash, Entry::Began(Origin::Usb, Known::of(manifest)))?)
     }
 
-    /// All has come: the image is put to use, on trial.
+    /// Ends the file: the image is put to use, on trial.
     ///
     /// # Errors
-    /// It is not whole, or not what its manifest says, or the flash fails. There may be no image in flash
+    /// The image is not whole, or not as its manifest says, or the flash fails. The flash may hold no image
     /// then.
     pub fn finish<F: Flash>(self, flash: &mut F) -> Result<Manifest, NotInstalled> {
         let mut log = Log::read(flash, self.layout);

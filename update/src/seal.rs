@@ -13,7 +13,7 @@ use sha2::{Digest as _, Sha256};
 /// the secret half of an Ed25519 key.
 ///
 /// # Errors
-/// It has no manifest of this layout, or a length that no image has.
+/// The image has no manifest of this layout, or a length that no image has.
 pub fn seal(image: &mut [u8], layout: &Layout, key: Option<&[u8; 32]>) -> Result<Manifest, Flaw> {
     let length = u32::try_from(image.len()).map_err(|_| Flaw::Length(u32::MAX))?;
     let (manifest, rest) = image.split_first_chunk_mut::<MANIFEST_BYTES>().ok_or(Flaw::NoManifest)?;

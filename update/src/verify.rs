@@ -13,7 +13,7 @@ const CHUNK: usize = 512;
 /// them.
 pub(crate) const TRAILER: u32 = 40;
 
-/// Something with bytes at places: a file, or an image in flash.
+/// Source of bytes at places: a file, or an image in flash.
 pub trait Bytes {
     /// Returns the number of bytes.
     fn length(&self) -> u32;
@@ -32,7 +32,7 @@ pub struct Image<'a, F> {
 }
 
 impl<'a, F: Flash> Image<'a, F> {
-    /// Of the image in this flash.
+    /// Gives access to the image in this flash.
     pub fn new(flash: &'a mut F, layout: &'a Layout) -> Self {
         Self { flash, layout }
     }
@@ -54,7 +54,7 @@ impl<F: Flash> Bytes for Image<'_, F> {
 /// The image in flash, if it may run.
 ///
 /// # Errors
-/// Why it may not.
+/// The flaw for which the image may not run.
 pub fn check_flash<F: Flash>(flash: &mut F, layout: &Layout, policy: &Policy) -> Result<Manifest, Flaw> {
     let mut image = Image::new(flash, layout);
     let manifest = read_manifest(&mut image, 0, layout)?;
@@ -66,9 +66,9 @@ pub fn check_flash<F: Flash>(flash: &mut F, layout: &Layout, policy: &Policy) ->
 /// with the trailer of Smoothieware v2 behind it, or without.
 ///
 /// # Errors
-/// Why it may not.
+/// The flaw for which the image may not be installed.
 pub fn check_file(file: &mut impl Bytes, layout: &Layout, policy: &Policy) -> Result<Manifest, Flaw> {
-    // Before all of it is read, which takes long where it is large: what it is not.
+    // Flaws that show at once come first: reading all of a large file takes long.
     let (at, manifest) = locate(file, layout)?;
     if file.length() > (at + manifest.length).saturating_add(TRAILER) {
         return Err(Flaw::Trailer);
@@ -79,7 +79,7 @@ pub fn check_file(file: &mut impl Bytes, layout: &Layout, policy: &Policy) -> Re
     check.finish(policy)
 }
 
-/// The same for a file that comes piece after piece, from its beginning to its end.
+/// Check of a file that comes piece after piece, from its beginning to its end.
 #[derive(Clone)]
 pub struct FileCheck<'l> {
     layout: &'l Layout,
@@ -116,7 +116,7 @@ impl<'l> FileCheck<'l> {
     pub fn take(&mut self, piece: &[u8]) {
         let mut rest = piece;
         while !rest.is_empty() {
-            // Up to the next place where what bytes mean changes.
+            // The piece ends at the next place where the meaning of the bytes changes.
             let end = self.end_of_part();
             let most = (end - self.length).min(rest.len() as u32) as usize;
             let (now, later) = rest.split_at(most);
@@ -141,7 +141,7 @@ impl<'l> FileCheck<'l> {
     /// The whole file has come: the image in it, if it may be installed.
     ///
     /// # Errors
-    /// Why it may not.
+    /// The flaw for which the image may not be installed.
     pub fn finish(self, policy: &Policy) -> Result<Manifest, Flaw> {
         let manifest = match self.found {
             Some(found) => found?,

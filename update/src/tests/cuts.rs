@@ -20,8 +20,8 @@ fn entry(chip: &mut Chip, entry: Entry) {
     Log::read(chip, &SMALL).append(chip, entry).expect("room in the log");
 }
 
-/// From `chip` and `card`, the power fails once, at every operation in turn, and then once more during the
-/// start after that. At the end one of `good` runs, whole.
+/// Cuts the power once, beginning with `chip` and `card`, at every operation in turn, and then once more
+/// during the start after that. At the end one of `good` runs, whole.
 fn always_runs(chip: &Chip, card: &Files, good: &[&[u8]]) {
     let mut whole = chip.clone();
     whole.operations = 0;
@@ -125,7 +125,7 @@ fn a_card_that_comes_back_is_gone_on_with() {
     runs(&mut chip, &[&new]);
 }
 
-/// By USB, with a card that has the previous image: without one it is not begun.
+/// A download by USB, with a card that has the previous image: without one it is not begun.
 #[test]
 fn a_download_that_is_cut_off_leaves_the_previous_image() {
     let (old, new) = (image(1, 2048), image(2, 4128));
@@ -198,7 +198,7 @@ fn the_policy_outlives_making_room_in_the_log_wherever_that_is_cut_off() {
     assert!(was_only_the_copy > 3, "the copy was all there was");
 }
 
-/// With a copy of the one before it, which is not the policy any more.
+/// The copy left behind is of the policy before, which is no longer in force.
 #[test]
 fn a_policy_that_was_given_up_does_not_come_back_by_its_copy() {
     let new = image(2, 2048);
@@ -213,7 +213,7 @@ fn a_policy_that_was_given_up_does_not_come_back_by_its_copy() {
     }
 }
 
-/// But a log that fills up in a trial without end is emptied all the same.
+/// A log that fills up in a trial without end is emptied all the same.
 #[test]
 fn making_room_waits_for_the_end_of_a_trial() {
     let [old, new] = [image(1, 2048), image(2, 2048)];

@@ -54,7 +54,7 @@ fn each_flaw_has_its_name() {
         let next = start(&mut chip, &mut Files::with(&[("flashme.bin", &bytes)]));
         assert!(matches!(next, Some(Next::Start(manifest)) if manifest.digest == old[64..96]), "{name}");
         assert_eq!(chip.operations, 0);
-        // With nothing else to run the board waits, and says what it found.
+        // The board has nothing else to run, so it waits and says what it found.
         assert_eq!(
             start(&mut Chip::new(), &mut Files::with(&[("flashme.bin", &bytes)])),
             Some(Next::Recover(Flaw::NoManifest))

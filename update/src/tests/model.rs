@@ -43,7 +43,7 @@ impl Chip {
         Self { words: vec![Some(ERASED); words], operations: 0, cut: None, bad: Vec::new() }
     }
 
-    /// With this image, as a debug probe puts it there.
+    /// A chip with this image, as a debug probe puts it there.
     pub fn with(image: &[u8]) -> Self {
         let mut chip = Self::new();
         chip.flash(image);

@@ -5,7 +5,7 @@ use crate::log::{Arrival, Entry, Known, Log, Origin};
 use crate::{Flaw, Next, NotInstalled, Policy, Receiving, TRIALS, check_flash};
 use ed25519_dalek::SigningKey;
 
-/// With a card that holds firmware to come back to.
+/// Sends a file to a board whose card holds firmware to come back to.
 fn send(chip: &mut Chip, file: &[u8], piece: usize) -> Result<Known, NotInstalled> {
     let previous = sign(image(1, 2048), &owner());
     send_with(chip, &mut Files::with(&[("firmware.previous", &previous)]), file, piece)
@@ -19,7 +19,7 @@ fn send_with(chip: &mut Chip, card: &mut Files, file: &[u8], piece: usize) -> Re
     receiving.finish(chip).map(|manifest| Known::of(&manifest))
 }
 
-/// In pieces of any size, as `make firmware` makes the files.
+/// Every kind of file that `make firmware` makes comes in pieces of any size.
 #[test]
 fn every_kind_of_file_is_received() {
     let (old, new) = (image(1, 2048), image(2, 4128));

@@ -88,7 +88,7 @@ fn what_has_failed_is_known_until_it_is_installed_again() {
     assert_eq!(state(&mut chip).failed, None);
 }
 
-/// There is nothing better than the image that does not confirm itself.
+/// The image that does not confirm itself goes on, as nothing better is there.
 #[test]
 fn without_a_previous_image_the_trial_goes_on() {
     let new = image(2, 2048);
@@ -182,8 +182,8 @@ fn how_an_image_came_to_run_is_told_from_request_to_confirmation() {
     assert_eq!(chip.operations, operations, "what is known is not written again");
 }
 
-/// With nothing in flash that may run, an image that has failed its trial is better than none, and worse than
-/// any other.
+/// An image that has failed its trial is better than none where nothing in flash may run, and worse than any
+/// other.
 #[test]
 fn an_image_that_failed_is_the_last_one_to_be_put_back() {
     let (old, new) = (image(1, 2048), image(2, 2048));
