@@ -20,7 +20,7 @@ pub(crate) struct Ahead {
 const CLUSTERS: u32 = 16;
 
 impl Ahead {
-    /// From this offset on.
+    /// Reads ahead from this offset on.
     pub fn new(file: FileHandle, reader: FileReader, offset: u32) -> Self {
         Self { file, reader, next: offset / 512 * 512 }
     }
@@ -52,5 +52,6 @@ impl Ahead {
     }
 }
 
-/// So far ahead of its reader nothing more is looked for, in bytes: more than there is memory for.
+/// Greatest distance ahead of the reader, in bytes, up to which more is looked for: more than there is memory
+/// for.
 const FAR: u32 = 2 * AHEAD_BLOCKS as u32 * 512;

@@ -130,7 +130,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         })
     }
 
-    /// As [`names`](Self::names), for what changes a directory.
+    /// Works on names as [`names`](Self::names) does, for a change of a directory.
     fn change<R>(
         &mut self,
         action: impl FnOnce(&mut Volume, &mut Device<'_, C>) -> Result<R, NameError<C::Error>>,
@@ -195,8 +195,8 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         self.mend().and_then(|()| action(self))
     }
 
-    /// After a write that has failed the volume is as after a power cut: what is half done is completed, once
-    /// nobody writes any more who counts on what came after.
+    /// Mends the volume after a write that has failed, as after a power cut: half-done changes are completed,
+    /// once nobody writes any more who counts on what came after.
     fn mend(&mut self) -> Result<(), StorageError> {
         if self.card(|card| card.is_kept().is_ok()) || self.open.iter().any(Open::is_written) {
             return Ok(());
@@ -294,7 +294,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
                 storage.manager.device(|lens| lens.keep(&entry));
                 Open { handle, place: entry.place(), content: Content::Written(Written { raw, has_failed: false }) }
             };
-            // There is room, as was seen above.
+            // The check above made sure of room.
             let _pushed = storage.open.push(open);
             Ok(handle)
         })
@@ -424,7 +424,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
             if to_skip > 0 {
                 to_skip -= 1;
             } else {
-                // There is room, as was seen above.
+                // The check above made sure of room.
                 let _pushed = entries.push(listed(&entry, &name));
             }
         }

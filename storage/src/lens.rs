@@ -56,7 +56,7 @@ impl<E: CoreError> CoreError for Fault<E> {}
 
 /// The card, its volume, and the entries of open files.
 pub(crate) struct Lens<C> {
-    /// In a cell, as `embedded-sdmmc` reads and writes through a shared reference.
+    /// The card in a cell, as `embedded-sdmmc` reads and writes through a shared reference.
     card: RefCell<C>,
     pub(crate) volume: Option<Mounted>,
     /// Error to report while no volume is mounted.
@@ -91,7 +91,7 @@ impl<C> Lens<C> {
         Ok((self.volume.as_mut().ok_or(self.absent)?, Device(self.card.get_mut())))
     }
 
-    /// After writes were lost: the volume as it is on the card, with what was half done completed.
+    /// Reads the volume again after writes were lost, and completes half-done changes.
     pub(crate) fn mend(&mut self) -> Result<(), Error<C::Error>>
     where
         C: Card,
@@ -110,7 +110,7 @@ impl<C> Lens<C> {
         action(volume, &mut device)
     }
 
-    /// The same with a device that does not wait.
+    /// The volume, and a device that does not wait.
     pub(crate) fn names_at_hand(&mut self) -> Option<(&mut Mounted, AtHand<'_, C>)> {
         Some((self.volume.as_mut()?, AtHand(self.card.get_mut())))
     }
@@ -211,7 +211,7 @@ impl<C: Card> Blocks for Device<'_, C> {
     }
 }
 
-/// The same for who does not wait: what is not at hand is asked for.
+/// The card for a caller that does not wait: a block that is not at hand is asked for.
 pub(crate) struct AtHand<'a, C>(pub &'a mut C);
 
 /// Reason for which a block was not read.

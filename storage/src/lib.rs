@@ -82,7 +82,7 @@ pub trait Card {
     /// Whether everything that was written is on the card.
     ///
     /// # Errors
-    /// Why something is not.
+    /// The reason for which something is not on the card.
     fn is_kept(&mut self) -> Result<bool, Self::Error> {
         Ok(true)
     }
@@ -90,7 +90,7 @@ pub trait Card {
     /// A write that has failed is known: writes are taken again.
     fn forgive(&mut self) {}
 
-    /// Returns the facts of the card: its identification.
+    /// Returns the card's identification and its counts since power-on, if known.
     fn facts(&mut self) -> Option<CardFacts> {
         None
     }

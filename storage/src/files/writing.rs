@@ -73,7 +73,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
         let closed = if closed.is_err() { self.is_kept().map(drop).and(closed) } else { closed };
         self.manager.device(|lens| lens.release(open.place));
         if has_failed {
-            // As much as was written stays; the clusters that were taken for the rest are given back.
+            // The bytes that were written stay; the clusters that were taken for the rest are given back.
             self.names(|volume, device| volume.trim(device, open.place))?;
         }
         closed

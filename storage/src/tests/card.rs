@@ -50,7 +50,7 @@ pub fn read(card: &RamCard) -> Found {
     check(&Card(card.clone())).unwrap()
 }
 
-/// The same, with nothing left over.
+/// Returns the content of the card, which must have nothing left over.
 #[track_caller]
 pub fn clean(card: &RamCard) -> Found {
     let found = read(card);

@@ -106,7 +106,7 @@ fn a_listing_is_whole() {
     assert!(listed.iter().all(|entry| !entry.is_directory && entry.attributes.archive && !entry.attributes.read_only));
     assert!(listed.iter().all(|entry| entry.written == FileTime::NO_CLOCK));
     assert_eq!(listed[5].size_bytes, 4);
-    // From anywhere, and after a change as well.
+    // A long name is found from anywhere, and after a change as well.
     storage.remove(&format!("/sd/Sub Directory/{longest}")).unwrap();
     storage.list("/sd/Sub Directory", 3, &mut entries).unwrap();
     assert_eq!(entries[0].name.as_str(), expected[4]);

@@ -54,7 +54,7 @@ fn same(one: &Tree, other: &Tree) -> bool {
         && one.iter().zip(other).all(|(one, other)| one.0 == other.0 && one.1.content == other.1.content)
 }
 
-/// As the tree is after a file was saved, but with that file empty.
+/// Returns the tree after a file was saved, but with that file empty.
 fn begun(after: &Tree, change: &Change) -> Option<Tree> {
     let Change::Save(path, _) = change else { return None };
     let mut begun = after.clone();
