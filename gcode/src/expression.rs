@@ -37,7 +37,7 @@ pub trait Parameters {
     /// name.
     fn get(&self, parameter: &Parameter) -> Option<f64>;
 
-    /// Has a value written once the line has been read.
+    /// Writes a value once the line has been read.
     ///
     /// # Errors
     /// The problem with the parameter or the value.

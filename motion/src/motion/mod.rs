@@ -360,8 +360,8 @@ impl Motion {
         if !matches!(self.state, State::Holding | State::Held) {
             return;
         }
-        // Until the trajectory taken back is replaced, the motion must stay as slow as was promised to the axes
-        // that have used it.
+        // Until the trajectory taken back is replaced, the motion must stay as slow as was promised to the
+        // axes that have used it.
         self.resume_wanted = self.is_behind();
         if !self.resume_wanted {
             self.state = State::Running;
