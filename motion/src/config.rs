@@ -248,7 +248,7 @@ impl MotionConfig {
 }
 
 impl Limits {
-    /// Speed profiles are limited in jerk.
+    /// Returns whether speed profiles are limited in jerk.
     #[must_use]
     pub fn has_jerk(&self) -> bool {
         self.jerk.is_some() || self.axis_jerk.iter().any(Option::is_some)

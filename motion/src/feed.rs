@@ -27,7 +27,7 @@ pub const HORIZON: Ticks = Ticks::from_micros(1_500);
 /// Number of events published together: the first ones of a segment are not to wait for its last ones.
 /// Solving them takes some 25 us.
 pub const BATCH: u32 = 128;
-/// Played positions are worked out every so many runs: it costs a walk over the unplayed events.
+/// Runs between two computations of the played positions, each a walk over the unplayed events.
 const RUNS_PER_LOOK: u8 = 32;
 
 /// Report of the feed to the motion object at the end of a run.
@@ -198,7 +198,7 @@ impl StepFeed {
         }
     }
 
-    /// Every direction is written again before the motor's next step.
+    /// Forgets the pins' directions: each is written again before the motor's next step.
     fn forget_directions(&mut self) {
         for motor in &mut self.motors {
             motor.forget_direction();

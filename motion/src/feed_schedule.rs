@@ -19,7 +19,7 @@ use crate::knots::{SEGMENT_SECONDS, SHORT_SEGMENT_SECONDS};
 
 /// Time between two runs by period, and at most between two on demand.
 pub const PERIOD: Ticks = Ticks::from_micros(500);
-/// A run by period stops taking segments once this much is written ahead.
+/// Time written ahead at which a run by period stops taking segments.
 const REFILL: Ticks = Ticks::from_micros(1_000);
 /// A run on demand takes no segment that ends later than this from now, if it can wait for the next run: the
 /// longest segment behind the lead.
@@ -27,9 +27,9 @@ const FARTHEST: Ticks = Ticks::from_micros(625);
 /// Time by which a run may come too soon, its timer counting whole microseconds; the run takes its segment
 /// all the same.
 const SLACK: Ticks = Ticks::from_micros(5);
-/// Motion from standstill begins this long after a run by period.
+/// Time from a run by period to the start of motion from standstill.
 pub(crate) const START_BY_PERIOD: Ticks = Ticks::from_micros(500);
-/// The next run comes no sooner than this, or it would be asked for while the present one has not ended.
+/// Least time to the next run: a sooner one would be asked for while the present one has not ended.
 const LEAST_WAIT: Ticks = Ticks::from_micros(5);
 
 /// Time that is still written ahead when the feed runs on demand.
@@ -51,7 +51,7 @@ pub(crate) enum Lead {
 const FEW_BLOCKS: usize = 16;
 
 impl Lead {
-    /// Less than this is urgent at the beginning of a run: something has kept the feed from running.
+    /// Time written ahead below which a run is urgent: something has kept the feed from running.
     pub(crate) const URGENT: Ticks = Ticks(Self::Short.ticks().0 / 2);
 
     const fn ticks(self) -> Ticks {

@@ -70,7 +70,7 @@ impl Ramps {
         let before =
             profile.phases.get(usize::from(placed.phase)..phase)?.iter().map(|phase| phase.duration).sum::<f64>();
         let elapsed = placed.elapsed + before + local;
-        // A nanosecond: what `Run` leaves out.
+        // `Run` leaves out phases of a nanosecond.
         let ramp = Ramp::new(placed.from, placed.to, placed.bounds);
         if elapsed < ramp.duration() - 1e-9 { Some((ramp, elapsed)) } else { None }
     }
@@ -297,7 +297,7 @@ impl Ahead<'_> {
         if self.passes(&rest, done, passed) { Some(bounds) } else { None }
     }
 
-    /// A ramp down that began `done` millimetres ago is nowhere too fast for the next so many junctions.
+    /// Whether a ramp down that began `done` millimetres ago is slow enough for each of the next junctions.
     fn passes(&self, ramp: &Ramp, done: f64, junctions: usize) -> bool {
         let mut at = done + self.left;
         for next in (0..junctions).map_while(|index| self.planner.ahead(index)) {
@@ -395,8 +395,8 @@ impl Ahead<'_> {
         }
     }
 
-    /// A ramp down, now at `speed`, may end at `soonest`: that is safe where it ends, and nothing slower
-    /// comes before.
+    /// Whether a ramp down, now at `speed`, may end at `soonest`: safe at its end, and nothing slower comes
+    /// before.
     fn may_level(&self, ramp: &Ramp, soonest: f64, done: f64, speed: f64) -> bool {
         let bounds = ramp.bounds;
         let ahead = bounds.length(ramp.from, soonest) - done;

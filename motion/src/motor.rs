@@ -44,7 +44,7 @@ impl MotorSetup {
     }
 }
 
-/// Setup and interval times beyond a millisecond are no step driver's.
+/// Greatest setup or interval time, ticks: no step driver needs more than a millisecond.
 const MAX_TIMING: u32 = 200_000;
 /// Offset of what happened so long ago that it does not matter.
 pub(crate) const LONG_AGO: i32 = -(1 << 30);
@@ -112,7 +112,7 @@ impl Motor {
         if self.next < FIRST_STEP { self.faced } else { self.facing }
     }
 
-    /// Stands here; what was solved is dropped.
+    /// Lets the motor stand at `steps` and drops the solved steps.
     pub fn stand_at(&mut self, steps: StepCount) {
         self.facing = self.facing();
         self.solver.clear();
@@ -129,7 +129,7 @@ impl Motor {
         }
     }
 
-    /// The direction is written again before the next step.
+    /// Forgets the direction: it is written again before the next step.
     pub fn forget_direction(&mut self) {
         self.steps = self.steps();
         self.end_batch();
@@ -141,7 +141,7 @@ impl Motor {
         self.keys[FIRST_STEP] = NEVER;
     }
 
-    /// A new segment begins `passed` ticks after the one before, which is done.
+    /// Begins a new segment, `passed` ticks after the one before, which is done.
     #[inline]
     pub fn pass(&mut self, passed: i32) {
         self.last = (self.last - passed).max(LONG_AGO);

@@ -82,7 +82,7 @@ impl StepError {
         self.bins[BIN_ENDS_NS.partition_point(|end| *end <= error)] += 1;
     }
 
-    /// Adds what was counted elsewhere.
+    /// Adds the errors counted elsewhere.
     pub fn merge(&mut self, other: &Self) {
         self.edges += other.edges;
         self.max = self.max.max(other.max);
@@ -104,7 +104,7 @@ impl Ideal {
         Self { config, filters: config.filters, warp: None, eras: std::vec![Era::first()] }
     }
 
-    /// The machine has changed, at rest: steps per millimetre, geometry.
+    /// Changes the machine at rest: steps per millimetre, geometry.
     pub fn configure(&mut self, config: MotionConfig) {
         self.config = config;
     }

@@ -11,7 +11,7 @@
 
 use crate::square_root;
 
-/// Constant jerk for a while.
+/// Part of a profile with constant jerk.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Phase {
     /// Duration of the phase, seconds.

@@ -62,7 +62,7 @@ struct Stretches {
     step: i32,
 }
 
-/// A power of two: multiplying is as exact as dividing.
+/// Steps in a unit, a power of two: multiplying is as exact as dividing.
 const STEPS_PER_UNIT: f64 = 1.0 / STEP_UNITS;
 /// Accept a solution when the last correction was below this share of a segment: two ticks of 100 000.
 const TOLERANCE: f32 = 2e-5;
@@ -214,7 +214,7 @@ impl StepSolver {
         self.target += self.sign * count as f32;
     }
 
-    /// Finds a series from here on, as long as it is good. False: it will not be had for a while.
+    /// Finds a series from here on, as long as it is good. False: none will be found for a while.
     fn begin_series(&mut self, scale: &Scale) -> bool {
         let sign = self.sign;
         let end = |solver: &Self, u: f32, x: f32| End { u, x: x * sign, v: solver.speed(u) * sign };

@@ -1,4 +1,4 @@
-//! Fading: how much of the correction is left at a height.
+//! Fading: the share of the correction that is left at a height.
 //!
 //! The correction fades from all of it to nothing, or to the same everywhere ([`Fade::target`]), by `1 - t^3
 //! (10 - 15 t + 6 t^2)`, whose first and second derivatives are zero at both ends: where fading begins and
@@ -9,7 +9,7 @@ use super::CompensationError;
 /// Greatest size of the first and the second derivative of the law above: 15/8 and 10/sqrt 3.
 const STEEPEST: f64 = 1.875;
 const BENDIEST: f64 = 5.773_502_691_896_258;
-/// Fading changes the way of Z by half at most: it always has an inverse.
+/// Greatest change of Z's way by fading: half, so that the map always has an inverse.
 const MOST_CHANGE: f64 = 0.5;
 
 /// Heights, mm of the program's machine space, between which the correction fades.
@@ -19,12 +19,12 @@ pub struct Fade {
     pub start: f64,
     /// Height from which on only the target is left of the correction, mm.
     pub end: f64,
-    /// The correction that is left then, mm, the same everywhere: what fades is the difference from it.
+    /// Correction that is left above the end, mm, the same everywhere: the difference from it fades.
     pub target: f64,
 }
 
 impl Fade {
-    /// Finite, in order, and long enough for corrections of `most` mm.
+    /// Checks that the heights are finite, in order, and far enough apart for corrections of `most` mm.
     pub(super) fn check(&self, most: f64) -> Result<(), CompensationError> {
         let length = self.end - self.start;
         let is_finite = self.start.is_finite() && self.end.is_finite() && self.target.is_finite();

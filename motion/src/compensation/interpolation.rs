@@ -8,7 +8,7 @@ use super::surface::{MOST_SIDE, SIDE, Weights, natural};
 
 /// Most points of a line that one polynomial may go through: beyond it swings between them (Runge 1901).
 pub const MOST_OF_POLYNOMIAL: usize = 6;
-/// The finer grid has so many cells for each of the measured one, where there is room.
+/// Cells of the finer grid for each of the measured one, where there is room.
 const FINER: usize = 4;
 /// Least distance of the finer grid's points, mm: the distance of knots, which is bounded by it, is then the
 /// same up to 500 mm/s as on a coarser grid.
@@ -86,7 +86,7 @@ impl Interpolation {
         fine
     }
 
-    /// A spline is told by its coefficients.
+    /// Prepares a line: a spline is evaluated from its coefficients.
     fn prepare(self, line: &mut [f64; SIDE], count: usize) {
         if self == Self::Spline {
             natural(line, count);

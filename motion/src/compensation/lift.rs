@@ -35,7 +35,7 @@ impl Lift {
         x * self.slope[0] + y * self.slope[1] + z * self.fading[0]
     }
 
-    /// A direction with what is added to its Z at most: sizes.
+    /// Returns the sizes of a direction with the greatest addition to its Z.
     pub fn on_top_of(&self, unit: &[f64; 3]) -> [f64; 3] {
         let [x, y, z] = unit.map(libm::fabs);
         [x, y, z + self.slope_along(unit)]
@@ -73,7 +73,7 @@ pub(crate) struct Over {
 impl Over {
     pub const NONE: Self = Self { skew: None, lift: None };
 
-    /// A point or direction with its skew taken back.
+    /// Returns a point or direction with its skew taken back.
     pub fn skewed(&self, of: &PerAxis<f64>) -> PerAxis<f64> {
         self.skew.map_or(*of, |skew| skew.apply(of))
     }

@@ -78,7 +78,7 @@ pub enum CompensationError {
     Busy,
     /// Points along X or Y: 2 to [`MOST_SIDE`].
     Count,
-    /// The first point is no place.
+    /// The first point is not a place.
     Place,
     /// More points along a side than its interpolation has.
     Interpolation {
@@ -146,7 +146,7 @@ impl core::fmt::Display for CompensationError {
     }
 }
 
-/// A point as the motors see it, and what there becomes of a direction.
+/// A point as the motors see it, and the change of directions there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Warped {
     pub point: PerAxis<f64>,
@@ -184,7 +184,7 @@ impl Compensation {
 
     // --- what is in force ---
 
-    /// Program and motors have different spaces.
+    /// Returns whether program and motors have different spaces.
     #[must_use]
     pub const fn is_active(&self) -> bool {
         self.active
@@ -243,12 +243,12 @@ impl Compensation {
 
     // --- the map ---
 
-    /// A straight way stays straight and even.
+    /// Whether a straight way stays straight and even.
     pub(crate) fn is_linear(&self) -> bool {
         !self.active || self.bed == Bed::Flat || (matches!(self.bed, Bed::Plane(_)) && self.fade.is_none())
     }
 
-    /// The motors' place for the program's.
+    /// Returns the motors' place for a place of the program.
     #[must_use]
     pub fn motors(&self, point: &PerAxis<f64>) -> PerAxis<f64> {
         if self.active { self.at(point).point } else { *point }
@@ -273,7 +273,7 @@ impl Compensation {
         self.skew.apply(&lifted)
     }
 
-    /// The program's place for the motors'.
+    /// Returns the program's place for a place of the motors.
     #[must_use]
     pub fn program(&self, point: &PerAxis<f64>) -> PerAxis<f64> {
         if !self.active {
@@ -286,7 +286,7 @@ impl Compensation {
         place
     }
 
-    /// The Z that `z' = z + share(z) height` comes from.
+    /// Returns the Z for which `z' = z + share(z) height` is `lifted`.
     fn without_height(&self, lifted: f64, height: f64) -> f64 {
         let whole = lifted - height;
         let Some(fade) = self.fade else { return whole };
@@ -326,7 +326,7 @@ impl Compensation {
 
     // --- changing it, by the motion object at rest ---
 
-    /// Heights that are being gathered.
+    /// Returns the heights that are being gathered.
     pub(crate) fn draft(&mut self) -> &mut [f32] {
         &mut self.surface.draft
     }
@@ -365,7 +365,7 @@ impl Compensation {
         Ok(())
     }
 
-    /// Levels by what was gathered in the surface's draft.
+    /// Levels by the heights gathered in the surface's draft.
     pub(crate) fn set_grid(
         &mut self,
         shape: &GridShape,

@@ -11,7 +11,7 @@ use crate::square_root;
 
 use super::CompensationError;
 
-/// No factor is greater: six degrees are no machine's skew but a measurement gone wrong.
+/// Greatest skew factor: more than six degrees are no machine's skew but a measurement gone wrong.
 pub const MOST_SKEW: f64 = 0.1;
 
 /// Skew factors: the tangents of the angles missing to 90 degrees.
@@ -45,7 +45,7 @@ impl Skew {
         (sine_sq > 0.0).then(|| cosine / square_root(sine_sq))
     }
 
-    /// Every factor is a number within bounds.
+    /// Checks that every factor is a number within bounds.
     pub(crate) fn check(&self) -> Result<(), CompensationError> {
         let is_fine = |factor: &f64| libm::fabs(*factor) <= MOST_SKEW;
         if [self.xy, self.xz, self.yz].iter().all(is_fine) { Ok(()) } else { Err(CompensationError::Skew) }

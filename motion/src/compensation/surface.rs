@@ -164,7 +164,7 @@ impl Surface {
         self.heights.get(..self.shape.points()).unwrap_or_default()
     }
 
-    /// Puts what was gathered in force.
+    /// Puts the gathered heights in force.
     ///
     /// # Errors
     /// A mistake in the grid; the surface in force stays in force then.
@@ -345,7 +345,7 @@ impl Surface {
 /// Coefficients that bounds are worked out from for a single block.
 const MOST_LOOKED_AT: i32 = 64;
 
-/// Every height is a number, none is too high, none too far from its neighbours.
+/// Checks that every height is a number, none too high, and none too far from its neighbours.
 fn check_heights(shape: &GridShape, heights: &[f32]) -> Result<(), CompensationError> {
     let [nx, _] = shape.count;
     let [sx, sy] = shape.step.map(libm::fabs);

@@ -31,7 +31,7 @@ pub(super) struct Correction {
 }
 
 impl Correction {
-    /// Place and speed of what is left at `time`; it is gone after `fade` seconds.
+    /// Returns place and speed of the difference left at `time`: nothing after `fade` seconds.
     fn at(&self, time: u64, fade: f64) -> (f64, f64) {
         let x = history::seconds(time.wrapping_sub(self.from)) / fade;
         if x >= 1.0 {
@@ -49,7 +49,7 @@ impl Correction {
 pub(super) struct Corrections {
     /// Duration of a correction.
     span: u64,
-    /// The next output begins them: until then `None` says nothing.
+    /// Whether the next output begins the corrections: until then `None` says nothing.
     wanted: bool,
     each: [Option<Correction>; MAX_EXTRUDERS],
 }
@@ -112,7 +112,7 @@ impl Place {
     pub fn ramp(&self) -> Option<(Ramp, f64)> {
         let (ramp, before) = self.source.ramp?;
         let elapsed = before + self.elapsed;
-        // A nanosecond: what `Run` leaves out.
+        // `Run` leaves out phases of a nanosecond.
         if elapsed < ramp.duration() - 1e-9 { Some((ramp, elapsed)) } else { None }
     }
 }
@@ -122,7 +122,7 @@ impl Filters {
     /// its end. All axes count that are set in `careful` even where they stand still.
     pub fn unused_from(&self, head: u64, careful: [bool; MAX_AXES]) -> u64 {
         let used = self.used_until();
-        // Farther back nobody would feel it sooner.
+        // Going back farther would let nobody feel the change sooner.
         let mut from = used.iter().copied().reduce(earlier).unwrap_or(head);
         for (used, careful) in used.into_iter().zip(careful) {
             from = if careful { later(from, used) } else { from };
@@ -168,7 +168,7 @@ impl Filters {
         used
     }
 
-    /// An extruder with pressure advance.
+    /// Whether an axis is an extruder with pressure advance.
     pub fn is_advanced(&self, axis: usize) -> bool {
         self.windows.iter().flatten().any(|window| window.axis == axis)
     }
@@ -225,7 +225,7 @@ impl Filters {
         self.corrections.wanted = true;
     }
 
-    /// The trajectory has been settled anew: corrections begin.
+    /// Begins the corrections, once the trajectory has been settled anew.
     pub(super) fn begin_corrections(&mut self, now: u64) -> bool {
         if !core::mem::take(&mut self.corrections.wanted) {
             return false;
@@ -241,7 +241,7 @@ impl Filters {
         true
     }
 
-    /// Corrections that are over.
+    /// Drops the corrections that are over.
     pub(super) fn end_corrections(&mut self, now: u64) {
         let span = self.corrections.span;
         for slot in &mut self.corrections.each {

@@ -40,9 +40,9 @@ pub(crate) struct Source {
     pub block: u32,
     /// Start of the block, in machine space.
     pub origin: PerAxis<f64>,
-    /// Path distance from there to the beginning of the stretch, mm.
+    /// Path distance from the block's start to the beginning of the stretch, mm.
     pub base: f64,
-    /// The ramp it is part of, and how many seconds of that were over when it began.
+    /// Ramp that the stretch is part of, and the seconds of that ramp that were over at its beginning.
     pub ramp: Option<(Ramp, f64)>,
 }
 
@@ -100,7 +100,7 @@ impl Stretch {
         (stretch, path.curve)
     }
 
-    /// Straight on where a piece begins.
+    /// Returns the straight stretch on which a piece begins.
     pub fn straight(piece: &Piece) -> (Self, Curve) {
         let line = Path::line(piece.point_after(0.0), piece.tangent_after(0.0));
         Self::of(&Piece { path: line, base: 0.0, ..*piece })
@@ -125,7 +125,7 @@ impl Stretch {
         self.speed == 0.0 && self.acceleration == 0.0 && self.jerk == 0.0
     }
 
-    /// Begun so long before `time` that it should be cut.
+    /// Whether the stretch began so long before `time` that it should be cut.
     pub fn is_older_than(&self, time: TickTime) -> bool {
         low(time).wrapping_sub(self.start) > LONGEST
     }

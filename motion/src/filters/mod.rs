@@ -52,7 +52,7 @@ pub struct FilterConfig {
 }
 
 impl FilterConfig {
-    /// Every axis as it is.
+    /// No filters: every axis as it is.
     pub const NONE: Self = Self { shapers: [None; 3], advance: [None; MAX_EXTRUDERS] };
 
     /// Pressure advance that does something: a factor of zero leaves an extruder as it is.
@@ -109,18 +109,18 @@ pub(crate) struct Filters {
     span: u64,
     /// At least one filter is configured.
     configured: bool,
-    /// Configured, but not to be used.
+    /// Filters are configured, but not to be used.
     pub bypassed: bool,
     /// Value that [`Self::bypassed`] takes at the next standstill.
     pub bypass_wanted: bool,
-    /// The output is settled up to here.
+    /// Time up to which the output is settled.
     pub out: TickTime,
-    /// The output stands still, where the trajectory does.
+    /// Whether the output stands still with the trajectory.
     pub drained: bool,
     /// The piece of trajectory that the last stretch ends within, having lumped its beginning together with
     /// others.
     pub cut_piece: Option<Piece>,
-    /// The output has a kink at `out`, which the knot that was not taken then has found.
+    /// Whether the output has a kink at `out`, found by the knot that was not taken then.
     turned: bool,
     /// Output at `out`: place, and velocity just before.
     pub point: PerAxis<f64>,
@@ -225,7 +225,7 @@ impl Filters {
         (&*self.history, self.taps.iter_mut().take(self.tap_count).map(|tap| &mut tap.cursor).chain(windows))
     }
 
-    /// Stands at `place` and has always stood there.
+    /// Settles the filters as if the machine had always stood at `place`.
     pub fn settle(&mut self, place: PerAxis<f64>, at: TickTime) {
         let count = self.history.restart(Stretch::rest(at, place).0);
         let (_, cursors) = self.cursors_mut();
@@ -241,7 +241,7 @@ impl Filters {
         self.velocity = PerAxis([0.0; MAX_AXES]);
     }
 
-    /// The trajectory goes on with this stretch. Stretches come in order of time.
+    /// Appends a stretch to the trajectory. Stretches come in order of time.
     pub fn push(&mut self, (stretch, curve): (Stretch, Curve), source: Option<Source>) {
         let oldest = self.oldest();
         self.history.push(stretch.from(source), &curve, oldest);

@@ -20,14 +20,14 @@ pub struct ArcSettings {
 }
 
 impl ArcSettings {
-    /// Arcs are to be cut at all.
+    /// Whether arcs are cut at all.
     #[must_use]
     pub fn cut(&self) -> bool {
         self.segment_length > 0.0 || self.max_error > 0.0
     }
 }
 
-/// A bound for nonsense settings.
+/// Most chords of an arc: a bound for nonsense settings.
 const MOST_CHORDS: f64 = 1e6;
 
 /// The end points of the chords of an arc, the last being its exact target.

@@ -71,7 +71,7 @@ impl Kinematics {
             || self.places(from, by, length).all(|share| self.reaches_lifted(&at(from, by, share), over.lift.as_ref()))
     }
 
-    /// The machine can be here, whatever levelling adds to Z.
+    /// Whether the machine can be here, whatever levelling adds to Z.
     pub(crate) fn reaches_lifted(&self, point: &PerAxis<f64>, lift: Option<&Lift>) -> bool {
         let Some(lift) = lift.filter(|_| !self.is_even_in_z()) else { return self.reaches(point) };
         let [x, y, z, a, b, c] = point.0;
@@ -191,7 +191,7 @@ impl Strain {
         self.clearance = least(self.clearance, lift.scale);
     }
 
-    /// Takes in one place.
+    /// Takes one place into the bounds.
     fn take(&mut self, kinematics: &Kinematics, point: &PerAxis<f64>, unit: &PerAxis<f64>) {
         let clearance = kinematics.clearance(point);
         let step = BEND_SHARE * least(clearance, 100.0);

@@ -41,7 +41,7 @@ type Axes = [f64; 3];
 /// Alpha, beta and gamma.
 type Motors = [f64; 3];
 
-/// Square of a nanometre: what keeps roots and divisions sound at the edges.
+/// Square of a nanometre: a floor that keeps roots and divisions sound at the edges.
 const TINY: f64 = 1e-12;
 /// A place this near to an edge of the reachable space, mm, is refused: motors would have to be infinitely
 /// fast there.
@@ -181,7 +181,7 @@ impl Kinematics {
         }
     }
 
-    /// Straight moves are straight for every motor.
+    /// Returns whether straight moves are straight for every motor.
     #[must_use]
     pub const fn is_linear(&self) -> bool {
         !matches!(
@@ -269,7 +269,7 @@ impl Kinematics {
         }
     }
 
-    /// The machine can be here.
+    /// Returns whether the machine can be at this point.
     #[must_use]
     pub fn reaches(&self, point: &PerAxis<f64>) -> bool {
         let [x, y, z, ..] = point.0;
@@ -283,7 +283,7 @@ impl Kinematics {
         is_allowed && self.clearance(point) >= LEAST_CLEARANCE
     }
 
-    /// The geometry is that of a machine: its middle can be reached, nothing divides by zero.
+    /// Whether the geometry is that of a machine: its middle can be reached, nothing divides by zero.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         match self {

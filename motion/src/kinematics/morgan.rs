@@ -35,7 +35,7 @@ impl Morgan {
         self.arm1 > 0.0 && self.arm2 > 0.0 && sx != 0.0 && sy != 0.0 && stretched > -folded
     }
 
-    /// Seen from the tower.
+    /// Returns X and Y seen from the tower.
     fn local(&self, [x, y, _]: Axes) -> [f64; 2] {
         let ([tx, ty], [sx, sy]) = (self.tower, self.scaling);
         [x * sx - tx, y * sy - ty]
@@ -90,7 +90,7 @@ impl Morgan {
         crate::least(stretched, folded) / crate::greatest(libm::fabs(sx), libm::fabs(sy))
     }
 
-    /// The elbow's angle is one the configuration allows.
+    /// Whether the configuration allows the elbow's angle.
     pub(super) fn is_within_limits(&self, axes: Axes) -> bool {
         let ([x, y], [folded, stretched]) = (self.local(axes), self.cosine);
         let cosine = self.elbow_cosine(x * x + y * y);

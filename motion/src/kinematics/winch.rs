@@ -60,7 +60,8 @@ impl Winch {
         }
     }
 
-    /// Three ropes leave two places: the lower one, or the one that suits the fourth rope better.
+    /// Returns the tool's place: three ropes leave two, of which the lower one, or the one that suits the
+    /// fourth rope better, is taken.
     pub(super) fn axes(&self, motors: &[f64; MOST_ANCHORS]) -> Axes {
         let ([a, b, c, d, ..], [alpha, beta, gamma, delta, ..]) = (self.anchors, *motors);
         let [lower, upper] = spheres::meet([a, b, c], [alpha, beta, gamma]);

@@ -58,7 +58,7 @@ impl Motion {
         }
     }
 
-    /// The block can be begun again, and what followed it.
+    /// Whether the block can be begun again, and the blocks behind it too.
     fn is_kept(&self, source: &Source, travelled: f64) -> bool {
         let behind = self.curves_behind(source.block);
         self.planner.released_block(source.block).is_some_and(|block| travelled < block.length)
@@ -72,7 +72,8 @@ impl Motion {
         (0..behind).filter(curved).count() as u32
     }
 
-    /// The first axis that stood still over what it has used from this place on, and might not any more.
+    /// Returns the first axis that stood still over the trajectory it has used from this place on, and might
+    /// not any more.
     fn disturbed(&self, place: &Place, pace: Pace) -> Option<usize> {
         let block = self.planner.released_block(place.source.block)?;
         let rests = pace == Pace::Slower && place.travelled + rest_length(place, block) <= block.length + ROUNDING;
@@ -114,7 +115,7 @@ impl Motion {
             }
             count = count.wrapping_add(1);
             let Some(next) = self.planner.any_block(count) else {
-                // More may come before it gets there; but what brakes rests by then.
+                // More blocks may come before the motion gets there; but a braking plan rests by then.
                 return pace == Pace::Slower;
             };
             (length, is_moved) = (next.length, moves_axis(axis, &block.target, next));
@@ -122,7 +123,7 @@ impl Motion {
         }
     }
 
-    /// The cursor goes back.
+    /// Moves the cursor back to the place.
     fn begin_again(&mut self, place: &Place) {
         let source = &place.source;
         let Some(block) = self.planner.released_block(source.block).copied() else { return };

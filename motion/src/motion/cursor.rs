@@ -83,7 +83,7 @@ impl Motion {
         }
     }
 
-    /// The profile of the running block is used up: standstill, or on to the next block.
+    /// Ends the profile of the running block: standstill, or on to the next block.
     fn end_of_profile(&mut self, now: Ticks) -> Option<()> {
         let run = self.run.as_ref()?;
         let (finished, speed, point) = (run.is_over(), run.speed, run.point());
@@ -175,7 +175,8 @@ impl Motion {
         if block.curved { self.curves.pop() } else { Curve::Line }
     }
 
-    /// A plan may only be used when what follows cannot depend on when the next block arrives.
+    /// Whether the next block may be released: a plan is only used when its result cannot depend on the
+    /// arrival of the next block.
     pub(super) fn may_release(&self, now: Ticks) -> bool {
         let Some(config) = &self.config else { return false };
         let flushed = self.flushed.wrapping_sub(self.planner.released()) as i32 > 0;
@@ -226,7 +227,7 @@ impl Motion {
         }
     }
 
-    /// The end of a hold or a stop.
+    /// Ends a hold or a stop at rest.
     pub(super) fn rest_here(&mut self) {
         if self.state == State::Holding {
             self.state = State::Held;
@@ -274,7 +275,7 @@ impl Motion {
         self.shift_if_late(segment, window);
     }
 
-    /// A segment that begins in the past cannot be played: the rest of the trajectory moves on in time.
+    /// Shifts the rest of the trajectory in time when the segment begins in the past and cannot be played.
     pub(super) fn shift_if_late(&mut self, segment: &mut Segment, window: &Window) {
         if whole_ticks(segment.start) >= window.now {
             return;
@@ -308,7 +309,7 @@ impl Motion {
         FeedOrders { searching: self.filters.bypass_wanted, lead, ..core::mem::take(&mut self.orders) }
     }
 
-    /// The feed's word on what it did.
+    /// Takes the feed's report of a run.
     pub(crate) fn feed_reports(&mut self, now: Ticks, report: FeedReport, urgent: bool, squeezed: u32) -> Passed {
         self.report = report;
         self.counters.urgent = self.counters.urgent.saturating_add(u32::from(urgent));
@@ -318,13 +319,13 @@ impl Motion {
         self.passed
     }
 
-    /// An armed input has fired: stop.
+    /// Stops the motion, as an armed input has fired.
     pub(crate) fn triggered(&mut self, trigger: Trigger) {
         self.trigger = Some(trigger);
         self.stop();
     }
 
-    /// The motors stand at these steps after the queue was cut; everything else is forgotten.
+    /// Lets the motors stand at these steps after the queue was cut, and forgets everything else.
     pub(crate) fn resume_from_cut(&mut self, steps: PerActuator<StepCount>) {
         self.abort();
         let (position, set_back) = (self.position_of_steps(&steps), self.set_back);

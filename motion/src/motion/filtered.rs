@@ -70,7 +70,7 @@ impl Motion {
         self.clock.saturating_sub(self.filters.out).to_bits() < u128::from(LEAST_SPACING)
     }
 
-    /// Trajectory that was taken back has not been replaced yet.
+    /// Whether the trajectory that was taken back has not been replaced yet.
     pub(super) fn is_behind(&self) -> bool {
         self.filters.engaged() && self.clock < self.filters.out
     }

@@ -4,13 +4,13 @@ use super::{Motion, State};
 use crate::jerk_limited::{Ahead, Draft};
 
 impl Motion {
-    /// The running block has a jerk.
+    /// Whether the running block has a jerk.
     pub(super) fn is_jerk_limited(&self) -> bool {
         self.run.as_ref().is_some_and(|run| run.block.jerk > 0.0)
     }
 
-    /// The queue is as full as it can be just after a block was taken out: what waits may not be all there
-    /// is.
+    /// Whether the queue is as full as it can be just after a block was taken out: more may follow than the
+    /// blocks that wait.
     fn was_full(&self) -> bool {
         let most = self.config.as_ref().map_or(0, |config| config.queue_size);
         self.planner.len() + usize::from(self.wants_two) + 1 >= most || self.curves.was_full()

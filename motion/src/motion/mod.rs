@@ -107,7 +107,7 @@ pub struct Motion {
     piece: Option<Piece>,
     /// The ramp at the beginning of that piece, and how many seconds of it were over.
     piece_ramp: Option<(Ramp, f64)>,
-    /// The trajectory is settled up to here.
+    /// Time up to which the trajectory is settled.
     clock: TickTime,
     /// Filters that the trajectory goes through when any is on.
     filters: Filters,
@@ -129,13 +129,13 @@ pub struct Motion {
     planned: PerAxis<f64>,
     /// The last submitted block, for the corner after it. `None`: begins from rest.
     last: Option<Last>,
-    /// A move waits for room for itself and the arc that rounds its corner.
+    /// Whether a move waits for room for itself and the arc that rounds its corner.
     wants_two: bool,
     /// Blocks before this count may be released although the queue is not full.
     flushed: u32,
     /// Count of blocks when the queue last grew, and since when it has not.
     seen: (u32, Ticks),
-    /// The motors stand still at `clock`: what comes next begins a moment from now, not at `clock`.
+    /// Whether the motors stand still at `clock`: the next motion begins a moment from now, not at `clock`.
     resting: bool,
     report: FeedReport,
     /// Sum by which declared positions have set the step counts back.
@@ -186,7 +186,7 @@ impl Exit {
         Self { direction, bend: [0.0; 3] }
     }
 
-    /// Along a curve of this length.
+    /// Returns the end of a path along a curve of this length.
     fn of(path: &Path, length: f64) -> Self {
         Self { direction: Some(path::unit(path, length)), bend: path.curve.bend(length).map(|part| part as f32) }
     }
@@ -299,7 +299,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Declares where the machine is.
+    /// Declares the position of the machine.
     ///
     /// # Errors
     /// [`Refusal::Busy`] unless idle, [`Refusal::NotFinite`] for a position that steps cannot count.
@@ -313,7 +313,7 @@ impl Motion {
         Ok(())
     }
 
-    /// Stands still here, exactly.
+    /// Sets the machine at rest exactly at `position`.
     fn settle_at(&mut self, position: PerAxis<f64>) {
         self.place = position;
         self.planned = position;

@@ -205,7 +205,7 @@ fn check_request(config: &MotionConfig, compensation: &Compensation, request: &M
     countable(config, &compensation.motors(&request.target))
 }
 
-/// Every coordinate is a number, and every motor's steps there can be counted.
+/// Whether every coordinate is a number, and every motor's steps there can be counted.
 pub(super) fn countable(config: &MotionConfig, point: &PerAxis<f64>) -> Result<(), Refusal> {
     let motors = config.kinematics.actuators(point);
     let in_range = Actuator::ALL.into_iter().all(|actuator| {

@@ -31,7 +31,7 @@ enum Shape {
 }
 
 impl Warp {
-    /// A copy of what is in force; nothing where it changes nothing.
+    /// Copies the compensation in force; `None` when it changes nothing.
     #[must_use]
     pub fn of(compensation: &Compensation) -> Option<Self> {
         if compensation.is_suspended() {

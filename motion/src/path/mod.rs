@@ -54,7 +54,7 @@ impl Curve {
         }
     }
 
-    /// Every number of it is one, and its length is that of something.
+    /// Whether every number of the curve is finite, and its length that of something.
     #[must_use]
     pub(crate) fn is_sound(&self) -> bool {
         self.is_line() || (self.length().is_finite() && size(self.offset(0.5 * self.length())).is_finite())

@@ -61,20 +61,20 @@ impl Brake {
         bounds.length(speed, self.speed) * if self.sure { 1.0 } else { RESERVE }
     }
 
-    /// A speed without acceleration is safe `room` before the anchor.
+    /// Whether a speed without acceleration is safe `room` before the anchor.
     pub fn is_safe(&self, speed: f64, room: f64, bounds: &Bounds) -> bool {
         let ramp = if speed <= self.speed * SAME { 0.0 } else { bounds.length(speed, self.speed) };
         // A speed chosen as safe, within its rounding, must be found safe afterwards too.
         speed <= self.top * (1.0 + 1e-12) && ramp <= room + 2.0 * ROUNDING
     }
 
-    /// The greatest such speed, with reserve.
+    /// Returns the greatest safe speed without acceleration, with reserve.
     fn reach(&self, room: f64, bounds: &Bounds) -> f64 {
         bounds.reach(self.speed, if self.sure { room } else { room / RESERVE })
     }
 }
 
-/// The path goes straight on, as nearly as a finely cut curve does.
+/// Whether the path goes straight on, as nearly as a finely cut curve does.
 pub(crate) fn is_tangent(before: Option<[f64; 3]>, after: Option<[f64; 3]>) -> bool {
     let (Some(before), Some(after)) = (before, after) else { return false };
     before.iter().zip(after).map(|(p, n)| p * n).sum::<f64>() >= SMOOTH
@@ -102,7 +102,7 @@ impl Block {
         Bounds { acceleration: self.acceleration, jerk: self.jerk }
     }
 
-    /// Ramps may run from `other` into this block or back: same limits.
+    /// Whether ramps may run from `other` into this block or back: same limits.
     pub(crate) fn ramps_like(&self, other: &Self) -> bool {
         self.jerk == other.jerk && self.acceleration == other.acceleration
     }
@@ -171,7 +171,7 @@ impl Envelope {
 }
 
 impl Planner {
-    /// Profiles are limited in jerk.
+    /// Whether profiles are limited in jerk.
     pub(super) fn has_jerk(&self) -> bool {
         !self.is_empty() && self.block(self.end.wrapping_sub(1)).jerk > 0.0
     }
@@ -246,7 +246,7 @@ impl Planner {
             let next = if after == self.end { None } else { Some(self.block(after)) };
             let block = self.block(count);
             let (brake, entry_sq) = match next {
-                // A corner may yet take its end.
+                // A rounded corner may yet take the end of the last block.
                 None => self.brake(&Block { length: block.length - self.reserve, ..*block }, None),
                 next => self.brake(block, next),
             };

@@ -54,7 +54,7 @@ impl Planner {
         self.gentle_share = if ratio > 0.0 { Some(1.0 - ratio) } else { None };
     }
 
-    /// A minimum cruise ratio is kept.
+    /// Whether a minimum cruise ratio is kept.
     pub(crate) const fn keeps_cruise_ratio(&self) -> bool {
         self.gentle_share.is_some()
     }

@@ -69,7 +69,7 @@ pub struct Planner {
     /// Length of the last block that the rounding of a corner behind it may yet take, mm. The block's entry
     /// speed is planned without that length, so that it can only grow.
     reserve: f64,
-    /// Nothing will be appended soon: the last block's end is where the path ends.
+    /// Whether nothing will be appended soon: the path ends with the last block.
     complete: bool,
     /// Overrides that are in force.
     overrides: Overrides,
@@ -158,7 +158,7 @@ impl Planner {
         true
     }
 
-    /// A corner behind the last block may yet take so much of it, mm; or nothing any more.
+    /// Sets the length of the last block that a corner behind it may yet take, mm.
     pub(crate) fn set_reserve(&mut self, reserve: f64) {
         if reserve != self.reserve && !self.is_empty() {
             self.reserve = reserve;
@@ -213,7 +213,7 @@ impl Planner {
         self.settled = settled;
     }
 
-    /// The exit speed of the next block to be released is final, whatever comes behind.
+    /// Whether the exit speed of the next block to be released is final, whatever comes behind.
     pub(crate) fn front_is_settled(&self) -> bool {
         self.settled.wrapping_sub(self.first) as i32 > 0
     }
@@ -286,7 +286,7 @@ impl Planner {
     }
 }
 
-/// The corner, and no faster than either block cruises.
+/// Returns the limit by the corner and both blocks' cruise speeds.
 fn entry_limit_sq(block: &Block, cruise_before: f64, overrides: &Overrides) -> f64 {
     let cruise = block.cruise(overrides);
     let slower = if cruise < cruise_before { cruise } else { cruise_before };
