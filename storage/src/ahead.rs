@@ -8,15 +8,15 @@ use crate::Card;
 use crate::lens::Lens;
 use drivers::volume::FileReader;
 
-/// The way ahead of a file's reader.
+/// Reading ahead of a file's reader.
 pub(crate) struct Ahead {
     pub file: FileHandle,
     reader: FileReader,
-    /// The first byte that nobody was told of.
+    /// First byte that the card has not been asked to read ahead.
     next: u32,
 }
 
-/// Looked up in one go at most: then the reader goes on first.
+/// Most clusters looked up in one go: then the reader goes on first.
 const CLUSTERS: u32 = 16;
 
 impl Ahead {

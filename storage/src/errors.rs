@@ -6,7 +6,7 @@ use machine::ports::StorageError;
 
 use crate::{Card, Fault};
 
-/// An error of a name.
+/// Converts an error of a name.
 pub(crate) fn of_name<C: Card>(error: fat::Error<C::Error>) -> StorageError {
     match error {
         fat::Error::Device(error) => C::reason(&error),
@@ -22,7 +22,7 @@ pub(crate) fn of_name<C: Card>(error: fat::Error<C::Error>) -> StorageError {
     }
 }
 
-/// An error of a file's content.
+/// Converts an error of a file's content.
 pub(crate) fn of_content<C: Card>(error: Error<Fault<C::Error>>) -> StorageError {
     match error {
         Error::DeviceError(Fault::Card(error)) => C::reason(&error),

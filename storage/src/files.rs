@@ -1,4 +1,4 @@
-//! The storage port over both: names here, contents there.
+//! The storage port: names through [`drivers::fat`], contents through `embedded-sdmmc`.
 
 use drivers::fat::{Error as NameError, Name, Place, Stamp, Volume};
 use embedded_sdmmc::{RawFile, RawVolume, TimeSource, VolumeIdx, VolumeManager};
@@ -323,7 +323,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
             return if bytes.is_empty() { Ok(()) } else { Err(StorageError::ReadOnly) };
         }
         self.written(file)?;
-        // Writing nothing would take a cluster for it.
+        // Writing an empty piece would take a cluster for the file.
         if bytes.is_empty() { Ok(()) } else { self.at_rest(|storage| storage.write_on(file, bytes)) }
     }
 

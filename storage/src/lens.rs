@@ -101,7 +101,7 @@ impl<C> Lens<C> {
         volume.settle(&mut device)
     }
 
-    /// Does something with a device that does not wait; what comes of it.
+    /// Runs `action` with a device that does not wait, and returns its result.
     pub(crate) fn at_hand<R>(
         &mut self,
         action: impl FnOnce(&mut Mounted, &mut AtHand<'_, C>) -> Option<R>,
@@ -122,7 +122,7 @@ impl<C> Lens<C> {
         }
     }
 
-    /// The file of this entry is closed.
+    /// Forgets the case bits of an entry whose file is closed.
     pub(crate) fn release(&mut self, place: Place) {
         self.kept.iter_mut().filter(|kept| kept.is_some_and(|(kept, _)| kept == place)).for_each(|kept| *kept = None);
     }

@@ -87,7 +87,7 @@ pub trait Card {
         Ok(true)
     }
 
-    /// A write that has failed is known: writes are taken again.
+    /// Forgets a write that has failed, once that is known: writes are taken again.
     fn forgive(&mut self) {}
 
     /// Returns the card's identification and its counts since power-on, if known.
@@ -105,7 +105,7 @@ pub trait Card {
         false
     }
 
-    /// Nothing is read ahead any more.
+    /// Stops all reading ahead.
     fn unfollow(&mut self) {}
 
     /// Returns the machine's error for an error of the card.

@@ -48,7 +48,7 @@ struct State {
     written: BTreeMap<u32, [u8; 512]>,
     counts: Counts,
     writes_left: Option<u32>,
-    /// More reads than this are a hang.
+    /// Number of reads beyond which the code counts as hanging.
     most_reads: Option<u32>,
 }
 

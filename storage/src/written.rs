@@ -11,7 +11,7 @@ const BLOCK: usize = 512;
 /// An open file that may be written to.
 pub(crate) struct Written {
     pub raw: RawFile,
-    /// A write went wrong: the file may have more clusters than it says.
+    /// Whether a write went wrong: the file may have more clusters than it says.
     pub has_failed: bool,
 }
 
@@ -29,7 +29,7 @@ impl Gathered {
         Self { file: None, bytes: Vec::new() }
     }
 
-    /// The file that it is of, unless there is nothing.
+    /// Returns the file whose bytes are gathered, if there are any.
     pub(crate) fn file(&self) -> Option<FileHandle> {
         self.file.filter(|_| !self.bytes.is_empty())
     }

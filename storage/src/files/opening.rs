@@ -1,4 +1,4 @@
-//! Opening files: finding them, making them, and giving them to whoever reads or writes.
+//! Opening files: finding them, making them, and giving them to readers and writers.
 
 use drivers::fat::{Attributes, Entry, Place};
 use embedded_sdmmc::{Mode, RawDirectory, RawFile, ShortFileName, TimeSource};

@@ -1,4 +1,4 @@
-//! Writing and closing files: what gathers, and what goes wrong.
+//! Writing and closing files: gathered bytes, and failed writes.
 
 use embedded_sdmmc::{Error, TimeSource};
 use machine::ports::{FileHandle, Storage as _, StorageError};
@@ -27,7 +27,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
         if let Ok(written) = self.written(file) {
             written.has_failed = true;
         }
-        // A write that failed behind everybody's back is why.
+        // An earlier write that failed unseen may be the reason.
         self.is_kept()?;
         match error {
             Error::DiskFull | Error::NotEnoughSpace => Err(self.why_full()),
@@ -79,7 +79,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
         closed
     }
 
-    /// `embedded-sdmmc` does not say why it found no room.
+    /// Finds the reason for a lack of room, which `embedded-sdmmc` does not tell.
     pub(super) fn why_full(&self) -> StorageError {
         match self.names(|volume, device| volume.has_free(device, 1)) {
             Ok(true) => StorageError::Device,
