@@ -47,7 +47,7 @@ pub enum Next {
     Recover(Flaw),
 }
 
-/// Brings flash in order and says what to start. `ended`: how the last run did.
+/// Brings flash in order and returns the next step. `ended`: the end of the last run.
 pub fn settle<F: Flash, C: Card>(flash: &mut F, card: &mut C, layout: &Layout, ended: Ended) -> Next {
     let mut log = Log::read(flash, layout);
     // The policy comes before anything is installed: an install may erase the only copy.
@@ -128,8 +128,8 @@ impl<F: Flash, C: Card> Boot<'_, F, C> {
         log.append(self.flash, Entry::Refused(refusal, pending.image))
     }
 
-    /// Puts the previous image back, if it is there and another one; the one on trial goes on otherwise.
-    /// Whether what is in flash may have changed.
+    /// Puts the previous image back, if it is there and another one; otherwise the one on trial goes on.
+    /// Returns whether the image in flash may have changed.
     fn go_back(&mut self, log: &mut Log<'_>, ended: Ended, failed: Known) -> bool {
         for name in PREVIOUS_FILES {
             let Some(Ok(manifest)) = self.look(log, name) else { continue };

@@ -61,7 +61,7 @@ pub trait Flash {
     /// The flash reports a failure.
     fn erase(&mut self, sector: Sector) -> Result<(), Failed>;
 
-    /// A file is looked at next, which may take a second or two: a watchdog that runs is fed.
+    /// Feeds a running watchdog before a file is looked at, which may take a second or two.
     fn feed_watchdog(&mut self) {}
 }
 

@@ -266,12 +266,12 @@ pub struct Log<'l> {
     words: Words,
     /// Copies of the policy, written before the log is erased: see [`Layout::policy_at`].
     copies: Words,
-    /// The policy that is there.
+    /// Policy stored in the copy.
     copied: Policy,
 }
 
 impl<'l> Log<'l> {
-    /// Reads it. The policy is the one of the copy as long as the log says nothing of any.
+    /// Reads the log. The policy is the one of the copy as long as the log has none.
     pub fn read(flash: &mut impl Flash, layout: &'l Layout) -> Self {
         let mut copies = Words { at: layout.policy_at(), count: POLICY_BYTES / WORD as u32, used: 0 };
         let copied = copies.read(flash, State::default()).policy;
@@ -325,7 +325,7 @@ impl<'l> Log<'l> {
         }
     }
 
-    /// The image that runs does so well. Nothing is written where that is known.
+    /// Confirms that the running image does well. Nothing is written when the log says so already.
     ///
     /// # Errors
     /// The flash does not take it, or the log is full.
@@ -376,7 +376,7 @@ fn entries_of(policy: &Policy) -> impl Iterator<Item = Entry> + use<> {
 }
 
 impl Entry {
-    /// The word that says it.
+    /// Returns the word that stores the entry.
     fn word(&self) -> Word {
         let none = Known { length: 0, digest: [0; 16] };
         let (kind, more, image) = match *self {

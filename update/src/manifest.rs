@@ -16,7 +16,7 @@
 use crate::flash::Layout;
 use core::fmt;
 
-/// Bytes of a manifest.
+/// Length of a manifest, bytes.
 pub const MANIFEST_BYTES: usize = 256;
 
 /// Offset of the vector table in an image. VTOR asks for a multiple of the table's size, rounded up to a

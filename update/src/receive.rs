@@ -1,4 +1,4 @@
-//! An image that comes as a file in pieces, and goes to flash as they come: what a download over USB is.
+//! Receiving an image as a file in pieces, which go to flash as they come: a download over USB.
 //!
 //! The new image takes the place of the one in flash, as there is room for one. So an image that may run is
 //! given up only where the card has one to come back to, should the new one not come whole.
@@ -16,7 +16,7 @@ pub struct Receiving<'l> {
     check: FileCheck<'l>,
     /// Bytes that have come.
     length: u32,
-    /// The image's way into flash; none before its manifest has come, and been found good.
+    /// Download of the image into flash; none before its manifest has come and been found good.
     download: Option<Download>,
 }
 
