@@ -34,7 +34,7 @@ pub struct Passage {
     pub mode: Mode,
     /// Length of its path, mm.
     pub length: f64,
-    /// The speed that was asked for, and the one that its limits allow.
+    /// Speed that the program asks for.
     pub requested: MmPerSecond,
     /// Speed limit by axes and motors.
     pub limit: MmPerSecond,
