@@ -1,78 +1,79 @@
-//! `[z alignment]`, `[bed screws]` and `[axis twist compensation]`: what carries the bed or the gantry, by
-//! motors and by hand.
+//! Sections `[z alignment]`, `[bed screws]` and `[axis twist compensation]`: tilt and twist of the bed or the
+//! gantry, corrected by motors or by hand.
 
 use heapless::Vec;
 use units::Mm;
 
-/// Motors of the Z axis at most: gamma and the three that can be slaved to it.
+/// Greatest number of Z motors: gamma and the three that can be slaved to it.
 pub const MAX_Z_MOTORS: usize = 4;
-/// Screws of a bed at most.
+/// Greatest number of bed screws.
 pub const MAX_SCREWS: usize = 8;
-/// Points of a procedure at most.
+/// Greatest number of probed points.
 pub const MAX_POINTS: usize = 12;
 
-/// `[z alignment]`
+/// Section `[z alignment]`: leveling by Z motors.
 #[derive(Clone, Debug, Default)]
 pub struct ZAlignment {
-    /// Where each Z motor carries the bed or the gantry, X and Y, mm: gamma first, then its slaves in their
-    /// order. Empty: nothing is aligned.
+    /// Positions at which each Z motor carries the bed or the gantry, X and Y, mm: gamma first, then its
+    /// slaves in their order. Empty: nothing is aligned.
     pub motors: Vec<[f64; 2], MAX_Z_MOTORS>,
-    /// Where the bed is touched, mm.
+    /// Positions at which the bed is probed, mm.
     pub points: Vec<[f64; 2], MAX_POINTS>,
-    /// Four motors take out a twist, too.
+    /// Whether four motors take out a twist, too.
     pub twist: bool,
-    /// The motors are aligned when none is off by more.
+    /// Greatest height error of a motor that counts as aligned.
     pub tolerance: Mm,
-    /// Rounds after the first one, at most.
+    /// Greatest number of rounds after the first one.
     pub retries: u8,
-    /// A motor that is off by more is not moved.
+    /// Greatest height error that is corrected; a motor with a larger one is not moved.
     pub max_adjust: Mm,
-    /// Height from which the bed is searched for.
+    /// Height from which the search for the bed begins.
     pub initial_height: Mm,
 }
 
-/// What a turn of a screw does.
+/// Thread of a bed screw.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Thread {
-    /// Way of one turn, mm; zero: not said.
+    /// Height change per turn, mm; zero: not given.
     pub pitch: f64,
-    /// Turned clockwise it raises the bed.
+    /// Whether a clockwise turn raises the bed.
     pub clockwise_raises: bool,
 }
 
-/// Places that tell of an axis's twist at most.
+/// Greatest number of points along a twisted axis.
 pub const MOST_TWIST_POINTS: usize = 8;
 
-/// `[axis twist compensation]`
+/// Section `[axis twist compensation]`.
 #[derive(Clone, Debug, Default)]
 pub struct AxisTwist {
-    /// The twist changes along Y; else along X.
+    /// Whether the twist changes along Y instead of X.
     pub along_y: bool,
-    /// Places along it and what the probe reads too high there, mm. Empty: not known.
+    /// Positions along the axis and the probe's reading error there (positive: too high), mm. Empty: not
+    /// known.
     pub points: Vec<[f64; 2], MOST_TWIST_POINTS>,
-    /// Where it is measured.
+    /// First position of the measurement.
     pub start: Mm,
-    /// To here.
+    /// Last position of the measurement.
     pub end: Mm,
-    /// On this line of the other axis.
+    /// Position of the other axis during the measurement.
     pub line: Mm,
-    /// At so many places.
+    /// Number of measured positions.
     pub samples: u8,
-    /// Height from which the bed is searched for.
+    /// Height from which the search for the bed begins.
     pub initial_height: Mm,
 }
 
-/// `[bed screws]`
+/// Section `[bed screws]`: leveling by hand.
 #[derive(Clone, Debug, Default)]
 pub struct BedScrews {
-    /// Where they are, X and Y, mm; the first one is the reference. Empty: the bed has none.
+    /// Positions of the screws, X and Y, mm; the first one is the reference. Empty: the bed has none.
     pub screws: Vec<[f64; 2], MAX_SCREWS>,
-    /// Their thread.
+    /// Thread of the screws.
     pub thread: Thread,
-    /// Height from which the bed is searched for.
+    /// Height from which the search for the bed begins.
     pub initial_height: Mm,
     /// Height of the tool over a screw that a person turns by paper.
     pub paper_height: Mm,
-    /// The bed is level when no screw is off by more.
+    /// Greatest height error of a screw that counts as level.
     pub tolerance: Mm,
 }

@@ -4,26 +4,26 @@
 /// The geometry of every arm solution; only that of `arm_solution` counts.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Arms {
-    /// `[linear delta]`
+    /// Section `[linear delta]`: rods and towers.
     pub linear_delta: LinearDeltaArms,
-    /// `[rotary delta]`
+    /// Section `[rotary delta]`: arms and plates.
     pub rotary_delta: RotaryDeltaArms,
-    /// `[morgan scara]`
+    /// Section `[morgan scara]`: links and tower.
     pub morgan: MorganArms,
-    /// `[corexz]` `x_reduction` and `z_reduction`.
+    /// Reductions `x_reduction` and `z_reduction` of `[corexz]`.
     pub corexz: [f64; 2],
-    /// `[deltesian]`
+    /// Section `[deltesian]`: rods and towers.
     pub deltesian: DeltesianArms,
-    /// `[generic cartesian]`: what a millimetre of X, Y and Z adds to alpha, beta and gamma.
+    /// Section `[generic cartesian]`: contribution of a millimetre of X, Y and Z to alpha, beta and gamma.
     pub generic: [[f64; 3]; 3],
-    /// `[winch]`: where the ropes of alpha and so on leave their winches.
+    /// Section `[winch]`: exit points of the ropes of alpha and so on.
     pub anchors: [Option<[f64; 3]>; units::MAX_ACTUATORS],
 }
 
-/// `[linear delta]`
+/// Section `[linear delta]`: rods and towers.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LinearDeltaArms {
-    /// Diagonal rod.
+    /// Length of a diagonal rod.
     pub arm_length: f64,
     /// Added to the length of each tower's rod.
     pub arm_offset: [f64; 3],
@@ -33,11 +33,11 @@ pub struct LinearDeltaArms {
     pub tower_offset: [f64; 3],
     /// Added to each tower's angle.
     pub tower_angle: [f64; 3],
-    /// A move out of reach halts; otherwise it is refused and the machine goes on.
+    /// Whether a move out of reach halts; otherwise it is refused and the machine goes on.
     pub halt_on_error: bool,
 }
 
-/// `[rotary delta]`, by the names of the settings.
+/// Section `[rotary delta]`, with the names of the settings.
 #[derive(Clone, Copy, Debug, Default)]
 #[allow(missing_docs, reason = "the settings reference explains them")]
 pub struct RotaryDeltaArms {
@@ -51,28 +51,28 @@ pub struct RotaryDeltaArms {
     pub min_angle: f64,
     pub max_angle: f64,
     pub mirror_xy: bool,
-    /// A move out of reach halts; otherwise it is refused and the machine goes on.
+    /// Whether a move out of reach halts; otherwise it is refused and the machine goes on.
     pub halt_on_error: bool,
 }
 
-/// `[morgan scara]`
+/// Section `[morgan scara]`: links and tower.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MorganArms {
-    /// Inner and outer link.
+    /// Lengths of inner and outer link.
     pub length: [f64; 2],
-    /// From the bed's origin to the tower.
+    /// Position of the tower relative to the bed's origin.
     pub offset: [f64; 2],
-    /// Calibration of X and Y.
+    /// Scale corrections of X and Y.
     pub scaling: [f64; 2],
     /// Limits of the elbow's cosine, folded and stretched.
     pub undefined: [f64; 2],
 }
 
-/// `[deltesian]`, left and right.
+/// Section `[deltesian]`, left and right.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DeltesianArms {
-    /// Diagonal rods.
+    /// Lengths of the diagonal rods.
     pub arm_length: [f64; 2],
-    /// Distance in X of tower and tool in the middle.
+    /// Distance in X between tower and tool in the middle.
     pub arm_x_length: [f64; 2],
 }

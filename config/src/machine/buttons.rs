@@ -1,43 +1,43 @@
-//! `[button box]`: buttons that send lines.
+//! Section `[button box]`: buttons that send lines.
 
 use super::{Command, Name};
 use crate::pin::Pin;
 use units::Micros;
 
-/// A button.
+/// Settings of one button.
 #[derive(Clone, Debug, Default)]
 pub struct ButtonConfig {
-    /// Its name.
+    /// Name of the button in the file.
     pub name: Name,
-    /// Whether it is in use.
+    /// Whether the button is in use.
     pub enable: bool,
-    /// Its input.
+    /// Input of the button.
     pub pin: Option<Pin>,
-    /// `pin = external`: the button is on a panel, which reports it, and has no pin of the board.
+    /// Whether the button is on a panel, which reports it, and has no pin of the board (`pin = external`).
     pub is_external: bool,
-    /// Line that a press sends.
+    /// Line sent by a press.
     pub press: Command,
-    /// Line that its release sends; empty for none.
+    /// Line sent by the release; empty for none.
     pub release: Command,
-    /// Line that a long press sends; empty for none.
+    /// Line sent by a long press; empty for none.
     pub long_press: Command,
-    /// How long that is.
+    /// Least duration of a long press.
     pub long_press_time: Micros,
 }
 
-/// What a button's line asks for that is done at once.
+/// Button commands that are carried out at once, without waiting in line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ButtonWord {
-    /// Halt.
+    /// Halt the machine at once.
     Kill,
-    /// Suspend the job, or go on with the suspended one.
+    /// Suspend the job, or resume the suspended one.
     Suspend,
     /// End the jog that a button began.
     StopJog,
 }
 
 impl ButtonWord {
-    /// The word that a line is; none for a line to carry out.
+    /// Parses a line as such a command; none for a line of G-code.
     #[must_use]
     pub fn of(line: &str) -> Option<Self> {
         match line.trim() {

@@ -1,31 +1,31 @@
-//! Calibration of the machine's geometry by probing.
+//! Settings for calibration of the machine's geometry.
 
 use units::Mm;
 
-/// `[delta calibration strategy]`
+/// Section `[delta calibration strategy]`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DeltaCalibrationConfig {
-    /// `[zprobe] calibration` asks for it.
+    /// Whether `[zprobe] calibration` asks for the calibration.
     pub enable: bool,
     /// Distance of the probed points from the middle.
     pub radius: Mm,
-    /// Height from which the bed is searched for.
+    /// Height from which the search for the bed begins.
     pub initial_height: Mm,
-    /// How many numbers are found: 3, 4, 6, 7 or 9.
+    /// Number of calibrated parameters: 3, 4, 6, 7 or 9.
     pub factors: u8,
-    /// Spread of the points' heights that is good enough.
+    /// Spread of the points' heights at which the calibration ends.
     pub tolerance: Mm,
 }
 
-/// `[z thermal adjust]`
+/// Section `[z thermal adjust]`: growth of the frame.
 #[derive(Clone, Debug, Default)]
 pub struct ZThermalConfig {
-    /// The temperature control whose sensor is on the frame; empty: none.
+    /// Name of the temperature control whose sensor is on the frame; empty: none.
     pub sensor: super::Name,
-    /// By how much the tool comes away from the bed for each degree, mm.
+    /// Growth of the distance between tool and bed per degree, mm.
     pub coefficient: f64,
-    /// Readings are smoothed over so long, s.
+    /// Time constant of the smoothing of readings, s.
     pub smooth_s: f64,
-    /// Z is shifted by no more.
+    /// Greatest shift of Z.
     pub max_adjust: Mm,
 }

@@ -1,115 +1,115 @@
-//! `[fan]`: what an output of `[switch]` drives is a fan, and what that fan follows.
+//! Section `[fan]`: fans on outputs of `[switch]`, and the control of their speed.
 
 use super::{MachineConfig, Name};
 use crate::pin::Pin;
 use heapless::String;
 use units::{Celsius, Micros};
 
-/// What a fan follows.
+/// Quantity that controls a fan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FanFollows {
-    /// The codes of its switch.
+    /// Codes of the fan's switch.
     #[default]
     Codes,
-    /// Heaters: it runs while one of them heats or is warm.
+    /// Heaters: the fan runs while one of them heats or is warm.
     Heaters,
-    /// Motors and heaters: it runs while one of them is on, and a while longer.
+    /// Motors and heaters: the fan runs while one of them is on, and for `linger` afterwards.
     Electronics,
-    /// A temperature, which it is to keep.
+    /// Temperature that the fan holds.
     Temperature,
 }
 
-/// What happens when a fan does not turn.
+/// Response to a fan that has stopped.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StoppedFan {
-    /// Every console is told.
+    /// Every console gets a message.
     #[default]
     Tell,
-    /// The machine halts.
+    /// The machine halts at once.
     Halt,
 }
 
-/// How a fan is driven: shares of full power, 0 to 1.
+/// Drive of a fan: shares of full power, 0 to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FanDriveConfig {
-    /// Asked for less, it is off.
+    /// Requested power below which the fan is off.
     pub off_below: f32,
-    /// It is never given less, unless it is off.
+    /// Least power of a running fan.
     pub min_power: f32,
-    /// It is never given more.
+    /// Greatest power of the fan.
     pub max_power: f32,
-    /// How long it has all of that first, when it is to run faster.
+    /// Duration of the kick start at `max_power`.
     pub kick_start: Micros,
-    /// By how much faster; from standstill always.
+    /// Least increase in power that gets a kick start; a start from standstill always does.
     pub kick_start_step: f32,
 }
 
-/// How a fan keeps a temperature.
+/// Control law of a fan that holds a temperature.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FanControl {
-    /// With a PID law; else on and off.
+    /// Whether PID control is used instead of on/off.
     pub pid: bool,
-    /// Share of full power for each degree too warm.
+    /// Proportional gain: share of full power per degree too warm.
     pub p: f32,
-    /// The same for each degree and second.
+    /// Integral gain: share of full power per degree-second.
     pub i: f32,
-    /// The same for each degree a second.
+    /// Derivative gain: share of full power per degree a second.
     pub d: f32,
 }
 
 /// The tachometer of a fan.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TachometerConfig {
-    /// Its input.
+    /// Input of the tachometer.
     pub pin: Option<Pin>,
-    /// Pulses of a turn.
+    /// Pulses per turn of the fan.
     pub pulses_per_turn: f32,
-    /// Turning slower than this while it is driven, turns a minute, it counts as stopped; 0: never.
+    /// Speed below which a driven fan counts as stopped, turns a minute; 0: never.
     pub min_rpm: f32,
-    /// For how long.
+    /// Time below `min_rpm` before the fan counts as stopped.
     pub stopped_after: Micros,
-    /// What happens then.
+    /// Response to a stopped fan.
     pub when_stopped: StoppedFan,
 }
 
-/// A fan. It has the name of the switch that drives it.
+/// A fan, named like the switch that drives it.
 #[derive(Clone, Debug, Default)]
 pub struct FanConfig {
-    /// That name.
+    /// Name of the fan and its switch.
     pub name: Name,
-    /// Whether it exists.
+    /// Whether the fan is in use.
     pub enable: bool,
-    /// What it follows.
+    /// Quantity that controls the fan.
     pub follows: FanFollows,
-    /// Names of temperature controls, as written.
+    /// Names of the watched temperature controls, as written.
     pub sensors: String<72>,
-    /// The same by their places, one bit each, once all have one.
+    /// Places of the watched temperature controls, one bit each; set once all controls have places.
     pub watched: u8,
-    /// The temperature that it follows.
+    /// Temperature that controls the fan.
     pub temperature: Celsius,
-    /// Half the width around it in which nothing changes.
+    /// Half width of the dead band around `temperature`.
     pub hysteresis: Celsius,
-    /// Share of full power at which it runs.
+    /// Share of full power of the running fan.
     pub speed: f32,
-    /// The same while it lingers, and the least with which it keeps a temperature.
+    /// Share of full power while lingering, and the least while holding a temperature.
     pub idle_speed: f32,
-    /// How long it lingers.
+    /// Time for which the fan runs on.
     pub linger: Micros,
-    /// How it keeps a temperature.
+    /// Control law for holding a temperature.
     pub control: FanControl,
-    /// How it is driven.
+    /// Drive limits and kick start.
     pub drive: FanDriveConfig,
-    /// How its turning is known.
+    /// Tachometer that monitors the fan.
     pub tachometer: TachometerConfig,
 }
 
 impl FanConfig {
-    /// The names of the temperature controls.
+    /// Returns the names of the watched temperature controls.
     pub fn sensor_names(&self) -> impl Iterator<Item = &str> {
         self.sensors.split(',').map(str::trim).filter(|name| !name.is_empty())
     }
 
-    /// Whether it watches the temperature control at this place.
+    /// Returns whether the fan watches the temperature control at this place.
     #[must_use]
     pub const fn watches(&self, place: usize) -> bool {
         place < 8 && self.watched & 1 << place != 0
@@ -119,7 +119,7 @@ impl FanConfig {
 const _: () = assert!(super::MAX_TEMPERATURES <= 8, "a fan's temperature controls are bits of a byte");
 
 impl MachineConfig {
-    /// The fan that a switch drives, when it follows something else than the switch's codes.
+    /// Returns the fan of a switch, when something else than the switch's codes controls the fan.
     #[must_use]
     pub fn automatic_fan(&self, switch: &str) -> Option<&FanConfig> {
         self.fans.iter().find(|fan| fan.enable && fan.name == switch && fan.follows != FanFollows::Codes)

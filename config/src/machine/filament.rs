@@ -4,109 +4,108 @@ use units::{Micros, Mm, MmPerSecond, ToolId};
 
 use crate::pin::{Pin, ThermistorInput};
 
-/// `[filament detector]`
+/// Section `[filament detector]`: run-out and jams.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FilamentDetectorConfig {
-    /// There is a detector.
+    /// Whether there is a detector.
     pub enable: bool,
-    /// A wheel that filament turns: its pulses.
+    /// Pulse input of a wheel that filament turns.
     pub encoder_pin: Option<Pin>,
-    /// Active while filament is too thick.
+    /// Input that is active while filament is too thick.
     pub bulge_pin: Option<Pin>,
-    /// Active while there is no filament.
+    /// Input that is active while there is no filament.
     pub detector_pin: Option<Pin>,
-    /// Between two looks at the pulses.
+    /// Time between two checks of the pulses.
     pub check_every: Micros,
-    /// Pulses of a millimetre.
+    /// Pulses per millimetre of filament.
     pub pulses_per_mm: f64,
-    /// Heaters stay on when it suspends the job.
+    /// Whether heaters stay on when the detector suspends the job.
     pub leave_heaters_on: bool,
 }
 
 impl FilamentDetectorConfig {
-    /// The input that says that there is no filament, or that it is too thick: where both are given, the
-    /// latter.
+    /// Returns the input for missing or too thick filament: `bulge_pin` where both are given.
     #[must_use]
     pub fn level_pin(&self) -> Option<Pin> {
         self.bulge_pin.or(self.detector_pin).filter(|_| self.enable)
     }
 
-    /// The input of the wheel.
+    /// Returns the pulse input of the wheel.
     #[must_use]
     pub fn wheel_pin(&self) -> Option<Pin> {
         self.encoder_pin.filter(|_| self.enable)
     }
 }
 
-/// Something of known thickness, and what the sensor read with it.
+/// Calibration gauge of known thickness, and the reading of the sensor with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Gauge {
-    /// Ten-thousandths of full scale, of all inputs together.
+    /// Reading of all inputs together, ten-thousandths of full scale.
     pub raw: f64,
-    /// Its diameter.
+    /// Diameter of the gauge.
     pub diameter: Mm,
 }
 
-/// `[filament width sensor]`
+/// Section `[filament width sensor]`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FilamentWidthConfig {
-    /// There is one.
+    /// Whether there is a width sensor.
     pub enable: bool,
-    /// Its inputs: one, or those of two Hall sensors, whose readings are added up.
+    /// Inputs of the sensor: one, or those of two Hall sensors, whose readings are added up.
     pub inputs: [Option<ThermistorInput>; 2],
-    /// What it was calibrated with.
+    /// Gauges used for the calibration.
     pub gauges: [Gauge; 2],
-    /// Diameter of a volt, mm; 0: by the gauges.
+    /// Diameter per volt, mm; 0: by the gauges.
     pub mm_per_volt: f64,
-    /// What E in mm is meant for.
+    /// Nominal diameter, for which E in mm is meant.
     pub nominal: Mm,
-    /// What differs more is not believed.
+    /// Greatest deviation from nominal that is believed.
     pub max_difference: Mm,
-    /// Filament from the sensor to the nozzle.
+    /// Filament length from the sensor to the nozzle.
     pub delay: Mm,
-    /// Thinner: it has run out; 0: never.
+    /// Diameter below which filament has run out; 0: never.
     pub min_diameter: Mm,
-    /// Thicker: it would jam; 0: never.
+    /// Diameter above which filament would jam; 0: never.
     pub max_diameter: Mm,
-    /// The flow follows what was measured.
+    /// Whether the flow is corrected by the measured diameter.
     pub correct_flow: bool,
-    /// What is before the first piece measured is as thick; else nominal.
+    /// Whether the filament before the first measured piece is taken to be as thick; otherwise nominal.
     pub measured_at_once: bool,
-    /// The extruder whose filament it measures.
+    /// Extruder whose filament is measured.
     pub tool: ToolId,
-    /// What is measured is said.
+    /// Whether measurements are reported on every console.
     pub log: bool,
 }
 
 impl FilamentWidthConfig {
-    /// The inputs that are read, each with its place in the list.
+    /// Returns the inputs in use, each with its place in the list.
     pub fn live_inputs(&self) -> impl Iterator<Item = (usize, ThermistorInput)> + use<> {
         let inputs = if self.enable { self.inputs } else { [None; 2] };
         inputs.into_iter().enumerate().filter_map(|(place, input)| Some((place, input?)))
     }
 }
 
-/// `[filament change]`
+/// Section `[filament change]`: M600, M701 and M702.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct FilamentChangeConfig {
-    /// Pulled back as soon as the job is suspended, so that nothing oozes.
+    /// Length retracted as soon as the job is suspended, so that nothing oozes.
     pub retract: Mm,
-    /// How far the tool rises.
+    /// Height by which the tool rises.
     pub lift: Mm,
-    /// Where it waits, machine X and Y; `None`: where it is.
+    /// Parking position, machine X and Y; `None`: where the job stopped.
     pub park: [Option<Mm>; 2],
-    /// How fast it goes there.
+    /// Speed of the move to the parking position.
     pub park_rate: MmPerSecond,
-    /// Pulled out of the machine; 0: a person does it.
+    /// Length pulled out of the machine; 0: the operator pulls.
     pub unload: Mm,
-    /// How fast.
+    /// Speed of the unloading.
     pub unload_rate: MmPerSecond,
-    /// Pushed in up to the nozzle; 0: a person does it.
+    /// Length pushed in up to the nozzle; 0: the operator pushes.
     pub load: Mm,
-    /// How fast.
+    /// Speed of the loading.
     pub load_rate: MmPerSecond,
-    /// Pressed through the nozzle after that.
+    /// Length pressed through the nozzle after loading.
     pub purge: Mm,
-    /// How fast.
+    /// Speed of the purging.
     pub purge_rate: MmPerSecond,
 }

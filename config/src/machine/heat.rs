@@ -5,7 +5,7 @@ use crate::pin::{Pin, ThermistorInput};
 use heapless::String;
 use units::{Celsius, Duty, HeaterId, Micros, Ohms, Volts};
 
-/// Kind of sensor.
+/// Kind of temperature sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names are the meaning")]
 pub enum SensorKind {
@@ -26,7 +26,7 @@ pub enum SensorKind {
 }
 
 impl SensorKind {
-    /// In the order of [`Self::WORDS`].
+    /// All kinds, in the order of [`Self::WORDS`].
     pub const ALL: [Self; 13] = [
         Self::Thermistor,
         Self::Pt100,
@@ -42,7 +42,7 @@ impl SensorKind {
         Self::Max31856,
         Self::Max31865,
     ];
-    /// What the file calls them.
+    /// Words for the kinds in the file, in the order of [`Self::ALL`].
     pub const WORDS: [&'static str; 13] = {
         let mut words = [""; 13];
         let mut at = 0;
@@ -53,7 +53,7 @@ impl SensorKind {
         words
     };
 
-    /// What the file calls it.
+    /// Returns the word for this kind in the file.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -73,19 +73,19 @@ impl SensorKind {
         }
     }
 
-    /// It is read by the converter, at `thermistor_pin`.
+    /// Returns whether the board's analogue converter reads the sensor, at `thermistor_pin`.
     #[must_use]
     pub const fn is_analog(self) -> bool {
         matches!(self, Self::Thermistor | Self::Pt100 | Self::Pt1000 | Self::Ad849x | Self::Voltage)
     }
 
-    /// It is read by a converter chip of its own, on an SPI bus.
+    /// Returns whether a converter chip on an SPI bus reads the sensor.
     #[must_use]
     pub const fn is_on_spi(self) -> bool {
         matches!(self, Self::Max31855 | Self::Max31856 | Self::Max31865)
     }
 
-    /// It measures nothing itself: it combines others.
+    /// Returns whether the temperature is combined from other controls instead of measured.
     #[must_use]
     pub const fn is_combined(self) -> bool {
         matches!(self, Self::Max | Self::Min | Self::Mean | Self::Difference)
@@ -95,25 +95,25 @@ impl SensorKind {
 /// Most points of a sensor's curve of voltages.
 pub const MAX_VOLTAGE_POINTS: usize = 6;
 
-/// A thermistor and its divider. Which rule applies, strongest first: `rt_curve`, `coefficients`, `table`,
-/// `beta`.
+/// A thermistor and its divider. Where several conversions are given, the first of `rt_curve`,
+/// `coefficients`, `table` and `beta` applies.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ThermistorConfig {
-    /// Analogue input.
+    /// Analogue input of the sensor.
     pub input: Option<ThermistorInput>,
     /// A built-in table entry by its name; the reader has checked that the name is known.
     pub table: Option<&'static str>,
-    /// Look the name up only among the beta entries.
+    /// Whether `table` is looked up only among the beta entries.
     pub use_beta_table: bool,
-    /// Beta constant, kelvin.
+    /// Beta constant of the thermistor, kelvin.
     pub beta_k: f64,
-    /// Resistance at `t0`.
+    /// Thermistor resistance at `t0`, ohm.
     pub r0: Ohms,
-    /// Temperature of `r0`.
+    /// Temperature at which `r0` holds.
     pub t0: Celsius,
-    /// Resistor in parallel with the thermistor; zero for none.
+    /// Resistor in parallel with the thermistor, ohm; zero for none.
     pub r1: Ohms,
-    /// Pull-up resistor.
+    /// Pull-up resistor of the divider, ohm.
     pub r2: Ohms,
     /// Steinhart-Hart coefficients c1 c2 c3.
     pub coefficients: Option<[f64; 3]>,
@@ -121,22 +121,22 @@ pub struct ThermistorConfig {
     pub rt_curve: Option<[(f64, f64); 3]>,
 }
 
-/// Where a temperature comes from.
+/// The temperature sensor of a control.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SensorConfig {
-    /// What it is.
+    /// Kind of the sensor.
     pub kind: SensorKind,
-    /// When it is a thermistor; its input and its divider serve every other analogue sensor too.
+    /// Thermistor data; input and divider serve every other analogue sensor too.
     pub thermistor: ThermistorConfig,
     /// Output of a thermocouple amplifier at 0 C.
     pub amplifier_offset: Volts,
-    /// Points of (temperature C, volts), as many as are written.
+    /// Points of the voltage curve, (temperature C, volts), as many as are written.
     pub voltage_points: [Option<[f64; 2]>; MAX_VOLTAGE_POINTS],
-    /// The temperature controls that it combines, in the order that is written.
+    /// Temperature controls that a combined sensor is made of, in the order written.
     pub parts: [Option<HeaterId>; units::MAX_HEATERS],
     /// Time constant of the filter between sensor and control, s; 0: none.
     pub filter_s: f32,
-    /// When a converter chip reads it.
+    /// Settings of the converter chip, for a sensor on an SPI bus.
     pub spi: SpiSensorConfig,
     /// Sampling and control rate.
     pub readings_per_second: u16,
@@ -146,58 +146,58 @@ pub struct SensorConfig {
 /// degree.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pid {
-    /// Proportional.
+    /// Proportional gain, duty steps per degree.
     pub p: f32,
-    /// Integral, per second.
+    /// Integral gain, duty steps per degree-second.
     pub i: f32,
-    /// Derivative, seconds.
+    /// Derivative gain, duty-seconds per degree.
     pub d: f32,
     /// Limit of the integral term, duty steps.
     pub i_max: f32,
     /// Time constant of the derivative's filter, s; 0: none.
     pub d_filter_s: f32,
-    /// Proportional on measurement.
+    /// Whether the proportional term follows the measurement instead of the error.
     pub on_measurement: bool,
-    /// At a limit of the output the integral does not move towards it.
+    /// Whether the integral stops moving towards a limit that the output has reached.
     pub windup: bool,
 }
 
-/// What is known of a heater: control by a model of it.
+/// Thermal model of a heater, for model-based control.
 #[derive(Clone, Debug, Default)]
 pub struct ThermalModel {
-    /// Of the heater at full output, W.
+    /// Power of the heater at full output, W.
     pub power_w: f32,
-    /// Heat capacity of what it heats, J/K; 0: not known.
+    /// Heat capacity of the heated part, J/K; 0: not known.
     pub capacity: f32,
-    /// Loss to still air, W/K.
+    /// Heat loss to still air, W/K.
     pub loss: f32,
-    /// More with the fan full on, W/K.
+    /// Additional heat loss with the fan full on, W/K.
     pub fan_loss: f32,
     /// Dead time and lag of the sensor, s; 0: not known.
     pub late_s: f32,
-    /// What filament takes, J/(mm3 K).
+    /// Heat that filament carries away, J/(mm3 K).
     pub filament_heat: f32,
-    /// Name of the switch of the fan that blows at it; empty: none.
+    /// Name of the switch of the fan that blows at the heated part; empty: none.
     pub fan_name: Name,
-    /// The same by its place in the list of switches.
+    /// Place of the switch `fan_name` in the list of switches.
     pub fan: Option<u8>,
 }
 
-/// How the heater follows the target.
+/// Control law by which a heater follows its target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ControlLaw {
-    /// PID by [`Pid`].
+    /// PID control with the gains of [`Pid`].
     Pid,
-    /// By [`ThermalModel`].
+    /// Model-based control with [`ThermalModel`].
     Model,
-    /// On below, off above the target by this much.
+    /// On/off control: on below the target, off above.
     BangBang {
         /// Half width of the dead band.
         hysteresis: Celsius,
     },
 }
 
-/// Runaway detection.
+/// Settings of the runaway detection.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Runaway {
     /// Allowed deviation once the target was reached; none: not checked.
@@ -206,24 +206,24 @@ pub struct Runaway {
     pub heating_timeout: Option<Micros>,
     /// Time allowed to cool down; none: as if cooling were instant.
     pub cooling_timeout: Option<Micros>,
-    /// How close counts as reached.
+    /// Deviation from the target that still counts as reached.
     pub error_range: Celsius,
 }
 
-/// How a heater must answer to being driven.
+/// Heater verification: the response to power that a working heater must show.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Verify {
-    /// Below its target by more than this it must warm.
+    /// Distance below the target beyond which the reading must rise.
     pub band: Celsius,
-    /// By this much...
+    /// Rise that is required within `gain_time` at full output.
     pub gain: Celsius,
-    /// ...with full output for so long; none: not checked.
+    /// Time at full output within which the reading must rise by `gain`; none: not checked.
     pub gain_time: Option<Micros>,
-    /// Degrees below the band times seconds that are allowed once it was at its target; 0: any.
+    /// Degrees below the band times seconds that are allowed once the target was reached; 0: any.
     pub max_error: f32,
-    /// Largest rise of the reading in a second; 0: any.
+    /// Largest rise of the reading, degrees per second; 0: any.
     pub max_rise: Celsius,
-    /// Largest fall of the reading in a second; 0: any.
+    /// Largest fall of the reading, degrees per second; 0: any.
     pub max_fall: Celsius,
     /// Longest time at full output; none: for ever.
     pub full_power_timeout: Option<Micros>,
@@ -231,45 +231,45 @@ pub struct Verify {
     pub hold_timeout: Option<Micros>,
 }
 
-/// When M109 and its like have waited long enough.
+/// Conditions that end the wait of M109 and similar codes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TemperatureWait {
-    /// So near below the target counts as reached.
+    /// Distance below the target that counts as reached.
     pub window: Celsius,
-    /// It must be there for so long.
+    /// Time for which the reading must stay within the window.
     pub dwell: Micros,
-    /// The wait ends with an error after so long; 0: never.
+    /// Time after which the wait ends with an error; 0: never.
     pub timeout: Micros,
 }
 
-/// One temperature controller, or a sensor when it has no heater.
+/// A temperature control, or only a sensor when there is no heater.
 #[derive(Clone, Debug, Default)]
 pub struct TemperatureConfig {
-    /// Its name.
+    /// Name of the control in the file.
     pub name: Name,
-    /// Whether it exists.
+    /// Whether the control is in use.
     pub enable: bool,
-    /// Address in tool changes and M-codes; 250 and above are always active.
+    /// Address in tool changes and M-codes; controls numbered 250 and above are always active.
     pub tool_id: ToolId,
     /// Label in reports: T, B.
     pub designator: String<8>,
-    /// Sensor.
+    /// Sensor that measures the temperature.
     pub sensor: SensorConfig,
-    /// Names of what a combined sensor is made of.
+    /// Names of the controls that a combined sensor is made of.
     pub combines: String<96>,
     /// Heater output; none: read only.
     pub heater_pin: Option<Pin>,
-    /// Ceiling of the output.
+    /// Ceiling of the output's duty cycle.
     pub max_pwm: Duty,
-    /// It is on once in so long; 0: as often as can be.
+    /// Period of the output, with one pulse in each; 0: as fast as possible.
     pub cycle: Micros,
-    /// Gains.
+    /// Gains of the PID control.
     pub pid: Pid,
-    /// Control by a model instead of PID.
+    /// Whether a thermal model controls instead of PID.
     pub by_model: bool,
-    /// What the model needs to know.
+    /// Parameters of the thermal model.
     pub model: ThermalModel,
-    /// On/off control instead of PID.
+    /// Whether on/off control is used instead of PID.
     pub bang_bang: bool,
     /// Half width of the on/off dead band.
     pub hysteresis: Celsius,
@@ -277,31 +277,31 @@ pub struct TemperatureConfig {
     pub min_temp: Celsius,
     /// Highest allowed target and reading.
     pub max_temp: Celsius,
-    /// Runaway detection.
+    /// Settings of the runaway detection.
     pub runaway: Runaway,
-    /// How it must answer.
+    /// Limits of the heater verification.
     pub verify: Verify,
-    /// When a wait for it is over.
+    /// Conditions that end a wait for the target.
     pub wait: TemperatureWait,
     /// M-code that sets the target.
     pub set_m_code: u16,
     /// M-code that sets the target and waits.
     pub set_and_wait_m_code: u16,
-    /// M-code that reports.
+    /// M-code that reports the temperature.
     pub get_m_code: u16,
     /// Meaning of S1 and S2; zero: off.
     pub presets: [Celsius; 2],
-    /// Presets with names, as they are written.
+    /// Named presets, as written in the file.
     pub preset_names: String<96>,
 }
 
 impl TemperatureConfig {
-    /// Names of what a combined sensor is made of.
+    /// Returns the names of the controls that a combined sensor is made of.
     pub fn part_names(&self) -> impl Iterator<Item = &str> {
         self.combines.split([',', ' ', '\t']).filter(|name| !name.is_empty())
     }
 
-    /// Presets with names; none where no temperature follows.
+    /// Returns the named presets; the temperature is `None` where none is written.
     pub fn named_presets(&self) -> impl Iterator<Item = (&str, Option<Celsius>)> {
         self.preset_names.split(',').map(str::trim).filter(|preset| !preset.is_empty()).map(|preset| {
             let (name, celsius) = preset.split_once([' ', '\t']).unwrap_or((preset, ""));
@@ -309,14 +309,14 @@ impl TemperatureConfig {
         })
     }
 
-    /// The temperature of a preset.
+    /// Returns the temperature of a named preset.
     #[must_use]
     pub fn preset(&self, name: &str) -> Option<Celsius> {
         let mut presets = self.named_presets();
         presets.find(|(preset, _)| preset.eq_ignore_ascii_case(name)).and_then(|(_, celsius)| celsius)
     }
 
-    /// The control law chosen.
+    /// Returns the control law chosen.
     #[must_use]
     pub const fn control(&self) -> ControlLaw {
         match (self.bang_bang, self.by_model) {
@@ -326,7 +326,7 @@ impl TemperatureConfig {
         }
     }
 
-    /// It melts filament: its number is that of a tool, not of a bed or a chamber.
+    /// Returns whether the heater melts filament: its `tool_id` is a tool's, not a bed's or a chamber's.
     #[must_use]
     pub fn is_hot_end(&self) -> bool {
         self.heater_pin.is_some() && self.tool_id < ToolId::FIRST_BED

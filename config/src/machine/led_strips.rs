@@ -4,50 +4,50 @@ use super::{MachineConfig, Name};
 use crate::pin::PwmOutput;
 use units::{Colour, ColourOrder};
 
-/// What a strip shows.
+/// Source of a strip's colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum StripShows {
-    /// What codes say.
+    /// Colours that codes set.
     #[default]
     Codes,
-    /// How the machine is, while there is something to see; else what codes say.
+    /// State of the machine, while there is something to show; otherwise the colours that codes set.
     State,
 }
 
-/// A strip.
+/// Settings of one LED strip.
 #[derive(Clone, Debug, Default)]
 pub struct LedStripConfig {
-    /// Its name.
+    /// Name of the strip in the file.
     pub name: Name,
-    /// Whether it exists.
+    /// Whether the strip is in use.
     pub enable: bool,
-    /// The number by which M150 knows it.
+    /// Number of the strip in M150.
     pub number: u8,
-    /// Its data line; none where it is switches.
+    /// Data output; none for a light made of switches.
     pub pin: Option<PwmOutput>,
-    /// Lights in the chain.
+    /// Number of lights in the chain.
     pub chain_count: u16,
-    /// The order in which its chips take their colour; none when it was not understood.
+    /// Order in which the chips take their colours; none when it was not understood.
     pub order: Option<ColourOrder>,
-    /// Share of full brightness that 255 is, 0 to 1.
+    /// Share of full brightness for the value 255, 0 to 1.
     pub brightness: f32,
-    /// Its colour when the machine has started.
+    /// Colour at the start of the machine.
     pub initial: Colour,
-    /// What it shows.
+    /// Source of the strip's colours.
     pub shows: StripShows,
-    /// Names of the switches that are its colours, as written: red, green, blue, white. Those that it has
-    /// not are empty.
+    /// Names of the switches for red, green, blue and white, as written; empty for colours the strip does not
+    /// have.
     pub switches: [Name; 4],
 }
 
 impl LedStripConfig {
-    /// It is one light whose colours are outputs of switches.
+    /// Returns whether the strip is one light whose colours are outputs of switches.
     #[must_use]
     pub fn is_of_switches(&self) -> bool {
         self.switches.iter().any(|name| !name.is_empty())
     }
 
-    /// Lights that it has.
+    /// Returns the number of lights.
     #[must_use]
     pub fn lights(&self) -> u16 {
         if self.is_of_switches() { 1 } else { self.chain_count }
@@ -55,13 +55,13 @@ impl LedStripConfig {
 }
 
 impl MachineConfig {
-    /// The strip that a switch is a colour of.
+    /// Returns the strip that has the switch as a colour.
     #[must_use]
     pub fn strip_of_switch(&self, switch: &str) -> Option<&LedStripConfig> {
         self.led_strips.iter().find(|strip| strip.enable && strip.switches.iter().any(|name| name == switch))
     }
 
-    /// Whether the timer of PWM1 or PWM2 (1, 2) sends to strips, so that it can do nothing else.
+    /// Returns whether the timer of PWM1 or PWM2 (1, 2) sends data to strips and so can do nothing else.
     #[must_use]
     pub fn timer_sends(&self, timer: u8) -> bool {
         self.led_strips.iter().any(|strip| strip.enable && strip.pin.is_some_and(|pin| pin.timer == timer))

@@ -3,103 +3,103 @@
 use heapless::Vec;
 use units::Mm;
 
-/// How the bed is leveled.
+/// Method of bed leveling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Leveling {
-    /// As a plane through three points.
+    /// Plane through three points.
     ThreePoint,
-    /// By a square grid around the middle.
+    /// Square grid around the middle.
     DeltaGrid,
-    /// By a rectangular grid.
+    /// Rectangular grid of points.
     CartesianGrid,
 }
 
-/// What levels the machine, and how its axes lean.
+/// Bed leveling and skew of the axes.
 #[derive(Clone, Debug, Default)]
 pub struct LevelingConfig {
-    /// `[zprobe] leveling`
+    /// Strategy of bed leveling: `[zprobe] leveling`.
     pub strategy: Option<Leveling>,
     /// `[three point leveling strategy]` `point1` to `point3`: X and Y, mm.
     pub points: [[f64; 2]; 3],
-    /// Its `probe_offsets`, mm.
+    /// Probe offsets of the three-point strategy, mm.
     pub plane_offsets: [f64; 3],
-    /// It homes X and Y first.
+    /// Whether X and Y home before the three-point probing.
     pub home_first: bool,
-    /// Its heights are one when they differ by no more.
+    /// Greatest difference of the three heights that counts as level.
     pub tolerance: Mm,
-    /// M500 stores the plane.
+    /// Whether M500 stores the plane.
     pub save_plane: bool,
-    /// `[cartesian grid leveling strategy]`
+    /// Section `[cartesian grid leveling strategy]`.
     pub grid: CartesianGrid,
-    /// `[delta grid leveling strategy]`
+    /// Section `[delta grid leveling strategy]`.
     pub delta: DeltaGrid,
-    /// `[bed mesh]`
+    /// Section `[bed mesh]`: interpolation and regions.
     pub mesh: MeshConfig,
-    /// `[skew correction]`: XY, XZ, YZ.
+    /// Section `[skew correction]`: XY, XZ, YZ.
     pub skew: [SkewConfig; 3],
 }
 
-/// `[cartesian grid leveling strategy]`
+/// Section `[cartesian grid leveling strategy]`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CartesianGrid {
-    /// Of the area, from the origin along X and Y.
+    /// Size of the probed area from the origin along X and Y.
     pub size: [Mm; 2],
     /// Points along X and Y.
     pub count: [u8; 2],
-    /// M500 adds a command that loads the grid.
+    /// Whether M500 adds a command that loads the grid.
     pub save: bool,
-    /// The area comes with each probing.
+    /// Whether the area comes from the code of each probing instead.
     pub two_corners: bool,
-    /// Printed with coordinates.
+    /// Whether the grid is printed with coordinates.
     pub human_readable: bool,
-    /// It homes first.
+    /// Whether the machine homes before probing.
     pub home: bool,
-    /// Height from which the bed is searched for.
+    /// Height from which the search for the bed begins.
     pub initial_height: Mm,
-    /// Probe relative to the nozzle, mm.
+    /// Position of the probe relative to the nozzle, mm.
     pub offsets: [f64; 3],
-    /// `dampening_start`
+    /// Height from which the correction fades: `dampening_start`.
     pub fade_start: Mm,
-    /// `height_limit`
+    /// Height at which the fade ends: `height_limit`.
     pub fade_end: Mm,
-    /// The correction that is left there.
+    /// Correction that is left at `fade_end`.
     pub fade_target: Mm,
 }
 
-/// `[delta grid leveling strategy]`
+/// Section `[delta grid leveling strategy]`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DeltaGrid {
-    /// Of the probed circle.
+    /// Radius of the probed circle.
     pub radius: Mm,
-    /// Points along a side.
+    /// Points along a side of the grid.
     pub count: u8,
-    /// M500 adds a command that loads the grid.
+    /// Whether M500 adds a command that loads the grid.
     pub save: bool,
-    /// It homes first.
+    /// Whether the machine homes before probing.
     pub home: bool,
-    /// Height from which the bed is searched for.
+    /// Height from which the search for the bed begins.
     pub initial_height: Mm,
-    /// Probe relative to the nozzle, mm.
+    /// Position of the probe relative to the nozzle, mm.
     pub offsets: [f64; 3],
 }
 
-/// Regions of a bed that cannot be touched, at most.
+/// Greatest number of regions of a bed that must not be touched.
 pub const MAX_FAULTY: usize = 8;
 
-/// What lies between the points of a grid.
+/// Interpolation between the points of a bed mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MeshInterpolation {
-    /// A smooth surface.
+    /// Smooth surface through the points.
     #[default]
     Spline,
-    /// Straight lines.
+    /// Straight lines between the points.
     Bilinear,
-    /// One polynomial through all points of a line.
+    /// Lagrange polynomial through all points of a line.
     Lagrange,
 }
 
 impl MeshInterpolation {
-    /// Points along a side that it takes at most.
+    /// Returns the greatest number of points along a side for this interpolation.
     #[must_use]
     pub const fn most_points(self) -> u8 {
         match self {
@@ -110,24 +110,24 @@ impl MeshInterpolation {
     }
 }
 
-/// `[bed mesh]`
+/// Section `[bed mesh]`: interpolation and regions.
 #[derive(Clone, Debug, Default)]
 pub struct MeshConfig {
-    /// What lies between the points.
+    /// Interpolation between the points.
     pub interpolation: MeshInterpolation,
-    /// Around the objects of a file, where the mesh is measured for them alone.
+    /// Margin around the objects of a file, when the mesh covers only the objects.
     pub adaptive_margin: Mm,
-    /// Two opposite corners of each region that is not touched, X and Y, mm.
+    /// Opposite corners of each region that must not be touched, X and Y, mm.
     pub faulty_regions: Vec<[f64; 2], { 2 * MAX_FAULTY }>,
-    /// Heights are told from that of the bed here, X and Y, mm.
+    /// Position at which the mesh has the height zero, X and Y, mm.
     pub zero_reference: Option<[f64; 2]>,
 }
 
-/// How one axis leans towards another.
+/// Skew of one axis towards another.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SkewConfig {
-    /// The tangent.
+    /// Tangent of the skew angle.
     pub factor: f64,
-    /// AC, BD and AD of a square, mm, which the factor follows from.
+    /// Lengths AC, BD and AD of a measured square, mm, from which the factor follows.
     pub measured: Option<[f64; 3]>,
 }

@@ -1,4 +1,4 @@
-//! The typed machine description: what the rest of Velvet reads instead of text.
+//! The typed machine description, which the rest of Velvet reads instead of text.
 //!
 //! Every field is filled from the schema: first with the schema's default, then with what the file says.
 //! Units are the internal ones (mm, s, mm/s, degree Celsius, A); mm/min and mA end in the schema.
@@ -62,146 +62,146 @@ use heapless::{String, Vec};
 use units::{Actuator, Axis, PerActuator};
 pub use units::{HeaterId, ToolId};
 
-/// The name of an instance: `hotend`, `fan`, `minx`.
+/// Name of an instance: `hotend`, `fan`, `minx`.
 pub type Name = String<24>;
 /// A line of G-code or a console command kept in the configuration.
 pub type Command = String<96>;
 
-/// Temperature controllers at most.
+/// Greatest number of temperature controls.
 pub const MAX_TEMPERATURES: usize = units::MAX_HEATERS;
-/// Switches at most.
+/// Greatest number of switches.
 pub const MAX_SWITCHES: usize = 16;
-/// Buttons of `[button box]` at most.
+/// Greatest number of buttons in `[button box]`.
 pub const MAX_BUTTONS: usize = 12;
-/// Fans at most.
+/// Greatest number of fans.
 pub const MAX_FANS: usize = 8;
-/// Strips of lights at most.
+/// Greatest number of LED strips.
 pub const MAX_STRIPS: usize = 4;
-/// Lights of all strips at most.
+/// Greatest number of lights on all strips.
 pub const MOST_LIGHTS: u16 = 256;
-/// Rules of `[temperature switch]` at most.
+/// Greatest number of rules in `[temperature switch]`.
 pub const MAX_TEMPERATURE_SWITCHES: usize = 8;
-/// Endstops at most: two per axis.
+/// Greatest number of endstops: two per axis.
 pub const MAX_ENDSTOPS: usize = 12;
-/// Extruders at most: actuators delta, epsilon and zeta.
+/// Greatest number of extruders: actuators delta, epsilon and zeta.
 pub const MAX_EXTRUDERS: usize = 3;
-/// Voltage monitors at most: the six inputs.
+/// Greatest number of voltage monitors: the six inputs.
 pub const MAX_VOLTAGES: usize = 6;
 
 /// A machine, completely described. Instances are in order of name, as Smoothieware visits them.
 #[derive(Clone, Debug, Default)]
 pub struct MachineConfig {
-    /// `[general]`
+    /// Section `[general]`: dialects and saved settings.
     pub general: General,
     /// `[system]`, with the second USB port of `[consoles]`.
     pub system: SystemConfig,
-    /// `[update]`
+    /// Section `[update]`: signed firmware.
     pub update: UpdateConfig,
-    /// `[uart console]`
+    /// Section `[uart console]`: the auxiliary UART.
     pub uart: UartConfig,
-    /// `[motion control]`
+    /// Section `[motion control]`: path and kinematics.
     pub motion: MotionControl,
-    /// `[planner]` and `[conveyor]`
+    /// Sections `[planner]` and `[conveyor]`.
     pub planner: PlannerConfig,
-    /// `[input shaper]`, X Y Z.
+    /// Section `[input shaper]`, X Y Z.
     pub input_shapers: [InputShaperConfig; 3],
-    /// `[actuator]` `common.*`
+    /// Settings under `[actuator] common`.
     pub motors: MotorsCommon,
-    /// `[actuator]` by motor; see [`MachineConfig::actuators`] for those that exist.
+    /// Section `[actuator]` by motor; see [`MachineConfig::actuators`] for the motors that exist.
     pub actuators: PerActuator<ActuatorConfig>,
-    /// `[tmc2590]`
+    /// Section `[tmc2590]`: on-board drivers.
     pub tmc2590: DriverFamily,
-    /// `[tmc2660]`
+    /// Section `[tmc2660]`: on-board drivers.
     pub tmc2660: DriverFamily,
-    /// `[tmc2130]`
+    /// Section `[tmc2130]`: external drivers on SPI.
     pub tmc2130: StealthFamily,
-    /// `[tmc5160]`
+    /// Section `[tmc5160]`: external drivers on SPI.
     pub tmc5160: StealthFamily,
-    /// `[tmc2240]`
+    /// Section `[tmc2240]`: external drivers on SPI.
     pub tmc2240: StealthFamily,
-    /// `[tmc2208]`
+    /// Section `[tmc2208]`: external drivers on a UART.
     pub tmc2208: StealthFamily,
-    /// `[tmc2209]`
+    /// Section `[tmc2209]`: external drivers on a UART.
     pub tmc2209: StealthFamily,
-    /// `[tmc2226]`
+    /// Section `[tmc2226]`: external drivers on a UART.
     pub tmc2226: StealthFamily,
-    /// `[extruder]`, enabled ones only after reading.
+    /// Section `[extruder]`, enabled ones only after reading.
     pub extruders: Vec<ExtruderConfig, MAX_EXTRUDERS>,
-    /// `[temperature control]`, enabled ones only after reading.
+    /// Section `[temperature control]`, enabled ones only after reading.
     pub temperatures: Vec<TemperatureConfig, MAX_TEMPERATURES>,
-    /// `[endstops]`, enabled ones only after reading.
+    /// Section `[endstops]`, enabled ones only after reading.
     pub endstops: Vec<EndstopConfig, MAX_ENDSTOPS>,
-    /// `[endstops]` `common.*`
+    /// Settings under `[endstops] common`.
     pub homing: HomingConfig,
-    /// `[soft endstop]`
+    /// Section `[soft endstop]`: travel limits.
     pub soft_endstops: SoftEndstops,
-    /// `[zprobe]`
+    /// Section `[zprobe]`: the probe.
     pub probe: ProbeConfig,
-    /// `[delta calibration strategy]`
+    /// Section `[delta calibration strategy]`.
     pub delta_calibration: DeltaCalibrationConfig,
-    /// The leveling strategies and `[skew correction]`.
+    /// Leveling strategies and `[skew correction]`.
     pub leveling: LevelingConfig,
-    /// `[z alignment]`
+    /// Section `[z alignment]`: leveling by Z motors.
     pub z_alignment: ZAlignment,
-    /// `[bed screws]`
+    /// Section `[bed screws]`: leveling by hand.
     pub bed_screws: BedScrews,
-    /// `[z thermal adjust]`
+    /// Section `[z thermal adjust]`: growth of the frame.
     pub z_thermal: ZThermalConfig,
-    /// `[axis twist compensation]`
+    /// Section `[axis twist compensation]`.
     pub axis_twist: AxisTwist,
-    /// Lines run before and after probing a cartesian grid.
+    /// Lines executed before and after probing a cartesian grid.
     pub probe_gcode: [Command; 2],
-    /// Lines that bring a probe out, and put it away.
+    /// Lines that deploy the probe and stow the probe.
     pub probe_scripts: [Command; 2],
-    /// `[switch]`, enabled ones only after reading.
+    /// Section `[switch]`, enabled ones only after reading.
     pub switches: Vec<SwitchConfig, MAX_SWITCHES>,
-    /// `[button box]`, those in use only after reading.
+    /// Section `[button box]`, those in use only after reading.
     pub buttons: Vec<ButtonConfig, MAX_BUTTONS>,
-    /// How often they are looked at, in Hz.
+    /// Polling rate of the buttons, Hz.
     pub button_poll_hz: u16,
-    /// `[fan]`, enabled ones only after reading.
+    /// Section `[fan]`, enabled ones only after reading.
     pub fans: Vec<FanConfig, MAX_FANS>,
-    /// `[led strip]`, enabled ones only after reading.
+    /// Section `[led strip]`, enabled ones only after reading.
     pub led_strips: Vec<LedStripConfig, MAX_STRIPS>,
-    /// `[temperature switch]`, enabled ones only after reading.
+    /// Section `[temperature switch]`, enabled ones only after reading.
     pub temperature_switches: Vec<TemperatureSwitchConfig, MAX_TEMPERATURE_SWITCHES>,
-    /// `[pwm1]` and `[pwm2]`: the timers' frequencies in hertz, where the section exists.
+    /// Timer frequencies of `[pwm1]` and `[pwm2]`, Hz, where the section exists.
     pub pwm_frequency_hz: [Option<u32>; 2],
-    /// `[voltage monitor]`, with the built-in vmotor and vfet.
+    /// Section `[voltage monitor]`, with the built-in vmotor and vfet.
     pub voltages: Vec<VoltageMonitor, MAX_VOLTAGES>,
-    /// `[kill button]`
+    /// Section `[kill button]`: the emergency stop.
     pub kill_button: KillButton,
-    /// `[safety door]`
+    /// Section `[safety door]`: the door switch.
     pub safety_door: SafetyDoor,
-    /// `[player]`
+    /// Section `[player]`: jobs from files.
     pub player: PlayerConfig,
-    /// `[tool change]`
+    /// Section `[tool change]`: scripts and prompt.
     pub tool_change: ToolChangeConfig,
-    /// `[filament detector]`
+    /// Section `[filament detector]`: run-out and jams.
     pub filament_detector: FilamentDetectorConfig,
-    /// `[filament width sensor]`
+    /// Section `[filament width sensor]`.
     pub filament_width: FilamentWidthConfig,
-    /// `[filament change]`
+    /// Section `[filament change]`: M600, M701 and M702.
     pub filament_change: FilamentChangeConfig,
-    /// Canned cycles.
+    /// Section `[drillingcycles]`: canned cycles.
     pub cycles: CyclesConfig,
-    /// What stays off because of an error in the file; see [`MachineConfig::off`].
+    /// Parts that stay off because of an error in the file; see [`MachineConfig::off`].
     pub off: Vec<OffModule, MAX_OFF>,
 }
 
 impl MachineConfig {
-    /// The motors this machine has, in order, slaves included.
+    /// Returns the motors of the machine in order, slaves included.
     pub fn actuators(&self) -> impl Iterator<Item = (Actuator, &ActuatorConfig)> {
         Actuator::ALL.into_iter().map(|actuator| (actuator, &self.actuators[actuator])).filter(|(_, a)| a.present)
     }
 
-    /// The driver chip's settings of a motor, when an on-board driver moves it.
+    /// Returns the driver chip's settings of a motor, when an on-board driver moves the motor.
     #[must_use]
     pub fn driver(&self, actuator: Actuator) -> Option<&TmcConfig> {
         Some(&self.driver_family(self.actuators[actuator].driver)?.axes[actuator])
     }
 
-    /// The settings that all chips of a kind on the board share; none for drivers outside.
+    /// Returns the settings that all on-board chips of a kind share; none for external drivers.
     #[must_use]
     pub const fn driver_family(&self, kind: DriverKind) -> Option<&DriverFamily> {
         match kind {
@@ -211,7 +211,8 @@ impl MachineConfig {
         }
     }
 
-    /// Where the probe is, seen from the nozzle, mm: as the leveling strategy says, or `[zprobe]`.
+    /// Returns the probe's position relative to the nozzle, mm: from the leveling strategy, or else from
+    /// `[zprobe]`.
     #[must_use]
     pub fn probe_offsets(&self) -> [f64; 3] {
         let leveling = &self.leveling;
@@ -223,7 +224,7 @@ impl MachineConfig {
         if of_strategy == [0.0; 3] { self.probe.offsets } else { of_strategy }
     }
 
-    /// The endstop an axis homes to. A slaved motor is no axis: it goes where its master goes.
+    /// Returns the endstop an axis homes to. A slaved motor is no axis and follows its master, so has none.
     #[must_use]
     pub fn homing_endstop(&self, axis: Axis) -> Option<&EndstopConfig> {
         if self.actuators.0.get(axis as usize).is_some_and(|motor| motor.slaved_to.is_some()) {
@@ -232,13 +233,13 @@ impl MachineConfig {
         self.endstops.iter().find(|stop| stop.axis == Some(axis) && stop.homing_direction != HomingDirection::None)
     }
 
-    /// Something is made of the load that drivers measure.
+    /// Returns whether any motor homes by stalls or is monitored for stalls.
     #[must_use]
     pub fn looks_at_stalls(&self) -> bool {
         self.endstops.iter().any(|stop| stop.stall.homing) || self.watched_for_stalls().next().is_some()
     }
 
-    /// Motors whose stalls are watched for, each with the input that says so.
+    /// Returns the motors monitored for stalls, each with the input that signals a stall.
     pub fn watched_for_stalls(&self) -> impl Iterator<Item = (Actuator, Pin)> {
         self.actuators().filter_map(|(motor, _)| {
             let pin = match (self.driver(motor), self.stealth_driver(motor)) {
@@ -252,26 +253,27 @@ impl MachineConfig {
         })
     }
 
-    /// The input by which a motor's axis homes without a switch: its driver's output.
+    /// Returns the stall output of the motor's driver that serves as the pin of an endstop for sensorless
+    /// homing.
     fn stall_endstop_pin(&self, motor: Actuator) -> Option<Pin> {
         let is_its = |stop: &&EndstopConfig| stop.axis.is_some_and(|axis| axis as usize == motor as usize);
         self.endstops.iter().find(|stop| stop.enable && stop.stall.homing && is_its(stop))?.pin
     }
 
-    /// What follows a stall of a motor that is watched.
+    /// Returns the response to a stall of a monitored motor.
     #[must_use]
     pub fn on_stall(&self, motor: Actuator) -> OnStall {
         let usual = if self.motors.halt_on_stall { OnStall::Halt } else { OnStall::Tell };
         self.actuators[motor].on_stall.unwrap_or(usual)
     }
 
-    /// The endstop that a pin belongs to, by its place in [`Self::endstops`].
+    /// Returns the place in [`Self::endstops`] of the endstop on a pin.
     #[must_use]
     pub fn endstop_of_pin(&self, pin: Pin) -> Option<usize> {
         self.endstops.iter().position(|stop| stop.enable && stop.pin.is_some_and(|own| own.is_same_pad(pin)))
     }
 
-    /// The switches of motors that are slaved to this axis' motor, with their places in [`Self::endstops`].
+    /// Returns the switches of motors slaved to this axis' motor, with their places in [`Self::endstops`].
     pub fn slave_endstops(&self, axis: Axis) -> impl Iterator<Item = (usize, &EndstopConfig)> {
         let is_slave = move |letter: Axis| {
             let master = self.actuators.0.get(letter as usize).and_then(|motor| motor.slaved_to);

@@ -3,40 +3,40 @@
 use super::Arms;
 use units::{Actuator, Axis, AxisSet, Micros, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3};
 
-/// How actuators relate to Cartesian axes.
+/// Kinematics: relation of actuators to Cartesian axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ArmSolution {
-    /// One motor per axis.
+    /// Cartesian: one motor per axis.
     #[default]
     Cartesian,
-    /// alpha = X + Y, beta = X - Y (`hbot`, `corexy`).
+    /// CoreXY: alpha = X + Y, beta = X - Y (`hbot`, `corexy`).
     CoreXy,
-    /// alpha and beta share X and Z, gamma carries Y.
+    /// CoreXZ: alpha and beta share X and Z, gamma carries Y.
     CoreXz,
-    /// Three vertical towers.
+    /// Linear delta with three vertical towers.
     LinearDelta,
-    /// Three shoulder motors.
+    /// Rotary delta with three shoulder motors.
     RotaryDelta,
-    /// Two-link arm.
+    /// SCARA with a two-link arm.
     Morgan,
-    /// alpha = X - Y.
+    /// Hybrid CoreXY: alpha = X - Y.
     HybridCoreXy,
-    /// alpha = X - Z.
+    /// Hybrid CoreXZ: alpha = X - Z.
     HybridCoreXz,
-    /// Two vertical towers, a bed in Y.
+    /// Deltesian: two vertical towers, a bed in Y.
     Deltesian,
-    /// A turning bed.
+    /// Polar, with a turning bed.
     Polar,
-    /// Ropes.
+    /// Winches that pull ropes.
     Winch,
-    /// Any linear combination.
+    /// Any linear combination of the axes.
     Generic,
-    /// alpha is X, beta is Z.
+    /// Lathe: alpha is X, beta is Z.
     Lathe,
 }
 
 impl ArmSolution {
-    /// The axes that a motor moves. `None` where a motor's place is that of all of them.
+    /// Returns the axes that a motor moves; `None` where a motor's place depends on all of them.
     #[must_use]
     pub const fn axes_of(self, motor: Actuator) -> Option<AxisSet> {
         const fn both(one: Axis, other: Axis) -> AxisSet {
@@ -57,22 +57,22 @@ impl ArmSolution {
     }
 }
 
-/// `[motion control]`
+/// Section `[motion control]`: path and kinematics.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MotionControl {
-    /// G1 G2 G3 until an F word.
+    /// Feed rate of G1, G2 and G3 until an F word.
     pub default_feed_rate: MmPerSecond,
-    /// G0 until an F word.
+    /// Feed rate of G0 until an F word.
     pub default_seek_rate: MmPerSecond,
-    /// F always sets the G1 rate; G0 keeps its own.
+    /// Whether F always sets the G1 rate; G0 keeps its own.
     pub compliant_seek_rate: bool,
-    /// Longest piece a line is cut into; none: not cut.
+    /// Longest segment of a straight move; none: not cut.
     pub mm_per_line_segment: Option<Mm>,
-    /// Pieces per second of motion; none: not cut by time.
+    /// Segments per second of motion; none: not cut by time.
     pub segments_per_second: Option<f64>,
     /// Least chord length of arcs; none: by error.
     pub mm_per_arc_segment: Option<Mm>,
-    /// Largest distance between chord and arc; with neither, arcs stay arcs.
+    /// Largest distance between chord and arc; with neither limit, arcs are not cut.
     pub mm_max_arc_error: Option<Mm>,
     /// Small-angle rotations between exact arc points (Velvet computes every arc point exactly).
     pub arc_correction: u16,
@@ -82,36 +82,36 @@ pub struct MotionControl {
     pub max_speed: Option<MmPerSecond>,
     /// Acceleration where an actuator has none of its own.
     pub default_acceleration: MmPerSecond2,
-    /// Cut moves that name neither X nor Y.
+    /// Whether moves that name neither X nor Y are cut into segments.
     pub segment_z_moves: bool,
-    /// M500 saves work offsets.
+    /// Whether M500 saves work offsets.
     pub save_wcs: bool,
-    /// M500 saves G92.
+    /// Whether M500 saves the G92 offset.
     pub save_g92: bool,
     /// G92 offset at boot, X Y Z in mm.
     pub set_g92: Option<[f64; 3]>,
-    /// G30 moves to the stored position (with `grbl_mode`).
+    /// Whether G30 moves to the stored position (with `grbl_mode`).
     pub nist_g30: bool,
-    /// Refuse moves until homed.
+    /// Whether moves are refused until homed.
     pub must_be_homed: bool,
-    /// Kinematics.
+    /// Kinematics of the machine.
     pub arm_solution: ArmSolution,
-    /// Their geometry.
+    /// Geometry of the kinematics.
     pub arms: Arms,
 }
 
-/// `[planner]` and `[conveyor]`
+/// Sections `[planner]` and `[conveyor]`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PlannerConfig {
-    /// Corner rounding distance.
+    /// Junction deviation: corner rounding distance.
     pub junction_deviation: Mm,
-    /// The same for moves of Z alone; none: as above.
+    /// Junction deviation for moves of Z alone; none: as above.
     pub z_junction_deviation: Option<Mm>,
     /// Slowest speed at start, end and corners.
     pub minimum_planner_speed: MmPerSecond,
-    /// Look-ahead blocks.
+    /// Number of look-ahead blocks.
     pub queue_size: u16,
-    /// How long an idle queue may collect blocks before motion starts.
+    /// Time for which an idle queue may collect blocks before motion starts.
     pub queue_delay: Micros,
     /// Speed kept through a right angle, in place of the deviation; none: the deviation counts.
     pub square_corner_velocity: Option<MmPerSecond>,
@@ -123,7 +123,7 @@ pub struct PlannerConfig {
     pub axis_jerk: [Option<MmPerSecond3>; 3],
 }
 
-/// Which input shaper, `[input shaper]`.
+/// Kind of input shaper, `[input shaper]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs, reason = "these are the shapers' names")]
 pub enum InputShaper {
@@ -152,7 +152,7 @@ impl InputShaper {
 /// The input shaper of one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InputShaperConfig {
-    /// Which one.
+    /// Kind of the shaper.
     pub shaper: InputShaper,
     /// Resonance frequency in hertz; none: the axis is not shaped.
     pub frequency_hz: Option<f64>,

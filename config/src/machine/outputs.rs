@@ -1,61 +1,61 @@
-//! `[switch]` (fans, power, lamps, buttons) and `[voltage monitor]`.
+//! Sections `[switch]` (fans, power, lamps, buttons) and `[voltage monitor]`.
 
 use super::{Command, Name};
 use crate::pin::{OutputPin, Pin, VoltageInput};
 use units::{Duty, Micros};
 
-/// A G or M code a switch listens to.
+/// G or M code that a switch obeys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CommandCode {
-    /// `G` or `M`.
+    /// Letter, `G` or `M`.
     pub letter: char,
-    /// The number.
+    /// Number of the code.
     pub number: u16,
-    /// The subcode; 0 when none is written.
+    /// Subcode; 0 when none is written.
     pub subcode: u8,
 }
 
-/// How a switch drives its output.
+/// Kind of signal at a switch's output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OutputKind {
-    /// On or off.
+    /// On or off, without modulation.
     #[default]
     Digital,
-    /// 0 to 255, modulated in software.
+    /// Sigma-delta modulation in software, 0 to 255.
     SigmaDelta,
-    /// Percent, by a timer.
+    /// Hardware PWM by a timer, percent.
     HardwarePwm,
 }
 
-/// How presses of an input switch change its state.
+/// Effect of a press on the state of an input switch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum InputBehaviour {
-    /// Follows the pin.
+    /// State follows the pin.
     #[default]
     Momentary,
-    /// Each press flips it.
+    /// Each press flips the state.
     Toggle,
 }
 
 /// A servo on a timer.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ServoConfig {
-    /// The greatest angle, degrees; 0: there is none.
+    /// Greatest angle, degrees; 0: no servo.
     pub max_angle: f32,
-    /// Width of its pulses at angle 0 and at the greatest, microseconds.
+    /// Pulse width at angle 0 and at the greatest angle, microseconds.
     pub pulse_us: [f32; 2],
 }
 
-/// One switch: an input when `input_pin` is set, else an output.
+/// A switch: an input when `input_pin` is set, else an output.
 #[derive(Clone, Debug, Default)]
 pub struct SwitchConfig {
-    /// Its name.
+    /// Name of the switch in the file.
     pub name: Name,
-    /// Whether it exists.
+    /// Whether the switch is in use.
     pub enable: bool,
-    /// Makes it an input.
+    /// Input pin; makes the switch an input.
     pub input_pin: Option<Pin>,
-    /// For an input.
+    /// Effect of a press on an input switch.
     pub input_behaviour: InputBehaviour,
     /// Line executed when an input turns on; empty for none.
     pub output_on_command: Command,
@@ -63,60 +63,60 @@ pub struct SwitchConfig {
     pub output_off_command: Command,
     /// Code that turns an output on.
     pub input_on_command: Option<CommandCode>,
-    /// Another code that turns it on: for a spindle, to turn the other way.
+    /// Other code that turns an output on: for a spindle, in the reverse direction.
     pub input_reverse_command: Option<CommandCode>,
     /// Code that turns an output off.
     pub input_off_command: Option<CommandCode>,
-    /// Subcode as written; the codes above have it already, where they had none of their own.
+    /// Subcode as written; the codes above already have it, where they had none of their own.
     pub subcode: u8,
-    /// The number by which M62 to M68 know it.
+    /// Number of the switch in M62 to M68.
     pub io_number: Option<u8>,
-    /// The output.
+    /// Output that the switch drives.
     pub output_pin: Option<OutputPin>,
-    /// How the output is driven.
+    /// Kind of signal at the output.
     pub output_kind: OutputKind,
     /// Ceiling of a sigma-delta output; S255 maps to it.
     pub max_pwm: Duty,
-    /// A sigma-delta output is on once in so long; 0: as often as can be.
+    /// Period of a sigma-delta output, with one pulse in each; 0: as fast as possible.
     pub cycle: Micros,
-    /// On at boot.
+    /// Whether the switch is on at boot.
     pub startup_state: bool,
-    /// Sigma-delta: the on value, 0 to 255. Hardware PWM: percent when off.
+    /// Value when turned on, 0 to 255, for sigma-delta outputs; percent when off, for hardware PWM.
     pub startup_value: f32,
-    /// Hardware PWM: percent of an on command without words.
+    /// Percent of an on command without words, for hardware PWM.
     pub default_on_value: f32,
-    /// S of full power, where S is a speed; 0: it is none.
+    /// Speed (S word) at full power; 0: S is no speed.
     pub max_rpm: f32,
-    /// It never turns more slowly.
+    /// Least speed of a running spindle.
     pub min_rpm: f32,
-    /// So long after an on code has turned it on, the next line follows.
+    /// Delay of the next line after an on code has turned the switch on.
     pub on_delay: Micros,
-    /// The same of an off code that has turned it off.
+    /// Delay of the next line after an off code has turned the switch off.
     pub off_delay: Micros,
-    /// Hardware PWM: it turns a servo, and S is an angle.
+    /// Servo on the hardware PWM output, with S an angle.
     pub servo: ServoConfig,
-    /// State in a fault.
+    /// State of the output in a fault.
     pub failsafe_set_to: bool,
-    /// State when the machine halts.
+    /// State of the output when the machine halts.
     pub halt_set_to: bool,
-    /// Leave it alone on a halt.
+    /// Whether a halt leaves the switch alone.
     pub ignore_on_halt: bool,
 }
 
 impl SwitchConfig {
-    /// Whether it reads a pin and issues commands, rather than obeying them.
+    /// Returns whether the switch reads a pin and issues commands, rather than obeying commands.
     #[must_use]
     pub const fn is_input(&self) -> bool {
         self.input_pin.is_some()
     }
 }
 
-/// One monitored voltage.
+/// Settings of one monitored voltage.
 #[derive(Clone, Debug)]
 pub struct VoltageMonitor {
-    /// Its name: vmotor, vfet.
+    /// Name of the voltage: vmotor, vfet.
     pub name: Name,
-    /// Input.
+    /// Analogue input of the monitor.
     pub input: VoltageInput,
     /// Divider ratio: volts at the source per volt at the pin.
     pub scale: f32,

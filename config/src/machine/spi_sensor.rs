@@ -19,12 +19,12 @@ pub enum ThermocoupleType {
 }
 
 impl ThermocoupleType {
-    /// In the order of [`Self::WORDS`].
+    /// All types, in the order of [`Self::WORDS`].
     pub const ALL: [Self; 8] = [Self::B, Self::E, Self::J, Self::K, Self::N, Self::R, Self::S, Self::T];
-    /// What the file calls them.
+    /// Words for the types in the file, in the order of [`Self::ALL`].
     pub const WORDS: [&'static str; 8] = ["B", "E", "J", "K", "N", "R", "S", "T"];
 
-    /// What a MAX31856 reads of it at most (its datasheet, table 1).
+    /// Returns the highest temperature of the type in a MAX31856 (its datasheet, table 1).
     #[must_use]
     pub const fn highest(self) -> Celsius {
         Celsius(match self {
@@ -39,23 +39,23 @@ impl ThermocoupleType {
     }
 }
 
-/// How a converter chip is connected and set.
+/// Connection and settings of a converter chip.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SpiSensorConfig {
     /// SPI bus: 0 is SPI1, 1 is SPI4.
     pub channel: Option<u8>,
-    /// Chip select.
+    /// Chip select output of the converter chip.
     pub select_pin: Option<Pin>,
-    /// Of a MAX31856: what is connected.
+    /// Thermocouple type, for a MAX31856.
     pub thermocouple: ThermocoupleType,
-    /// Readings of a MAX31855, samples of a MAX31856 that make one: 1, 2, 4, 8, 16.
+    /// Number of readings (MAX31855) or samples (MAX31856) that are averaged: 1, 2, 4, 8, 16.
     pub averaging: u8,
-    /// Of a MAX31856 or MAX31865: its filter suppresses mains of 60 Hz instead of 50 Hz.
+    /// Whether the filter of a MAX31856 or MAX31865 suppresses mains of 60 Hz instead of 50 Hz.
     pub mains_60_hz: bool,
-    /// Of a MAX31865: wires of the sensor, 2 to 4.
+    /// Wires of the sensor, 2 to 4, for a MAX31865.
     pub rtd_wires: u8,
-    /// Of a MAX31865: the sensor at 0 C.
+    /// Resistance of the sensor at 0 C, for a MAX31865.
     pub rtd_nominal: Ohms,
-    /// Of a MAX31865: the reference resistor on the chip's board.
+    /// Reference resistor on the board of a MAX31865.
     pub rtd_reference: Ohms,
 }

@@ -1,15 +1,15 @@
-//! Drivers outside the board that are set up by us: `[tmc2130]`, `[tmc5160]`, `[tmc2240]` over SPI,
-//! `[tmc2208]`, `[tmc2209]`, `[tmc2226]` over a UART.
+//! External drivers that Velvet configures: `[tmc2130]`, `[tmc5160]`, `[tmc2240]` over SPI, `[tmc2208]`,
+//! `[tmc2209]`, `[tmc2226]` over a UART.
 
 use super::{CoolStepConfig, DriverKind, MachineConfig};
 use crate::check::GOOD_FULL_STEPS_PER_S;
 use crate::pin::Pin;
 use units::{Actuator, Amps, Micros, MmPerSecond, Ohms, PerActuator};
 
-/// One driver.
+/// Settings of one external driver.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StealthConfig {
-    /// The file has an entry for it.
+    /// Whether the file has an entry for the driver.
     pub present: bool,
     /// Chip select, active low.
     pub spi_cs_pin: Option<Pin>,
@@ -19,7 +19,7 @@ pub struct StealthConfig {
     pub resistor: Option<Ohms>,
     /// Ceiling of any requested current.
     pub max_current: Amps,
-    /// Interpolate to 256 microsteps.
+    /// Whether steps are interpolated to 256 microsteps.
     pub step_interpolation: bool,
     /// Current when standing still; none: no reduction.
     pub standstill_current: Option<Amps>,
@@ -33,34 +33,34 @@ pub struct StealthConfig {
     pub hysteresis_start: u8,
     /// spreadCycle's hysteresis at the end, -3 to 12.
     pub hysteresis_end: i8,
-    /// What counts as a stall: `SGT`, or `SGTHRS` of a TMC2209 and TMC2226.
+    /// Stall threshold: `SGT`, or `SGTHRS` of a TMC2209 and TMC2226.
     pub stall_threshold: i16,
-    /// `SFILT`.
+    /// StallGuard filter, the bit `SFILT`.
     pub stall_filter: bool,
-    /// Its stalls are watched for while it moves.
+    /// Whether stalls are monitored while the motor moves.
     pub stall_watch: bool,
-    /// The input that DIAG leads to.
+    /// Input that is wired to the driver's DIAG output.
     pub stall_pin: Option<Pin>,
-    /// From this speed on its load says anything.
+    /// Least speed at which the measured load is meaningful.
     pub stall_least_speed: MmPerSecond,
-    /// Current by load.
+    /// Settings of the load-dependent current.
     pub cool_step: CoolStepConfig,
 }
 
-/// What all drivers of one kind share, and each of them.
+/// Settings that all drivers of one kind share, and those of each driver.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StealthFamily {
     /// The bus: SPI1, or 1 for SPI4, the on-board chips' own; on a UART USART3, or 1 for UART4.
     pub channel: u8,
     /// Idle time before the standstill current.
     pub standstill_time: Micros,
-    /// By motor.
+    /// Settings of each driver, by motor.
     pub axes: PerActuator<StealthConfig>,
 }
 
 impl DriverKind {
-    /// Most peak current that such a chip may be asked for, whatever its resistor; none: its MOSFETs are
-    /// outside.
+    /// Returns the greatest peak current of such a chip, whatever its resistor; none: its MOSFETs are outside
+    /// the chip.
     #[must_use]
     pub const fn most_current(self) -> Option<Amps> {
         match self {
@@ -71,15 +71,16 @@ impl DriverKind {
         }
     }
 
-    /// Peak current that a driver of this kind outside can measure with its resistor; none for others.
+    /// Returns the peak current that an external driver of this kind can measure with its resistor; none for
+    /// others.
     #[must_use]
     pub fn measurable(self, resistor: Ohms) -> Option<Amps> {
         match self {
-            // Behind 20 mOhm inside the chip.
+            // The chip adds 20 mOhm in series with the resistor.
             Self::Tmc2130 => Some(Amps(0.32 / (resistor.get() + 0.02))),
             Self::Tmc2208 | Self::Tmc2209 | Self::Tmc2226 => Some(Amps(0.325 / (resistor.get() + 0.02))),
             Self::Tmc5160 => Some(Amps(0.325 / resistor.get())),
-            // 36 A kOhm in its highest range.
+            // The constant is 36 A kOhm in the chip's highest range.
             Self::Tmc2240 => Some(Amps(36_000.0 / resistor.get())),
             _ => None,
         }
@@ -87,7 +88,7 @@ impl DriverKind {
 }
 
 impl MachineConfig {
-    /// The settings that all drivers of a kind outside share; none for other kinds.
+    /// Returns the settings that all external drivers of a kind share; none for other kinds.
     #[must_use]
     pub const fn stealth_family(&self, kind: DriverKind) -> Option<&StealthFamily> {
         match kind {
@@ -101,7 +102,7 @@ impl MachineConfig {
         }
     }
 
-    /// The same, to be changed.
+    /// Returns the shared settings of a kind, mutably.
     pub(crate) const fn stealth_family_mut(&mut self, kind: DriverKind) -> Option<&mut StealthFamily> {
         match kind {
             DriverKind::Tmc2130 => Some(&mut self.tmc2130),
@@ -114,8 +115,8 @@ impl MachineConfig {
         }
     }
 
-    /// What counts as a stall of a motor while its axis homes, from the least to the most; none where its
-    /// driver measures no load that we know of.
+    /// Returns the range of the stall threshold for homing, least to greatest; none where the driver measures
+    /// no load that Velvet reads.
     #[must_use]
     pub const fn stall_thresholds(&self, actuator: Actuator) -> Option<[i16; 2]> {
         match self.actuators.0[actuator as usize].driver {
@@ -125,7 +126,7 @@ impl MachineConfig {
         }
     }
 
-    /// The speed from which on a motor's load says anything.
+    /// Returns the least speed at which a motor's measured load is meaningful.
     #[must_use]
     pub fn load_speed(&self, actuator: Actuator) -> MmPerSecond {
         let outside = || self.stealth_driver(actuator).map(|driver| driver.stall_least_speed);
@@ -133,13 +134,14 @@ impl MachineConfig {
         written.unwrap_or_else(|| self.turn_a_second(actuator))
     }
 
-    /// A turn a second of a motor of 200 full steps, below which load is measured badly.
+    /// Returns the speed at one turn a second of a motor of 200 full steps, below which load is measured
+    /// badly.
     pub(crate) fn turn_a_second(&self, actuator: Actuator) -> MmPerSecond {
         let motor = &self.actuators[actuator];
         MmPerSecond(GOOD_FULL_STEPS_PER_S * f64::from(motor.microsteps.max(1)) / motor.steps_per_mm.max(1e-6))
     }
 
-    /// A motor's load is measured over four full steps.
+    /// Returns whether a motor's load is measured over four full steps.
     #[must_use]
     pub fn measures_filtered(&self, actuator: Actuator) -> bool {
         match (self.driver(actuator), self.stealth_driver(actuator)) {
@@ -148,20 +150,20 @@ impl MachineConfig {
         }
     }
 
-    /// The auxiliary UART that a driver's chip is on.
+    /// Returns the auxiliary UART that a driver's chip is on.
     #[must_use]
     pub fn driver_uart(&self, actuator: Actuator) -> Option<u8> {
         let kind = self.actuators[actuator].driver;
         Some(self.stealth_family(kind).filter(|_| kind.is_on_uart())?.channel)
     }
 
-    /// The settings of a motor's driver, when it is one of these.
+    /// Returns the settings of a motor's driver, when the driver is an external one.
     #[must_use]
     pub fn stealth_driver(&self, actuator: Actuator) -> Option<&StealthConfig> {
         Some(&self.stealth_family(self.actuators[actuator].driver)?.axes[actuator])
     }
 
-    /// The most a motor's driver may be asked for; none where nobody can set its current.
+    /// Returns the greatest current of a motor's driver; none where nobody can set the current.
     #[must_use]
     pub fn max_current(&self, actuator: Actuator) -> Option<Amps> {
         let on_board = self.driver(actuator).filter(|driver| driver.present).map(|driver| driver.max_current);
@@ -169,7 +171,7 @@ impl MachineConfig {
         on_board.or_else(outside).filter(|most| most.get() > 0.0)
     }
 
-    /// The current of a motor at rest and the time after which it applies, if there is one.
+    /// Returns the current of a motor at rest and the time after which it applies, if there is one.
     #[must_use]
     pub fn standstill(&self, actuator: Actuator) -> Option<(Amps, Micros)> {
         let kind = self.actuators[actuator].driver;

@@ -5,7 +5,7 @@ use units::{Micros, Volts};
 use super::Command;
 use crate::pin::Pin;
 
-/// Which board the image runs on; decides the default driver chip.
+/// Kind of board the image runs on; decides the default driver chip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BoardId {
     /// Prime with TMC2590 drivers (board id 0, and any unknown id).
@@ -16,95 +16,96 @@ pub enum BoardId {
 }
 
 impl BoardId {
-    /// From the four identity pins.
+    /// Returns the board for the number on its four identity pins.
     #[must_use]
     pub const fn from_id(id: u8) -> Self {
         if id == 1 { Self::Prime2660 } else { Self::Prime2590 }
     }
 }
 
-/// `[general]`
+/// Section `[general]`: dialects and saved settings.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct General {
-    /// Replies and G4/G28/G30/M30 meanings in the GRBL style.
+    /// Whether replies and the meanings of G4/G28/G30/M30 follow GRBL.
     pub grbl_mode: bool,
-    /// Reports have the extensions of grblHAL (with `grbl_mode`).
+    /// Whether reports have the extensions of grblHAL (with `grbl_mode`).
     pub grblhal: bool,
-    /// Replay the saved settings at the end of boot.
+    /// Whether the saved settings are replayed at the end of boot.
     pub config_override: bool,
-    /// What consoles speak without `grbl_mode`.
+    /// Dialect of the consoles without `grbl_mode`.
     pub dialect: PrinterDialect,
 }
 
-/// What is spoken to a printer.
+/// G-code dialect of a printer's console.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PrinterDialect {
-    /// Smoothieware's.
+    /// Dialect of Smoothieware consoles.
     #[default]
     Smoothie,
-    /// Marlin's.
+    /// Dialect of Marlin consoles.
     Marlin,
-    /// RepRapFirmware's.
+    /// Dialect of RepRapFirmware consoles.
     RepRapFirmware,
-    /// Klipper's.
+    /// Dialect of Klipper consoles.
     Klipper,
 }
 
-/// `[drillingcycles]`
+/// Section `[drillingcycles]`: canned cycles.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CyclesConfig {
-    /// Canned cycles are understood.
+    /// Whether canned cycles are understood.
     pub enable: bool,
-    /// P of a cycle is in milliseconds, not in seconds.
+    /// Whether P of a cycle is in milliseconds instead of seconds.
     pub dwell_in_ms: bool,
 }
 
-/// `[system]` and `[consoles]`
+/// Sections `[system]` and `[consoles]`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SystemConfig {
     /// Step pulse length of external drivers, microseconds.
     pub step_pulse_us: u32,
     /// Highest step rate an actuator may ask for, steps per second.
     pub step_frequency_hz: u32,
-    /// Mirror of board LED 2.
+    /// Output that mirrors board LED 2.
     pub aux_play_led: Option<Pin>,
-    /// Flash `/sd/flashme.bin` at boot.
+    /// Whether `/sd/flashme.bin` is flashed at boot.
     pub flash_on_boot: bool,
-    /// Offer USB DFU.
+    /// Whether USB DFU is offered.
     pub dfu_enable: bool,
-    /// Allow the SD card to be exported over USB.
+    /// Whether the SD card may be exported over USB.
     pub msc_enable: bool,
-    /// LED of USB mass storage.
+    /// LED that shows USB mass storage.
     pub msc_led: Option<Pin>,
-    /// Enable of the MOSFET buffer; always an open-drain output.
+    /// Enable output of the MOSFET buffer; always an open-drain output.
     pub fets_enable_pin: Option<Pin>,
-    /// Switches the supply of the MOSFET outputs.
+    /// Output that switches the supply of the MOSFET outputs.
     pub fets_power_enable_pin: Option<Pin>,
-    /// Below this a supply falls while the machine works; none: below three quarters of what it usually has.
+    /// Supply voltage below which a brown-out is detected while the machine works; 0: never; none: three
+    /// quarters of the usual voltage.
     pub brown_out_volts: Option<Volts>,
-    /// A second USB serial port.
+    /// Whether there is a second USB serial port.
     pub second_usb_serial_enable: bool,
 }
 
-/// `[update]`
+/// Section `[update]`: signed firmware.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct UpdateConfig {
     /// The owner's Ed25519 public key.
     pub key: Option<[u8; 32]>,
-    /// What was written for it is no key.
+    /// Whether the text written for `key` is no valid key.
     pub key_is_flawed: bool,
-    /// Only firmware that is signed with the key.
+    /// Whether only firmware signed with the key is accepted.
     pub locked: bool,
 }
 
 impl UpdateConfig {
-    /// Whether it says who may, and not something that nobody can mean.
+    /// Returns whether the section is consistent: the key is valid, and a lock has a key.
     #[must_use]
     pub const fn is_sound(&self) -> bool {
         !self.key_is_flawed && (self.key.is_some() || !self.locked)
     }
 
-    /// Takes the key as 64 hexadecimal digits; nothing for no key.
+    /// Parses the key from 64 hexadecimal digits; an empty text means no key.
     pub(crate) fn set_key(&mut self, text: &str) {
         let digit = |byte: u8| char::from(byte).to_digit(16).map(|digit| digit as u8);
         let mut key = [0; 32];
@@ -133,55 +134,55 @@ pub enum Parity {
     Even,
 }
 
-/// `[uart console]`
+/// Section `[uart console]`: the auxiliary UART.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct UartConfig {
     /// Whether the port is used at all.
     pub enable: bool,
-    /// A console, rather than output only.
+    /// Whether the port is a console, rather than output only.
     pub console: bool,
-    /// 0: USART3 (PB11, PD8); 1: UART4 (PH14, PB9).
+    /// UART of the board; 0: USART3 (PB11, PD8); 1: UART4 (PH14, PB9).
     pub channel: u8,
-    /// Bits per second.
+    /// Baud rate, bits per second.
     pub baudrate: u32,
     /// Word length, 7 to 9, parity bit included.
     pub bits: u8,
-    /// 1 or 2.
+    /// Number of stop bits, 1 or 2.
     pub stop_bits: u8,
-    /// Parity.
+    /// Parity of each character.
     pub parity: Parity,
 }
 
-/// `[kill button]`
+/// Section `[kill button]`: the emergency stop.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct KillButton {
-    /// Whether there is one.
+    /// Whether there is a kill button.
     pub enable: bool,
     /// The input; pressed is low.
     pub pin: Option<Pin>,
-    /// A latching emergency stop: release may clear the halt.
+    /// Whether the button is a latching emergency stop: release may clear the halt.
     pub toggle: bool,
     /// Whether the button may clear a halt.
     pub unkill: bool,
 }
 
-/// `[safety door]`
+/// Section `[safety door]`: the door switch.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SafetyDoor {
-    /// Whether there is one.
+    /// Whether there is a safety door.
     pub enable: bool,
     /// The input; open is high.
     pub pin: Option<Pin>,
 }
 
-/// `[player]`
+/// Section `[player]`: jobs from files.
 #[derive(Clone, Debug, Default)]
 pub struct PlayerConfig {
     /// File played once after boot.
     pub on_boot_gcode: Command,
-    /// Whether to play it.
+    /// Whether the file is played after boot.
     pub on_boot_gcode_enable: bool,
-    /// Keep heaters on while suspended.
+    /// Whether heaters stay on while suspended.
     pub leave_heaters_on_suspend: bool,
     /// Line executed once suspended; empty for none.
     pub after_suspend_gcode: Command,
@@ -189,83 +190,84 @@ pub struct PlayerConfig {
     pub before_resume_gcode: Command,
     /// Line executed before the first line of a job; empty for none.
     pub before_job_gcode: Command,
-    /// Line executed behind the last one.
+    /// Line executed after the last line of a job; empty for none.
     pub after_job_gcode: Command,
-    /// Line executed once a job has been aborted and the machine stands.
+    /// Line executed once a job has been aborted and the machine stands; empty for none.
     pub after_abort_gcode: Command,
-    /// The next file of the queue begins by itself.
+    /// Whether the next file of the queue begins automatically.
     pub queue_auto: bool,
-    /// What files are written in.
+    /// Dialect of the G-code files.
     pub dialect: FileDialect,
-    /// What a look ahead at the file of a job is for.
+    /// Use of the preflight check of a job's file.
     pub preflight: JobPreflight,
-    /// How long a job waits for [`JobPreflight::Travel`].
+    /// Time for which a job waits for [`JobPreflight::Travel`].
     pub preflight_wait: Micros,
-    /// A job pauses at a code that levels the bed where nothing can.
+    /// Whether a job pauses at a leveling code on a machine that cannot level; otherwise the code is left
+    /// out.
     pub unleveled_pauses: bool,
-    /// Going on after a power cut.
+    /// Settings for resuming after a power cut.
     pub power_loss: PowerLossConfig,
 }
 
-/// What a look ahead at the file of a job is for.
+/// Use of a preflight check, which reads the file of a job ahead.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum JobPreflight {
-    /// There is none.
+    /// Preflight check is off.
     Off,
-    /// How much time is left.
+    /// The check estimates the time left.
     Time,
-    /// That, and the job pauses before a line that was found to stop it.
+    /// The check estimates the time left, and the job pauses before a line that was found to stop it.
     Warn,
-    /// The file is looked at first for a while, and not begun when it leaves the travel; what is found later
-    /// is as with [`Self::Warn`].
+    /// The file is checked for a while before the job, which does not begin when the file leaves the travel;
+    /// later findings act as with [`Self::Warn`].
     #[default]
     Travel,
-    /// The whole file is looked at first, and not begun when something stops it.
+    /// The whole file is checked before the job, which does not begin when a line would stop it.
     Refuse,
 }
 
-/// `[player] power_loss_...`
+/// Settings `power_loss_*` in `[player]`.
 #[derive(Clone, Debug, Default)]
 pub struct PowerLossConfig {
-    /// A journal of jobs is kept.
+    /// Whether a journal of jobs is kept.
     pub enable: bool,
-    /// Time between entries.
+    /// Time between entries of the journal.
     pub period: Micros,
-    /// Below this supply of the motors the job is noted at once; 0: never.
+    /// Motor supply voltage below which the job's place is stored at once; 0: never.
     pub motor_volts: f32,
-    /// How far Z is lifted first, mm.
+    /// Height by which Z is lifted before resuming, mm.
     pub lift: f64,
-    /// How far Z sinks without current, mm.
+    /// Distance by which Z sinks without motor current, mm.
     pub sag: f64,
-    /// Line executed before going back to the part.
+    /// Line executed before the tool returns to the part.
     pub gcode: Command,
 }
 
-/// `[tool change]`
+/// Section `[tool change]`: scripts and prompt.
 #[derive(Clone, Debug, Default)]
 pub struct ToolChangeConfig {
     /// Line executed before the tool is changed; empty for none.
     pub before_gcode: Command,
-    /// The operator is asked to change it.
+    /// Whether the operator is asked to change the tool.
     pub prompt: bool,
-    /// Line executed once it has been changed; empty for none.
+    /// Line executed once the tool has been changed; empty for none.
     pub after_gcode: Command,
 }
 
-/// What files are written in.
+/// Dialect of G-code files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FileDialect {
-    /// What they say of themselves; else what the machine's consoles speak.
+    /// Dialect named in the file itself; otherwise that of the consoles.
     #[default]
     Auto,
-    /// Smoothieware's.
+    /// Dialect of Smoothieware files.
     Smoothie,
-    /// Marlin's.
+    /// Dialect of Marlin files.
     Marlin,
-    /// RepRapFirmware's.
+    /// Dialect of RepRapFirmware files.
     RepRapFirmware,
-    /// Klipper's.
+    /// Dialect of Klipper files.
     Klipper,
-    /// GRBL's.
+    /// Dialect of GRBL files.
     Grbl,
 }

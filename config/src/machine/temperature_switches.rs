@@ -1,49 +1,49 @@
-//! `[temperature switch]`: switches that follow a temperature.
+//! Section `[temperature switch]`: switches controlled by a temperature.
 
 use super::{Name, TemperatureConfig};
 use units::{Celsius, Micros};
 
-/// When such a rule operates its switch.
+/// Temperature change that operates the switch of a rule.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Trigger {
-    /// On when it becomes hot, off when it becomes cold.
+    /// On when hot, off when cold again.
     #[default]
     Level,
-    /// On when it becomes hot.
+    /// On when the control becomes hot, never off.
     Rising,
-    /// Off when it becomes cold.
+    /// Off when the control becomes cold, never on.
     Falling,
 }
 
 /// A rule that operates an output switch by the hottest of some temperature controls.
 #[derive(Clone, Debug, Default)]
 pub struct TemperatureSwitchConfig {
-    /// Its name.
+    /// Name of the rule in the file.
     pub name: Name,
-    /// Whether it exists.
+    /// Whether the rule is in use.
     pub enable: bool,
-    /// Designator of the temperature controls to watch: its first letter counts.
+    /// Designator of the watched temperature controls; its first letter counts.
     pub designator: Name,
-    /// Name of the switch.
+    /// Name of the operated switch.
     pub switch: Name,
-    /// On and off change places.
+    /// Whether on and off change places.
     pub inverted: bool,
-    /// When the switch is operated.
+    /// Temperature change that operates the switch.
     pub trigger: Trigger,
-    /// M-code that arms and disarms it; none: it is always armed.
+    /// M-code that arms and disarms the rule; none: always armed.
     pub arm_mcode: Option<u16>,
-    /// Armed at boot, where an M-code arms it.
+    /// Whether a rule with `arm_mcode` is armed at boot.
     pub start_armed: bool,
-    /// From here on it is hot.
+    /// Temperature from which on the control counts as hot.
     pub threshold: Celsius,
-    /// Time between two looks while it is cold.
+    /// Time between two readings while cold.
     pub heatup_poll: Micros,
-    /// Time between two looks while it is hot.
+    /// Time between two readings while hot.
     pub cooldown_poll: Micros,
 }
 
 impl TemperatureSwitchConfig {
-    /// Whether it watches this temperature control.
+    /// Returns whether the rule watches this temperature control.
     #[must_use]
     pub fn watches(&self, control: &TemperatureConfig) -> bool {
         let letter = self.designator.chars().next();
