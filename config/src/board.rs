@@ -1,4 +1,4 @@
-//! What the Prime's pins can and cannot be used for.
+//! Allowed and forbidden uses of the Prime's pins.
 
 use crate::pin::{Pin, PinName, Pull, VoltageInput};
 use units::Actuator;
@@ -19,7 +19,7 @@ const RESERVED: &[(&str, &[(char, u8)])] = &[
     ("the board's lamps", &[('H', 9), ('H', 10), ('H', 11), ('H', 12)]),
 ];
 
-/// What the board has a pin for, whatever a configuration says.
+/// Returns the fixed use of a pin on the board, which no configuration can change.
 #[must_use]
 pub fn reserved_for(pin: Pin) -> Option<&'static str> {
     named(RESERVED, (pin.port, pin.number))
@@ -39,7 +39,7 @@ const fn pad(port: char, number: u8) -> Pad {
 /// PA0_C, an analog ball of its own beside PA0. Ports of configurations end with K.
 const PA0_C: Pad = (u8::MAX, 0);
 
-/// `ADC1_0` to `ADC1_6`.
+/// Pads of `ADC1_0` to `ADC1_6`.
 const THERMISTOR_PADS: [Pad; 7] =
     [PA0_C, pad('F', 11), pad('F', 12), pad('B', 0), pad('C', 2), pad('C', 3), pad('A', 3)];
 const VOLTAGE_PADS: [Pad; 6] = [pad('C', 0), pad('F', 10), pad('F', 8), pad('F', 6), pad('F', 4), pad('H', 5)];
@@ -92,12 +92,13 @@ const DRIVEN: &[(&str, &[(char, u8)])] = &[
 /// The stallGuard outputs of the on-board drivers, alpha to delta.
 const STALL_PINS: [Pin; 4] = [Pin::new('K', 4), Pin::new('K', 5), Pin::new('J', 15), Pin::new('G', 9)];
 
-/// The input that a motor's on-board driver says on that it stalls. The chip drives it, so it needs no pull.
+/// Returns the input with the stall signal of a motor's on-board driver. The chip drives it, so it needs no
+/// pull.
 pub(crate) fn stall_pin(motor: Actuator) -> Option<Pin> {
     STALL_PINS.get(motor as usize).map(|pin| Pin { pull: Pull::None, ..*pin })
 }
 
-/// What on the board drives a pin, so that it cannot be an output.
+/// Returns the part of the board that drives a pin, so that the pin cannot be an output.
 #[must_use]
 pub fn driven_by(pin: Pin) -> Option<&'static str> {
     named(DRIVEN, (pin.port, pin.number))
@@ -111,5 +112,5 @@ fn named(table: &[(&'static str, &[(char, u8)])], pad: Pad) -> Option<&'static s
 /// Voltage across the sense resistor at full scale. TMC2590 datasheet section "Sense resistor", as
 /// Smoothieware uses it.
 pub(crate) const TMC2590_SENSE_VOLTS: f32 = 0.325;
-/// The same for the TMC2660.
+/// Voltage across the sense resistor at full scale, for the TMC2660.
 pub(crate) const TMC2660_SENSE_VOLTS: f32 = 0.310;

@@ -28,7 +28,7 @@ pub(crate) fn fill_in(config: &mut MachineConfig, ledger: &Ledger) {
         config.soft_endstops.halt = config.general.grbl_mode;
     }
     if !written("general", 0, "config-override") {
-        // What a sender of GRBL's sets is to outlive the reset.
+        // A GRBL sender expects its settings to outlive a reset.
         config.general.config_override = config.general.grbl_mode;
     }
     temperatures(config, &written);
@@ -94,22 +94,22 @@ fn kinematics(config: &mut MachineConfig, written: Written) {
     }
 }
 
-/// In so long at full output a bed warms by two degrees.
+/// Time at full output in which a bed warms by two degrees.
 const BED_GAIN_TIME: Micros = Micros::from_seconds(60);
-/// The same for a hot end.
+/// Time at full output in which a hot end warms by two degrees.
 const HOT_END_GAIN_TIME: Micros = Micros::from_seconds(20);
 
 /// Usual powers of a bed and of a hot end.
 const BED_WATTS: f32 = 200.0;
 const HOT_END_WATTS: f32 = 40.0;
 
-/// What is written beside the name of a thermistor that has a beta holds, and what it is meant for does else.
+/// Resolves a thermistor's name against the keys beside it: written values win, the name's own fill the rest.
 fn thermistor(thermistor: &mut ThermistorConfig, is_written: impl Fn(&str) -> bool) {
     let name = thermistor.table.unwrap_or_default();
     if is_written("beta") && (thermistor.use_beta_table || matches!(name, "RRRF100K" | "RRRF10K" | "HT100K")) {
         thermistor.table = None;
     }
-    // All others are of 100 kOhm, and meant for the divider on the board.
+    // All other thermistors have 100 kOhm and fit the divider on the board.
     if name == "RRRF10K" {
         let meant = [("r0", &mut thermistor.r0, 10_000.0), ("r1", &mut thermistor.r1, 680.0)];
         for (key, place, ohms) in meant.into_iter().chain([("r2", &mut thermistor.r2, 1_600.0)]) {
@@ -118,8 +118,8 @@ fn thermistor(thermistor: &mut ThermistorConfig, is_written: impl Fn(&str) -> bo
     }
 }
 
-/// As Smoothieware numbers those without a number: in the order of their names, less one for each that is
-/// enabled. It may give two of them one number; here the second has the next that is free.
+/// Numbers the controls without a number as Smoothieware does: in the order of their names, less one for each
+/// that is enabled. Smoothieware may give two controls one number; here the second gets the next free one.
 fn number(config: &mut MachineConfig) {
     let heaters = &mut config.temperatures;
     for before in 0..heaters.len() {
@@ -256,7 +256,8 @@ fn slave_currents(config: &mut MachineConfig) {
     }
 }
 
-/// A driver outside gives what its resistor can measure, as far as its bridges bear it.
+/// Sets an external driver's greatest current to the value its resistor can measure, as far as its bridges
+/// bear it.
 fn stealth_driver(config: &mut MachineConfig, actuator: Actuator, written: Written) {
     let turn = config.turn_a_second(actuator);
     for kind in DriverKind::OUTSIDE {
@@ -268,14 +269,14 @@ fn stealth_driver(config: &mut MachineConfig, actuator: Actuator, written: Writt
         let measurable = chip.resistor.and_then(|resistor| kind.measurable(resistor));
         if let Some(most) = measurable.filter(|_| !written(kind.name(), actuator as usize, "max_current")) {
             let most = kind.most_current().filter(|bearable| *bearable < most).unwrap_or(most);
-            // In whole mA, as it is written.
+            // Cuts to whole mA, as written in the file.
             chip.max_current = Amps((most.get() * 1_000.0 + 0.5) as u32 as f32 / 1_000.0);
         }
     }
 }
 
-/// Takes the pins and the switches-on from what stays off, so that nothing of it is wired. Its names and
-/// codes stay: its commands are refused with the reason.
+/// Removes pins and enabling from the parts that stay off, so that nothing of them is wired. Names and codes
+/// stay: the commands are refused with the reason.
 pub(crate) fn switch_off(config: &mut MachineConfig, ledger: &Ledger) {
     forget_disabled(config, ledger);
     without_their_timer(config);
@@ -307,7 +308,7 @@ pub(crate) fn switch_off(config: &mut MachineConfig, ledger: &Ledger) {
     }
     config.probe.enable &= !is_off("zprobe", "");
     if is_off("bed mesh", "") {
-        // Its regions may be what the probe must not touch.
+        // A faulty `[bed mesh]` may hold regions that the probe must not touch.
         config.leveling.strategy = None;
     }
     if is_off("z alignment", "") {
@@ -333,7 +334,7 @@ pub(crate) fn switch_off(config: &mut MachineConfig, ledger: &Ledger) {
     config.off = off;
 }
 
-/// A timer that stays off takes the switches on its channels with it.
+/// Puts the switches on the channels of a timer that stays off out of service too.
 fn without_their_timer(config: &mut MachineConfig) {
     for switch in config.switches.iter().filter(|switch| switch.enable) {
         let Some(OutputPin::Pwm(pwm)) = switch.output_pin else { continue };
@@ -342,12 +343,12 @@ fn without_their_timer(config: &mut MachineConfig) {
             config.off.iter().any(|off| off.section == "switch" && (off.name.is_empty() || off.name == switch.name));
         let Some(cause) = config.off.iter().find(|off| off.section == timer).filter(|_| !known) else { continue };
         let module = OffModule { section: "switch", name: switch.name.clone(), ..cause.clone() };
-        // Without room it is not told apart, but it has no timer all the same.
+        // Without room the switch has no entry in the list, but no timer either.
         let _ = config.off.push(module);
     }
 }
 
-/// What the file does not enable is off anyway: nobody has to hear of it again.
+/// Forgets the faults of parts that the file does not enable: nobody needs to hear of them.
 fn forget_disabled(config: &mut MachineConfig, ledger: &Ledger) {
     let mut off = core::mem::take(&mut config.off);
     off.retain(|module| {
@@ -371,7 +372,7 @@ fn forget_disabled(config: &mut MachineConfig, ledger: &Ledger) {
     config.off = off;
 }
 
-/// Leaves out what is not enabled, and puts the rest in order of name, as Smoothieware visits it.
+/// Removes the instances that are not enabled, and sorts the rest by name, as Smoothieware visits them.
 pub(crate) fn keep_enabled(config: &mut MachineConfig) {
     config.extruders.retain(|extruder| extruder.enable);
     sort_short(&mut config.extruders, |a, b| a.name.cmp(&b.name));
@@ -392,8 +393,8 @@ pub(crate) fn keep_enabled(config: &mut MachineConfig) {
     name_parts(config);
 }
 
-/// Finds what combined sensors are made of, which fans blow at heaters and what fans watch, now that all have
-/// their places.
+/// Resolves the names in combined sensors, in the fans of heaters and in the controls that fans watch, now
+/// that all instances have their places.
 fn name_parts(config: &mut MachineConfig) {
     for place in 0..config.temperatures.len() {
         let Some(heater) = config.temperatures.get(place) else { return };

@@ -1,21 +1,22 @@
-//! What the reader has to say about a file: place, reason, fix.
+//! Findings of the reader about a file: place, reason, fix.
 
 use core::fmt;
 use heapless::{String, Vec};
 
-/// How bad a finding is.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// The machine runs, but probably not as meant.
     Warning,
-    /// What the setting belongs to (a heater, a switch, the probe) stays off; the rest of the machine works.
+    /// The part of the setting (a heater, a switch, the probe) stays off; the rest of the machine works.
     Error,
-    /// Motion or safety depends on it: nothing moves or heats until it is mended. Consoles and card work.
+    /// Motion or safety depends on the setting: nothing moves or heats until the file is mended. Consoles and
+    /// card work.
     Fatal,
 }
 
 impl Severity {
-    /// The word in messages.
+    /// Returns the word in messages.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -26,12 +27,12 @@ impl Severity {
     }
 }
 
-/// One finding. Texts are cut to fit, never lost whole.
+/// A finding about the file. Texts are cut to fit, never lost whole.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
-    /// How bad.
+    /// Severity of the finding.
     pub severity: Severity,
-    /// Line, from 1; 0 when it concerns something the file does not say.
+    /// Line, from 1; 0 when the finding concerns something the file does not say.
     pub line: u32,
     /// Column in bytes, from 1; 0 with line 0.
     pub column: u16,
@@ -39,16 +40,17 @@ pub struct Diagnostic {
     pub length: u16,
     /// Section and key, as `[actuator] alpha.max_rate`; may be empty.
     pub key: String<72>,
-    /// What is wrong, in a sentence without a full stop.
+    /// Description of the fault, in a sentence without a full stop.
     pub reason: String<200>,
-    /// What to write instead; may be empty.
+    /// Advice for the text to write instead; may be empty.
     pub fix: String<200>,
-    /// With an error: what stays off, as in `switch fan`; else empty.
+    /// Part that stays off because of an error, as in `switch fan`; else empty.
     pub off: String<96>,
 }
 
 impl Diagnostic {
-    /// Whether a message should begin with the key: there is one, and the reason does not name it anyway.
+    /// Returns whether a message should begin with the key: the finding has one that the reason does not
+    /// name.
     pub(crate) fn names_key(&self) -> bool {
         !self.key.is_empty() && !self.reason.contains(self.key.as_str())
     }
@@ -76,7 +78,7 @@ impl fmt::Display for Diagnostic {
     }
 }
 
-/// Where findings go: a list, a console, a counter.
+/// Receiver of findings: a list, a console, a counter.
 pub trait Sink {
     /// Takes one finding, in the order found.
     fn report(&mut self, finding: &Diagnostic);
@@ -95,7 +97,7 @@ impl<const N: usize> Sink for Vec<Diagnostic, N> {
     }
 }
 
-/// Forgets them; the summary still counts.
+/// Drops all findings; the summary still counts.
 impl Sink for () {
     fn report(&mut self, _: &Diagnostic) {}
 }

@@ -17,31 +17,31 @@ pub struct Edit<'a> {
     pub section: &'a str,
     /// The key as it stands before the `=`, instance included: `fan.enable`.
     pub key: &'a str,
-    /// The new value.
+    /// New value; none deletes the setting.
     pub value: Option<&'a str>,
 }
 
-/// What becomes of a line.
+/// Decision about a line of the text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict<'l> {
-    /// It stays as it is.
+    /// The line stays unchanged.
     Keep,
-    /// It goes.
+    /// The line is deleted.
     Delete,
-    /// `key = value` takes its place, two blanks and this comment behind it when there is one.
+    /// `key = value` replaces the line, followed by two blanks and this comment when there is one.
     Replace(&'l str),
-    /// `key = value` and a blank line come before it.
+    /// `key = value` and a blank line are inserted before the line.
     Precede,
 }
 
-/// What is missing at the end of the text.
+/// Lines to append at the end of the text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// Nothing.
+    /// Nothing is missing at the end.
     Nothing,
-    /// `key = value`
+    /// The line `key = value`.
     Setting,
-    /// A blank line, `[section]` and `key = value`
+    /// A blank line, `[section]` and `key = value`.
     Section,
 }
 
@@ -58,18 +58,18 @@ enum State {
 pub struct Editor<'a> {
     edit: Edit<'a>,
     state: State,
-    /// The line belongs to the section.
+    /// Whether the current line belongs to the section.
     inside: bool,
 }
 
 impl<'a> Editor<'a> {
-    /// At the start of the text.
+    /// Returns an editor at the start of the text.
     #[must_use]
     pub const fn new(edit: Edit<'a>) -> Self {
         Self { edit, state: State::Before, inside: false }
     }
 
-    /// The next line, without its end. Of a long line its first 300 bytes are enough.
+    /// Takes the next line, without its end. Of a long line its first 300 bytes are enough.
     pub fn line<'l>(&mut self, line: &'l str) -> Verdict<'l> {
         let (content, comment) = line.find('#').map_or((line, ""), |place| line.split_at(place));
         let content = content.trim();
@@ -102,7 +102,7 @@ impl<'a> Editor<'a> {
         Verdict::Keep
     }
 
-    /// The text has ended.
+    /// Ends the text and returns the lines to append.
     #[must_use]
     pub const fn end(self) -> Ending {
         match (self.edit.value, self.state) {

@@ -1,11 +1,11 @@
-//! Why a text is no value of its setting, and what to write instead.
+//! Flaws of values: why a text does not fit its setting, and the advice to mend it.
 
 use crate::pin::PinFlaw;
 use crate::schema::PinRole;
 use crate::text::nearest;
 use core::fmt;
 
-/// What is wrong with a value's text.
+/// Flaw of a value's text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Flaw<'t> {
     Empty,
@@ -38,12 +38,12 @@ pub(crate) enum Flaw<'t> {
 }
 
 impl Flaw<'_> {
-    /// What is wrong.
+    /// Returns the description of the flaw.
     pub(crate) const fn reason(&self) -> Reason<'_> {
         Reason(self)
     }
 
-    /// What to do.
+    /// Returns the advice to mend the flaw.
     pub(crate) const fn fix(&self) -> Fix<'_> {
         Fix(self)
     }
@@ -120,7 +120,7 @@ impl fmt::Display for Fix<'_> {
     }
 }
 
-/// What to do about a number with something behind it.
+/// Returns the advice for a number with other characters behind it.
 fn number_fix(text: &str) -> &'static str {
     if text.contains(';') {
         "comments begin with #"

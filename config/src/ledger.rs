@@ -1,4 +1,4 @@
-//! Where each setting was written, and which pins are asked for: what the checks need after the text is gone.
+//! Line of each setting in the file, and requested pins: data for the checks after the text is gone.
 
 use crate::machine::MachineConfig;
 use crate::module::Module;
@@ -48,7 +48,7 @@ impl Path {
         self.section()?.settings.get(usize::from(self.setting))
     }
 
-    /// What stays off when this setting cannot be used.
+    /// Returns the part of the machine that stays off when this setting cannot be used.
     pub(crate) fn module(self, config: &MachineConfig) -> Module<'_> {
         let Some(section) = self.section() else { return Module::MACHINE };
         let name = section.instances().filter(|_| self.place != NO_INSTANCE);
@@ -95,8 +95,7 @@ pub(crate) struct Ledger {
 }
 
 impl Ledger {
-    /// Notes where a setting stands; gives the place where it stood before. A full ledger forgets places, not
-    /// values.
+    /// Notes the span of a setting and returns its earlier span. A full ledger forgets spans, not values.
     pub(crate) fn write(&mut self, path: Path, span: Span) -> Result<Option<Span>, Span> {
         match self.written.iter_mut().find(|(known, _)| *known == path) {
             Some((_, at)) => Ok(Some(core::mem::replace(at, span))),
@@ -131,7 +130,7 @@ impl Ledger {
         self.doubted.contains(&path)
     }
 
-    /// Where a setting was written; none when its default stands.
+    /// Returns the span of a written setting; none when its default stands.
     pub(crate) fn span(&self, path: Path) -> Option<Span> {
         self.written.iter().find(|(known, _)| *known == path).map(|&(_, span)| span)
     }
@@ -141,7 +140,7 @@ impl Ledger {
         self.written.iter().find(|(path, _)| (path.section, path.place) == (section, place)).map(|&(_, span)| span)
     }
 
-    /// True the first time for a section.
+    /// Returns true the first time for a section.
     pub(crate) fn tell_once(&mut self, section: &str) -> bool {
         let bit = crate::schema::section(section).map_or(0, |(index, _)| 1 << index);
         let is_new = self.reported & bit == 0;
@@ -149,7 +148,8 @@ impl Ledger {
         is_new
     }
 
-    /// Where to point for a setting: its value, or the name of its instance when a default stands.
+    /// Returns the span a finding points at: the setting's value, or the name of its instance when a default
+    /// stands.
     pub(crate) fn place(&self, path: Path, config: &MachineConfig) -> Span {
         let name = path
             .section()
@@ -160,7 +160,7 @@ impl Ledger {
         self.span(path).or_else(of_instance).unwrap_or_default()
     }
 
-    /// Notes the pin a setting asks for; none takes its claim back.
+    /// Notes the pin of a setting; none takes its claim back.
     pub(crate) fn ask(&mut self, path: Path, pin: Option<PinName>) {
         self.pins.retain(|(known, _)| *known != path);
         if let Some(pin) = pin {
@@ -183,7 +183,7 @@ mod tests {
     use super::*;
     use crate::schema::{CannotCreate, Kind};
 
-    /// How many instances of a section there can be.
+    /// Returns the greatest number of instances of a section.
     fn most(section: &Section) -> usize {
         let Some(instances) = section.instances() else { return 1 };
         if instances.noun == crate::schema::UNREAD {

@@ -1,10 +1,10 @@
 //! The machine description: INI text in, a typed [`MachineConfig`] and located findings out.
 //!
-//! One table, [`schema::SECTIONS`], names every setting once, with its type, unit, default, range and
+//! A single table, [`schema::SECTIONS`], names every setting once, with its type, unit, default, range and
 //! meaning. The reader, the checks, the generated reference and the editor all read that table. The reader
 //! takes the file in pieces of any size, uses fixed memory and never panics.
 //!
-//! This crate does no I/O, owns no pin and knows nothing of G-code or motion: it says what a machine is.
+//! The crate does no I/O, owns no pin and knows nothing of G-code or motion: it only describes a machine.
 #![cfg_attr(not(any(test, feature = "std")), no_std)]
 
 mod board;

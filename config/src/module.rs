@@ -1,5 +1,4 @@
-//! Parts of the machine that can stay off alone: which there are, and what an error in the file puts out of
-//! service.
+//! Parts of the machine that can stay off alone, and the consequences of an error in the file for each.
 
 use crate::machine::{MachineConfig, Name};
 use crate::schema::Section;
@@ -10,12 +9,12 @@ use heapless::String;
 /// Parts that can be out of service at once; one more, and the machine does not start.
 pub const MAX_OFF: usize = 24;
 
-/// What an error in a section costs.
+/// Consequence of an error in a section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
     /// The machine does not start: motion or safety depends on the section.
     Machine,
-    /// What the section is about stays off.
+    /// Everything configured by the section stays off.
     Section,
     /// The instance stays off; all of them, when nobody can tell which is meant.
     Instance,
@@ -64,7 +63,7 @@ const SCOPES: &[(&str, Scope)] = &[
 ];
 
 impl Section {
-    /// What an error in this section costs.
+    /// Returns the consequence of an error in the section.
     #[must_use]
     pub fn scope(&self) -> Scope {
         SCOPES.iter().find(|(name, _)| *name == self.name).map_or(Scope::Machine, |&(_, scope)| scope)
@@ -110,7 +109,7 @@ impl<'n> Module<'n> {
         self.section.map_or("", |section| section.name)
     }
 
-    /// This module out of service, for the finding at this line.
+    /// Returns the out-of-service entry of the module, for the finding at this line.
     pub(crate) fn off(self, line: u16, key: &str) -> OffModule {
         OffModule {
             section: self.section_name(),
@@ -140,9 +139,9 @@ fn write_label(f: &mut fmt::Formatter<'_>, section: &str, noun: &str, name: &str
 /// A part of the machine that stays off until the file is mended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OffModule {
-    /// Its section.
+    /// Section of the part.
     pub section: &'static str,
-    /// Its instance; empty for the section as a whole.
+    /// Name of the instance; empty for the section as a whole.
     pub name: Name,
     /// Line of the finding; 0 when it concerns something the file does not say.
     pub line: u16,
@@ -164,7 +163,8 @@ impl fmt::Display for OffModule {
 }
 
 impl MachineConfig {
-    /// Why this part stays off; none when it works. `name` is the instance's, empty where there are none.
+    /// Returns why a part of the machine stays off; none when it works. `name` is the instance's, empty where
+    /// there are none.
     #[must_use]
     pub fn off(&self, section: &str, name: &str) -> Option<&OffModule> {
         self.off.iter().find(|off| off.section == section && (off.name.is_empty() || off.name == name))

@@ -10,11 +10,11 @@ pub enum Pull {
     /// The text named none: inputs take a pull-up, outputs take none.
     #[default]
     Default,
-    /// `^`
+    /// Pull-up resistor, written `^`.
     Up,
-    /// `v`
+    /// Pull-down resistor, written `v`.
     Down,
-    /// `-`
+    /// No pull resistor, written `-`.
     None,
 }
 
@@ -40,13 +40,13 @@ impl Pin {
         Self { port: port as u8 - b'A', number, inverted: false, open_drain: false, pull: Pull::Default }
     }
 
-    /// The port's letter.
+    /// Returns the port's letter.
     #[must_use]
     pub const fn port_letter(self) -> char {
         (b'A' + self.port) as char
     }
 
-    /// Whether both name the same copper, whatever their modifiers.
+    /// Returns whether both names mean the same pad, whatever their modifiers.
     #[must_use]
     pub const fn is_same_pad(self, other: Self) -> bool {
         self.port == other.port && self.number == other.number
@@ -83,36 +83,36 @@ pub struct VoltageInput(pub u8);
 /// A hardware PWM output `PWM1_1` to `PWM2_4`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PwmOutput {
-    /// 1 (TIM1) or 2 (TIM8).
+    /// Timer, 1 (TIM1) or 2 (TIM8).
     pub timer: u8,
-    /// 1 to 4.
+    /// Channel of the timer, 1 to 4.
     pub channel: u8,
 }
 
-/// Where a switch can send its state.
+/// Output of a switch's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutputPin {
     /// A GPIO, on or off or sigma-delta modulated.
     Digital(Pin),
-    /// A timer channel.
+    /// A channel of a PWM timer.
     Pwm(PwmOutput),
 }
 
 /// Anything a pin setting can name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PinName {
-    /// `PD3`, with modifiers.
+    /// Digital pin such as `PD3`, with modifiers.
     Digital(Pin),
-    /// `PWM1_2`
+    /// PWM output such as `PWM1_2`.
     Pwm(PwmOutput),
-    /// `ADC1_3`
+    /// Thermistor input such as `ADC1_3`.
     Thermistor(ThermistorInput),
     /// `external`: no pin of the board, but a key of a panel.
     External,
 }
 
 impl PinName {
-    /// The bare name, for messages about the copper.
+    /// Returns the bare name, for messages about the pad itself.
     pub(crate) const fn without_modifiers(self) -> Self {
         match self {
             Self::Digital(Pin { port, number, .. }) => {
@@ -162,10 +162,10 @@ impl fmt::Display for PinName {
     }
 }
 
-/// Why a text names no pin.
+/// Reason why a text names no pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PinFlaw {
-    /// It begins like no pin.
+    /// The text begins like no pin.
     NotAPin,
     /// Ports are A to K.
     NoSuchPort(char),
@@ -213,7 +213,7 @@ pub fn parse_pin(text: &str) -> Result<Option<PinName>, PinFlaw> {
     }
 }
 
-/// Reads `ADC3_5`.
+/// Parses a voltage input such as `ADC3_5`.
 #[must_use]
 pub fn parse_voltage_input(text: &str) -> Option<VoltageInput> {
     let is_adc = text.get(..3)?.eq_ignore_ascii_case("ADC");
@@ -222,7 +222,7 @@ pub fn parse_voltage_input(text: &str) -> Option<VoltageInput> {
         .map(|(_, input)| VoltageInput(input))
 }
 
-/// The digits of `ADC1_3`: exactly one on each side of the `_`.
+/// Returns the digits of `ADC1_3`: exactly one on each side of the `_`.
 fn two_numbers(text: &str, from: usize) -> Option<(u8, u8)> {
     match text.as_bytes().get(from..)? {
         [a @ b'0'..=b'9', b'_', b @ b'0'..=b'9'] => Some((a - b'0', b - b'0')),
@@ -230,7 +230,7 @@ fn two_numbers(text: &str, from: usize) -> Option<(u8, u8)> {
     }
 }
 
-/// `P`, port, `_` or `.` or nothing, number, modifiers.
+/// Parses a digital pin: `P`, port, `_` or `.` or nothing, number, modifiers.
 fn digital(text: &str) -> Result<Pin, PinFlaw> {
     let mut characters = text.chars().peekable();
     if !characters.next().is_some_and(|c| c.eq_ignore_ascii_case(&'p')) {

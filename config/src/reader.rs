@@ -1,8 +1,8 @@
 //! Text to machine description, line by line.
 //!
-//! The format is Smoothieware's: `[section]`, `key = value`, `name.key = value`, `#` comments. What
-//! Smoothieware passes over in silence (an unknown key, a word that is no number, a line without `=`) is
-//! reported here.
+//! The format is Smoothieware's: `[section]`, `key = value`, `name.key = value`, `#` comments. Text that
+//! Smoothieware ignores silently (an unknown key, a word that is no number, a line without `=`) is reported
+//! here.
 
 mod settings;
 
@@ -16,7 +16,7 @@ use crate::suggest;
 use crate::{check, derive};
 use heapless::Vec;
 
-/// What reading found, in numbers.
+/// Numbers of findings, by severity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Summary {
     /// Findings of severity warning.
@@ -28,19 +28,19 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Whether the machine may be started, with what works of it.
+    /// Returns whether the machine may be started, with the parts that work.
     #[must_use]
     pub const fn is_usable(self) -> bool {
         self.fatals == 0
     }
 
-    /// Whether everything works as the file says.
+    /// Returns whether everything works as the file says.
     #[must_use]
     pub const fn is_complete(self) -> bool {
         self.errors == 0 && self.fatals == 0
     }
 
-    /// Findings in all.
+    /// Returns the total number of findings.
     #[must_use]
     pub const fn total(self) -> u32 {
         self.warnings + self.errors + self.fatals
@@ -79,7 +79,7 @@ enum LineState {
 /// The section that lines now belong to.
 #[derive(Clone, Copy)]
 enum Current {
-    /// No header yet.
+    /// No section header read yet.
     Nothing,
     /// A section the schema does not have; its header has been reported, so its lines are not.
     Unknown,
@@ -110,7 +110,7 @@ impl<'a> Reader<'a> {
         reader
     }
 
-    /// Takes the next bytes of the file, in pieces of any size.
+    /// Parses the next bytes of the file, in pieces of any size.
     pub fn feed(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             match (byte, self.state) {
@@ -122,7 +122,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The file has ended: checks the whole, fills in what depends on it, and tells how it went.
+    /// Ends the file: checks the whole, fills in derived defaults, and returns the summary.
     pub fn finish(mut self) -> Summary {
         if !self.line.is_empty() || self.state != LineState::Text {
             self.end_line();
@@ -171,7 +171,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Some editors put a mark before the first line.
+    /// Removes the byte order mark that some editors put before the first line.
     fn without_mark<'l>(&self, line: &'l [u8]) -> &'l [u8] {
         if self.number == 1 { line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line) } else { line }
     }
@@ -180,7 +180,7 @@ impl<'a> Reader<'a> {
         u16::try_from(self.number).unwrap_or(u16::MAX)
     }
 
-    /// Where a part of the present line stands.
+    /// Returns the span of a part of the present line.
     fn span(&self, line: &str, part: &str) -> Span {
         // `part` is a slice of `line`, so the difference of their addresses is its offset.
         let offset = (part.as_ptr() as usize).saturating_sub(line.as_ptr() as usize);
@@ -211,7 +211,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// What a line that cannot be read might have been about.
+    /// Returns the part of the machine that an unreadable line might have been about.
     const fn whole_section(&self) -> Module<'static> {
         match self.current {
             Current::Known(_, section) => Module::whole(section),

@@ -5,7 +5,7 @@ use crate::reader::Summary;
 use std::fmt::Write;
 use std::string::{String, ToString};
 
-/// One finding as a compiler would show it: place, source line, underline, help.
+/// Renders a finding as a compiler would: place, source line, underline, help.
 ///
 /// ```text
 /// fatal: [planner] junction_deviation: 'abc' is not a number

@@ -8,7 +8,7 @@ use crate::text::cut;
 use core::fmt;
 use heapless::Vec;
 
-/// What a finding is about.
+/// Subject of a finding: span, key and parts of the machine.
 #[derive(Clone, Copy)]
 pub(crate) struct At<'a> {
     span: Span,
@@ -84,14 +84,15 @@ impl<'a> Reporter<'a> {
         });
     }
 
-    /// False when there are more of them than can be kept: then the machine must not start.
+    /// Notes the parts that stay off. Returns false when there are more of them than can be kept: then the
+    /// machine must not start.
     fn put_out_of_service(&mut self, at: &At<'_>) -> bool {
         at.modules().all(|module| {
             self.off.iter().any(|known| known.is(module)) || self.off.push(module.off(at.span.line, at.key)).is_ok()
         })
     }
 
-    /// What stays off, in the order found.
+    /// Returns the parts that stay off, in the order found.
     pub(crate) fn into_off(self) -> Vec<OffModule, MAX_OFF> {
         self.off
     }

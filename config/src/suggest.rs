@@ -1,4 +1,4 @@
-//! What was probably meant by a name the schema does not have.
+//! Suggestions for names that the schema does not have.
 
 use crate::diagnostic::Severity;
 use crate::schema::{Form, SECTIONS, Section, Setting, Support, by_v1_name, instance_of};
@@ -6,7 +6,7 @@ use crate::text::{cut, nearest};
 use core::fmt;
 use heapless::String;
 
-/// Where the settings of a section of Klipper are.
+/// Returns where the settings of a section of Klipper are.
 pub(crate) fn klipper_section(name: &str) -> Option<&'static str> {
     let first = name.split([' ', '_']).next().filter(|first| !first.is_empty())?;
     let of_klipper = |row: &Setting| {
@@ -16,7 +16,7 @@ pub(crate) fn klipper_section(name: &str) -> Option<&'static str> {
     SECTIONS.iter().find(|section| section.settings.iter().any(&of_klipper)).map(|section| section.name)
 }
 
-/// The section most like this name.
+/// Returns the section most like this name.
 pub(crate) fn section(name: &str) -> Option<&'static str> {
     nearest(name.trim(), SECTIONS.iter().map(|section| section.name))
 }
@@ -26,8 +26,8 @@ pub(crate) fn is_supported(section: &Section) -> bool {
     section.settings.iter().any(|row| *row.support == Support::Now)
 }
 
-/// How bad an unknown key is, and what to do. A near miss is an error: the machine would run with another
-/// value than the one written. Anything else is a leftover, which Smoothieware ignores too.
+/// Returns the severity of an unknown key, and advice. A near miss is an error: the machine would run with
+/// another value than the one written. Any other key is a leftover, which Smoothieware ignores too.
 pub(crate) fn key(section: &Section, key: &str, is_common: bool) -> (Severity, String<160>) {
     if !is_supported(section) {
         let fix =
@@ -58,7 +58,7 @@ fn is_longer_name(key: &str, meant: &str) -> bool {
         || key.strip_prefix(meant).is_some_and(|behind| behind.starts_with('_'))
 }
 
-/// The greatest number to write that is no more than this one.
+/// Returns the greatest number to write that is no more than the value.
 pub(crate) fn at_most(value: f64) -> f64 {
     let scale = if value < 100.0 { 100.0 } else { 1.0 };
     // Rates are far from the largest whole number.
@@ -68,19 +68,19 @@ pub(crate) fn at_most(value: f64) -> f64 {
     cut as f64 / scale
 }
 
-/// The same of a current.
+/// Returns the greatest current to write that is no more than the value.
 pub(crate) fn at_most_amps(value: f32) -> f32 {
     (value * 100.0) as u32 as f32 / 100.0
 }
 
-/// The least number to write that is no less than this one.
+/// Returns the least number to write that is no less than the value.
 pub(crate) fn at_least(value: f64) -> f64 {
     let scale = if value < 100.0 { 100.0 } else { 1.0 };
     let cut = at_most(value);
     if cut < value { ((cut * scale + 0.5) as u64 + 1) as f64 / scale } else { cut }
 }
 
-/// What to write for a value that was meant in another unit.
+/// Advice for a value that was meant in another unit.
 pub(crate) struct OtherUnit {
     pub(crate) unit: &'static str,
     pub(crate) value: f64,
@@ -109,7 +109,7 @@ impl fmt::Display for OtherUnit {
     }
 }
 
-/// Where a key belongs that has no section, or a setting of the previous generation.
+/// Advice on the place of a key without a section, or of a setting of the previous generation.
 pub(crate) struct Home<'a>(pub(crate) &'a str);
 
 impl fmt::Display for Home<'_> {
@@ -124,7 +124,7 @@ impl fmt::Display for Home<'_> {
     }
 }
 
-/// A setting as a line of its section begins.
+/// A setting, formatted as the beginning of its line.
 struct Written<'a>(&'a Section, &'a Setting, Option<&'a str>);
 
 impl fmt::Display for Written<'_> {
@@ -139,11 +139,11 @@ impl fmt::Display for Written<'_> {
     }
 }
 
-/// The section and setting that a Smoothieware v1 name, or a bare key, stands for.
+/// Returns the section and setting that a Smoothieware v1 name, or a bare key, stands for.
 fn home_of(key: &str) -> Option<(&'static Section, &'static Setting)> {
     let rows = || SECTIONS.iter().flat_map(|section| section.settings.iter().map(move |row| (section, row)));
     by_v1_name(key).map(|(section, row, _)| (section, row)).or_else(|| {
-        // A bare key only when one section alone has it.
+        // A bare key counts only when a single section has it.
         let mut found = rows().filter(|(_, row)| row.key == key);
         found.next().filter(|_| found.next().is_none())
     })

@@ -20,7 +20,7 @@ pub(crate) fn cut<const N: usize>(arguments: fmt::Arguments<'_>) -> String<N> {
 /// Longest name that is compared; longer ones are no near miss of anything.
 const LONGEST: usize = 40;
 
-/// The candidate most like `text`, when it is near enough to be what was meant.
+/// Returns the candidate most like `text`, when it is near enough to be meant.
 pub(crate) fn nearest<'c>(text: &str, candidates: impl Iterator<Item = &'c str>) -> Option<&'c str> {
     candidates
         .filter_map(|candidate| Some((distance(text, candidate)?, candidate)))
@@ -29,7 +29,7 @@ pub(crate) fn nearest<'c>(text: &str, candidates: impl Iterator<Item = &'c str>)
         .map(|(_, candidate)| candidate)
 }
 
-/// How many letters must be added, left out, changed or swapped with their neighbour; case does not count.
+/// Returns the number of letters to add, leave out, change or swap with their neighbour; case does not count.
 fn distance(a: &str, b: &str) -> Option<usize> {
     let (a, b) = (a.as_bytes(), b.as_bytes());
     if a.len() > LONGEST || b.len() > LONGEST {

@@ -1,4 +1,4 @@
-//! One value: its text, checked against its row of the schema, and put into the description.
+//! Values of settings: parsed from text, checked against the schema, and stored in the description.
 
 use crate::flaw::Flaw;
 use crate::machine::{CommandCode, MachineConfig};

@@ -10,7 +10,7 @@ use config::{BoardId, Diagnostic};
 
 /// The sample with one slip. Each stretch on the left is in the sample once.
 const SLIPS: &[(&str, &str, &str)] = &[
-    // Names
+    // Slips in names of keys and sections.
     ("a key with a slip", "junction_deviation = 0.02 ", "junction_devation = 0.02 "),
     ("a motor with a slip", "alpha.max_rate = 18000 ", "alhpa.max_rate = 18000 "),
     ("a section with a slip", "[planner]", "[planer]"),
@@ -19,7 +19,7 @@ const SLIPS: &[(&str, &str, &str)] = &[
     ("a name of the previous generation", "planner_queue_size = 32 ", "alpha_steps_per_mm = 80 "),
     ("a key without its instance", "minx.retract = 5 ", "retract = 5 "),
     ("a key no firmware has", "must_be_homed = false ", "colour = blue "),
-    // Values
+    // Slips in values of settings.
     ("a value with its unit", "default_feed_rate = 3000 ", "default_feed_rate = 3000 mm/min "),
     ("a decimal comma", "junction_deviation = 0.02 ", "junction_deviation = 0,02 "),
     ("a comment of another language", "default_feed_rate = 3000 ", "default_feed_rate = 3000 ; mm/min "),
@@ -33,13 +33,13 @@ const SLIPS: &[(&str, &str, &str)] = &[
     ("microsteps no driver has", "beta.microsteps = 16", "beta.microsteps = 10"),
     ("a code that is none", "fan.input_on_command = M106", "fan.input_on_command = 106"),
     ("a thermistor nobody knows", "hotend.thermistor = Semitec-104NT4", "hotend.thermistor = Semitek-104NT4"),
-    // Units
+    // Values in a wrong unit.
     ("a homing speed in mm/min", "minx.fast_rate = 50 ", "minx.fast_rate = 3000 "),
     ("a motor speed in mm/s", "alpha.max_rate = 18000 ", "alpha.max_rate = 300 "),
     ("a driver current in amperes", "gamma.max_current = 3000", "gamma.max_current = 3"),
     ("a motor current in milliamperes", "alpha.current = 1.2 ", "alpha.current = 1200 "),
     ("a motor that asks for too many steps", "delta.max_rate = 3600", "delta.max_rate = 36000"),
-    // Pins
+    // Slips in names of pins.
     ("a pin without its P", "fan.output_pin = PE1 ", "fan.output_pin = E1 "),
     ("a pin with two owners", "fan.output_pin = PE1 ", "fan.output_pin = PE3 "),
     ("a pin of the SD card", "fan.output_pin = PE1 ", "fan.output_pin = PC8 "),
@@ -50,7 +50,7 @@ const SLIPS: &[(&str, &str, &str)] = &[
     ("a sensor on a switch's pin", "minx.pin = PD0^ ", "minx.pin = PF11^ "),
     ("an output type its pin cannot do", "fan.output_type = sigmadeltapwm", "fan.output_type = hwpwm"),
     ("two homing switches on one interrupt line", "miny.pin = PI1^ ", "miny.pin = PJ0^ "),
-    // The whole
+    // Contradictions within the whole file.
     ("a setting written twice", "bed.max_temp = 120", "bed.max_temp = 120\nbed.max_temp = 110"),
     (
         "a slave with other steps",

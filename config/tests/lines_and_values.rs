@@ -1,4 +1,4 @@
-//! What the reader says about one line.
+//! Findings of the reader about single lines.
 
 mod common;
 

@@ -108,8 +108,8 @@ proptest! {
     }
 }
 
-/// `velvet check` answers at once, whatever the machine. How fast is told, not judged: that depends on whose
-/// computer runs the test. `cargo test -p config --release --test robustness -- --nocapture
+/// `velvet check` answers at once, whatever the machine. The time is printed, not judged, as it depends on
+/// the computer that runs the test. `cargo test -p config --release --test robustness -- --nocapture
 /// long_configuration`
 #[test]
 fn a_long_configuration_has_no_finding() {

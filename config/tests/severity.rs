@@ -1,4 +1,4 @@
-//! What an error costs: the machine, or only the part it is about.
+//! Severity of errors: the whole machine does not start, or only a part stays off.
 
 mod common;
 
@@ -14,7 +14,7 @@ fn off(config: &MachineConfig) -> Vec<String> {
     config.off.iter().map(ToString::to_string).collect()
 }
 
-/// One broken line each, and what it puts out of service.
+/// Broken lines, and the part that each puts out of service.
 const SLIPS: &[(&str, &str, &[&str])] = &[
     ("bed.max_temp = 120", "bed.max_temp = hot", &["temperature control bed"]),
     ("bed.max_temp = 120", "bed.max_tmp = 120", &["temperature control bed"]),
@@ -40,7 +40,7 @@ fn an_error_puts_its_own_part_out_of_service_and_no_other() {
         let mut expected = parts.to_vec();
         expected.sort_unstable();
         assert_eq!(found, expected, "{to}");
-        // What is off stays in its list, so that its commands can be refused with the reason.
+        // A part that is off stays in its list, so that its commands can be refused with the reason.
         assert_eq!(config.temperatures.len(), sound.temperatures.len(), "{to}");
         for (heater, before) in config.temperatures.iter().zip(&sound.temperatures) {
             let is_off = config.off("temperature control", &heater.name).is_some();
@@ -104,7 +104,7 @@ fn more_than_can_be_kept_is_fatal() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
-    /// Whatever is broken: a machine that may start drives nothing that has an error.
+    /// Machines that may start in spite of any error drive nothing that has an error.
     #[test]
     fn nothing_with_an_error_is_wired(
         damage in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),

@@ -10,7 +10,7 @@ fn with(lines: &str) -> (config::MachineConfig, Findings) {
     read(&format!("{SAMPLE}\n{lines}"))
 }
 
-/// That writing the number which the one finding gives ends it.
+/// Asserts that writing the number which the one finding gives ends the finding.
 fn followed(text: &str, setting: &str, written: &str) {
     let (_, findings) = read(text);
     let [finding] = findings.as_slice() else { panic!("{setting}: {findings:#?}") };
@@ -31,7 +31,7 @@ fn advice_that_is_followed_ends_the_finding() {
         let text = text.replace("minz.fast_rate = 10", "minz.fast_rate = 30");
         followed(&text, "minz.fast_rate", "30");
     }
-    // What the resistor can measure.
+    // The current that the resistor can measure.
     followed(&edited("gamma.current = 1.2", "gamma.current = 7.5"), "gamma.current", "7.5");
 }
 
@@ -56,7 +56,7 @@ fn a_button_of_a_panel_is_no_mistake() {
     assert_eq!(finding.severity, Severity::Warning);
     assert!(finding.reason.contains("panels are not supported yet"), "{finding}");
     assert!(config.off.is_empty() && config.buttons[0].pin.is_none());
-    // Nothing else is.
+    // No other pin may be `external`.
     let key = "[switch]\nb2.enable = true\nb2.input_pin = external\nb2.output_on_command = M117\n";
     let (_, findings) = read(&SAMPLE.replace("[switch]\n", key));
     assert_eq!(findings.first().map(|finding| finding.severity), Some(Severity::Error), "{findings:#?}");

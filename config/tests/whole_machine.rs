@@ -1,4 +1,4 @@
-//! What only the whole file can show.
+//! Findings that need the whole file.
 
 mod common;
 
@@ -317,7 +317,7 @@ fn phases_of_switches_are_checked_against_their_motors() {
     let (config, findings) = read(&edited("minx.axis = X", good));
     assert!(findings.is_empty(), "{findings:?}");
     assert_eq!(config.endstops[0].phase.calibrated, Some(1_023.5));
-    // One motor of two for each axis: half the cycle.
+    // With CoreXY the cycle of one motor moves each axis by half of it, so phases repeat twice as often.
     let corexy = edited("minx.axis = X", good).replace("arm_solution = cartesian", "arm_solution = corexy");
     let (_, findings) = read(&corexy);
     assert!(findings.iter().any(|finding| finding.reason.contains("repeat every 0.4000 mm")), "{findings:?}");
@@ -424,7 +424,7 @@ fn input_shapers_are_checked_against_what_they_are_made_for() {
             "{lines}: {findings:?}"
         );
     }
-    // What an axis without a shaper would be damped by does not matter.
+    // The damping ratio of an axis without a shaper does not matter.
     assert!(with("shaper_type_z = 3hump_ei\ndamping_ratio_z = 0.25").1.is_empty());
 }
 

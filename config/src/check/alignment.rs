@@ -1,5 +1,5 @@
-//! `[z alignment]`, `[bed screws]` and what stands beside them: are the motors there, do the points tell what
-//! is asked, can the probe reach them.
+//! Checks of `[z alignment]`, `[bed screws]` and related sections: motors exist, points suffice, and the
+//! probe can reach them.
 
 use super::Checks;
 use crate::machine::{HomingDirection, MachineConfig};
@@ -128,7 +128,7 @@ fn tells(places: &[[f64; 2]], motors: usize) -> bool {
     motors < 3 || places.iter().any(aside)
 }
 
-/// Every place lies where the probe, or the nozzle, can be.
+/// Checks that the probe, or the nozzle, can reach every point.
 fn reach(checks: &mut Checks<'_, '_>, (section, key): (&'static str, &'static str), by_probe: bool) {
     let config = checks.config;
     let places: &[[f64; 2]] = if section == ALIGNMENT { &config.z_alignment.points } else { &config.bed_screws.screws };
@@ -152,7 +152,7 @@ fn reach(checks: &mut Checks<'_, '_>, (section, key): (&'static str, &'static st
     }
 }
 
-/// The ends of an axis, where it has any: see `[soft endstop]`.
+/// Returns the travel of an axis, where it is limited: see `[soft endstop]`.
 fn travel(config: &MachineConfig, axis: Axis) -> Option<[f64; 2]> {
     if !config.soft_endstops.enable || config.homing.delta || config.homing.rotary_delta || config.homing.scara {
         return None;

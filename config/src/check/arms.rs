@@ -1,4 +1,4 @@
-//! The arm solution: its geometry, and motors that must be alike.
+//! Checks of the arm solution: geometry, and motors that must be alike.
 
 use super::Checks;
 use crate::machine::ArmSolution;

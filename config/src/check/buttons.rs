@@ -1,4 +1,4 @@
-//! `[button box]`.
+//! Checks of the section `[button box]`.
 
 use super::Checks;
 use crate::machine::{ButtonConfig, ButtonWord};

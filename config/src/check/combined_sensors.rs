@@ -1,4 +1,4 @@
-//! Sensors that combine others: are these there, and does no circle lead back.
+//! Checks of combined sensors: their parts exist and form no circle.
 
 use super::Checks;
 use crate::machine::{MachineConfig, SensorKind, TemperatureConfig};

@@ -65,10 +65,10 @@ fn switch(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
     }
 }
 
-/// Which motors an axis follows at its switch.
+/// Motors that an axis follows at its switch.
 enum Motors {
     One(Actuator),
-    /// Their sum or difference.
+    /// The sum or difference of two motors.
     Two(Actuator, Actuator),
     /// A combination that is worked out when it homes.
     Other,

@@ -1,4 +1,4 @@
-//! `[fan]`: the switch that drives it, what it watches, its limits.
+//! Checks of `[fan]`: its switch, watched controls and limits.
 
 use super::Checks;
 use crate::ledger::Path;
@@ -16,7 +16,7 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
     }
 }
 
-/// The switch of the same name drives it.
+/// Checks that the switch of the same name can drive the fan.
 fn switch(checks: &mut Checks<'_, '_>, place: usize, fan: &FanConfig) {
     let config = checks.config;
     let at = (SECTION, place, "enable");

@@ -1,4 +1,4 @@
-//! The filament detector, the sensor of its width, and what M600 moves.
+//! Checks of the filament detector, the width sensor, and the moves of M600.
 
 use super::Checks;
 use units::Mm;
@@ -40,7 +40,7 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
     }
 }
 
-/// `[filament width sensor]`.
+/// Checks of the section `[filament width sensor]`.
 fn width(checks: &mut Checks<'_, '_>) {
     let config = checks.config;
     let sensor = &config.filament_width;

@@ -67,7 +67,7 @@ fn sensor(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig)
             }
         }
         SensorKind::Pt100 | SensorKind::Pt1000 | SensorKind::Ad849x => {}
-        // See `combined_sensors`.
+        // Checked in the module `combined_sensors`.
         SensorKind::Max | SensorKind::Min | SensorKind::Mean | SensorKind::Difference => {}
         SensorKind::Chip if heater.heater_pin.is_some() => {
             let reason = format_args!("the microcontroller's own temperature says nothing of a heater");
@@ -84,12 +84,12 @@ fn sensor(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig)
                 checks.error((SECTION, place, "voltage_curve"), format_args!("{reason}: {heats}"), fix);
             }
         }
-        // See `spi_sensors`.
+        // Checked in the module `spi_sensors`.
         SensorKind::Max31855 | SensorKind::Max31856 | SensorKind::Max31865 => {}
     }
 }
 
-/// What is wrong with a curve of voltages.
+/// Returns the flaw of a voltage curve, if any.
 fn flaw(points: &[Option<[f64; 2]>]) -> Option<&'static str> {
     let points = || points.iter().flatten();
     if points().count() < 2 {
@@ -111,7 +111,7 @@ fn flaw(points: &[Option<[f64; 2]>]) -> Option<&'static str> {
     (rises && falls).then_some("temperature must rise with voltage all the way, or fall all the way")
 }
 
-/// Control by a model needs one.
+/// Checks that control by a model has a complete model.
 fn model(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig) {
     let model = &heater.model;
     let switches = &checks.config.switches;

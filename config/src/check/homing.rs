@@ -1,4 +1,4 @@
-//! Endstops and the probe.
+//! Checks of endstops and the probe.
 
 use super::Checks;
 use crate::machine::{ActuatorConfig, ArmSolution, EndstopConfig, HomingDirection};
@@ -8,12 +8,13 @@ use units::{Actuator, Axis, Mm};
 const ENDSTOPS: &str = "endstops";
 /// A probe that is pressed further than this past its contact may be out of its travel, mm.
 const DEEPEST_PRESS: f64 = 0.5;
-/// What a carriage may go past its switch on purpose, mm; the levers of common switches give way by 0.3.
+/// Overtravel of a carriage beyond its switch that is acceptable, mm; the levers of common switches give way
+/// by 0.3.
 const RUN_ON: f64 = 0.25;
 /// Two switches on pins of one number (PD0 and PI0) share the chip's edge detector; one of them is then read
 /// at each run of the step feed, seconds apart.
 const SWITCH_PERIOD: f64 = 0.5e-3;
-/// How far ahead steps are written, seconds.
+/// Lead of the written steps, seconds.
 const WRITTEN_AHEAD: f64 = 1.5e-3;
 
 pub(super) fn check(checks: &mut Checks<'_, '_>) {
@@ -38,7 +39,7 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
     }
 }
 
-/// Where Z homes, X and Y must be known.
+/// Checks that X and Y are known at the position for homing Z.
 fn safe_z(checks: &mut Checks<'_, '_>) {
     let homing = &checks.config.homing;
     let keys = ["common.safe_z_x", "common.safe_z_y"];
@@ -140,8 +141,8 @@ fn switch(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig) {
     }
 }
 
-/// How far the carriage goes past the switch. The fast approach may stop at once, and does where braking
-/// would take longer; the slow one measures, so its motor should not have to.
+/// Checks the overtravel of the carriage beyond the switch. The fast approach may stop at once, and does
+/// where braking would take longer; the slow one measures, so its motor should not have to.
 fn run_on(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig, motor: &ActuatorConfig) {
     if stop.fast_rate.get() * SWITCH_PERIOD > RUN_ON {
         let fastest = RUN_ON / SWITCH_PERIOD;
@@ -192,7 +193,7 @@ fn direction_against_position(checks: &mut Checks<'_, '_>, place: usize, stop: &
     }
 }
 
-/// Two switches of one axis.
+/// Checks two switches of one axis against each other.
 fn pair(checks: &mut Checks<'_, '_>, place: usize, stop: &EndstopConfig, other: &EndstopConfig) {
     let Some(axis) = stop.axis else { return };
     if stop.homing_direction == HomingDirection::None || other.homing_direction == HomingDirection::None {

@@ -1,4 +1,4 @@
-//! `[led strip]`: what it hangs on, how many lights there are, and who else wants its timer.
+//! Checks of `[led strip]`: outputs, number of lights, and other users of the timer.
 
 use super::Checks;
 use crate::machine::{LedStripConfig, MOST_LIGHTS};
@@ -62,7 +62,7 @@ fn chain(checks: &mut Checks<'_, '_>, place: usize, strip: &LedStripConfig) {
     }
 }
 
-/// A light of switches: each is an output of its own, and nobody else switches it.
+/// Checks a light made of switches: each is an output of its own, and no other section operates it.
 fn switches(checks: &mut Checks<'_, '_>, place: usize, strip: &LedStripConfig) {
     let config = checks.config;
     if strip.pin.is_some() {

@@ -1,4 +1,4 @@
-//! Leveling and skew.
+//! Checks of leveling and skew correction.
 
 use super::Checks;
 use crate::machine::Leveling;
@@ -43,7 +43,7 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
     }
 }
 
-/// The interpolation takes the grids' points, and the regions are regions.
+/// Checks that the interpolation takes the grid's points, and that the faulty regions are valid.
 fn mesh(checks: &mut Checks<'_, '_>) {
     let config = checks.config;
     let (leveling, mesh) = (&config.leveling, &config.leveling.mesh);

@@ -1,4 +1,4 @@
-//! What only the whole file can show: missing settings, contradictions, two owners of one pin.
+//! Checks that need the whole file: missing settings, contradictions, two owners of one pin.
 //!
 //! Each check names the setting to change, and stands at the line that wrote it when the file did.
 
@@ -90,7 +90,7 @@ pub(crate) fn not_supported(reporter: &mut Reporter<'_>, severity: Severity, at:
     reporter.report(severity, at, format_args!("not supported yet"), format_args!("{advice}"));
 }
 
-/// What a check looks at, and where it speaks.
+/// Data that the checks read, and the output for their findings.
 pub(crate) struct Checks<'a, 'r> {
     pub(crate) config: &'a MachineConfig,
     pub(crate) ledger: &'a Ledger,

@@ -1,4 +1,4 @@
-//! What follows a stall: whether it can be done, and whether stalls are looked for at all.
+//! Checks of the response to stalls: whether it is possible, and whether stalls are monitored at all.
 
 use super::Checks;
 use crate::machine::OnStall;

@@ -1,4 +1,4 @@
-//! Switches.
+//! Checks of switches and their outputs.
 
 use super::Checks;
 use crate::ledger::Path;
@@ -33,7 +33,7 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
     }
 }
 
-/// Two inputs, or two outputs, cannot have one number.
+/// Checks that no two inputs, and no two outputs, have the same number.
 fn same_number(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
     let config = checks.config;
     let is_same = |other: &&SwitchConfig| {
@@ -54,7 +54,7 @@ fn input(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
     }
 }
 
-/// Another section operates it.
+/// Returns whether another section operates the switch.
 fn is_automatic(checks: &Checks<'_, '_>, switch: &SwitchConfig) -> bool {
     let ruled = checks.config.temperature_switches.iter().any(|rule| rule.enable && rule.switch == switch.name);
     let config = checks.config;
@@ -106,7 +106,7 @@ fn output(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
     }
 }
 
-/// What of a spindle contradicts itself.
+/// Reports contradictions in the settings of a spindle.
 fn spindle(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
     if switch.input_reverse_command.is_some() && switch.input_on_command.is_none() {
         let reason = format_args!("no code turns it the first way");
@@ -122,7 +122,7 @@ fn spindle(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
     }
 }
 
-/// A servo's pulses must fit the period of a timer.
+/// Checks that a servo's pulses fit the period of the timer.
 fn servo(checks: &mut Checks<'_, '_>, place: usize, switch: &SwitchConfig) {
     let [least, most] = switch.servo.pulse_us;
     if switch.servo.max_angle <= 0.0 {

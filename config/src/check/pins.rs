@@ -1,4 +1,4 @@
-//! Pins: who owns which, which are spoken for, which cannot do what is asked.
+//! Checks of pins: owners, reserved pins, and pins without the capability that is asked for.
 
 use super::Checks;
 use crate::board::{self, Pad};

@@ -1,4 +1,4 @@
-//! Scripts: lines of codes that are run at some moment. One that cannot be read is found before that.
+//! Checks of scripts: lines of codes that run at events. An unreadable script is found before its event.
 
 use gcode::Blocks;
 

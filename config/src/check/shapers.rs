@@ -1,4 +1,4 @@
-//! Input shapers.
+//! Checks of the input shapers.
 
 use super::Checks;
 

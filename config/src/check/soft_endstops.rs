@@ -1,4 +1,4 @@
-//! The ends of travel.
+//! Checks of the ends of travel.
 
 use super::Checks;
 use units::Axis;

@@ -39,7 +39,7 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
     }
 }
 
-/// What is written, and means nothing for this kind.
+/// Reports settings that mean nothing for this kind of sensor.
 fn strangers(checks: &mut Checks<'_, '_>, place: usize, heater: &TemperatureConfig) {
     let kind = heater.sensor.kind;
     for (key, kinds) in ONLY_FOR.iter().filter(|(_, kinds)| !kinds.contains(&kind)) {

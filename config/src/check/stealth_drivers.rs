@@ -1,11 +1,11 @@
-//! Drivers outside the board that are spoken with: nothing of them is known but what the file says.
+//! Checks of external drivers with a register interface, of which only the file's settings are known.
 
 use super::Checks;
 use crate::machine::{ActuatorConfig, DriverKind, StealthConfig};
 use crate::suggest::{at_least, at_most, at_most_amps};
 use units::{Actuator, Amps};
 
-/// Entries of drivers that no motor has.
+/// Reports entries of drivers that no motor has.
 pub(super) fn unused(checks: &mut Checks<'_, '_>) {
     for kind in DriverKind::OUTSIDE {
         let Some(family) = checks.config.stealth_family(kind) else { continue };
@@ -22,7 +22,7 @@ pub(super) fn unused(checks: &mut Checks<'_, '_>) {
     }
 }
 
-/// The driver of a motor.
+/// Checks the external driver of a motor.
 pub(super) fn check(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &ActuatorConfig) {
     let config = checks.config;
     let Some(chip) = config.stealth_driver(actuator) else { return };

@@ -1,4 +1,4 @@
-//! `[temperature switch]`: does it watch anything, and does what it operates exist.
+//! Checks of `[temperature switch]`: each rule watches a control, and its switch exists.
 
 use super::Checks;
 use crate::machine::{TemperatureSwitchConfig, Trigger};

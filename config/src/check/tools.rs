@@ -1,4 +1,4 @@
-//! Extruders.
+//! Checks of tools and extruders.
 
 use super::Checks;
 

@@ -1,4 +1,4 @@
-//! The auxiliary UART: what its words carry.
+//! Checks of the auxiliary UART's word format.
 
 use super::Checks;
 use crate::machine::Parity;

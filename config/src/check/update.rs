@@ -1,8 +1,8 @@
-//! Whose firmware may run.
+//! Checks of the settings for firmware updates.
 
 use super::Checks;
 
-/// The key is one, and a lock has a key.
+/// Checks that the key is valid, and that a lock has a key.
 pub(super) fn check(checks: &mut Checks<'_, '_>) {
     let update = checks.config.update;
     if update.key_is_flawed {

@@ -1,4 +1,4 @@
-//! One `key = value` line: the setting it names, the instance it belongs to, the value it gives.
+//! Reads a line `key = value`: the setting it names, the instance it belongs to, the value it gives.
 
 use super::{Current, Reader};
 use crate::check;
@@ -206,7 +206,7 @@ impl Reader<'_> {
     fn object_to(&mut self, path: Path, row: &Setting, key: &str, value: &Value<'_>, span: Span) {
         let is_default = match row.fallback() {
             Fallback::Value(text) => value::parse(&row.kind, text).is_ok_and(|default| default == *value),
-            // What follows from other settings is never a switched-on extra.
+            // A value derived from other settings is never an enabled extra.
             Fallback::Derived => *value == Value::Bool(false),
             Fallback::Required => false,
         };

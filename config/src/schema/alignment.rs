@@ -8,7 +8,7 @@ use units::Mm;
 
 /// Threads of common screws with which way raises the bed, named as Klipper names them.
 const THREADS: &Words = &Words(&["CW-M3", "CCW-M3", "CW-M4", "CCW-M4", "CW-M5", "CCW-M5", "CW-M6", "CCW-M6"]);
-/// Their coarse pitches (ISO 261), mm, a pair each.
+/// Coarse pitches of the threads (ISO 261), mm, one for each pair of words.
 const PITCHES: [f64; 4] = [0.5, 0.7, 0.8, 1.0];
 
 /// As Klipper has it, `CW` means that a clockwise turn raises the bed.

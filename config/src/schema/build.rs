@@ -1,4 +1,4 @@
-//! How rows of the schema are written: one call per type, then what is special about the row.
+//! Builders for rows of the schema: a function per type, then methods for the special properties of a row.
 
 use super::{ByName, CannotCreate, Docs, Kind, KlipperSection, PinRole, Set, Setting, Since, Support, Unit, Words};
 use crate::machine::{CommandCode, MachineConfig, Name};
@@ -6,9 +6,9 @@ use crate::pin::{PinName, VoltageInput};
 
 /// Any number a machine could mean.
 pub const ANY: &(f64, f64) = &(-1e9, 1e9);
-/// Zero or more.
+/// Range of zero or more.
 pub const NOT_NEGATIVE: &(f64, f64) = &(0.0, 1e9);
-/// More than zero.
+/// Range of more than zero.
 pub const POSITIVE: &(f64, f64) = &(1e-9, 1e9);
 
 type Text = &'static str;

@@ -2,22 +2,22 @@
 
 use super::Since;
 
-/// What the settings reference says of a section or a setting.
+/// Text about a section or a setting in the settings reference.
 #[cfg(any(test, feature = "std"))]
 #[derive(Clone, Copy, Debug)]
 pub struct Docs {
-    /// What it is for, in one or two sentences.
+    /// Purpose of the setting, in one or two sentences.
     pub summary: &'static str,
-    /// Who had it first.
+    /// Firmware that had the setting first.
     pub since: Since,
-    /// What a missing line means, where that is worked out from other settings; empty elsewhere.
+    /// Meaning of a missing line, where it is derived from other settings; empty elsewhere.
     pub derived: &'static str,
     /// The setting of Klipper that is nearest, as `[section] key`; empty for none. Units and meaning may
     /// differ.
     pub klipper: &'static str,
 }
 
-/// The same in an image: nothing of it.
+/// Documentation in the image of the board: none.
 #[cfg(not(any(test, feature = "std")))]
 #[derive(Clone, Copy, Debug)]
 pub struct Docs;

@@ -1,4 +1,4 @@
-//! `[endstops]`
+//! Rows of the section `[endstops]`.
 
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, axes, bool, integer, new_name, number, pin, text, word};
 use super::{CannotCreate, Docs, Form, Instances, PinRole, Section, Set, Setting, Words, endstop_phase, endstop_stall};

@@ -1,4 +1,4 @@
-//! `[extruder]`
+//! Rows of the section `[extruder]`.
 
 use super::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, new_name, number};
 use super::{CannotCreate, Docs, Form, Instances, Section, Setting};

@@ -31,7 +31,7 @@ fn row(name: &str) -> &'static Setting {
     row_of(name).unwrap_or_else(|| panic!("no row for {name}"))
 }
 
-/// Where Velvet's default is another one, and why.
+/// Settings whose default differs from Smoothieware's, and the reasons.
 const OTHER_DEFAULTS: &[(&str, &str)] = &[
     ("[motion control] mm_max_arc_error", "arcs stay arcs unless chords are asked for"),
     ("[drillingcycles] enable", "canned cycles are part of the language: no hole stays undrilled unseen"),
@@ -46,7 +46,7 @@ const OTHER_DEFAULTS: &[(&str, &str)] = &[
     ("[switch] <name>.output_type", "must be written; an output of no type does nothing"),
 ];
 
-/// What the facts say in words and the schema works out.
+/// Defaults that the facts give in words and the schema derives.
 const IN_WORDS: &[&str] = &[
     "[endstops] <name>.homing_position",
     "[endstops] common.move_to_origin_after_home",
@@ -73,7 +73,7 @@ fn by_name(text: &str) -> BTreeMap<String, String> {
     }
 }
 
-/// One instance alone, as in `vmotor ADC3_5`.
+/// Returns whether the text names a single instance, as in `vmotor ADC3_5`.
 fn row_like(text: &str) -> bool {
     text.split_once(' ').is_some_and(|(name, value)| name == "vmotor" && !value.contains(' '))
 }
@@ -127,7 +127,7 @@ fn every_unit_is_smoothiewares() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// Where Velvet takes more or less than Smoothieware, and why.
+/// Settings with a range wider or narrower than Smoothieware's, and the reasons.
 const OTHER_BOUNDS: &[(&str, &str)] = &[
     ("[system] step_pulse_us", "steps are not bound to a tick of 5 us"),
     ("[system] step_frequency", "there is no step tick"),
@@ -162,7 +162,7 @@ fn every_bound_is_smoothiewares_or_its_difference_is_stated() {
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// What works, what is refused, what only belongs to something refused: a file that shrinks.
+/// List of settings that work, are refused, or only belong to something refused: a file that shrinks.
 const COVERAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/support.txt");
 
 #[test]

@@ -1,4 +1,4 @@
-//! `[fan]`.
+//! Rows of the section `[fan]`.
 
 use super::build::{NOT_NEGATIVE, bool, new_name, number, pin, text, word};
 use super::{CannotCreate, Docs, Form, Instances, PinRole, Section, Words};

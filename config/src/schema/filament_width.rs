@@ -5,7 +5,7 @@ use super::{Docs, Form, PinRole, Section};
 use crate::pin::PinName;
 use units::{Mm, ToolId};
 
-/// What a reading may be: ten-thousandths of full scale, of two inputs together.
+/// Range of a reading: ten-thousandths of full scale, of two inputs together.
 const RAW: &(f64, f64) = &(-1e6, 1e6);
 /// Filament, and what gauges it.
 const DIAMETER: &(f64, f64) = &(0.1, 20.0);

@@ -8,7 +8,7 @@ use std::format;
 use std::string::{String, ToString};
 use std::vec::Vec;
 
-/// What the file says a pin is.
+/// Pattern of a digital pin's name in the file.
 const DIGITAL: &str = "[Pp][A-Ka-k][_.]?(1[0-5]|0?[0-9])[!o^v-]*";
 const MOTORS: &str = "^(alpha|beta|gamma|delta|epsilon|zeta)$";
 const NAMES: &str = "^(?!common$)[^.=#\\\\[\\\\]]{1,24}$";
@@ -66,7 +66,7 @@ fn properties<'a>(margin: &str, rows: impl Iterator<Item = &'a Setting>) -> Stri
     format!("{margin}\"properties\": {{\n{}\n{margin}}}", lines.join(",\n"))
 }
 
-/// One setting, on a line of its own.
+/// Returns the JSON of a setting, on a line of its own.
 fn setting(row: &Setting) -> String {
     let mut parts = kind(row);
     parts.push(format!("\"description\": {}", quoted(row.docs.summary)));

@@ -79,7 +79,7 @@ impl KlipperSection {
         panic!("no such section of Klipper")
     }
 
-    /// Its name; empty for none.
+    /// Returns the name of the unit; empty for none.
     #[must_use]
     pub fn text(self) -> &'static str {
         KLIPPER_SECTIONS.get(usize::from(self.0)).copied().unwrap_or_default()

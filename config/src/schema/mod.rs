@@ -133,41 +133,41 @@ pub(crate) const UNREAD: &str = "entry";
 pub struct Section {
     /// The text between the brackets.
     pub name: &'static str,
-    /// What it is about.
+    /// Documentation of the section.
     pub docs: Docs,
-    /// How its lines look.
+    /// Form of the section's lines.
     pub form: Form,
-    /// Its settings.
+    /// Settings of the section.
     pub settings: &'static [Setting],
 }
 
-/// How the lines of a section look.
+/// Form of the lines in a section.
 #[derive(Clone, Copy)]
 pub enum Form {
-    /// `key = value`
+    /// Lines `key = value` without instances.
     Plain,
-    /// `name.key = value`, with `common.key` where a setting says so.
+    /// Lines `name.key = value`, with `common.key` where a setting says so.
     Named(Instances),
-    /// `name = value`: each key is an instance's name, and there is one setting.
+    /// Lines `name = value`: each key is an instance's name, and there is one setting.
     Keyed(Instances),
 }
 
-/// Where the instances of a section live in the description.
+/// Access to the instances of a section in the description.
 #[derive(Clone, Copy)]
 pub struct Instances {
-    /// What one is called in messages: `motor`, `switch`.
+    /// Noun for an instance in messages: `motor`, `switch`.
     pub noun: &'static str,
-    /// The place of an instance that is there already.
+    /// Finds the place of an existing instance.
     pub find: fn(&MachineConfig, &str) -> Option<usize>,
-    /// Makes a place.
+    /// Makes a place for a new instance.
     pub create: fn(&mut MachineConfig, &str) -> Result<usize, CannotCreate>,
-    /// The name of the instance at a place.
+    /// Returns the name of the instance at a place.
     pub name: fn(&MachineConfig, usize) -> &str,
-    /// Whether the instance at a place takes part, so that its pins are claimed.
+    /// Returns whether the instance at a place takes part, so that its pins are claimed.
     pub is_live: fn(&MachineConfig, usize) -> bool,
 }
 
-/// Why an instance cannot be made.
+/// Reason why an instance cannot be made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CannotCreate {
     /// There are this many already.
@@ -178,30 +178,32 @@ pub enum CannotCreate {
     NameTooLong,
 }
 
-/// One setting. There are some 700 of them: what is rare, or the same in many rows, is behind a reference.
+/// A setting of the schema. There are some 700 rows, so rare or often repeated data is behind a reference.
 pub struct Setting {
     /// The key, without the instance's name.
     pub key: &'static str,
-    /// `common.key` rather than `name.key` (or `key`, in a plain section).
+    /// Whether the key is `common.key` rather than `name.key` (or `key`, in a plain section).
     pub is_common: bool,
     /// Type, range and place in the description.
     pub kind: Kind,
     /// Unit of the value in the file.
     pub unit: Unit,
-    /// What machines have, where a wrong unit is an easy slip. Beyond it a value is taken, with a warning.
+    /// Typical range of machines, where a wrong unit is an easy slip. Values beyond it are taken, with a
+    /// warning.
     pub typical: Option<&'static (f64, f64)>,
-    /// `typical` is all that Velvet can do: a value beyond is taken as the nearest within, with a warning.
+    /// Whether Velvet can do no more than `typical`: a value beyond is taken as the nearest within, with a
+    /// warning.
     pub is_limited: bool,
-    /// See [`Setting::fallback`]: the text, and whether one that is not there is worked out.
+    /// Default for [`Setting::fallback`]: the text, and whether a missing text is derived.
     default: Option<&'static str>,
     is_derived: bool,
     /// Defaults of instances with these names, and of boards with these drivers (`tmc2660 board`).
     pub by_name: &'static ByName,
-    /// What people read about it.
+    /// Documentation of the setting.
     pub docs: Docs,
-    /// Its name in Smoothieware v1, with `<axis>` or `<name>`; empty for none.
+    /// Name in Smoothieware v1, with `<axis>` or `<name>`; empty for none.
     pub v1: &'static str,
-    /// Where Klipper has the setting that is nearest.
+    /// Section of Klipper with the nearest setting.
     pub klipper_section: KlipperSection,
     /// Whether Velvet acts on it.
     pub support: &'static Support,
@@ -214,42 +216,42 @@ pub struct ByName(pub &'static [(&'static str, &'static str)]);
 #[derive(Debug, PartialEq, Eq)]
 pub struct Words(pub &'static [&'static str]);
 
-/// What a missing line means.
+/// Meaning of a missing line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fallback {
-    /// This value, read as if it stood in the file.
+    /// The default value, read as if the file contained it.
     Value(&'static str),
-    /// Worked out from other settings.
+    /// The value is worked out from other settings.
     Derived,
-    /// There is none: the line must be there when the instance is used.
+    /// No default: the line must be there when the instance is used.
     Required,
 }
 
-/// Who had a setting first.
+/// Firmware that had a setting first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Since {
-    /// Smoothieware.
+    /// Setting taken over from Smoothieware.
     Smoothieware,
-    /// Velvet only.
+    /// Setting of Velvet only.
     Velvet,
 }
 
 /// Whether Velvet acts on a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Support {
-    /// Yes.
+    /// Velvet acts on the setting.
     Now,
     /// Not yet: a value other than the default is reported, with this advice.
     NotYet {
-        /// How bad it is to go without.
+        /// Severity of going without the setting.
         severity: Severity,
-        /// What to do instead.
+        /// Advice for a replacement.
         advice: &'static str,
     },
     /// Never: there is nothing left for it to change. A value other than the default is reported with the
     /// reason.
     Needless {
-        /// Why nothing needs it.
+        /// Reason why nothing needs the setting.
         why: &'static str,
     },
     /// Part of a function whose own switch is [`Support::NotYet`]; without that switch it does nothing
@@ -263,18 +265,18 @@ pub type Set<T> = fn(&mut MachineConfig, usize, T);
 /// The type of a setting, the values it takes, and where they go.
 #[derive(Clone, Copy)]
 pub enum Kind {
-    /// `true` or `false`.
+    /// Boolean, `true` or `false`.
     Bool(Set<bool>),
     /// A whole number from `.0` to `.1`.
     Integer(&'static (i64, i64), Set<i64>),
     /// A number from `.0` to `.1`.
     Number(&'static (f64, f64), Set<f64>),
-    /// This many numbers, with commas between; an empty value stands for none.
+    /// Given number of numbers, with commas between; an empty value stands for none.
     Numbers(usize, for<'v> fn(&mut MachineConfig, usize, &'v [f64])),
-    /// Up to this many places, X and Y each, with commas or blanks between the numbers; an empty value stands
-    /// for none.
+    /// Up to the given number of places, X and Y each, with commas or blanks between the numbers; an empty
+    /// value stands for none.
     Places(usize, for<'v> fn(&mut MachineConfig, usize, &'v [[f64; 2]])),
-    /// One of these words, in either case.
+    /// Word of the list, in either case.
     Word(&'static Words, Set<usize>),
     /// Text of at most this many bytes.
     Text(usize, for<'v> fn(&mut MachineConfig, usize, &'v str)),
@@ -284,16 +286,16 @@ pub enum Kind {
     Registers(Set<Option<[u32; 5]>>),
     /// Axis letters, as in `ZXY`.
     Axes(for<'v> fn(&mut MachineConfig, usize, &'v [units::Axis])),
-    /// A pin that can do this.
+    /// Pin with the given capability.
     Pin(PinRole, Set<Option<PinName>>),
     /// A voltage input and an optional scale: `ADC3_5,11`.
     Voltage(Set<(crate::pin::VoltageInput, f64)>),
 }
 
-/// What a pin must be able to do.
+/// Capability that a setting needs of its pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PinRole {
-    /// A GPIO output.
+    /// A GPIO output pin.
     Output,
     /// A GPIO input, read now and then.
     Input,
@@ -303,14 +305,14 @@ pub enum PinRole {
     Interrupt,
     /// A GPIO output or a timer channel.
     OutputOrPwm,
-    /// A timer channel.
+    /// A channel of a PWM timer.
     Pwm,
-    /// A thermistor input.
+    /// An analogue thermistor input.
     Thermistor,
 }
 
 impl Section {
-    /// The instances, when the section has any.
+    /// Returns the instances, when the section has any.
     #[must_use]
     pub const fn instances(&self) -> Option<&Instances> {
         match &self.form {
@@ -319,7 +321,7 @@ impl Section {
         }
     }
 
-    /// The place of a setting in [`Section::settings`].
+    /// Returns the place of a setting in [`Section::settings`].
     #[must_use]
     pub fn position(&self, key: &str, is_common: bool) -> Option<usize> {
         self.settings.iter().position(|setting| setting.key == key && setting.is_common == is_common)
@@ -327,7 +329,7 @@ impl Section {
 }
 
 impl Setting {
-    /// What a missing line means.
+    /// Returns the meaning of a missing line.
     #[must_use]
     pub const fn fallback(&self) -> Fallback {
         match (self.default, self.is_derived) {
@@ -337,7 +339,8 @@ impl Setting {
         }
     }
 
-    /// The default of the instance with this name, as text; none when it has to be derived or written.
+    /// Returns the default of the instance with this name, as text; none when it has to be derived or
+    /// written.
     #[must_use]
     pub fn default_for(&self, instance: &str) -> Option<&'static str> {
         let own = self.by_name.0.iter().find(|(name, _)| *name == instance);
@@ -345,7 +348,7 @@ impl Setting {
     }
 }
 
-/// The setting that a Smoothieware v1 name stands for, and the instance when the name holds one.
+/// Returns the setting that a Smoothieware v1 name stands for, and the instance when the name holds one.
 #[must_use]
 pub fn by_v1_name(name: &str) -> Option<(&'static Section, &'static Setting, Option<&str>)> {
     let rows = SECTIONS.iter().flat_map(|section| section.settings.iter().map(move |row| (section, row)));
@@ -360,8 +363,8 @@ pub fn by_v1_name(name: &str) -> Option<(&'static Section, &'static Setting, Opt
     None
 }
 
-/// What stands in `name` where the v1 name `pattern` has `<axis>` or `<name>`. Motors have names of their
-/// own.
+/// Returns the part of `name` at the place of `<axis>` or `<name>` in the v1 name `pattern`. Motors have
+/// names of their own.
 pub(crate) fn instance_of<'n>(pattern: &str, name: &'n str) -> Option<&'n str> {
     let (start, rest) = pattern.split_once('<')?;
     let (kind, end) = rest.split_once('>')?;
@@ -373,7 +376,7 @@ pub(crate) fn instance_of<'n>(pattern: &str, name: &'n str) -> Option<&'n str> {
     exists.then_some(instance)
 }
 
-/// The section of this name and its place in [`SECTIONS`].
+/// Returns the section of this name and its place in [`SECTIONS`].
 #[must_use]
 pub fn section(name: &str) -> Option<(usize, &'static Section)> {
     SECTIONS.iter().enumerate().find(|(_, section)| section.name == name)

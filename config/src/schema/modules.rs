@@ -1,5 +1,4 @@
-//! Functions that are not part of Velvet yet. Their settings are known, checked, and refused when they are
-//! used.
+//! Functions that are not part of Velvet yet. Their settings are known and checked, and refused when used.
 
 use super::build::{ANY, bool, integer, no_text, nowhere, number, pin, text};
 use super::{Docs, Form, Instances, PinRole, Section, Support};

@@ -191,7 +191,7 @@ pub const MOTION_CONTROL: Section = Section {
     ],
 };
 
-/// One of the three Cartesian limits; M203 changes them.
+/// Row for the speed limit of X, Y or Z; M203 changes the limits.
 const fn axis_limit(
     key: &'static str,
     default: &'static str,

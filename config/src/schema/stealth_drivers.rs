@@ -11,7 +11,7 @@ use units::{Micros, MmPerSecond, Ohms};
 /// Clocks of the blanking time, as words since there are no others.
 const BLANK_TIMES: &Words = &Words(&["16", "24", "36", "54"]);
 const BLANK_CLOCKS: [u8; 4] = [16, 24, 36, 54];
-/// Those of the chips on a UART.
+/// Blanking times of the chips on a UART, clocks.
 const WIRE_BLANK_TIMES: &Words = &Words(&["16", "24", "32", "40"]);
 const WIRE_BLANK_CLOCKS: [u8; 4] = [16, 24, 32, 40];
 const UP: &Words = &Words(&["1", "2", "4", "8"]);
@@ -188,7 +188,7 @@ macro_rules! uart_address {
     }};
 }
 
-/// stallGuard2's threshold.
+/// Row for the threshold of stallGuard2.
 macro_rules! stall_guard_2 {
     ($section:literal, $family:ident) => {{
         const ROW: Setting = integer(
@@ -205,7 +205,7 @@ macro_rules! stall_guard_2 {
     }};
 }
 
-/// stallGuard2's filter.
+/// Row for the filter of stallGuard2.
 macro_rules! stall_filter {
     ($section:literal, $family:ident) => {{
         const ROW: Setting = bool(
@@ -281,7 +281,7 @@ macro_rules! cool_step {
     };
 }
 
-/// stallGuard4's threshold.
+/// Row for the threshold of stallGuard4.
 macro_rules! stall_guard_4 {
     ($section:literal, $family:ident) => {{
         const ROW: Setting = integer(

@@ -16,7 +16,7 @@ macro_rules! rule {
     };
 }
 
-/// Whole seconds.
+/// Converts whole seconds to microseconds.
 const fn seconds(seconds: i64) -> Micros {
     Micros::from_seconds(seconds as u64)
 }

@@ -38,7 +38,7 @@ fn weighed(severity: Severity, text: &str, finding: &Diagnostic) -> Severity {
     if severity == Severity::Error && is_vital { Severity::Fatal } else { severity }
 }
 
-/// That `to` in place of `from` brings exactly this finding, at the line that holds `at`.
+/// Asserts that `to` in place of `from` brings exactly this finding, at the line that holds `at`.
 pub fn expect(from: &str, to: &str, severity: Severity, at: &str, key: &str, reason: &str, fix: &str) {
     let text = edited(from, to);
     let (_, findings) = read(&text);
