@@ -29,7 +29,7 @@ const SECOND: f64 = 1e9;
 /// A command that has not answered by then is stuck.
 const PATIENCE_S: f64 = 600.0;
 
-/// What a scenario starts from.
+/// Starting conditions of a scenario.
 #[derive(Clone, Debug)]
 pub struct Plan {
     config: String,
@@ -72,7 +72,7 @@ impl Plan {
         self
     }
 
-    /// One more session, whose other end is in memory: numbers from 2 on.
+    /// Adds a session whose other end is in memory: numbers from 2 on.
     #[must_use]
     pub fn visitor(mut self, profile: SessionProfile) -> Self {
         self.visitors.push(profile);
@@ -110,7 +110,7 @@ impl Plan {
         self
     }
 
-    /// What is changed from here on, the machine is not built for.
+    /// Fixes the machine as built so far: later settings change only the configuration.
     #[must_use]
     pub fn built(mut self) -> Self {
         self.built_as = Some(self.config.clone());
@@ -203,7 +203,7 @@ impl Drop for Bench {
 }
 
 impl Bench {
-    /// What it said at boot.
+    /// Returns the text said at boot.
     #[must_use]
     pub fn greeting(&self) -> &str {
         &self.greeting
@@ -224,7 +224,7 @@ impl Bench {
     /// # Panics
     /// When there is none.
     pub fn say_on(&mut self, console: SessionId, line: &str) -> String {
-        // What was said there before is no part of it.
+        // Text that came on the console before the line is no part of the answer.
         let _before = self.runner.read_from(console);
         let answer = self.runner.command_on(console, line, (PATIENCE_S * SECOND) as u64);
         assert!(!answer.is_empty(), "no answer to {line}");
@@ -311,7 +311,7 @@ impl Bench {
         self.hear_until(">\n", 1.0)
     }
 
-    /// Virtual time, seconds.
+    /// Returns the virtual time, seconds.
     #[must_use]
     pub fn now_s(&self) -> f64 {
         self.runner.now_ns() as f64 / SECOND
@@ -368,7 +368,7 @@ impl Bench {
         self.world(|world| world.lay(at_ns, surface));
     }
 
-    /// Where a motor's carriage really is, mm.
+    /// Returns the true place of a motor's carriage, mm.
     ///
     /// # Panics
     /// When there is no such motor.
@@ -435,7 +435,7 @@ impl Bench {
         self.runner.pretend_step_times(times);
     }
 
-    /// What a file on the card holds.
+    /// Returns the content of a file on the card.
     #[must_use]
     pub fn read_card(&self, name: &str) -> Option<String> {
         fs::read_to_string(self.card.join(name)).ok()

@@ -1,4 +1,4 @@
-//! Whoever is at the other end of a session comes, types and goes.
+//! Simulated other ends of sessions: they connect, type and disconnect.
 
 use machine::sessions::SessionId;
 
@@ -10,7 +10,7 @@ impl Bench {
         self.runner.set_open(session, open);
     }
 
-    /// Whoever has gone from a session in memory is there again, and goes on with what he was sending.
+    /// Reconnects a session in memory that has gone; its sender continues with the unsent rest.
     pub fn come_back(&mut self, session: SessionId) {
         self.runner.come_back(session);
     }

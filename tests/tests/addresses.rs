@@ -3,8 +3,8 @@
 
 use scenarios::{Bench, CARTESIAN, Plan};
 
-/// What Smoothieware v2 saves on a machine like the sample, with values that nothing has by default. M500
-/// writes the same.
+/// Settings that Smoothieware v2 saves on a machine like the sample, with values that nothing has by default.
+/// M500 writes the same.
 const SAVED_BY_V2: &str = include_str!("data/config-override");
 
 fn lines_without_comments(text: &str) -> Vec<&str> {

@@ -63,7 +63,7 @@ fn lay(bench: &Bench, surface: Surface) {
     bench.lay(surface);
 }
 
-/// How much the gantry's height over a bed differs from place to place, mm.
+/// Returns the spread of the gantry's height over a bed, mm.
 fn unevenness(bench: &Bench, bed: &Bed, motors: usize) -> f64 {
     let gantry = bench.world(|world| world.config().gantry.clone());
     assert_eq!(gantry.pivots.len(), motors);

@@ -4,7 +4,7 @@
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Delta, Gamma};
 
-/// What is typed at a stop of the program is not the program's.
+/// Modes typed while the program is stopped do not change the program's own modes.
 #[test]
 fn modes_typed_at_a_stop_of_the_file_are_not_the_files() {
     for stop in ["M0", "M1 look", "M60"] {

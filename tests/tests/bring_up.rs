@@ -4,9 +4,9 @@ use scenarios::{Bench, CARTESIAN, Plan};
 use sim::runner::CardState;
 
 const PAGE: &str = include_str!("../../docs/bring-up.md");
-/// What is said of a line comes within this time, seconds. The watch over supplies looks once a second.
+/// Time within which a line is answered, seconds. The supply monitor runs once a second.
 const ANSWER_S: f64 = 2.5;
-/// What is said on its own comes within this time.
+/// Time within which an unsolicited message comes, seconds.
 const EVENT_S: f64 = 30.0;
 
 /// The fenced blocks of this kind: what follows the kind, and the lines.
@@ -66,7 +66,7 @@ fn matches(pattern: &str, line: &str) -> bool {
     true
 }
 
-/// These lines, one by one; a line that is only `...` stands for any number of them.
+/// Compares the text with the expected lines; a line that is only `...` stands for any number of lines.
 fn difference(said: &str, expected: &[&str]) -> Option<String> {
     let lines: Vec<&str> = said.lines().collect();
     (!fits(&lines, expected)).then(|| format!("expected:\n{}\nsaid:\n{said}", expected.join("\n")))

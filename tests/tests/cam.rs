@@ -1,7 +1,7 @@
 //! Files as CAM programs write them, run end to end: the tool goes where they say, it waits for a person
 //! where they say, and nothing is passed over without a word.
 //!
-//! They are written in each program's style for a mill that speaks GRBL, and stand in data/cam.
+//! The programs are written in each CAM system's style for a mill that speaks GRBL, and are in data/cam.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{self, Alpha, Beta, Gamma};
@@ -25,7 +25,7 @@ struct Played {
     bench: Bench,
     zero: [f64; 3],
     heard: String,
-    /// How often it waited for a person.
+    /// Number of waits for the operator.
     waits: usize,
 }
 
@@ -62,7 +62,7 @@ impl Played {
         played
     }
 
-    /// How far an axis went, as the program counts.
+    /// Asserts how far an axis went, from the program's zero.
     #[track_caller]
     fn assert_reached(&self, motor: Actuator, least: f64, most: f64) {
         let zero = self.zero[motor as usize];

@@ -1,4 +1,4 @@
-//! What coolStep saves, on the modelled motor.
+//! Current saved by coolStep, on the modelled motor.
 
 use scenarios::{CARTESIAN, Plan};
 use sim::models::rotor::Plant;
@@ -23,7 +23,7 @@ fn heat(friction: f64, least: &str) -> f64 {
     for _ in 0..4 {
         bench.type_in("G1 X180 F3000\nG1 X10\n");
     }
-    // What it takes to come down is no part of it.
+    // The measurement leaves out the time in which the current falls.
     bench.hear(2.0);
     let (mut sum, mut count) = (0.0, 0.0);
     for _ in 0..800 {

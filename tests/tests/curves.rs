@@ -9,7 +9,7 @@ fn homed(config: &str) -> Bench {
     bench
 }
 
-/// Where the tool is, 20 ms apart, from the last of these lines until it stands.
+/// Returns the places of the tool, 20 ms apart, from the last of these lines until the tool stands.
 fn way(bench: &mut Bench, lines: &[&str]) -> Vec<[f64; 3]> {
     bench.run(lines);
     let mut places: Vec<[f64; 3]> = Vec::new();

@@ -96,7 +96,7 @@ fn a_block_that_leaves_the_travel_anywhere_is_refused_and_nothing_moves() {
     refused(&mut bench, "G81 X30 Z3 R205", &out("Z", "205.000", "200.000"));
     refused(&mut bench, "G81 X300 Z3 R5", &out("X", "300.000", "220.000"));
     refused(&mut bench, "G91 G81 X100 Z-3 R-5 L3", &out("X", "320.000", "220.000"));
-    // What was refused holds for nobody.
+    // A refused cycle must not become the modal one.
     refused(&mut bench, "X1", "G81 needs Z, column 1");
     bench.run(&["G90", "G81 X30 Z3 R5", "M400"]);
     refused(&mut bench, "X40 Z-1", &out("Z", "-1.000", "0.000"));
@@ -125,7 +125,7 @@ fn a_file_drills_and_waits_where_a_word_is_missing() {
     bench.type_in("M32 part.gcode\n");
     let said = bench.hear_until("error:paused", 60.0);
     assert!(said.contains("G83 needs Q, column 1") && said.contains("line 6 of"), "{said}");
-    // What was read before is carried out.
+    // Lines read before the faulty one are carried out.
     bench.run(&["M400"]);
     assert_near(bench.carriage(Alpha), 40.0, "x");
     assert_near(bench.carriage(Gamma), 20.0, "z");
@@ -141,7 +141,7 @@ fn cycles_that_are_switched_off_are_refused() {
     refused(&mut bench, "X40", "canned cycles are switched off: [drillingcycles] enable, column 1");
 }
 
-/// How long the motors turn for these lines, s.
+/// Returns the time for which the motors turn during these lines, s.
 fn lasts(bench: &mut Bench, lines: &[&str]) -> f64 {
     bench.world(|world| world.trace_mut().take());
     bench.run(lines);

@@ -93,7 +93,7 @@ fn a_tower_without_its_switch_fails_homing_and_leaves_a_delta() {
     let answer = bench.say("G28");
     assert!(answer.contains("maxy: endstop was not reached within its travel"), "{answer}");
     bench.say("M999");
-    // Still a delta.
+    // The kinematics are still those of a delta.
     bench.run(&["G92.4 X0 Y0 Z100"]);
     assert!(bench.say("M665 S50").starts_with("L: 250.0000 R: 124.0000"));
     assert_eq!(bench.say("G28.6"), "X:0 Y:0 Z:0 \nok\n");

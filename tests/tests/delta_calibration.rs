@@ -7,7 +7,7 @@ use sim::models::surface::{Bed, Surface};
 use sim::world::Linkage;
 use units::PerAxis;
 
-/// What a machine is that differs from its configuration.
+/// Deviations of the real machine from its configuration.
 const TRIMS: &[&str] = &["[endstops] common.alpha_trim_mm = 0.6", "[endstops] common.beta_trim_mm = -0.35"];
 const RADIUS: &[&str] = &["[linear delta] arm_radius = 125.1"];
 const ANGLES: &[&str] = &["[linear delta] delta_tower1_angle = 0.5", "[linear delta] delta_tower2_angle = -0.35"];
@@ -70,7 +70,7 @@ const PLACES: [[f64; 2]; 13] = [
 /// Ends of distances on a part, by their places.
 const EDGES: [[usize; 2]; 6] = [[1, 2], [3, 4], [5, 7], [6, 8], [0, 1], [0, 3]];
 
-/// Where the tool really is with the program at each of these places, 10 mm high.
+/// Returns the true places of the tool with the program at each of these places, 10 mm high.
 fn tools(bench: &mut Bench, places: &[[f64; 2]]) -> Vec<[f64; 3]> {
     let mut found = Vec::new();
     for [x, y] in places {

@@ -71,7 +71,7 @@ fn shorts_to_the_supply_are_looked_for_unless_told_otherwise() {
 fn m911_prints_the_registers_as_a_setting() {
     let said = with("alpha.reg = 0,901B4,A8202,D031F,E0010").say("M911 P0");
     assert!(said.contains("alpha.reg = 00304,901B4,A8202,"), "{said}");
-    // What it prints can be loaded again.
+    // The printed registers can be loaded again.
     let printed = said
         .lines()
         .find_map(|line| line.trim().strip_prefix("config-set tmc2590 alpha.reg"))
@@ -93,7 +93,8 @@ fn m911_3_keeps_what_it_is_not_told_and_switches_coolstep_on_by_s5_alone() {
     assert_eq!(registers(&bench)[2] & 0xF, 0);
     bench.run(&["M911.3 P0 S5 Z1"]);
     assert_eq!(registers(&bench)[2] & 0x1_FFFF, on);
-    // One word of spreadCycle alone, and a blanking time that the chip does not have.
+    // The first line changes one spreadCycle value alone; a blanking time that the chip does not have is
+    // refused.
     assert_eq!(bench.say("M911.1 P0"), "X,0,4,36,4,0,0\nok\n");
     bench.run(&["M911.3 P0 S1 W2", "M911.3 P0 S1 V60"]);
     assert_eq!(bench.say("M911.1 P0"), "X,0,4,54,2,0,0\nok\n");
@@ -185,7 +186,7 @@ fn a_slave_takes_its_master_s_current_unless_it_is_named() {
     assert_eq!(currents("M907 Z1 A1.1"), [1.0, 1.1]);
 }
 
-/// What the board has is taken for granted, and said.
+/// Drivers without settings are assumed to be the board's own, and the assumption is reported.
 #[test]
 fn a_configuration_without_driver_settings_works_and_says_what_it_takes_for_granted() {
     let start = CARTESIAN.find("[tmc2590]").expect("a section");
@@ -211,7 +212,7 @@ fn a_driver_that_gets_hot_says_what_to_do_and_one_that_shuts_down_is_not_homed()
     heat(&bench, 110);
     let said = bench.hear_until("lower its current (M906), or cool it", 5.0);
     assert!(said.contains("WARNING: X: Overtemperature Prewarning"), "{said}");
-    // It sways about the limit, which is told once.
+    // The temperature crosses the limit again and again, but is reported once.
     for n in 0..20 {
         heat(&bench, if n % 2 == 0 { 95 } else { 105 });
         assert!(!bench.hear(2.5).contains("Prewarning"));
@@ -249,7 +250,8 @@ fn a_driver_that_lost_its_settings_is_told_set_up_again_and_its_axis_is_not_home
     }
 }
 
-/// What changes at rest is written without a word about the loss, and must not hide it.
+/// The current at rest is written without a report that the driver lost its settings, and must not hide the
+/// loss.
 #[test]
 fn a_current_that_falls_at_rest_hides_no_loss() {
     for plan in [Plan::new(CARTESIAN), Plan::new(CARTESIAN).on_tmc2660()] {

@@ -113,7 +113,7 @@ fn whole_cycles_that_a_motor_lost_are_counted() {
         let said = bench.say("G28 X");
         assert!(said.contains("WARNING: X: 8 full steps (1.600 mm) were lost since it was homed"), "{said}");
         assert!(!home_x(&mut bench, 2).1.contains("WARNING"));
-        // What is declared is not lost.
+        // A position declared by G28.3 or M206 is no lost step.
         bench.run(&["G28.3 X120"]);
         bench.say("M206 X3");
         assert!(!bench.say("G28 X").contains("lost"));
@@ -164,7 +164,7 @@ fn a_calibrated_phase_is_true_after_power_was_off() {
     assert!(saved.contains("M875.2 X"), "{saved}");
     let (before, _) = home_x(&mut bench, 1);
     for _ in 0..3 {
-        // Wherever it stands then.
+        // An arbitrary place, from which the rotor snaps when the power is cycled.
         bench.run(&["G1 X33.31 F6000", "M400"]);
         bench.cycle_power_and_snap();
         noisy(&bench, 0.02);
@@ -254,7 +254,7 @@ fn an_external_driver_is_compared_with_its_first_homing() {
     assert!(bench.say("G28 X").contains("mm from its phase"));
 }
 
-/// What is known of a driver on the board stays, for it says itself where it is.
+/// Phase data of an on-board driver survives, as the chip itself reports its phase.
 #[test]
 fn without_motor_supply_an_external_driver_begins_anew() {
     for (driver, kept) in [("tmc2590", "X: 1 homings"), ("external", "X: no homing yet")] {

@@ -4,7 +4,7 @@ use machine::ports::{ConsoleKind, SessionProfile};
 use machine::sessions::SessionId;
 use scenarios::{Bench, CARTESIAN, Plan};
 
-/// What `events all` says, without its times.
+/// Returns the answer to `events all`, without its times.
 fn events(bench: &mut Bench) -> Vec<String> {
     let answer = bench.say("events all");
     let untimed = |line: &str| match line.strip_prefix("--- ") {
@@ -14,7 +14,7 @@ fn events(bench: &mut Bench) -> Vec<String> {
     answer.lines().filter(|line| *line != "ok").map(untimed).collect()
 }
 
-/// These lines come in this order, others between them.
+/// Asserts that these lines come in this order, with others between them.
 #[track_caller]
 fn in_order(events: &[String], expected: &[&str]) {
     let mut rest = events.iter();

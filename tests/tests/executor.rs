@@ -81,7 +81,7 @@ fn questions_are_answered_while_another_session_waits_for_heat() {
     }
     bench.type_on(OTHER, "?");
     bench.hear(0.01);
-    // What is no question waits for its turn.
+    // A line that is no query waits for its turn.
     bench.type_on(OTHER, "G91\n");
     let heard = bench.hear_until("ok\n", 120.0);
     assert!(heard.contains("T:"), "{heard}");

@@ -126,12 +126,12 @@ fn filament_is_loaded_and_unloaded_by_hand() {
     assert_eq!(bare.say("M407"), "ok - M407 ignored\n");
 }
 
-/// Where a job is when its filament runs out.
+/// A moment in a job at which filament runs out.
 struct Moment {
     name: &'static str,
-    /// What is typed once the job is played, and what is waited for then.
+    /// Types lines once the job is played, and waits for the moment.
     until: fn(&mut Bench),
-    /// What is said.
+    /// Message that is expected then.
     told: &'static str,
     /// The job is suspended for it, or is already.
     suspends: bool,
@@ -265,7 +265,7 @@ fn filament_that_runs_out_beside_a_job_is_told_once_or_not() {
     assert_eq!(bench.hear(3.0).matches("filament has run out").count(), 1);
 }
 
-/// Whatever it is doing when the machine halts: nothing is left of it.
+/// A halt during a filament change, in any step, drops the change.
 #[test]
 fn a_halt_in_any_step_of_a_change_drops_it() {
     for delay in [0.1, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0] {

@@ -45,7 +45,7 @@ fn the_longest_queue_is_as_long_as_it_says_with_filters_and_without() {
         let mut bench = plan.set(&format!("[input shaper] shaper_freq_x = {shaper}")).start();
         assert_eq!(bench.queue_level(), (0, 224), "{shaper} Hz: {}", bench.greeting());
     }
-    // What Smoothieware takes is taken, and is as long as it can be here.
+    // A queue size that Smoothieware takes is taken, cut to the greatest size here.
     let mut bench = Plan::new(CARTESIAN).set("[planner] planner_queue_size = 1000").start();
     assert_eq!(bench.queue_level(), (0, 224), "{}", bench.greeting());
     assert!(bench.greeting().contains("1000 is taken as 224"), "{}", bench.greeting());

@@ -72,7 +72,7 @@ fn a_place_that_the_machine_does_not_know_any_more_is_not_gone_to() {
     bench.run(&["G28 X"]);
     goes_on(&mut bench, "resume\n");
     stands_at(&bench, [40.0, 30.0, 2.0]);
-    // What was never homed cannot be found again.
+    // A position that was never homed cannot be found again.
     let plan = || Plan::new(CARTESIAN).set("[motion control] must_be_homed = false");
     let begins = "G28.5";
     for line in ["M18", "G28 X", "G28.3 X5", "G92.4 X5"] {

@@ -1,22 +1,22 @@
 //! A halt at each step of each sequence that the machine makes of its own: homing, probing, leveling,
 //! alignment, changes of filament and tools, going on with a job, tests of axes.
 //!
-//! What a sequence consists of is found out by watching it once: a step is whenever a motor starts, stops or
-//! turns round, or a heater is switched on or off. Then it is begun anew for each of them, and halted there:
-//! heaters off, motors without current, halted and nothing else; and after M999 the machine homes and moves
-//! as ever, and nothing of the sequence comes back.
+//! A first run finds the steps of a sequence: a step is whenever a motor starts, stops or turns round, or a
+//! heater is switched on or off. For each step the sequence is begun anew and halted there: heaters off,
+//! motors without current, halted and nothing else; and after M999 the machine homes and moves as ever, and
+//! nothing of the sequence comes back.
 
 use scenarios::{Bench, CARTESIAN, DELTA, Plan};
 use sim::models::surface::{Bed, Surface};
 use units::Actuator;
 
-/// How finely a sequence is watched, s.
+/// Sampling interval for a sequence, s.
 const SLICE_S: f64 = 0.01;
-/// What happens within this is one step, s.
+/// Time within which changes count as one step, s.
 const SAME_STEP_S: f64 = 0.03;
-/// Nothing has changed for so long: it has ended, s.
+/// Time without change after which a sequence has ended, s.
 const ENDED_S: f64 = 30.0;
-/// Longest sequence, s.
+/// Longest duration of a sequence, s.
 const LONGEST_S: f64 = 600.0;
 /// More steps than this are walked through in strides.
 const MOST: usize = 24;
@@ -24,26 +24,26 @@ const MOTORS: [Actuator; 4] = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma,
 /// The sample mill has no extruder: T and M6 are about the spindle's tool.
 const MILL: &str = include_str!("../../config/samples/cnc-mill.ini");
 
-/// A sequence.
+/// A sequence of actions to be halted.
 struct Sequence {
     name: &'static str,
     plan: fn() -> Plan,
-    /// What comes before it.
+    /// Prepares the machine for the sequence.
     prepare: fn(&mut Bench),
-    /// What begins it.
+    /// Line that begins the sequence.
     begin: &'static str,
-    /// What the machine can do afterwards.
+    /// Lines that the machine can carry out afterwards.
     afterwards: &'static [&'static str],
-    /// It has at least so many steps.
+    /// Least number of steps in the sequence.
     least: usize,
 }
 
-/// Where the carriages are; 0 where there is no such motor.
+/// Returns the places of the carriages; 0 where there is no such motor.
 fn places(bench: &Bench) -> [f64; 4] {
     MOTORS.map(|motor| bench.world(|world| world.carriage_mm(motor)).unwrap_or(0.0))
 }
 
-/// What the machine does: the way each motor turns, and whether it heats.
+/// Returns the machine's activity: the direction of each motor, and whether it heats.
 fn doing(bench: &Bench, before: &mut [f64; 4]) -> ([i8; 4], bool) {
     let now = places(bench);
     let mut ways = [0; 4];
@@ -62,7 +62,7 @@ fn begun(sequence: &Sequence) -> Bench {
     bench
 }
 
-/// When each step begins, seconds after the sequence did.
+/// Returns the start of each step, seconds after the start of the sequence.
 fn steps(sequence: &Sequence) -> Vec<f64> {
     let mut bench = begun(sequence);
     let start = bench.now_s();

@@ -1,11 +1,11 @@
-//! How far a carriage goes past its switch in homing: never further than common switches give way, whatever
-//! is configured.
+//! Overtravel of a carriage beyond its switch in homing: never further than common switches give way,
+//! whatever is configured.
 
 use scenarios::{Bench, CARTESIAN, DELTA, Plan};
 use sim::world::Fault;
 use units::Actuator::{self, Alpha, Beta, Delta, Gamma};
 
-/// What a switch gives way, mm.
+/// Overtravel that a switch permits, mm.
 const OVERTRAVEL: f64 = 0.3;
 const ACCELERATIONS: [f64; 8] = [50.0, 100.0, 200.0, 500.0, 1_000.0, 3_000.0, 5_000.0, 10_000.0];
 /// Fast rates, mm/s, up to the motors' max_rate, each with a slow rate.
@@ -24,7 +24,7 @@ fn machine(acceleration: f64, (fast, slow): (f64, f64)) -> Plan {
     })
 }
 
-/// How far below its switch, at zero, a carriage has been.
+/// Returns how far below its switch, at zero, a carriage has been.
 fn past(bench: &Bench, motor: Actuator) -> f64 {
     let [lowest, _] = bench.world(|world| world.reached_mm(motor)).expect("a motor");
     -lowest
@@ -157,7 +157,7 @@ fn a_slave_is_put_where_its_own_switch_says() {
     assert!(bench.say("G28.7 Y1").contains("adjusted to 1.5"));
     assert!((bench.carriage(Delta) - aligned).abs() < 0.013, "{} is not {aligned}", bench.carriage(Delta));
     assert!((bench.carriage(Beta) - before).abs() < 1e-9, "the master stands");
-    // They go together again.
+    // Both motors move together again.
     bench.run(&["G1 Y30 F3000", "M400"]);
     assert!((bench.carriage(Delta) - bench.carriage(Beta) - aligned + before).abs() < 0.013);
 }
@@ -233,7 +233,7 @@ fn limits_that_are_homed_to_are_left_again() {
     for (motor, retract) in [(Alpha, 5.0), (Beta, 5.0), (Gamma, 2.0)] {
         assert!((bench.carriage(motor) - retract).abs() < 0.013);
     }
-    // They guard at once: 50 ms after they opened, which is long over.
+    // The switches guard at once: 50 ms after they opened, and more time has passed.
     bench.hear(0.1);
     bench.run(&["G92 X50"]);
     bench.type_in("G1 X40 F1200\n");

@@ -141,7 +141,8 @@ fn lost_steps_are_found_and_counted() {
     let said = bench.say("test speed x 100 100 3");
     assert!(said.contains("X is where it was, within 0.0") && said.contains("no step was lost"), "{said}");
     bench.type_in("test speed x 100 100 3\n");
-    // It is on its way back and forth by then. 80 steps a mm in 16 microsteps: four full steps are 0.8 mm.
+    // The carriage is on its way back and forth by then. 80 steps a mm in 16 microsteps: four full steps are
+    // 0.8 mm.
     bench.hear(1.0);
     while bench.carriage(Alpha) < 50.0 {
         bench.hear(0.01);

@@ -1,4 +1,4 @@
-//! What hosts (OctoPrint, Pronterface, senders for Marlin) expect: commands that act at once (M108, M410,
+//! Functions for hosts (OctoPrint, Pronterface, senders for Marlin): commands that act at once (M108, M410,
 //! `abort`), automatic reports (M155), M115's capabilities, and resends of damaged lines.
 
 use machine::sessions::SessionId;
@@ -12,13 +12,13 @@ fn numbered(line: &str) -> String {
     format!("{line}*{}", line.bytes().fold(0, |sum, byte| sum ^ byte))
 }
 
-/// What the hot end reads, of an answer or report.
+/// Returns the hot end's temperature in an answer or report.
 fn celsius(said: &str) -> f64 {
     let number = said.split("T:").nth(1).and_then(|text| text.split(' ').next()).expect("a temperature");
     number.parse().expect("a number")
 }
 
-/// How far X has come since power-on.
+/// Returns the travel of X since power-on.
 fn x(bench: &Bench) -> f64 {
     bench.carriage(Alpha) - 30.0
 }
@@ -32,7 +32,7 @@ fn in_line_2(before: &str, line: &str) -> Bench {
     bench
 }
 
-/// What the hot end is told to hold.
+/// Returns the hot end's target, as M105 reports it.
 fn target(bench: &mut Bench) -> String {
     let said = bench.say("M105");
     said.split_whitespace().skip_while(|word| !word.starts_with("T:")).nth(1).unwrap_or(&said).to_owned()
@@ -53,7 +53,7 @@ fn abort_ends_whatever_the_job_waits_for() {
             assert_eq!(bench.carriage(Alpha), place, "{line}: it stands");
             assert_eq!(target(&mut bench), "/200.0", "{line}: heaters are left alone");
             assert!(bench.say("progress").contains("Not currently playing"));
-            // It knows where it stands.
+            // The machine still knows its position.
             bench.run(&["G91", "G1 X5 F6000", "M400"]);
             assert!((bench.carriage(Alpha) - place - 5.0).abs() < 0.02, "{line}: {}", bench.carriage(Alpha) - place);
         }
@@ -247,7 +247,7 @@ fn a_line_that_was_damaged_on_its_way_is_asked_for_again() {
     assert_eq!(bench.ask(&numbered("N2 G1 X5 F6000")), "ok\n");
     bench.run(&["M400"]);
     assert!((bench.carriage(Alpha) - 35.0).abs() < 0.02, "it was made once: {}", bench.carriage(Alpha));
-    // One that has come as it was written is of no use a second time.
+    // A malformed line that arrived intact is refused, not asked for again: sent again it would be no better.
     let said = bench.ask(&numbered("N3 G28 X0 Y0 :"));
     assert!(said.starts_with("error:") && said.ends_with(" - N3 G28 X0 Y0 :\n") && said.lines().count() == 1, "{said}");
     assert_eq!(bench.ask(&numbered("N4 G90")), "ok\n");
@@ -345,7 +345,7 @@ fn hosts_are_told_when_a_job_pauses_goes_on_and_is_cancelled() {
     bench.type_on(OTHER, "abort\n");
     assert!(bench.hear(1.0).contains("// action:cancel\n"));
     assert!(!bench.say("abort").contains("action:"), "there is no job");
-    // A host prints.
+    // Without a job on the card, the host itself may be printing and must pause.
     bench.type_in("suspend\n");
     assert!(bench.hear(1.0).contains("// action:pause\n"));
     bench.type_in("resume\n");

@@ -5,7 +5,7 @@ use scenarios::{Bench, CARTESIAN, Plan};
 
 const DIALECTS: [&str; 4] = ["", ";FLAVOR:Marlin\n", "; gcode_flavor = klipper\n", "; gcode_flavor = reprapfirmware\n"];
 
-/// How long a file takes, s.
+/// Returns the time that a file takes, s.
 fn seconds_of(bench: &mut Bench, name: &str) -> f64 {
     let begun_s = bench.now_s();
     bench.type_in(&format!("play {name} -t\n"));

@@ -1,4 +1,4 @@
-//! Where jobs pause by themselves, files that wait for their turn, and what is counted.
+//! Automatic pauses of jobs, the queue of files, and the statistics.
 
 use scenarios::{Bench, CARTESIAN, DELTA, Plan};
 use sim::runner::CardState;
@@ -218,7 +218,7 @@ fn scripts_stand_before_behind_and_in_place_of_a_jobs_end() {
     assert!(bench.carriage(Gamma) > height + 4.0);
 }
 
-/// Where steps of the extruder are made, while they push.
+/// Returns the places where the extruder makes steps that push.
 fn pushes(bench: &mut Bench, seconds: f64) -> Vec<[i64; 3]> {
     let mut places = Vec::new();
     let mut pushed = bench.carriage(Delta);
@@ -326,7 +326,7 @@ fn a_job_that_cannot_begin_there_is_closed() {
     bench.run(&["M26 S0"]);
 }
 
-/// What a file sets of limits is in force for its job, and for no other one.
+/// Limits set by a file are in force for its job, and for no other one.
 #[test]
 fn limits_of_a_job_that_cannot_begin_there_are_put_back() {
     let file = format!("M204 S1234\nM205 X0.31\nM203 X77\nM201 X1111\nM900 K0.3\n{}", layers(";x"));
@@ -475,7 +475,7 @@ fn a_card_that_is_gone_before_the_first_line_pauses_the_job_once() {
     assert!((bench.carriage(Delta) - 15.0).abs() < 0.05, "{}", bench.carriage(Delta));
 }
 
-/// Wherever in the file it stands.
+/// The pause comes wherever in the file the line stands.
 #[test]
 fn a_line_that_leaves_the_travel_pauses_the_job_before_it_even_at_the_files_end() {
     for before in 0..6 {

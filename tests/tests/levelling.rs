@@ -128,7 +128,7 @@ fn correction_fades_with_height() {
     assert_eq!(steep, "error:with heights as great as these, fading must take at least 1.6 mm\n");
 }
 
-/// Klipper's `fade_target`.
+/// Fade target as in Klipper's `fade_target`.
 #[test]
 fn what_fades_is_the_difference_from_the_target() {
     let plan = printer()

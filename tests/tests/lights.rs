@@ -11,7 +11,7 @@ fn strip(lines: &[&str]) -> Plan {
     lines.iter().fold(plan, |plan, line| plan.set(line))
 }
 
-/// What the lights of a strip show, as red, green and blue.
+/// Returns the colours of a strip's lights, as red, green and blue.
 fn shows(bench: &mut Bench, place: usize) -> Vec<[u8; 3]> {
     bench.hear(0.1);
     let bytes = bench.world(|world| world.strip_shows(place));
@@ -134,7 +134,7 @@ fn a_strip_shows_how_the_machine_is() {
     assert_eq!(shows(&mut bench, 0), [RED; 5]);
 }
 
-/// One light whose colours are outputs: as far as the switches have their power.
+/// A light whose colours are outputs has as much of each colour as its switch has power.
 #[test]
 fn a_light_may_be_made_of_switches() {
     let mut bench = Plan::new(CARTESIAN)

@@ -4,7 +4,7 @@ use scenarios::{Bench, CARTESIAN, Plan};
 use sim::models::surface::{Bed, Surface};
 use units::Actuator::Gamma;
 
-/// Of Z, mm.
+/// Step size of Z, mm.
 const Z_STEP: f64 = 1.0 / 400.0;
 /// Domed by 0.3 mm over a tilt.
 const DOMED: Bed = Bed::tilted(0.2, [0.001, -0.0005]).bent([80.0, 60.0], [0.3, 0.25], 0.0);
@@ -24,7 +24,7 @@ fn lay(bench: &Bench, bed: Bed, noise_mm: f64) {
     bench.lay(Surface { bed: Some(bed), noise_mm, ..Surface::default() });
 }
 
-/// How high the nozzle is over the bed with Z at 1 here, mm.
+/// Returns the height of the nozzle over the bed with Z at 1 here, mm.
 fn gap(bench: &mut Bench, bed: &Bed, [x, y]: [f64; 2]) -> f64 {
     bench.run(&[&format!("G1 X{x} Y{y} Z1 F9000"), "M400"]);
     let [x, y, z] = bench.world(|world| world.tool_mm());
@@ -198,7 +198,7 @@ fn a_mesh_that_was_set_aside_is_looked_up_where_it_was_asked_for_meanwhile() {
 fn a_halt_while_the_tool_follows_does_not_lose_where_a_mesh_lies() {
     let mut bench = plan().start_homed();
     bench.run(&["M421 I3 J3 Z2", "G1 X80 Y60 Z5 F6000", "M400"]);
-    // It comes down by 2 mm, at 5 mm/s.
+    // Z comes down by 2 mm, at 5 mm/s.
     bench.type_in("M420.1 X30\n");
     bench.hear(0.2);
     bench.type_in("\x18");
@@ -244,7 +244,7 @@ fn nothing_touches_a_faulty_region_and_its_points_are_worked_out() {
     let region = [[50.0, 50.0], [110.0, 75.0]];
     let mut bench = plan().set("[bed mesh] faulty_regions = 50,50 110,75").start_homed();
     let flat_tilt = Bed::tilted(0.2, [0.002, -0.001]);
-    // What stands in the region would be felt.
+    // An obstacle in the region would be felt by a touch.
     let at_ns = (bench.now_s() * 1e9) as u64;
     let block = [[region[0][0] + 0.01, region[1][0] - 0.01], [region[0][1] + 0.01, region[1][1] - 0.01], [0.0, 3.0]];
     bench.world(|world| {
@@ -413,7 +413,7 @@ fn a_deleted_mesh_stays_in_force_without_its_name() {
     near(bench.carriage(Gamma), 5.4, Z_STEP);
 }
 
-/// One that fails in the middle of a grid is not pressed into the bed.
+/// A probe that fails in the middle of a grid is not pressed into the bed.
 #[test]
 fn a_probe_that_fails_in_a_grid_stops_a_little_below_its_neighbours() {
     let mut bench = plan().start_homed();
@@ -427,7 +427,7 @@ fn a_probe_that_fails_in_a_grid_stops_a_little_below_its_neighbours() {
     assert!(lowest > -3.0, "down to {lowest}");
 }
 
-/// What a twisted rail makes the probe read too high along Y is taken off.
+/// A probe error that grows along Y, from a twisted rail, is compensated.
 #[test]
 fn a_twist_along_y_is_taken_off_what_the_probe_reads() {
     let mut bench = plan().start_homed();

@@ -1,5 +1,5 @@
-//! What a mesh leaves of beds with known errors: how much the nozzle's height over the bed differs over a
-//! dense grid of places, before and after, under each interpolation. `-- --nocapture` prints the table that
+//! Residual errors of a mesh on beds with known errors: the spread of the nozzle's height over a dense grid
+//! of places, before and after, under each interpolation. `-- --nocapture` prints the table that
 //! docs/leveling.md holds.
 
 use scenarios::{Bench, CARTESIAN, Plan};

@@ -1,4 +1,4 @@
-//! What mill files ask of a whole machine beside moves: outputs and inputs by number, overrides, modes, logs.
+//! Functions for mill files besides moves: outputs and inputs by number, overrides, modes, logs.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::Alpha;
@@ -91,7 +91,7 @@ fn a_program_says_whether_overrides_count() {
     bench.run(&["M50 P0"]);
     let ignored = duration(&mut bench, "G1 X10");
     assert!((ignored - plain).abs() < 0.1 * plain, "{ignored} s, not {plain}");
-    // What the operator wants meanwhile counts afterwards.
+    // Overrides that the operator sets meanwhile count afterwards.
     bench.run(&["M220 S25", "M50 P1"]);
     let slower = duration(&mut bench, "G1 X10");
     assert!(slower > 3.0 * plain, "{slower} s at a quarter, {plain} s at full");

@@ -18,12 +18,12 @@ fn marlins() -> String {
     format!("G28.3 X0 Y0 Z0\nM83\nG1 Z0.6 F3000\nG1 E-2 F1800\nM486 T3\n{objects}M486 S-1\nG0 X0 Y20\n")
 }
 
-/// What was made of it: by how much E grew while X was where each object is, and in all.
+/// Extrusion of a print: growth of E while X was over each object, and in all.
 #[derive(Debug, PartialEq)]
 struct Made {
     by_object: [f64; 3],
     in_all: f64,
-    /// How far X went where the objects are, with filament pushed or not.
+    /// Least Z while X was over the second object, with filament pushed or not.
     least_z_over_the_second: f64,
 }
 

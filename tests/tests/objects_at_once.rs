@@ -4,7 +4,7 @@
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{self, Alpha, Beta, Delta, Gamma};
 
-/// How a slicer writes.
+/// Style of moves in a slicer's file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Ways {
     Lines,
@@ -24,7 +24,7 @@ struct Style {
 const PLAIN: Style = Style { absolute_e: false, ways: Ways::Lines, klipper: false };
 /// Moves of an object in a layer: more than are planned ahead.
 const MOVES: usize = 80;
-/// What an object takes of filament in a layer, mm.
+/// Filament for an object in a layer, mm.
 const FILAMENT: f64 = 2.0;
 
 /// Three objects of 10 mm along X, 20 mm apart, in two layers. The slicer comes retracted by 2 mm and lifted
@@ -71,14 +71,14 @@ const STEPS_PER_MM: i64 = 80;
 /// A step while an object is made: when, ns; where X, Y and E then are, steps from the object's beginning.
 type Step = (u64, [i64; 3]);
 
-/// What was made.
+/// Steps and filament of a print.
 #[derive(Debug, Default)]
 struct Made {
     /// By object and layer: every step of X.
     steps: [[Vec<Step>; 2]; 3],
     /// Filament by object and layer, while X goes on, mm.
     filament: [[f64; 2]; 3],
-    /// In all, mm.
+    /// Filament in all, mm.
     in_all: f64,
     /// Of the object that was being made when something was said, from a while after that on, mm.
     too_late: f64,
@@ -88,7 +88,7 @@ struct Made {
     least_z: f64,
 }
 
-/// How long braking and what is written ahead take at most, ns.
+/// Longest time for braking and for steps written ahead, ns.
 const BRAKING: u64 = 60_000_000;
 
 /// Plays it, and does something once X has come to a place in the first layer.
@@ -221,7 +221,7 @@ fn nothing_more_of_the_object_under_the_nozzle_is_made_and_all_else_is_as_it_was
             for (object, layer) in [(0, 0), (2, 0), (0, 1), (2, 1)] {
                 same(&made, &whole, object, layer, &what);
             }
-            // It ends as far retracted as the file does: only what was not made is missing.
+            // The print ends as far retracted as the file does: only the cancelled filament is missing.
             let missing: f64 = (0..2).map(|layer| whole.filament[1][layer] - made.filament[1][layer]).sum();
             near(made.in_all, whole.in_all - missing, 0.03, &what);
         }
@@ -290,7 +290,7 @@ fn a_suspended_job_goes_on_without_the_object() {
         bench.say("M486 C");
         bench.send(b"resume\n");
     });
-    // What was planned when it was suspended was made.
+    // Moves planned before the suspension were made.
     assert!(made.filament[1][0] < 0.9 * FILAMENT && made.filament[1][1] == 0.0, "{:?}", made.filament);
     same(&made, &whole, 2, 0, "the third");
     same(&made, &whole, 0, 1, "the first");

@@ -1,4 +1,4 @@
-//! What operators do: limits, kill button, buttons, suspending, saving.
+//! Tests of the operator's actions: limits, kill button, buttons, suspending, saving.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Delta, Gamma};
@@ -86,7 +86,7 @@ fn an_open_door_holds_until_it_is_closed_and_somebody_says_so() {
     bench.type_in("~");
     bench.hear(6.0);
     let x = bench.world(|world| world.carriage_mm(units::Actuator::Alpha)).expect("a motor");
-    // It stands at 30 mm at power-on.
+    // X stands at 30 mm at power-on.
     assert!((x - 80.0).abs() < 1e-6, "{x}");
     // Opened while nothing moves, and while it is halted.
     press(&mut bench, "door", true);
@@ -209,7 +209,7 @@ const PIECES: [&str; 40] = [
     " F3000", " S20", " P1", " I5", " L20", " J", "$J X1", "*", "@", " \u{b5}",
 ];
 
-/// Whatever is typed, the machine answers the next question.
+/// After any line typed, the machine answers the next question.
 #[test]
 fn no_line_makes_the_machine_fall_silent() {
     let mut bench = Plan::new(CARTESIAN).start();
@@ -228,7 +228,7 @@ fn no_line_makes_the_machine_fall_silent() {
         }
     }
     bench.type_in("~\x18");
-    // What still waits in the inbox is refused, or releases the halt once more and perhaps homes.
+    // A line still in the inbox is refused, or releases the halt once more and perhaps homes.
     bench.hear(60.0);
     bench.type_in("\n\x18");
     bench.hear(1.0);

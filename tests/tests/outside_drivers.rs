@@ -24,7 +24,7 @@ fn tmc5160() -> Plan {
     plan("tmc5160", &["[tmc5160] delta.sense_resistor = 75", "[current control] delta.current = 2"])
 }
 
-/// What was written to the driver's chip.
+/// Returns the words written to the driver's chip.
 fn written(bench: &Bench, motor: Actuator) -> Vec<[u8; 5]> {
     bench.world(|world| world.outside_driver(motor).expect("a driver outside").written().to_vec())
 }
@@ -226,7 +226,7 @@ fn a_driver_that_was_without_power_is_told_and_set_up_again() {
         assert!((bench.carriage(Delta) - place - 5.0).abs() < 0.01, "{} mm", bench.carriage(Delta));
         assert_eq!(bench.world(|world| world.outside_driver(Delta).expect("one").register(0x6C)), word);
     }
-    // It halts where that is asked for.
+    // The machine halts if configured so.
     let mut bench = tmc5160().fault("driver-reset:delta@2").start();
     bench.hear_until("motor driver A: the driver was without power", 6.0);
     bench.assert_safe();

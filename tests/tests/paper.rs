@@ -57,7 +57,7 @@ fn the_probes_offset_is_found_and_saved() {
     lay(&bench, bed);
     let answer = bench.say("PROBE_CALIBRATE");
     assert!(answer.contains("The tool is over that place now") && answer.contains("TESTZ Z=-1"), "{answer}");
-    // Where the probe touched.
+    // The tool stands over the place that the probe touched.
     assert!((bench.carriage(Alpha) - 80.0).abs() < 0.01 && (bench.carriage(Beta) - 65.0).abs() < 0.01);
     feel(&mut bench, bed);
     let answer = bench.say("ACCEPT");
@@ -73,7 +73,7 @@ fn the_probes_offset_is_found_and_saved() {
 #[test]
 fn leveling_in_force_does_not_count_as_the_probes_offset() {
     let mut bench = homed(plan(CARTESIAN));
-    // What levels the machine is steep: under the probe it is 0.2 mm higher than under the tool.
+    // The leveling plane is steep: under the probe it is 0.2 mm higher than under the tool.
     let bed = Bed::tilted(0.4, [0.01, 0.0]);
     lay(&bench, bed);
     bench.run(&["M561 A-0.01 B0 C1 D0"]);
@@ -220,7 +220,7 @@ fn a_twisted_axis_is_found_and_taken_off() {
     assert!(said.contains("The axis twists the probe by 0.3") || said.contains("by 0.29"), "{said}");
     let saved = bench.say("M503");
     assert_eq!(saved.matches("M851.6 X").count(), 4, "{saved}");
-    // What is probed is the real bed again: it is as high on the left as on the right.
+    // The probe touches the real bed again: as high on the left as on the right.
     let answer = bench.say("G35");
     assert!(answer.contains("The bed is level: no screw is off by more than 0.0"), "{answer}");
     bench.say("M851.6 R");

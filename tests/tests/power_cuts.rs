@@ -40,7 +40,7 @@ fn content(card: &mut Card, path: &str) -> Option<Vec<u8>> {
     Some(content)
 }
 
-/// What M500 does.
+/// Writes a file like M500.
 fn save(card: &mut Card, content: &[u8]) -> Result<(), StorageError> {
     let mut draft = Draft::begin(card, PATH)?;
     for part in content.chunks(300) {
@@ -98,14 +98,14 @@ fn program() -> Interpreter {
     Interpreter::new(Setup { keeps_offsets: true, ..Setup::default() })
 }
 
-/// What a program's end does with its parameters.
+/// Saves the parameters like the end of a program.
 fn save_parameters(card: &mut Card, program: &mut Interpreter) -> Result<(), StorageError> {
     let mut saving = SavingParameters::begin(card)?;
     while saving.step(card, program)? == Progress::More {}
     Ok(())
 }
 
-/// What G10 L1 does with the tool table.
+/// Saves the tool table like G10 L1.
 fn save_tools(card: &mut Card, program: &mut Interpreter) -> Result<(), StorageError> {
     let mut saving = SavingTools::begin(card, program)?;
     while saving.step(card, program)? == Progress::More {}
@@ -113,7 +113,7 @@ fn save_tools(card: &mut Card, program: &mut Interpreter) -> Result<(), StorageE
     Ok(())
 }
 
-/// What the next boot finds.
+/// Returns the parameters and tools that the next boot finds.
 fn boot(disk: &RamCard) -> (Vec<(u16, f64)>, Vec<ToolEntry>) {
     let (mut card, mut program) = (insert(disk.powered_for(None)), program());
     assert!(matches!(load_parameters(&mut card, &mut program), Ok(0) | Err(StorageError::NotFound)));
@@ -204,7 +204,7 @@ fn a_power_cut_at_any_block_write_leaves_the_old_tool_table_or_the_new() {
     });
 }
 
-/// How the journal of a job is written: whole blocks in place, in a file that is there.
+/// The journal of a job is written by whole blocks in place, in an existing file.
 #[test]
 fn a_block_in_place_is_one_write_of_the_card_and_no_other_changes() {
     let disk = formatted();
@@ -228,8 +228,8 @@ fn a_block_in_place_is_one_write_of_the_card_and_no_other_changes() {
     }
 }
 
-/// What the native runner takes it for, and what the nearly four seconds that the watchdog waits for the
-/// dispatcher are held against: a card may need a quarter of a second for a block.
+/// Checks the number of block writes that the native runner assumes, and to which the watchdog's limit of
+/// nearly four seconds for the dispatcher is compared: a card may need a quarter of a second for a block.
 #[test]
 fn no_step_of_replacing_a_file_is_more_than_six_block_writes() {
     const MOST: u32 = 6;

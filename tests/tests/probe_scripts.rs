@@ -94,7 +94,7 @@ fn m401_deploys_until_m402() {
     bench.hear(0.5);
     bench.hear_until("ok\n", 20.0);
     assert!(!is_out(&mut bench), "what G30 deploys it stows");
-    // Whoever searches along a line counts on where it ended.
+    // A G38 search leaves the tool and the probe where the search ended, as its user counts on that place.
     let answer = bench.say("G38.2 Z-30 F300");
     assert!(
         answer.contains("[PRB:50.000,60.000,1.5") && answer.contains("// NOTE the probe is still deployed"),
@@ -117,7 +117,7 @@ fn a_probe_that_does_not_come_out_probes_nothing() {
     let answer = bench.say("G30");
     assert!(answer.starts_with("Z:18.5"), "{answer}");
     assert_eq!(bench.say("M401"), "the probe is deployed already\nok\n");
-    // Stuck.
+    // The probe is stuck.
     assert!(bench.say("M402").starts_with("error:the probe is still deployed: look at it"));
     press(&mut bench, false);
     bench.run(&["M402"]);

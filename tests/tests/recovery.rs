@@ -6,7 +6,7 @@ use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Delta, Gamma};
 
 const CHANGE: &str = "\n[filament change]\nlift = 5\npark_x = 190\npark_y = 190\n";
-/// Where the job ends, mm.
+/// X at which the job ends, mm.
 const END: f64 = 20.0;
 
 /// Six layers of two squares each, behind these lines.
@@ -64,7 +64,7 @@ fn interrupted(plan: Plan) -> Bench {
     bench
 }
 
-/// Goes on; says where Z is when it is asked for. What was said.
+/// Resumes, gives the height of Z when asked, and returns the messages.
 fn go_on(bench: &mut Bench) -> String {
     let z = bench.carriage(Gamma);
     bench.type_in("M1000\n");
@@ -253,7 +253,7 @@ fn a_console_that_changes_offsets_is_noticed_in_any_mode_of_the_file() {
     }
 }
 
-/// Ctrl-X in a hold drops the job without an alarm. It is gone on with, and noted as before.
+/// Ctrl-X in a hold drops the job without an alarm. The job can be resumed, and is noted as before.
 #[test]
 fn a_job_that_was_dropped_in_a_hold_is_noted_again_when_it_goes_on() {
     let mut bench = plan(";FLAVOR:Marlin\n").set("[general] grbl_mode = true").start();

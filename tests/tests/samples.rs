@@ -28,7 +28,7 @@ fn the_minimal_machine_moves_three_motors() {
     assert_near(bench.carriage(Gamma) - z, 2.0, "z");
 }
 
-/// What a GRBL sender does: home, set the work offset, run a pocket, ask for status.
+/// Actions of a GRBL sender: home, set the work offset, run a pocket, ask for status.
 #[test]
 fn the_mill_homes_up_first_and_cuts_a_pocket_for_a_grbl_sender() {
     let mut bench = start(CNC_MILL);

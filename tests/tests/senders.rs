@@ -1,5 +1,5 @@
-//! What a sender, a host program or a person at the console must be able to rely on: nothing moves that was
-//! not asked for, no line is carried out that belongs to a file, none is lost without a word.
+//! Guarantees for a sender, a host program or a person at the console: nothing moves that was not asked for,
+//! no line is carried out that belongs to a file, none is lost without a word.
 
 use machine::sessions::SessionId;
 use scenarios::{Bench, CARTESIAN, Plan};
@@ -180,7 +180,7 @@ fn type_ahead(bench: &mut Bench, lines: &[String]) -> Vec<String> {
     bench.type_in("G28\n");
     bench.hear(0.2);
     let whole: String = lines.iter().map(|line| format!("{line}\n")).collect();
-    // What does not fit is for the machine to tell.
+    // The machine must report lines that do not fit its inbox.
     let _all = bench.try_type(&whole);
     let mut said = String::new();
     while said.lines().count() <= lines.len() {

@@ -11,7 +11,7 @@ fn machine(lines: &[&str]) -> Plan {
     lines.iter().fold(Plan::new(CARTESIAN), |plan, line| plan.set(&temperature(line)))
 }
 
-/// What M105 says of this label, C.
+/// Returns the temperature of this label in M105, C.
 fn reported(bench: &mut Bench, label: &str) -> f64 {
     let said = bench.say("M105");
     let (_, rest) = said.split_once(&format!("{label}:")).unwrap_or_else(|| panic!("no {label} in {said}"));

@@ -6,7 +6,7 @@ use machine::ports::{ConsoleKind, SessionProfile};
 use machine::sessions::{Rights, SessionId};
 use scenarios::{Bench, CARTESIAN, Plan};
 
-/// Whoever has the page open: looks, and stops the machine.
+/// Session of an open web page: looks, and stops the machine.
 const WATCHER: SessionId = SessionId(2);
 /// A sender over the network, in a dialect of its own.
 const SENDER: SessionId = SessionId(3);

@@ -25,7 +25,7 @@ const CHANGES: [&str; 13] = [
 
 fn lines(bench: &mut Bench) -> Vec<String> {
     let shown = bench.say("M503");
-    // What is set for the time being is shown and not saved.
+    // Temporary settings are shown and not saved.
     let is_saved = |line: &&str| !["//", ";Not saved", "M665 S"].iter().any(|start| line.starts_with(start));
     shown.lines().filter(is_saved).map(str::to_owned).collect()
 }
@@ -134,7 +134,7 @@ fn work_offsets_are_saved_when_the_configuration_says_so() {
     assert_eq!(next.say("M114"), bench.say("M114"));
 }
 
-/// What `M500` had decided when the power went, is finished at the next boot.
+/// Changes decided by `M500` before a power cut are finished at the next boot.
 #[test]
 fn a_change_that_a_power_cut_stopped_is_finished_at_boot() {
     let mut bench = Plan::new(CARTESIAN).start();

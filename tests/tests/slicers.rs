@@ -1,7 +1,7 @@
 //! Files as slicers write them, printed end to end: nothing pauses, and what was not carried out is said
 //! once.
 //!
-//! They are written in each slicer's style for the sample printer; the part is a square of two layers.
+//! The files are written in each slicer's style for the sample printer; the part is a square of two layers.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Beta, Delta, Gamma};

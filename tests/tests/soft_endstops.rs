@@ -114,7 +114,7 @@ fn a_block_of_several_moves_is_made_whole_or_not_at_all() {
     let filament = bench.carriage(Delta);
     refused(&mut bench, "G10", &beyond('Z', 203.0, 200.0));
     assert_eq!(bench.carriage(Delta), filament, "it pulled all the same");
-    // It is not retracted, so there is nothing to undo.
+    // The refused G10 did not retract, so there is nothing to undo.
     bench.run(&["G11", "G1 Z190", "G10", "M400"]);
     assert!((bench.carriage(Gamma) - 195.0).abs() < 0.01, "{}", bench.carriage(Gamma));
     // The lift is still known after a refused Z.
@@ -146,7 +146,7 @@ fn a_file_waits_at_the_line_that_would_leave_the_travel() {
     assert!(said.contains(&format!("error:{}\n", beyond('X', 300.0, 220.0))), "{said}");
     assert!(said.contains("line 4 of"), "{said}");
     assert!((bench.carriage(Alpha) - 50.0).abs() < 0.02 && (bench.carriage(Beta) - 50.0).abs() < 0.02);
-    // Whoever stands there decides: go on with the next line.
+    // The operator decides to continue with the next line.
     bench.run(&["M24"]);
     bench.hear_until("Done printing file", 20.0);
     assert!((bench.carriage(Beta) - 60.0).abs() < 0.02, "{}", bench.carriage(Beta));

@@ -28,7 +28,7 @@ fn hotend() -> String {
     "hotend".into()
 }
 
-/// What M105 says of the hot end, C.
+/// Returns the temperature of the hot end in M105, C.
 fn reported(bench: &mut Bench) -> f64 {
     let said = bench.say("M105");
     let (_, rest) = said.split_once("T:").unwrap_or_else(|| panic!("no T in {said}"));
@@ -94,7 +94,8 @@ fn every_fault_halts_within_a_second_and_says_what_to_check() {
     }
 }
 
-/// What no conversion shows, or tells apart: the chip's own test, every five seconds, and four looks.
+/// Faults that no conversion shows, or tells apart, are found by the chip's own test, every five seconds, and
+/// four readings.
 #[test]
 fn a_single_wire_of_platinum_that_is_open_or_at_ground_is_found_by_the_chips_test() {
     for (leads, words) in [

@@ -278,7 +278,7 @@ fn m4_turns_over_what_stands_and_m3_back() {
             seen
         };
         assert_eq!(seen("M4 S30"), [(30.0, true)], "{dialect}");
-        // It never turns with the direction of the other way.
+        // The spindle never turns with the direction of the previous code.
         assert_eq!(seen("M3"), [(0.0, true), (30.0, false)], "{dialect}");
         assert_eq!(seen("M4 S50"), [(0.0, false), (50.0, true)], "{dialect}");
         assert_eq!(seen("S60"), [(60.0, true)], "{dialect}");

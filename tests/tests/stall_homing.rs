@@ -20,7 +20,7 @@ fn machine() -> Plan {
     without_switch(Plan::new(CARTESIAN), "minx")
 }
 
-/// What the chip of X is told of current and load.
+/// Returns the registers for current and load in the chip of X.
 fn registers(bench: &Bench) -> [u32; 4] {
     let [drvctrl, _, smarten, sgcsconf, drvconf] = bench.world(|world| world.driver(0).registers());
     [drvctrl, smarten, sgcsconf, drvconf]
@@ -44,7 +44,7 @@ fn twenty_five_homings_end_within_two_full_steps() {
         let [least, most] = places.iter().fold([f64::MAX, f64::MIN], |[a, b], place| [a.min(*place), b.max(*place)]);
         println!("25 homings without a switch, an end that gives way by {give} mm: within {:.3} mm", most - least);
         assert!(most - least <= 2.0 * FULL_STEP, "{places:?}");
-        // It rests `retract` from the end.
+        // The carriage rests `retract` from the end.
         assert!((least - 5.0).abs() < 2.0 * FULL_STEP && (most - 5.0).abs() < 2.0 * FULL_STEP, "{places:?}");
     }
 }
@@ -100,7 +100,7 @@ fn the_chip_has_the_search_s_settings_meanwhile_and_its_own_again_whatever_happe
     bench.hear(1.0);
     assert_eq!(registers(&bench), before, "after a halt");
     bench.say("M999");
-    // Its end is not there.
+    // The end of the axis is missing.
     bench.world(|world| world.obstruct(Alpha, [-1_000.0, 1_000.0]));
     searching(&mut bench);
     bench.hear_until("did not stall within its travel", 20.0);
@@ -132,7 +132,7 @@ fn a_threshold_that_is_too_high_or_too_low_is_told() {
     assert!(bench.say("G28.6").contains("X:0"), "and nothing is homed");
 }
 
-/// Whatever the threshold, the end is found or the fault is told: nothing else counts as the end.
+/// With any threshold, the end is found or the fault is reported: no other place counts as the end.
 #[test]
 fn with_any_threshold_it_homes_to_its_end_or_fails() {
     for rate in ["40", "50", "100"] {

@@ -59,7 +59,8 @@ fn blow(bench: &mut Bench, said: &mut String) {
     bench.world(|world| world.obstruct(Alpha, FREE));
 }
 
-/// Where the tool is while the part is printed, each quarter of a millimetre, until the job is over.
+/// Returns the places of the tool while the part is printed, each quarter of a millimetre, until the job is
+/// over.
 fn traced(bench: &mut Bench, said: &mut String) -> Vec<[f64; 4]> {
     let (mut all, end, pauses) = (Vec::new(), bench.now_s() + 300.0, said.matches("paused").count());
     while !said.contains("Done printing") {
@@ -70,13 +71,13 @@ fn traced(bench: &mut Bench, said: &mut String) -> Vec<[f64; 4]> {
     all
 }
 
-/// How far a place is from the square.
+/// Returns the distance of a place from the square.
 fn off([x, y, ..]: [f64; 4]) -> f64 {
     let (dx, dy) = ((x - 80.0).abs(), (y - 80.0).abs());
     (dx.max(dy) - 50.0).abs()
 }
 
-/// What lies at a height of the part and pushes filament is printed.
+/// Returns the printed places: those at a height of the part where filament is pushed.
 fn printed(trace: &[[f64; 4]]) -> impl Iterator<Item = [f64; 4]> {
     let lays = |pair: &[[f64; 4]]| {
         let [before, now] = [pair[0], pair[1]];

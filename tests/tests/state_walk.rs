@@ -16,15 +16,15 @@ use machine::{Dialect, State};
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator;
 
-/// Who makes things happen: lines wait there, while the debug console asks what the machine is.
+/// Session that causes events: lines wait there, while the debug console asks for the machine's mode.
 const ACTS: SessionId = SessionId(1);
-/// Who tells of the door: a byte of GRBL's dialect.
+/// Session that signals the door, by a byte of GRBL's dialect.
 const DOOR: SessionId = SessionId(2);
 const DOOR_SENSOR: SessionProfile =
     SessionProfile { kind: ConsoleKind::Memory, rights: Rights::Operate, dialect: Some(Dialect::Grbl), greeting: "" };
-/// What means nothing is looked at for so long, seconds: some looks of the machine at its inputs.
+/// Time in which an event without meaning must change nothing, seconds: several polls of the inputs.
 const QUIET_S: f64 = 0.03;
-/// What means something does so by then, seconds: homing is the longest.
+/// Longest time until an event with meaning has its effect, seconds: homing is the longest.
 const PATIENCE_S: f64 = 20.0;
 /// Turns of the machine's work in half a millisecond: few, so that the walk is quick.
 const TURNS: u32 = 4;
@@ -47,15 +47,15 @@ fn plan() -> Plan {
         .set("[conveyor] queue_delay_time_ms = 1")
 }
 
-/// How an event comes about in a mode.
+/// Cause of an event in a mode.
 enum Cause {
-    /// Somebody types this.
+    /// Bytes typed by somebody.
     Typed(&'static [u8]),
-    /// It comes by itself, by and by.
+    /// The event comes by itself, after a while.
     ByItself,
     /// The machine starts with a configuration that nobody can use.
     AtBoot,
-    /// It cannot come about in this mode, because...
+    /// The event cannot come about in this mode, for the given reason.
     Never(&'static str),
 }
 
@@ -108,14 +108,14 @@ fn cause(mode: Mode, event: Event) -> Cause {
 fn course(mode: Mode, event: Event) -> Vec<Mode> {
     use Event::{Drained, HomingBegins, JogBegins, ProbingBegins, Started, Suspend, Unsuspend};
     let sequence: &[Event] = match event {
-        // It is answered like a question.
+        // The event is answered like a query.
         Event::Release => &[event],
         _ if is_line(mode, event) && is_searching(mode) => &[],
         Started | HomingBegins | ProbingBegins | JogBegins | Suspend if mode.state() == State::Door => &[],
         // Nothing of it is carried out.
         HomingBegins if matches!(mode.state(), State::Alarm | State::Sleep | State::Invalid) => &[],
         HomingBegins | ProbingBegins | Suspend => &[Drained, event],
-        // What moves is braked first.
+        // A moving machine brakes first.
         Unsuspend if matches!(mode.state(), State::Run | State::Jog) => &[Drained, event],
         _ => &[event],
     };
@@ -153,7 +153,7 @@ fn modes() -> Vec<(Mode, Vec<Event>)> {
     found
 }
 
-/// What `get mode` says of it.
+/// Returns the name of a mode in `get mode`.
 fn name(mode: Mode) -> String {
     let suspended = if mode.is_suspended() { " (suspended)" } else { "" };
     format!("{:?}{suspended}", mode.state()).to_lowercase()
@@ -239,7 +239,7 @@ fn every_state_is_reached_by_ordinary_means() {
     for state in State::ALL {
         assert!(modes.iter().any(|(mode, _)| mode.state() == state), "nothing leads to {state:?}");
     }
-    // What interrupted something comes in every kind.
+    // A mode that interrupts others comes once for each of them.
     assert!(modes.len() >= 25, "{} modes: {modes:#?}", modes.len());
 }
 
@@ -305,7 +305,7 @@ fn assert_off(bench: &Bench, what: &str) {
     assert_eq!(bench.world(|world| world.pwm_duty(0, 0)), 0.0, "{what}: the laser is on");
 }
 
-/// What makes the machine safe.
+/// Actions that make the machine safe.
 type Stop = (&'static str, fn(&mut Bench));
 
 const STOPS: [Stop; 3] = [

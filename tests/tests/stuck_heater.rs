@@ -31,7 +31,7 @@ fn assert_cut_off(bench: &mut Bench) {
     assert!(bench.status().contains("<Alarm"), "it must be halted");
 }
 
-/// What was measured, for the closing lines of `cargo test -p scenarios stuck_heater:: -- --nocapture`.
+/// Prints the measurement, for the closing lines of `cargo test -p scenarios stuck_heater:: -- --nocapture`.
 fn show(state: &str, heater: &str, (seconds, celsius): (f64, f64)) {
     println!("| {heater} | {state} | {seconds:.1} s | {celsius:.0} C |");
 }
@@ -44,12 +44,12 @@ fn idle_and_cold() {
         show("idle, never used", heater, found);
         assert_cut_off(&mut bench);
         if heater == "bed" {
-            // Its connector lies before the supply's switch: it goes on, and a person is told again, and
-            // turns the power off.
+            // The bed's connector lies before the supply's switch: the bed goes on heating, the operator is
+            // told again, and turns the power off.
             bench.hear_until(told, limit_s);
             fail(&bench, Fault::FetSupply(0.0));
         }
-        // It cools, and stays off until a person says otherwise.
+        // The heater cools, and stays off until a person says otherwise.
         let hottest = bench.celsius(heater);
         bench.hear(30.0);
         assert!(bench.celsius(heater) < hottest);
@@ -89,7 +89,7 @@ fn printing() {
     }
 }
 
-/// One heater sticks while another is on.
+/// Sticks a heater while another one is on.
 #[test]
 fn beside_another_heater() {
     let mut bench = Plan::new(CARTESIAN).start();

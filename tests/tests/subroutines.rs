@@ -21,7 +21,7 @@ fn mill() -> Plan {
     Plan::new(CARTESIAN).set("[extruder] hotend.enable = false")
 }
 
-/// Where the carriages are, from where they began.
+/// Asserts the places of the carriages, relative to their start.
 #[track_caller]
 fn stands_at(bench: &Bench, x: f64, y: f64) {
     let begun = Plan::new(CARTESIAN).start();

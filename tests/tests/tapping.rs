@@ -36,8 +36,7 @@ fn turning(bench: &Bench) -> i32 {
     ((right - left) * 100.0).round() as i32
 }
 
-/// What the tool and the spindle do from now on: how the spindle turns, and which way Z goes, each change
-/// once.
+/// Watches the tool and the spindle: how the spindle turns, and which way Z goes, each change once.
 fn watch(bench: &mut Bench, seconds: f64) -> Vec<(i32, i8)> {
     let (mut seen, mut before) = (Vec::new(), bench.carriage(Gamma));
     for _ in 0..(seconds / 0.005) as usize {
@@ -95,7 +94,7 @@ fn overrides_do_not_count_while_a_thread_is_cut() {
     assert!((same - plain).abs() < 0.05 * plain, "{same} s, not {plain}");
     let slow = hole(&mut bench, "G85 Z2 R8");
     assert!(slow > 1.7 * plain, "{slow} s at half speed, {plain} s at full");
-    // What he wants meanwhile counts afterwards.
+    // Overrides that the operator sets meanwhile count afterwards.
     bench.type_in("G84 Z2 R8\n");
     bench.hear(0.5);
     bench.type_in("M220 S100\n");
@@ -121,7 +120,7 @@ fn a_hold_waits_until_the_tap_is_out_of_the_hole() {
     bench.send(b"~");
     bench.hear(6.0);
     assert!((bench.carriage(Alpha) - 40.0).abs() < 0.02 && (bench.carriage(Gamma) - 8.0).abs() < 0.02);
-    // One that is taken back holds nothing.
+    // A hold that is taken back holds nothing.
     bench.type_in("X10\n");
     bench.hear(0.8);
     bench.send(b"!");
@@ -200,7 +199,7 @@ fn the_operator_draws_the_tool_out() {
     bench.hear_until("draw the tool out by hand", 20.0);
     bench.hear(0.5);
     assert!((bench.carriage(Alpha) - 40.0).abs() < 0.02 && (bench.carriage(Gamma) - 2.0).abs() < 0.02);
-    // He leaves it to the machine: straight up, and on.
+    // The operator leaves the way back to the machine: straight up, and on.
     bench.send(b"~");
     let (mut off_the_hole, mut heard) = (false, String::new());
     for _ in 0..800 {

@@ -6,7 +6,7 @@ use units::Actuator::{Alpha, Beta, Gamma};
 /// No extruder: T and M6 are about the spindle's tool.
 const MILL: &str = include_str!("../../config/samples/cnc-mill.ini");
 
-/// Where the carriages are at first.
+/// A machine, and the initial places of its carriages.
 struct Shop {
     bench: Bench,
     zero: [f64; 3],
@@ -39,7 +39,7 @@ fn what_stands_behind_m6_in_its_line_waits_for_the_operator() {
     let heard = shop.bench.hear(3.0);
     assert!(heard.contains("put in tool 2 (M6): ~ or M24 goes on"), "{heard}");
     shop.stands_at([5.0, 0.0, 0.0]);
-    // He may jog and touch off meanwhile.
+    // The operator may jog and touch off meanwhile.
     shop.bench.run(&["$J=G91 X1 F600"]);
     shop.bench.hear(1.0);
     shop.stands_at([6.0, 0.0, 0.0]);

@@ -13,7 +13,7 @@ fn mill(table: &str) -> Plan {
         .file("tool.tbl", table)
 }
 
-/// How far Z has gone from where it began.
+/// Returns the travel of Z from its start.
 fn z(bench: &Bench, begun: f64) -> f64 {
     bench.carriage(Gamma) - begun
 }

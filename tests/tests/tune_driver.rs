@@ -1,4 +1,4 @@
-//! `tune_driver` on motors of several kinds. Those of the sample: a full step of 0.2 mm.
+//! Runs `tune_driver` on motors of several kinds, those of the sample: a full step of 0.2 mm.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use sim::models::rotor::Plant;
@@ -54,7 +54,8 @@ fn machine(amps: f64) -> Plan {
         .set(&format!("[current control] alpha.current = {amps}"))
 }
 
-/// It stands at its end and is said to be homed, though nothing is tuned: Z and Y home, X is set.
+/// Starts a machine that stands at its end and is said to be homed, though nothing is tuned: Z and Y home, X
+/// is set.
 fn start(plan: Plan, plant: Plant) -> Bench {
     let mut bench = plan.start();
     bench.world(|world| {
@@ -82,7 +83,7 @@ fn motors_of_many_kinds_then_home_without_a_switch_and_never_stall_by_themselves
         println!("{name}, in {:.0} s:\n{said}", bench.now_s() - begun);
         assert!(said.ends_with("ok\n") && said.contains("stall_threshold = "), "{name}: {said}");
         assert!(said.lines().all(|line| line.len() <= 111), "{name}: {said}");
-        // It homes.
+        // Homing works with the tuned threshold.
         for _ in 0..3 {
             let homed = bench.say("G28 X");
             assert_eq!(homed, "ok\n", "{name}");
@@ -154,7 +155,7 @@ fn a_tuning_that_is_halted_stopped_or_fails_puts_back_what_was_there() {
 
 #[test]
 fn where_no_threshold_fits_it_says_so_and_changes_nothing() {
-    // It has hardly torque to spare.
+    // The motor has hardly torque to spare.
     let weak = Plant { friction: 0.93, friction_noise: 0.0, ..Plant::PRINTER };
     let mut bench = start(machine(1.2), weak);
     let before = registers(&bench);

@@ -16,7 +16,7 @@ fn start(plan: Plan) -> Bench {
     bench
 }
 
-/// Where the machine has been sent.
+/// Returns the position to which the machine has been sent.
 fn place(bench: &mut Bench) -> String {
     let said = bench.say("M114");
     said.split(" Y:").next().unwrap_or_default().to_owned()
@@ -119,7 +119,7 @@ fn whoever_comes_back_in_the_middle_of_a_file_moves_nothing() {
     }
 }
 
-/// What somebody has asked for who has gone before it was his turn.
+/// A request is dropped when its session goes before the request's turn.
 #[test]
 fn a_file_that_nobody_is_there_to_send_takes_nothing_of_the_next_one() {
     for (command, kept) in [("M28 part.g", true), ("upload part.g", false), ("dl part.g 500", false), ("ry", false)] {

@@ -115,12 +115,12 @@ fn a_sensor_is_described_anew_and_saved() {
 fn m305_never_changes_a_temperature_in_silence() {
     let mut bench = start();
     let before = bench.say("M305");
-    // It has coefficients: no beta is known that a resistance would fit.
+    // The sensor has coefficients: no beta is known that a resistance would fit.
     for line in ["M305 S0 R10000", "M305 S0 X30", "M305 S0 R10000 X30"] {
         assert!(bench.say(line).contains("M305: R and X need B"), "{line}");
     }
     assert_eq!(bench.say("M305"), before);
-    // One coefficient alone changes that one.
+    // A single coefficient in a code changes only that one.
     let said = bench.say("M305 S0 I0.0008");
     assert_eq!(said, "ok\n");
     let said = bench.say("M305");

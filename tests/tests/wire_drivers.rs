@@ -92,7 +92,7 @@ fn drivers_of_one_wire_have_an_address_each() {
     bench.say("M906 B1200");
     let amps = |motor| bench.world(|world| world.outside_driver(motor).expect("one").peak_current_amps(0.11));
     assert!((amps(Epsilon) - 1.2).abs() < 0.04 && (amps(Zeta) - 0.5).abs() < 0.04 && (amps(Delta) - 0.9).abs() < 0.03);
-    // One of them silent: the others are not.
+    // With one driver silent the others still answer.
     inject(&bench, &Fault::DriverSilent(Epsilon));
     let said = bench.hear_until("motor driver B: driver does not answer, check its supply and wiring", 4.0);
     assert!(!said.contains("driver A") && !said.contains("driver C"), "{said}");
@@ -293,8 +293,8 @@ fn tune_driver_finds_a_threshold_for_a_driver_outside() {
     assert_eq!(bench.say("G28 X"), "ok\n");
 }
 
-/// stallGuard4: the threshold is held against the readings, for the watch and for homing. It homes with what
-/// was found, and a crash is seen.
+/// Tuning of stallGuard4: the threshold is held against the readings, for the watch and for homing. The axis
+/// homes with the threshold found, and a crash is detected.
 #[test]
 fn tune_driver_finds_a_threshold_for_stall_guard_4() {
     let own = [

@@ -1,4 +1,4 @@
-//! What the test images share: how a failure ends, and the interrupts that let waits sleep.
+//! Shared parts of the test images: the report of a failure, and the interrupts that let waits sleep.
 #![no_std]
 
 use core::cell::RefCell;
@@ -10,25 +10,25 @@ use bsp_prime::time::Ticker;
 use critical_section::Mutex;
 use motion::Latch;
 
-/// Where watched inputs report.
+/// Latch into which watched inputs report.
 pub static LATCH: Latch = Latch::new();
 static TICK: Mutex<RefCell<Option<Ticker>>> = Mutex::new(RefCell::new(None));
 
-/// What is left of the board for a test once its interrupts are placed.
+/// Parts of the board that remain for a test once its interrupts are placed.
 pub struct Bench {
     /// Everything but the heat tick.
     pub pins: &'static mut bsp_prime::pins::Pins,
-    /// Enables, off.
+    /// Enable outputs, all off.
     pub guards: bsp_prime::board::Guards,
     /// The motor drivers' bus.
     pub spi: bsp_prime::spi::SpiBuses,
-    /// The thermistor scan.
+    /// Scan of the thermistor inputs.
     pub thermistors: bsp_prime::adc::Thermistors,
-    /// Supply voltages.
+    /// Measurement of the supply voltages.
     pub supplies: bsp_prime::adc::Supplies,
-    /// The card.
+    /// Driver of the SD card.
     pub sd: bsp_prime::sd::SdCard,
-    /// Who the board is.
+    /// Identity of the board.
     pub identity: bsp_prime::identity::Identity,
     /// To be fed by long tests.
     pub watchdog: bsp_prime::watchdog::Watchdog,

@@ -10,7 +10,7 @@ use on_target as _;
 /// Longer than two of the longest strides.
 const LONGEST: usize = 100;
 const ROOM: usize = 256;
-/// Where the destination lies, with room around it to see what was touched.
+/// Offset of the destination, with room around it to see which bytes were touched.
 const AT: usize = 64;
 
 /// A pattern in which every byte differs from its neighbours, and from the same place of another one.

@@ -87,12 +87,12 @@ impl Trial {
         Self { bench, before, took_s, said, is_done, waits }
     }
 
-    /// What of these facts is not so.
+    /// Returns the facts that do not hold.
     pub fn difference(&mut self, facts: &str) -> Option<String> {
         let mut wrong = String::new();
         let mut rest = facts;
         while !rest.is_empty() {
-            // What was said may have commas in it, and comes last.
+            // The fact `says` may have commas in its text, and comes last.
             let (fact, others) = match rest.split_once(", ") {
                 Some((fact, others)) if !rest.starts_with("says ") => (fact, others),
                 _ => (rest, ""),
@@ -141,7 +141,7 @@ impl Trial {
         target.and_then(|target| target.parse().ok()).unwrap_or_else(|| panic!("no target: {said}"))
     }
 
-    /// How far the part's fan is on, of 255.
+    /// Returns the duty of the part's fan, of 255.
     fn fan(&mut self) -> f64 {
         let index = self.bench.world(|world| world.config().fans.iter().position(|fan| fan.name == "fan"));
         let index = index.expect("a fan of this machine");

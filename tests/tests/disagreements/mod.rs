@@ -1,5 +1,5 @@
-//! Wherever two dialects disagree on a code, one table says what each firmware does, and from where that is
-//! known: `tests/tests/data/disagreements`. Each of its cells is run here. The page of it is
+//! Table of codes on which dialects disagree, with each firmware's behaviour and its source:
+//! `tests/tests/data/disagreements`. Each of its cells is run here. The page generated from it is
 //! docs/disagreements.md, written by `WRITE_DISAGREEMENTS=1 cargo test -p scenarios disagreements::`.
 
 mod facts;

@@ -5,30 +5,30 @@
 pub struct Row {
     /// The part of the page it is in.
     pub chapter: &'static str,
-    /// What they disagree on.
+    /// Subject of the disagreement.
     pub what: &'static str,
     /// Settings of the machine, `[section] key = value`.
     pub settings: Vec<&'static str>,
     /// Lines before those that count.
     pub given: Vec<&'static str>,
-    /// The lines.
+    /// Lines that the dialects treat differently.
     pub lines: Vec<&'static str>,
-    /// They are a file that is played; else they are typed.
+    /// Whether the lines are a file that is played; otherwise they are typed.
     pub is_file: bool,
-    /// What comes of them.
+    /// Results of the row, by firmware.
     pub cells: Vec<Cell>,
 }
 
-/// What comes of a row in one firmware or several, and here in their dialect.
+/// Result of a row in one firmware or several, and here in their dialect.
 #[derive(Debug)]
 pub struct Cell {
-    /// Whose it is.
+    /// Firmwares with this result.
     pub firmwares: Vec<&'static str>,
-    /// What the firmware makes of it: facts, or a sentence where ours has facts of its own.
+    /// Result in the firmware: facts, or a sentence where Velvet has facts of its own.
     pub theirs: &'static str,
     /// From which page of its manual, or file of its source.
     pub source: &'static str,
-    /// What ours makes of it where that is something else, and why.
+    /// Result in Velvet where it differs, and the reason.
     pub ours: Option<(&'static str, &'static str)>,
 }
 

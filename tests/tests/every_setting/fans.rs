@@ -109,7 +109,7 @@ fn course(bench: &mut Bench) -> String {
     said
 }
 
-/// What a fan is given while the hot end warms.
+/// Returns the fan's power while the hot end warms.
 fn kept(bench: &mut Bench) -> String {
     bench.say("M104 S90");
     let mut said = String::new();

@@ -13,7 +13,7 @@ const WHEEL: &[&str] = &["[filament detector] enable = true", "[filament detecto
 const WIDTH: &[&str] = &[
     "[filament width sensor] enable = true",
     "[filament width sensor] adc_pin = ADC1_4",
-    // What is read of both together may be more than an input alone can give.
+    // The sum of both readings may exceed the range of a single input.
     "[filament width sensor] second_adc_pin = ADC1_5",
     "[filament width sensor] measurement_delay = 8",
 ];
@@ -81,7 +81,7 @@ fn prints_without(bench: &mut Bench) -> String {
     said + &bench.say("M105")
 }
 
-/// What is measured, said and fed of filament that is thinner, and then thicker.
+/// Returns the measurements, messages and feed of filament that is thinner, and then thicker.
 fn fed(bench: &mut Bench) -> String {
     bench.world(|world| world.thread_filament(&[(0.0, 1.7), (20.0, 1.85)]));
     let mut said = bench.hear(1.0) + &bench.say("M407") + &bench.say("QUERY_RAW_FILAMENT_WIDTH");

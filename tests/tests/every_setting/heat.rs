@@ -130,7 +130,7 @@ pub const ROWS: &[Row] = &[
     row("[temperature control] hotend.preset2", "0", "45", Say(&["M104 S2", "get temp hotend"])),
 ];
 
-/// How the hotend does, and whether the machine has halted.
+/// Returns the temperatures of the hotend, and whether the machine has halted.
 fn course(bench: &mut Bench, seconds: u32) -> String {
     let mut course = String::new();
     for _ in 0..seconds * 2 {
@@ -140,7 +140,7 @@ fn course(bench: &mut Bench, seconds: u32) -> String {
     course + &bench.status()
 }
 
-/// What the sensor's chip was told, and what comes of it at 200 C.
+/// Returns the registers of the sensor's chip, and the reading at 200 C.
 fn warm_chip(bench: &mut Bench) -> String {
     soak(bench, 200.0);
     bench.hear(1.0);
@@ -175,7 +175,7 @@ fn melts(bench: &mut Bench) -> String {
     bench.say("G1 E30 F300") + &course(bench, 6)
 }
 
-/// How long a wait takes.
+/// Returns the duration of a wait.
 fn waited(bench: &mut Bench) -> String {
     format!("{} {}", bench.say("M109 S32"), bench.now_s())
 }

@@ -99,7 +99,7 @@ const PROBED: &[&str] = &[
     "[cartesian grid leveling strategy] grid_y_size = 5",
 ];
 
-/// What a machine finds on a bed that leans.
+/// Returns the probing result on a tilted bed.
 fn probed(bench: &mut Bench) -> String {
     on_a_tilt(bench, "G32")
 }
@@ -116,7 +116,7 @@ fn on_a_tilt(bench: &mut Bench, code: &str) -> String {
     bench.say(code)
 }
 
-/// Two Z motors.
+/// Settings for a gantry with two Z motors.
 const GANTRY: &[&str] = &[
     "[extruder] hotend.enable = false",
     "[actuator] delta.slaved_to = gamma",

@@ -1,6 +1,6 @@
-//! Every setting that is acted on changes something: one row a setting, the same machine twice with two
-//! values of it, and something to see that differs. What is seen is the machine's behaviour: step edges,
-//! temperatures, replies, driver registers. A setting without a row fails the test, so none can be forgotten.
+//! Test that every supported setting has an effect: one row a setting, the same machine twice with two values
+//! of it, and an observation that differs. Observed is the machine's behaviour: step edges, temperatures,
+//! replies, driver registers. A setting without a row fails the test, so none can be forgotten.
 
 mod fans;
 mod filament;
@@ -20,16 +20,16 @@ use config::schema::{Form, SECTIONS, Section, Setting, Support};
 use scenarios::{Bench, CARTESIAN, Plan};
 use std::collections::BTreeSet;
 
-/// What is looked at.
+/// Observation that a setting must change.
 #[derive(Clone, Copy)]
 pub enum See {
     /// The answers to these lines.
     Say(&'static [&'static str]),
     /// The step edges that these lines make: which motor, which way, when.
     Edges(&'static [&'static str]),
-    /// What is said at boot: findings of the checker among it.
+    /// Messages at boot: findings of the checker among them.
     Boot,
-    /// Something else.
+    /// Any other observation of the machine.
     Look(fn(&mut Bench) -> String),
     /// Only pins or peripherals differ, which the native runner does not have: the test of this file of the
     /// virtual board, which must name the setting.
@@ -81,7 +81,7 @@ impl Row {
         FILES.iter().fold(plan.set(&setting(value)), |plan, (name, text)| plan.file(name, text)).start()
     }
 
-    /// What is seen with this value; none when it takes the board to see it.
+    /// Returns the observation with this value; none when only the board can show it.
     fn seen(&self, value: &str) -> Option<String> {
         if let See::Board(_) = self.see {
             return None;
@@ -97,7 +97,7 @@ impl Row {
     }
 }
 
-/// On every card.
+/// Files on every card.
 const FILES: &[(&str, &str)] = &[
     ("config-override", "M204 S777\n"),
     ("on_boot.gcode", "G91\nG1 X1 F600\n"),

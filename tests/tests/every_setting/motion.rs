@@ -86,7 +86,7 @@ fn saved(bench: &mut Bench) -> String {
     bench.read_card("config-override").unwrap_or_default()
 }
 
-/// When a move without a successor starts.
+/// Returns the number of edges 0.3 s after the start of a move without a successor.
 fn started(bench: &mut Bench) -> String {
     bench.type_in("G1 X50 F600\n");
     bench.hear(0.3);

@@ -321,8 +321,8 @@ const OUTSIDE_2226: &[&str] = wired!("tmc2226", "sense_resistor = 110");
 const LINE_2226: &[&str] = wired!("tmc2226", "sense_resistor = 110", "[switch] fan.output_pin = PB9");
 const COOL_2226: &[&str] = wired!("tmc2226", "sense_resistor = 110", "[tmc2226] delta.coolstep_lower = 64");
 
-/// What the chip of a driver outside has in its registers while its motor rests: chopper, microsteps,
-/// current, stealthChop, load measurement; and its address on a UART.
+/// Returns the registers of an external driver's chip while its motor rests: chopper, microsteps, current,
+/// stealthChop, load measurement; and its address on a UART.
 fn outside_registers(bench: &mut Bench) -> String {
     bench.run(&["G91", "G1 A1 F600", "M400"]);
     bench.hear(4.0);
@@ -333,7 +333,7 @@ fn outside_registers(bench: &mut Bench) -> String {
     })
 }
 
-/// What the chip of alpha has in its registers, as far as it changes with settings.
+/// Returns the registers of alpha's chip, as far as settings change them.
 fn registers(bench: &mut Bench) -> String {
     bench.world(|world| {
         let chip = world.driver(Alpha as usize);

@@ -1,4 +1,4 @@
-//! `[zprobe]`.
+//! Settings of the section `[zprobe]`.
 
 use super::See::{Board, Boot, Edges, Look, Say};
 use super::{Bench, Row, row};
@@ -107,14 +107,14 @@ fn level_a_leaning_bed(bench: &mut Bench) -> String {
     bench.say("G32")
 }
 
-/// Its contact reads triggered.
+/// Runs G30 with the probe's contact triggered.
 fn a_probe_in_its_dock(bench: &mut Bench) -> String {
     bench.world(|world| world.press(0, "probe", true)).expect("a probe");
     bench.hear(0.1);
     bench.say("G30")
 }
 
-/// What a probe that scatters finds.
+/// Returns the result of a probe with scatter.
 fn noisy(bench: &mut Bench) -> String {
     scattered(bench, 0.02)
 }

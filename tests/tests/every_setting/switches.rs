@@ -113,7 +113,7 @@ fn held(bench: &mut Bench) -> String {
     said
 }
 
-/// When lines are answered that turn the fan on and off.
+/// Returns the times that lines turning the fan on and off take.
 fn on_takes(bench: &mut Bench) -> String {
     let mut takes = |line: &str| {
         let before = bench.now_s();
@@ -123,7 +123,7 @@ fn on_takes(bench: &mut Bench) -> String {
     takes("M106") + &takes("M107")
 }
 
-/// What the spindle's output is with some S.
+/// Returns the duty of the spindle's output for several S words.
 fn speeds(bench: &mut Bench) -> String {
     let mut said = String::new();
     for line in ["M3 S20", "S2000", "S12000"] {
@@ -155,7 +155,7 @@ fn half(bench: &mut Bench) -> String {
     fan(bench)
 }
 
-/// What half power is made of.
+/// Returns samples of the fan's drive at half power, 0.1 s apart.
 fn in_turns(bench: &mut Bench) -> String {
     bench.say("M106 S128");
     let moment = |bench: &mut Bench| {

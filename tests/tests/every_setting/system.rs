@@ -162,7 +162,7 @@ fn journal(bench: &mut Bench) -> String {
     format!("{said}{written} blocks")
 }
 
-/// How such a job is gone on with after a halt.
+/// Returns the messages when such a job resumes after a halt.
 fn gone_on_with(bench: &mut Bench) -> String {
     journal(bench);
     bench.type_in("M112\n");
@@ -171,7 +171,7 @@ fn gone_on_with(bench: &mut Bench) -> String {
     bench.hear(60.0)
 }
 
-/// What a tool change says, and where it leaves the machine.
+/// Returns the messages of a tool change, and the position after it.
 fn changed(bench: &mut Bench) -> String {
     bench.type_in("T1 M6\n");
     bench.hear(2.0) + &bench.status()

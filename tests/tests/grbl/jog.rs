@@ -106,7 +106,8 @@ fn jogs_that_wait_for_room_end_with_the_others() {
     said += &bench.hear(3.0);
     assert_eq!(said, "ok\n".repeat(200));
     assert!(bench.status().starts_with("<Idle|"));
-    // A second's way at 10 mm/s. Those that were received and not read do not go on from there either.
+    // In a second the axis moves 10 mm, at 10 mm/s. Jogs that were received and not read do not continue
+    // either.
     assert!((8.0..12.0).contains(&bench.carriage(Alpha)), "{}", bench.carriage(Alpha));
     bench.run(&["$J=G91 X1 F600"]);
 }

@@ -1,4 +1,4 @@
-//! One answer a line, alarms, resets.
+//! Replies to lines, alarms and resets in the GRBL dialect.
 
 use machine::Dialect;
 use machine::ports::{ConsoleKind, SessionProfile};

@@ -15,7 +15,7 @@ const BANNER: &str = "Grbl 1.1f ['$' for help]\n";
 const LOCKED: &str = "[MSG:'$H'|'$X' to unlock]\n";
 
 fn plan() -> Plan {
-    // What is saved is read again: that is this mode's default.
+    // In the GRBL mode saved settings are read again by default.
     Plan::new(CARTESIAN).with("grbl_mode = false", "grbl_mode = true").set("[general] config-override")
 }
 

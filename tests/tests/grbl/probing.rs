@@ -64,7 +64,7 @@ fn words_without_a_code_go_on_searching_as_in_rs_274() {
     assert!((bench.carriage(Beta) - y - 3.0).abs() < 0.02);
     let took = bench.now_s() - begun;
     assert!((0.5..1.5).contains(&took), "at 5 mm/s, not as a rapid: {took}");
-    // It stops at the contact. A rate alone, and a speed of the spindle, search nothing.
+    // The axis stops at the contact. A rate alone, and a speed of the spindle, search nothing.
     bench.lay(Surface { bed: Some(Bed::level(7.5)), ..Surface::default() });
     bench.run(&["F120", "S100"]);
     assert!(bench.say("G94 Z-3").contains(":1]"));

@@ -50,7 +50,7 @@ fn m303_says_in_words_what_it_found_and_answers_meanwhile() {
     let mut bench = Plan::new(CARTESIAN).start();
     bench.type_in("M303 P254 S60\n");
     bench.hear(20.0);
-    // Its own lines wait behind it; a question does not.
+    // Lines on the same console wait for the tuning; a query does not.
     let status = bench.status();
     assert!(status.contains("|B:") && status.contains(",60.0"), "{status}");
     let said = bench.hear_until("PID tuned: p_factor = ", 3_000.0);
@@ -202,7 +202,7 @@ fn a_sensor_that_slides_out_slowly_is_told_by_what_its_heater_takes() {
     assert!(said.contains("WARNING: T takes 4"), "{said}");
     let is = bench.celsius("hotend");
     assert!((255.0..290.0).contains(&is), "told at {is} C");
-    // Once.
+    // The message comes only once.
     let said = bench.hear(60.0);
     assert!(!said.contains("its model explains"), "{said}");
 }

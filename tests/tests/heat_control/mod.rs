@@ -14,7 +14,7 @@ use units::Duty;
 use crate::heat_plants::plants::{Chance, KINDS, Kind};
 use rig::{Load, Rig, Seen};
 
-/// What came of one kind.
+/// Results for one kind of heater.
 struct Run {
     kind: Kind,
     tuned_s: f64,
@@ -61,7 +61,8 @@ fn to_target(rig: &mut Rig, kind: &Kind, law: LawSettings) -> Law {
     Law { overshoot: overshoot - kind.target_c, settled_s, held, dips: [0.0; 2] }
 }
 
-/// What is found of one whose sensor also has such a dead time: how, in what time, and what it makes.
+/// Returns the tuned laws of a heater whose sensor also has such a dead time, and the time in which they were
+/// found.
 fn found(kind: &Kind, dead_s: f64) -> (f64, [LawSettings; 2]) {
     let mut rig = Rig::new(*kind, "").delayed(dead_s);
     let (answer, tuned_s) = rig.tune(kind.target_c);
@@ -77,7 +78,7 @@ fn one(kind: &Kind) -> Run {
     Run { kind: *kind, tuned_s, laws: laws.map(|law| course(kind, law)) }
 }
 
-/// One case after the other, on all processors.
+/// Runs each case, on all processors.
 fn all<T: Send>(one: impl Fn(&Kind) -> T + Sync) -> Vec<T> {
     let (half, rest) = KINDS.split_at(KINDS.len() / 2);
     let one = &one;
@@ -122,7 +123,8 @@ fn what_is_found_holds_every_kind_of_heater() {
             }
         }
         let [pid, model] = &run.laws;
-        // What is known before the sensor tells disturbs less: of hot ends, where it is a matter of degrees.
+        // The model knows of a disturbance before the sensor shows it, so the dips must be smaller on hot
+        // ends, where the difference is a matter of degrees.
         if !run.kind.is_bed && (model.dips[0] > pid.dips[0] || model.dips[1] > pid.dips[1] * 0.6) {
             bad.push(format!("{}: dips {:?} of the model, {:?} of PID", run.kind.name, model.dips, pid.dips));
         }

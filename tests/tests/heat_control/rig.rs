@@ -11,30 +11,30 @@ use units::{Celsius, Duty, HeaterId, Micros, ToolId};
 use crate::heat_plants::plants::{Chance, Kind};
 
 pub const AIR_C: f64 = 23.0;
-/// What a reading is off by at most.
+/// Greatest error of a reading.
 pub const NOISE_C: f64 = 0.15;
 const STEP_S: f64 = 0.01;
 const MODULATIONS: u32 = 20;
-/// What melting filament takes, J/mm3/K.
+/// Heat that melting filament takes, J/mm3/K.
 const FILAMENT_HEAT: f64 = 0.0023;
 
-/// What blows and flows.
+/// Disturbances: fan and filament flow.
 #[derive(Clone, Copy, Default)]
 pub struct Load {
     /// Duty of the fan.
     pub fan: f64,
-    /// mm3/s.
+    /// Filament flow, mm3/s.
     pub flow: f64,
 }
 
-/// What a stretch of time has shown.
+/// Statistics over a stretch of time.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
     /// Of the sensor itself, without noise.
     pub least_c: f64,
     pub most_c: f64,
     pub mean_c: f64,
-    /// Of 255.
+    /// Mean duty, of 255.
     pub mean_duty: f64,
     /// Share of samples with the output at one of its limits.
     pub limited: f64,
@@ -47,7 +47,7 @@ pub struct Rig {
     body: Heater,
     curve: Curve,
     chance: Chance,
-    /// What the sensor felt, oldest first: its dead time.
+    /// Temperatures at the sensor, oldest first: its dead time.
     felt: VecDeque<f64>,
     pub second: f64,
 }
@@ -74,7 +74,7 @@ impl Rig {
         Self { control, id, kind, body, curve, chance: Chance::new(7), felt, second: 0.0 }
     }
 
-    /// Its sensor tells everything so much later.
+    /// Adds a dead time to the sensor, seconds.
     pub fn delayed(mut self, seconds: f64) -> Self {
         self.felt = std::iter::repeat_n(AIR_C, (seconds / STEP_S) as usize).collect();
         self

@@ -18,10 +18,10 @@ use sim::models::thermistor::{Curve, Wiring, divider_volts};
 use units::{Celsius, HeaterId, Micros};
 
 const AIR_C: f64 = 23.0;
-/// When a target is set.
+/// Time at which the target is set, s.
 const SET_S: f64 = 2.0;
 
-/// What breaks.
+/// Kind of fault in a heater.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Broken {
     SensorOpen,
@@ -29,16 +29,16 @@ enum Broken {
     /// The sensor slides out: it comes to feel some of the air.
     SensorSlips,
     SensorJumps,
-    /// It goes on reading what it read.
+    /// The reading stays at its last value.
     SensorFreezes,
     HeaterOpen,
-    /// Its MOSFET conducts.
+    /// The heater's MOSFET conducts all the time.
     HeaterOn,
     /// The sensors of two heaters are in each other's plugs.
     PlugsSwapped,
 }
 
-/// When in a heater's life something breaks.
+/// Phase of a heater's run in which the fault begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum During {
     Start,
@@ -50,7 +50,7 @@ enum During {
 struct Fault {
     broken: Broken,
     at_s: f64,
-    /// How far a sensor slips, 0 to 1, and how soon.
+    /// Share of air that a slipping sensor feels, 0 to 1, and the time constant, s.
     slip: (f64, f64),
 }
 
@@ -102,7 +102,7 @@ impl Body {
         Self { kind, heater, out: 0.0, frozen: None, jump: 0.0, jump_until: 0.0, drive: 0.0 }
     }
 
-    /// What the sensor feels; none where its wires say nothing.
+    /// Returns the temperature that the sensor feels; none for an open or shorted sensor.
     fn felt(&mut self, second: f64, fault: Option<&Fault>, chance: &mut Chance) -> Option<f64> {
         let felt = self.heater.sensor_c() * (1.0 - self.out) + AIR_C * self.out;
         match fault.filter(|fault| second >= fault.at_s) {
@@ -133,7 +133,7 @@ impl Body {
     }
 }
 
-/// What disturbs a heater.
+/// Disturbances of a heater.
 #[derive(Clone, Copy, Default)]
 struct Weather {
     fan: f64,
@@ -162,15 +162,15 @@ const STEP_S: f64 = 0.01;
 /// Runs of the modulators in a step.
 const MODULATIONS: u32 = 20;
 
-/// What came of one run: when, and which.
+/// Results of one run: times of detection, and the fault reported.
 struct Run {
     found: Option<(f64, HeatFault)>,
     marlin: Option<f64>,
     klipper: Option<f64>,
     prusa: Option<f64>,
-    /// Where the temperature was at the end.
+    /// Temperature at the end, C.
     reading_c: f64,
-    /// How far above its target the heater was at most since the fault, until it was found.
+    /// Greatest excess over the target from the fault until its detection, C.
     over_c: f64,
 }
 
@@ -241,7 +241,7 @@ fn run(kind: &Kind, beside: &Kind, seconds: f64, off_s: f64, fault: Option<&Faul
     run
 }
 
-/// One of a kind that can hold its target whatever the weather.
+/// Returns a variant of a kind that can hold its target whatever the weather.
 fn sound(kind: &Kind, chance: &mut Chance) -> Kind {
     loop {
         let one = chance.one_of(kind);
@@ -293,7 +293,7 @@ fn no_sound_heater_is_stopped() {
     assert!(found.is_empty(), "{found:#?}");
 }
 
-/// What is broken, and when in a heater's life.
+/// Faults, and the phase of a heater's run in which each begins.
 const CASES: [(Broken, During); 17] = [
     (Broken::SensorOpen, During::WarmingUp),
     (Broken::SensorOpen, During::Holding),
@@ -314,7 +314,7 @@ const CASES: [(Broken, During); 17] = [
     (Broken::PlugsSwapped, During::Start),
 ];
 
-/// How long a heater of this kind takes to its target at full power.
+/// Returns the time a heater of this kind takes to its target at full power.
 fn rise_s(kind: &Kind) -> f64 {
     let plant = &kind.plant;
     let (slow, top) = (plant.capacity_j_per_k / plant.loss_w_per_k, plant.power_w / plant.loss_w_per_k);
@@ -326,7 +326,7 @@ struct Outcome {
     is_bed: bool,
     broken: Broken,
     during: During,
-    /// When it was found, seconds after it broke, or was switched on; and by the rules of others.
+    /// Time of detection, seconds after the fault or switching on; and times by the rules of other firmwares.
     found: Option<f64>,
     others: [Option<f64>; 3],
     over_c: f64,
@@ -374,9 +374,9 @@ const fn limit_s(broken: Broken, during: During, is_bed: bool) -> f64 {
     }
 }
 
-/// What is not found by then counts as missed. A reading that freezes at the target is found by what control
-/// does with it, which depends on how far from the target it is: until then the heater must not become much
-/// hotter.
+/// Excess over the target, C, beyond which an undetected fault counts as missed. A reading that freezes at
+/// the target is detected by the response of the control, which depends on its distance from the target:
+/// until then the heater must not become much hotter.
 const FROZEN_OVER_C: f64 = 30.0;
 
 impl Outcome {

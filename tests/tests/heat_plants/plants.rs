@@ -55,7 +55,7 @@ impl Chance {
         low + (high - low) * self.share()
     }
 
-    /// One of a kind, every figure a quarter more or less.
+    /// Returns a variant of a kind, with every figure up to a quarter more or less.
     pub fn one_of(&mut self, kind: &Kind) -> Kind {
         let mut near = |figure: f64| figure * self.between(0.75, 1.25);
         let plant = &kind.plant;

@@ -2,7 +2,7 @@
 
 use sim::models::heater::Plant;
 
-/// What a rule sees.
+/// Inputs of a detection rule.
 #[derive(Clone, Copy)]
 pub struct Seen {
     pub second: f64,
@@ -21,7 +21,7 @@ pub struct Marlin {
     is_bed: bool,
     max: f64,
     target: f64,
-    /// When the next rise is due, and to what.
+    /// Time and value of the next rise that is due.
     watch: Option<(f64, f64)>,
     was_there: bool,
     good_at: f64,
@@ -111,10 +111,10 @@ impl Klipper {
 /// of the sensor, is compared with the rate that is read; when the difference, filtered, exceeds a threshold,
 /// heating ends. Beds have no such model.
 ///
-/// It is at its best here: its parameters are the plant's own, as if calibration were perfect. Of the
-/// threshold only that of the E3D V6 is known to go with a plant: 1.74 K/s where full power makes 3.14 K/s
-/// (38 W, 12.1 J/K). Others get the same share of what their full power makes. Open and shorted sensors at
-/// once.
+/// Thermal model protection of Prusa, at its best: its parameters are the plant's own, as if calibration were
+/// perfect. Of the threshold only that of the E3D V6 is known to go with a plant: 1.74 K/s where full power
+/// makes 3.14 K/s (38 W, 12.1 J/K). Others get the same share of what their full power makes. Open and
+/// shorted sensors are detected at once.
 pub struct Prusa {
     plant: Plant,
     air_c: f64,

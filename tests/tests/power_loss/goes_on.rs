@@ -124,13 +124,13 @@ fn a_pause_that_the_file_asks_for_outlives_a_cut() {
     assert_eq!(second.said.matches("the job pauses at").count(), 1, "{}", second.said);
 }
 
-/// What is made up for of a frame that has grown counts from where Z was homed, before the cut: a bed that
-/// has cooled down and is hot again is as far from the tool as before.
+/// Compensation for a frame that has grown counts from where Z was homed, before the cut: a bed that has
+/// cooled down and is hot again is as far from the tool as before.
 #[test]
 fn z_by_temperature_goes_on_from_where_it_was() {
     // Here the bed's sensor is taken for one on the frame.
     let settings = ["z thermal adjust.sensor = bed", "z thermal adjust.coefficient = 0.004"];
-    // Homed cold.
+    // The machine homes while cold.
     let job = part(false).replacen("M190 S50\nM109 S180\nG28\n", "G28\nM190 S60\nM109 S180\n", 1);
     let card = Card::of(CONFIG, &settings, &job);
     let mut first = Machine::start(&card, &[], None);

@@ -55,7 +55,7 @@ impl Drop for Card {
     }
 }
 
-/// Where filament was laid: X, Y and Z of the tool, mm.
+/// Places at which filament was laid: X, Y and Z of the tool, mm.
 type Laid = Vec<[f64; 3]>;
 
 /// A machine that is on.
@@ -67,7 +67,7 @@ struct Machine {
 }
 
 impl Machine {
-    /// Its carriages are where the one before has left them.
+    /// Starts a machine with its carriages where the previous machine left them.
     fn start(card: &Card, carriages: &[f64], writes: Option<u32>) -> Self {
         let mut setup = Setup::new(&card.0);
         (setup.carriages, setup.writes) = (carriages.to_vec(), writes);
@@ -191,7 +191,7 @@ fn cut_at_every_write(job: &str, step: u32) {
         second.send("M1000");
         second.until_any(&[" heats to ", "// up to Z", "Z may be anywhere"]);
         if let Some((_, range)) = second.said.split_once("Z may be anywhere from ") {
-            // It was on its way to another height: a person says where it is.
+            // Z was on its way to another height at the cut, so a person enters its place.
             let mut ends = range.split([' ', ':']).filter_map(|word| word.parse::<f64>().ok());
             let (least, most, z) = (ends.next().unwrap(), ends.next().unwrap(), first.carriages()[2]);
             assert!((least - 0.02..=most + 0.02).contains(&z), "cut {cut}: {z} is not from {least} to {most}");

@@ -1,12 +1,12 @@
-//! What becomes of an offer while nobody takes it: the machine is moved beside it, or plays something else.
+//! Tests of an offer to resume that nobody takes: the machine is moved meanwhile, or plays another file.
 
 use std::collections::BTreeSet;
 use std::fs;
 
 use super::{Card, Machine, SECOND, interrupted, part};
 
-/// What is moved beside the job after a power cut is known as long as the power stays, and asked for after
-/// the next one.
+/// A move beside the job after a power cut is tracked as long as the power stays; after the next cut the
+/// machine asks for Z.
 #[test]
 fn z_that_was_moved_after_the_cut_is_asked_for_after_the_next_one() {
     let jog = |machine: &mut Machine| {

@@ -1,4 +1,4 @@
-//! What lies beside a job: the machine's saved settings, its mesh, files of subroutines.
+//! Preflight checks of data beside a job: the machine's saved settings, its mesh, files of subroutines.
 
 use std::string::ToString;
 
@@ -8,7 +8,7 @@ use scenarios::{CARTESIAN, DELTA, Plan};
 
 use super::{Found, Subs, machine_config, preflight_beside, told, with};
 
-/// What the desk says of a job on a machine with these settings and this mesh.
+/// Returns the preflight report for a job on a machine with these settings and this mesh.
 fn as_saved(config: &str, saved: &str, mesh: Option<(&GridShape, &[f32])>, text: &str) -> String {
     let machine = machine_config(config);
     let (mut motion, mut program, mut found) = (Box::new(Motion::new()), None, Found::default());

@@ -1,4 +1,4 @@
-//! What limits cost is what raising them saves.
+//! Reports of the time that limits cost: as much as raising them saves.
 
 use machine::preflight::Limit;
 use scenarios::{CARTESIAN, Plan};

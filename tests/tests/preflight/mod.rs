@@ -208,7 +208,7 @@ fn the_board_foresees_the_same_time() {
     }
 }
 
-/// What stops a job is found before, and what is found stops it.
+/// Faults that stop a job are found by the preflight check, and only those.
 #[test]
 fn a_job_stops_where_its_preflight_says() {
     for (name, text, said) in corpus() {

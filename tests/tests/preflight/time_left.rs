@@ -1,4 +1,4 @@
-//! What is told of the time that is left.
+//! Reports of the time that is left in a job.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use scenarios::{CARTESIAN, Plan};
 
 use super::{kinds, repeated, with};
 
-/// What `progress` says: seconds left, of how many, and who says so.
+/// Parses the answer of `progress`: seconds left, total seconds, and source of the estimate.
 fn time_left(said: &str) -> Option<(f64, f64, String)> {
     let clock = |text: &str| text.split(':').fold(0.0, |sum, part| 60.0 * sum + part.parse::<f64>().expect("a clock"));
     let (_, rest) = said.split_once("est time: ")?;

@@ -42,7 +42,7 @@ fn g32_finds_the_trims_and_the_radius() {
     assert!(before > 0.4, "{before}");
     let answer = bench.say("G32");
     assert!(answer.ends_with("Calibrated. M500 saves it\nok\n"), "{answer}");
-    // One round finds them, the second one shows that nothing is left.
+    // The first round finds the trims, the second one shows that nothing is left.
     assert_eq!(answer.matches("Spread:").count(), 2, "{answer}");
     assert_eq!(answer.matches("X:").count(), 2 * 7 + 1, "{answer}");
     let found = answer.lines().find_map(|line| line.strip_prefix("Trim: ")).expect("what it found");
@@ -118,7 +118,7 @@ fn a_halt_or_a_miss_in_the_middle_changes_nothing() {
     assert!(bench.status().starts_with("<Idle"));
 }
 
-/// How high the tool is where Z reads 10, mm.
+/// Returns the height of the tool where Z reads 10, mm.
 fn height_at_z10(bench: &mut Bench) -> f64 {
     bench.run(&["G0 X0 Y0 Z10 F9000", "M400"]);
     bench.world(|world| world.tool_mm())[2]

@@ -1,4 +1,4 @@
-//! What can be wrong with a probe, and what may come between: halts, holds, files.
+//! Faults of a probe, and interruptions of probing: halts, holds, files.
 
 use scenarios::{Bench, CARTESIAN};
 use sim::models::surface::Bed;
@@ -123,7 +123,7 @@ fn a_halt_ends_a_search_and_the_next_one_works() {
         assert!(said.contains("ALARM: ") && !said.contains("PRB"), "{said}");
         bench.assert_safe();
         bench.say("M999");
-        // It knows where it is, to the step, for it has braked.
+        // The machine knows its position, to the step, for it has braked.
         let place = numbers(&bench.status(), "<Idle|MPos:")[2];
         assert_near(bench.carriage(Gamma), place, 0.5001 * Z_STEP);
         assert_near(numbers(&bench.say("G38.2 Z-30"), "[PRB:")[2], 0.0, Z_STEP);

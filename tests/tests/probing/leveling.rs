@@ -58,7 +58,7 @@ fn a_grid_levels_an_uneven_bed() {
     assert!(spread(&after) < 0.01, "{} of {before} is left: {after:?}", spread(&after));
     // Z is that of the first touch.
     assert_near(after[0], 1.0 - UNEVEN.height(0.0, 0.0), 0.01);
-    // And off again.
+    // M561 turns the leveling off.
     bench.say("M561");
     assert!(spread(&gaps(&mut bench, &UNEVEN, PLACES)) > 0.5);
 }
@@ -147,7 +147,8 @@ fn lines_are_run_before_and_after_probing() {
     assert!(bench.world(|world| world.fan_speed(0)) < 0.2, "after_probe_gcode");
 }
 
-/// What a servo does before G31 it does before G29: a probe that stays stowed lets the nozzle meet the bed.
+/// The scripts of G31 run for G29 too, such as a servo's: a probe that stays stowed lets the nozzle meet the
+/// bed.
 #[test]
 fn the_lines_are_run_around_a_scan_too_which_begins_at_its_height() {
     let fan = |bench: &Bench| bench.world(|world| world.fan_speed(0));

@@ -30,7 +30,7 @@ fn homed(plan: Plan) -> Bench {
     bench
 }
 
-/// A homed delta.
+/// Returns a homed delta machine.
 fn homed_delta(plan: Plan) -> Bench {
     let mut bench = plan.start();
     assert!(bench.greeting().find("ERROR").is_none(), "{}", bench.greeting());
@@ -115,7 +115,7 @@ fn g38_finds_the_bed_and_says_where_in_machine_coordinates() {
     let found = numbers(&answer, "[PRB:");
     assert_eq!((found[0], found[1], found[3]), (50.0, 60.0, 1.0));
     assert_near(found[2], 2.0, Z_STEP);
-    // It stands where the contact was.
+    // The carriage stands where the contact was.
     assert_near(bench.carriage(Gamma), found[2], 0.0005);
     let offsets = bench.say("$#");
     assert_near(numbers(&offsets, "[PRB:")[2], 2.0, Z_STEP);
@@ -316,7 +316,7 @@ fn a_delta_and_a_corexy_probe_as_well() {
     assert_near(numbers(&bench.say("G38.2 X60 F600"), "[PRB:")[0], 80.0, 0.02);
 }
 
-/// Whatever the speed: the place is that of the contact, to the step, the brake begins within 2 ms of it, and
+/// At any speed the result is the place of the contact, to the step, the brake begins within 2 ms of it, and
 /// afterwards the machine stands where it says.
 #[test]
 fn speed_costs_no_accuracy() {

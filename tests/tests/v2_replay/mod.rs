@@ -62,7 +62,7 @@ fn sessions() -> Vec<(String, PathBuf)> {
     found
 }
 
-/// Why replies differ: a session in GRBL's dialect has rules for every line.
+/// Reasons for different replies: a session in GRBL's dialect has rules for every line.
 struct Why {
     reasons: Reasons,
     rules: Rules,

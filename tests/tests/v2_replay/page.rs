@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// How a session compares with Smoothieware v2.
+/// Comparison of a session with Smoothieware v2.
 #[derive(Clone, Copy, Default)]
 pub struct Counts {
     pub equal: usize,
@@ -43,19 +43,19 @@ impl Counts {
     }
 }
 
-/// The page.
+/// Returns the text of the page.
 pub fn read() -> String {
     fs::read_to_string(path()).expect("docs/v2-replay.md")
 }
 
-/// What the page has below this heading.
+/// Returns the part of the page below this heading.
 pub fn part<'p>(page: &'p str, heading: &str) -> &'p str {
     let begin = page.find(heading).unwrap_or_else(|| panic!("docs/v2-replay.md has no `{heading}`"));
     let part = &page[begin + heading.len()..];
     &part[..part.find("\n## ").map_or(part.len(), |end| end + 1)]
 }
 
-/// What stands below a heading is this now, or must be.
+/// Checks that the part below a heading is this text, or writes it.
 pub fn hold(heading: &str, text: &str) -> Result<(), String> {
     let page = read();
     let old = part(&page, heading);

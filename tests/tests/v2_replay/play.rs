@@ -5,9 +5,9 @@ use super::record::{Exchange, Record, Step};
 const PRINTER: &str = include_str!("../data/v2/printer.ini");
 const DELTA: &str = include_str!("../data/v2/delta.ini");
 
-/// How long nothing is said before an answer counts as complete, seconds.
+/// Silence after which an answer counts as complete, seconds.
 const QUIET_S: f64 = 0.1;
-/// How long the first byte may take where v2 was quick, seconds.
+/// Longest time for the first byte where v2 was quick, seconds.
 const PATIENCE_S: f64 = 1.0;
 
 /// A machine that a record is played to.
@@ -51,7 +51,7 @@ pub fn machine(record: &Record) -> (&'static str, Vec<&str>) {
     (base.expect("a configuration"), settings)
 }
 
-/// What a machine answers, exchange by exchange.
+/// Returns the answers of a machine, exchange by exchange.
 pub fn play(desk: &mut impl Desk, record: &Record) -> Vec<Vec<String>> {
     record.exchanges.iter().map(|exchange| answer(desk, exchange)).collect()
 }

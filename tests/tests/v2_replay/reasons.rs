@@ -1,5 +1,5 @@
-//! Why ours differs: the file `reasons` names the row of `docs/differences.md` for each input that is
-//! answered otherwise.
+//! Reasons for different replies: the file `reasons` names the row of `docs/differences.md` for each input
+//! that is answered otherwise.
 
 use std::cell::Cell;
 use std::fs;
@@ -45,7 +45,7 @@ impl Reasons {
             (_, Some((of, input))) if !of.contains(' ') => of == session && matches(input, exchange.input()),
             _ => matches(pattern, exchange.input()),
         };
-        // Who names the input means it more than who names a line of many.
+        // A reason for one input comes before a pattern for many lines.
         [true, false].into_iter().find_map(|names_input| {
             self.0.iter().find_map(|(topic, patterns)| {
                 let is_meant = |pattern: &&Pattern| pattern.text.contains(['*', '+', '-']) != names_input;

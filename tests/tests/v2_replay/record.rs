@@ -1,9 +1,9 @@
 //! The recorded sessions, in the format of `tests/data/v2/README.md`.
 
-/// What is done to the machine.
+/// Action on the machine.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
-    /// A line typed.
+    /// A line that is typed.
     Line(String),
     /// Bytes typed, spelled with escapes.
     Raw(String),
@@ -21,13 +21,13 @@ pub struct Exchange {
     pub steps: Vec<Step>,
     /// Seconds until the first byte of v2's answer, where it took long.
     pub patience: Option<String>,
-    /// What Smoothieware v2 answered.
+    /// Answer of Smoothieware v2.
     pub theirs: Vec<String>,
-    /// What ours is known to answer.
+    /// Known answer of Velvet.
     pub ours: Vec<String>,
 }
 
-/// One console session on one machine.
+/// Record of a console session on one machine.
 #[derive(Clone, Debug, Default)]
 pub struct Record {
     /// `config:` and `set:` lines.

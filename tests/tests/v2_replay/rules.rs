@@ -1,4 +1,4 @@
-//! Why ours differs, line by line: the file `rules.grbl` says which lines of ours stand for which of v2's. A
+//! Reasons for different lines: the file `rules.grbl` says which lines of Velvet stand for which of v2's. A
 //! reply is explained when every line in which the two differ is.
 
 use std::cell::Cell;
@@ -7,7 +7,7 @@ use std::path::Path;
 
 use super::record::{Exchange, differences};
 
-/// What stands between lines that belong together.
+/// Separator of lines that belong together.
 const AND: &str = " & ";
 
 /// Lines of v2 and what ours says in their place.
@@ -101,7 +101,7 @@ impl Rule {
 /// The texts that `{1}` and so on stand for.
 type Same = std::collections::BTreeMap<char, String>;
 
-/// Where these patterns stand, each of v2's reply or ours, in their order; searched from these places on.
+/// Finds the places of these patterns, each in v2's reply or Velvet's, in their order, from these places on.
 fn find(
     patterns: &[(usize, String)],
     lines: [&[&str]; 2],
