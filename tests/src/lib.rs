@@ -43,7 +43,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// A machine of this configuration.
+    /// Returns a plan for a machine of this configuration.
     #[must_use]
     pub fn new(config: &str) -> Self {
         Self {
@@ -58,13 +58,13 @@ impl Plan {
         }
     }
 
-    /// Whether it is on a board with TMC2660.
+    /// Returns whether the machine is on a board with TMC2660.
     #[must_use]
     pub fn is_tmc2660(&self) -> bool {
         self.chip == Chip::Tmc2660
     }
 
-    /// The machine on a board with TMC2660.
+    /// Puts the machine on a board with TMC2660.
     #[must_use]
     pub fn on_tmc2660(mut self) -> Self {
         self.config = self.config.replace("tmc2590", "tmc2660").replace("sense_resistor = 50", "sense_resistor = 100");
@@ -141,14 +141,14 @@ impl Plan {
         self
     }
 
-    /// Something wrong with the card.
+    /// Sets a fault of the card.
     #[must_use]
     pub const fn card(mut self, state: CardState) -> Self {
         self.card_state = state;
         self
     }
 
-    /// Switches it on, sees that it complains of nothing, and homes it.
+    /// Starts the machine, checks that nothing is reported, and homes all axes.
     ///
     /// # Panics
     /// When it complains.
@@ -187,7 +187,7 @@ impl Plan {
     }
 }
 
-/// A machine that is on.
+/// A machine that is switched on.
 #[derive(Debug)]
 pub struct Bench {
     runner: Runner,
@@ -272,7 +272,7 @@ impl Bench {
         assert!(self.runner.send_on(session, bytes), "the inbox is full");
     }
 
-    /// As [`Self::type_in`], but what does not fit is lost. False when something was.
+    /// As [`Self::type_in`], but text that does not fit is lost. Returns false when some was lost.
     pub fn try_type(&mut self, text: &str) -> bool {
         self.runner.type_on(CONSOLE, text)
     }
@@ -284,7 +284,7 @@ impl Bench {
         String::from_utf8_lossy(&self.runner.read_from(CONSOLE)).into_owned()
     }
 
-    /// The same of any session.
+    /// Lets this much time pass and returns the text said on any session.
     pub fn hear_on(&mut self, session: SessionId, seconds: f64) -> String {
         let until = self.runner.now_ns() + (seconds * SECOND) as u64;
         self.runner.run_until(until);
@@ -305,7 +305,7 @@ impl Bench {
         heard
     }
 
-    /// The answer to `?`.
+    /// Returns the answer to `?`.
     pub fn status(&mut self) -> String {
         self.type_in("?");
         self.hear_until(">\n", 1.0)
@@ -317,7 +317,7 @@ impl Bench {
         self.runner.now_ns() as f64 / SECOND
     }
 
-    /// The power goes at this moment, and comes back: the card and the carriages are as they were left.
+    /// Cuts the power and restores it: the card and the carriages are as they were left.
     ///
     /// # Panics
     /// When the machine does not start.
@@ -325,7 +325,7 @@ impl Bench {
         self.start_again(World::carriage_mm);
     }
 
-    /// The same with the rotors going where the drivers' counters, which begin at zero, hold them.
+    /// Cycles the power; then the rotors go where the drivers' counters, which begin at zero, hold them.
     ///
     /// # Panics
     /// When the machine does not start.
@@ -340,19 +340,19 @@ impl Bench {
         self.greeting = self.hear(0.5);
     }
 
-    /// Moves that the look-ahead queue holds, and those there is room for.
+    /// Returns the moves that the look-ahead queue holds, and those there is room for.
     pub fn queue_level(&mut self) -> (usize, usize) {
         self.runner.motion(|motion| motion.queue_level())
     }
 
-    /// The most block writes that a card would have made between two times that the machine said it was
-    /// alive.
+    /// Returns the most block writes that a card would have made between two times that the machine said it
+    /// was alive.
     #[must_use]
     pub fn most_unseen_writes(&self) -> u32 {
         self.runner.most_unseen_writes()
     }
 
-    /// Something is wrong with the card from now on, or nothing any more.
+    /// Sets the state of the card, faulty or good, from now on.
     pub fn set_card(&self, state: CardState) {
         self.runner.set_card_state(state);
     }
@@ -362,7 +362,7 @@ impl Bench {
         self.runner.world(f)
     }
 
-    /// The bed is this, from now on, and so are the probe's contacts with it.
+    /// Lays a bed of this surface, from now on, also for the probe's contacts.
     pub fn lay(&self, surface: Surface) {
         let at_ns = (self.now_s() * SECOND) as u64;
         self.world(|world| world.lay(at_ns, surface));
@@ -377,7 +377,7 @@ impl Bench {
         self.world(|world| world.carriage_mm(actuator)).expect("a motor of this machine")
     }
 
-    /// Real temperature of a heater, degrees Celsius.
+    /// Returns the real temperature of a heater, degrees Celsius.
     ///
     /// # Panics
     /// When there is no such heater.
@@ -387,7 +387,7 @@ impl Bench {
             .expect("a heater of this machine")
     }
 
-    /// Mean duty of a heater's output over the last moments, 0 to 1.
+    /// Returns the mean duty of a heater's output over the last moments, 0 to 1.
     ///
     /// # Panics
     /// When there is no such heater.
@@ -397,40 +397,40 @@ impl Bench {
             .expect("a heater of this machine")
     }
 
-    /// A heater is on, or is to be.
+    /// Returns whether a heater is on, or is to be.
     #[must_use]
     pub fn heats(&self) -> bool {
         self.runner.heat(|heat| heat.heaters().any(|(_, heater)| heater.is_on() || heater.duty().0 > 0))
     }
 
-    /// Moves are queued or under way.
+    /// Returns whether moves are queued or under way.
     #[must_use]
     pub fn moves(&self) -> bool {
         self.runner.motion(|motion| !motion.is_idle())
     }
 
-    /// From now on the machine has time for so many turns of its work in half a millisecond.
+    /// Limits the machine's work to this many turns in half a millisecond, from now on.
     pub const fn set_turns(&mut self, turns: u32) {
         self.runner.set_turns(turns);
     }
 
-    /// A motor has current.
+    /// Returns whether a motor has current.
     #[must_use]
     pub fn is_energised(&self, actuator: Actuator) -> bool {
         self.world(|world| world.driver(actuator as usize).drives())
     }
 
-    /// The chips of sensors are read no more, or again.
+    /// Stops or resumes the reading of the sensors' chips.
     pub fn hold_sensors(&mut self, stand: bool) {
         self.runner.hold_sensors(stand);
     }
 
-    /// Something keeps the step feed from its next so many runs.
+    /// Keeps the step feed from its next runs, as many as given.
     pub fn block_feed(&mut self, runs: u32) {
         self.runner.block_feed(runs);
     }
 
-    /// From now on the board says this of its step times.
+    /// Makes the board report these step times from now on.
     pub fn pretend_step_times(&mut self, times: StepTimes) {
         self.runner.pretend_step_times(times);
     }
@@ -441,7 +441,7 @@ impl Bench {
         fs::read_to_string(self.card.join(name)).ok()
     }
 
-    /// The bytes of a file on the card.
+    /// Returns the bytes of a file on the card.
     #[must_use]
     pub fn read_card_bytes(&self, name: &str) -> Option<Vec<u8>> {
         fs::read(self.card.join(name)).ok()
@@ -455,12 +455,12 @@ impl Bench {
         fs::write(self.card.join(name), bytes).expect("the card's folder");
     }
 
-    /// Nothing moves, nothing heats, no motor has current; a command is refused.
+    /// Asserts that nothing moves, nothing heats, no motor has current, and a command is refused.
     ///
     /// # Panics
     /// When one of these is not so.
     pub fn assert_safe(&mut self) {
-        // The mean duty forgets within a few seconds.
+        // The mean duty decays within a few seconds.
         self.hear(6.0);
         let edges = self.world(|world| world.trace().total());
         self.hear(1.0);

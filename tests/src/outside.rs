@@ -1,9 +1,9 @@
-//! Machines with a driver outside the board.
+//! Plans of machines with an external driver.
 
 use crate::Plan;
 
 impl Plan {
-    /// X with a driver of this kind outside the board, on header pins; its own settings are still to come.
+    /// Puts X on an external driver of this kind, on header pins; its own settings are still to come.
     #[must_use]
     pub fn with_x_outside(self, kind: &str) -> Self {
         let lines = [

@@ -5,7 +5,7 @@ use machine::sessions::SessionId;
 use crate::Bench;
 
 impl Bench {
-    /// Somebody comes to the other end of a session in memory, or goes.
+    /// Opens or closes the other end of a session in memory.
     pub fn set_open(&mut self, session: SessionId, open: bool) {
         self.runner.set_open(session, open);
     }
@@ -15,7 +15,7 @@ impl Bench {
         self.runner.come_back(session);
     }
 
-    /// From now on a session takes at most so many bytes that nobody has read.
+    /// Limits the unread bytes that a session takes, from now on.
     pub fn set_room(&mut self, session: SessionId, bytes: usize) {
         self.runner.set_room(session, bytes);
     }
@@ -28,7 +28,7 @@ impl Bench {
         assert!(self.runner.type_on(session, text), "the inbox is full");
     }
 
-    /// As [`Self::type_on`], but what is not taken is lost. False when something was.
+    /// As [`Self::type_on`], but text that is not taken is lost. Returns false when some was lost.
     pub fn try_type_on(&mut self, session: SessionId, text: &str) -> bool {
         self.runner.type_on(session, text)
     }

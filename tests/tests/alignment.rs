@@ -7,7 +7,7 @@ use units::Actuator::{self, Delta, Epsilon, Gamma, Zeta};
 
 const SLAVES: [&str; 3] = ["delta", "epsilon", "zeta"];
 const PLACES: [&str; 4] = ["-20,0", "220,0", "220,200", "-20,200"];
-/// Far corners of the bed and the middle.
+/// Places for the measurement: far corners of the bed and the middle.
 const LOOKED_AT: [[f64; 2]; 5] = [[5.0, 5.0], [195.0, 5.0], [195.0, 195.0], [5.0, 195.0], [100.0, 100.0]];
 
 /// The sample with this many Z motors, at the corners; with three the last is in the middle of the rear, with
@@ -68,7 +68,7 @@ fn unevenness(bench: &Bench, bed: &Bed, motors: usize) -> f64 {
     let gantry = bench.world(|world| world.config().gantry.clone());
     assert_eq!(gantry.pivots.len(), motors);
     let heights = LOOKED_AT.map(|[x, y]| {
-        // Two motors do nothing along Y.
+        // With two motors nothing changes along Y.
         let y = if motors == 2 { 100.0 } else { y };
         gantry.height([x, y], |motor| bench.carriage(motor)) - bed.height(x, y)
     });
@@ -90,10 +90,10 @@ fn racked_motors_are_brought_level() {
         let after = unevenness(&bench, &bed, motors);
         println!("{motors} motors: {before:.3} mm before, {after:.4} mm after");
         assert!(before > 0.7 && after < 0.01, "{motors} motors: {after} of {before} is left\n{answer}");
-        // Coordinates are the first motor's, which stayed; the tool is where it was.
+        // Coordinates are the first motor's, which stayed; the tool has not moved.
         bench.run(&["G1 X100 Y100 Z20 F6000", "M400"]);
         assert!((bench.carriage(Gamma) - gamma).abs() < 1e-9);
-        // Slaves follow again, all of them.
+        // All slaves follow their master again.
         let stood: Vec<f64> =
             SLAVES[..motors - 1].iter().zip([Delta, Epsilon, Zeta]).map(|(_, slave)| bench.carriage(slave)).collect();
         bench.run(&["G1 Z25 F600", "M400"]);
@@ -222,7 +222,7 @@ fn a_section_that_cannot_be_is_refused_at_boot() {
     }
 }
 
-/// A hold at any time of it stops the machine, and what goes on is the same alignment.
+/// A hold at any time stops the alignment, and a resume continues the same one.
 #[test]
 fn a_hold_stops_an_alignment_which_goes_on() {
     for seconds in [1.0, 7.0, 16.0, 30.0] {

@@ -18,7 +18,7 @@ fn lay(bench: &Bench, bed: Bed, noise_mm: f64) {
     bench.lay(Surface { bed: Some(bed), noise_mm, ..Surface::default() });
 }
 
-/// By how much a person who does as told raises the bed at the screw of this name, mm.
+/// Returns the height, mm, by which turning the screw as told raises the bed.
 fn raised(answer: &str, corner: &str, pitch: f64) -> f64 {
     let head = format!("Turn the {corner} screw ");
     let Some(told) = answer.lines().find_map(|line| line.strip_prefix(&head)) else { return 0.0 };

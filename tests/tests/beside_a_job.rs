@@ -27,7 +27,7 @@ fn modes_typed_at_a_stop_of_the_file_are_not_the_files() {
     }
 }
 
-/// Offsets that are set at a stop stay: that is what it is for.
+/// Offsets that are set at a stop stay: setting them is the purpose of such a stop.
 #[test]
 fn offsets_set_at_a_stop_of_the_file_stay() {
     let file = "G28.3 X0 Y0 Z0\nG1 Z5 F600\nM0\nG1 Z2\nM400\n";
@@ -74,7 +74,7 @@ fn a_script_that_cannot_be_read_is_told_at_the_start_and_loses_no_job() {
     assert!(said.contains("passed over") && said.contains("on\n"), "{said}");
 }
 
-/// A heater stands a hair below its target for minutes: that keeps nobody from going on.
+/// A heater may be a tenth of a degree below its target for minutes, which must not delay a resume.
 #[test]
 fn resume_does_not_wait_for_the_last_tenth_of_a_degree() {
     let file = "M190 S60\nG1 X10 F600\nM600\nG1 X20\nM400\n";
@@ -82,7 +82,7 @@ fn resume_does_not_wait_for_the_last_tenth_of_a_degree() {
     let mut bench = plan.start();
     bench.type_in("play part.g -t\n");
     bench.hear_until("Print Suspended", 900.0);
-    // Until the reading is within a degree below.
+    // The loop ends with the reading within a degree below the target.
     while !(59.1..59.95).contains(&bench.celsius("bed")) {
         bench.hear(0.2);
         if bench.celsius("bed") > 59.95 {

@@ -9,7 +9,7 @@ const ANSWER_S: f64 = 2.5;
 /// Time within which an unsolicited message comes, seconds.
 const EVENT_S: f64 = 30.0;
 
-/// The fenced blocks of this kind: what follows the kind, and the lines.
+/// Returns the fenced blocks of this kind: the words after the kind, and the lines.
 fn blocks(kind: &str) -> Vec<(&'static str, Vec<&'static str>)> {
     let mut found = Vec::new();
     let mut lines = PAGE.lines();
@@ -21,11 +21,11 @@ fn blocks(kind: &str) -> Vec<(&'static str, Vec<&'static str>)> {
     found
 }
 
-/// The machine of a block, by its name.
+/// Returns the machine of a block, by its name.
 fn machine(name: &str) -> Bench {
     let bench = || Plan::new(&blocks("ini")[0].1.join("\n"));
     let printer = || Plan::new(CARTESIAN);
-    // A resistor for a thermistor: heat does not reach it.
+    // A resistor in place of a thermistor: heat does not change it.
     let resistor = || {
         let plan = printer().fault("heater-dead:hotend");
         plan.with("hotend.runaway_heating_timeout = 240", "hotend.runaway_heating_timeout = 20").start()
@@ -52,7 +52,7 @@ fn machine(name: &str) -> Bench {
     }
 }
 
-/// A line of the page, `...` being anything.
+/// Returns whether a line matches a line of the page, `...` being anything.
 fn matches(pattern: &str, line: &str) -> bool {
     let (pattern, line) = (pattern.trim_end(), line.trim_end());
     let Some((head, tail)) = pattern.rsplit_once("...") else { return pattern == line };

@@ -20,7 +20,7 @@ fn mill() -> Plan {
     output(output(plan, "spindle", "M3", "M5", "PI4"), "coolant", "M8", "M9", "PB7")
 }
 
-/// A run of a file: the machine after it, where it was before, and everything that was said.
+/// A run of a file: the machine after it, its carriages before it, and everything that was said.
 struct Played {
     bench: Bench,
     zero: [f64; 3],
@@ -39,7 +39,7 @@ impl Played {
         played
     }
 
-    /// To the end; the operator goes on wherever the program waits.
+    /// Runs the file to its end; the operator goes on wherever the program waits.
     #[track_caller]
     fn to_its_end(plan: Plan, text: &str) -> Self {
         let mut played = Self::begin(plan, text);
@@ -134,7 +134,7 @@ fn lightburn() {
     played.assert_ends_at([0.0; 3]);
 }
 
-/// Without an output that it turns on, a laser's job would cut nothing.
+/// A laser's job would cut nothing without an output that M4 turns on.
 #[test]
 fn m4_of_a_laser_on_a_spindle_that_has_none_stops_the_job_before_it_moves() {
     let mut played = Played::begin(mill(), LIGHTBURN);

@@ -6,7 +6,7 @@ use machine::sessions::SessionId;
 use program::codes;
 use scenarios::{Bench, CARTESIAN, Plan};
 
-/// Codes that do what the configuration says, and it says nothing here.
+/// Codes that act only as the configuration says; the sample has no settings for them.
 const NOBODY_S: [&str; 7] = ["M4", "M7", "M8", "M9", "M80", "M81", "M280"];
 
 fn start() -> Bench {

@@ -4,12 +4,13 @@ use scenarios::{CARTESIAN, Plan};
 use sim::models::rotor::Plant;
 use units::Actuator::Alpha;
 
-/// Heat in the coils of X as a share of that without coolStep, while it goes to and fro at 50 mm/s.
+/// Returns the heat in the coils of X as a share of that without coolStep, while X goes to and fro at 50
+/// mm/s.
 fn heat(friction: f64, least: &str) -> f64 {
     let plan = [
         "stall_filter = true".to_owned(),
         "stall_threshold = 5".to_owned(),
-        // So that the motor has a rotor; it is no stall that is looked for.
+        // The setting gives the motor a model of its rotor; no stall is expected.
         "stall_watch = true".to_owned(),
         "coolstep_lower = 64".to_owned(),
         "coolstep_upper = 128".to_owned(),

@@ -3,7 +3,7 @@
 use scenarios::{Bench, DELTA, Plan};
 use units::Actuator::{Alpha, Beta, Gamma};
 
-/// Height of the carriages above the tool in the middle of the sample.
+/// Returns the height of the carriages above the tool in the middle of the sample.
 fn rise() -> f64 {
     (250.0_f64 * 250.0 - 124.0 * 124.0).sqrt()
 }

@@ -19,7 +19,7 @@ const UNEQUAL_ARMS: &[&str] = &[
     "[linear delta] arm_length = 250.5",
 ];
 
-/// A machine built so, with a configuration that knows nothing of it.
+/// Returns a machine built so, with a configuration that knows nothing of the errors.
 fn wrong(errors: &[&[&str]]) -> Plan {
     let plan = Plan::new(DELTA)
         .set("[zprobe] enable = true")
@@ -33,7 +33,7 @@ fn wrong(errors: &[&[&str]]) -> Plan {
     let built = settings().fold(plan, |plan, line| plan.set(line)).built();
     settings().fold(built, |plan, line| {
         let key = line.split(" = ").next().expect("a key");
-        // As the sample has it.
+        // The configuration gets the values of the sample again.
         match key {
             "[linear delta] arm_radius" => plan.set("[linear delta] arm_radius = 124"),
             "[linear delta] arm_length" => plan.set("[linear delta] arm_length = 250"),
@@ -67,7 +67,7 @@ const PLACES: [[f64; 2]; 13] = [
     [10.0, -40.0],
     [-30.0, -20.0],
 ];
-/// Ends of distances on a part, by their places.
+/// Distances measured on a part, by the indices of their ends.
 const EDGES: [[usize; 2]; 6] = [[1, 2], [3, 4], [5, 7], [6, 8], [0, 1], [0, 3]];
 
 /// Returns the true places of the tool with the program at each of these places, 10 mm high.
@@ -80,7 +80,7 @@ fn tools(bench: &mut Bench, places: &[[f64; 2]]) -> Vec<[f64; 3]> {
     found
 }
 
-/// Greatest difference of heights, and greatest error of a distance on a printed part, mm.
+/// Returns the greatest difference of heights, and the greatest error of a distance on a printed part, mm.
 fn errors(bench: &mut Bench) -> [f64; 2] {
     let tools = tools(bench, &PLACES);
     let heights = || tools.iter().map(|tool| tool[2]);
@@ -93,7 +93,8 @@ fn errors(bench: &mut Bench) -> [f64; 2] {
     [spread, EDGES.into_iter().map(off).fold(0.0, f64::max)]
 }
 
-/// Prints a part and measures it with calipers that show hundredths: the lines that say so.
+/// Prints a part and measures it with calipers that show hundredths; returns the lines that enter the
+/// results.
 fn measured_part(bench: &mut Bench) -> Vec<String> {
     let ring: Vec<[f64; 2]> = (0..6)
         .map(|n| (f64::from(n) * 60.0_f64 + 30.0).to_radians())

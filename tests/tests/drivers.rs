@@ -1,4 +1,4 @@
-//! Settings of the motor drivers, as the chips have taken them.
+//! Settings of the motor drivers, as written to the chips.
 
 use scenarios::{Bench, CARTESIAN, Plan};
 use sim::world::Fault;
@@ -99,7 +99,7 @@ fn m911_3_keeps_what_it_is_not_told_and_switches_coolstep_on_by_s5_alone() {
     bench.run(&["M911.3 P0 S1 W2", "M911.3 P0 S1 V60"]);
     assert_eq!(bench.say("M911.1 P0"), "X,0,4,54,2,0,0\nok\n");
     assert!(bench.say("M911.3 P0 S1").contains("cannot be set so"));
-    // A register of all drivers.
+    // Without P the code writes a register of all drivers.
     bench.run(&["M911.2 R3 V0"]);
     assert_eq!(registers(&bench)[2] & 0xF, 0);
     assert!(bench.say("M911.2 R3").contains("cannot be set so"));
@@ -115,7 +115,7 @@ fn registers_that_are_none_are_refused_with_the_motor_s_name() {
     );
 }
 
-/// SMARTEN, and SGT with SFILT of SGCSCONF.
+/// Registers SMARTEN, and SGT with SFILT of SGCSCONF.
 #[test]
 fn cool_step_and_load_measurement_reach_the_chip() {
     let of = |settings: &str| {
@@ -231,7 +231,7 @@ fn a_driver_that_gets_hot_says_what_to_do_and_one_that_shuts_down_is_not_homed()
     assert_eq!(bench.say("G28.6"), "X:0 Y:0 Z:0 \nok\n", "belts go where several motors are");
 }
 
-/// A dip of the supply on one chip: nothing but the chip itself has noticed it.
+/// A dip of the supply resets one chip: nothing but the chip itself has noticed it.
 #[test]
 fn a_driver_that_lost_its_settings_is_told_set_up_again_and_its_axis_is_not_homed() {
     for plan in [Plan::new(CARTESIAN), Plan::new(CARTESIAN).on_tmc2660()] {
@@ -261,7 +261,7 @@ fn a_current_that_falls_at_rest_hides_no_loss() {
             .set(&format!("[{kind}] alpha.standstill_current = 400"))
             .set(&format!("[{kind}] common.standstill_time = 1"))
             .start_homed();
-        // Lost shortly before the current falls, and before the next look.
+        // The settings are lost shortly before the current falls, and before the next check of the chip.
         bench.run(&["G1 X50 F6000", "M400"]);
         for _ in 0..20 {
             bench.run(&["G1 X49 F6000", "G1 X50", "M400"]);

@@ -13,7 +13,7 @@ fn checked() -> Plan {
     Plan::new(CARTESIAN).set(CHECKED)
 }
 
-/// Homes X some times from elsewhere, and gives where it rests each time, mm, and all that was said.
+/// Homes X some times from elsewhere; returns the resting place of each homing, mm, and all text said.
 fn home_x(bench: &mut Bench, times: u32) -> (Vec<f64>, String) {
     let mut said = String::new();
     let places = (0..times)
@@ -186,7 +186,7 @@ fn a_wrong_calibration_is_told_in_the_first_homing() {
     let mut bench = checked().set(&format!("[endstops] minx.phase = {wrong}")).start();
     let said = bench.say("G28 X");
     assert!(said.contains("-0.3125 mm from its phase, allowed are 0.2000"), "{said}");
-    // Half a cycle of noise says nothing.
+    // Noise of half a cycle makes the phase meaningless.
     noisy(&bench, 0.5);
     home_x(&mut bench, 20);
     assert!(bench.say("M875.1 X").contains("its switch is too noisy"));

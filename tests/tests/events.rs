@@ -1,4 +1,4 @@
-//! The ring of events: what a machine keeps of its day, in the words that `events` says.
+//! The event log: entries that a machine keeps, as the command `events` lists them.
 
 use machine::ports::{ConsoleKind, SessionProfile};
 use machine::sessions::SessionId;

@@ -1,4 +1,4 @@
-//! The executor: who waits for whom, and what waits for nobody.
+//! The executor: lines that wait for other lines, and lines that wait for nothing.
 
 use machine::sessions::SessionId;
 use scenarios::{Bench, CARTESIAN, Plan};
@@ -12,7 +12,7 @@ fn homed(plan: Plan) -> Bench {
     bench
 }
 
-/// The edges after the first `from` ones: nanoseconds since the first of them, motor and direction.
+/// Returns the edges after the first `from` ones: nanoseconds since the first of them, motor and direction.
 fn profile(bench: &Bench, from: usize) -> Vec<(u64, Actuator, Direction)> {
     bench.world(|world| {
         let edges = world.trace().edges().get(from..).unwrap_or_default();
@@ -21,7 +21,7 @@ fn profile(bench: &Bench, from: usize) -> Vec<(u64, Actuator, Direction)> {
     })
 }
 
-/// A part of many short lines, with something done in the middle of each.
+/// Returns a part of many short lines, with the given line in the middle of each.
 fn part(between: &str) -> String {
     let lines = (0..40).map(|n| format!("G1 X{} Y{} F6000\n{between}", 10 + n, 10 + n % 2));
     format!("G90\n{}G1 X10 Y10\n", lines.collect::<String>())
@@ -96,7 +96,7 @@ fn m112_stops_a_machine_that_waits() {
     bench.type_on(OTHER, "M112\n");
     bench.hear(0.002);
     assert!(bench.status().starts_with("<Alarm"), "{}", bench.status());
-    // The duty is a mean of the last second.
+    // The duty is a mean of the last second, so the duty before the halt must decay first.
     bench.hear(10.0);
     assert!(bench.duty("hotend") < 1e-3, "{}", bench.duty("hotend"));
 }

@@ -16,7 +16,7 @@ static TICK: Mutex<RefCell<Option<Ticker>>> = Mutex::new(RefCell::new(None));
 
 /// Parts of the board that remain for a test once its interrupts are placed.
 pub struct Bench {
-    /// Everything but the heat tick.
+    /// Pins of the board, without those of the heat tick.
     pub pins: &'static mut bsp_prime::pins::Pins,
     /// Enable outputs, all off.
     pub guards: bsp_prime::board::Guards,
@@ -30,7 +30,7 @@ pub struct Bench {
     pub sd: bsp_prime::sd::SdCard,
     /// Identity of the board.
     pub identity: bsp_prime::identity::Identity,
-    /// To be fed by long tests.
+    /// Watchdog, which long tests must feed.
     pub watchdog: bsp_prime::watchdog::Watchdog,
 }
 
@@ -106,7 +106,7 @@ fn SDMMC1() {
     bsp_prime::sd::on_interrupt();
 }
 
-/// A failed test: said, then the run ends with a status.
+/// Reports a failed test; the run then ends with an error status.
 #[panic_handler]
 fn failed(info: &PanicInfo) -> ! {
     make_outputs_safe();

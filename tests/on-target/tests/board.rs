@@ -40,7 +40,7 @@ mod tests {
         defmt::assert!(u64::from(cycles).abs_diff(micros * 400) < 4_000, "{} cycles in {} us", cycles, micros);
     }
 
-    /// A look is an access to a bus that others use: without pauses there would be tens of thousands of them.
+    /// Each poll accesses a bus that others use: without pauses there would be tens of thousands of them.
     #[test]
     fn a_wait_ends_in_time_and_looks_ever_more_rarely() {
         let (start, mut looks) = (time::now(), 0_u32);

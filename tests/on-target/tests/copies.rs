@@ -7,7 +7,7 @@
 
 use on_target as _;
 
-/// Longer than two of the longest strides.
+/// Longest copy, more than two of the longest strides.
 const LONGEST: usize = 100;
 const ROOM: usize = 256;
 /// Offset of the destination, with room around it to see which bytes were touched.

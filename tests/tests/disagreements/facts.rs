@@ -7,9 +7,9 @@ use units::Actuator::{self, Alpha, Beta, Delta, Gamma};
 
 use super::table::Row;
 
-/// A line that has not answered by then never does.
+/// Time after which a line counts as never answered, seconds.
 const PATIENCE_S: f64 = 600.0;
-/// A file that is not done by then waits for somebody.
+/// Time after which a file counts as waiting for somebody, seconds.
 const FILE_S: f64 = 20.0;
 /// The output of a fan is pulses: its mean is taken over so many milliseconds.
 const SAMPLES: u32 = 600;
@@ -25,9 +25,9 @@ pub struct Trial {
     waits: bool,
 }
 
-/// The machine of a row, with its consoles in a dialect. `grbl_mode` is how GRBL's is chosen.
+/// Returns the machine of a row, with its consoles in a dialect. `grbl_mode` selects GRBL's.
 fn machine(row: &Row, dialect: &str) -> Bench {
-    // A fan that M42 reaches too.
+    // M42 reaches the fan by this number.
     let plan = Plan::new(CARTESIAN).set("[switch] fan.io_number = 4");
     let plan = match dialect {
         "grbl" => plan.set("[general] grbl_mode = true").set("[general] config-override = false"),
@@ -38,7 +38,7 @@ fn machine(row: &Row, dialect: &str) -> Bench {
     plan.file("row.g", &text).file("other.g", "G1 X5 F6000\n").start()
 }
 
-/// Types a line and hears its answer, however it ends.
+/// Types a line and returns its answer, however it ends.
 fn answer(bench: &mut Bench, line: &str) -> String {
     bench.type_in(&format!("{line}\n"));
     let mut said = String::new();
@@ -133,7 +133,7 @@ impl Trial {
         }
     }
 
-    /// The target that M105 gives after this designator: `T:25.0 /200.0 @255`.
+    /// Returns the target that M105 gives after this designator: `T:25.0 /200.0 @255`.
     fn target(&mut self, designator: &str) -> f64 {
         let said = answer(&mut self.bench, "M105");
         let rest = said.split(&format!("{designator}:")).nth(1).unwrap_or_else(|| panic!("no {designator}: {said}"));

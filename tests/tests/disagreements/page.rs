@@ -1,4 +1,4 @@
-//! The page of the table.
+//! Generates the page docs/disagreements.md from the table.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -14,7 +14,7 @@ dialect is read with `grbl_mode`, and programs for LinuxCNC in it. G90, G91, M82
 `x 10` is a move by 10 mm in the end, `time` is in seconds, targets of heaters are in C, the fan's value is of 255; `done` is a file
 that comes to its end, `waits` one that stops there for a person.\n";
 
-/// The page, a chapter for each part and a table for each row.
+/// Returns the page, a chapter for each part and a table for each row.
 pub fn page(rows: &[Row]) -> String {
     let mut page = HEAD.to_owned();
     let mut chapter = "";
@@ -49,7 +49,7 @@ fn write_row(page: &mut String, row: &Row) {
     }
 }
 
-/// The cells in the order of the firmwares.
+/// Returns the cells in the order of the firmwares.
 fn row_cells(row: &Row) -> Vec<(String, &Cell)> {
     let mut cells: Vec<&Cell> = row.cells.iter().collect();
     let place = |cell: &Cell| FIRMWARES.iter().position(|(name, _)| cell.firmwares.contains(name));
@@ -66,7 +66,7 @@ fn escaped(text: &str) -> String {
     text.replace('|', "\\|").replace('<', "\\<")
 }
 
-/// Writes the page, or holds what is written against it.
+/// Writes the page, or compares the written one with it.
 pub fn settle(page: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/disagreements.md");
     if std::env::var_os("WRITE_DISAGREEMENTS").is_some() {

@@ -1,15 +1,15 @@
-//! The rows of `tests/tests/data/disagreements`: what is run, and what each firmware makes of it.
+//! The rows of `tests/tests/data/disagreements`: lines to run, and the result in each firmware.
 
-/// A line or lines that firmwares read otherwise.
+/// Lines that firmwares read differently.
 #[derive(Debug, Default)]
 pub struct Row {
-    /// The part of the page it is in.
+    /// Chapter of the page.
     pub chapter: &'static str,
     /// Subject of the disagreement.
     pub what: &'static str,
     /// Settings of the machine, `[section] key = value`.
     pub settings: Vec<&'static str>,
-    /// Lines before those that count.
+    /// Lines that prepare the machine.
     pub given: Vec<&'static str>,
     /// Lines that the dialects treat differently.
     pub lines: Vec<&'static str>,
@@ -26,20 +26,20 @@ pub struct Cell {
     pub firmwares: Vec<&'static str>,
     /// Result in the firmware: facts, or a sentence where Velvet has facts of its own.
     pub theirs: &'static str,
-    /// From which page of its manual, or file of its source.
+    /// Source: page of the firmware's manual, or file of its source.
     pub source: &'static str,
     /// Result in Velvet where it differs, and the reason.
     pub ours: Option<(&'static str, &'static str)>,
 }
 
 impl Cell {
-    /// The facts that ours is held to.
+    /// Returns the facts that Velvet is held to.
     pub fn facts(&self) -> &'static str {
         self.ours.map_or(self.theirs, |(facts, _)| facts)
     }
 }
 
-/// Firmwares, and the dialect that their programs are read in.
+/// Firmwares, and the dialect in which Velvet reads their programs.
 pub const FIRMWARES: [(&str, &str); 6] = [
     ("Smoothieware", "smoothie"),
     ("GRBL", "grbl"),
@@ -49,7 +49,7 @@ pub const FIRMWARES: [(&str, &str); 6] = [
     ("LinuxCNC", "grbl"),
 ];
 
-/// The rows of a file: `# chapter`, `## what`, and below that `key: value` lines.
+/// Reads the rows of a file: `# chapter`, `## what`, and below that `key: value` lines.
 pub fn read(text: &'static str) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
     let mut chapter = "";
@@ -80,14 +80,14 @@ impl Row {
         }
     }
 
-    /// The cell of a firmware.
+    /// Returns the cell of a firmware.
     pub fn cell(&self, firmware: &str) -> Option<&Cell> {
         self.cells.iter().find(|cell| cell.firmwares.contains(&firmware))
     }
 }
 
 impl Cell {
-    /// `FACTS | SOURCE`, and where ours differs ` | ours: FACTS | WHY`.
+    /// Parses `FACTS | SOURCE`, and where Velvet differs ` | ours: FACTS | WHY`.
     fn read(names: &'static str, value: &'static str) -> Self {
         let firmwares: Vec<&str> = names.split(", ").collect();
         for name in &firmwares {

@@ -1,9 +1,9 @@
-//! `[fan]` and `[temperature switch]`.
+//! Settings of the sections `[fan]` and `[temperature switch]`.
 
 use super::See::{Boot, Look, Say};
 use super::{Bench, Row, row};
 
-/// A fan on the second MOSFET, which follows the hot end.
+/// A fan on the second MOSFET, controlled by the hot end.
 const SECOND: &[&str] = &[
     "[switch] cooling.enable = true",
     "[switch] cooling.output_pin = PI11",
@@ -13,7 +13,7 @@ const SECOND: &[&str] = &[
     "[fan] cooling.sensors = hotend",
     "[fan] cooling.temperature = 70",
 ];
-/// The same, which follows motors.
+/// A fan on the second MOSFET, controlled by the motors.
 const CABINET: &[&str] = &[
     "[switch] cooling.enable = true",
     "[switch] cooling.output_pin = PI11",
@@ -21,7 +21,7 @@ const CABINET: &[&str] = &[
     "[fan] cooling.enable = true",
     "[fan] cooling.follows = electronics",
 ];
-/// The same, which keeps the hot end at 60 C by as much as it takes.
+/// A fan on the second MOSFET that keeps the hot end at 60 C with as much power as needed.
 const KEEPER: &[&str] = &[
     "[switch] cooling.enable = true",
     "[switch] cooling.output_pin = PI11",
@@ -94,7 +94,7 @@ pub const ROWS: &[Row] = &[
     row("[temperature switch] hot.cooldown_poll", "1", "45", Look(course)).with(RULE),
 ];
 
-/// Fans while the hot end becomes warm and cold again, each second.
+/// Returns the fans' speeds each second while the hot end becomes warm and cold again.
 fn course(bench: &mut Bench) -> String {
     let mut said = String::new();
     for line in ["M104 S80", "M104 S0"] {
@@ -120,7 +120,7 @@ fn kept(bench: &mut Bench) -> String {
     said
 }
 
-/// From 30 % to 70 %, with a kick start.
+/// Sets the fan to 30 % and then to 70 %, with a kick start.
 fn steps(bench: &mut Bench) -> String {
     let mut said = String::new();
     for line in ["M106 S77", "M106 S178"] {
@@ -132,7 +132,7 @@ fn steps(bench: &mut Bench) -> String {
     said
 }
 
-/// A fan that stops.
+/// Stops a fan and returns the messages.
 fn stopped(bench: &mut Bench) -> String {
     bench.world(|world| world.inject(&sim::world::Fault::FanStopped("fan".into()))).expect("a fan of this machine");
     bench.say("M106 S255");

@@ -1,4 +1,4 @@
-//! `[filament detector]`, `[filament width sensor]` and `[filament change]`.
+//! Settings of the sections `[filament detector]`, `[filament width sensor]` and `[filament change]`.
 
 use std::fmt::Write as _;
 
@@ -68,14 +68,14 @@ pub const ROWS: &[Row] = &[
         .with(&["[filament change] purge_length = 2"]),
 ];
 
-/// A print that runs out of filament, or whose wheel stands; what is said, and how warm it is kept.
+/// Prints without filament, or with a standing wheel; returns the messages and the heater's target.
 fn prints_without(bench: &mut Bench) -> String {
     for line in ["M104 S60", "G91", "G1 X10 E5 F300", "G1 X-10 E5", "G1 X10 E5"] {
         bench.say(line);
     }
     let mut said = bench.hear(1.0);
     let at_ns = (bench.now_s() * 1e9) as u64;
-    // Without a detector, or with a wheel alone, there is none.
+    // Machines without a detector, or with a wheel alone, have no such input.
     let _ = bench.world(|world| world.press(at_ns, "filament", true));
     said += &bench.hear(12.0);
     said + &bench.say("M105")

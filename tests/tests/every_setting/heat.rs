@@ -1,4 +1,4 @@
-//! `[temperature control]`.
+//! Settings of the section `[temperature control]`.
 
 use super::See::{Board, Boot, Look, Say};
 use super::{Bench, Row, row};
@@ -38,7 +38,7 @@ const PLATINUM: &[&str] = &[
 const ANY_FALL: &str = "[temperature control] hotend.max_fall = 0";
 const ANY_ERROR: &str = "[temperature control] hotend.verify_max_error = 0";
 const ANY_RANGE: &str = "[temperature control] hotend.runaway_range = 0";
-/// A part whose beta is known besides its curve.
+/// A thermistor with a known beta besides its curve.
 const TWICE: &[&str] = &["[temperature control] hotend.thermistor = EPCOS100K"];
 
 pub const ROWS: &[Row] = &[
@@ -152,22 +152,22 @@ fn heated(bench: &mut Bench) -> String {
     bench.say("M104 S120") + &course(bench, 6)
 }
 
-/// To a temperature that is soon reached.
+/// Heats to a temperature that is soon reached.
 fn warmed(bench: &mut Bench) -> String {
     bench.say("M104 S32") + &course(bench, 12)
 }
 
-/// Through full output, and down from it.
+/// Heats at full output, and lets the temperature settle.
 fn from_full_output(bench: &mut Bench) -> String {
     bench.say("M104 S70") + &course(bench, 30)
 }
 
-/// As [`warmed`] with the part's fan on.
+/// Heats as [`warmed`] with the part's fan on.
 fn blown(bench: &mut Bench) -> String {
     bench.say("M106 S255") + &warmed(bench)
 }
 
-/// Held while filament comes.
+/// Holds the target while filament flows.
 fn melts(bench: &mut Bench) -> String {
     soak(bench, 100.0);
     bench.say("M104 S100");
@@ -187,7 +187,7 @@ fn soak(bench: &mut Bench, celsius: f64) {
     });
 }
 
-/// Held at its target, then suddenly far from it.
+/// Holds the target, then moves the temperature far from it.
 fn blown_at(bench: &mut Bench) -> String {
     soak(bench, 100.0);
     let said = bench.say("M109 S98") + &course(bench, 2);
@@ -195,13 +195,13 @@ fn blown_at(bench: &mut Bench) -> String {
     said + &course(bench, 8)
 }
 
-/// On, and no heat comes.
+/// Switches the heater on while no heat comes.
 fn dead(bench: &mut Bench) -> String {
     bench.world(|world| world.inject(&Fault::HeaterDead("hotend".into()))).expect("a heater of this machine");
     heated(bench)
 }
 
-/// Hot, and slow to cool.
+/// Cools a hot heater that is slow to cool.
 fn cooled(bench: &mut Bench) -> String {
     soak(bench, 63.0);
     bench.hear(0.5);

@@ -1,4 +1,4 @@
-//! `[endstops]` and `[soft endstop]`.
+//! Settings of the sections `[endstops]` and `[soft endstop]`.
 
 use super::See::{Board, Boot, Edges, Look, Say};
 use super::{Bench, Row, row};
@@ -63,7 +63,7 @@ pub const ROWS: &[Row] = &[
     row("[soft endstop] z_max", "", "20", Say(&["G28", "G1 Z22 F600"])),
 ];
 
-/// Past the end of X, which is at 220, and what is said of the next line.
+/// Lines that move X past its end at 220, and one more.
 const BEYOND: &[&str] = &["G28", "G1 X225 F6000", "G1 X20"];
 
 fn run_into_the_limit(bench: &mut Bench) -> String {
@@ -72,7 +72,7 @@ fn run_into_the_limit(bench: &mut Bench) -> String {
     bench.hear(2.0) + &bench.status()
 }
 
-/// A pulley has slipped by 0.15 mm since the first homing.
+/// Homes after a pulley has slipped by 0.15 mm since the first homing.
 fn homes_after_a_slip(bench: &mut Bench) -> String {
     bench.say("G28 X");
     let (at_ns, place) = ((bench.now_s() * 1e9) as u64, bench.carriage(units::Actuator::Alpha));
@@ -80,7 +80,7 @@ fn homes_after_a_slip(bench: &mut Bench) -> String {
     bench.say("G28 X") + &bench.status()
 }
 
-/// A carriage that slips a little all the time: approaches do not agree.
+/// Homes a carriage that slips a little all the time: approaches do not agree.
 fn homes_a_loose_switch(bench: &mut Bench) -> String {
     bench.type_in("G28 X\n");
     let mut said = String::new();
@@ -92,14 +92,14 @@ fn homes_a_loose_switch(bench: &mut Bench) -> String {
     said
 }
 
-/// Homing, whether or not it ends well on this machine.
+/// Homes, whether or not homing ends well on this machine.
 fn homes(bench: &mut Bench) -> String {
     let said = bench.say("G28") + &bench.status();
     let tally = bench.world(|world| units::Actuator::ALL.map(|motor| *world.trace().tally(motor)));
     format!("{said}{tally:?}")
 }
 
-/// Current and load measurement of alpha's chip while it homes.
+/// Returns the current and load measurement settings of alpha's chip during homing.
 fn chip_that_homes(bench: &mut Bench) -> String {
     bench.type_in("G28 X\n");
     bench.hear(0.3);

@@ -1,10 +1,10 @@
-//! The geometry of each arm solution.
+//! Settings for the geometry of each arm solution.
 
 use super::See::{Edges, Say};
 use super::{Row, row};
 use scenarios::DELTA;
 
-/// After homing, so that the tool is where the geometry says.
+/// Lines that home first, so that the tool is where the geometry says.
 const DRAW: &[&str] = &["G28", "G1 Z20 F6000", "G1 X20 Y-15 F6000"];
 const AWAY: &[&str] = &["G28", "G1 X900 F6000", "G1 X1"];
 const ROTARY: &[&str] = &["[motion control] arm_solution = rotary_delta", "[motion control] must_be_homed = false"];

@@ -1,4 +1,4 @@
-//! The leveling strategies and `[skew correction]`.
+//! Settings of the leveling strategies and of `[skew correction]`.
 
 use super::See::{Edges, Look, Say};
 use super::{Bench, Row, row};
@@ -127,7 +127,7 @@ const GANTRY: &[&str] = &[
     "[z alignment] motors = -20,100 220,100",
     "[z alignment] points = 15,15 185,15",
 ];
-/// Four: the last two are on external drivers.
+/// Settings for four Z motors: the last two are on external drivers.
 const TWISTED: &[&str] = &[
     "[extruder] hotend.enable = false",
     "[actuator] delta.slaved_to = gamma",
@@ -178,7 +178,7 @@ fn align_racked(bench: &mut Bench) -> String {
     bench.say("G34")
 }
 
-/// The bed's sensor is warmed, and Z follows.
+/// Warms the bed's sensor; Z then follows the temperature.
 fn warm_frame(bench: &mut Bench) -> String {
     bench.run(&["G28"]);
     bench.say("M190 S60");

@@ -1,4 +1,4 @@
-//! `[led strip]`.
+//! Settings of the section `[led strip]`.
 
 use super::See::{Board, Boot, Look, Say};
 use super::{Bench, Row, row};

@@ -23,16 +23,16 @@ use std::collections::BTreeSet;
 /// Observation that a setting must change.
 #[derive(Clone, Copy)]
 pub enum See {
-    /// The answers to these lines.
+    /// Answers to these lines.
     Say(&'static [&'static str]),
-    /// The step edges that these lines make: which motor, which way, when.
+    /// Step edges that these lines make: motor, direction and time of each.
     Edges(&'static [&'static str]),
     /// Messages at boot: findings of the checker among them.
     Boot,
     /// Any other observation of the machine.
     Look(fn(&mut Bench) -> String),
-    /// Only pins or peripherals differ, which the native runner does not have: the test of this file of the
-    /// virtual board, which must name the setting.
+    /// Pins or peripherals that the native runner does not have: the test in this file of the virtual board
+    /// must name the setting.
     Board(&'static str),
 }
 
@@ -44,15 +44,15 @@ pub struct Row {
     /// Two values; an empty one leaves the line out.
     values: [&'static str; 2],
     see: See,
-    /// The configuration it is tried in.
+    /// Configuration that the setting is tested in.
     base: &'static str,
-    /// Changes to it, `[section] key = value` each.
+    /// Changes to the configuration, `[section] key = value` each.
     with: &'static [&'static str],
-    /// The machine stays built for the first value.
+    /// Whether the machine stays built for the first value.
     built: bool,
 }
 
-/// A row in the Cartesian sample.
+/// Returns a row in the Cartesian sample.
 pub const fn row(key: &'static str, one: &'static str, other: &'static str, see: See) -> Row {
     Row { key, values: [one, other], see, base: CARTESIAN, with: &[], built: false }
 }
@@ -66,7 +66,7 @@ impl Row {
         Self { base, ..self }
     }
 
-    /// The machine is built for the first value: a sensor measures what it measures, whatever the file says.
+    /// Builds the machine for the first value: a sensor measures the same, whatever the file says.
     const fn built(self) -> Self {
         Self { built: true, ..self }
     }
@@ -106,7 +106,7 @@ const FILES: &[(&str, &str)] = &[
     ("part.gcode", "G91\nG1 X3 F600\nM600\nG1 X1\n"),
 ];
 
-/// Every edge since now, with its time.
+/// Returns every edge since now, with its time.
 pub fn edges(bench: &mut Bench, lines: &[&str]) -> String {
     let start_ns = (bench.now_s() * 1e9) as u64;
     bench.world(|world| world.trace_mut().take());
@@ -136,7 +136,7 @@ fn tables() -> [(&'static str, &'static [Row]); 13] {
     ]
 }
 
-/// The schema's row of `[section] name.key`.
+/// Returns the schema's row of `[section] name.key`.
 fn schema_row(key: &str) -> Option<(&'static Section, &'static Setting)> {
     let (section, key) = key.strip_prefix('[')?.split_once("] ")?;
     let (_, section) = config::schema::section(section)?;
@@ -176,7 +176,7 @@ fn every_setting_that_is_acted_on_has_a_row() {
     assert!(missing.is_empty(), "add rows for what these change: {missing:#?}");
 }
 
-/// The rows of a table whose two values look alike.
+/// Returns the rows of a table whose two values look alike.
 fn alike(rows: &[Row]) -> Vec<String> {
     let is_acted_on = |row: &&Row| schema_row(row.key).is_some_and(|(_, setting)| *setting.support == Support::Now);
     let mut alike = Vec::new();

@@ -1,4 +1,4 @@
-//! `[motion control]`, `[planner]`, `[conveyor]`, `[input shaper]`.
+//! Settings of the sections `[motion control]`, `[planner]`, `[conveyor]` and `[input shaper]`.
 
 use super::See::{Edges, Look, Say};
 use super::{Bench, Row, row};
@@ -8,7 +8,7 @@ const LINE_Y: &[&str] = &["G91", "G1 Y20 F9000"];
 const LINE_Z: &[&str] = &["G91", "G1 Z5 F900"];
 const ARC: &[&str] = &["G91", "G2 X20 Y0 I10 J0 F3000"];
 const CORNER: &[&str] = &["G91", "G1 X5 F3000", "G1 Y5", "G1 X5"];
-/// Z alone after a slope: that junction is Z's own.
+/// Moves of Z alone after a slope: the junction between is Z's own.
 const STAIRS: &[&str] = &["G91", "G1 X2 Z2 F600", "G1 Z1"];
 const SHORT: &[&str] = &[
     "G91",
@@ -76,7 +76,7 @@ pub const ROWS: &[Row] = &[
     row("[input shaper] damping_ratio_z", "0.1", "0.05", Edges(LINE_Z)).with(SHAPED),
 ];
 
-/// Past the middle of a turning bed, where a whole line is as slow as its slowest part.
+/// A line past the middle of a turning bed, where a whole line is as slow as its slowest part.
 const POLAR_LINE: &[&str] = &["G28.3 X30 Y3", "G90", "G1 X-30 Y3 F6000"];
 
 fn saved(bench: &mut Bench) -> String {

@@ -1,5 +1,5 @@
-//! `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[tmc2130]`, `[tmc5160]`, `[tmc2240]`, `[tmc2208]`,
-//! `[tmc2209]`, `[tmc2226]`, `[current control]`.
+//! Settings of `[actuator]`, `[tmc2590]`, `[tmc2660]`, `[tmc2130]`, `[tmc5160]`, `[tmc2240]`, `[tmc2208]`,
+//! `[tmc2209]`, `[tmc2226]` and `[current control]`.
 
 use super::See::{Board, Boot, Edges, Look, Say};
 use super::system::EXTERNAL;
@@ -7,11 +7,11 @@ use super::{Bench, Row, row};
 use units::Actuator::{Alpha, Delta};
 
 const LINE: &[&str] = &["G91", "G1 X20 F12000"];
-/// The fourth motor beside the third.
+/// Settings for a fourth motor that can be slaved to the third.
 const SLAVE: &[&str] =
     &["[extruder] hotend.enable = false", "[actuator] delta.steps_per_mm = 400", "[actuator] delta.max_rate = 900"];
 const RESTING: &[&str] = &["[tmc2590] alpha.standstill_current = 600", "[tmc2590] common.standstill_time = 2"];
-/// The same machine with drivers of the other kind.
+/// Settings for drivers of the other kind.
 const OTHER: &[&str] = &[
     "[actuator] alpha.driver = tmc2660",
     "[tmc2660] alpha.spi_cs_pin = PJ13",
@@ -227,18 +227,18 @@ pub const ROWS: &[Row] = &[
     row("[current control] alpha.current", "1.2", "0.6", Look(registers)),
 ];
 
-/// A TMC2660, with something on a pin of the other bus.
+/// A TMC2660 board, with a switch on a pin of the other bus.
 const BUS_2660: &[&str] =
     &["[actuator] alpha.driver = tmc2660", "[tmc2660] alpha.spi_cs_pin = PJ13", "[switch] fan.output_pin = PA5"];
 /// A motor whose data sheet is known.
 const COIL: &[&str] = &["[actuator] alpha.coil_resistance = 1", "[actuator] alpha.coil_inductance = 2"];
-/// The fourth motor with a driver outside, on SPI.
+/// Settings for the fourth motor on an external driver, over SPI.
 macro_rules! outside {
     ($kind:literal, $resistor:literal $(, $more:expr)*) => {
         wired!($kind, $resistor, concat!("[", $kind, "] delta.spi_cs_pin = PJ9") $(, $more)*)
     };
 }
-/// The same on a UART.
+/// Settings for the fourth motor on an external driver, over a UART.
 macro_rules! wired {
     ($kind:literal, $resistor:literal $(, $more:expr)*) => {
         &[
@@ -254,7 +254,7 @@ macro_rules! wired {
         ]
     };
 }
-/// Alpha with such a driver, whose stalls are watched for.
+/// Settings for alpha on such a driver, with its stalls monitored.
 macro_rules! watched_outside {
     ($kind:literal $(, $own:literal)+) => {
         &[
@@ -297,27 +297,27 @@ const WATCH_2226: &[&str] = watched_outside!(
     "stall_threshold = 10"
 );
 const OUTSIDE_2130: &[&str] = outside!("tmc2130", "sense_resistor = 110");
-/// With something on a pin of the other bus.
+/// A TMC2130, with a switch on a pin of the other bus.
 const BUS_2130: &[&str] = outside!("tmc2130", "sense_resistor = 110", "[switch] fan.output_pin = PA5");
 const OUTSIDE_5160: &[&str] = outside!("tmc5160", "sense_resistor = 75");
-/// With something on a pin of the other bus.
+/// A TMC5160, with a switch on a pin of the other bus.
 const BUS_5160: &[&str] = outside!("tmc5160", "sense_resistor = 75", "[switch] fan.output_pin = PA5");
 const OUTSIDE_2240: &[&str] = outside!("tmc2240", "reference_resistor = 12000");
-/// With something on a pin of the other bus.
+/// A TMC2240, with a switch on a pin of the other bus.
 const BUS_2240: &[&str] = outside!("tmc2240", "reference_resistor = 12000", "[switch] fan.output_pin = PA5");
 
 const COOL_2130: &[&str] = outside!("tmc2130", "sense_resistor = 110", "[tmc2130] delta.coolstep_lower = 64");
 const COOL_5160: &[&str] = outside!("tmc5160", "sense_resistor = 75", "[tmc5160] delta.coolstep_lower = 64");
 const COOL_2240: &[&str] = outside!("tmc2240", "reference_resistor = 12000", "[tmc2240] delta.coolstep_lower = 64");
 const OUTSIDE_2208: &[&str] = wired!("tmc2208", "sense_resistor = 110");
-/// With something on a pin of the other UART.
+/// A TMC2208, with a switch on a pin of the other UART.
 const LINE_2208: &[&str] = wired!("tmc2208", "sense_resistor = 110", "[switch] fan.output_pin = PB9");
 const OUTSIDE_2209: &[&str] = wired!("tmc2209", "sense_resistor = 110");
-/// With something on a pin of the other UART.
+/// A TMC2209, with a switch on a pin of the other UART.
 const LINE_2209: &[&str] = wired!("tmc2209", "sense_resistor = 110", "[switch] fan.output_pin = PB9");
 const COOL_2209: &[&str] = wired!("tmc2209", "sense_resistor = 110", "[tmc2209] delta.coolstep_lower = 64");
 const OUTSIDE_2226: &[&str] = wired!("tmc2226", "sense_resistor = 110");
-/// With something on a pin of the other UART.
+/// A TMC2226, with a switch on a pin of the other UART.
 const LINE_2226: &[&str] = wired!("tmc2226", "sense_resistor = 110", "[switch] fan.output_pin = PB9");
 const COOL_2226: &[&str] = wired!("tmc2226", "sense_resistor = 110", "[tmc2226] delta.coolstep_lower = 64");
 
@@ -362,14 +362,14 @@ fn overheated(bench: &mut Bench) -> String {
     bench.hear(4.0) + &bench.status()
 }
 
-/// X runs into something at 100 mm/s.
+/// Runs X into an obstacle at 100 mm/s.
 fn crash(bench: &mut Bench) -> String {
     bench.world(|world| world.obstruct(Alpha, [-3.0, 80.0]));
     bench.say("G1 X120 F6000");
     bench.hear(2.0) + &bench.status()
 }
 
-/// A job runs into something again and again: what is told, and how high it rises.
+/// Runs a job into an obstacle again and again; returns the messages and the rise of Z.
 fn crash_in_a_job(bench: &mut Bench) -> String {
     bench.world(|world| world.obstruct(Alpha, [-3.0, 80.0]));
     bench.type_in("play /sd/crash.gcode\n");

@@ -5,7 +5,7 @@ use super::{Bench, Row, row};
 use scenarios::DELTA;
 use sim::models::surface::{Bed, Surface};
 
-/// At power-on the tool is 10 mm above the bed.
+/// Probe settings; at power-on the tool is 10 mm above the bed.
 const PROBE: &[&str] =
     &["[zprobe] enable = true", "[zprobe] probe_pin = PB10^", "[zprobe] slow_feedrate = 2", "[zprobe] max_travel = 30"];
 const MOVED: &[&str] = &[
@@ -44,7 +44,7 @@ const DELTA_GRID: &[&str] = &[
     "[delta grid leveling strategy] size = 2",
     "[delta grid leveling strategy] radius = 30",
 ];
-/// The same, touched three times everywhere.
+/// Probe settings with three touches at each place.
 const SAMPLED: &[&str] = &[
     "[zprobe] enable = true",
     "[zprobe] probe_pin = PB10^",
@@ -100,7 +100,7 @@ pub const ROWS: &[Row] = &[
     row("[zprobe] debounce_ms", "0", "30", Edges(DOWN)).with(PROBE),
 ];
 
-/// By 0.025 mm from point to point.
+/// Levels a bed that rises by 0.025 mm from point to point.
 fn level_a_leaning_bed(bench: &mut Bench) -> String {
     let bed = Some(Bed::tilted(0.0, [0.001, 0.0]));
     bench.lay(Surface { bed, ..Surface::default() });

@@ -1,4 +1,4 @@
-//! `[switch]`, `[pwm1]`, `[pwm2]`.
+//! Settings of the sections `[switch]`, `[pwm1]` and `[pwm2]`.
 
 use super::See::{Board, Boot, Look, Say};
 use super::{Bench, Row, row};
@@ -20,7 +20,7 @@ const SPINDLE: &[&str] = &[
     "[switch] spindle.input_on_command = M3",
     "[switch] spindle.input_off_command = M5",
 ];
-/// The same, with a scale.
+/// A spindle on a timer, with a speed scale.
 const RPM: &[&str] = &[
     "[pwm1] frequency = 10000",
     "[switch] spindle.enable = true",
@@ -98,7 +98,7 @@ fn pressed(bench: &mut Bench) -> String {
     said
 }
 
-/// A button that is held for two seconds, after half a second.
+/// Holds a button for two seconds, after half a second.
 fn held(bench: &mut Bench) -> String {
     let mut said = String::new();
     bench.hear(0.5);
@@ -134,7 +134,7 @@ fn speeds(bench: &mut Bench) -> String {
     said
 }
 
-/// Pulses of a servo.
+/// Returns the pulses of a servo.
 fn turned(bench: &mut Bench) -> String {
     let mut said = String::new();
     for line in ["M280 S0", "M280 S45", "M280 S180"] {
@@ -144,7 +144,7 @@ fn turned(bench: &mut Bench) -> String {
     said
 }
 
-/// Mean drive of the fan.
+/// Returns the mean drive of the fan.
 fn fan(bench: &mut Bench) -> String {
     bench.hear(5.0);
     bench.world(|world| format!("{:.2}", world.fan_speed(0)))

@@ -1,4 +1,4 @@
-//! `[general]`, `[system]`, `[uart console]`, `[kill button]`, `[safety door]`, `[player]`,
+//! Settings of `[general]`, `[system]`, `[uart console]`, `[kill button]`, `[safety door]`, `[player]` and
 //! `[voltage monitor]`.
 
 use super::See::{Board, Boot, Edges, Look, Say};
@@ -9,9 +9,9 @@ const DOOR: &[&str] = &["[safety door] enable = true", "[safety door] pin = PB7^
 const LATCHING: &[&str] =
     &["[kill button] enable = true", "[kill button] pin = PB7^", "[kill button] toggle_enable = true"];
 const BOOT_FILE: &[&str] = &["[player] on_boot_gcode_enable = true"];
-/// No extruder, and nobody to put the tool in.
+/// A machine without an extruder, and without a prompt for the tool.
 const SPINDLE: &[&str] = &["[extruder] hotend.enable = false", "[tool change] prompt = false"];
-/// M203 is of minutes in one dialect and of seconds in the others.
+/// A file with M203, which is per minute in one dialect and per second in the others.
 const PLAYED: &[&str] = &["M28 a.g", "M203 X600", "M29", "play /sd/a.g", "G4 P200", "M203"];
 const JOURNAL: &[&str] = &["[player] power_loss = true"];
 /// A public key, of RFC 8032 section 7.1, test 1.
@@ -87,14 +87,14 @@ pub const EXTERNAL: &[&str] = &[
     "[current control] delta.current",
 ];
 
-/// Steps of a job, and of what stands around it.
+/// Returns the steps of a job, and of the scripts around it.
 fn played(bench: &mut Bench) -> String {
     bench.say("play other.g");
     bench.hear(3.0);
     bench.world(|world| world.trace().total()).to_string()
 }
 
-/// The same of a job that is aborted.
+/// Returns the steps of a job that is aborted.
 fn aborted(bench: &mut Bench) -> String {
     bench.say("play other.g -p");
     bench.say("abort");
@@ -102,28 +102,28 @@ fn aborted(bench: &mut Bench) -> String {
     bench.world(|world| world.trace().total()).to_string()
 }
 
-/// Two files in the queue.
+/// Plays two files from the queue.
 fn queued(bench: &mut Bench) -> String {
     bench.say("queue add other.g 2");
     bench.type_in("queue next\n");
     bench.hear(3.0)
 }
 
-/// A file with a line that would stop it.
+/// Plays a file with a line that would stop the job.
 fn looked_at(bench: &mut Bench) -> String {
     bench.write_card("out.g", b"G28\nG1 X9999 F600\n");
     bench.type_in("play out.g\n");
     bench.hear(3.0)
 }
 
-/// A file that levels the bed.
+/// Plays a file that levels the bed.
 fn unleveled(bench: &mut Bench) -> String {
     bench.write_card("level.g", b"M420 S1\n");
     bench.type_in("play level.g\n");
     bench.hear(3.0)
 }
 
-/// The kill button pressed, held, let go.
+/// Presses, holds and releases the kill button.
 fn pressed(bench: &mut Bench) -> String {
     let mut said = String::new();
     for (down, seconds) in [(true, 0.5), (false, 0.5), (true, 3.0), (false, 0.5)] {
@@ -136,7 +136,7 @@ fn pressed(bench: &mut Bench) -> String {
     said
 }
 
-/// The door opened while X moves.
+/// Opens the door while X moves.
 fn opened(bench: &mut Bench) -> String {
     bench.type_in("G1 X50 F600\n");
     bench.hear(0.5);
@@ -152,7 +152,7 @@ fn at_boot(bench: &mut Bench) -> String {
     moved.to_string() + &edges(bench, &["G91", "G1 X1 F600"])
 }
 
-/// A job that lays filament, and the entries of its journal.
+/// Plays a job that lays filament; returns the entries of its journal.
 fn journal(bench: &mut Bench) -> String {
     bench.write_card("laid.g", b"G28\nG90\nG1 Z0.3 F600\nG1 X50 E5 F30\n");
     bench.type_in("play /sd/laid.g\n");

@@ -1,4 +1,4 @@
-//! `[extruder]` and `[drillingcycles]`.
+//! Settings of the sections `[extruder]` and `[drillingcycles]`.
 
 use super::See::{Edges, Say};
 use super::{Row, row};
