@@ -25,7 +25,7 @@ const TABLE: [Row; 10] = {
     ]
 };
 
-/// P or D, by how much filament `G1 E12` feeds when E is at 10.
+/// Returns P or D, by how much filament `G1 E12` feeds when E is at 10.
 fn kind_now(bench: &mut Bench) -> char {
     let before = bench.carriage(Delta);
     bench.run(&["G92 E10", "G1 E12 F3000", "M400"]);
@@ -51,7 +51,7 @@ fn each_dialect_has_its_codes_for_the_extruder() {
             check_cell(&mut bench, dialect, codes, expected);
         }
     }
-    // With grbl_mode every console speaks GRBL's, which has no extruder of its own: as Smoothieware's.
+    // With grbl_mode every console speaks GRBL's dialect, which has no extruder modes: Smoothieware's apply.
     let mut bench = Plan::new(CARTESIAN).set("[general] grbl_mode = true").start();
     for (codes, cells) in TABLE {
         check_cell(&mut bench, "GRBL", codes, cells[0].1);

@@ -2,7 +2,7 @@
 
 use scenarios::{Bench, CARTESIAN, Plan};
 
-/// The world's fan of this name.
+/// Returns the index of the simulated fan of this name.
 fn fan(bench: &Bench, name: &str) -> usize {
     bench.world(|world| world.config().fans.iter().position(|fan| fan.name == name)).expect("a fan of this machine")
 }
@@ -12,7 +12,7 @@ fn rpm(bench: &Bench, name: &str) -> f64 {
     bench.world(|world| world.fan_rpm(index))
 }
 
-/// A second fan on its MOSFET, which nothing switches.
+/// Adds a second fan on its MOSFET, without codes that switch it.
 fn second(plan: Plan, kind: &str) -> Plan {
     plan.set("[switch] cooling.enable = true")
         .set("[switch] cooling.output_pin = PI11")
@@ -45,7 +45,7 @@ fn a_hot_end_s_fan_runs_while_it_heats_and_until_it_is_cold() {
     bench.hear(60.0);
     assert!(rpm(&bench, "cooling") < 100.0, "{} C", bench.celsius("hotend"));
     assert_eq!(bench.say("M123"), "cooling 0%\nok\n");
-    // Nobody else switches it.
+    // The console cannot switch a fan that runs by itself.
     assert!(bench.say("switch cooling on").contains("cooling runs by itself: see [fan] in config.ini"));
 }
 
@@ -134,7 +134,7 @@ fn powers_have_a_least_and_a_greatest() {
     }
 }
 
-/// In a halt its output stays on, for fans that have a supply of their own; those on the MOSFETs lose it.
+/// In a halt the fan's output stays on, for fans with a supply of their own; those on the MOSFETs lose it.
 #[test]
 fn a_halt_leaves_a_fan_that_follows_heaters_on() {
     let plan = following("heaters", &["sensors = hotend"]);
@@ -160,7 +160,8 @@ fn a_fan_is_refused_where_its_settings_contradict() {
     }
 }
 
-/// As Smoothieware describes it: the pump of a cooled spindle, or the fan of a hot end.
+/// Adds the temperature switch that Smoothieware describes: the pump of a cooled spindle, or the fan of a hot
+/// end.
 fn ruled(lines: &[&str]) -> Plan {
     let plan = second(Plan::new(CARTESIAN), "digital")
         .set("[temperature switch] hot.enable = true")
@@ -187,7 +188,7 @@ fn a_switch_follows_a_temperature_both_ways() {
     assert_eq!(bench.say("switch cooling"), "switch cooling is 0\nok\n");
 }
 
-/// The power supply goes off when all is cold, once it was asked to.
+/// The power supply goes off once all is cold, if it was asked to.
 #[test]
 fn an_armed_edge_acts_once() {
     let plan = ruled(&["trigger = falling", "arm_mcode = 801"]).set("[switch] cooling.startup_state = true");

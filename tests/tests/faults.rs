@@ -54,7 +54,7 @@ fn a_heater_that_fails_later_is_told_by_its_cooling() {
 
 #[test]
 fn a_sensor_that_slides_out_is_told_cold_and_hot() {
-    // While it warms up; and at its target.
+    // The first case is while the heater warms up, the second at its target.
     for (at_s, within_s) in [(20.0, 30.0), (100.0, 106.0)] {
         let bench = Plan::new(CARTESIAN).fault(&format!("thermistor-slip:hotend@{at_s}")).start();
         ends_safely(bench, &["M104 S200"], "its sensor", within_s);

@@ -68,7 +68,7 @@ fn a_wheel_that_stands_suspends_the_job() {
     assert!(said.contains("the filament does not move: a jam, a break, or its end"), "{said}");
 }
 
-/// Nothing of it is of the program: it goes on with the place, and the filament, that it had.
+/// A filament change leaves the program's modes alone: the program resumes with its position and filament.
 #[test]
 fn m600_changes_filament_as_configured() {
     let mut bench = printing(Plan::new(CARTESIAN).adding(CHANGE));
@@ -89,7 +89,7 @@ fn m600_changes_filament_as_configured() {
     assert!(bench.carriage(Gamma).abs() < 0.05);
 }
 
-/// Marlin's words, with nothing configured.
+/// Marlin's words of M600 apply with nothing configured.
 #[test]
 fn m600_says_itself_how_filament_is_changed() {
     let mut bench = printing(Plan::new(CARTESIAN));
@@ -108,7 +108,7 @@ fn m600_says_itself_how_filament_is_changed() {
     let end = bench.carriage(Delta);
     assert!((end - (39.0 - 21.0 + 15.0)).abs() < 0.1, "{out} before, {end} in the end");
     assert!(bench.carriage(Gamma).abs() < 0.05);
-    // The next one is as configured.
+    // The next change is as configured.
     assert!(bench.say("M603").contains("M603 L0 U0"));
 }
 
@@ -133,7 +133,7 @@ struct Moment {
     until: fn(&mut Bench),
     /// Message that is expected then.
     told: &'static str,
-    /// The job is suspended for it, or is already.
+    /// Whether the job is suspended by the run-out; otherwise it is already.
     suspends: bool,
 }
 

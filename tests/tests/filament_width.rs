@@ -13,8 +13,8 @@ fn job() -> String {
     format!("G28\nG92 E0\nG1 F3000\n{}M400\n", (1..=120).map(line).collect::<String>())
 }
 
-/// Filament that is nominal, thinner and thicker, from these millimetres of it on: what is between sensor and
-/// nozzle at first is as thick as the first that is measured.
+/// Filament that is nominal, thinner and thicker, from these millimetres of it on: the filament between
+/// sensor and nozzle at first is as thick as the first that is measured.
 const PIECES: [(f64, f64); 4] = [(0.0, 1.75), (21.0, 1.64), (35.0, 1.86), (49.0, 1.66)];
 
 fn printing(plan: Plan, pieces: &[(f64, f64)]) -> Bench {
@@ -115,7 +115,7 @@ fn a_piece_that_is_too_thin_or_too_thick_suspends_the_job() {
         let mut bench = printing(Plan::new(CARTESIAN).adding(SENSOR), &[(0.0, 1.75), (40.0, diameter)]);
         let said = bench.hear_until("// Print Suspended", 60.0);
         assert!(said.contains(&format!("// Filament Detector: {text}: the job is being suspended")), "{said}");
-        // Before it is at the nozzle.
+        // The fault is found before that piece is at the nozzle.
         assert!(bench.carriage(Delta) < 40.6, "{}", bench.carriage(Delta));
         let said = bench.say("resume");
         assert!(said.contains(&format!("{text}: see to it, or M405 has it passed over")), "{said}");

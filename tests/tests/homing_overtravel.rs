@@ -242,7 +242,7 @@ fn limits_that_are_homed_to_are_left_again() {
     let mut bench = limits(Plan::new(CARTESIAN), &["miny"]).start();
     bench.run(&["G28"]);
     assert!(bench.say("M114").starts_with("ok C: X:0.0000 Y:5.0000 Z:0.0000"));
-    // Not asked for, not moved.
+    // An axis that was not asked for does not move.
     bench.run(&["G28 X0"]);
     assert!(bench.say("M114").starts_with("ok C: X:0.0000 Y:5.0000 Z:0.0000"));
     let mut bench = limits(Plan::new(DELTA), &["maxx", "maxy", "maxz"]).start();

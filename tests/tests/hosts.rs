@@ -108,7 +108,7 @@ fn a_pause_leaves_a_wait_which_begins_anew_when_the_job_goes_on() {
         let mut bench = in_line_2("M117 x", "M109 S120 ; hot");
         bench.type_in(&format!("{pause}\n"));
         bench.hear_until(told, 1.5);
-        // The console is free.
+        // The suspended job leaves the console free for lines.
         bench.run(&["G91", "G1 X3 F6000", "M400", "G90"]);
         assert!((x(&bench) - 3.0).abs() < 0.02, "{pause}");
         bench.hear(0.5);
@@ -161,7 +161,7 @@ fn m108_ends_a_wait_of_the_same_stream() {
         assert!(said.contains(" is not waited for any more (M108)\n"), "{wait}: {said}");
         assert_eq!(said.matches("ok").count(), 5, "{wait}: {said}");
     }
-    // A file's too, and what the operator is waited for; a hold is none of them.
+    // M108 ends the waits of a file and those for the operator, too; a hold is no such wait.
     for wait in ["M109 S200", "M0", "M0 S100"] {
         let mut bench = in_line_2("M117 x", wait);
         assert!(x(&bench) < 1.0);
@@ -265,7 +265,7 @@ fn temperatures_are_said_by_themselves_to_whoever_asks_and_not_in_an_upload() {
     assert_eq!(said.matches("T:").count(), 3, "{said}");
     assert!(!said.contains("ok") && said.lines().all(|line| line.starts_with("B:") && line.contains(" T:")), "{said}");
     assert_eq!(bench.hear_on(OTHER, 0.1), "", "it did not ask");
-    // While a line is in work, too.
+    // Reports come while a line is in work, too.
     bench.type_in("G4 S5\n");
     assert_eq!(bench.hear(4.1).matches("T:").count(), 2);
     bench.hear(2.0);
@@ -329,7 +329,7 @@ fn hosts_are_told_when_a_job_pauses_goes_on_and_is_cancelled() {
     let mut bench = Plan::new(CARTESIAN).file("job.g", job).start();
     bench.say("play /sd/job.g");
     bench.hear(0.3);
-    // As OctoPrint and Pronterface read them.
+    // Texts that OctoPrint and Pronterface read.
     bench.type_on(OTHER, "M25\n");
     assert!(bench.hear(3.0).contains("// action:paused\n"));
     bench.type_on(OTHER, "M24\n");

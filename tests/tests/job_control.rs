@@ -267,7 +267,7 @@ fn what_is_printed_from_the_middle_is_where_it_belongs() {
     assert!(some.len() > 50 && some.len() < all.len());
     let heights: std::collections::BTreeSet<_> = some.iter().map(|place| place[2]).collect();
     assert_eq!(heights.into_iter().collect::<Vec<_>>(), [4, 6]);
-    // Looked at every 5 ms, at 100 mm/s.
+    // Places are sampled every 5 ms, at 100 mm/s.
     let is_near = |one: &[i64; 3], other: &[i64; 3]| one.iter().zip(other).all(|(a, b)| (a - b).abs() <= 6);
     for place in some {
         assert!(all.iter().any(|other| is_near(&place, other)), "{place:?}");
@@ -356,7 +356,7 @@ fn nothing_is_left_heating_by_a_job_that_cannot_begin_there() {
     assert!(bench.say("M105").contains("B:22.0 /0.0 "), "{}", bench.say("M105"));
 }
 
-/// Reading over, heating, rising, going there, going down: nothing of it is left.
+/// A halt in any step of such a beginning (reading over, heating, rising, going there, going down) drops it.
 #[test]
 fn a_halt_in_any_step_of_a_beginning_in_the_middle_drops_it() {
     let file = format!("M106 S255\nM140 S40\n{}", layers(";LAYER_CHANGE"));

@@ -1,4 +1,4 @@
-//! Steps that come late: told, and the end of the job when a step might have been lost.
+//! Late steps: the report of them, and the end of the job when a step might have been lost.
 
 use machine::ports::StepTimes;
 use scenarios::{Bench, CARTESIAN, Plan};
@@ -7,7 +7,7 @@ use units::{Actuator, Ticks};
 const DELAYED: &str = "ERROR: steps came up to 12.5 us late and had to be delayed for their driver";
 const NOT_READY: &str = "ERROR: steps were not ready in time and the motion stood still for a moment";
 
-/// On its way from where its carriage is at first, 30 mm, to 130.
+/// Returns a machine on its way from its initial place, 30 mm, to 130.
 fn moving() -> Bench {
     let mut bench = Plan::new(CARTESIAN).start();
     bench.run(&["G28.3 X30 Y30 Z30", "G1 X130 F6000"]);
@@ -15,7 +15,7 @@ fn moving() -> Bench {
     bench
 }
 
-/// Halted on the way, and it knows where.
+/// Asserts that the machine is halted on the way and knows its position.
 fn stands_where_it_says(bench: &mut Bench) {
     bench.assert_safe();
     let real = bench.carriage(Actuator::Alpha);

@@ -17,7 +17,7 @@ enum Ways {
 struct Style {
     absolute_e: bool,
     ways: Ways,
-    /// Klipper's names, or Marlin's numbers.
+    /// Whether the objects have Klipper's names instead of Marlin's numbers.
     klipper: bool,
 }
 
@@ -68,30 +68,30 @@ fn part(style: Style) -> String {
 
 const STEPS_PER_MM: i64 = 80;
 
-/// A step while an object is made: when, ns; where X, Y and E then are, steps from the object's beginning.
+/// A step while an object is made: time, ns; places of X, Y and E, steps from the object's beginning.
 type Step = (u64, [i64; 3]);
 
 /// Steps and filament of a print.
 #[derive(Debug, Default)]
 struct Made {
-    /// By object and layer: every step of X.
+    /// Steps of X, by object and layer.
     steps: [[Vec<Step>; 2]; 3],
     /// Filament by object and layer, while X goes on, mm.
     filament: [[f64; 2]; 3],
     /// Filament in all, mm.
     in_all: f64,
-    /// Of the object that was being made when something was said, from a while after that on, mm.
+    /// Filament of the object that was being made at the action, from a while later on, mm.
     too_late: f64,
-    /// X where it was said, mm.
+    /// X at the time of the action, mm.
     said_at: f64,
-    /// The lowest that Z has been over the second object behind that, mm.
+    /// Lowest Z over the second object after the action, mm.
     least_z: f64,
 }
 
 /// Longest time for braking and for steps written ahead, ns.
 const BRAKING: u64 = 60_000_000;
 
-/// Plays it, and does something once X has come to a place in the first layer.
+/// Plays the file, and runs the action once X has come to a place in the first layer.
 fn play(text: &str, at: Option<f64>, does: impl Fn(&mut Bench)) -> Made {
     let mut bench = Plan::new(CARTESIAN).file("part.g", text).start();
     play_on(&mut bench, "play part.g -t\n", at, does)
@@ -232,7 +232,7 @@ fn nothing_more_of_the_object_under_the_nozzle_is_made_and_all_else_is_as_it_was
 fn excluding_another_object_changes_nothing_of_the_one_under_the_nozzle() {
     let text = part(PLAIN);
     let whole = play(&text, None, |_| {});
-    // Nothing of it is planned; its beginning is.
+    // Nothing of the object is planned; its beginning is.
     for at in [1.0, 7.0, 9.5] {
         let made = play(&text, Some(at), |bench| bench.type_in("M486 P1\n"));
         for layer in 0..2 {

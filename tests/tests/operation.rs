@@ -45,7 +45,7 @@ fn the_kill_button_halts_and_holding_it_releases() {
     bench.run(&["G1 X1 F600", "M400"]);
 }
 
-/// As soon as it is seen, not at the next look at all inputs.
+/// The kill button acts as soon as it is seen, not at the next poll of all inputs.
 #[test]
 fn the_kill_button_is_as_fast_as_m112() {
     for delay in 0..12 {

@@ -183,7 +183,7 @@ fn a_test_that_cannot_go_on_ends_and_changes_nothing() {
     lay(&bench, bed);
     bench.say("AXIS_TWIST_COMPENSATION_CALIBRATE");
     feel(&mut bench, bed);
-    // The probe has come off.
+    // The probe has come off its holder.
     lay(&bench, Bed::level(-500.0));
     let said = bench.say("ACCEPT");
     assert!(said.contains("error:ZProbe not triggered"), "{said}");

@@ -157,7 +157,7 @@ fn a_power_cut_at_any_block_write_leaves_the_old_parameters_and_offsets_or_the_n
     save_parameters(&mut insert(disk.clone()), &mut old).unwrap();
     assert_eq!(boot(&disk).0.len(), 120);
     old_or_new(&disk, |card| save_parameters(card, &mut new.clone()));
-    // And where there was no file.
+    // The same holds where there was no file.
     old_or_new(&formatted(), |card| save_parameters(card, &mut new.clone()));
 }
 
@@ -196,7 +196,7 @@ fn a_power_cut_at_any_block_write_leaves_the_old_tool_table_or_the_new() {
         .replace("T2  P2  Z+2.250000 D+3.000000 ;drill 2\n", "T2 P2 Z-3.5 D4 ;drill 2\n")
         .replace("T40 Z1 ;the last line has no end", "T40 X0.1 Z1 ;the last line has no end\nT77 Z8\n");
     assert_eq!(written, expected);
-    // And where there was no file.
+    // The same holds where there was no file.
     old_or_new(&formatted(), |card| {
         let mut fresh = program();
         run(&mut fresh, "G10 L1 P1 Z1");
@@ -221,7 +221,7 @@ fn a_block_in_place_is_one_write_of_the_card_and_no_other_changes() {
         assert_eq!(disk.counts().writes, before + 1);
         let changed = old.iter().zip(0..).filter(|(old, block)| disk.volume_block(*block) != **old).count();
         assert_eq!(changed, 1);
-        // And it is there, although the file is never closed.
+        // The block is on the card, although the file is never closed.
         let found = content(&mut insert(disk.powered_for(None)), "/sd/a.journal").unwrap();
         assert_eq!(found[place as usize * 512..][..512], [number as u8 + 1; 512]);
         assert_eq!(found.len(), 12 * 512);

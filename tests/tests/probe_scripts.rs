@@ -40,7 +40,7 @@ fn homed(plan: Plan) -> Bench {
     bench
 }
 
-/// The farthest that Y has been since this was asked last.
+/// Returns the farthest place of Y since the last call.
 fn farthest_y(bench: &Bench) -> f64 {
     let [_, most] = bench.world(|world| world.reached_mm(Beta)).expect("a motor");
     let (at_ns, here) = ((bench.now_s() * 1e9) as u64, bench.carriage(Beta));

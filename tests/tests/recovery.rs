@@ -43,7 +43,7 @@ fn until(bench: &mut Bench, is_there: impl Fn(&Bench) -> bool) {
     }
 }
 
-/// In the second layer.
+/// Returns a machine that prints in the second layer.
 fn printing(plan: Plan) -> Bench {
     let mut bench = plan.start();
     bench.type_in("play /sd/job.g -t\n");
@@ -52,7 +52,7 @@ fn printing(plan: Plan) -> Bench {
     bench
 }
 
-/// The power goes. The job is offered.
+/// Cuts the power; the job is then offered.
 fn cut(bench: &mut Bench) {
     bench.cycle_power();
     assert!(bench.greeting().contains("a job was interrupted"), "{}", bench.greeting());
@@ -218,7 +218,7 @@ fn what_is_refused_leaves_modes_and_heaters_as_they_were() {
     bench.type_in("M1000\n");
     assert!(bench.hear(1.0).contains("is not the file that was played"));
     assert!(bench.say("M105").contains("/40.0"), "{}", bench.say("M105"));
-    // And once all of it has been read.
+    // The same holds once the whole file has been read over.
     bench.write_card("job.g", part(before_it).as_bytes());
     let mut bench = asked_for_z(plan(before_it));
     bench.say("M140 S40");

@@ -12,7 +12,7 @@ fn printer(text: &str) -> Bench {
     plan.file("part.gcode", text).start()
 }
 
-/// Says a line, and listens until this is said.
+/// Types a line, and listens until these words are said.
 fn hears(bench: &mut Bench, line: &str, words: &str) -> String {
     let mut heard = bench.say(line);
     if !heard.contains(words) {
@@ -21,7 +21,7 @@ fn hears(bench: &mut Bench, line: &str, words: &str) -> String {
     heard
 }
 
-/// Prints a file to its end; everything that was said.
+/// Prints a file to its end; returns everything that was said.
 fn printed(text: &str) -> (Bench, String) {
     let mut bench = printer(text);
     bench.say("M23 part.gcode");
@@ -38,7 +38,7 @@ fn assert_near(actual: f64, expected: f64, what: &str) {
     assert!((actual - expected).abs() < 0.0126, "{what}: {actual}, not {expected}");
 }
 
-/// Plays a file that stops; what was said.
+/// Plays a file that stops; returns everything that was said.
 fn stopped(text: &str) -> (Bench, String) {
     let mut bench = printer(text);
     bench.say("M23 part.gcode");

@@ -51,7 +51,7 @@ fn every_kind_heats_to_its_target() {
     }
 }
 
-/// Heats, then breaks something: what is said until it halts.
+/// Heats, then breaks the sensor; returns the messages until the halt, and the time taken.
 fn broken(kind: &str, more: &[&str], fault: Fault) -> (String, f64) {
     let mut bench = machine(kind, more).start();
     bench.say("M104 S150");

@@ -4,7 +4,7 @@
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::Alpha;
 
-/// Every way to be read.
+/// Dialects in which lines can be read.
 const DIALECTS: [&str; 5] = [
     "[general] dialect = smoothie",
     "[general] dialect = marlin",
@@ -13,7 +13,7 @@ const DIALECTS: [&str; 5] = [
     "[general] grbl_mode = true",
 ];
 
-/// A switch, by its settings.
+/// Adds a switch with these settings.
 fn switch(plan: Plan, name: &str, settings: &[&str]) -> Plan {
     let all = ["enable = true"].iter().chain(settings);
     all.fold(plan, |plan, setting| plan.set(&format!("[switch] {name}.{setting}")))
@@ -25,7 +25,7 @@ fn spindle(plan: Plan) -> Plan {
     switch(plan.set("[pwm1] frequency = 5000"), "spindle", &settings)
 }
 
-/// Percent of the output at a channel of the timer.
+/// Returns the percent of the output at a channel of the timer.
 fn percent_at(bench: &mut Bench, channel: usize) -> f64 {
     bench.hear(0.02);
     (bench.world(|world| world.pwm_duty(0, channel)) * 10_000.0).round() / 100.0
@@ -35,7 +35,7 @@ fn percent(bench: &mut Bench) -> f64 {
     percent_at(bench, 0)
 }
 
-/// Sends lines, and says what the spindle's output then is.
+/// Sends lines, and returns the spindle's output after them.
 #[track_caller]
 fn after(bench: &mut Bench, lines: &[&str]) -> f64 {
     bench.run(lines);

@@ -94,7 +94,7 @@ fn the_chip_has_the_search_s_settings_meanwhile_and_its_own_again_whatever_happe
         let amps = bench.world(|world| world.driver(0).peak_current_amps(0.05));
         assert!((amps - 0.8).abs() < 0.1, "{amps}");
     };
-    // Halted on its way.
+    // The homing is halted on its way.
     searching(&mut bench);
     bench.type_in("M112\n");
     bench.hear(1.0);

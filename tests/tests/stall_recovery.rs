@@ -41,7 +41,7 @@ fn until(bench: &mut Bench, said: &mut String, is_there: impl Fn(&Bench) -> bool
     }
 }
 
-/// The job in its third layer, X on its way out at 60 mm/s.
+/// Returns the job in its third layer, X on its way out at 60 mm/s.
 fn printing(plan: Plan) -> (Bench, String) {
     let mut bench = plan.start();
     bench.type_in("play /sd/job.g -t\n");
@@ -137,7 +137,7 @@ fn a_blockage_that_stays_pauses_and_heaters_are_as_in_suspend() {
     said += &bench.hear(1.0);
     assert!(!bench.heats() && bench.carriage(Gamma) > 5.0, "cold and clear of the part: {said}");
     assert!(bench.say("get mode").contains("suspended"));
-    // Somebody takes it away.
+    // The obstacle is taken away.
     bench.world(|world| world.obstruct(Alpha, FREE));
     bench.type_in("resume\n");
     said += &bench.hear_until("Resuming print", 600.0);

@@ -15,8 +15,8 @@ fn watched() -> Plan {
     })
 }
 
-/// X goes to 180 at so many mm/s, and something stands in its way at 100: how many full steps its motor has
-/// made from there until it is told, and what is said.
+/// Runs X to 180 at this speed, mm/s, into an obstacle at 100; returns the full steps from there until the
+/// report, and the text.
 fn crash(bench: &mut Bench, mm_per_s: f64) -> (f64, String) {
     bench.run(&["G1 X20 F6000", "M400"]);
     bench.world(|world| world.obstruct(Alpha, [-3.0, 100.0]));

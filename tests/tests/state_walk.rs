@@ -112,7 +112,7 @@ fn course(mode: Mode, event: Event) -> Vec<Mode> {
         Event::Release => &[event],
         _ if is_line(mode, event) && is_searching(mode) => &[],
         Started | HomingBegins | ProbingBegins | JogBegins | Suspend if mode.state() == State::Door => &[],
-        // Nothing of it is carried out.
+        // Such events are not carried out.
         HomingBegins if matches!(mode.state(), State::Alarm | State::Sleep | State::Invalid) => &[],
         HomingBegins | ProbingBegins | Suspend => &[Drained, event],
         // A moving machine brakes first.
@@ -131,12 +131,12 @@ fn is_line(mode: Mode, event: Event) -> bool {
     matches!(cause(mode, event), Typed(bytes) if bytes.len() > 1 && event != Event::Halt)
 }
 
-/// The mode that an event leads to.
+/// Returns the mode that an event leads to.
 fn outcome(mode: Mode, event: Event) -> Mode {
     course(mode, event).last().copied().unwrap_or(mode)
 }
 
-/// Every mode that can be reached, each with the events that lead there.
+/// Returns every mode that can be reached, each with the events that lead there.
 fn modes() -> Vec<(Mode, Vec<Event>)> {
     let mut found = vec![(Mode::default(), Vec::new())];
     let mut queue = VecDeque::from(found.clone());
@@ -203,7 +203,7 @@ impl Walk {
         said.lines().find(is_answer).unwrap_or_else(|| panic!("no state in {said}")).to_owned()
     }
 
-    /// An event happens; the machine must be what the table says.
+    /// Makes an event happen; the machine must follow the table.
     fn takes(&mut self, event: Event) {
         match cause(self.mode, event) {
             Typed(bytes) => self.bench.send_on(if event == Event::DoorOpens { DOOR } else { ACTS }, bytes),
@@ -298,7 +298,7 @@ fn every_event_in_every_state_third_part() {
     walk(2, 3);
 }
 
-/// Nothing heats, burns or turns.
+/// Asserts that nothing heats, burns or turns.
 fn assert_off(bench: &Bench, what: &str) {
     assert!(!bench.heats(), "{what}: a heater is on");
     assert_eq!(bench.world(|world| world.vfet_v()), 0.0, "{what}: hot end and fans have their supply");

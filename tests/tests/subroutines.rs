@@ -3,7 +3,7 @@
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Beta};
 
-/// Plays a program to its end; what was heard.
+/// Plays a program to its end; returns everything heard.
 fn play(name: &str, plan: Plan) -> (Bench, String) {
     let mut bench = plan.start();
     bench.hear(0.05);

@@ -29,7 +29,7 @@ fn homed(plan: Plan) -> Bench {
     bench
 }
 
-/// Percent that the spindle turns with, as M3 turns it; less than nothing as M4 does.
+/// Returns the percent that the spindle turns with: positive as M3 turns it, negative as M4 does.
 fn turning(bench: &Bench) -> i32 {
     let [right, left] = [0, 1].map(|channel| bench.world(|world| world.pwm_duty(0, channel)));
     assert!(right == 0.0 || left == 0.0, "both ways at once");
@@ -70,7 +70,7 @@ fn a_tap_goes_out_as_the_spindle_turns_the_other_way() {
     assert_eq!(turning(&bench), -30);
 }
 
-/// Seconds from when a line is typed until Z has come back to where it is now.
+/// Returns the seconds from typing a line until Z is back at its present place.
 fn hole(bench: &mut Bench, line: &str) -> f64 {
     let (begun, top) = (bench.now_s(), bench.carriage(Gamma));
     bench.type_in(&format!("{line}\n"));

@@ -36,7 +36,7 @@ fn z_comes_down_as_the_frame_grows() {
     bench.run(&["G4 P200", "G1 Z5.4 F600", "M400"]);
     assert!((bench.carriage(Gamma) - 5.45).abs() < 0.003, "{}", bench.carriage(Gamma));
     assert!(bench.say("M503").contains("M290.1 S0 K0.00400000\n"));
-    // Homed warm, nothing is to be made up for.
+    // Homed while warm, the machine has nothing to compensate.
     bench.run(&["M290 R0 Z0 Q0"]);
     bench.say("M290.1 S1");
     bench.run(&["G28", "G4 P200", "G1 Z5 F600", "M400"]);

@@ -21,7 +21,7 @@ fn motors_are_said_to_be_elsewhere() {
     bench.run(&["G28.4 X12 Y3 Z4"]);
     assert_eq!(bench.say("M114.3"), "ok APOS: X:12.0000 Y:3.0000 Z:4.0000 E:0.0000 \n");
     assert_eq!(bench.say("G28.6"), "X:1 Y:1 Z:1 \nok\n");
-    // Only those that are named.
+    // The code sets only the axes that are named.
     bench.run(&["G28.5", "G28.4 Y7"]);
     assert_eq!(bench.say("G28.6"), "X:0 Y:1 Z:0 \nok\n");
 }
@@ -103,7 +103,7 @@ fn a_sensor_is_described_anew_and_saved() {
     ] {
         assert!(bench.say(line).contains(why), "{line}");
     }
-    // Alone it is as configured again.
+    // Without other words the code restores the configured sensor.
     assert_eq!(bench.say("M305 S0"), "ok\n");
     assert!(!bench.say("M503").contains("M305"));
     bench.run(&["M104 S60"]);

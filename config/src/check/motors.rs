@@ -20,7 +20,7 @@ pub(super) fn limit(config: &mut MachineConfig, ledger: &Ledger, reporter: &mut 
         let motor = config.actuators[actuator];
         let (possible, bound) = step_rate_possible(config, motor.driver);
         let rate = motor.max_rate.get() * motor.steps_per_mm;
-        // A hair above is rounding, not a wish.
+        // A rate higher by rounding alone needs no warning.
         if motor.present && rate > possible * 1.000_001 {
             let lowered = MmPerSecond(possible / motor.steps_per_mm);
             let reason = format_args!("needs {rate:.0} steps/s, but {bound} allows {possible:.0}; lowered");
@@ -52,7 +52,7 @@ fn step_rate_possible(config: &MachineConfig, driver: DriverKind) -> (f64, &'sta
 
 pub(super) fn check(checks: &mut Checks<'_, '_>) {
     let config = checks.config;
-    // Without a gap from alpha on, X Y and Z at least.
+    // Motors must have no gap from alpha on, and be X, Y and Z at least.
     let count = config.actuators().count();
     for actuator in Actuator::ALL.into_iter().take(count.max(3)) {
         if !config.actuators[actuator].present {

@@ -11,7 +11,7 @@ use crate::schema::{Kind, PinRole, SECTIONS};
 use heapless::Vec;
 use units::Axis;
 
-/// A pad and who has it. The setting is none for what the board itself or a bus uses.
+/// Claim of a pad by its user. The setting is none for pads that the board itself or a bus uses.
 #[derive(Clone, Copy)]
 struct Claim {
     pad: Pad,
@@ -170,7 +170,7 @@ fn claim(checks: &mut Checks<'_, '_>, claims: &mut Vec<Claim, MAX_CLAIMS>, path:
     }
 }
 
-/// Stands at the later of the two lines; a default has none.
+/// Reports two users of a pad, at the later of their lines; a default has no line.
 fn two_owners(checks: &mut Checks<'_, '_>, one: Path, other: Path, pin: PinName) {
     let line = |path| checks.ledger.span(path).map_or(0, |span| span.line);
     let (first, second) = if line(one) <= line(other) { (one, other) } else { (other, one) };
@@ -186,7 +186,7 @@ fn two_owners(checks: &mut Checks<'_, '_>, one: Path, other: Path, pin: PinName)
     }
 }
 
-/// Modifiers and pads that cannot serve in this role.
+/// Checks modifiers and pads that cannot serve in this role.
 fn can_do(checks: &mut Checks<'_, '_>, path: Path, name: PinName) {
     let (PinName::Digital(pin), Some(Kind::Pin(role, _))) = (name, path.setting().map(|setting| setting.kind)) else {
         return;

@@ -79,7 +79,8 @@ impl Reader<'_> {
         }
     }
 
-    /// Nobody knows whether this instance is enabled: it stays off, rather than out of sight.
+    /// Handles a misspelt `enable` key: nobody knows whether the instance is enabled, so it stays off and is
+    /// listed as off.
     fn mark_misspelt_enable(
         &mut self,
         index: usize,
@@ -202,7 +203,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Notes a value that asks for something that does not exist, and says when one no longer means anything.
+    /// Notes a value that asks for a missing function, and reports a setting that no longer has a meaning.
     fn object_to(&mut self, path: Path, row: &Setting, key: &str, value: &Value<'_>, span: Span) {
         let is_default = match row.fallback() {
             Fallback::Value(text) => value::parse(&row.kind, text).is_ok_and(|default| default == *value),

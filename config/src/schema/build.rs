@@ -138,7 +138,7 @@ impl Setting {
         Self { docs: self.docs.since(Since::Velvet), ..self }
     }
 
-    /// Velvet does not act on it: what is then said.
+    /// Sets the support of a setting that Velvet does not act on.
     pub(super) const fn support(self, support: &'static Support) -> Self {
         Self { support, ..self }
     }
@@ -150,7 +150,7 @@ impl Setting {
 
 /// The place of settings that nothing reads yet.
 pub const fn nowhere<T: Copy>(_: &mut MachineConfig, _: usize, _: T) {}
-/// The same for texts.
+/// The place of texts that nothing reads yet.
 pub const fn no_text(_: &mut MachineConfig, _: usize, _: &str) {}
 
 /// An instance's name, when it is short enough.

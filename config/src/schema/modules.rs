@@ -15,7 +15,7 @@ const UNREAD: Instances = Instances {
 
 /// A part's own switch, where the machine does something else than meant without that part.
 const NOT_YET: &Support = &Support::NotYet { severity: Severity::Error, advice: LEAVE_DISABLED };
-/// The same, where the machine works without.
+/// Support of a part's own switch, where the machine works without that part.
 const NOT_YET_HARMLESS: &Support = &Support::NotYet { severity: Severity::Warning, advice: LEAVE_DISABLED };
 const LEAVE_DISABLED: &str = "leave it disabled until Velvet can do it";
 

@@ -1,4 +1,4 @@
-//! `[actuator]`: what a stall in a job leads to.
+//! Rows of `[actuator]` for the response to a stall in a job.
 
 use super::build::{NOT_NEGATIVE, integer, number, word};
 use super::{Setting, Words};

@@ -1,4 +1,4 @@
-//! Laws of the table.
+//! Tests of the schema's consistency.
 
 use super::*;
 use crate::value::{self, Value};

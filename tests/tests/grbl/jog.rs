@@ -1,4 +1,4 @@
-//! `$J=`, and what ends it.
+//! Jogging by `$J=`, and the commands that end it.
 
 use units::Actuator::Alpha;
 

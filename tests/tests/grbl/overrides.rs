@@ -1,4 +1,4 @@
-//! The bytes that change speeds, spindle and coolant.
+//! Realtime bytes that override speeds, spindle and coolant.
 
 use scenarios::Bench;
 use units::Actuator::Alpha;
@@ -22,7 +22,7 @@ fn mill() -> Bench {
         .start()
 }
 
-/// Duty of the spindle's output.
+/// Returns the duty of the spindle's output.
 fn spindle(bench: &Bench) -> f64 {
     bench.world(|world| world.pwm_duty(0, 0))
 }

@@ -8,7 +8,7 @@ use super::{plan, refused};
 /// Machine zero is at the top, where a limit is.
 const MILL: &str = include_str!("../../../config/samples/cnc-mill.ini");
 
-/// A homed mill at X20 Y30 Z-30 of the machine, and where its carriages are there.
+/// Returns a homed mill at X20 Y30 Z-30 of the machine, and the places of its carriages there.
 fn deep(plan: Plan) -> (Bench, [f64; 3]) {
     let mut bench = plan.start();
     bench.say("$H");

@@ -1,4 +1,4 @@
-//! `?`, `$G`, `$#`.
+//! Reports by `?`, `$G` and `$#`.
 
 use super::{Wait, plan, refused, start};
 

@@ -1,11 +1,11 @@
-//! `$$`, `$n=`, `$N`, `$RST`, `$I=`: what is kept, and what is refused.
+//! Settings by `$$`, `$n=`, `$N`, `$RST` and `$I=`: values that are kept, and values that are refused.
 
 use scenarios::Bench;
 use units::Actuator::Alpha;
 
 use super::{BANNER, LOCKED, plan, refused, start};
 
-/// `$n` as `$$` says it.
+/// Returns a line `$n` of `$$`.
 #[track_caller]
 fn setting(bench: &mut Bench, number: u16) -> String {
     let said = bench.say("$$");

@@ -4,7 +4,7 @@ use scenarios::{Bench, CARTESIAN, Plan};
 
 const FAN: &str = "[temperature control] hotend.fan = fan";
 
-/// Held for a while at a target: the least and most of the last minute.
+/// Returns the least and greatest temperature of the last minute, after the target was held for a while.
 fn held(bench: &mut Bench, heater: &str) -> [f64; 2] {
     bench.hear(90.0);
     (0..60).fold([f64::MAX, f64::MIN], |[least, most], _| {

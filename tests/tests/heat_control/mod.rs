@@ -18,20 +18,20 @@ use rig::{Load, Rig, Seen};
 struct Run {
     kind: Kind,
     tuned_s: f64,
-    /// Of PID and of the model.
+    /// Results of PID and of the model.
     laws: [Law; 2],
 }
 
 struct Law {
     overshoot: f64,
     settled_s: f64,
-    /// The last two minutes.
+    /// Statistics of the last two minutes.
     held: Seen,
-    /// Fan on, flow on; how far below the target.
+    /// Greatest dips below the target: with the fan turned on, and with filament flow.
     dips: [f64; 2],
 }
 
-/// To the target, held, blown at, and filament melted.
+/// Runs a heater to its target, holds the target, and disturbs it by the fan and by filament.
 fn course(kind: &Kind, law: LawSettings) -> Law {
     let mut rig = Rig::new(*kind, "");
     let law = to_target(&mut rig, kind, law);
@@ -44,7 +44,7 @@ fn course(kind: &Kind, law: LawSettings) -> Law {
     Law { dips, ..law }
 }
 
-/// To the target, and held.
+/// Runs a heater to its target, and holds the target.
 fn to_target(rig: &mut Rig, kind: &Kind, law: LawSettings) -> Law {
     rig.set_law(law);
     rig.run(1.0, Load::default());

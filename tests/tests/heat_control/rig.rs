@@ -30,7 +30,7 @@ pub struct Load {
 /// Statistics over a stretch of time.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
-    /// Of the sensor itself, without noise.
+    /// Least temperature of the sensor itself, without noise.
     pub least_c: f64,
     pub most_c: f64,
     pub mean_c: f64,
@@ -53,7 +53,7 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// In the air, off.
+    /// Returns a heater in still air, switched off.
     pub fn new(kind: Kind, lines: &str) -> Self {
         let name = if kind.is_bed { "bed" } else { "hotend" };
         let max_c = if kind.is_bed { 120.0 } else { 300.0 };
@@ -133,7 +133,8 @@ impl Rig {
         Seen { least_c, most_c, mean_c: sum / all, mean_duty: duties / all, limited: limited / all }
     }
 
-    /// Swings it around the target until it is known how it answers, and how long that took.
+    /// Swings the temperature around the target until the plant's response is known; returns the response and
+    /// the time taken.
     pub fn tune(&mut self, target: f64) -> (Answer, f64) {
         let began = self.second;
         self.control.heater_mut(self.id).expect("it is there").start_tuning(3, Celsius(AIR_C as f32));
@@ -149,7 +150,7 @@ impl Rig {
         panic!("{}: nothing found in an hour", self.kind.name)
     }
 
-    /// The model of what was found, with what a whole fan takes as M306 measures it.
+    /// Returns the model from the response, with the fan's loss measured as M306 does.
     pub fn model(&mut self, answer: &Answer) -> ModelSettings {
         let power_w = self.kind.plant.power_w as f32;
         let capacity = power_w / answer.rise;

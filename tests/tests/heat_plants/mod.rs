@@ -84,7 +84,7 @@ fn settings(kind: &Kind) -> HeaterSettings {
     HeaterSettings::from(&machine.temperatures[0])
 }
 
-/// A heater of a kind, what blows and flows, and what is wrong with it.
+/// A heater of a kind, its disturbances, and its fault.
 struct Body {
     kind: Kind,
     heater: Heater,
@@ -137,7 +137,7 @@ impl Body {
 #[derive(Clone, Copy, Default)]
 struct Weather {
     fan: f64,
-    /// Taken by filament that is melted, watts.
+    /// Heat taken by melting filament, watts.
     flow_w: f64,
     draft_c: f64,
     /// Share of nominal power.
@@ -146,7 +146,7 @@ struct Weather {
 }
 
 impl Weather {
-    /// Another one, now and then.
+    /// Changes the disturbances now and then.
     fn pass(&mut self, second: f64, chance: &mut Chance) {
         if second < self.until {
             return;
@@ -321,7 +321,7 @@ fn rise_s(kind: &Kind) -> f64 {
     -slow * (1.0 - (kind.target_c - AIR_C) / top).ln()
 }
 
-/// A heater that was broken, and what came of it.
+/// A broken heater, and the results of its run.
 struct Outcome {
     is_bed: bool,
     broken: Broken,
@@ -362,7 +362,8 @@ fn broken(case: usize) -> Outcome {
     }
 }
 
-/// Seconds within which it must be found: hot ends, and beds, whose heat comes and goes slowly.
+/// Returns the seconds within which a fault must be found: hot ends, and beds, whose heat comes and goes
+/// slowly.
 const fn limit_s(broken: Broken, during: During, is_bed: bool) -> f64 {
     match (broken, during, is_bed) {
         (Broken::SensorOpen | Broken::SensorShorted, ..) => 0.5,
@@ -443,7 +444,7 @@ fn a_bed_whose_sensor_slides_out_while_it_warms_is_told_by_its_stall() {
     assert!(missed.len() <= 2, "{missed:#?}");
 }
 
-/// Median and worst, and how many were never found.
+/// Returns median and worst of the times, and how many faults were never found.
 fn shown(mut times: Vec<Option<f64>>) -> String {
     times.sort_by(|a, b| a.unwrap_or(f64::MAX).total_cmp(&b.unwrap_or(f64::MAX)));
     let found: Vec<f64> = times.iter().flatten().copied().collect();

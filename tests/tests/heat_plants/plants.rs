@@ -1,4 +1,4 @@
-//! Hot ends and beds as they are sold, and chance.
+//! Hot ends and beds as they are sold, and random variations of them.
 
 use sim::models::heater::Plant;
 
@@ -43,7 +43,7 @@ impl Chance {
         Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1)
     }
 
-    /// From 0 to 1.
+    /// Returns a random number from 0 to 1.
     pub fn share(&mut self) -> f64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;

@@ -1,4 +1,4 @@
-//! The rules of others, written from their documentation, on the same readings.
+//! Detection rules of other firmwares, written from their documentation, on the same readings.
 
 use sim::models::heater::Plant;
 
@@ -120,7 +120,7 @@ pub struct Prusa {
     air_c: f64,
     threshold: f64,
     due: f64,
-    /// Output since the last sample, and how often it was seen.
+    /// Sum of the output since the last sample, and number of its values.
     driven: (f64, f64),
     before: Option<f64>,
     explained: f64,
@@ -132,7 +132,7 @@ impl Prusa {
     /// Weight of a sample in the difference.
     const FILTER: f64 = 0.05;
 
-    /// None for a bed.
+    /// Returns the model; none for a bed.
     pub fn new(plant: &Plant, is_bed: bool, air_c: f64) -> Option<Self> {
         const V6_SHARE: f64 = 1.74 / (38.0 / 12.1);
         let full = plant.power_w / plant.capacity_j_per_k;

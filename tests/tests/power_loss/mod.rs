@@ -30,7 +30,7 @@ impl Card {
         Self::of(CONFIG, &[journal], job)
     }
 
-    /// Of a machine whose configuration is this, with `section.key = value` beside.
+    /// Returns a card for a machine of this configuration, with `section.key = value` settings besides.
     fn of(machine: &str, settings: &[&str], job: &str) -> Self {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -81,7 +81,7 @@ impl Machine {
         MOTORS.map(|motor| self.runner.world(|world| world.carriage_mm(motor)).unwrap()).to_vec()
     }
 
-    /// False when the power went.
+    /// Runs the machine for a step. Returns false when the power went.
     fn step(&mut self) -> bool {
         self.runner.step();
         let [x, y, z] = self.runner.world(|world| world.tool_mm());
@@ -105,7 +105,7 @@ impl Machine {
         assert!(self.runner.type_on(machine::sessions::SessionId(0), &format!("{line}\n")));
     }
 
-    /// True when it was said, false when the power went before.
+    /// Runs until the words are said. Returns false when the power went before.
     fn until(&mut self, words: &str) -> bool {
         let end = self.runner.now_ns() + 900 * SECOND;
         while !self.said.contains(words) {
@@ -136,7 +136,7 @@ fn part(relative: bool) -> String {
     part_at(0.0, relative)
 }
 
-/// The same, so far to the side, mm.
+/// Returns the part, shifted to the side by this much, mm.
 fn part_at(aside: f64, relative: bool) -> String {
     let mut text = String::from("; a part\nM190 S50\nM109 S180\nG28\nG90\nG21\n");
     text += if relative { "M83\n" } else { "M82\nG92 E0\n" };
@@ -157,7 +157,7 @@ fn part_at(aside: f64, relative: bool) -> String {
     text + "M107\nM104 S0\nM140 S0\nG1 Z20 F600\n"
 }
 
-/// Every place of the one is near a place of the other.
+/// Asserts that every place of the one is near a place of the other.
 fn covers(what: &str, one: &Laid, other: &Laid) {
     for [x, y, z] in one {
         let near = other.iter().any(|[a, b, c]| (a - x).hypot(b - y) < BEAD && (c - z).abs() < 0.03);
@@ -298,7 +298,7 @@ fn a_journal_that_m413_asks_for_is_made_while_everybody_is_served() {
     assert!(machine.until("Done printing file"));
 }
 
-/// Nothing of the machine has changed.
+/// Asserts that nothing of the machine has changed.
 fn stands(machine: &Machine, carriages: &[f64]) {
     assert_eq!(machine.carriages(), carriages);
     assert!(machine.runner.heat(|heat| heat.heaters().all(|(_, heater)| !heater.is_on())));

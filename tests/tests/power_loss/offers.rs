@@ -23,7 +23,7 @@ fn z_that_was_moved_after_the_cut_is_asked_for_after_the_next_one() {
         assert!(machine.until("Done printing file"));
         machine.run(SECOND);
     };
-    // In the same session.
+    // First case: the move is in the same session.
     let card = Card::new(&part(false));
     let (mut second, _) = interrupted(&card);
     jog(&mut second);
@@ -31,7 +31,7 @@ fn z_that_was_moved_after_the_cut_is_asked_for_after_the_next_one() {
     assert!(second.until("the job goes on") && second.until("Done printing file"), "{}", second.said);
     let heights: BTreeSet<i64> = second.laid.iter().map(|[_, _, z]| (z * 100.0).round() as i64).collect();
     assert_eq!(heights, [60, 90].into());
-    // And in the next one.
+    // Second case: the move is in the next session.
     let card = Card::new(&part(false));
     let (mut second, carriages) = interrupted(&card);
     second.send("G28 X");

@@ -1,4 +1,5 @@
-//! A preflight says what the machine then says, and takes the time that the machine then takes.
+//! Preflight checks: a preflight says what the machine then says, and takes the time that the machine then
+//! takes.
 
 mod beside;
 mod jobs;

@@ -15,7 +15,8 @@ fn time_left(said: &str) -> Option<(f64, f64, String)> {
     Some((clock(left), clock(total), rest.split(|c: char| !c.is_alphabetic()).next()?.to_owned()))
 }
 
-/// Plays a file with the feed override and gives what was told at which second, and when it ended.
+/// Plays a file with the feed override; returns the times left that were told, with the second of each, and
+/// the duration.
 fn played(config: &str, text: &str, percent: u32) -> (Vec<(f64, f64, f64)>, f64) {
     let mut bench = Plan::new(config).file("job.g", text).start();
     bench.run(&["G28", &format!("M220 S{percent}")]);
