@@ -19,23 +19,23 @@ use crate::sessions::Reply;
 use crate::tuning::Tuning;
 use words::{arms_of, homes_by_tool, set_arm_tuning, set_home_offsets, set_trims};
 
-/// A configuration that motion does not take.
+/// Returns the failure for a configuration that motion refuses.
 pub(crate) fn refused(texts: &Texts, error: ConfigError) -> Failure {
     texts.refused(format_args!("{error}"))
 }
 
-/// X, Y and Z home together, motor by motor.
+/// Returns whether X, Y and Z home together, motor by motor.
 pub(crate) const fn homes_by_motor(config: &MachineConfig) -> bool {
     let homing = &config.homing;
     homing.delta || homing.rotary_delta || homing.scara
 }
 
-/// Three towers.
+/// Returns whether the machine is a linear delta, with three towers.
 pub(crate) fn is_linear_delta(config: &MachineConfig) -> bool {
     config.motion.arm_solution == config::ArmSolution::LinearDelta
 }
 
-/// Where the tool of a linear delta is with every carriage at its switch, were there no trims. mm.
+/// Returns the place of the tool of a linear delta with every carriage at its end stop and no trims, mm.
 pub(crate) fn delta_home(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64> {
     // With all carriages at the top the tool is in the middle.
     let mut place = PerAxis([0.0; units::MAX_AXES]);
@@ -59,12 +59,12 @@ pub(crate) fn arm_settings<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words
     Ok(())
 }
 
-/// The parameters that the machine has, and what was changed of how lines are cut.
+/// Prints the parameters of the arms, and the settings of line segmentation that the words have changed.
 fn report_arms<P: Ports>(hands: &mut Hands<'_, '_, P>, config: &MachineConfig, words: &Words<'_>) {
     let Ok(motion_config) = hands.motion_config() else { return };
     let mut any = false;
     for (letter, value) in motion_config.kinematics.parameters().iter() {
-        // Those of single towers say something where they are not as in the drawing.
+        // Parameters of a single tower are printed where they differ from the drawing's (zero).
         if value != 0.0 || "LR".contains(letter) {
             hands.say(format_args!("{letter}: {value:8.4} "));
             any = true;
@@ -88,7 +88,7 @@ fn report_arms<P: Ports>(hands: &mut Hands<'_, '_, P>, config: &MachineConfig, w
     }
 }
 
-/// G28.4: the motors of X, Y and Z are at these places, mm. Only while idle.
+/// G28.4: sets the positions of the motors of X, Y and Z, mm. Allowed only while idle.
 ///
 /// # Errors
 /// When motion is not configured.
@@ -107,7 +107,7 @@ pub(crate) fn motor_positions(texts: &Texts, ports: &mut impl MotionPort, words:
     set.map(|()| Answer::Ok).map_err(|refusal| texts.refused(format_args!("{refusal}")))
 }
 
-/// M306: where the machine is reads as the words say from the next homing on; without words says the
+/// M306: makes the present place read as the words say, from the next homing on; without words prints the
 /// corrections.
 ///
 /// # Errors
@@ -141,7 +141,8 @@ pub(crate) fn home_offsets_from_here(
     Ok(Answer::Ok)
 }
 
-/// The motors stay where they are; what that means for the tool is worked out anew. Only while idle.
+/// Changes the geometry: motors stay where they are, and the tool's place is computed anew. Allowed only
+/// while idle.
 ///
 /// # Errors
 /// When motion refuses the geometry.
@@ -159,17 +160,17 @@ pub(crate) fn change_arms<P: Ports>(
     hands.set_position(place)
 }
 
-/// How lines are cut, as M503 shows it: M500 does not save it.
+/// Prints the settings of line segmentation for M503; M500 does not save them.
 pub(crate) fn say_line_cutting(tuning: &Tuning, reply: &mut Reply<'_>) {
     let (rate, length) = (tuning.lines.segments_per_second, tuning.lines.segment_length);
     let (rate, length) = (rate.unwrap_or(0.0), length.unwrap_or(0.0));
     reply.say(format_args!(";Not saved: pieces of a line a second, their length:\nM665 S{rate:.5} U{length:.5}\n"));
 }
 
-/// M666: trims of the towers or arms, from the next homing on.
+/// M666: sets trims of the towers or arms, from the next homing on.
 ///
 /// # Errors
-/// None: as every code that settles at once.
+/// None, as with every code that settles at once.
 pub(crate) fn trims(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) -> Result<(), Failure> {
     set_trims(tuning, words);
     let [x, y, z] = tuning.trim();
@@ -180,7 +181,7 @@ pub(crate) fn trims(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_
 /// M206: corrects homing positions from the next homing on.
 ///
 /// # Errors
-/// None: as every code that settles at once.
+/// None, as with every code that settles at once.
 pub(crate) fn home_offsets(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) -> Result<(), Failure> {
     set_home_offsets(tuning, words);
     for axis in Axis::PRIMARY {
@@ -191,7 +192,7 @@ pub(crate) fn home_offsets(tuning: &mut Tuning, words: &Words<'_>, reply: &mut R
     Ok(())
 }
 
-/// G28.6: which axes are homed, of those that can be.
+/// G28.6: prints whether each axis that can home is homed.
 pub(crate) fn report_homing(config: &MachineConfig, axes: &Axes, reply: &mut Reply<'_>) {
     for axis in homing_axes(config) {
         reply.say(format_args!("{}:{} ", axis.letter(), u8::from(axes.homed().has(axis))));
@@ -203,7 +204,7 @@ fn homing_axes(config: &MachineConfig) -> impl Iterator<Item = Axis> {
     Axis::ALL.into_iter().filter(|axis| config.homing_endstop(*axis).is_some())
 }
 
-/// The lines M500 saves of arms.
+/// Writes the lines that M500 saves of the arms.
 ///
 /// # Errors
 /// When the text is full.
@@ -226,7 +227,7 @@ pub(crate) fn write_arms(
         }
         writeln!(text)?;
     }
-    // G28.7 puts slaves at theirs.
+    // G28.7 puts slaved motors at their own trims.
     let has_slaves = Axis::PRIMARY.into_iter().any(|axis| config.slave_endstops(axis).next().is_some());
     if homes_by_motor(config) || has_slaves {
         let [x, y, z] = tuning.trim();
@@ -238,7 +239,7 @@ pub(crate) fn write_arms(
     Ok(())
 }
 
-/// The line M500 saves of the axes that home, as there is nothing to correct elsewhere.
+/// Writes the line that M500 saves of the axes that home; other axes have nothing to correct.
 ///
 /// # Errors
 /// When the text is full.

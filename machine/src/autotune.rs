@@ -1,8 +1,8 @@
-//! M303 and M306: find out how a heater answers, and have it controlled by that: by PID, or by a model.
+//! M303 and M306: measure how a heater answers to power, and set its control (PID or a model) accordingly.
 //!
-//! Both swing it around a target, a few times (see [`crate::heat::StepTest`]). It goes off whatever happens,
-//! and keeps the control it had unless everything was found. Questions are answered meanwhile, and heat
-//! safety watches as ever.
+//! Both swing the temperature around a target, a few times (see [`crate::heat::StepTest`]). The heater goes
+//! off whatever happens, and keeps its former control unless everything was found. Questions are answered
+//! meanwhile, and heat safety watches as ever.
 
 mod fan;
 
@@ -18,23 +18,23 @@ use crate::needs::needs;
 use crate::ports::{Ports, Wake};
 use crate::sessions::Reply;
 
-/// How often progress is said.
+/// Time between two progress reports.
 const REPORT_PERIOD: Micros = Micros::from_seconds(1);
 /// Longest tuning: a slow bed takes minutes a swing.
 const TIMEOUT: Micros = Micros::from_seconds(3_600);
 /// Target and swings when the words are left out.
 const DEFAULT: (f64, f64) = (150.0, 3.0);
-/// It swings so far above the target at most, which `max_temp` must allow.
+/// Greatest overshoot of a swing above the target, °C, for which `max_temp` must leave room.
 const HEADROOM: f32 = 15.0;
-/// A target nearer to the air than this tells nothing of what is lost.
+/// Least target above the air's temperature, °C: nearer to the air, heat losses cannot be measured.
 const LEAST_ABOVE_AIR: f32 = 20.0;
-/// What reads less than this has been off for long: it is as warm as the air.
+/// Below this reading a heater has been off for long, and is as warm as the air.
 const COLD: Celsius = Celsius(45.0);
-/// The first rise begins below this share of the way from the air to the target: all lags are to have died
+/// Share of the way from the air to the target below which the first rise begins: all lags are to have died
 /// away at its end.
 const RISES_FROM: f32 = 0.7;
 
-/// What is to be found out.
+/// Parameters of a tuning run.
 #[derive(Clone, Copy, Debug)]
 struct Ask {
     number: u16,
@@ -44,11 +44,12 @@ struct Ask {
     air: Celsius,
 }
 
-/// `M303 P<tool_id> [S<target>] [C<swings>]`; without P it says which there are.
+/// `M303 P<tool_id> [S<target>] [C<swings>]`: tunes a PID control; without P lists the heaters to choose
+/// from.
 ///
 /// # Errors
-/// When that is no heater with PID control, its target is not allowed or tells nothing, there is no supply,
-/// or it answers like no heater.
+/// When P is no heater with PID control, the target is not allowed or too near to the air, there is no
+/// supply, or the heater's answer to power is not that of a heater.
 pub(crate) fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let config = hands.config();
     let Some(heater) = heater_of(hands.texts(), config, words, 'P')? else {
@@ -86,11 +87,11 @@ pub(crate) fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>
     Ok(crate::failure::Answer::Ok)
 }
 
-/// `M306 T<tool_id> [S<target>] [C<swings>] [R<air>]`: the model of a heater, and that of the fan that blows
-/// at it.
+/// `M306 T<tool_id> [S<target>] [C<swings>] [R<air>]`: measures the model of a heater, and that of the fan
+/// that blows at it.
 ///
 /// # Errors
-/// As of [`tune_pid`]; and when it is warm and nobody says how warm the air is.
+/// As of [`tune_pid`]; and when the heater is warm and R does not say how warm the air is.
 pub(crate) fn tune_model<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let config = hands.config();
     let heater = heater_named(hands.texts(), config, 306, 'T', words.get('T').unwrap_or(0.0))?;
@@ -122,7 +123,7 @@ pub(crate) fn tune_model<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
     Ok(crate::failure::Answer::Ok)
 }
 
-/// What the words ask for.
+/// Reads the words of M303 and M306.
 ///
 /// # Errors
 /// When the heater is not to be tuned so.
@@ -167,7 +168,7 @@ fn asked<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, heater: Heat
     Ok(Ask { number, heater, target, swings, air })
 }
 
-/// What a target means: 1 and 2 stand for the presets.
+/// Returns the temperature of a target word: 1 and 2 stand for the presets.
 fn meant(config: &MachineConfig, heater: HeaterId, target: Celsius) -> Celsius {
     match (target.0, config.heater(heater).map(|heater| heater.presets)) {
         (1.0, Some([first, _])) => first,
@@ -185,7 +186,7 @@ fn say_choice(config: &MachineConfig, reply: &mut Reply<'_>) {
     }
 }
 
-/// In words.
+/// Prints the heater's measured answer in words.
 fn explain<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, answer: &Answer) {
     let Answer { rise, late_s, holds, .. } = answer;
     let percent = holds * 100.0;
@@ -196,7 +197,7 @@ fn explain<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, answer: &Answer) {
     ));
 }
 
-/// The model that an answer makes.
+/// Returns the model that matches the measured answer.
 fn model<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, answer: &Answer) -> ModelSettings {
     let configured = hands.config().heater(ask.heater).map(ModelSettings::from).unwrap_or_default();
     let settings =
@@ -210,10 +211,10 @@ fn model<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, answer: &Answer) -> 
     ModelSettings { capacity, loss: answer.loss * capacity, late_s: answer.late_s, ..before }
 }
 
-/// Swings it around the target until it is known how it answers. It is left on.
+/// Swings the heater around the target until its answer to power is known. The heater is left on.
 ///
 /// # Errors
-/// When it answers like no heater, takes too long, or the machine halts.
+/// When the answer is not that of a heater, the test takes too long, or the machine halts.
 fn swing<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask) -> Result<Answer, Failure> {
     let texts = hands.texts();
     let config = hands.config();
@@ -244,14 +245,14 @@ fn swing<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask) -> Result<Answer, Fa
     }
 }
 
-/// Waits, off, until it is so far below the target that its first rise tells all.
+/// Waits with the heater off until it is far enough below the target for the first rise to tell all.
 fn cool<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, began: Micros) -> Result<(), Failure> {
     let below = ask.air.0 + (ask.target.0 - ask.air.0) * RISES_FROM;
     let reading =
         |hands: &mut Hands<'_, '_, P>| hands.heat(|heat| heat.heater(ask.heater).and_then(|heater| heater.reading()));
     if reading(hands).is_some_and(|reading| reading.0 > below) {
         hands.say(format_args!("It cools to {below:.0} C first\n"));
-        // Off is never refused.
+        // A target of zero is never refused.
         let _ = hands.heat(|heat| heat.set_target(ask.heater, Celsius(0.0)));
     }
     let mut report_due = hands.now().plus(REPORT_PERIOD);
@@ -261,7 +262,7 @@ fn cool<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, began: Micros) -> Res
     Ok(())
 }
 
-/// One turn of a wait, with a word on how far it has come.
+/// Does one turn of a wait, and reports progress.
 fn turn<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     ask: &Ask,
@@ -299,11 +300,11 @@ fn refused(texts: &Texts, ask: &Ask, why: &str) -> Failure {
     texts.refused(format_args!("M{}: {why}", ask.number))
 }
 
-/// Whatever happened, the heater is off and gets a law that holds a temperature: what was found, or what it
-/// had.
+/// Switches the heater off, whatever happened, and gives it a control law that holds a temperature: the one
+/// found, or its former one.
 fn end<P: Ports>(hands: &mut Hands<'_, '_, P>, id: HeaterId, found: Option<LawSettings>) {
     hands.heat(|heat| {
-        // Off is never refused.
+        // A target of zero is never refused.
         let _ = heat.set_target(id, Celsius(0.0));
         let before = heat.heater(id).map(|heater| (heater.settings.law, heater.settings.max_duty));
         if let Some((law, max_duty)) = before {

@@ -1,4 +1,4 @@
-//! Axes and their motors: which are homed, which have current, which rest.
+//! State of axes and motors: homed, with current, or at standstill current.
 
 use config::{DriverKind, MachineConfig};
 use units::{Actuator, Axis, AxisSet, Micros};
@@ -7,13 +7,13 @@ use crate::failure::{Failure, Texts};
 use crate::ports::{DriverFault, DriversPort, MotionPort, MotorDrivers};
 use crate::tuning::Tuning;
 
-/// Motors with a driver that is set up and asked, on the board or outside, one bit each.
+/// Returns the motors with a driver that is set up and asked, on the board or outside, one bit each.
 #[must_use]
 pub fn internal_motors(config: &MachineConfig) -> u8 {
     motors_with(config, DriverKind::is_spoken_with)
 }
 
-/// Motors with a driver on the board, one bit each.
+/// Returns the motors with a driver on the board, one bit each.
 #[must_use]
 pub fn on_board_motors(config: &MachineConfig) -> u8 {
     motors_with(config, DriverKind::is_on_board)
@@ -24,7 +24,7 @@ fn motors_with(config: &MachineConfig, is_such: fn(DriverKind) -> bool) -> u8 {
     such.fold(0, |bits, (motor, _)| bits | motor.bit())
 }
 
-/// Motors of a set of bits.
+/// Returns the motors of a set of bits.
 pub fn motors(bits: u8) -> impl Iterator<Item = Actuator> {
     Actuator::ALL.into_iter().filter(move |motor| bits & motor.bit() != 0)
 }
@@ -37,7 +37,7 @@ fn unusable(texts: &Texts, motor: Actuator, fault: DriverFault) -> Failure {
     texts.alarm(format_args!("motor driver {} {why}", motor.name()))
 }
 
-/// What is known of axes and motors.
+/// State of the axes and motors.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Axes {
     homed: AxisSet,
@@ -47,7 +47,7 @@ pub struct Axes {
     on: u8,
     /// Motors at their standstill current, one bit each.
     resting: u8,
-    /// Nothing has moved since then.
+    /// Time of the last motion.
     standing_since: Micros,
     /// Axes that were homed when a place was kept, and those that have not read as then since.
     homed_then: AxisSet,
@@ -55,7 +55,7 @@ pub struct Axes {
 }
 
 impl Axes {
-    /// Of this machine: no motor has current, no axis is homed.
+    /// Starts with no motor having current, and no axis homed.
     #[must_use]
     pub fn new(config: &MachineConfig) -> Self {
         Self { present: config.actuators().fold(0, |bits, (motor, _)| bits | motor.bit()), ..Self::default() }
@@ -67,57 +67,57 @@ impl Axes {
         self.homed
     }
 
-    /// These axes are homed now, too. One that was homed when a place was kept reads as it did then again;
-    /// one that was not has no reading to come back to.
+    /// Marks axes as homed. An axis that was homed when a place was kept reads as it did then again; an axis
+    /// that was not homed has no reading to come back to.
     pub fn mark_homed(&mut self, axes: AxisSet) {
         self.homed = self.homed.or(axes);
         self.strayed = self.strayed.without(axes.and(self.homed_then)).or(axes.without(self.homed_then));
     }
 
-    /// These are not homed any more.
+    /// Marks axes as not homed.
     pub fn forget_homed(&mut self, axes: AxisSet) {
         self.homed = self.homed.without(axes);
         self.stray(axes);
     }
 
-    /// A place is kept, to come back to; these axes are to be homed before.
+    /// Notes that a place is kept, to come back to; the axes `to_home` are to be homed before.
     pub fn keep_place(&mut self, to_home: AxisSet) {
         (self.homed_then, self.strayed) = (self.homed.or(to_home), to_home);
     }
 
-    /// What these axes read means another place than before.
+    /// Notes that the readings of these axes mean another place than before.
     pub fn stray(&mut self, axes: AxisSet) {
         self.strayed = self.strayed.or(axes);
     }
 
-    /// Axes of X, Y and Z that do not read as when a place was kept, and those of them that homing brings
-    /// back.
+    /// Returns the axes of X, Y and Z that do not read as when a place was kept, and those of them that
+    /// homing brings back.
     #[must_use]
     pub fn strayed(&self) -> [AxisSet; 2] {
         let strayed = self.strayed.and(AxisSet::PRIMARY);
         [strayed, strayed.and(self.homed_then)]
     }
 
-    /// A motor is not where its steps say: what it moves is not homed any more. Belts and towers go where
-    /// several motors are.
+    /// Notes that a motor is not where its steps say: the axes that it moves count as not homed. Belts and
+    /// towers go where several motors are, so a motor of X, Y or Z takes all three.
     pub fn lose_place(&mut self, motor: Actuator) {
         let own = Axis::ALL.get(motor as usize).map_or(AxisSet::NONE, |axis| AxisSet::of(*axis));
         let is_primary = !own.and(AxisSet::PRIMARY).is_empty();
         self.forget_homed(if is_primary { AxisSet::PRIMARY } else { own });
     }
 
-    /// Where the machine is, nobody knows any more.
+    /// Marks all axes as not homed.
     pub fn forget_all_homed(&mut self) {
         self.forget_homed(AxisSet::ALL);
     }
 
-    /// The motor supply is gone: no motor holds anything.
+    /// Notes that the motor supply is gone: no motor holds anything.
     pub fn lose_supply(&mut self) {
         self.forget_all_homed();
         self.on = 0;
     }
 
-    /// The driver of a motor has been set up again, and is off.
+    /// Notes that the driver of a motor has been set up again, and is off.
     pub fn lose_current(&mut self, motor: Actuator) {
         self.on &= !motor.bit();
         self.resting &= !motor.bit();
@@ -170,7 +170,7 @@ impl Axes {
         self.on != 0
     }
 
-    /// Standing still for `standstill_time` brings motors to their standstill current.
+    /// Gives motors their standstill current once they have stood for `standstill_time`.
     pub fn watch_standstill(
         &mut self,
         ports: &mut impl DriversPort,
@@ -192,9 +192,9 @@ impl Axes {
         }
     }
 
-    /// Takes the current off these axes' own motors, and forgets every axis that they move: in a CoreXY both
-    /// X and Y go where one belt goes. Errors are left to the supervisor: a driver that does not answer
-    /// cannot be switched off over its bus; the global enable line does it.
+    /// Takes the current off these axes' own motors, and marks every axis that they move as not homed: in a
+    /// CoreXY both X and Y go where one belt goes. Errors are left to the supervisor: a driver that does not
+    /// answer cannot be switched off over its bus; the global enable line does it.
     pub fn disable(&mut self, ports: &mut (impl DriversPort + MotionPort), axes: AxisSet) {
         let mut lost = axes;
         for axis in axes.axes() {
@@ -207,16 +207,16 @@ impl Axes {
         self.forget_homed(lost);
     }
 
-    /// Takes the current off all motors; what is homed stays so, for they were standing.
+    /// Takes the current off all motors; homed axes stay homed, for the motors were standing.
     pub fn disable_all(&mut self, ports: &mut impl DriversPort, config: &MachineConfig) {
         for (motor, _) in config.actuators() {
-            // See `disable`.
+            // Errors are left to the supervisor, as in `disable`.
             let _ = ports.drivers(|drivers| drivers.set_enabled(motor, false));
         }
         self.on = 0;
     }
 
-    /// A motor got a new current, so it does not rest any more.
+    /// Notes that a motor got a new current, and so is not at its standstill current.
     pub fn has_new_current(&mut self, motor: Actuator) {
         self.resting &= !motor.bit();
     }

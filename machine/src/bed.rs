@@ -1,16 +1,16 @@
-//! What probing a bed starts from, and what is known of the mesh in force beside its heights.
+//! Settings that probing a bed starts from, and the state of the mesh in force beside its heights.
 
 use config::MachineConfig;
 
 use crate::probing::Scatter;
 
-/// Places that tell of a twist at most.
+/// Greatest number of places at which an axis twist is given.
 pub const MOST_TWIST_POINTS: usize = config::MOST_TWIST_POINTS;
 
-/// How much too high the probe reads along an axis, whose rail is twisted.
+/// Error of the probe along an axis whose rail is twisted: how much too high the probe reads.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Twist {
-    /// Along Y; else along X.
+    /// Whether the twist is along Y; else along X.
     pub along_y: bool,
     /// Places in rising order, and what the probe reads too high there, mm. Empty: none.
     points: [[f64; 2]; MOST_TWIST_POINTS],
@@ -18,7 +18,7 @@ pub struct Twist {
 }
 
 impl Twist {
-    /// As configured.
+    /// Takes the twist from the configuration.
     #[must_use]
     pub fn new(config: &MachineConfig) -> Self {
         let mut twist = Self { along_y: config.axis_twist.along_y, ..Self::default() };
@@ -26,13 +26,13 @@ impl Twist {
         twist
     }
 
-    /// No places, along Y or along X.
+    /// Returns a twist without places, along Y or along X.
     #[must_use]
     pub fn along(along_y: bool) -> Self {
         Self { along_y, ..Self::default() }
     }
 
-    /// One place more, behind the others; one too many is left out.
+    /// Adds a place behind the others; a place beyond the room is left out.
     pub fn push(&mut self, point: [f64; 2]) {
         if let Some(slot) = self.points.get_mut(self.count) {
             *slot = point;
@@ -40,14 +40,14 @@ impl Twist {
         }
     }
 
-    /// The places.
+    /// Returns the places of the twist, and the error there, mm.
     #[must_use]
     pub fn points(&self) -> &[[f64; 2]] {
         self.points.get(..self.count).unwrap_or(&[])
     }
 
-    /// What the probe reads too high with its tip here, mm: straight from place to place, and as at the ends
-    /// beyond them.
+    /// Returns what the probe reads too high with its tip here, mm: linear between places, and constant
+    /// beyond the first and last.
     #[must_use]
     pub fn at(&self, [x, y]: [f64; 2]) -> f64 {
         let place = if self.along_y { y } else { x };
@@ -66,33 +66,34 @@ impl Twist {
 /// Longest name of a mesh.
 pub const MESH_NAME: usize = 24;
 
-/// Set by the configuration, by codes and by measuring.
+/// Settings of the bed, from the configuration, codes and measuring.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bed {
     /// Three points to probe, X and Y, mm.
     pub points: [[f64; 2]; 3],
-    /// Where the probe is, seen from the tool, mm.
+    /// Offset of the probe from the tool, mm.
     pub probe_offsets: [f64; 3],
-    /// How its offset changes along an axis.
+    /// Change of the probe's error along an axis.
     pub twist: Twist,
-    /// G31 and G32 take the area from their words: `only_by_two_corners`, until R0, or R1.
+    /// Whether G31 and G32 take the area from their words: `only_by_two_corners`, until R0, or R1.
     pub two_corners: bool,
-    /// How touches scatter, since measuring began.
+    /// Scatter of touches, since measuring began.
     pub scatter: Scatter,
-    /// The mesh fades from Z0 up to this height, mm, in place of what is configured; 0: it does not. M376.
+    /// Height at which the mesh has faded out, starting from Z0, mm, in place of the configured one; 0: no
+    /// fading. M376.
     pub fade_height: Option<f64>,
-    /// The correction that is left there, mm, in place of what is configured. M376 T.
+    /// Correction that is left at the fade height, mm, in place of the configured one. M376 T.
     pub fade_target: Option<f64>,
-    /// The mesh is looked up so far from where the tool is, mm. M420.1.
+    /// Distance from the tool at which the mesh is looked up, mm. M420.1.
     pub mesh_offset: [f64; 2],
-    /// M420 S0 has set a mesh aside, which S1 puts in force again: the offset that it was laid with.
+    /// Offset of a mesh that M420 S0 has set aside, and that S1 puts in force again.
     pub mesh_waits: Option<[f64; 2]>,
-    /// The file that the mesh in force is saved in.
+    /// Name of the file that the mesh in force is saved in.
     pub mesh_name: MeshName,
 }
 
 impl Bed {
-    /// As configured.
+    /// Takes the settings from the configuration.
     #[must_use]
     pub fn new(config: &MachineConfig) -> Self {
         Self {
@@ -113,10 +114,10 @@ pub struct MeshName {
 }
 
 impl MeshName {
-    /// Reads a name, in quotes or not; of RepRapFirmware's paths what is between folder and ending.
+    /// Reads a name, in quotes or not; of RepRapFirmware's paths only the part between folder and ending.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The rule that the name breaks.
     pub fn read(text: &str) -> Result<Self, &'static str> {
         let path = text.trim().trim_matches('"');
         let file = path.rsplit_once('/').map_or(path, |(_, file)| file);
@@ -125,7 +126,7 @@ impl MeshName {
         if name.is_empty() || !name.bytes().all(is_letter) {
             return Err("the name of a mesh is made of letters, digits, - and _");
         }
-        // What a file that is being replaced has beside it: see `files::safe_file`.
+        // Files with these beginnings stand beside a file while it is replaced: see `files::safe_file`.
         if ["draft-", "new-", "previous-"].iter().any(|start| name.starts_with(start)) {
             return Err("the name of a mesh does not begin with draft-, new- or previous-");
         }
@@ -135,14 +136,14 @@ impl MeshName {
         Ok(Self { letters, length: name.len() as u8 })
     }
 
-    /// The name.
+    /// Returns the name as text.
     #[must_use]
     pub fn as_str(&self) -> &str {
         let letters = self.letters.get(..usize::from(self.length)).unwrap_or_default();
         core::str::from_utf8(letters).unwrap_or_default()
     }
 
-    /// Whether there is none.
+    /// Returns whether the mesh has no name.
     #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.length == 0

@@ -1,4 +1,5 @@
-//! What is known of the two supplies, and what is kept on the card of a fall for the next start.
+//! State of the two supplies (brown-out detection), and the note on the card that tells the next start of a
+//! fall.
 //!
 //! The note is a file of one block that is made beforehand and written in place, so that neither
 //! allocation table nor directory is touched while the power goes.
@@ -10,39 +11,40 @@ use crate::failure::{ShortText, short};
 use crate::falling_supply::FallingSupply;
 use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 
-/// Where the note is.
+/// Path of the note.
 pub const PATH: &str = "/sd/brown-out.txt";
 const BLOCK: usize = 512;
-/// How it begins: nobody has been told yet, or somebody has.
+/// Beginning of a note that nobody has been told of yet.
 const NEWS: &str = "new: ";
 const TOLD: &str = "told: ";
 
-/// The two supplies.
+/// State of the two supplies.
 #[derive(Debug, Default)]
 pub struct BrownOut {
-    /// When one of them is to be looked at.
+    /// Time of the next look at a supply.
     pub due: Micros,
-    /// Whose turn it is.
+    /// Whether the next look is at the heaters' supply.
     pub heaters_turn: bool,
     /// The supply of motors.
     pub motors: FallingSupply,
     /// The supply of heaters.
     pub heaters: FallingSupply,
-    /// A fall that is to be kept once the motors stand.
+    /// Text on a fall that is to be kept once the motors stand.
     pub to_keep: Option<ShortText>,
-    /// The open note: to close it takes writes of its own, which have to wait until the power is there.
+    /// Open file of the note: closing it takes writes of its own, which have to wait until the power is
+    /// there.
     file: Option<FileHandle>,
 }
 
 impl BrownOut {
-    /// Once both supplies are as usual, closes the note.
+    /// Closes the note once both supplies are as usual.
     pub fn look_after_note<S: Storage>(&mut self, storage: &mut S) {
         if self.file.is_some() && !self.motors.is_low() && !self.heaters.is_low() {
             self.close(storage);
         }
     }
 
-    /// The machine stands: keeps the fall that has waited for it.
+    /// Keeps the fall that has waited for the machine to stand.
     pub fn stands<S: Storage>(&mut self, storage: &mut S) -> Result<(), StorageError> {
         self.to_keep.take().map_or(Ok(()), |event| self.keep(storage, event.as_str()))
     }
@@ -50,7 +52,7 @@ impl BrownOut {
     /// Writes a fall over the note's block, if there is one.
     ///
     /// # Errors
-    /// What the card says; that there is no note, or no card, is none.
+    /// Errors of the card; a missing note or card is none.
     pub fn keep<S: Storage>(&mut self, storage: &mut S, event: &str) -> Result<(), StorageError> {
         self.close(storage);
         let opened = storage.open(PATH, OpenMode::Append);
@@ -63,7 +65,7 @@ impl BrownOut {
 
     fn close<S: Storage>(&mut self, storage: &mut S) {
         if let Some(file) = self.file.take() {
-            // Its block has been written.
+            // Errors are ignored: the note's block has been written.
             let _ = storage.close(file);
         }
     }
@@ -77,11 +79,11 @@ fn put<S: Storage>(storage: &mut S, file: FileHandle, state: &str, event: &str) 
     storage.write(file, &block)
 }
 
-/// Whether the note's block is there.
+/// Returns whether the note's block is there.
 pub fn is_prepared<S: Storage>(storage: &mut S) -> bool {
     let Ok(file) = storage.open(PATH, OpenMode::Read) else { return false };
     let size = storage.size(file);
-    // It was only read.
+    // Errors are ignored: the file was only read.
     let _ = storage.close(file);
     size == Ok(BLOCK as u32)
 }
@@ -89,29 +91,29 @@ pub fn is_prepared<S: Storage>(storage: &mut S) -> bool {
 /// Makes the note's block in its file, which is new.
 ///
 /// # Errors
-/// What the card says.
+/// Errors of the card.
 pub fn prepare<S: Storage>(storage: &mut S, file: FileHandle) -> Result<(), StorageError> {
     // In a variable: the reference of a constant would have it lie in flash.
     let blank = [b' '; BLOCK];
     storage.write(file, &blank)
 }
 
-/// The fall that nobody has been told of yet.
+/// Returns the fall that nobody has been told of yet.
 pub fn news<S: Storage>(storage: &mut S) -> Option<ShortText> {
     let file = storage.open(PATH, OpenMode::Read).ok()?;
     let mut block = [0; BLOCK];
     let read = storage.read(file, &mut block);
-    // It was only read.
+    // Errors are ignored: the file was only read.
     let _ = storage.close(file);
     let text = core::str::from_utf8(block.get(..read.ok()?)?).ok()?;
     let event = text.strip_prefix(NEWS)?.lines().next()?.trim();
     Some(short(format_args!("{event}")))
 }
 
-/// Notes that somebody has been told.
+/// Notes on the card that somebody has been told of the fall.
 ///
 /// # Errors
-/// What the card says.
+/// Errors of the card.
 pub fn told<S: Storage>(storage: &mut S, event: &str) -> Result<(), StorageError> {
     let file = storage.open(PATH, OpenMode::Append)?;
     put(storage, file, TOLD, event).and(storage.close(file))

@@ -1,4 +1,4 @@
-//! `[button box]`: what buttons ask for.
+//! Buttons of the configuration (`[button box]`): what their presses and releases send.
 
 use config::{ButtonConfig, ButtonWord, Command, MAX_BUTTONS, MachineConfig};
 use heapless::{Deque, Vec};
@@ -6,11 +6,11 @@ use units::Micros;
 
 use crate::ports::{Input, InputLevels};
 
-/// Lines that can wait until the machine takes them. While none more fits, buttons are not looked at: what is
-/// pressed is seen later.
+/// Lines that can wait until the machine takes them. Without room for more, buttons are not looked at: their
+/// presses are seen later.
 const WAITING: usize = 8;
 
-/// What a button has been found to do.
+/// Action found at a button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Act {
     Press,
@@ -18,22 +18,22 @@ enum Act {
     LongPress,
 }
 
-/// What is to be done at once.
+/// Requests of buttons that cannot wait.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Urgent {
-    /// Halt.
+    /// Whether to halt the machine.
     pub kill: bool,
-    /// End the jog that a button began.
+    /// Whether to end the jog that a button began.
     pub stop_jog: bool,
-    /// A line waits that did not before.
+    /// Whether a further line waits.
     pub line: bool,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Button {
-    /// It was pressed at the last look, since then.
+    /// Time since which the button has been pressed, as of the last look.
     pressed: Option<Micros>,
-    /// This press has been a long one.
+    /// Whether the present press has been a long one.
     was_long: bool,
 }
 
@@ -43,19 +43,19 @@ pub(crate) struct Buttons {
     buttons: Vec<Button, MAX_BUTTONS>,
     waiting: Deque<(u8, Act), WAITING>,
     due: Micros,
-    /// They have been looked at since boot.
+    /// Whether the buttons have been looked at since boot.
     known: bool,
 }
 
 impl Buttons {
-    /// Before the first look. A button that is held then does nothing by that: it is stuck, or shorted, and
-    /// must not start a job. One that halts does halt.
+    /// State before the first look. A button that is held then does nothing by that: a stuck or shorted
+    /// button must not start a job. A button that halts does halt.
     #[must_use]
     pub fn new(config: &MachineConfig) -> Self {
         Self { buttons: config.buttons.iter().map(|_| Button::default()).collect(), ..Self::default() }
     }
 
-    /// Looks at the buttons when that is due. What is urgent is told; lines wait for [`Self::take_line`].
+    /// Looks at the buttons when due. Urgent requests are returned; lines wait for [`Self::take_line`].
     pub fn look(&mut self, levels: InputLevels, config: &MachineConfig, now: Micros) -> Urgent {
         let mut urgent = Urgent::default();
         if now < self.due {
@@ -65,7 +65,7 @@ impl Buttons {
         self.due = now.plus(Micros(1_000_000 / u64::from(config.button_poll_hz.max(1))));
         for place in 0..self.buttons.len() {
             let Some(settings) = config.buttons.get(place) else { break };
-            // A press and its release fit, of each; what is urgent is heard all the same.
+            // Room is kept for a press and its release; urgent buttons are looked at all the same.
             if self.waiting.len() + 2 > WAITING && !is_urgent(settings) {
                 continue;
             }
@@ -89,24 +89,24 @@ impl Buttons {
         urgent
     }
 
-    /// A jog that has not begun must not: nobody holds its button any more.
+    /// Drops jogs that have not begun: nobody holds their button any more.
     fn drop_jogs(&mut self, config: &MachineConfig) {
         for _ in 0..self.waiting.len() {
             let Some(next) = self.waiting.pop_front() else { return };
             if line_of(config, next.0, next.1).is_some_and(|line| !line.starts_with("$J")) {
-                // It came from there.
+                // The line fits, as it has just been taken from there.
                 let _fits = self.waiting.push_back(next);
             }
         }
     }
 
-    /// What a button does that has this level now.
+    /// Returns what a button does, given its present level.
     fn acts(&mut self, place: usize, level: bool, settings: &ButtonConfig, now: Micros, is_first: bool) -> Vec<Act, 2> {
         let mut acts = Vec::new();
         let Some(button) = self.buttons.get_mut(place) else { return acts };
         let has_long = !settings.long_press.is_empty();
         let mut add = |act| {
-            // Two are the most there can be.
+            // A button does at most two things in a look.
             let _fits = acts.push(act);
         };
         match (button.pressed, level) {
@@ -133,19 +133,19 @@ impl Buttons {
         acts
     }
 
-    /// The lines that wait, in order.
+    /// Returns the lines that wait, in order.
     pub fn lines<'c>(&self, config: &'c MachineConfig) -> impl Iterator<Item = &'c Command> {
         self.waiting.iter().filter_map(|&(place, act)| line_of(config, place, act))
     }
 
-    /// The next line that a button sends, once.
+    /// Takes the next line that a button sends.
     pub fn take_line(&mut self, config: &MachineConfig) -> Option<Command> {
         let (place, act) = self.waiting.pop_front()?;
         line_of(config, place, act).cloned()
     }
 }
 
-/// Whether a line of this button cannot wait for others.
+/// Returns whether a line of this button cannot wait for others.
 fn is_urgent(settings: &ButtonConfig) -> bool {
     let words = [&settings.press, &settings.release, &settings.long_press].map(|line| ButtonWord::of(line));
     words.contains(&Some(ButtonWord::Kill)) || words.contains(&Some(ButtonWord::StopJog))

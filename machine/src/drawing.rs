@@ -1,10 +1,10 @@
-//! From the program's moves to those of motion: straight, arcs and splines.
+//! Converts the program's moves to those of motion: straight lines, arcs and splines.
 //!
-//! An arc is one move, exact all along. Two kinds of machine see it in parts: one whose configuration asks
-//! for chords, and one whose motors bend lines, which gets short arcs so that each goes at the speed its own
-//! part of the space allows.
+//! An arc is one move, exact all along. Two kinds of machine get parts of it: a machine whose configuration
+//! asks for chords, and a machine whose kinematics bend straight lines, which gets short arcs so that each
+//! goes at the speed that its own part of the space allows.
 //!
-//! The executor has moves made of what is drawn here, preflight only looks at it.
+//! The executor submits the moves; preflight only looks at them.
 
 use core::fmt::Arguments;
 
@@ -21,31 +21,31 @@ use units::{MmPerSecond, PerAxis, Plane};
 use crate::apart::apart;
 use crate::motion_config::arc_settings;
 
-/// Parts of a turn on a machine that bends lines.
+/// Parts of a full turn on a machine that bends lines.
 const PARTS_OF_TURN: f64 = 16.0;
 
-/// Whoever has something drawn.
+/// Caller that has moves drawn: supplies settings and judges lines and curves.
 pub(crate) trait Draws {
-    /// Why a move is not made.
+    /// Reason why a move is not made.
     type Failure;
 
     fn config(&self) -> &MachineConfig;
     fn program(&self) -> &Interpreter;
-    /// How straight moves are cut.
+    /// Returns how straight moves are divided into segments.
     fn line_settings(&self) -> LineSettings;
-    /// Whether motors bend lines.
+    /// Returns whether straight moves are bends in the motors' space.
     fn bends(&mut self) -> bool;
 
-    /// Nothing can be drawn, for this reason.
+    /// Makes the failure for a move that cannot be drawn.
     fn wrong(&mut self, what: Arguments<'_>) -> Self::Failure;
-    /// A line may be made; else why not.
+    /// Checks that a line may be made.
     fn line_may_be(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Self::Failure>;
-    /// A curve that stays within these bounds may be made; else why not.
+    /// Checks that a curve within these bounds may be made.
     fn curve_may_be(&mut self, from: &PerAxis<f64>, bounds: &Bounds) -> Result<(), Self::Failure>;
 }
 
-/// What motion is to know of a move of the program, without its curve, and of no object. `deviation` is how
-/// far a rounded corner may stand off where the program does not say, mm; `factors` are M220's.
+/// Converts a move of the program to motion's terms, without its curve, and of no object. `deviation` is the
+/// greatest distance of a rounded corner where the program does not say, mm; `factors` are M220's.
 pub(crate) fn in_motions_terms(
     request: &Move,
     tag: Tag,
@@ -68,11 +68,11 @@ pub(crate) fn in_motions_terms(
     motion::Move { target, feed_rate, mode, power, curve, corner, tag, part: 0 }
 }
 
-/// Draws a move of the program from `from`; `piece` is the move in motion's terms. Its pieces are to be made
+/// Draws a move of the program from `from`; `piece` is the move in motion's terms. The pieces are to be made
 /// one after the other.
 ///
 /// # Errors
-/// When no such curve exists, or it may not be made; then nothing of it is.
+/// When no such curve exists, or the move may not be made; then no piece of it is.
 pub(crate) fn draw<D: Draws>(
     by: &mut D,
     from: PerAxis<f64>,
@@ -115,10 +115,10 @@ pub(crate) fn draw<D: Draws>(
     Ok(Drawn { pieces: shape?, piece: drawing.piece })
 }
 
-/// What a move of the program comes to: moves of motion.
+/// Moves of motion that make up a move of the program.
 pub(crate) struct Drawn {
     pieces: Pieces,
-    /// What they have in common.
+    /// Common part of all pieces.
     piece: motion::Move,
 }
 
@@ -156,7 +156,7 @@ struct Drawing<'d, D> {
 }
 
 impl<D: Draws> Drawing<'_, D> {
-    /// A way of this length, mm, takes as long as the program says (G93).
+    /// Sets the feed rate so that a path of this length, mm, takes as long as the program says (G93).
     fn last(&mut self, rate: Rate, length: f64) {
         if let Rate::Duration(seconds) = rate {
             self.piece.feed_rate = MmPerSecond(length / seconds);

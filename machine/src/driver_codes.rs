@@ -1,5 +1,5 @@
-//! Codes for drivers as Marlin has them: M569 and M913 (stealthChop), M912 (what was told), M914 (homing
-//! without a switch).
+//! Codes for drivers as Marlin has them: M569 and M913 (stealthChop), M912 (reported driver troubles), M914
+//! (homing without a switch).
 
 use config::MachineConfig;
 use program::Words;
@@ -12,19 +12,19 @@ use crate::ports::{DriverFault, DriversPort, MotorDrivers};
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
 
-/// A speed that no motor comes to: stealthChop always.
+/// Speed that no motor comes to, mm/s: stealthChop always.
 const ANY_SPEED: f64 = 1e6;
 
-/// The motors whose letters are written, with their values.
+/// Returns the motors whose letters are written, with their values.
 fn given<'a>(words: &'a Words<'_>, config: &'a MachineConfig) -> impl Iterator<Item = (Actuator, f64)> + 'a {
     let motors = Axis::ALL.into_iter().zip(Actuator::ALL).filter(|(_, motor)| config.actuators[*motor].present);
     motors.filter_map(|(axis, motor)| Some((motor, words.axis(axis)?)))
 }
 
-/// M912: what was told of these drivers is news again, if it still holds.
+/// M912: forgets what was reported of these drivers, so that troubles that still hold are reported again.
 ///
 /// # Errors
-/// When P or a letter is that of no driver of ours.
+/// When P or a letter names no motor with a driver of ours.
 pub(crate) fn forget_told(
     texts: &Texts,
     ports: &mut impl DriversPort,
@@ -36,11 +36,12 @@ pub(crate) fn forget_told(
     Ok(Answer::Ok)
 }
 
-/// M913: up to which speed of a motor, mm/s, stealthChop drives it; 0 is never. Without words says it.
+/// M913: sets the greatest speed at which stealthChop drives a motor, mm/s; 0 is never. Without words prints
+/// it.
 ///
 /// # Errors
-/// When a speed is negative, or a driver does not take it. One without stealthChop is told, and no error: the
-/// file may be made for other drivers.
+/// When a speed is negative, or a driver refuses it. A driver without stealthChop is reported, and is no
+/// error: the file may be made for other drivers.
 pub(crate) fn stealth_thresholds(
     texts: &Texts,
     ports: &mut impl DriversPort,
@@ -67,11 +68,11 @@ pub(crate) fn stealth_thresholds(
     Ok(Answer::Ok)
 }
 
-/// M569: S1 has stealthChop drive these motors at any speed, S0 never; all those that have it where none is
-/// named.
+/// M569: S1 has stealthChop drive these motors at any speed, S0 never. Without a letter, all drivers with
+/// stealthChop are meant.
 ///
 /// # Errors
-/// As [`stealth_thresholds`]; without S.
+/// As [`stealth_thresholds`]; and when S is missing.
 pub(crate) fn stealth_mode(
     texts: &Texts,
     ports: &mut impl DriversPort,
@@ -115,7 +116,7 @@ fn set_stealth(
     Ok(())
 }
 
-/// M914: what counts as a stall of a motor while its axis homes without a switch. Without words says it.
+/// M914: sets the load threshold of a stall for homing without a switch. Without words prints it.
 ///
 /// # Errors
 /// When a driver has no such threshold.

@@ -1,14 +1,14 @@
-//! How a command can end other than well.
+//! Outcomes of commands: answers, failures, and the texts of failures.
 
 use core::cell::{Cell, RefCell};
 use core::fmt::{self, Arguments, Display, Write};
 
 use crate::grbl::numbers::{Alarm, Error};
 
-/// Bytes of a text.
+/// Greatest length of a text, bytes.
 const TEXT_BYTES: usize = 112;
-/// Texts that are known at a time. What is done on the way from a failure to its answer (a probe is stowed,
-/// slaves are slaves again) may fail as well, and write further ones.
+/// Texts kept at a time. Steps on the way from a failure to its answer (a probe is stowed, slaves are slaves
+/// again) may fail as well, and write further texts.
 const TEXTS: usize = 8;
 
 /// A text for a person, cut to fit.
@@ -16,16 +16,16 @@ const TEXTS: usize = 8;
 pub struct ShortText(heapless::String<TEXT_BYTES, u8>);
 
 impl ShortText {
-    /// Without words.
+    /// Text without any words.
     pub const NONE: Self = Self(heapless::String::new());
 
-    /// Bytes that fit.
+    /// Returns the greatest length of a text, bytes.
     #[must_use]
     pub const fn capacity() -> usize {
         TEXT_BYTES
     }
 
-    /// What it says.
+    /// Returns the text as a string.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
@@ -52,8 +52,8 @@ pub fn short(text: Arguments<'_>) -> ShortText {
     short
 }
 
-/// What is wrong with a file, cut to fit. Of a long path it is the beginning that goes: the reason must be
-/// read whole.
+/// Says what is wrong with a file, cut to fit. A long path loses its beginning: the reason must be read
+/// whole.
 #[must_use]
 pub fn about_file(path: &str, why: &str) -> ShortText {
     const CUT: &str = "...";
@@ -66,7 +66,7 @@ pub fn about_file(path: &str, why: &str) -> ShortText {
     short(format_args!("{CUT}{}: {why}", ends.unwrap_or("")))
 }
 
-/// What a failure means for the machine.
+/// Consequence of a failure for the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FailureKind {
     /// The machine was halted meanwhile, by something that has already been said.
@@ -77,87 +77,88 @@ pub enum FailureKind {
     Refused,
 }
 
-/// Why a command was not carried out. Two words; its text, unless it is always the same, is with [`Texts`].
+/// Reason why a command was not carried out. Two machine words; the text, unless it is a fixed one, is with
+/// [`Texts`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// A text that is always the same.
+    /// Text that is always the same.
     fixed: Option<&'static &'static str>,
-    /// Else which of the texts is its own.
+    /// Number of the failure's text in [`Texts`], without a fixed one.
     number: u8,
-    /// The number that senders of GRBL's dialect go by, where a line is refused with it.
+    /// Error number for senders of GRBL's dialect, where a line is refused with this failure.
     pub error: Error,
-    /// The same where the machine halts with it.
+    /// Alarm number for senders of GRBL's dialect, where the machine halts with this failure.
     pub alarm: Alarm,
-    /// What it means.
+    /// Consequence for the machine.
     pub kind: FailureKind,
 }
 
 impl Failure {
-    /// The machine was halted meanwhile.
+    /// Failure of a command because the machine was halted meanwhile.
     pub const HALTED: Self = Self::fixed(FailureKind::Halted, &"");
 
     const fn fixed(kind: FailureKind, text: &'static &'static str) -> Self {
         Self { fixed: Some(text), number: 0, error: Error::Unsupported, alarm: Alarm::Abort, kind }
     }
 
-    /// A refusal with a text that is always the same.
+    /// Makes a refusal with a text that is always the same.
     #[must_use]
     pub const fn refused(text: &'static &'static str) -> Self {
         Self::fixed(FailureKind::Refused, text)
     }
 
-    /// An alarm with a text that is always the same.
+    /// Makes an alarm with a text that is always the same.
     #[must_use]
     pub const fn alarm(text: &'static &'static str) -> Self {
         Self::fixed(FailureKind::Alarm, text)
     }
 
-    /// The same, of this number.
+    /// Returns the same failure with this error number.
     #[must_use]
     pub const fn numbered(self, error: Error) -> Self {
         Self { error, ..self }
     }
 
-    /// The same, of this number where the machine halts with it.
+    /// Returns the same failure with this alarm number.
     #[must_use]
     pub const fn alarming(self, alarm: Alarm) -> Self {
         Self { alarm, ..self }
     }
 
-    /// The same with another meaning.
+    /// Returns the same failure with another consequence.
     #[must_use]
     pub const fn meaning(self, kind: FailureKind) -> Self {
         Self { kind, ..self }
     }
 
-    /// Whether the machine goes on.
+    /// Returns whether the machine goes on.
     #[must_use]
     pub const fn is_refusal(&self) -> bool {
         matches!(self.kind, FailureKind::Refused)
     }
 
-    /// Whether there is anything to say: a machine that was halted meanwhile has said why.
+    /// Returns whether there is anything to say: a machine that was halted meanwhile has said why.
     #[must_use]
     pub const fn has_text(&self) -> bool {
         !matches!(self.kind, FailureKind::Halted)
     }
 
-    /// Whether the machine is to halt with it.
+    /// Returns whether the machine is to halt with this failure.
     #[must_use]
     pub const fn is_alarm(&self) -> bool {
         matches!(self.kind, FailureKind::Alarm)
     }
 }
 
-/// A failure with its text, to be answered with later than the line after next.
+/// Failure with its text, for an answer that comes later than the line after next.
 #[derive(Clone, Debug)]
 pub struct KeptFailure {
     failure: Failure,
     text: ShortText,
 }
 
-/// The texts of failures, from where one is found to where it is answered. It holds the last few: a failure
-/// is answered, told or forgotten before the line that it belongs to has ended.
+/// Texts of failures, from where a failure is found to where it is answered. Only the last few are held: a
+/// failure is answered, told or forgotten before its line has ended.
 #[derive(Debug)]
 pub struct Texts {
     texts: RefCell<[(u8, ShortText); TEXTS]>,
@@ -171,33 +172,33 @@ impl Default for Texts {
 }
 
 impl Texts {
-    /// None yet.
+    /// Starts without any text.
     #[must_use]
     pub const fn new() -> Self {
         Self { texts: RefCell::new([const { (0, ShortText::NONE) }; TEXTS]), last: Cell::new(0) }
     }
 
-    /// A refusal that says this.
+    /// Makes a refusal with this text.
     pub fn refused(&self, text: Arguments<'_>) -> Failure {
         self.keep(FailureKind::Refused, &short(text))
     }
 
-    /// A refusal for this reason.
+    /// Makes a refusal for this reason.
     pub fn because(&self, why: &str) -> Failure {
         self.refused(format_args!("{why}"))
     }
 
-    /// An alarm that says this.
+    /// Makes an alarm with this text.
     pub fn alarm(&self, text: Arguments<'_>) -> Failure {
         self.keep(FailureKind::Alarm, &short(text))
     }
 
-    /// A refusal for what is wrong with a file, see [`about_file`].
+    /// Makes a refusal for what is wrong with a file, see [`about_file`].
     pub fn about_file(&self, path: &str, why: &str) -> Failure {
         self.keep(FailureKind::Refused, &about_file(path, why))
     }
 
-    /// A failure with a text that was kept somewhere else.
+    /// Makes a failure with a text that was kept somewhere else.
     #[inline(never)]
     pub fn keep(&self, kind: FailureKind, text: &ShortText) -> Failure {
         let number = self.last.get().wrapping_add(1);
@@ -211,30 +212,30 @@ impl Texts {
         Failure { fixed: None, number, ..Failure::fixed(kind, &"") }
     }
 
-    /// What a failure says.
+    /// Returns the text of a failure, to be displayed.
     pub const fn of(&self, failure: Failure) -> Said<'_> {
         Said { texts: self, failure }
     }
 
-    /// A failure to be answered with later.
+    /// Copies a failure with its text, to be answered with later.
     pub fn kept(&self, failure: Failure) -> KeptFailure {
         KeptFailure { failure, text: self.copy_of(failure) }
     }
 
-    /// The failure that was kept.
+    /// Returns the failure that was kept, with its text in [`Texts`] again.
     pub fn taken_up(&self, kept: &KeptFailure) -> Failure {
         let KeptFailure { failure: Failure { error, alarm, kind, .. }, text } = kept;
         self.keep(*kind, text).numbered(*error).alarming(*alarm)
     }
 
-    /// What it says, to be kept for longer.
+    /// Copies the text of a failure, to be kept for longer.
     #[must_use]
     pub fn copy_of(&self, failure: Failure) -> ShortText {
         short(format_args!("{}", self.of(failure)))
     }
 }
 
-/// What a failure says, see [`Texts::of`].
+/// Text of a failure, see [`Texts::of`].
 #[derive(Clone, Copy, Debug)]
 pub struct Said<'t> {
     texts: &'t Texts,
@@ -251,26 +252,26 @@ impl Display for Said<'_> {
         let text = texts.as_ref().and_then(|texts| texts.get(usize::from(number) % TEXTS));
         match text {
             Some((of, text)) if *of == number => f.write_str(text.as_str()),
-            // Whoever kept it for so long should have kept its text.
+            // Overwritten since: a failure answered so late should have been kept as a [`KeptFailure`].
             _ => f.write_str("it failed, and so did much else since then"),
         }
     }
 }
 
-/// How a command that was carried out is answered.
+/// Answer to a command that was carried out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// With `ok`.
+    /// The command is answered with `ok`.
     Ok,
-    /// It has answered completely, or will.
+    /// Answered completely by the command itself, now or later.
     Said,
-    /// With `ok`: it is accepted, and not carried out.
+    /// Answered with `ok`: the command is accepted, and not carried out.
     PassedOver,
-    /// Nobody knows this code.
+    /// Code that nobody knows.
     Unknown,
 }
 
-/// What a command returns.
+/// Result of a command.
 pub type Outcome = Result<Answer, Failure>;
 
 const _: () = assert!(size_of::<Outcome>() <= 2 * size_of::<usize>(), "it is handed up through every command");
