@@ -1,30 +1,30 @@
-//! Whether a supply falls: brown-out. Its usual voltage is learnt while it is there, for machines have 12 V
-//! or 24 V and nobody tells them.
+//! Detects a falling supply (brown-out). A supply's usual voltage is learnt while it is there, for machines
+//! have 12 V or 24 V and nobody tells them.
 
 use units::Volts;
 
-/// Below this share of what it usually has, a supply falls. Long cables and the bed's current take a tenth.
+/// Share of the usual voltage below which a supply falls. Long cables and the bed's current take a tenth.
 const SHARE: f32 = 0.75;
-/// Below this it is off, and its usual voltage is learnt anew.
+/// Voltage below which a supply is off, and its usual voltage is learnt anew.
 pub const OFF: Volts = Volts(6.0);
 /// Share of the way that the usual voltage comes to a reading: up at once when a supply comes up, down within
 /// some ten seconds of looks 3 ms apart.
 const RISES: f32 = 0.1;
 const SINKS: f32 = 0.000_3;
-/// Looks in a row that find it low: one may be of a motor's switching.
+/// Looks in a row that must find the supply low: a single one may be of a motor's switching.
 const LOOKS: u8 = 2;
 
-/// What is known of a supply.
+/// State of one supply.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FallingSupply {
-    /// What it usually has; zero until that is known.
+    /// Usual voltage, V; zero until known.
     usual: f32,
     low: u8,
 }
 
 impl FallingSupply {
-    /// A look. True when it has been low twice in a row: below `least`, or below three quarters of what it
-    /// usually has where nobody says it.
+    /// Looks at the supply. True when the voltage has been low twice in a row: below `least`, or below three
+    /// quarters of the usual voltage without `least`.
     pub fn look(&mut self, volts: Volts, least: Option<Volts>) -> bool {
         let Volts(now) = volts;
         let Volts(least) = least.unwrap_or(Volts(self.usual * SHARE));
@@ -43,13 +43,13 @@ impl FallingSupply {
         false
     }
 
-    /// What it usually has.
+    /// Returns the supply's usual voltage.
     #[must_use]
     pub const fn usual(&self) -> Volts {
         Volts(self.usual)
     }
 
-    /// It was low at the last look.
+    /// Returns whether the voltage was low at the last look.
     #[must_use]
     pub const fn is_low(&self) -> bool {
         self.low > 0

@@ -1,8 +1,8 @@
 //! The filament detector: notices that filament has run out, is too thick or too thin, or is stuck.
 //!
-//! What it does about it is to issue M600, as a person would. It looks while filament is used: while a file
-//! is played, or while a host streams moves. While it rests a person is told once, and `resume` is refused
-//! as long as there is none.
+//! The detector reacts by issuing M600, as a person would. Inputs are looked at while filament is used: while
+//! a file is played, or while a host streams moves. While no filament is used a person is told once, and
+//! `resume` is refused as long as filament is missing.
 
 mod codes;
 mod delay_line;
@@ -18,29 +18,29 @@ use crate::tuning::Tuning;
 pub use codes::{told, told_of_width};
 pub use width::{Width, WidthNews};
 
-/// An input that changes for less is noise, or a splice that passes.
+/// Least time between two changes of an input: a shorter change is noise, or a splice that passes.
 const DEBOUNCE: Micros = Micros::from_millis(50);
-/// Pulses that may be missing before the filament counts as stuck: the wheel stands anywhere between two, and
-/// has some play.
+/// Pulses that may be missing before the filament counts as stuck: the wheel stands anywhere between two
+/// pulses, and has some play.
 const MISSING: f64 = 1.5;
 
-/// What is wrong with the filament.
+/// Fault of the filament.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trouble {
-    /// Its input says that there is none.
+    /// No filament, according to the detector's input.
     RunOut,
-    /// Its input says that it is too thick.
+    /// Filament too thick, according to the detector's input.
     Bulge,
-    /// The extruder pushes, and the wheel does not turn.
+    /// Extruder that pushes while the wheel does not turn.
     Stuck,
-    /// The sensor of its width measures less than the least diameter.
+    /// Measured width below the least diameter.
     TooThin,
-    /// It measures more than the greatest.
+    /// Measured width above the greatest diameter.
     TooThick,
 }
 
 impl Trouble {
-    /// For a person.
+    /// Returns the message for a person.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -53,7 +53,7 @@ impl Trouble {
     }
 }
 
-/// What the machine is doing with filament.
+/// Present use of filament.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Use {
     /// A file is played.
@@ -62,23 +62,23 @@ pub enum Use {
     Moves,
     /// A job is suspended, or paused.
     Rests,
-    /// Nothing.
+    /// Filament is not used.
     Idle,
 }
 
-/// The wheel.
+/// State of the filament wheel.
 #[derive(Clone, Copy, Debug, Default)]
 struct Wheel {
     level: bool,
     pulses: u32,
     due: Micros,
-    /// The extruder's axis, and how far it had pushed at the last look that counted, mm.
+    /// Extruder's axis, and how far it had pushed at the last look that counted, mm.
     from: Option<(Axis, f64)>,
-    /// How far it has pushed since, mm.
+    /// Distance that the extruder has pushed since then, mm.
     pushed: f64,
 }
 
-/// What the look has shown, once.
+/// News of a look, given once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum News {
     /// The job is to be suspended.
@@ -87,22 +87,22 @@ pub enum News {
     Noted(Trouble),
 }
 
-/// The detector.
+/// Filament detector with its state.
 #[derive(Clone, Debug, Default)]
 pub struct Filament {
-    /// M405.
+    /// Whether M405 has switched the detector off.
     off: bool,
-    /// The input's level and since when it has had it.
+    /// Level of the input, and the time since which it has had it.
     level: (bool, Micros),
-    /// The same, for long enough: there is no filament, or it is too thick.
+    /// Whether the debounced input says that there is no filament, or that it is too thick.
     is_bad: bool,
-    /// A person knows of it.
+    /// Whether a person has been told.
     was_noted: bool,
-    /// What the sensor of its width finds.
+    /// Fault that the width sensor finds.
     width: Option<Trouble>,
     wheel: Wheel,
     rested: bool,
-    /// The job is being suspended, or is, for its sake.
+    /// Whether the job is being suspended, or is, because of the filament.
     has_asked: bool,
     command: bool,
 }
@@ -115,12 +115,13 @@ impl Filament {
         self.wheel.level = level;
     }
 
-    /// What the sensor of its width finds, where there is one.
+    /// Notes the fault that the width sensor finds, if any.
     pub const fn note_width(&mut self, trouble: Option<Trouble>) {
         self.width = trouble;
     }
 
-    /// Looks, a hundred times a second. `extruder`: the axis of the one in use, and where its motor is, mm.
+    /// Looks at the filament, a hundred times a second. `extruder`: the axis of the extruder in use, and
+    /// where its motor is, mm.
     pub fn look(
         &mut self,
         levels: InputLevels,
@@ -136,7 +137,7 @@ impl Filament {
         self.look_at_level(levels, now);
         let rests = using == Use::Rests;
         if core::mem::replace(&mut self.rested, rests) != rests {
-            // Whoever has loaded filament has turned the wheel, and has seen to what was wrong.
+            // A person who has loaded filament has turned the wheel, and has seen to what was wrong.
             self.wheel = Wheel { level: self.wheel.level, ..Wheel::default() };
             self.has_asked &= rests;
         }
@@ -149,7 +150,8 @@ impl Filament {
             return None;
         };
         let is_new = !core::mem::replace(&mut self.was_noted, true);
-        // Without a file, what was wrong before it moved is known to whoever moves it: he loads filament.
+        // Without a file, a fault from before the first move is known to the person who moves: he loads
+        // filament.
         if !self.has_asked && (using == Use::Plays || using == Use::Moves && is_new) {
             (self.has_asked, self.command) = (true, true);
             return Some(News::Suspends(trouble));
@@ -157,29 +159,29 @@ impl Filament {
         (is_new && !is_used).then_some(News::Noted(trouble))
     }
 
-    /// Whether a command is to be issued.
+    /// Returns whether a command is to be issued.
     pub const fn has_command(&self) -> bool {
         self.command
     }
 
-    /// The command to be issued, once.
+    /// Takes the command to be issued.
     pub fn take_command(&mut self, tuning: &Tuning) -> Option<Command> {
         let command = if tuning.filament.leave_heaters_on { "M600.1" } else { "M600" };
-        // It fits.
+        // Both commands fit, so the default is never used.
         core::mem::take(&mut self.command).then(|| Command::try_from(command).unwrap_or_default())
     }
 
-    /// Extruders count from another place than before, without having moved.
+    /// Notes that extruders count from another place than before, without having moved.
     pub const fn counts_anew(&mut self) {
         self.wheel.from = None;
     }
 
-    /// The machine was halted, or the job is over: nothing is to be suspended any more.
+    /// Drops the wish to suspend: the machine was halted, or the job is over.
     pub fn forget(&mut self) {
         (self.command, self.has_asked) = (false, false);
     }
 
-    /// Why no job can go on, if so.
+    /// Returns the fault because of which no job can go on, if any.
     #[must_use]
     pub fn is_missing(&self, config: &MachineConfig) -> Option<Trouble> {
         let bulge = config.filament_detector.bulge_pin.is_some();
@@ -187,13 +189,13 @@ impl Filament {
         by_level.or(self.width).filter(|_| !self.off)
     }
 
-    /// A job that begins now is suspended, with the next look.
+    /// Returns whether a job that begins now would be suspended with the next look.
     #[must_use]
     pub fn is_about_to_ask(&self, config: &MachineConfig) -> bool {
         (self.command || !self.has_asked) && self.is_missing(config).is_some()
     }
 
-    /// A job that was begun goes on.
+    /// Checks that a job that was begun can go on.
     ///
     /// # Errors
     /// When there is no filament for it.
@@ -213,12 +215,12 @@ impl Filament {
         }
     }
 
-    /// M405, M406, M412.
+    /// M405, M406, M412: switches the detector on or off.
     fn switch(&mut self, on: bool) {
         *self = Self { off: !on, ..Self::default() };
     }
 
-    /// M407.
+    /// M407: prints the detector's state.
     fn report(&self, config: &MachineConfig, tuning: &Tuning, reply: &mut Reply<'_>) {
         if !config.filament_detector.enable {
             return;
@@ -236,8 +238,8 @@ impl Filament {
 }
 
 impl Wheel {
-    /// Whether the filament is stuck. What the extruder has pushed is added up until it is worth some pulses;
-    /// what it pushes again after drawing back says nothing.
+    /// Returns whether the filament is stuck. Pushed lengths are added up until they are worth some pulses; a
+    /// length that is pushed again after a retraction says nothing.
     fn look(&mut self, tuning: &Tuning, extruder: impl FnOnce() -> Option<(Axis, f64)>, now: Micros) -> bool {
         if now < self.due {
             return false;
@@ -250,7 +252,7 @@ impl Wheel {
         };
         self.pushed = (here - most).max(0.0);
         if here <= most {
-            // It draws back, or pushes again what it drew back; pulses of that are not those of the way on.
+            // A retraction, or its way back: pulses of these are not those of the way on.
             self.pulses = 0;
             return false;
         }

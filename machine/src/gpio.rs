@@ -1,4 +1,4 @@
-//! `gpio`: a pin that nothing uses, looked at or driven for a while, to find out what is wired where.
+//! `gpio`: reads an unused pin or drives it for a while, to find out what is wired where.
 
 use config::{Pin, PinName, Pull, parse_pin};
 use units::Micros;
@@ -7,20 +7,20 @@ use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::ports::{Ports, Wake};
 
-/// How long a pin is driven when nothing is said.
+/// Time for which a pin is driven without a duration, ms.
 const DRIVEN_MS: u32 = 2_000;
-/// And at most: whoever needs it longer has a `[switch]`.
+/// Longest time for which a pin is driven, ms: for longer there is `[switch]`.
 const MOST_MS: u32 = 60_000;
 
-/// What is asked of a pin.
+/// Request for a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Request {
     Read,
-    /// On or off, for so many milliseconds.
+    /// Level (on or off), and for how many milliseconds.
     Drive(bool, u32),
 }
 
-/// Reads `PJ1^ in` and `PJ1! out on 500`.
+/// Parses `PJ1^ in` and `PJ1! out on 500`.
 fn parse(texts: &Texts, arguments: &str) -> Result<(Pin, Request), Failure> {
     let mut words = arguments.split_ascii_whitespace();
     let name = words.next().ok_or_else(usage)?;
@@ -44,12 +44,12 @@ fn parse(texts: &Texts, arguments: &str) -> Result<(Pin, Request), Failure> {
     Ok((pin, ended(words, request)?))
 }
 
-/// Nothing may stand behind it.
+/// Checks that no further word follows.
 fn ended<'t>(mut words: impl Iterator<Item = &'t str>, request: Request) -> Result<Request, Failure> {
     if words.next().is_none() { Ok(request) } else { Err(usage()) }
 }
 
-/// An input has a pull-up where nothing else is said, as in `config.ini`.
+/// Gives an input a pull-up without another choice, as in `config.ini`.
 fn pulled(pin: Pin) -> Pin {
     if pin.pull == Pull::Default { Pin { pull: Pull::Up, ..pin } } else { pin }
 }
@@ -68,11 +68,11 @@ fn duration(texts: &Texts, word: Option<&str>) -> Result<u32, Failure> {
     ms.ok_or_else(|| texts.refused(format_args!("a pin is driven for 1 to {MOST_MS} milliseconds")))
 }
 
-/// `gpio pin [in | out on|off [ms]]`. A pin that was driven is as after a reset when this ends, whatever ends
-/// it: its time, Ctrl-Y or a halt.
+/// Carries out `gpio pin [in | out on|off [ms]]`. A driven pin is as after a reset at the end, however it
+/// ends: by time, by Ctrl-Y or by a halt.
 ///
 /// # Errors
-/// When the pin is used, or driven by the board itself, and for what is not understood.
+/// When the pin is used, or driven by the board itself, and for a command that is not understood.
 pub(crate) fn command<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Outcome {
     let (pin, request) = parse(hands.texts(), arguments)?;
     let drives = match request {
@@ -105,12 +105,12 @@ pub(crate) fn command<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -
     Ok(Answer::Ok)
 }
 
-/// The pin itself, whatever it is used for.
+/// Returns the pin without inversion, open drain and pull.
 fn bare(pin: Pin) -> Pin {
     Pin { inverted: false, open_drain: false, pull: Pull::Default, ..pin }
 }
 
-/// Until its time has passed, Ctrl-Y, or whoever asked has gone.
+/// Waits for the time to pass, for Ctrl-Y, or until the asking session has gone.
 fn wait<P: Ports>(hands: &mut Hands<'_, '_, P>, time: Micros) -> Result<(), Failure> {
     let ends = hands.now().plus(time);
     while hands.now() < ends && !hands.is_let_go() {

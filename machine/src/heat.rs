@@ -6,7 +6,7 @@
 //!
 //! A heater is on only while everything that makes it safe has been seen to work: a believable reading this
 //! sample, a guard that has not run out, a control tick within [`STALE_MODULATION_TICKS`], a dispatcher that
-//! reported within [`DISPATCHER_TIMEOUT`]. Whatever is missing, the output falls to off by itself; the
+//! reported within [`DISPATCHER_TIMEOUT`]. If any of them is missing, the output falls to off by itself; the
 //! message follows later.
 
 mod chip_faults;
@@ -48,12 +48,12 @@ use switch_outputs::SwitchOutputs;
 
 /// Without a control tick for this many modulation ticks (one second), every heater output is off.
 pub const STALE_MODULATION_TICKS: u32 = MODULATION_HZ;
-/// What is warmer than this is too hot to be touched.
+/// Temperature above which a part is too hot to be touched.
 const HOT: Celsius = Celsius(50.0);
 /// A dispatcher silent for this long can no longer be told to stop: heaters go off. Longer than any SD card
 /// command.
 pub const DISPATCHER_TIMEOUT: Micros = Micros::from_seconds(10);
-/// What was said to be extruded counts for so long.
+/// Time for which a reported extrusion flow counts.
 const FLOW_STALE: Micros = Micros::from_seconds(1);
 /// All heaters and switched outputs of the machine.
 #[derive(Debug)]
@@ -69,17 +69,17 @@ pub struct HeatControl {
     effects: Effects,
     /// A target that was refused when its place on the path was reached.
     refused: Option<(HeaterId, Celsius, TargetRefused)>,
-    /// What outputs of switches give.
+    /// Values given to the outputs of switches.
     switches: SwitchOutputs,
-    /// Of the tachometers of fans.
+    /// Pulse counts of the fans' tachometers.
     pulses: Pulses,
-    /// What the inputs of the filament width sensor read, which are of the same scan as the thermistors'.
+    /// Readings of the filament width sensor's inputs, of the same scan as the thermistors'.
     filament_width: [SensorReading; 2],
-    /// What is extruded, mm3/s, when that was said, and by which tool.
+    /// Extrusion flow, mm3/s, the time of its report, and its tool.
     flow: (f32, Micros),
     flow_tool: Option<ToolId>,
     chip_faults: ChipFaults,
-    /// Where the motors have come to.
+    /// Mark that the motors have reached.
     reached: Mark,
 }
 
@@ -90,7 +90,7 @@ impl Default for HeatControl {
 }
 
 impl HeatControl {
-    /// Nothing configured, everything off.
+    /// Starts with nothing configured and everything off.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -125,7 +125,7 @@ impl HeatControl {
         watched.then_some(id)
     }
 
-    /// Another sensor measures it. False, and nothing changes, while it is on.
+    /// Gives a controller another sensor. False, and nothing changes, while the heater is on.
     pub fn set_sensor(&mut self, id: HeaterId, sensor: Sensor) -> bool {
         let Some(heater) = self.heaters.get_mut(id.index()).filter(|heater| !heater.is_on()) else { return false };
         heater.set_sensor(sensor);
@@ -133,7 +133,8 @@ impl HeatControl {
         true
     }
 
-    /// Its highest target and highest believable reading are another. False when there is no such controller.
+    /// Sets a controller's highest target, which is also the highest believable reading. False when there is
+    /// no such controller.
     pub fn set_maximum(&mut self, id: HeaterId, max: Celsius) -> bool {
         let Some(heater) = self.heaters.get_mut(id.index()) else { return false };
         heater.settings.max = max;
@@ -141,29 +142,29 @@ impl HeatControl {
         true
     }
 
-    /// Opens the output stage. Called once wiring is done.
+    /// Opens the output stage. To be called once wiring is done.
     pub fn enable_outputs(&mut self) {
         self.fets_enabled = true;
     }
 
-    /// The controllers, in the configuration's order.
+    /// Returns the controllers, in the configuration's order.
     pub fn heaters(&self) -> impl Iterator<Item = (HeaterId, &Heater)> {
         HeaterId::all().zip(&self.heaters)
     }
 
-    /// A controller.
+    /// Returns a controller by its id.
     #[must_use]
     pub fn heater(&self, id: HeaterId) -> Option<&Heater> {
         self.heaters.get(id.index())
     }
 
-    /// A controller to change.
+    /// Returns a controller to change.
     pub fn heater_mut(&mut self, id: HeaterId) -> Option<&mut Heater> {
         self.heaters.get_mut(id.index())
     }
 
-    /// Exchanges the control law's settings and its output's ceiling; it goes on from the present output.
-    /// False when there is no such controller.
+    /// Exchanges the control law's settings and the ceiling of the output; control goes on from the present
+    /// output. False when there is no such controller.
     pub fn set_law(&mut self, id: HeaterId, law: LawSettings, max_duty: Duty) -> bool {
         let Some(heater) = self.heaters.get_mut(id.index()) else { return false };
         heater.set_law(law, max_duty);
@@ -171,21 +172,21 @@ impl HeatControl {
         true
     }
 
-    /// Has another law in force until the next [`Self::set_law`]; the settings stay.
+    /// Puts another law in force until the next [`Self::set_law`]; the settings stay.
     pub fn set_trial_law(&mut self, id: HeaterId, law: LawSettings, max_duty: Duty) {
         if let Some(heater) = self.heaters.get_mut(id.index()) {
             heater.go_on_with(law, max_duty);
         }
     }
 
-    /// What a switch is given, 0 to 1, by its place in the configuration's list.
+    /// Returns the duty of a switch, 0 to 1, by its place in the configuration's list.
     #[must_use]
     pub fn switch_duty(&self, switch: u8) -> f32 {
         self.switches.given(usize::from(switch))
     }
 
-    /// Asks for a temperature, 0 for off. What is refused changes nothing; so does everything while halted,
-    /// but for off.
+    /// Asks for a temperature, 0 for off. A refused target changes nothing; while halted no target but off
+    /// does.
     ///
     /// # Errors
     /// When the controller does not allow that temperature, or has nothing to heat with.
@@ -197,43 +198,44 @@ impl HeatControl {
         Ok(())
     }
 
-    /// Is any heater asked to heat?
+    /// Returns whether any heater is asked to heat.
     #[must_use]
     pub fn any_on(&self) -> bool {
         self.heaters.iter().any(Heater::is_on)
     }
 
-    /// Is any heater asked to heat, or too hot to be touched?
+    /// Returns whether any heater is asked to heat, or too hot to be touched.
     #[must_use]
     pub fn any_hot(&self) -> bool {
         let is_hot = |heater: &Heater| heater.reading().is_some_and(|reading| reading > HOT);
         self.heaters.iter().any(|heater| heater.settings.heats && (heater.is_on() || is_hot(heater)))
     }
 
-    /// A switch drives a fan, so. False when there is no room.
+    /// Has a switch drive a fan with these settings. False when there is no room.
     #[must_use]
     pub fn add_fan(&mut self, switch: usize, settings: config::FanDriveConfig) -> bool {
         self.switches.add_fan(switch, settings)
     }
 
-    /// A switch's output is on once in so long; 0: as often as can be.
+    /// Sets the period in which a switch's output is on once; 0: as often as can be.
     pub fn set_switch_cycle(&mut self, switch: usize, cycle: Micros) {
         self.modulators.set_switch_cycle(switch, cycle);
     }
 
-    /// Looks at the inputs of tachometers, a bit for each fan.
+    /// Counts pulses at the inputs of tachometers, a bit for each fan.
     #[inline]
     pub fn count_pulses(&mut self, levels: u8) {
         self.pulses.look(levels);
     }
 
-    /// Pulses of tachometers since boot, by fan, modulo 2^16.
+    /// Returns the pulses of tachometers since boot, by fan, modulo 2^16.
     #[must_use]
     pub const fn pulses(&self) -> [u16; config::MAX_FANS] {
         self.pulses.counts()
     }
 
-    /// The share of full power that a switch gives, 0 to 1. Whether its output has supply is another matter.
+    /// Returns the share of full power that a switch gives, 0 to 1. Whether its output has supply is another
+    /// matter.
     #[must_use]
     pub fn given(&self, switch: usize) -> f32 {
         self.switches.given(switch)
@@ -249,13 +251,13 @@ impl HeatControl {
         self.switches.set_pwm(&mut self.modulators, switch, duty);
     }
 
-    /// The next switch on a hardware timer that is to be set: its place, and its duty.
+    /// Takes the next switch on a hardware timer that is to be set: its place, and its duty.
     #[inline]
     pub fn take_pwm_change(&mut self) -> Option<(usize, f32)> {
         self.switches.take_pwm_change()
     }
 
-    /// Changes an output.
+    /// Changes an output at once.
     ///
     /// # Errors
     /// When a target is refused; see [`Self::set_target`].
@@ -276,7 +278,7 @@ impl HeatControl {
         self.effects.wait(mark, output)
     }
 
-    /// The motors have reached this mark: outputs that wait for it change.
+    /// Changes the outputs that wait for this mark, as the motors have reached it.
     #[inline]
     pub fn reach(&mut self, mark: Mark) {
         self.reached = mark;
@@ -287,30 +289,30 @@ impl HeatControl {
         }
     }
 
-    /// The mark that the motors have reached, as far as was looked.
+    /// Returns the mark that the motors have reached, as of the last look.
     #[must_use]
     pub const fn reached(&self) -> Mark {
         self.reached
     }
 
-    /// Whether changes wait for their places on the path.
+    /// Returns whether changes wait for their places on the path.
     #[must_use]
     pub fn has_effects(&self) -> bool {
         !self.effects.is_empty()
     }
 
-    /// What waits for marks does not happen: the path it belongs to was dropped.
+    /// Drops the changes that wait for marks: the path that they belong to was dropped.
     pub fn drop_effects(&mut self) {
         self.effects.clear();
     }
 
-    /// A target that was refused when its place on the path was reached, once.
+    /// Takes a target that was refused when its place on the path was reached.
     pub fn take_refusal(&mut self) -> Option<(HeaterId, Celsius, TargetRefused)> {
         self.refused.take()
     }
 
-    /// Everything that heats off, at once, and what waits for its place on the path with it; the output stage
-    /// closed until [`Self::release`].
+    /// Switches off everything that heats, at once, and drops changes that wait for their places on the path;
+    /// the output stage is closed until [`Self::release`].
     pub fn halt(&mut self) {
         self.effects.clear();
         self.halted = true;
@@ -329,55 +331,55 @@ impl HeatControl {
         self.fault = None;
     }
 
-    /// Is the output stage closed by a halt?
+    /// Returns whether a halt has closed the output stage.
     #[must_use]
     pub const fn is_halted(&self) -> bool {
         self.halted
     }
 
-    /// The dispatcher is alive.
+    /// Notes that the dispatcher is alive.
     pub fn dispatcher_alive(&mut self, now: Micros) {
         self.dispatcher_seen = now;
     }
 
-    /// What the chip of a sensor reports, in words, once.
+    /// Takes the fault that a sensor's chip reports, in words.
     pub const fn take_chip_fault(&mut self) -> Option<(HeaterId, &'static str)> {
         self.chip_faults.take()
     }
 
-    /// The fault that stopped heating, once.
+    /// Takes the fault that stopped heating.
     pub fn take_fault(&mut self) -> Option<HeatFault> {
         self.fault.take()
     }
 
-    /// Keeps what the inputs of the filament width sensor read.
+    /// Keeps the readings of the filament width sensor's inputs.
     pub const fn set_filament_width(&mut self, readings: [SensorReading; 2]) {
         self.filament_width = readings;
     }
 
-    /// What they read last.
+    /// Returns the last readings of the filament width sensor's inputs.
     #[must_use]
     pub const fn filament_width(&self) -> [SensorReading; 2] {
         self.filament_width
     }
 
-    /// What a heater did since this was asked last.
+    /// Returns a heater's work since the last call.
     pub fn take_work(&mut self, id: HeaterId) -> Work {
         self.heaters.get_mut(id.index()).map_or(Work::NONE, Heater::take_work)
     }
 
-    /// What a tool extrudes now, mm3/s. It counts until it is said anew, or for a second.
+    /// Reports a tool's extrusion flow, mm3/s. The value counts until the next report, or for a second.
     pub const fn set_flow(&mut self, tool: ToolId, mm3_per_s: f32, now: Micros) {
         (self.flow, self.flow_tool) = ((mm3_per_s, now), Some(tool));
     }
 
-    /// Whether some heater reckons with what is extruded.
+    /// Returns whether some heater's control takes the extrusion flow into account.
     #[must_use]
     pub fn wants_flow(&self) -> bool {
         self.heaters.iter().any(Heater::reckons_with_flow)
     }
 
-    /// Samples every controller whose time has come. Call at 100 Hz or more with the latest readings.
+    /// Samples every controller that is due. To be called at 100 Hz or more with the latest readings.
     pub fn tick(&mut self, now: Micros, readings: &SensorReadings) {
         self.modulation_ticks_since_control = 0;
         self.chip_faults.look(now, readings);
@@ -408,7 +410,7 @@ impl HeatControl {
         }
     }
 
-    /// One tick of the sigma-delta modulators, [`MODULATION_HZ`] times a second.
+    /// Does one tick of the sigma-delta modulators, [`MODULATION_HZ`] times a second.
     #[inline]
     pub fn modulation_tick(&mut self) -> OutputLevels {
         self.modulation_ticks_since_control = self.modulation_ticks_since_control.saturating_add(1);

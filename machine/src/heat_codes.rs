@@ -1,4 +1,4 @@
-//! Temperatures over codes: set, wait, report, gains and limits.
+//! Codes for temperatures: targets, waits, reports, gains and limits.
 
 mod gains;
 pub(crate) mod named;
@@ -22,7 +22,7 @@ pub(crate) use preheat::preheat;
 pub(crate) use sensors::{sensors, write_sensor};
 pub(crate) use wait::{heat_and_wait, wait_for_all, wait_for_first_reading, wait_for_temperature};
 
-/// What an unreadable sensor is reported as.
+/// Temperature reported for an unreadable sensor, °C.
 const NO_READING: f32 = -100.0;
 
 // --- setting and waiting ---
@@ -30,7 +30,7 @@ const NO_READING: f32 = -100.0;
 /// Refuses to heat without the heaters' supply.
 ///
 /// # Errors
-/// An alarm, when it is off and the target is not.
+/// An alarm, when the supply is off and the target is not.
 pub(crate) fn check_supply<P: Ports>(hands: &mut Hands<'_, '_, P>, target: Celsius) -> Result<(), Failure> {
     if target > OFF_BELOW && !hands.supervisor(|supervisor| supervisor.fet_supply_on()) {
         return Err(no_heater_supply());
@@ -38,7 +38,7 @@ pub(crate) fn check_supply<P: Ports>(hands: &mut Hands<'_, '_, P>, target: Celsi
     Ok(())
 }
 
-/// That heaters have no supply.
+/// Returns the alarm that heaters have no supply.
 pub(crate) fn no_heater_supply() -> Failure {
     Failure::alarm(&"heater supply is off (vfet below 6 V): switch it on, then M999")
 }
@@ -57,10 +57,10 @@ pub(crate) fn check_target(
     ports.heat(|heat| allow_target(texts, heat, config, heater, target))
 }
 
-/// Sets a target, at once.
+/// Sets a target at once.
 ///
 /// # Errors
-/// When the heater does not allow it, or is none.
+/// When the heater does not allow it, or there is no such heater.
 pub(crate) fn set_target(
     texts: &Texts,
     ports: &mut impl HeatPort,
@@ -71,7 +71,7 @@ pub(crate) fn set_target(
     ports.heat(|heat| change_target(texts, heat, config, heater, target))
 }
 
-/// [`check_target`] for whoever has heat control in hand.
+/// Does what [`check_target`] does, for callers that hold heat control.
 pub(crate) fn allow_target(
     texts: &Texts,
     heat: &HeatControl,
@@ -89,7 +89,7 @@ pub(crate) fn allow_target(
     }
 }
 
-/// [`set_target`] for whoever has heat control in hand.
+/// Does what [`set_target`] does, for callers that hold heat control.
 pub(crate) fn change_target(
     texts: &Texts,
     heat: &mut HeatControl,
@@ -100,7 +100,7 @@ pub(crate) fn change_target(
     heat.set_target(heater, target).map_err(|why| TargetRefusal { config, heater, target, why }.failure(texts))
 }
 
-/// Why a target was refused.
+/// Refusal of a target, with the reason.
 pub(crate) struct TargetRefusal<'c> {
     pub config: &'c MachineConfig,
     pub heater: HeaterId,
@@ -121,7 +121,7 @@ impl fmt::Display for TargetRefusal<'_> {
 }
 
 impl TargetRefusal<'_> {
-    /// For the command that asked for it.
+    /// Makes the failure for the command that set the target.
     pub fn failure(&self, texts: &Texts) -> Failure {
         texts.refused(format_args!("{self}"))
     }
@@ -129,7 +129,7 @@ impl TargetRefusal<'_> {
 
 // --- saying temperatures ---
 
-/// `T:25.0 /0.0 @0`: reading, target, output.
+/// Text `T:25.0 /0.0 @0`: reading, target, output.
 pub(crate) struct TemperatureText<'c> {
     designator: &'c str,
     reading: f32,
@@ -144,7 +144,7 @@ impl fmt::Display for TemperatureText<'_> {
     }
 }
 
-/// The temperature of a heater or sensor; `None` when there is none with this id.
+/// Returns the temperature of a heater or sensor; `None` when there is none with this id.
 pub(crate) fn temperature_text<'c>(
     heat: &HeatControl,
     config: &'c MachineConfig,
@@ -156,7 +156,8 @@ pub(crate) fn temperature_text<'c>(
     Some(TemperatureText { designator, reading, target: heater.target().0, duty: heater.duty().0 })
 }
 
-/// `T:25.0 /0.0 @0 B:24.9 /0.0 @0 `, of all that listen to this code, behind this: `ok ` for M105.
+/// Prints `T:25.0 /0.0 @0 B:24.9 /0.0 @0 ` of all heaters that listen to this code, behind a beginning: `ok `
+/// for M105.
 pub(crate) fn report_temperatures(
     ports: &mut impl HeatPort,
     config: &MachineConfig,
@@ -172,7 +173,7 @@ pub(crate) fn report_temperatures(
     reply.say(format_args!("\n"));
 }
 
-/// Why heating was stopped.
+/// Fault that stopped heating, as text.
 pub(crate) struct HeatFaultText<'c> {
     pub config: &'c MachineConfig,
     pub fault: HeatFault,

@@ -1,32 +1,32 @@
-//! Heaters with a model: whether one takes much more heat, or much less, than its model explains, for long. A
-//! sensor that slides out slowly, or drifts, is no fault that readings tell of: control follows it. But a
-//! heater that is hotter than it reads loses more heat, and one that is colder, less.
+//! Watches heaters with a model: a heater that takes much more heat, or much less, than its model explains,
+//! for long, is reported. Readings do not show a sensor that slides out slowly, or drifts: control follows
+//! it. But a heater that is hotter than its reading loses more heat, and one that is colder, less.
 
 use units::{HeaterId, MAX_HEATERS, Micros};
 
-/// How often heaters are looked at.
+/// Time between two looks at the heaters.
 const PERIOD: Micros = Micros::from_seconds(1);
-/// This share more or less than the model explains is told: a quarter may be drafts, a sagging supply and a
+/// Share above or below the model's heat that is reported: a quarter may be drafts, a sagging supply and a
 /// sock that has come off together.
 const MUCH: f32 = 0.4;
-/// Below this all is well again.
+/// Share below which the heater counts as well again.
 const LITTLE: f32 = 0.25;
-/// For so long.
+/// Time for which the surplus must last.
 const LONG: Micros = Micros::from_seconds(60);
 
-/// What was seen of all heaters.
+/// State of the watch over all heaters.
 #[derive(Debug, Default)]
 pub struct SurplusWatch {
     due: Micros,
-    /// Since when there was much.
+    /// Time since which the surplus has been large.
     since: [Option<Micros>; MAX_HEATERS],
-    /// Which were told, one bit each.
+    /// Heaters that were reported, one bit each.
     told: u8,
 }
 
 impl SurplusWatch {
-    /// Looks at the share of each heater that holds its target by a model: what it takes beyond what is
-    /// explained, of what is. The first that is to be told.
+    /// Looks at the share of each heater that holds its target by a model: the unexplained part of its heat
+    /// over the explained part. Returns the first heater that is to be reported.
     pub fn look(&mut self, now: Micros, mut share: impl FnMut(HeaterId) -> Option<f32>) -> Option<(HeaterId, f32)> {
         if now < self.due {
             return None;
@@ -62,7 +62,7 @@ mod tests {
         let mut watch = SurplusWatch::default();
         let mut told = std::vec::Vec::new();
         for second in 1..600 {
-            // A minute and more of it, an end, and again.
+            // A minute and more of surplus, its end, and surplus again.
             let share = match second {
                 100..200 | 400..500 => 0.45,
                 200..250 => 0.3,

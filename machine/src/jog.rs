@@ -1,4 +1,4 @@
-//! `$J`: moves by hand.
+//! `$J`: jogs, which are moves by hand.
 
 use motion::{Mode, Motion};
 use program::State;
@@ -13,15 +13,14 @@ use crate::safety::Event;
 /// Least length of one piece of a continuous jog, mm.
 const LEAST_PIECE: f64 = 1.0 / 3.0;
 
-/// A jog as asked for.
+/// Parsed request for a jog.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Request {
     /// Distance along each axis, mm.
     by: PerAxis<f64>,
-    /// Rate asked for.
     rate: Rate,
     continuous: bool,
-    /// Answer with ok although it is not continuous.
+    /// Whether to answer with ok although the jog is not continuous.
     replies: bool,
 }
 
@@ -29,18 +28,18 @@ struct Request {
 enum Rate {
     /// Share of the slowest motor's top rate.
     Scale(f64),
-    /// mm/s.
+    /// Rate in mm/s.
     Absolute(f64),
 }
 
 impl Request {
-    /// Axes that it moves.
+    /// Returns the axes that the jog moves.
     fn axes(&self) -> impl Iterator<Item = Axis> {
         Axis::ALL.into_iter().filter(|axis| self.by[*axis] != 0.0)
     }
 }
 
-/// Reads `-c -r X10 Y-1 S0.5 F600`. `e_axis` is the axis that E stands for.
+/// Parses `-c -r X10 Y-1 S0.5 F600`. `e_axis` is the axis that E stands for.
 fn parse(texts: &Texts, text: &str, e_axis: Option<Axis>) -> Result<Request, Failure> {
     let mut request =
         Request { by: PerAxis([0.0; units::MAX_AXES]), rate: Rate::Scale(1.0), continuous: false, replies: false };
@@ -84,8 +83,8 @@ fn refused(texts: &Texts, what: &str, word: &str) -> Failure {
 /// extruder in use.
 ///
 /// # Errors
-/// When it is not understood, the machine must be homed first or is halted, or nothing of the jog is within
-/// the travel.
+/// When the jog is not understood, the machine must be homed first or is halted, or nothing of the jog is
+/// within the travel.
 pub(crate) fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, text: &str, e_axis: Option<Axis>) -> Outcome {
     if matches!(hands.state(), State::Alarm | State::Sleep | State::Invalid) {
         return Err(Failure::HALTED);
@@ -113,7 +112,7 @@ pub(crate) fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, text: &str, e_axis: Op
     Ok(if request.replies { Answer::Ok } else { Answer::Said })
 }
 
-/// The rate of a jog, at most the slowest motor's own. mm/s.
+/// Returns the rate of a jog, at most the slowest motor's own, mm/s.
 fn rate(asked: Rate, top: f64) -> Result<f64, Failure> {
     let rate = match asked {
         Rate::Scale(scale) => top * scale,
@@ -144,7 +143,7 @@ fn move_by<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64)
     if target == from {
         return Ok(false);
     }
-    // From standstill it is a jog; behind other moves it is one of them.
+    // A move from standstill is a jog; behind other moves it is one of them.
     let begins = hands.apply(Event::JogBegins);
     let went = hands.go(target, MmPerSecond(rate), Mode::Rapid);
     if begins && went.is_err() && hands.motion(|motion| motion.is_idle()) {
@@ -183,7 +182,7 @@ fn jog_pieces<P: Ports>(hands: &mut Hands<'_, '_, P>, piece: &PerAxis<f64>, rate
         } else if move_by(hands, piece, rate)? {
             moves = true;
         } else if moves {
-            // At the end of the travel: whoever jogs says when it is over.
+            // At the end of the travel: the operator ends the jog.
             hands.wait(Wake::Any).unless_halted()?;
         } else {
             return Err(out_of_travel(hands, piece));

@@ -1,22 +1,22 @@
-//! Least squares: what few unknowns are, where many measurements tell of them.
+//! Least squares: computes few unknowns from many measurements.
 //!
 //! The normal equations, gathered row by row and solved by Gauss and Jordan with the greatest pivot of each
 //! column. Unknowns should be of like size, so that no square is lost beside another.
 
-/// Unknowns at most.
+/// Greatest number of unknowns.
 pub(crate) const MOST: usize = 12;
-/// A pivot below this share of the greatest sum: the measurements do not tell of an unknown.
+/// Share of the greatest sum below which a pivot is zero: the measurements do not determine an unknown.
 const LEAST_PIVOT: f64 = 1e-12;
 
 /// The sums of measurements so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct LeastSquares {
-    /// The right-hand sides stand in the last column.
+    /// Normal matrix; the right-hand sides stand in the last column.
     sums: [[f64; MOST + 1]; MOST],
 }
 
 impl LeastSquares {
-    /// One measurement: what each unknown adds to it, and its value.
+    /// Adds one measurement: the coefficient of each unknown, and the measured value.
     pub fn add(&mut self, row: &[f64], value: f64) {
         for (sums, one) in self.sums.iter_mut().zip(row) {
             for (cell, other) in sums.iter_mut().zip(row) {
@@ -28,7 +28,8 @@ impl LeastSquares {
         }
     }
 
-    /// Variance of one of the first `count` unknowns, where each measurement has a variance of one.
+    /// Returns the variance of one of the first `count` unknowns, where each measurement has a variance of
+    /// one.
     pub fn variance(mut self, count: usize, of: usize) -> Option<f64> {
         for (index, row) in self.sums.iter_mut().enumerate() {
             *row.last_mut()? = if index == of { 1.0 } else { 0.0 };
@@ -36,7 +37,7 @@ impl LeastSquares {
         self.solve(count)?.get(of).copied()
     }
 
-    /// The first `count` unknowns. `None` when the measurements do not tell of all of them.
+    /// Solves for the first `count` unknowns. `None` when the measurements do not determine all of them.
     pub fn solve(mut self, count: usize) -> Option<[f64; MOST]> {
         let rows = self.sums.get_mut(..count)?;
         let size = |row: &[f64; MOST + 1], column: usize| row.get(column).map_or(0.0, |cell| libm::fabs(*cell));

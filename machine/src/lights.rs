@@ -1,11 +1,11 @@
-//! What strips of lights show: the colours that codes have given them, or, where the configuration says so
-//! and there is something to see, how the machine is.
+//! Contents of LED strips: the colours that codes have given them, or, if configured and there is something
+//! to see, the machine's state.
 
 use config::{LedStripConfig, MAX_STRIPS, MOST_LIGHTS, StripShows};
 use heapless::Vec;
 use units::{Colour, ColourOrder, Micros};
 
-/// Strips are looked at this often.
+/// Time between two looks at the strips.
 const PERIOD: Micros = Micros::from_millis(50);
 /// Half the period of blinking.
 const BLINK: Micros = Micros::from_millis(500);
@@ -17,30 +17,30 @@ const COLD: Colour = Colour::rgb(0, 0, 40);
 const MADE: Colour = Colour::rgb(0, 200, 0);
 const TO_MAKE: Colour = Colour::rgb(20, 20, 20);
 
-/// How the machine is, as far as lights tell it.
+/// State of the machine, as far as lights show it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Condition {
     /// Halted, asleep, or with a configuration that cannot be used.
     Halted,
-    /// It waits for a person: suspended, held, a program's pause, an open door.
+    /// Waiting for a person: suspended, held, a program's pause, an open door.
     Waits,
-    /// It warms up: the share of the way.
+    /// Warming up, with the share of the way.
     Heats(f32),
-    /// It plays a file: the share of it.
+    /// Playing a file, with the share played.
     Makes(f32),
-    /// Nothing of that.
+    /// None of the other conditions.
     Quiet,
 }
 
-/// What a strip shows. Equal looks need no sending.
+/// Contents of a strip. Equal looks need no sending.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Look {
-    /// What codes say.
+    /// Colours that codes have given.
     #[default]
     Codes,
-    /// All of it in one colour.
+    /// All lights in one colour.
     All(Colour),
-    /// So many lights in the one colour, the rest in the other one.
+    /// Number of lights in the first colour; the rest have the second.
     Bar(u16, Colour, Colour),
 }
 
@@ -52,7 +52,7 @@ impl Look {
             Condition::Halted if (now.0 / BLINK.0).is_multiple_of(2) => Self::All(HALTED),
             Condition::Halted => Self::All(Colour::BLACK),
             Condition::Waits => Self::All(WAITING),
-            // One light alone turns from the one colour into the other.
+            // A single light turns from the first colour into the second.
             Condition::Heats(share) if lights == 1 => Self::All(between(COLD, HEATED, share)),
             Condition::Makes(share) if lights == 1 => Self::All(between(TO_MAKE, MADE, share)),
             Condition::Heats(share) => Self::Bar(bar(share), HEATED, COLD),
@@ -61,7 +61,7 @@ impl Look {
         }
     }
 
-    /// The colour of a light; none: what codes say.
+    /// Returns the colour of a light; none: the colour that codes have given.
     const fn colour(self, light: u16) -> Option<Colour> {
         match self {
             Self::Codes => None,
@@ -72,7 +72,7 @@ impl Look {
     }
 }
 
-/// So far from the one colour to the other; in steps, so that a slow change is no change each time.
+/// Mixes two colours by a share; in steps, so that a slow change is no change each time.
 fn between(from: Colour, to: Colour, share: f32) -> Colour {
     let share = libm::roundf(share.clamp(0.0, 1.0) * 32.0) / 32.0;
     let mut parts = from.parts();
@@ -83,10 +83,10 @@ fn between(from: Colour, to: Colour, share: f32) -> Colour {
     Colour::from_parts(parts)
 }
 
-/// The bytes of a strip, as they are sent.
+/// Bytes sent to a strip.
 pub(crate) type StripBytes = Vec<u8, { MOST_LIGHTS as usize * 4 }>;
 
-/// What strips show.
+/// Contents of all strips.
 #[derive(Debug, Default)]
 pub(crate) struct LightShow {
     due: Micros,
@@ -97,7 +97,7 @@ pub(crate) struct LightShow {
 }
 
 impl LightShow {
-    /// Whether it is time for a look.
+    /// Returns whether a look is due.
     pub fn is_due(&mut self, now: Micros) -> bool {
         let is_due = now >= self.due;
         if is_due {
@@ -106,12 +106,12 @@ impl LightShow {
         is_due
     }
 
-    /// Looks how the machine is. `changed` are strips whose colours codes have changed, one bit each.
+    /// Takes over the machine's state. `changed` are strips whose colours codes have changed, one bit each.
     pub fn look(&mut self, strips: &[LedStripConfig], condition: Condition, changed: u8, now: Micros) {
         self.wanted |= changed;
         let is_halted = condition == Condition::Halted;
         if core::mem::replace(&mut self.was_halted, is_halted) && !is_halted {
-            // A halt has switched off what outputs of switches show.
+            // A halt has switched off the outputs of switches.
             self.wanted |= ((1_u16 << strips.len()) - 1) as u8;
         }
         for (place, (strip, shown)) in strips.iter().zip(&mut self.looks).enumerate() {
@@ -125,24 +125,24 @@ impl LightShow {
         }
     }
 
-    /// The next strip that is to be sent.
+    /// Returns the next strip that is to be sent.
     pub const fn next(&self) -> Option<usize> {
         if self.wanted == 0 { None } else { Some(self.wanted.trailing_zeros() as usize) }
     }
 
-    /// It has been.
+    /// Notes that a strip has been sent.
     pub const fn sent(&mut self, place: usize) {
         self.wanted &= !(1 << place);
     }
 
-    /// The colours of a strip that codes have given these, as bright as it may be.
+    /// Returns the colours to show on a strip that codes have given `told`, at the configured brightness.
     pub fn colours(&self, place: usize, strip: &LedStripConfig, told: &[Colour]) -> impl Iterator<Item = Colour> {
         let look = self.looks.get(place).copied().unwrap_or_default();
         let brightness = strip.brightness;
         (0..).zip(told).map(move |(light, told)| look.colour(light).unwrap_or(*told).dimmed(brightness))
     }
 
-    /// The same as bytes for the strip.
+    /// Returns the same colours as bytes for the strip.
     pub fn bytes(&self, place: usize, strip: &LedStripConfig, told: &[Colour]) -> StripBytes {
         let order = strip.order.unwrap_or(ColourOrder::GRB);
         self.colours(place, strip, told).flat_map(|colour| order.bytes(colour)).collect()

@@ -1,31 +1,31 @@
-//! How much filament is melted, from how far the extruder has pushed: what a heater's control reckons with.
+//! Extrusion flow, from how far the extruder has pushed: an input of the heaters' control.
 
 use units::{Micros, ToolId};
 
-/// Between two looks.
+/// Time between two looks.
 const PERIOD: Micros = Micros::from_millis(100);
-/// Retractions and pressure advance push and pull within a few tenths of a second; what is melted follows
-/// their mean. Time constant, s.
+/// Time constant of smoothing, s. Retractions and pressure advance push and pull within a few tenths of a
+/// second; what is melted follows their mean.
 const SMOOTHED_S: f64 = 0.5;
-/// Where the configuration does not say, mm.
+/// Filament diameter where the configuration does not say, mm.
 const USUAL_DIAMETER: f64 = 1.75;
 
-/// What is extruded.
+/// Estimate of the extrusion flow.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Flow {
     due: Micros,
-    /// Whose filament, how far it had been pushed, mm, and when.
+    /// Tool of the last look, its pushed length, mm, and the time.
     before: Option<(ToolId, f64, Micros)>,
     mm3_per_s: f64,
 }
 
 impl Flow {
-    /// When the next look is due.
+    /// Returns the time of the next look.
     pub const fn due(&self) -> Micros {
         self.due
     }
 
-    /// One look at how far a tool's extruder has pushed, mm: what flows, mm3/s. What is pulled back is
+    /// Looks at how far a tool's extruder has pushed, mm, and returns the flow, mm3/s. Retracted filament is
     /// pushed again and counts as nothing.
     pub fn look(&mut self, now: Micros, (tool, pushed): (ToolId, f64), diameter: Option<f64>) -> f32 {
         self.due = now.plus(PERIOD);
@@ -51,7 +51,7 @@ mod tests {
 
     const TOOL: ToolId = ToolId(0);
 
-    /// What is said in the end of filament that is pushed by so many mm in each tenth of a second.
+    /// Returns the last flow of filament that is pushed by so many mm in each tenth of a second.
     fn flow(pushes: impl Iterator<Item = f64>) -> f32 {
         let (mut flow, mut pushed, mut said) = (Flow::default(), 0.0, 0.0);
         for (look, push) in pushes.enumerate() {

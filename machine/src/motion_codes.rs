@@ -1,5 +1,5 @@
-//! Speeds, accelerations, steps and pressure advance at run time: M92, M203, M204, M205, M220, M900. The ends
-//! of travel: M211.
+//! Codes that change speeds, accelerations, steps and pressure advance: M92, M203, M204, M205, M220, M900.
+//! M211 does so for the ends of travel.
 //!
 //! M92 and M900 change what every step means: they are for a machine that stands still.
 
@@ -15,11 +15,11 @@ use crate::safety::travel::Travel;
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
 
-/// Bounds of the speed factor.
+/// Bounds of the speed factor (M220).
 const FACTOR: core::ops::RangeInclusive<f64> = 0.1..=10.0;
-/// An overall speed limit up to this, mm/s, means none.
+/// Greatest overall speed limit that means no limit, mm/s.
 const NO_LIMIT: f64 = 0.1;
-/// Damping ratio of a resonance where none is given, Klipper's.
+/// Damping ratio of a resonance without a word for it, as Klipper's.
 const USUAL_DAMPING: f64 = 0.1;
 
 fn motors() -> impl Iterator<Item = (Axis, Actuator)> {
@@ -40,24 +40,25 @@ fn set_limits(texts: &Texts, ports: &mut impl MotionPort, limits: Limits) -> Out
     Ok(Answer::Ok)
 }
 
-/// Where an extruder's pressure advance is among the filters: tools turn A, B and C, in this order.
+/// Returns the place of an extruder's pressure advance among the filters: tools turn A, B and C, in this
+/// order.
 pub(crate) const fn advance_of(axis: Axis) -> usize {
     (axis as usize).saturating_sub(Axis::PRIMARY.len())
 }
 
-/// The motor of the extruder in use.
+/// Returns the motor of the extruder in use.
 fn extruder_in_use(tools: &Tools) -> Option<Actuator> {
     tools.active().and_then(|tool| Actuator::from_index(tool.settings.axis as usize))
 }
 
-/// The axis of the extruder in use, or of tool P.
+/// Returns the axis of the extruder in use, or of tool P.
 fn extruder_axis(texts: &Texts, words: &Words<'_>, tools: &Tools, config: &MachineConfig) -> Result<Axis, Failure> {
-    // A tool that nobody has never halts, whatever is being played.
+    // A tool that the machine does not have never halts here, whatever is being played.
     let tool = tools.selected(words).map_err(|fault| failure_of(texts, config, &fault, false))?;
     Ok(tool.settings.axis)
 }
 
-/// The value of E, and the motor it is for.
+/// Returns the value of E, and the motor it is for.
 fn extruder_word(
     texts: &Texts,
     words: &Words<'_>,
@@ -69,11 +70,11 @@ fn extruder_word(
     Ok(Actuator::from_index(axis as usize).map(|motor| (motor, value)))
 }
 
-/// M203: greatest speeds of axes, of the tool along its path, of extruders' motors; without words says them.
-/// Returns the rate of G0 where S sets it, which is the program's to keep.
+/// M203: sets the greatest speeds of axes, of the tool along its path, of extruders' motors; without words
+/// prints them. Returns the rate of G0 where S sets it, which the program keeps.
 ///
 /// # Errors
-/// When an extruder is named that there is not, or motion refuses the limits; nothing has changed then.
+/// When there is no such extruder, or motion refuses the limits; nothing has changed then.
 pub(crate) fn axis_speeds(
     texts: &Texts,
     ports: &mut impl MotionPort,
@@ -89,7 +90,7 @@ pub(crate) fn axis_speeds(
     set_axis_speeds(texts, ports, config, program.tools(), words)
 }
 
-/// M203 with words.
+/// Sets the speeds of M203's words.
 ///
 /// # Errors
 /// As [`axis_speeds`].
@@ -121,7 +122,7 @@ fn report_axis_speeds(limits: &Limits, program: &Interpreter, reply: &mut Reply<
     for (axis, limit) in Axis::PRIMARY.into_iter().zip(limits.axis_speed) {
         reply.say(format_args!(" {}:{:.6} ", axis.letter(), limit.map_or(0.0, |limit| limit.0)));
     }
-    // In Smoothieware's single precision.
+    // Smoothieware prints in single precision.
     let (seek, most) = (program.modal().seek_rate.0 as f32, limits.max_speed.map_or(0.0, |limit| limit.0));
     reply.say(format_args!(" S:{seek:.6} P:{most:.6} "));
     report_extruder(limits, program.tools(), reply);
@@ -135,7 +136,7 @@ fn report_extruder(limits: &Limits, tools: &Tools, reply: &mut Reply<'_>) {
     }
 }
 
-/// M203.1: greatest speeds of motors; without words says them.
+/// M203.1: sets the greatest speeds of motors; without words prints them.
 ///
 /// # Errors
 /// When motion refuses the limits; nothing has changed then.
@@ -160,7 +161,7 @@ pub(crate) fn motor_speeds(
     set_motor_speeds(texts, ports, config, tools, words)
 }
 
-/// M203.1 with words.
+/// Sets the speeds of M203.1's words.
 ///
 /// # Errors
 /// As [`motor_speeds`].
@@ -182,10 +183,10 @@ pub(crate) fn set_motor_speeds(
     set_limits(texts, ports, limits)
 }
 
-/// M204: accelerations.
+/// M204: sets the accelerations of axes and extruders.
 ///
 /// # Errors
-/// When an extruder is named that there is not, or motion refuses the limits; nothing has changed then.
+/// When there is no such extruder, or motion refuses the limits; nothing has changed then.
 pub(crate) fn accelerations(
     texts: &Texts,
     ports: &mut impl MotionPort,
@@ -209,17 +210,18 @@ pub(crate) fn accelerations(
     set_limits(texts, ports, limits)
 }
 
-/// M204 of printers' firmwares: the acceleration of all moves.
+/// M204 of printers' firmwares: sets the acceleration of all moves.
 ///
 /// # Errors
-/// When motion refuses it; nothing has changed then.
+/// When motion refuses the value; nothing has changed then.
 pub(crate) fn acceleration(texts: &Texts, ports: &mut impl MotionPort, value: f64) -> Outcome {
     let mut limits = motion_config(ports)?.limits;
     limits.acceleration = MmPerSecond2(value);
     set_limits(texts, ports, limits)
 }
 
-/// M205 and M566 of printers' firmwares: the jerk of X and Y is the speed that is kept through a right angle.
+/// M205 and M566 of printers' firmwares: take the jerk of X and Y as square corner velocity (speed kept
+/// through a right angle).
 ///
 /// # Errors
 /// When motion refuses the limits; nothing has changed then.
@@ -240,7 +242,7 @@ pub(crate) fn jerk(texts: &Texts, ports: &mut impl MotionPort, words: &Words<'_>
     set_limits(texts, ports, limits)
 }
 
-/// What M205 says alike in every dialect.
+/// Sets the limits of those words of M205 that are alike in every dialect.
 fn take_corner_words(limits: &mut Limits, words: &Words<'_>) {
     if let Some(speed) = words.get('V') {
         limits.square_corner_velocity = Some(MmPerSecond(speed));
@@ -250,7 +252,7 @@ fn take_corner_words(limits: &mut Limits, words: &Words<'_>) {
     }
 }
 
-/// M205: junction deviation and least speed.
+/// M205: sets junction deviation and least speed.
 ///
 /// # Errors
 /// When motion refuses the limits; nothing has changed then.
@@ -258,7 +260,7 @@ pub(crate) fn corner_settings(texts: &Texts, ports: &mut impl MotionPort, words:
     let mut limits = motion_config(ports)?.limits;
     if let Some(deviation) = words.get('X') {
         limits.junction_deviation = Mm(deviation);
-        // It counts from now on.
+        // A junction deviation takes the place of a square corner velocity.
         limits.square_corner_velocity = None;
     }
     if let Some(deviation) = words.get('Z') {
@@ -271,8 +273,8 @@ pub(crate) fn corner_settings(texts: &Texts, ports: &mut impl MotionPort, words:
     set_limits(texts, ports, limits)
 }
 
-/// M220: scales the speeds of what is read from now on, within a tenth and tenfold. B keeps the factor, R
-/// brings back what was kept.
+/// M220: scales the speeds of moves read from now on, within a tenth and tenfold. B keeps the factor, R
+/// brings back the kept one.
 pub(crate) fn set_speed_factor(program: &mut Interpreter, words: &Words<'_>) {
     if words.has('B') {
         program::speed_factor::keep(program);
@@ -283,7 +285,7 @@ pub(crate) fn set_speed_factor(program: &mut Interpreter, words: &Words<'_>) {
     }
 }
 
-/// M211: S0 takes the ends of travel away until the next reset, S1 gives them back; says them, as Marlin
+/// M211: S0 takes the ends of travel away until the next reset, S1 gives them back; prints them, as Marlin
 /// does.
 pub(crate) fn soft_endstops(
     travel: &mut Travel,
@@ -307,10 +309,10 @@ pub(crate) fn soft_endstops(
     Ok(Answer::Ok)
 }
 
-/// M92: sets steps per mm, and says them. The machine stands still.
+/// M92: sets steps per mm, and prints them. The machine stands still.
 ///
 /// # Errors
-/// When an extruder is named that there is not, or motion refuses the steps; nothing has changed then.
+/// When there is no such extruder, or motion refuses the steps; nothing has changed then.
 pub(crate) fn steps_per_mm(
     texts: &Texts,
     ports: &mut impl MotionPort,
@@ -334,7 +336,7 @@ pub(crate) fn steps_per_mm(
     Ok(Answer::Ok)
 }
 
-/// M92 without saying them.
+/// Sets the steps per mm of M92's words without printing them.
 ///
 /// # Errors
 /// As [`steps_per_mm`].
@@ -373,12 +375,12 @@ fn set_steps(
     Ok(())
 }
 
-/// M900 K and M572 S: sets the pressure advance of the tool in use, or of tool P or D, in seconds, W the time
-/// it is smoothed over; without them says it. The machine stands still.
+/// M900 K and M572 S: sets the pressure advance of the tool in use, or of tool P or D, in seconds, and W its
+/// smoothing time; without them prints it. The machine stands still.
 ///
 /// # Errors
-/// When there is no such extruder, it has no pressure advance, or motion refuses it; nothing has changed
-/// then.
+/// When there is no such extruder, it has no pressure advance, or motion refuses the value; nothing has
+/// changed then.
 pub(crate) fn pressure_advance(
     texts: &Texts,
     ports: &mut impl MotionPort,
@@ -407,8 +409,8 @@ pub(crate) fn pressure_advance(
     Ok(Answer::Ok)
 }
 
-/// M593: input shaping of X, of Y, or of both; F is the frequency in Hz, 0 for none; the text is the kind of
-/// shaper. Without words says what there is. The machine stands still.
+/// M593: sets input shaping of X, of Y, or of both; F is the frequency in Hz, 0 for none; the text is the
+/// kind of shaper. Without words prints the settings. The machine stands still.
 ///
 /// # Errors
 /// When the kind is not known, or motion refuses the shaper; nothing has changed then.
@@ -436,7 +438,7 @@ pub(crate) fn input_shaping(
         let Some(frequency) = words.get('F').or(before.map(|shaper| shaper.frequency)) else { continue };
         let damping = words.get('D').or(words.get('S')).or(before.map(|shaper| shaper.damping));
         *shaper = (frequency > 0.0).then_some(Shaper {
-            // Marlin's only one.
+            // Marlin has only this shaper.
             kind: kind.or(before.map(|shaper| shaper.kind)).unwrap_or(ShaperKind::Zv),
             frequency,
             damping: damping.unwrap_or(USUAL_DAMPING),
@@ -446,7 +448,7 @@ pub(crate) fn input_shaping(
     Ok(Answer::Ok)
 }
 
-/// Klipper's and RepRapFirmware's names.
+/// Parses the kind of a shaper, by Klipper's and RepRapFirmware's names.
 fn shaper_kind(name: &str) -> Result<ShaperKind, Failure> {
     const KINDS: [(&str, ShaperKind); 8] = [
         ("zv", ShaperKind::Zv),

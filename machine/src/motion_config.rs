@@ -1,4 +1,4 @@
-//! The configuration's words for motion, in `motion`'s own types.
+//! Translates the configuration of motion to `motion`'s own types.
 
 use config::{ArmSolution, InputShaper, InputShaperConfig, MachineConfig};
 use motion::geometry::{ArcSettings, LineSettings};
@@ -8,15 +8,15 @@ use motion::kinematics::{
 use motion::{ActuatorConfig, FilterConfig, Kinematics, Limits, MotionConfig, PressureAdvance, Shaper, ShaperKind};
 use units::{Actuator, MmPerSecond, PerActuator, STEP_CLOCK_HZ, Ticks};
 
-/// Ticks in a nanosecond, rounded up.
+/// Converts nanoseconds to ticks, rounded up.
 const fn ticks_of_ns(nanoseconds: u32) -> u32 {
     nanoseconds.div_ceil(units::TICK_NANOSECONDS)
 }
 
-/// What `motion` is configured with.
+/// Returns the configuration of `motion`.
 ///
 /// # Errors
-/// The arm solution whose geometry fits no machine.
+/// The arm solution, when its geometry fits no machine.
 pub fn motion_config(config: &MachineConfig) -> Result<MotionConfig, ArmSolution> {
     let kinematics = kinematics(config).ok_or(config.motion.arm_solution)?;
     let mut actuators = PerActuator([None; units::MAX_ACTUATORS]);
@@ -33,7 +33,7 @@ pub fn motion_config(config: &MachineConfig) -> Result<MotionConfig, ArmSolution
     })
 }
 
-/// The kinematics of a machine; `None` when their geometry fits no machine.
+/// Returns the kinematics of a machine; `None` when the geometry fits no machine.
 #[must_use]
 pub fn kinematics(config: &MachineConfig) -> Option<Kinematics> {
     let arms = &config.motion.arms;
@@ -85,7 +85,7 @@ fn rotary_delta(arms: &config::RotaryDeltaArms) -> RotaryDelta {
     }
 }
 
-/// Input shaping and pressure advance.
+/// Returns the filters: input shaping and pressure advance.
 fn filters(config: &MachineConfig) -> FilterConfig {
     let mut filters = FilterConfig { shapers: config.input_shapers.map(shaper), ..FilterConfig::NONE };
     for extruder in &config.extruders {
@@ -112,12 +112,12 @@ fn shaper(settings: InputShaperConfig) -> Option<Shaper> {
     Some(Shaper { kind, frequency, damping: settings.damping_ratio })
 }
 
-/// One motor as motion sees it: its steps and the distances that its driver needs.
+/// Returns one motor's settings as motion needs them: its steps and the intervals that its driver needs.
 #[must_use]
 pub fn actuator(config: &MachineConfig, motor: Actuator) -> ActuatorConfig {
     let settings = &config.actuators[motor];
     let on_board = ActuatorConfig::new(settings.steps_per_mm);
-    // A driver outside takes pulses: high for step_pulse_us, low for as long, even if the interrupt that
+    // An external driver takes pulses: high for step_pulse_us, low for as long, even if the interrupt that
     // ends one comes half a microsecond late.
     let pulse_ticks = config.system.step_pulse_us * (STEP_CLOCK_HZ / 1_000_000);
     let step_interval = if settings.driver.is_on_board() {
@@ -157,7 +157,7 @@ fn limits(config: &MachineConfig) -> Limits {
     }
 }
 
-/// A move out of reach halts, unless the configuration says otherwise.
+/// Returns whether a move out of reach halts: yes, unless the configuration says otherwise.
 pub(crate) const fn halts_out_of_reach(config: &MachineConfig) -> bool {
     let arms = &config.motion.arms;
     match config.motion.arm_solution {
@@ -167,7 +167,7 @@ pub(crate) const fn halts_out_of_reach(config: &MachineConfig) -> bool {
     }
 }
 
-/// How straight moves are cut; a move that names neither X nor Y may be left whole.
+/// Returns how straight moves are divided into segments; a move that names neither X nor Y may be left whole.
 #[must_use]
 pub fn line_settings(config: &MachineConfig) -> LineSettings {
     LineSettings {
@@ -176,7 +176,7 @@ pub fn line_settings(config: &MachineConfig) -> LineSettings {
     }
 }
 
-/// How arcs are cut, if they are to be.
+/// Returns how arcs are divided into segments, if they are to be.
 #[must_use]
 pub fn arc_settings(config: &MachineConfig) -> ArcSettings {
     ArcSettings {
@@ -185,7 +185,7 @@ pub fn arc_settings(config: &MachineConfig) -> ArcSettings {
     }
 }
 
-/// The slowest `max_rate` among motors, mm/s: a rate that no motor of them exceeds.
+/// Returns the slowest `max_rate` among motors, mm/s: a rate that no motor of them exceeds.
 #[must_use]
 pub fn slowest_rate(config: &MachineConfig, motors: impl Iterator<Item = Actuator>) -> MmPerSecond {
     let slowest =

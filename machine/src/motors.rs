@@ -1,4 +1,4 @@
-//! The strength of motor currents, and what the drivers say: M906, M907, M911.
+//! Motor currents and diagnostics of the drivers: M906, M907, M911.
 
 use core::fmt::{self, Write};
 
@@ -12,14 +12,14 @@ use crate::ports::{Description, DriverFault, DriversPort, MotionPort, MotorDrive
 use crate::sessions::Reply;
 use crate::tuning::{StallThreshold, Tuning};
 
-/// Letters of motors.
+/// Letters of the motors.
 const LETTERS: &str = "XYZABC";
 
-/// M906 in mA, M907 in A: sets the currents that are given; without words says those that are set. A slaved
+/// M906 in mA, M907 in A: sets the currents that are given; without words prints those that are set. A slaved
 /// motor that is not named takes its master's.
 ///
 /// # Errors
-/// When a letter is that of no motor, a current is negative, or a motor has no driver that takes it.
+/// When a letter names no motor, a current is negative, or a motor has no driver that takes it.
 pub(crate) fn motor_currents(
     texts: &Texts,
     ports: &mut impl DriversPort,
@@ -48,7 +48,7 @@ pub(crate) fn motor_currents(
     Ok(Answer::Ok)
 }
 
-/// Gives a motor a current, at most what its driver may give. Returns that.
+/// Gives a motor a current, at most what its driver may give. Returns the current given.
 fn set_current(
     texts: &Texts,
     ports: &mut impl DriversPort,
@@ -88,7 +88,7 @@ fn report_currents(tuning: &Tuning, reply: &mut Reply<'_>) {
     }
 }
 
-/// The currents as M500 saves them.
+/// Writes the currents as M500 saves them.
 pub(crate) fn write_currents(text: &mut impl Write, tuning: &Tuning, config: &MachineConfig) -> fmt::Result {
     let mut any = false;
     for (axis, motor) in Axis::ALL.into_iter().zip(Actuator::ALL) {
@@ -101,7 +101,7 @@ pub(crate) fn write_currents(text: &mut impl Write, tuning: &Tuning, config: &Ma
     if any { writeln!(text) } else { Ok(()) }
 }
 
-/// What drivers make of load, as M500 saves it.
+/// Writes the load thresholds of drivers as M500 saves them.
 pub(crate) fn write_stall_thresholds(text: &mut impl Write, tuning: &Tuning) -> fmt::Result {
     for motor in Actuator::ALL {
         if let Some(StallThreshold { threshold, filter }) = tuning.stall_thresholds[motor] {
@@ -115,7 +115,7 @@ pub(crate) fn write_stall_thresholds(text: &mut impl Write, tuning: &Tuning) -> 
     Ok(())
 }
 
-/// The speeds up to which stealthChop drives, as M500 saves them.
+/// Writes the greatest speeds of stealthChop as M500 saves them.
 pub(crate) fn write_stealth_thresholds(text: &mut impl Write, tuning: &Tuning) -> fmt::Result {
     for (axis, motor) in Axis::ALL.into_iter().zip(Actuator::ALL) {
         if let Some(speed) = tuning.stealth_thresholds[motor] {
@@ -125,7 +125,7 @@ pub(crate) fn write_stealth_thresholds(text: &mut impl Write, tuning: &Tuning) -
     Ok(())
 }
 
-/// Choppers as M500 saves them.
+/// Writes the choppers as M500 saves them.
 pub(crate) fn write_choppers(text: &mut impl Write, tuning: &Tuning) -> fmt::Result {
     for motor in Actuator::ALL {
         if let Some(fit) = &tuning.choppers[motor] {
@@ -137,11 +137,11 @@ pub(crate) fn write_choppers(text: &mut impl Write, tuning: &Tuning) -> fmt::Res
     Ok(())
 }
 
-/// M911: the motors whose drivers are asked about, one bit each: all, that with P's number, or those whose
-/// letters are written.
+/// M911: returns the motors whose drivers are asked about, one bit each: all, that with P's number, or those
+/// whose letters are written.
 ///
 /// # Errors
-/// When P or a letter is that of no driver of ours: those there are.
+/// When P or a letter names no driver of ours; the text lists those there are.
 pub(crate) fn named_drivers(texts: &Texts, words: &Words<'_>, config: &MachineConfig) -> Result<u8, Failure> {
     let internal = internal_motors(config);
     if let Some(p) = words.get('P') {
@@ -166,13 +166,13 @@ fn no_driver(texts: &Texts, config: &MachineConfig, why: fmt::Arguments<'_>) -> 
     for (place, motor) in motors(internal_motors(config)).enumerate() {
         let comma = if place == 0 { "" } else { "," };
         let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());
-        // What does not fit any more is left out.
+        // Drivers that do not fit into the text are left out.
         let _ = write!(text, "{comma} P{} {letter}", motor as u8);
     }
     texts.keep(FailureKind::Refused, &text)
 }
 
-/// What one driver says of itself.
+/// Prints everything that one driver reports.
 pub(crate) fn describe_driver(ports: &mut impl DriversPort, motor: Actuator, all: bool, reply: &mut Reply<'_>) {
     let mut text = heapless::String::<1_024>::new();
     // A description that does not fit is cut.
@@ -191,7 +191,7 @@ fn letter_of(motor: Actuator) -> char {
     Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter())
 }
 
-/// M911.1: how drivers regulate their current, one line each.
+/// M911.1: prints how drivers regulate their current, one line each.
 ///
 /// # Errors
 /// As [`named_drivers`].
@@ -204,14 +204,14 @@ pub(crate) fn describe_choppers(
 ) -> Outcome {
     for motor in motors(named_drivers(texts, words, config)?) {
         let mut text = heapless::String::<64>::new();
-        // One line fits.
+        // The line fits, so errors are ignored.
         let _ = ports.drivers(|drivers| drivers.describe(motor, Description::Chopper, &mut text));
         reply.say(format_args!("{},{text}", letter_of(motor)));
     }
     Ok(Answer::Ok)
 }
 
-/// M911.2: one register of one driver; R255 writes all of them again. Without R says which there are.
+/// M911.2: writes one register of one driver; R255 writes all of them again. Without R lists the registers.
 ///
 /// # Errors
 /// When a word is missing, or the chip does not take it.
@@ -243,7 +243,7 @@ pub(crate) fn write_register(
     Ok(Answer::Ok)
 }
 
-/// M911.3: a group of settings, by its number S.
+/// M911.3: writes a group of settings, by its number S.
 ///
 /// # Errors
 /// When the chip does not take them.
@@ -272,7 +272,7 @@ pub(crate) fn driver_option(
         let set = ports.drivers(|drivers| drivers.set_option(motor, option as u8, &|letter| words.get(letter)));
         set.map_err(|fault| not_set(texts, motor, fault))?;
         if option < 2.0 {
-            // By hand, so it is not the computed one any more.
+            // Settings by hand take the place of the computed chopper.
             tuning.choppers[motor] = None;
         }
         if let Some(threshold) = threshold.filter(|_| option == 7.0) {
@@ -283,10 +283,10 @@ pub(crate) fn driver_option(
     Ok(Answer::Ok)
 }
 
-/// M909: microsteps until the next reset.
+/// M909: sets microsteps until the next reset.
 ///
 /// # Errors
-/// When a motor has no driver of ours, or it has no such microsteps.
+/// When a motor has no driver of ours, or the driver has no such microsteps.
 pub(crate) fn microsteps(
     texts: &Texts,
     ports: &mut (impl DriversPort + MotionPort),
@@ -315,7 +315,7 @@ pub(crate) fn microsteps(
     Ok(Answer::Ok)
 }
 
-/// A motor makes so many times as many steps for each mm; returns how many.
+/// Multiplies a motor's steps per mm by a factor; returns the new steps per mm.
 fn scale_steps(texts: &Texts, ports: &mut impl MotionPort, motor: Actuator, factor: f64) -> Result<f64, Failure> {
     let missing = || Failure::refused(&"motion is not configured");
     let mut settings = ports.motion(|motion| motion.config().copied()).ok_or_else(missing)?;
@@ -326,7 +326,7 @@ fn scale_steps(texts: &Texts, ports: &mut impl MotionPort, motor: Actuator, fact
     Ok(steps)
 }
 
-/// `setregs <motor> r1,r2,r3,r4,r5`: all registers of a driver, in hexadecimal.
+/// `setregs <motor> r1,r2,r3,r4,r5`: writes all registers of a driver, in hexadecimal.
 ///
 /// # Errors
 /// When the chip does not take them.
