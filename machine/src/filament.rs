@@ -81,9 +81,9 @@ struct Wheel {
 /// News of a look, given once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum News {
-    /// The job is to be suspended.
+    /// Fault because of which the job is to be suspended.
     Suspends(Trouble),
-    /// Filament is not used at present.
+    /// Fault found while no filament is used.
     Noted(Trouble),
 }
 

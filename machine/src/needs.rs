@@ -1,7 +1,8 @@
-//! Parts that stay off because of an error in the configuration: whoever asks for one is told where the error
-//! is.
+//! Parts that stay off because of an error in the configuration: a command that asks for such a part is
+//! refused, with the place of the error.
 //!
-//! Nothing of such a part is wired (`config` takes its pins away), so this is the message, not the safety.
+//! Nothing of such a part is wired (`config` takes its pins away), so this module is the message, not the
+//! safety.
 
 use core::fmt::{self, Write};
 
@@ -14,7 +15,7 @@ use crate::failure::{Failure, FailureKind, ShortText, Texts, short};
 use crate::grbl::numbers::Error;
 use crate::sessions::Reply;
 
-/// What keeps a part off, and where it stands.
+/// Error that keeps a part off, and its place.
 struct Explained<'c>(&'c OffModule);
 
 impl fmt::Display for Explained<'_> {
@@ -28,7 +29,7 @@ impl fmt::Display for Explained<'_> {
     }
 }
 
-/// The section of a part, and its name where a section describes several.
+/// Returns the section of a part, and its name where a section describes several.
 fn section_of(config: &MachineConfig, part: Part) -> (&'static str, &str) {
     match part {
         Part::Probe => ("zprobe", ""),
@@ -47,11 +48,11 @@ fn section_of(config: &MachineConfig, part: Part) -> (&'static str, &str) {
     }
 }
 
-/// Refuses what needs a part that stays off. A file being played must not go on without it: a spindle that
-/// does not turn breaks the tool, a nozzle that stays cold grinds the filament.
+/// Refuses a command that needs a part that stays off. A file being played must not go on without the part: a
+/// spindle that does not turn breaks the tool, a nozzle that stays cold grinds the filament.
 ///
 /// # Errors
-/// When it stays off; an alarm while a file is being played.
+/// When the part stays off; an alarm while a file is being played.
 pub(crate) fn needs(texts: &Texts, config: &MachineConfig, part: Part, is_playing: bool) -> Result<(), Failure> {
     let (section, name) = section_of(config, part);
     let Some(off) = config.off(section, name) else { return Ok(()) };
@@ -59,8 +60,8 @@ pub(crate) fn needs(texts: &Texts, config: &MachineConfig, part: Part, is_playin
     Err(if is_playing { refused.meaning(FailureKind::Alarm) } else { refused })
 }
 
-/// Whether a code of this row levels the bed of other machines: this one has neither probe nor leveling, or
-/// no Z motors to align, or no screws. Nothing is lost when a file goes on without.
+/// Returns whether a code of this row levels the bed of other machines: this machine has neither probe nor
+/// leveling, or no Z motors to align, or no screws. Nothing is lost when a file goes on without the code.
 pub(crate) fn cannot_level(config: &MachineConfig, row: &CodeInfo) -> bool {
     row.levels
         && match row.part {
@@ -70,8 +71,8 @@ pub(crate) fn cannot_level(config: &MachineConfig, row: &CodeInfo) -> bool {
         }
 }
 
-/// What the program found wrong with a block, as the machine says it: it knows the names that the program
-/// does not.
+/// Makes the failure for a fault of a block. The machine words it, as it knows names that the program does
+/// not know.
 pub(crate) fn failure_of(texts: &Texts, config: &MachineConfig, fault: &Fault, is_playing: bool) -> Failure {
     let refused = match fault.problem {
         Problem::PartIsOff(part) => match needs(texts, config, part, is_playing) {
@@ -85,7 +86,7 @@ pub(crate) fn failure_of(texts: &Texts, config: &MachineConfig, fault: &Fault, i
     if fault.halts { refused.meaning(FailureKind::Alarm) } else { refused }
 }
 
-/// That no extruder has this number, and those there are.
+/// Says that no extruder has this number, and lists the extruders.
 fn no_such_tool(config: &MachineConfig, word: f64) -> ShortText {
     let mut extruders: Vec<(ToolId, &str), MAX_EXTRUDERS> =
         config.extruders.iter().map(|extruder| (extruder.tool_id, extruder.name.as_str())).collect();
@@ -93,13 +94,14 @@ fn no_such_tool(config: &MachineConfig, word: f64) -> ShortText {
     let mut text = short(format_args!("no extruder has tool_id {word}; there are"));
     for (place, (id, name)) in extruders.iter().enumerate() {
         let comma = if place == 0 { "" } else { "," };
-        // What does not fit any more is left out.
+        // Extruders that do not fit into the text are left out.
         let _ = write!(text, "{comma} P{id} {name}");
     }
     text
 }
 
-/// Whether a file whose code of this row is not carried out makes another part, or harms somebody: why.
+/// Returns why a file must not go on without this code, when leaving it out would make another part, or harm
+/// somebody.
 #[cold]
 pub(crate) fn makes_another_part(texts: &Texts, row: Option<&CodeInfo>, block: &Block<'_>) -> Option<Failure> {
     let code = block.code?;
@@ -115,7 +117,7 @@ pub(crate) fn makes_another_part(texts: &Texts, row: Option<&CodeInfo>, block: &
     Some(texts.refused(format_args!("{code} {why}")))
 }
 
-/// At boot: what stays off, in one line.
+/// Prints at boot, in one line, the parts that stay off.
 pub(crate) fn tell_what_is_off(config: &MachineConfig, reply: &mut Reply<'_>) {
     if config.off.is_empty() {
         return;
@@ -143,7 +145,7 @@ mod tests {
         config
     }
 
-    /// The failure, and what it says.
+    /// Returns a failure's kind and text.
     fn said(texts: &Texts, failure: Failure) -> (FailureKind, String) {
         (failure.kind, texts.of(failure).to_string())
     }

@@ -1,4 +1,4 @@
-//! Switches: outputs that codes turn on and off, inputs that issue commands.
+//! Switches: outputs that codes turn on and off, and inputs that issue commands.
 
 use config::{Command, CommandCode, InputBehaviour, MAX_SWITCHES, MachineConfig, OutputKind, SwitchConfig};
 use heapless::Vec;
@@ -19,51 +19,51 @@ use spindle::Operator;
 pub(crate) use spindle::{beyond, spindle_scale};
 pub(crate) use temperature_switches::TemperatureSwitches;
 
-/// Input switches are looked at this often; shorter presses may be missed.
+/// Time between two looks at input switches; shorter presses may be missed.
 const INPUT_PERIOD: Micros = Micros::from_millis(20);
 
 /// Changes of outputs, to be applied in this order.
 pub(crate) type Changes = Vec<Output, MAX_SWITCHES>;
 
-/// What one switch is doing.
+/// State of one switch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Status {
-    /// An output that is on, or an input that is.
+    /// Whether an output or an input is on.
     on: bool,
     /// Value of an output: 0 to 255, or percent for hardware PWM.
     value: f32,
-    /// What it was told last may never have happened: the next word counts, also when it is the same.
+    /// Whether the last change may never have happened: the next one counts, also when it is the same.
     unsure: bool,
     /// Last level of an input.
     level: bool,
-    /// An input changed and its command has not run yet.
+    /// Whether an input changed and its command has not run yet.
     pending: bool,
 }
 
-/// What all switches are told to do. An output that changes on the way of a move counts as changed from when
-/// that was said.
+/// Commanded states of all switches. An output that changes on the way of a move counts as changed from its
+/// command on.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outputs {
     status: Vec<Status, MAX_SWITCHES>,
-    /// Whether any may have a command pending: that is asked before each line.
+    /// Whether any command may be pending: asked before each line.
     has_pending: bool,
     due: Micros,
     operator: Operator,
-    /// The last S beyond the spindle's scale that was told.
+    /// Last S beyond the spindle's scale that was reported.
     told: f32,
 }
 
 /// M-codes that turn spindle, laser and coolant on.
 const SPINDLE_AND_COOLANT: [u16; 4] = [3, 4, 7, 8];
 
-/// What on or off asks of an output, S being its word: whether it is on then, and its value.
+/// Returns whether an output is on after a command with S word `s`, and its value.
 fn asked(config: &SwitchConfig, on: bool, s: Option<f32>) -> (bool, f32) {
     if on { on_value(config, s) } else { (false, off_value(config)) }
 }
 
 fn on_value(config: &SwitchConfig, s: Option<f32>) -> (bool, f32) {
     match config.output_kind {
-        // It has no speeds, but S0 is none all the same: M3 S0, M106 S0.
+        // A digital output has no speeds, but S0 turns it off all the same: M3 S0, M106 S0.
         OutputKind::Digital if s.is_some_and(|s| s <= 0.0) => (false, 0.0),
         OutputKind::Digital => (true, 255.0),
         OutputKind::SigmaDelta => {
@@ -87,7 +87,7 @@ const fn off_value(config: &SwitchConfig) -> f32 {
     }
 }
 
-/// The value that plain on or off stands for.
+/// Returns the value that plain on or off stands for.
 fn plain_value(config: &SwitchConfig, on: bool) -> f32 {
     match (on, config.output_kind) {
         (false, _) => off_value(config),
@@ -101,13 +101,13 @@ fn is_off(config: &MachineConfig, switch: &SwitchConfig) -> bool {
     config.off("switch", &switch.name).is_some()
 }
 
-/// The line that an input switch sends.
+/// Returns the line that an input switch sends.
 fn command_of(switch: &SwitchConfig, on: bool) -> &Command {
     if on { &switch.output_on_command } else { &switch.output_off_command }
 }
 
-/// Whether an output is turned on by this M-code. What one of M3 and M4 turns on and the other off is which
-/// way the spindle turns, and stays so when it stands.
+/// Returns whether an output is turned on by this M-code. An output that M3 turns on and M4 off, or the
+/// reverse, is the spindle's direction, and stays so when the spindle stands.
 fn listens(switch: &SwitchConfig, number: u16) -> bool {
     let is = |code: Option<CommandCode>, number| {
         code.is_some_and(|code| (code.letter, code.number, code.subcode) == ('M', number, 0))
@@ -117,7 +117,7 @@ fn listens(switch: &SwitchConfig, number: u16) -> bool {
     turns_on && !switch.is_input() && !is_direction
 }
 
-/// What an output is to be given so that it has this value.
+/// Returns the change that gives an output this value.
 fn given(config: &MachineConfig, switch: SwitchId, on: bool, value: f32) -> Option<Output> {
     Some(match config.switches.get(switch.index())?.output_kind {
         OutputKind::HardwarePwm => Output::Pwm(switch.0, value / 100.0),
@@ -131,7 +131,7 @@ fn output(config: &MachineConfig, switch: SwitchId) -> Option<&SwitchConfig> {
 }
 
 impl Outputs {
-    /// All off.
+    /// Starts with all switches off.
     #[must_use]
     pub fn new(switches: &[SwitchConfig]) -> Self {
         Self {
@@ -143,34 +143,34 @@ impl Outputs {
         }
     }
 
-    /// Whether a switch is on.
+    /// Returns whether a switch is on.
     #[must_use]
     pub fn is_on(&self, switch: SwitchId) -> bool {
         self.status.get(switch.index()).is_some_and(|status| status.on)
     }
 
-    /// Whether the switch of this name is on; false when there is none.
+    /// Returns whether the switch of this name is on; false when there is none.
     #[must_use]
     pub fn is_on_by_name(&self, config: &MachineConfig, name: &str) -> bool {
         let place = config.switches.iter().position(|switch| switch.name == name);
         place.and_then(|place| self.status.get(place)).is_some_and(|status| status.on)
     }
 
-    /// The output that this M-code turns on.
+    /// Returns the output that this M-code turns on.
     fn by_code(config: &MachineConfig, number: u16) -> Option<SwitchId> {
         config.switches.iter().position(|switch| listens(switch, number)).map(|place| SwitchId(place as u8))
     }
 
-    /// Whether the output that this M-code turns on is on; false when there is none.
+    /// Returns whether the output that this M-code turns on is on; false when there is none.
     #[must_use]
     pub fn is_on_by_code(&self, config: &MachineConfig, number: u16) -> bool {
         Self::by_code(config, number).is_some_and(|switch| self.is_on(switch))
     }
 
-    /// Refuses to turn an output on that an error in the configuration keeps off. `s` is the S word.
+    /// Refuses to turn on an output that an error in the configuration keeps off. `s` is the S word.
     ///
     /// # Errors
-    /// See [`needs`].
+    /// As of [`needs`].
     pub fn check(
         texts: &Texts,
         config: &MachineConfig,
@@ -183,8 +183,8 @@ impl Outputs {
         if turns_on { needs(texts, config, Part::Switch(switch), is_playing) } else { Ok(()) }
     }
 
-    /// Turns an output on or off, `s` being its S word. Gives the change for whoever applies it, at once or
-    /// on the way of a move; `None` when nothing changes.
+    /// Turns an output on or off, `s` being its S word. Returns the change for the caller to apply, at once
+    /// or on the way of a move; `None` when nothing changes.
     pub fn turn(&mut self, config: &MachineConfig, switch: SwitchId, on: bool, s: Option<f32>) -> Option<Output> {
         let (on, value) = asked(output(config, switch)?, on, s);
         let status = self.status.get(switch.index())?;
@@ -194,18 +194,18 @@ impl Outputs {
         self.set(config, switch, on, value)
     }
 
-    /// Changes that rode on the path were dropped with it: what the outputs do is not what they were told.
+    /// Notes that changes on the path were dropped: the outputs may not have their commanded states.
     pub fn changes_were_dropped(&mut self) {
         self.status.iter_mut().for_each(|status| status.unsure = true);
     }
 
-    /// On or off with the values the configuration gives to these.
+    /// Turns an output on or off with the values that the configuration gives to these.
     pub fn turn_plainly(&mut self, config: &MachineConfig, switch: SwitchId, on: bool) -> Option<Output> {
         let value = plain_value(output(config, switch)?, on);
         self.set(config, switch, on, value)
     }
 
-    /// Gives an output that runs by itself a share of full power, 0 to 1. `None` when nothing changes.
+    /// Gives an automatic output a share of full power, 0 to 1. `None` when nothing changes.
     pub fn drive(&mut self, config: &MachineConfig, switch: SwitchId, share: f32) -> Option<Output> {
         let settings = output(config, switch)?;
         let most = match settings.output_kind {
@@ -226,14 +226,14 @@ impl Outputs {
         given(config, switch, on, self.as_overridden(config, switch, value))
     }
 
-    /// The output that this M-code turns on, the other way.
+    /// Toggles the output that this M-code turns on.
     pub fn turn_over(&mut self, config: &MachineConfig, number: u16) -> Option<Output> {
         let switch = Self::by_code(config, number)?;
         let on = !self.is_on(switch);
         self.turn_plainly(config, switch, on)
     }
 
-    /// The states that outputs have at boot; an input takes the level it finds.
+    /// Gives outputs their states at boot, and takes the present levels of inputs.
     pub fn start(&mut self, config: &MachineConfig, levels: InputLevels) -> Changes {
         let mut changes = Changes::new();
         for (index, switch) in (0..).zip(&config.switches).filter(|(_, switch)| !is_off(config, switch)) {
@@ -249,8 +249,8 @@ impl Outputs {
         changes
     }
 
-    /// A halt: every output to its halt state, but those that ignore halts, and fans that run by themselves:
-    /// what is hot goes on being cooled.
+    /// Gives every output its halt state, except outputs that ignore halts and automatic fans: hot parts go
+    /// on being cooled.
     pub fn halt(&mut self, config: &MachineConfig) -> Changes {
         self.changes_were_dropped();
         self.stop_spindle(false);
@@ -262,7 +262,7 @@ impl Outputs {
             }
             let on = switch.halt_set_to;
             changes.extend(match switch.output_kind {
-                // A spindle or laser on a timer is never left running by a halt.
+                // A halt never leaves a spindle or laser on a timer running.
                 OutputKind::HardwarePwm => self.turn_plainly(config, SwitchId(index), false),
                 OutputKind::Digital | OutputKind::SigmaDelta => {
                     self.set(config, SwitchId(index), on, if on { 255.0 } else { 0.0 })
@@ -272,12 +272,13 @@ impl Outputs {
         changes
     }
 
-    /// The safety door is open: everything that turns, burns or sprays is off. What it is told to do stays.
+    /// Turns off everything that turns, burns or sprays, as the safety door is open. The commanded states
+    /// stay.
     pub fn door_opens(&self, config: &MachineConfig) -> Changes {
         self.behind_the_door(config).filter_map(|(at, switch)| given(config, at, false, off_value(switch))).collect()
     }
 
-    /// The door is closed: what the open one had turned off is as it is told.
+    /// Gives the outputs that the open door had turned off their commanded states, as the door is closed.
     pub fn door_closes(&self, config: &MachineConfig) -> Changes {
         let told = |(at, _): (SwitchId, &SwitchConfig)| {
             let status = self.status.get(at.index())?;
@@ -286,8 +287,8 @@ impl Outputs {
         self.behind_the_door(config).filter_map(told).collect()
     }
 
-    /// Outputs that the door is there for: those on timers, as spindles, lasers and servos are, and whatever
-    /// the codes of spindle and coolant turn on.
+    /// Returns the outputs that the door guards: those on timers, as spindles, lasers and servos are, and all
+    /// that the codes of spindle and coolant turn on.
     fn behind_the_door<'a>(&self, config: &'a MachineConfig) -> impl Iterator<Item = (SwitchId, &'a SwitchConfig)> {
         let switches = (0..self.status.len() as u8).map(SwitchId).zip(&config.switches);
         switches.filter(|(_, switch)| {
@@ -297,8 +298,8 @@ impl Outputs {
         })
     }
 
-    /// Looks at input switches; the command of one that changed waits for [`Self::take_command`]. Whether
-    /// one has changed.
+    /// Looks at input switches; the command of a changed one waits for [`Self::take_command`]. Returns
+    /// whether any has changed.
     pub fn look(&mut self, levels: InputLevels, config: &MachineConfig, now: Micros) -> bool {
         if now < self.due {
             return false;
@@ -324,13 +325,13 @@ impl Outputs {
         has_changed
     }
 
-    /// The commands of input switches that changed, in the order in which they are taken.
+    /// Returns the commands of input switches that changed, in the order in which they are taken.
     pub fn commands<'c>(&self, config: &'c MachineConfig) -> impl Iterator<Item = &'c Command> {
         let pending = config.switches.iter().zip(&self.status).filter(|(_, status)| status.pending);
         pending.map(|(switch, status)| command_of(switch, status.on)).filter(|command| !command.is_empty())
     }
 
-    /// The command of an input switch that changed, once.
+    /// Takes the next command of an input switch that changed.
     #[inline]
     pub fn take_command(&mut self, config: &MachineConfig) -> Option<Command> {
         if self.has_pending { self.take_pending(config) } else { None }
@@ -350,11 +351,11 @@ impl Outputs {
         None
     }
 
-    /// `switch`, `switch n`, `switch n on|off|value`: says how it is, or sets it. Gives the change, to be
-    /// applied at once.
+    /// `switch`, `switch n`, `switch n on|off|value`: prints or sets the state of a switch. Returns the
+    /// change, to be applied at once.
     ///
     /// # Errors
-    /// When it stays off, or the value is none.
+    /// When the switch stays off, or the value is not valid.
     pub fn switch_command(
         &mut self,
         texts: &Texts,
@@ -384,7 +385,7 @@ impl Outputs {
         if config.automatic_fan(name).is_some() {
             return Err(texts.refused(format_args!("{name} runs by itself: see [fan] in config.ini")));
         }
-        // A file that is being played goes on: it is not the file that asks.
+        // A file that is being played goes on, for the command is not the file's.
         needs(texts, config, Part::Switch(switch), false)?;
         let change = match (value, value.parse::<f32>()) {
             ("on" | "off", _) => self.turn_plainly(config, switch, value == "on"),

@@ -1,6 +1,6 @@
 //! Everything the machine may ask of the world. The board implements these traits with peripherals, the host
-//! runner with models and a folder; the machine cannot tell which. Each trait is one thing to ask for, so
-//! that whoever needs one thing takes one trait.
+//! runner with models and a folder; the machine cannot tell them apart. Each trait is a single thing to ask
+//! for, so that code that needs it takes only this trait.
 //!
 //! Rules for implementers: no method waits for long. Sessions take what fits and say how much; storage
 //! answers within its own bounded time or with [`StorageError::NotResponding`]; locks are held for the
@@ -48,68 +48,69 @@ pub use updates::{Arrival, FailedBy, Firmware, FirmwareId, Flaw, Running, Update
 pub use usb::{Disk, NotLent, Usb};
 pub use workspace::Workspace;
 
-/// What time it is.
+/// Clock of the machine.
 pub trait Clock {
-    /// Time since boot.
+    /// Returns the time since boot.
     fn now(&self) -> Micros;
 }
 
-/// The motors' motion.
+/// Access to the motion of motors.
 pub trait MotionPort {
-    /// The planner, locked for the length of `f`.
+    /// Calls `f` with the planner, locked for that long.
     fn motion<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R;
 
-    /// The latch that input interrupts report to: bit n of its mask is [`Input::bit`] n.
+    /// Returns the latch that input interrupts report to: bit n of its mask is [`Input::bit`] n.
     fn latch(&self) -> &Latch;
 }
 
-/// What a look ahead at files works with.
+/// Memory for preflight, the look ahead at files.
 pub trait Ahead {
-    /// Where it is.
+    /// Pointer to the workspace.
     type Workspace: DerefMut<Target = Workspace>;
 
-    /// Gives it away, once. `None`: there is no memory for it.
+    /// Gives the workspace away, once. `None`: there is no memory for it.
     fn workspace(&mut self) -> Option<Self::Workspace>;
 }
 
 /// Heaters, fans and switched outputs.
 pub trait HeatPort {
-    /// Heat control, locked for the length of `f`.
+    /// Calls `f` with heat control, locked for that long.
     fn heat<R>(&mut self, f: impl FnOnce(&mut HeatControl) -> R) -> R;
 
-    /// Has the heat task run now, not at its next period: what has been switched off is off at once.
+    /// Has the heat task run now, not at its next period, so that outputs go off at once.
     fn run_heat_now(&mut self);
 }
 
-/// Strips of lights.
+/// Access to LED strips.
 pub trait LightPort {
     /// Sends bytes to a strip, by its place in the configuration's list. False, and nothing happens, while
     /// another transmission is on its way or has not taken effect yet: ask again later.
     fn send_to_strip(&mut self, strip: usize, bytes: &[u8]) -> bool;
 }
 
-/// The motor drivers and the watch over them.
+/// Access to the motor drivers and the watch over them.
 pub trait DriversPort {
-    /// Driver access type.
+    /// Type of access to the drivers.
     type Drivers: MotorDrivers;
 
-    /// The motor drivers' bus, locked for the length of `f` (tens of microseconds a datagram).
+    /// Calls `f` with the motor drivers' bus, locked for that long (tens of microseconds a datagram).
     fn drivers<R>(&mut self, f: impl FnOnce(&mut Self::Drivers) -> R) -> R;
 
-    /// Findings of the slow task (driver faults, supply voltages), locked for the length of `f`.
+    /// Calls `f` with the findings of the slow task (driver faults, supply voltages), locked for that long.
     fn supervisor<R>(&mut self, f: impl FnOnce(&mut Supervisor) -> R) -> R;
 
-    /// Global enable line of the motor drivers.
+    /// Switches the global enable line of the motor drivers.
     fn set_motor_power(&mut self, on: bool);
 }
 
-/// Inputs.
+/// Access to digital inputs.
 pub trait Inputs {
-    /// Present logical levels of all inputs (inversion already applied): true is triggered or pressed.
+    /// Returns the present logical levels of all inputs (inversion already applied): true is triggered or
+    /// pressed.
     fn inputs(&self) -> InputLevels;
 }
 
-/// The world of one machine.
+/// All that one machine asks of the world.
 pub trait Ports:
     Clock
     + Rest

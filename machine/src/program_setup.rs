@@ -1,4 +1,4 @@
-//! The configuration's words for the program, in `program`'s own types.
+//! Translates the configuration of the program to `program`'s own types.
 
 use config::{
     CommandCode, FileDialect, MachineConfig, OutputKind, OutputPin, PrinterDialect, ServoConfig, SwitchConfig,
@@ -11,13 +11,13 @@ use program::{
 };
 use units::{Axis, SwitchId};
 
-/// The dialect of what the machine writes itself and is configured to do: saved settings, scripts.
+/// Returns the dialect of lines of the machine's own: saved settings, configured scripts.
 #[must_use]
 pub const fn own_dialect(config: &MachineConfig) -> Dialect {
     if config.general.grbl_mode { Dialect::Grbl } else { Dialect::Smoothie }
 }
 
-/// The dialect of sessions that have none of their own, and of files that do not say theirs.
+/// Returns the dialect of sessions that have none of their own, and of files that do not say theirs.
 #[must_use]
 pub const fn dialect(config: &MachineConfig) -> Dialect {
     match config.general.dialect {
@@ -28,7 +28,7 @@ pub const fn dialect(config: &MachineConfig) -> Dialect {
     }
 }
 
-/// The dialect of every file that is played; `None`: what the file says of itself.
+/// Returns the dialect of every file that is played; `None`: the dialect that the file says.
 #[must_use]
 pub const fn file_dialect(config: &MachineConfig) -> Option<Dialect> {
     match config.player.dialect {
@@ -41,12 +41,12 @@ pub const fn file_dialect(config: &MachineConfig) -> Option<Dialect> {
     }
 }
 
-/// What commands by name call the machine's parts: as its configuration does, and as Klipper calls those that
+/// Names of the machine's parts in commands by name: as in the configuration, and as Klipper's for parts that
 /// every printer has.
 pub struct PartNames<'c> {
-    /// The parts.
+    /// Configuration with the parts.
     pub config: &'c MachineConfig,
-    /// In which their codes are read.
+    /// Dialect in which the parts' codes are read.
     pub dialect: Dialect,
 }
 
@@ -67,7 +67,7 @@ impl program::extended::Names for PartNames<'_> {
         if let Some(on) = switch.input_on_command {
             return Some(NamedSwitch { on: code(on), number: None, off, full });
         }
-        // One that only has a number.
+        // A switch that only has a number is set by M42.
         Some(NamedSwitch { on: Code::m(42), number: Some(switch.io_number?), off, full })
     }
 
@@ -100,7 +100,7 @@ impl program::extended::Names for PartNames<'_> {
     }
 }
 
-/// What the program is told of the machine.
+/// Returns the settings of the machine that the program needs.
 #[must_use]
 pub fn setup(config: &MachineConfig) -> Setup {
     let heater = |heater: &config::TemperatureConfig| HeaterSetup { id: heater.tool_id, presets: heater.presets };
@@ -129,7 +129,7 @@ pub fn setup(config: &MachineConfig) -> Setup {
     }
 }
 
-/// What the pulses of a switch on a timer are.
+/// Returns the pulses of a switch on a hardware timer.
 fn pulses(config: &MachineConfig, place: usize, switch: &SwitchConfig) -> Option<PulseSetup> {
     let Some(OutputPin::Pwm(pwm)) = switch.output_pin.filter(|_| switch.max_rpm == 0.0) else { return None };
     let hertz = (*config.pwm_frequency_hz.get(usize::from(pwm.timer).checked_sub(1)?)?)?;
@@ -138,7 +138,7 @@ fn pulses(config: &MachineConfig, place: usize, switch: &SwitchConfig) -> Option
     Some(PulseSetup { switch: SwitchId(place as u8), percent_per_us: hertz as f32 / 1e4, servo })
 }
 
-/// The number by which M62 to M68 know a switch.
+/// Returns the number by which M62 to M68 know a switch.
 fn io((place, switch): (usize, &SwitchConfig)) -> Option<IoSetup> {
     let kind = match switch.output_kind {
         _ if switch.is_input() => IoKind::Input,
@@ -174,7 +174,8 @@ fn tool(config: &MachineConfig, extruder: &config::ExtruderConfig) -> ToolSettin
     }
 }
 
-/// The codes that heaters and output switches listen to. Which can be claimed, the configuration has checked.
+/// Returns the codes that heaters and output switches listen to. The configuration has checked that they can
+/// be claimed.
 fn claims(config: &MachineConfig) -> Claims {
     let mut claims = Claims::default();
     for (id, heater) in config.heaters() {
@@ -186,7 +187,7 @@ fn claims(config: &MachineConfig) -> Claims {
             let _fits = claims.add(Code::m(number), claim);
         }
     }
-    // What turns a spindle both ways comes last: its direction is set by then.
+    // A switch that turns the spindle both ways comes last: its direction is set by then.
     for both_ways in [false, true] {
         let outputs = config.switches.iter().enumerate().filter(|(_, switch)| !switch.is_input());
         for (index, switch) in outputs.filter(|(_, switch)| switch.input_reverse_command.is_some() == both_ways) {

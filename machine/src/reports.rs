@@ -1,4 +1,4 @@
-//! What the machine says about itself. Everything here answers at once, from what it is given.
+//! Reports of the machine about itself. All of them answer at once, from their arguments.
 
 mod device;
 mod get;
@@ -18,30 +18,30 @@ use ::program::Tools;
 use config::MachineConfig;
 use units::{Actuator, Axis};
 
-/// A line: a status report with positions, rates and eight heaters is the longest one.
+/// Line of a report: a status report with positions, rates and eight heaters is the longest one.
 pub(crate) type Line = heapless::String<512>;
 
-/// Formats onto a line; what does not fit is cut at its end.
+/// Formats onto a line; text that does not fit is cut at its end.
 macro_rules! add {
     ($line:expr, $($format:tt)*) => {{
-        // See the macro's comment: a cut line is still a line.
+        // A cut line is still a line: see the macro's comment.
         let _ = core::fmt::Write::write_fmt(&mut $line, format_args!($($format)*));
     }};
 }
 pub(crate) use add;
 
-/// Whether an axis beside X Y and Z has a motor of its own.
+/// Returns whether an axis beside X, Y and Z has a motor of its own.
 fn has_axis(config: &MachineConfig, axis: Axis) -> bool {
     let motor = Actuator::from_index(axis as usize).map(|motor| &config.actuators[motor]);
     motor.is_some_and(|motor| motor.present && motor.slaved_to.is_none())
 }
 
-/// A, B and C, as far as the machine has them.
+/// Returns those of A, B and C that the machine has.
 fn auxiliary_axes(config: &MachineConfig) -> impl Iterator<Item = Axis> + '_ {
     [Axis::A, Axis::B, Axis::C].into_iter().filter(|axis| has_axis(config, *axis))
 }
 
-/// The same, without those that extruders turn.
+/// Returns the same axes, without those that extruders turn.
 pub(crate) fn free_axes<'a>(config: &'a MachineConfig, tools: &'a Tools) -> impl Iterator<Item = Axis> + 'a {
     auxiliary_axes(config).filter(|axis| !tools.uses(*axis))
 }

@@ -1,7 +1,7 @@
 //! The lines that M500 saves and M503 shows: settings as G-code, with a comment before each.
 //!
-//! They are the lines, in the order and with the decimals, that Smoothieware v2 writes, so that either
-//! firmware reads the other's file. A value that needs more decimals to come back as it was gets them.
+//! Lines, order and decimals are those of Smoothieware v2, so that either firmware reads the other's file. A
+//! value that needs more decimals to come back as it was gets them.
 
 use core::fmt::{self, Write};
 
@@ -22,18 +22,18 @@ use crate::probing::write_probe;
 use crate::thermal::Thermal;
 use crate::tuning::Tuning;
 
-/// The lines of one part of the machine.
+/// Text of one part's lines.
 pub type Text = heapless::String<1_408>;
-/// How many parts there are.
+/// Number of parts of the settings.
 pub const PARTS: u8 = 8;
 
-/// A value with at least so many decimals, more where they are needed to read it back.
+/// Value with at least so many decimals, more where they are needed to read it back.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Value(pub f64, pub usize);
 
 impl Value {
-    /// A value that differs by less than this share of itself is the same: half of single precision's last
-    /// place, in which Smoothieware calculates.
+    /// Share of a value by which another may differ and be the same: half of single precision's last place,
+    /// in which Smoothieware calculates.
     const SAME: f64 = 6e-8;
     const MOST_DECIMALS: usize = 9;
 }
@@ -51,10 +51,10 @@ impl fmt::Display for Value {
     }
 }
 
-/// The lines of part n of [`PARTS`].
+/// Returns the lines of part n of [`PARTS`].
 ///
 /// # Errors
-/// When they do not fit whole: half a line would be another setting.
+/// When the lines do not fit whole: half a line would be another setting.
 pub(crate) fn part(
     n: u8,
     ports: &mut (impl MotionPort + HeatPort),
@@ -86,7 +86,7 @@ pub(crate) fn part(
     Ok(text)
 }
 
-/// Motors that are not an extruder's, whose settings go by its tool.
+/// Returns the motors that are not an extruder's; settings of an extruder's go by its tool.
 fn axis_motors<'a>(program: &'a Interpreter, config: &'a MachineConfig) -> impl Iterator<Item = (Axis, Actuator)> + 'a {
     let motors = Axis::ALL.into_iter().zip(Actuator::ALL);
     motors.filter(|(axis, motor)| config.actuators[*motor].present && !program.tools().uses(*axis))
@@ -107,7 +107,7 @@ fn write_motion(text: &mut Text, motion: &MotionConfig, program: &Interpreter, c
         }
     }
     write!(text, "\n;Junction deviation mm, of Z alone, least speed mm/s:\nM205")?;
-    // An X would set the square corner velocity aside.
+    // Without the X word: reading it back would set the square corner velocity aside.
     if limits.square_corner_velocity.is_none() {
         write!(text, " X{}", Value(limits.junction_deviation.0, 5))?;
     }
@@ -119,7 +119,7 @@ fn write_motion(text: &mut Text, motion: &MotionConfig, program: &Interpreter, c
     }
     // Smoothieware's rate has single precision, and so has its text.
     write!(text, " S{:.5}", program.modal().seek_rate.0 as f32)?;
-    // No limit is worth saving where the configuration has one.
+    // A missing limit is saved only where the configuration has a limit.
     if limits.max_speed.is_some() || config.motion.max_speed.is_some() {
         write!(text, " P{}", Value(limits.max_speed.map_or(0.0, |speed| speed.0), 5))?;
     }
@@ -130,7 +130,7 @@ fn write_motion(text: &mut Text, motion: &MotionConfig, program: &Interpreter, c
     writeln!(text)
 }
 
-/// Coordinate systems with `save_wcs`, the G92 offset with `save_g92`, the park position.
+/// Writes coordinate systems with `save_wcs`, the G92 offset with `save_g92`, and the park position.
 fn write_offsets(text: &mut Text, program: &Interpreter, config: &MachineConfig) -> fmt::Result {
     let modal = program.modal();
     if !config.motion.save_wcs {
@@ -180,7 +180,7 @@ fn write_extruders(
     program.tools().all().iter().try_for_each(|tool| write_extruder(text, motion, tool, config))
 }
 
-/// What M404 and M603 have changed; nothing where it is as configured.
+/// Writes the settings that M404 and M603 have changed; nothing where they are as configured.
 fn write_filament(text: &mut Text, tuning: &Tuning, config: &MachineConfig) -> fmt::Result {
     let (now, configured) = (&tuning.filament, &config.filament_detector);
     let of =
@@ -236,7 +236,7 @@ fn write_extruder(text: &mut Text, motion: &MotionConfig, tool: &Tool, config: &
     let advance = motion.filters.advance.get(advance_of(settings.axis)).copied().flatten();
     let configured = config.extruders.iter().find(|extruder| extruder.tool_id == id);
     let has_configured = configured.is_some_and(|extruder| extruder.pressure_advance_s > 0.0);
-    // Zero is worth saving where the configuration says something else.
+    // Zero is saved only where the configuration has another value.
     if let Some(advance) = advance.filter(|advance| advance.factor > 0.0 || has_configured) {
         writeln!(text, ";Pressure advance (s):\nM900 K{} P{id}", Value(advance.factor, 5))?;
     }

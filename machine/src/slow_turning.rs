@@ -1,4 +1,5 @@
-//! Which motors turn slowly and steadily: only then does a driver's open load indicator mean anything.
+//! Finds the motors that turn slowly and steadily: only then does a driver's open load indicator mean
+//! anything.
 //!
 //! TMC2590 datasheet section 7.10 and TMC2660 datasheet section 6.10: the bits say that no chopper event came
 //! during the last period of constant coil polarity, two full steps, and may be false in fast motion and at
@@ -6,14 +7,14 @@
 
 use units::{Actuator, Micros, PerActuator, StepCount};
 
-/// Between two looks.
+/// Time between two looks.
 const PERIOD: Micros = Micros::from_millis(100);
-/// Full steps between two looks from which on both coils have changed polarity...
+/// Least full steps between two looks in which both coils have surely changed polarity.
 const FEWEST: f32 = 4.0;
-/// ...and up to which motion is slow: two turns a second of a motor of 200.
+/// Greatest full steps between two looks in slow motion: two turns a second of a motor of 200.
 const MOST: f32 = 40.0;
 
-/// Watches how far motors go.
+/// Watch over the motors' steps.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct SlowTurning {
     due: Micros,
@@ -22,8 +23,8 @@ pub(crate) struct SlowTurning {
 }
 
 impl SlowTurning {
-    /// One look at how many steps each motor has made: the motors, one bit each, that turned slowly the same
-    /// way since the look before last. Nothing when it is not due yet.
+    /// Looks at how many steps each motor has made. Returns the motors, one bit each, that turned slowly the
+    /// same way since the look before last; nothing when no look is due.
     pub(crate) fn look(
         &mut self,
         now: Micros,
@@ -33,7 +34,7 @@ impl SlowTurning {
         if now < self.due {
             return None;
         }
-        // A look that comes late has seen more steps than it should: it only makes motion look faster.
+        // A late look has seen more steps than it should, which only makes motion look faster.
         self.due = now.plus(PERIOD);
         let slow = Actuator::ALL.into_iter().filter(|motor| {
             let steps = made[*motor].wrapping_sub(self.before[*motor]).unsigned_abs();
@@ -50,7 +51,7 @@ impl SlowTurning {
 mod tests {
     use super::*;
 
-    /// What is seen in the fifth look of a motor at so many full steps a second.
+    /// Returns the result of the fifth look at a motor with so many full steps a second.
     fn seen(full_steps_per_s: f32) -> u8 {
         let mut turning = SlowTurning::default();
         let mut made = PerActuator::<StepCount>::default();

@@ -1,6 +1,6 @@
-//! Least, greatest, mean and deviation of what is measured again and again, without keeping it.
+//! Statistics of repeated measurements: least, greatest, mean and deviation, without keeping the values.
 
-/// Measurements, as far as their figures go.
+/// Sums and extremes of the measurements.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Spread {
     count: u32,
@@ -12,7 +12,8 @@ pub(crate) struct Spread {
 }
 
 impl Spread {
-    /// One more. Sums are of the distances from the first: far from the origin squares would lose digits.
+    /// Adds a measurement. Sums are of the distances from the first: far from the origin squares would lose
+    /// digits.
     pub(crate) fn add(&mut self, at: f64) {
         if self.count == 0 {
             *self = Self { first: at, least: at, most: at, ..Self::default() };
@@ -22,32 +23,32 @@ impl Spread {
         (self.count, self.sum, self.squares) = (self.count + 1, self.sum + off, self.squares + off * off);
     }
 
-    /// How many there were.
+    /// Returns the number of measurements.
     pub(crate) const fn count(&self) -> u32 {
         self.count
     }
 
-    /// The first of them; zero where there is none.
+    /// Returns the first measurement; zero without any.
     pub(crate) const fn first(&self) -> f64 {
         self.first
     }
 
-    /// The least and the greatest.
+    /// Returns the least and the greatest measurement.
     pub(crate) const fn ends(&self) -> [f64; 2] {
         [self.least, self.most]
     }
 
-    /// How far these are apart.
+    /// Returns the greatest measurement less the least.
     pub(crate) fn range(&self) -> f64 {
         self.most - self.least
     }
 
-    /// Their mean.
+    /// Returns the mean of the measurements.
     pub(crate) fn mean(&self) -> f64 {
         self.first + self.sum / f64::from(self.count.max(1))
     }
 
-    /// Standard deviation of the measurements.
+    /// Returns the standard deviation of the measurements.
     pub(crate) fn deviation(&self) -> f64 {
         let count = f64::from(self.count.max(1));
         let mean = self.sum / count;

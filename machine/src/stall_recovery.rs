@@ -1,74 +1,74 @@
-//! What is known of a job that a stall has stopped, and how often that has happened.
+//! State of a job that a stall has stopped, and the number of recent stalls.
 
 use config::StallRecoveryConfig;
 use heapless::Vec;
 use program::BEGINNING_BYTES;
 use units::{Actuator, AxisSet, Micros, PerAxis};
 
-/// Recoveries that are remembered; the configuration allows no more.
+/// Greatest number of recoveries remembered; the configuration allows no more.
 const MOST: usize = 16;
-/// Extruders whose flow is kept.
+/// Extruders whose flow factor is kept.
 const FLOWS: usize = 3;
 
-/// A job that a stall has stopped, from the stop on until it is suspended.
+/// Job that a stall has stopped, from the stop on until it is suspended.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stopped {
-    /// The motor that has stalled.
+    /// Motor that has stalled.
     pub motor: Actuator,
     /// Axes that have lost their place.
     pub lost: AxisSet,
-    /// Where the machine came to rest, as far as it knows, mm.
+    /// Place where the machine came to rest, as far as it knows, mm.
     pub at: PerAxis<f64>,
-    /// Lines of the job that were made before the one under way. `None`: that was none of the job's.
+    /// Lines of the job that were made before the line under way. `None`: the line was none of the job's.
     pub made: Option<u32>,
-    /// The number of the line that was under way.
+    /// Number of the line that was under way.
     pub line: u32,
-    /// Where the straight move that was under way ends, mm.
+    /// End of the straight move that was under way, mm.
     pub straight_to: Option<PerAxis<f64>>,
     /// Objects that are left out, a bit each.
     pub left_out: u64,
-    /// Factors of flow.
+    /// Flow factors of the extruders.
     pub flow: [f64; FLOWS],
 }
 
-/// How far the machine is with a stall.
+/// Progress of the recovery from a stall.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) enum Phase {
-    /// None has stopped a job.
+    /// No stall has stopped a job.
     #[default]
     Rest,
-    /// It brakes because of this motor.
+    /// Braking because of this motor.
     Brakes(Actuator),
-    /// It has come to rest; whatever waited for its moves is ending.
+    /// At rest; sequences that waited for the moves are ending.
     Stands(Stopped),
-    /// It finds out where the job was.
+    /// Finding out where the job was.
     Looks(Stopped),
-    /// It homes, and goes back to where the job was.
+    /// Homing, and going back to where the job was.
     Returns,
 }
 
-/// Stalls of the job.
+/// Stalls of the present job.
 #[derive(Debug, Default)]
 pub(crate) struct StallRecovery {
     pub phase: Phase,
-    /// Which job since boot this is of, and what the program stood on where that began.
+    /// Number of a job since boot, and the program's state at its beginning.
     beginning: Option<(u32, [u8; BEGINNING_BYTES])>,
-    /// When jobs got over stalls, lately.
+    /// Times of recent recoveries.
     recovered: Vec<Micros, MOST>,
 }
 
 impl StallRecovery {
-    /// A job is not where its file says.
+    /// Returns whether a job is not where its file says.
     pub const fn is_under_way(&self) -> bool {
         !matches!(self.phase, Phase::Rest)
     }
 
-    /// Nothing of it goes on: the job has ended, or is suspended.
+    /// Ends a recovery: the job has ended, or is suspended.
     pub const fn rest(&mut self) {
         self.phase = Phase::Rest;
     }
 
-    /// What this job begins with.
+    /// Keeps the program's state at the beginning of this job.
     pub const fn keep_beginning(&mut self, job: u32, beginning: Option<[u8; BEGINNING_BYTES]>) {
         self.beginning = match beginning {
             Some(bytes) => Some((job, bytes)),
@@ -76,23 +76,23 @@ impl StallRecovery {
         };
     }
 
-    /// The file alone does not lead to where the program stands any more.
+    /// Forgets the beginning: the file alone does not lead to the program's state any more.
     pub const fn forget_beginning(&mut self) {
         self.beginning = None;
     }
 
-    /// What this job began with.
+    /// Returns the program's state at the beginning of this job.
     pub fn beginning_of(&self, job: u32) -> Option<[u8; BEGINNING_BYTES]> {
         self.beginning.filter(|(of, _)| *of == job).map(|(_, bytes)| bytes)
     }
 
-    /// Whether a job may get over one more stall now, which is counted then: which one it is within the time.
+    /// Counts a recovery if the job may make one more now; returns its number within the configured time.
     pub fn take_recovery(&mut self, now: Micros, settings: &StallRecoveryConfig) -> Option<usize> {
         self.recovered.retain(|at| now.since(*at) < settings.time);
         if self.recovered.len() >= usize::from(settings.most) {
             return None;
         }
-        // There is room: the configuration allows no more.
+        // There is room, for the configuration allows no more.
         let _ = self.recovered.push(now);
         Some(self.recovered.len())
     }

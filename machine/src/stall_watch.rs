@@ -1,31 +1,31 @@
 //! Watches the stallGuard outputs of drivers while their motors move: a carriage that has hit something
 //! stands, and its motor goes on stepping.
 //!
-//! A driver measures load once a full step, and what it measures means something only at a constant speed at
-//! which the motor induces enough. So an output counts only while the motor has been at such a speed for some
-//! full steps, and one reading alone, which lasts a full step, is not believed.
+//! A driver measures load once a full step, and the value means something only at a constant speed at which
+//! the motor induces enough voltage. So an output counts only while the motor has been at such a speed for
+//! some full steps, and one reading alone, which lasts a full step, is not believed.
 
 use config::EndstopStallConfig;
 use units::{Actuator, Micros, PerActuator};
 
-/// Between two looks.
+/// Time between two looks.
 const PERIOD: Micros = Micros(1_000);
-/// So many full steps of readings that say stall are believed.
+/// Full steps of stall readings that are believed.
 const BELIEVED: f32 = 1.5;
-/// What a full step of other readings takes off again: a rotor that fell out of its field turns freely for
-/// two of four full steps.
+/// Full steps of stall that each full step of other readings takes off again: a rotor that fell out of its
+/// field turns freely for two of four full steps.
 const FORGIVEN: f32 = 0.25;
-/// A speed that changes by less than this share between two looks is constant.
+/// Greatest share by which a constant speed changes between two looks.
 const STEADY: f32 = 0.01;
 
-/// What of a motor is watched.
+/// Watched state of one motor.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Sight {
     /// Speed, full steps per second either way.
     pub speed: f32,
-    /// From this speed on its load can be measured, full steps per second.
+    /// Least speed at which load can be measured, full steps per second.
     pub least: f32,
-    /// Its driver says that it stalls.
+    /// Whether the driver reports a stall.
     pub stalls: bool,
 }
 
@@ -37,7 +37,7 @@ struct Track {
     stalled: f32,
 }
 
-/// What has been seen so far.
+/// Readings of the motors so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct StallWatch {
     due: Micros,
@@ -46,17 +46,17 @@ pub(crate) struct StallWatch {
 }
 
 impl StallWatch {
-    /// Whether it is time for a look.
+    /// Returns whether a look is due.
     pub(crate) fn is_due(&self, now: Micros) -> bool {
         now >= self.due
     }
 
-    /// Nothing is watched for so long.
+    /// Stops watching for this time.
     pub(crate) fn rest(&mut self, now: Micros, time: Micros) {
         *self = Self { due: now.plus(time), looked: now, ..Self::default() };
     }
 
-    /// One look; a motor that stalls. `None` in `sights` is not watched.
+    /// Looks at the motors and returns one that stalls. `None` in `sights` is not watched.
     pub(crate) fn look(&mut self, now: Micros, sights: &PerActuator<Option<Sight>>) -> Option<Actuator> {
         let seconds = now.since(self.looked).0 as f32 * 1e-6;
         (self.due, self.looked) = (now.plus(PERIOD), now);
@@ -92,7 +92,7 @@ impl StallWatch {
 mod tests {
     use super::*;
 
-    /// After how many milliseconds of this a stall of alpha is believed, of a second.
+    /// Returns the time, ms, after which a stall of alpha is believed within a second of these readings.
     fn seen(speed: impl Fn(u64) -> f32, stalls: impl Fn(u64) -> bool) -> Option<u64> {
         let mut watch = StallWatch::default();
         (0..1_000).find(|ms| {
@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn a_stall_at_constant_speed_is_believed_within_three_full_steps() {
-        // 500 full steps a second: two milliseconds each.
+        // At 500 full steps a second each takes two milliseconds.
         let at = seen(|_| 500.0, |ms| ms >= 100).expect("a stall");
         assert!((100..=104).contains(&at), "{at}");
         // A rotor that falls out stands for two full steps of four.

@@ -1,30 +1,30 @@
-//! The colours that strips of lights are told to have. What is sent to them is [`crate::lights`]'.
+//! Colours that codes have given to LED strips. [`crate::lights`] decides what is sent to the strips.
 
 use config::{MAX_STRIPS, MOST_LIGHTS};
 use heapless::Vec;
 use program::{LightChange, Lights};
 use units::Colour;
 
-/// Where a strip's lights are among all of them.
+/// Range of a strip's lights among all lights.
 #[derive(Clone, Copy, Debug, Default)]
 struct Span {
     first: u16,
     count: u16,
-    /// Where the lights begin that come next ([`Lights::Next`]).
+    /// Place of the lights that come next ([`Lights::Next`]).
     next: u16,
 }
 
-/// The colours of all strips.
+/// Colours of all strips.
 #[derive(Debug)]
 pub(crate) struct Strips {
     spans: Vec<Span, MAX_STRIPS>,
     colours: [Colour; MOST_LIGHTS as usize],
-    /// Strips whose colours have changed and are to be seen, one bit each.
+    /// Strips whose colours have changed and are to be shown, one bit each.
     changed: u8,
 }
 
 impl Strips {
-    /// None.
+    /// Starts without any strips.
     #[must_use]
     pub const fn new() -> Self {
         Self { spans: Vec::new(), colours: [Colour::BLACK; MOST_LIGHTS as usize], changed: 0 }
@@ -44,7 +44,7 @@ impl Strips {
         true
     }
 
-    /// Changes colours.
+    /// Changes the colours of lights.
     pub fn change(&mut self, change: &LightChange) {
         for place in 0..self.spans.len() {
             if change.strip.is_none_or(|strip| usize::from(strip) == place) {
@@ -74,7 +74,7 @@ impl Strips {
         self.changed |= u8::from(change.shown) << place;
     }
 
-    /// So many lights of a strip from this one on; those that it has.
+    /// Returns so many lights of a strip from this one on, as far as the strip has them.
     fn lights_mut(&mut self, place: usize, from: u16, count: u16) -> &mut [Colour] {
         let Some(span) = self.spans.get(place) else { return &mut [] };
         let (from, to) = (from.min(span.count), from.saturating_add(count).min(span.count));
@@ -82,7 +82,7 @@ impl Strips {
         self.colours.get_mut(range).unwrap_or_default()
     }
 
-    /// The colours of a strip.
+    /// Returns the colours of a strip.
     #[must_use]
     pub fn colours(&self, place: usize) -> &[Colour] {
         let Some(span) = self.spans.get(place) else { return &[] };
@@ -90,7 +90,7 @@ impl Strips {
         self.colours.get(first..first + usize::from(span.count)).unwrap_or_default()
     }
 
-    /// Strips whose colours have changed since the last call, one bit each.
+    /// Takes the strips whose colours have changed since the last call, one bit each.
     pub const fn take_changed(&mut self) -> u8 {
         core::mem::replace(&mut self.changed, 0)
     }

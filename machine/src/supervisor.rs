@@ -1,11 +1,11 @@
-//! The slow watch over motor drivers and their supply, run by the slow task.
+//! Slow watch over motor drivers and their supply, run by the slow task.
 //!
-//! Once a second every internal driver's status is read over SPI; a fault counts when it is seen twice in a
-//! row, so a disturbed datagram alarms nobody. A driver that has lost its settings is believed at once, for
-//! it is asked twice before it is said to have: it is set up again. Motor supply below [`MOTOR_SUPPLY_OFF`]
-//! is "off": drivers lose their registers with it, so they are written anew when it returns. The supply of
-//! heaters and fans lies behind a switch of the board; it is judged only while that switch is on. What is
-//! found waits here as events for the dispatcher.
+//! Once a second every internal driver's status is read over SPI; a fault counts when seen twice in a row, so
+//! a disturbed datagram alarms nobody. A driver that has lost its settings is believed at once, for a reset
+//! is only reported after a second question: the driver is set up again. Motor supply below
+//! [`MOTOR_SUPPLY_OFF`] is "off": drivers lose their registers with it, so they are written anew when it
+//! returns. The supply of heaters and fans lies behind a switch of the board; it is judged only while that
+//! switch is on. Findings wait here as events for the dispatcher.
 
 mod event;
 mod trouble;
@@ -19,9 +19,9 @@ use crate::ports::{DriverFault, DriverStatus, MotorDrivers, SupplyVoltages};
 pub use event::SupervisorEvent;
 pub use trouble::DriverTrouble;
 
-/// Below this the motor supply counts as switched off.
+/// Voltage below which the motor supply counts as switched off.
 pub const MOTOR_SUPPLY_OFF: Volts = Volts(6.0);
-/// Below this the supply of heaters and fans counts as switched off.
+/// Voltage below which the supply of heaters and fans counts as switched off.
 pub const FET_SUPPLY_OFF: Volts = Volts(6.0);
 /// Time between status reads.
 const POLL_PERIOD: Micros = Micros::from_seconds(1);
@@ -32,7 +32,7 @@ const EVENTS: usize = 32;
 struct Watch {
     /// Troubles in the last poll.
     seen: u16,
-    /// Troubles already reported.
+    /// Troubles that have been reported.
     reported: u16,
     /// Polls in a row, of those in slow motion, in which coil A and coil B were open.
     open: [u8; 2],
@@ -41,7 +41,7 @@ struct Watch {
 }
 
 impl Watch {
-    /// One poll in slow motion; what has been open for long enough.
+    /// Counts a poll in slow motion. Returns the coils that have been open for long enough.
     fn count_open(&mut self, open: [bool; 2]) -> u16 {
         let mut found = 0;
         for ((count, open), trouble) in self.open.iter_mut().zip(open).zip([DriverTrouble::OpenA, DriverTrouble::OpenB])
@@ -55,32 +55,32 @@ impl Watch {
     }
 }
 
-/// What is known of the supply of heaters and fans.
+/// State of the supply of heaters and fans.
 #[derive(Clone, Copy, Debug, Default)]
 struct FetWatch {
-    /// Its switch is on.
+    /// Whether the switch of this supply is on.
     expected: bool,
-    /// It was missing at the last poll.
+    /// Whether the supply was missing at the last poll.
     missing: bool,
-    /// That has been reported.
+    /// Whether the missing supply has been reported.
     reported: bool,
 }
 
-/// The slow task's state.
+/// State of the slow task.
 #[derive(Debug)]
 pub struct Supervisor {
     /// Motors with drivers on the board, one bit each: they live on the motor supply.
     on_board: u8,
-    /// Motors with drivers outside that can be asked, which have a supply of their own.
+    /// Motors with external drivers that can be asked, which have a supply of their own.
     outside: u8,
-    /// Those of them that are yet to be asked in this period: one each tick, for they take longer.
+    /// External drivers yet to be asked in this period: one each tick, for they take longer.
     to_ask: u8,
     check_drivers: bool,
     watches: PerActuator<Watch>,
     supply_on: Option<bool>,
     fets: FetWatch,
     due: Micros,
-    /// Motors that turn slowly, one bit each, and when that was.
+    /// Motors that turn slowly, one bit each, and the time of this finding.
     slow: (u8, Micros),
     events: Deque<SupervisorEvent, EVENTS>,
 }
@@ -92,7 +92,7 @@ impl Default for Supervisor {
 }
 
 impl Supervisor {
-    /// Watches nothing yet.
+    /// Starts with nothing to watch.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -109,7 +109,7 @@ impl Supervisor {
         }
     }
 
-    /// Sets which motors (one bit each) have drivers on the board, which have drivers outside that can be
+    /// Sets which motors (one bit each) have drivers on the board, which have external drivers that can be
     /// asked, and whether their status is watched.
     pub fn configure(&mut self, on_board: u8, outside: u8, check_drivers: bool) {
         self.on_board = on_board;
@@ -117,59 +117,61 @@ impl Supervisor {
         self.check_drivers = check_drivers;
     }
 
-    /// Is the motor supply there? Unknown, before the first reading or without a monitor, counts as there.
+    /// Returns whether the motor supply is there. Unknown, before the first reading or without a monitor,
+    /// counts as there.
     #[must_use]
     pub fn motor_supply_on(&self) -> bool {
         self.supply_on.unwrap_or(true)
     }
 
-    /// Tells whether the switch of the supply of heaters and fans is on.
+    /// Sets whether the switch of the supply of heaters and fans is on.
     pub fn expect_fet_supply(&mut self, expected: bool) {
         self.fets = FetWatch { expected, ..FetWatch::default() };
     }
 
-    /// Is the supply of heaters and fans there? Counts as there until it has been missed twice in a row,
-    /// which leaves it time to rise.
+    /// Returns whether the supply of heaters and fans is there. The supply counts as there until it has been
+    /// missed twice in a row, which leaves it time to rise.
     #[must_use]
     pub fn fet_supply_on(&self) -> bool {
         !self.fets.reported
     }
 
-    /// The motor supply was found off by somebody who looks oftener, and told. When it comes back, drivers
-    /// are set up.
+    /// Notes that the motor supply is off, as a faster watch has found and reported. When the supply comes
+    /// back, drivers are set up.
     pub const fn motor_supply_is_lost(&mut self) {
         self.supply_on = Some(false);
     }
 
-    /// The same for the supply of heaters and fans.
+    /// Notes the same of the supply of heaters and fans.
     pub const fn fet_supply_is_lost(&mut self) {
         (self.fets.missing, self.fets.reported) = (true, true);
     }
 
-    /// These motors, one bit each, turn slowly and steadily now: whether a coil is open can be seen.
+    /// Notes the motors, one bit each, that turn slowly and steadily now: whether a coil is open can be seen.
     pub fn set_slow(&mut self, motors: u8, now: Micros) {
         self.slow = (motors, now);
     }
 
-    /// This trouble has been told already; it is news again only after it has gone.
+    /// Marks a trouble as reported already; it is news again only after it has gone.
     pub fn mark_told(&mut self, motor: Actuator, trouble: DriverTrouble) {
         let watch = &mut self.watches[motor];
         watch.seen |= trouble.bit();
         watch.reported |= trouble.bit();
     }
 
-    /// Whatever was told of this driver is news again.
+    /// Makes all reported troubles of a driver news again.
     pub fn forget_told(&mut self, motor: Actuator) {
         self.watches[motor] = Watch::default();
     }
 
-    /// The next event.
+    /// Takes the next event.
     pub fn take_event(&mut self) -> Option<SupervisorEvent> {
         self.events.pop_front()
     }
 
-    /// The slow task's body; call at 10 Hz, so that every driver is asked once a second. Worst cost: one
-    /// status datagram for each driver on the board, and seven, or writing all registers, for one outside.
+    /// Does the slow task's work; to be called at 10 Hz, so that every driver is asked once a second. Worst
+    /// cost: one status datagram for each driver on the board, and seven, or writing all registers, for an
+    /// external one.
     pub fn tick(
         &mut self,
         now: Micros,
@@ -179,7 +181,7 @@ impl Supervisor {
     ) {
         let waiting = self.events.len();
         self.look(now, drivers, supply);
-        // Before the dispatcher hears of it: it may never do.
+        // Recorded before the dispatcher hears of the event, for it may never do.
         self.events.iter().skip(waiting).for_each(|news| events.record(now, &news.told()));
     }
 
@@ -200,14 +202,14 @@ impl Supervisor {
         self.ask_outside(drivers, slow);
     }
 
-    /// The next driver outside.
+    /// Asks the next external driver.
     fn ask_outside(&mut self, drivers: &mut impl MotorDrivers, slow: u8) {
         let Some(motor) = motors(self.to_ask).next() else { return };
         self.to_ask &= !motor.bit();
         self.ask(motor, drivers, slow);
     }
 
-    /// One that was without power is set up again, and is off.
+    /// Asks a driver for its status. A driver that was without power is set up again, and is off.
     fn ask(&mut self, motor: Actuator, drivers: &mut impl MotorDrivers, slow: u8) {
         self.watch_driver(motor, drivers.status(motor), slow & motor.bit() != 0);
         if self.watches[motor].reported & DriverTrouble::Reset.bit() != 0 {
@@ -250,7 +252,7 @@ impl Supervisor {
         let watch = &mut self.watches[motor];
         let open = match status {
             Ok(status) if is_slow => watch.count_open([status.open_a, status.open_b]),
-            // In fast motion and at standstill it says nothing, for or against.
+            // In fast motion and at standstill the bits say nothing, for or against.
             _ => watch.reported & OPEN,
         };
         let now_seen = troubles(status);
@@ -277,12 +279,12 @@ impl Supervisor {
 
 /// Polls in a row without the temperature warning after which it is news again.
 const COOL_POLLS: u8 = 30;
-/// Seen once is enough.
+/// Troubles that count when seen once.
 const AT_ONCE: u16 = DriverTrouble::Reset.bit();
 const WARM: u16 = DriverTrouble::OverTemperatureWarning.bit();
 /// Polls in a row in slow motion that must agree that a coil is open.
 const OPEN_POLLS: u8 = 3;
-/// How long motors that turned slowly count as doing so.
+/// Time for which motors that turned slowly count as doing so.
 const SLOW_HOLDS: Micros = Micros::from_millis(250);
 const OPEN: u16 = DriverTrouble::OpenA.bit() | DriverTrouble::OpenB.bit();
 

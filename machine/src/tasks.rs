@@ -1,11 +1,11 @@
-//! The bodies of the periodic tasks, once: the board's tasks and the host runner call them with the same
+//! Bodies of the periodic tasks, shared: the board's tasks and the host runner call them with the same
 //! periods.
 //!
 //! | task | period | body |
 //! |---|---|---|
 //! | heat and slow outputs | [`HEAT_PERIOD_US`] | [`HeatTask::run`] |
 //! | step feed | as [`FeedTask::wait`] says | [`FeedTask::run`] |
-//! | drivers and supplies | every [`CONTROLS_PER_SLOW`] control ticks | [`crate::supervisor::Supervisor::tick`] |
+//! | drivers and supplies | [`CONTROLS_PER_SLOW`] control ticks | [`crate::supervisor::Supervisor::tick`] |
 //! | executor | whenever nothing else runs | [`crate::run`] |
 
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -17,30 +17,31 @@ use units::{Micros, Ticks};
 use crate::heat::{HeatControl, MODULATION_HZ};
 use crate::ports::{OutputLevels, SensorReading, SensorReadings};
 
-/// Between two runs of the heat task: a tick of the modulators.
+/// Time between two runs of the heat task: a tick of the modulators.
 pub const HEAT_PERIOD_US: u32 = 1_000_000 / MODULATION_HZ;
-/// Between two runs of the step feed by period, and at most between two on demand.
+/// Time between two runs of the step feed by period, and the longest between two on demand.
 pub const FEED_PERIOD_US: u32 = (feed_schedule::PERIOD.nanoseconds() / 1_000) as u32;
 /// Modulation ticks between two control ticks: 100 Hz.
 pub const TICKS_PER_CONTROL: u32 = MODULATION_HZ / 100;
-/// Control ticks in a row at which the scan stood: 50 ms, in which it makes over three hundred conversions.
+/// Control ticks in a row without a conversion after which the scan stands: 50 ms, in which it makes over
+/// three hundred conversions.
 const SCAN_STANDS: u8 = 5;
 /// Control ticks between two runs of the slow watch: 10 Hz.
 pub const CONTROLS_PER_SLOW: u32 = 10;
 
-/// How far the motors have come, from the feed to the heat task: outputs that ride on motion change there.
-/// Lives in a `static`.
+/// Progress of the motors, from the feed to the heat task, which changes outputs that ride on motion. Lives
+/// in a `static`.
 #[derive(Debug, Default)]
 pub struct ReachedMark(AtomicU32);
 
 impl ReachedMark {
-    /// No mark was ever made.
+    /// Starts without any mark.
     #[must_use]
     pub const fn new() -> Self {
         Self(AtomicU32::new(0))
     }
 
-    /// True when it is another one. For the feed, the only writer.
+    /// Sets the mark. True when it is another one. For the feed, the only writer.
     fn set(&self, mark: Mark) -> bool {
         let is_new = self.0.load(Ordering::Relaxed) != mark.0;
         self.0.store(mark.0, Ordering::Release);
@@ -52,19 +53,19 @@ impl ReachedMark {
     }
 }
 
-/// The pins and sensors of the heat task.
+/// Pins and sensors of the heat task.
 pub trait HeatIo {
-    /// The latest readings.
+    /// Returns the latest sensor readings.
     fn readings(&mut self) -> SensorReadings;
 
-    /// A number that changes with every conversion of the scan: the same for long means that the converter
-    /// stands, and readings are old.
+    /// Returns a number that changes with every conversion of the scan: the same for long means that the
+    /// converter stands, and readings are old.
     fn scan_position(&mut self) -> u32;
 
-    /// The latest readings of the filament width sensor.
+    /// Returns the latest readings of the filament width sensor.
     fn filament_width(&mut self) -> [SensorReading; 2];
 
-    /// Levels of the inputs of tachometers, a bit for each fan of the configuration.
+    /// Returns the levels of the inputs of tachometers, a bit for each fan of the configuration.
     fn tachometers(&mut self) -> u8;
 
     /// Writes the outputs whose level changes.
@@ -74,16 +75,16 @@ pub trait HeatIo {
     fn set_pwm(&mut self, switch: usize, duty: f32);
 }
 
-/// What is due after a run of the heat task.
+/// Work that is due after a run of the heat task.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Due {
-    /// Heat control ran: it is alive.
+    /// Whether heat control ran, and so is alive.
     pub controlled: bool,
-    /// The slow watch is to run.
+    /// Whether the slow watch is to run.
     pub slow: bool,
 }
 
-/// Counts the heat task's runs.
+/// Counter of the heat task's runs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct HeatTask {
     ticks: u32,
@@ -91,7 +92,7 @@ pub struct HeatTask {
     scan: Scan,
 }
 
-/// Whether the converter of the thermistors goes on.
+/// Watch over the converter of the thermistors.
 #[derive(Clone, Copy, Debug, Default)]
 struct Scan {
     position: u32,
@@ -99,7 +100,7 @@ struct Scan {
 }
 
 impl Scan {
-    /// One look; true once it has stood for [`SCAN_STANDS`].
+    /// Compares the scan's position with the last one; true once it has stood for [`SCAN_STANDS`].
     fn stands(&mut self, position: u32) -> bool {
         self.same = if position == self.position { self.same.saturating_add(1) } else { 0 };
         self.position = position;
@@ -107,7 +108,7 @@ impl Scan {
     }
 }
 
-/// What was scanned before the converter stood is no reading.
+/// Makes a reading that was scanned before the converter stood a missing one.
 fn forget_old(reading: &mut SensorReading) {
     if matches!(reading, SensorReading::Counts(_)) {
         *reading = SensorReading::Missing;
@@ -115,13 +116,13 @@ fn forget_old(reading: &mut SensorReading) {
 }
 
 impl HeatTask {
-    /// Before the first run.
+    /// Starts before the first run.
     #[must_use]
     pub const fn new() -> Self {
         Self { ticks: 0, controls: 0, scan: Scan { position: 0, same: 0 } }
     }
 
-    /// One run: outputs whose place on the path has been reached, control when it is due, a tick of the
+    /// Does one run: outputs whose place on the path has been reached, control when due, a tick of the
     /// modulators.
     pub fn run(&mut self, now: Micros, reached: &ReachedMark, heat: &mut HeatControl, io: &mut impl HeatIo) -> Due {
         heat.reach(reached.get());
@@ -147,7 +148,7 @@ impl HeatTask {
         due
     }
 
-    /// A run between two others, because a change must not wait for the next one: no time has passed.
+    /// Does a run between two others, because a change must not wait for the next run: no time has passed.
     pub fn run_early(&self, reached: &ReachedMark, heat: &mut HeatControl, io: &mut impl HeatIo) {
         heat.reach(reached.get());
         write(heat, io);
@@ -161,7 +162,7 @@ fn write(heat: &mut HeatControl, io: &mut impl HeatIo) {
     }
 }
 
-/// The step feed, which tells how far the motors have come.
+/// Step feed, which reports the motors' progress.
 #[derive(Debug)]
 pub struct FeedTask {
     feed: StepFeed,
@@ -174,20 +175,20 @@ impl Default for FeedTask {
 }
 
 impl FeedTask {
-    /// Before the first run. `wake` has the step interrupt look at its queue.
+    /// Starts before the first run. `wake` has the step interrupt look at its queue.
     #[must_use]
     pub const fn new(schedule: FeedSchedule, wake: fn()) -> Self {
         Self { feed: StepFeed::new(schedule, wake) }
     }
 
-    /// How long to wait `now`, at the end of a run, for the next one.
+    /// Returns the time from `now`, the end of a run, to the next run.
     #[must_use]
     pub fn wait(&self, now: Ticks) -> Ticks {
         self.feed.wait(now)
     }
 
-    /// One run. The caller then makes sure that the step timer is armed; and when this says so, that the heat
-    /// task runs, since outputs may wait for where the motors are now.
+    /// Does one run. The caller then makes sure that the step timer is armed; and when true is returned, that
+    /// the heat task runs, since outputs may wait for the motors' present place.
     pub fn run(
         &mut self,
         now: Ticks,

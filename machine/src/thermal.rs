@@ -1,8 +1,9 @@
-//! A frame grows with its temperature, and the tool comes nearer to the bed or farther from it. What a sensor
-//! on the frame says makes up for that: Z is shifted by so much for each degree since Z was homed.
+//! Thermal compensation of Z. A frame grows with its temperature, and the tool comes nearer to the bed or
+//! farther from it; by the reading of a sensor on the frame Z is shifted by so much for each degree since Z
+//! was homed.
 //!
 //! The shift takes effect with the next move that names Z, so it rides on moves and never makes one: within a
-//! layer nothing changes. It is held to `max_adjust`, whatever the sensor says.
+//! layer nothing changes. Its size is limited to `max_adjust`, whatever the sensor reads.
 
 use core::fmt::{self, Write};
 
@@ -13,31 +14,31 @@ use units::HeaterId;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::sessions::Reply;
 
-/// A lesser change is not worth another offset, mm: a fraction of a step.
+/// Least change of the offset, mm: a lesser change is a fraction of a step.
 const LEAST_CHANGE: f64 = 0.001;
 
-/// What the sensor said, and what is made up for.
+/// State of the thermal compensation.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Thermal {
-    /// The sensor on the frame.
+    /// Sensor on the frame.
     sensor: Option<HeaterId>,
-    /// M290.1 S.
+    /// Whether M290.1 S has it on.
     enabled: bool,
-    /// mm for a degree, M290.1 K.
+    /// Coefficient, mm for a degree, M290.1 K.
     coefficient: f64,
     smooth_s: f64,
-    /// mm.
+    /// Greatest offset either way, mm.
     max_adjust: f64,
-    /// Of the frame, smoothed, degrees Celsius.
+    /// Smoothed temperature of the frame, degrees Celsius.
     celsius: Option<f64>,
-    /// The same when Z was homed.
+    /// Temperature of the frame when Z was homed, degrees Celsius.
     reference: Option<f64>,
-    /// In force, mm.
+    /// Offset in force, mm.
     offset: f64,
 }
 
 impl Thermal {
-    /// As configured.
+    /// Takes the settings from the configuration.
     pub fn new(config: &MachineConfig) -> Self {
         let settings = &config.z_thermal;
         let named =
@@ -52,41 +53,42 @@ impl Thermal {
         }
     }
 
-    /// The sensor on the frame, if there is one.
+    /// Returns the sensor on the frame, if there is one.
     pub const fn sensor(&self) -> Option<HeaterId> {
         self.sensor
     }
 
-    /// Whether anything is to be made up for.
+    /// Returns whether there is anything to compensate.
     fn is_on(&self) -> bool {
         self.enabled && self.coefficient != 0.0
     }
 
-    /// Z was homed: it is right at this temperature, and nothing is made up for.
+    /// Notes that Z was homed, and so is right at this temperature, without compensation.
     pub const fn homed(&mut self) {
         self.reference = self.celsius;
         self.offset = 0.0;
     }
 
-    /// At which temperature of the frame Z is right, degrees Celsius.
+    /// Returns the temperature of the frame at which Z is right, degrees Celsius.
     pub const fn reference(&self) -> Option<f64> {
         self.reference
     }
 
-    /// Z is right at this temperature, as it was before the power went. Gives what is made up for now, mm.
+    /// Sets the temperature at which Z is right, as it was before the power went. Returns the present offset,
+    /// mm.
     pub fn refer_to(&mut self, reference: Option<f64>) -> f64 {
         self.reference = reference.or(self.reference);
         self.offset = self.wanted();
         self.offset
     }
 
-    /// What is made up for, mm.
+    /// Returns the offset in force, mm.
     pub const fn offset(&self) -> f64 {
         self.offset
     }
 
-    /// A reading, so long after the one before, s; none where the sensor does not say. Gives the offset where
-    /// it has changed, mm.
+    /// Takes a reading so long after the one before, s; none where the sensor does not say. Returns the
+    /// offset where it has changed, mm.
     pub fn read(&mut self, celsius: Option<f64>, seconds: f64, is_homed: bool) -> Option<f64> {
         let celsius = celsius.filter(|celsius| celsius.is_finite())?;
         let share = (seconds / self.smooth_s.max(seconds)).clamp(0.0, 1.0);
@@ -103,15 +105,15 @@ impl Thermal {
         Some(wanted)
     }
 
-    /// What makes up for the present temperature, mm.
+    /// Returns the offset for the present temperature, mm.
     fn wanted(&self) -> f64 {
         let (Some(now), Some(then)) = (self.celsius, self.reference.filter(|_| self.is_on())) else { return 0.0 };
         let most = self.max_adjust;
         (-self.coefficient * (now - then)).clamp(-most, most)
     }
 
-    /// M290.1: K is the coefficient, mm for a degree; S0 has it made up for nothing, S1 again; R is the
-    /// temperature at which Z is right. Says what holds.
+    /// M290.1: K is the coefficient, mm for a degree; S0 switches the compensation off, S1 on; R is the
+    /// temperature at which Z is right. Prints the settings.
     pub fn command(&mut self, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
         if self.sensor.is_none() {
             return Err(Failure::refused(
@@ -140,7 +142,7 @@ impl Thermal {
         Ok(Answer::Ok)
     }
 
-    /// The line M500 saves of this.
+    /// Writes the line that M500 saves of the compensation.
     pub fn write(&self, text: &mut impl Write, config: &MachineConfig) -> fmt::Result {
         if self.sensor.is_none() || self.enabled && self.coefficient == config.z_thermal.coefficient {
             return Ok(());
@@ -161,8 +163,8 @@ mod tests {
     }
 
     proptest! {
-        /// After long enough it is what the formula says, and on the way it never jumps by more than a
-        /// smoothed reading does.
+        /// After long enough the offset is what the formula says, and on the way it never jumps by more than
+        /// a smoothed reading does.
         #[test]
         fn it_comes_to_what_the_temperature_asks_for(coefficient in -0.01..0.01_f64, from in 10.0..40.0_f64, rise in -10.0..30.0_f64) {
             let mut thermal = thermal(coefficient);

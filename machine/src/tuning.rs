@@ -1,4 +1,4 @@
-//! What codes change of the configuration while the machine runs, and M500 saves.
+//! Settings of the configuration that codes change while the machine runs, and M500 saves.
 //!
 //! The configuration itself stays as it was read. Limits, steps and filters are in force in the motion
 //! object, gains and maximum temperatures in heat control, settings of extruders in the program: here is the
@@ -14,58 +14,59 @@ use units::{Amps, Axis, PerActuator, PerAxis};
 use crate::motion_config::line_settings;
 use crate::ports::ChopperFit;
 
-/// Where M302 P0 finds nothing configured, C.
+/// Least temperature for extrusion that M302 P0 sets where none is configured, C.
 const USUAL_LEAST_WARM: f32 = 170.0;
 
-/// Settings changed at run time. Each has the code that writes it.
+/// Settings changed at run time, each with the code that writes it.
 #[derive(Clone, Debug, Default)]
 pub struct Tuning {
     /// Speeds, ways and pauses of the probe (M670).
     pub probe: ProbeConfig,
-    /// The probe's contact is the other way round for the time being (M670 I).
+    /// Whether the probe's contact is inverted for the time being (M670 I).
     pub probe_inverted: bool,
-    /// Where axes home; what follows from it must hear of changes.
+    /// Homing positions; their changes are counted for those that depend on them.
     home: Home,
-    /// The phase of each axis at its switch, 1/256 full steps; none: what the first homing finds (M875.2).
+    /// Phase of each axis at its switch, 1/256 full steps; none: the phase that the first homing finds
+    /// (M875.2).
     pub phases: PerAxis<Option<f64>>,
     /// Current of each motor that has a driver of ours (M906, M907).
     pub currents: PerActuator<Option<Amps>>,
     /// Threshold of each driver's load measurement (M911.3 S7), where it is another than the configuration's.
     pub stall_thresholds: PerActuator<Option<StallThreshold>>,
-    /// The same while the motor's axis homes without a switch (M911.3 S9).
+    /// Threshold of each driver's load measurement while its axis homes without a switch (M911.3 S9).
     pub homing_thresholds: PerActuator<Option<i16>>,
-    /// The chopper of each driver, where it was computed (tune_driver).
+    /// Chopper of each driver, where it was computed (tune_driver).
     pub choppers: PerActuator<Option<ChopperFit>>,
-    /// Up to which speed stealthChop drives each motor, mm/s, 0 for never (M913), where it was changed.
+    /// Greatest speed at which stealthChop drives each motor, mm/s, 0 for never (M913), where it was changed.
     pub stealth_thresholds: PerActuator<Option<f64>>,
-    /// How straight moves are cut (M665 S and U).
+    /// Segmentation of straight moves (M665 S and U).
     pub lines: LineSettings,
     /// Thermistors that are not as configured (M305), by temperature control.
     pub thermistors: [Option<ThermistorConfig>; units::MAX_HEATERS],
-    /// How the filament detector looks (M404).
+    /// Settings of the filament detector (M404).
     pub filament: FilamentDetectorConfig,
-    /// What filament is nominally, how far its sensor is from the nozzle, and whether it says what it
-    /// measures (M404 W, M406 D, M407.2).
+    /// Nominal filament diameter, distance of its sensor from the nozzle, and whether measurements are
+    /// printed (M404 W, M406 D, M407.2).
     pub filament_width: FilamentWidthConfig,
-    /// How far filament is moved to change it (M603).
+    /// Lengths of filament moved to change it (M603).
     pub filament_change: FilamentChangeConfig,
-    /// How warm each tool's nozzle must be to extrude, and to draw back, C; 0 for none (M302).
+    /// Least temperature of each tool's nozzle to extrude, and to retract, C; 0 for none (M302).
     pub least_warm: [[f32; 2]; program::MAX_TOOLS],
-    /// Whether there is a nozzle that has to be warm: each move asks.
+    /// Whether any nozzle has to be warm: asked by each move.
     pub guards_cold: bool,
 }
 
-/// How a driver measures load.
+/// Settings of a driver's load measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StallThreshold {
-    /// `SGT`
+    /// Register field `SGT`: the threshold.
     pub threshold: i16,
-    /// `SFILT`
+    /// Register field `SFILT`: the filter.
     pub filter: bool,
 }
 
 impl StallThreshold {
-    /// As the words of M911.3 S7.
+    /// Returns the setting as the words of M911.3 S7.
     pub fn words(self) -> impl Fn(char) -> Option<f64> {
         move |letter| match letter {
             'O' => Some(f64::from(self.threshold)),
@@ -75,7 +76,7 @@ impl StallThreshold {
     }
 }
 
-/// Where axes home.
+/// Homing positions of the axes.
 #[derive(Clone, Debug, Default)]
 struct Home {
     trim: [f64; 3],
@@ -84,7 +85,7 @@ struct Home {
     changes: u32,
 }
 
-/// How warm nozzles must be, as configured.
+/// Returns the configured least temperatures of nozzles, C.
 fn least_warm(config: &MachineConfig) -> [[f32; 2]; program::MAX_TOOLS] {
     let mut least = [[0.0; 2]; program::MAX_TOOLS];
     for extruder in &config.extruders {
@@ -96,7 +97,7 @@ fn least_warm(config: &MachineConfig) -> [[f32; 2]; program::MAX_TOOLS] {
 }
 
 impl Tuning {
-    /// As configured.
+    /// Takes the settings from the configuration.
     #[must_use]
     pub fn new(config: &MachineConfig) -> Self {
         let mut currents = PerActuator([None; units::MAX_ACTUATORS]);
@@ -125,7 +126,7 @@ impl Tuning {
         }
     }
 
-    /// M302.
+    /// M302: sets the least temperatures of nozzles.
     pub fn set_least_warm(&mut self, config: &MachineConfig, words: &Words<'_>) {
         match words.get('P') {
             Some(allowed) if allowed != 0.0 => self.least_warm = Default::default(),
@@ -136,14 +137,14 @@ impl Tuning {
             None => {}
         }
         for least in &mut self.least_warm {
-            // Marlin has no temperature of its own for drawing back.
+            // Marlin has no temperature of its own for retracting.
             *least = words.get('S').map_or(*least, |celsius| [celsius as f32; 2]);
             least[1] = words.get('R').map_or(least[1], |celsius| celsius as f32);
         }
         self.guards_cold = self.least_warm.iter().flatten().any(|celsius| *celsius > 0.0);
     }
 
-    /// Where an axis homes, mm, without its correction.
+    /// Returns the position at which an axis homes, mm, without its correction.
     #[must_use]
     pub fn homing_position(&self, config: &MachineConfig, axis: Axis) -> f64 {
         match axis {
@@ -152,43 +153,43 @@ impl Tuning {
         }
     }
 
-    /// Trims of towers or arms, mm (M666).
+    /// Returns the trims of towers or arms, mm (M666).
     #[must_use]
     pub const fn trim(&self) -> [f64; 3] {
         self.home.trim
     }
 
-    /// Changes them.
+    /// Sets the trims of towers or arms, mm (M666).
     pub const fn set_trim(&mut self, trim: [f64; 3]) {
         self.home.trim = trim;
         self.home_changed();
     }
 
-    /// Corrections of homing positions, mm (M206).
+    /// Returns the corrections of homing positions, mm (M206).
     #[must_use]
     pub const fn home_offset(&self) -> &PerAxis<f64> {
         &self.home.offset
     }
 
-    /// Changes that of one axis.
+    /// Sets the correction of one axis's homing position, mm (M206).
     pub fn set_home_offset(&mut self, axis: Axis, mm: f64) {
         self.home.offset[axis] = mm;
         self.home_changed();
     }
 
-    /// Z where it homes, mm (M665 Z).
+    /// Returns the Z at which the tool homes, mm (M665 Z).
     #[must_use]
     pub const fn home_z(&self) -> f64 {
         self.home.z
     }
 
-    /// Sets the Z at which it homes, mm (M665 Z).
+    /// Sets the Z at which the tool homes, mm (M665 Z).
     pub const fn set_home_z(&mut self, mm: f64) {
         self.home.z = mm;
         self.home_changed();
     }
 
-    /// How often any of these was changed.
+    /// Returns how often trims, corrections and Z have been changed.
     #[must_use]
     pub const fn home_changes(&self) -> u32 {
         self.home.changes

@@ -1,8 +1,8 @@
-//! What a turn of a wait comes back with.
+//! Result of one turn of a wait.
 
 use crate::failure::Failure;
 
-/// How the machine stands after a turn of a wait. Whoever waits looks whether that is still worth it.
+/// State of the machine after a turn of a wait. The waiting code decides whether to go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use = "most waits end when the machine halts"]
 pub enum Waited {
@@ -15,7 +15,7 @@ pub enum Waited {
 }
 
 impl Waited {
-    /// For what ends with the machine's halt.
+    /// Fails when the machine is halted, for waits that end with a halt.
     ///
     /// # Errors
     /// [`Failure::HALTED`].
@@ -26,6 +26,6 @@ impl Waited {
         }
     }
 
-    /// For what goes on whatever happens: files are to be whole on the card, halt or not.
+    /// Ignores halts, for waits that go on whatever happens: files are to be whole on the card, halt or not.
     pub const fn whatever_happens(self) {}
 }

@@ -1,19 +1,20 @@
-//! Who must be alive for the watchdog to be fed: heat control, the step feed, the planner and the slow watch
-//! over drivers and supplies, each since the last feeding; and the dispatcher, which may wait for a card.
+//! Feeding of the watchdog, only while all that must be alive is: heat control, the step feed, the planner
+//! and the slow watch over drivers and supplies, each since the last feeding; and the dispatcher, which may
+//! wait for a card.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
 use events::{Event, EventRing};
 use units::Micros;
 
-/// A task whose silence must reset the board.
+/// Task whose silence must reset the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reporter {
     /// Heat control's tick ran.
     Heat,
     /// The step feed ran.
     StepFeed,
-    /// The planner ran. It is asked to ten times a second, also when there is nothing to plan.
+    /// The planner ran, as it is asked to ten times a second, also when there is nothing to plan.
     Planner,
     /// The watch over drivers and supplies ran.
     Supervisor,
@@ -25,8 +26,8 @@ pub enum Reporter {
 /// may be away for some three seconds: as long as the slowest card with its repetitions.
 const PATIENCE: u8 = 30;
 
-/// Looks in a row at which somebody was missing: half of the time that the watchdog waits, at heat control's
-/// 100 looks a second.
+/// Looks in a row with a missing report after which the silence is recorded: half of the time that the
+/// watchdog waits, at heat control's 100 looks a second.
 const MISSED_LOOKS: u8 = 45;
 
 /// Reports since the watchdog was last fed. Lives in a `static`.
@@ -43,18 +44,18 @@ impl Reports {
     const DISPATCHER: u8 = 1 << Reporter::Dispatcher as u8;
     const TASKS: u8 = 0b1_1111 & !Self::DISPATCHER;
 
-    /// Nobody has reported.
+    /// Starts without any report.
     #[must_use]
     pub const fn new() -> Self {
         Self { reported: AtomicU8::new(0), missed: AtomicU8::new(0), looks: AtomicU8::new(0) }
     }
 
-    /// This reporter is alive.
+    /// Notes that this reporter is alive.
     pub fn report(&self, reporter: Reporter) {
         self.reported.fetch_or(1 << reporter as u8, Ordering::Relaxed);
     }
 
-    /// True when all tasks have reported since this last returned true, and the dispatcher not too long ago:
+    /// Returns true when all tasks have reported since the last true, and the dispatcher not too long ago:
     /// feed the watchdog. For one caller.
     pub fn take_complete(&self) -> bool {
         let reported = self.reported.load(Ordering::Relaxed);
@@ -70,9 +71,9 @@ impl Reports {
         missed <= PATIENCE
     }
 
-    /// Whether the watchdog is to be fed, at each of heat control's looks. When it will soon reset the board
-    /// because of somebody's silence, who that is is recorded, once: the next start finds it. Heat control
-    /// itself cannot be found so; nor can a processor whose interrupts are off.
+    /// Returns whether the watchdog is to be fed, at each of heat control's looks. When a silent task will
+    /// soon cause a reset, the task is recorded, once: the next start finds it. Heat control itself cannot be
+    /// found so; nor can a processor whose interrupts are off.
     pub fn look(&self, now: Micros, events: EventRing<'_>) -> bool {
         let looks = self.looks.load(Ordering::Relaxed);
         if self.take_complete() {
@@ -80,8 +81,8 @@ impl Reports {
             return true;
         }
         if looks == MISSED_LOOKS / 2 {
-            // Who hangs may have reported just before, and those whom he keeps from running may not have:
-            // only who reports from now on is alive.
+            // A task that hangs may have reported just before, and tasks that it keeps from running may not
+            // have: only tasks that report from now on are alive.
             self.reported.fetch_and(!Self::TASKS, Ordering::Relaxed);
         }
         if looks == MISSED_LOOKS {
@@ -93,7 +94,7 @@ impl Reports {
 
     fn silent(&self) -> u8 {
         if self.missed.load(Ordering::Relaxed) > PATIENCE {
-            // That was found when all tasks had reported; they have begun to do so anew.
+            // The dispatcher's silence was found when all tasks had reported; they have begun to do so anew.
             return Self::DISPATCHER;
         }
         !self.reported.load(Ordering::Relaxed) & Self::TASKS
