@@ -1,4 +1,4 @@
-//! What tests of files and jobs need of the world: a card in memory, and somebody who listens.
+//! Test doubles for files and jobs: a card in memory, and sessions that listen.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::string::{String, ToString};
@@ -10,15 +10,15 @@ use crate::ports::{
 };
 use crate::sessions::{Inbox, Recipient, Reply, SessionId, Sessions};
 
-/// Files in memory.
+/// Card with files in memory.
 #[derive(Default)]
 pub(crate) struct Card {
     files: BTreeMap<String, Vec<u8>>,
     directories: BTreeSet<String>,
     open: Vec<Option<(String, usize)>>,
-    /// Reading fails from now on.
+    /// Whether reading fails from now on.
     pub fails: bool,
-    /// Nothing more fits.
+    /// Whether nothing more fits on the card.
     pub is_full: bool,
 }
 
@@ -168,7 +168,7 @@ pub(crate) struct Desk {
     line: Line,
 }
 
-/// The other ends of two lines.
+/// Other ends of the two sessions' lines.
 struct Line {
     inboxes: [Inbox; 2],
     output: [Vec<u8>; 2],
@@ -201,13 +201,13 @@ impl Desk {
         Self { sessions, line }
     }
 
-    /// What the first session has been told since it was asked last.
+    /// Takes the text sent to the first session since the last call.
     pub fn heard(&mut self) -> String {
         self.sessions.flush(&mut self.line, units::Micros(0));
         String::from_utf8(std::mem::take(&mut self.line.output[0])).unwrap()
     }
 
-    /// What the first session hears of this.
+    /// Returns the text that `says` sends to the first session.
     pub fn hears(&mut self, says: impl FnOnce(&mut Reply<'_>)) -> String {
         says(&mut Reply::new(&mut self.sessions, Recipient::Session(SessionId(0))));
         self.heard()

@@ -1,4 +1,4 @@
-//! `card`: what the card is, how fast its bus is, what it has done, and how much of it is free.
+//! `card`: prints data of the card, the speed of its bus, its statistics, and its free space.
 
 use core::fmt::Write as _;
 
@@ -11,13 +11,13 @@ use crate::ports::{CardFacts, FreeSpace, Ports, Wake};
 /// Bytes of a megabyte, as cards are sold.
 const MB: u64 = 1_000_000;
 
-/// `card`
+/// `card`: prints the data of the card.
 pub(crate) fn card<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let Some(facts) = hands.storage().card_facts() else { return Err(Failure::refused(&"no SD card")) };
     let CardFacts { kind, name, maker, blocks, bus_khz, is_protected, .. } = facts;
     let name = core::str::from_utf8(&name).unwrap_or("?");
     let mut size = String::<16>::new();
-    // Seven digits fit.
+    // The number fits: seven digits at most.
     let _ = write!(size, "{}", u64::from(blocks) * 512 / MB);
     hands.say(format_args!(
         "{kind} {name} of maker {maker}: {size} MB, {}.{} MHz, 4 bits",

@@ -1,4 +1,4 @@
-//! The file commands that are done at once: `rm`, `mv`, `mkdir`, `cd`, M21 and M30.
+//! File commands that are done at once: `rm`, `mv`, `mkdir`, `cd`, M21 and M30.
 
 use super::Files;
 use super::paths::words;
@@ -6,10 +6,10 @@ use crate::failure::{Answer, Outcome, Texts};
 use crate::ports::Storage;
 use crate::sessions::Reply;
 
-/// M21: looks for the card.
+/// M21: mounts the card again.
 ///
 /// # Errors
-/// When there is none, or none that can be read.
+/// When there is no card, or it cannot be read.
 pub fn mount(texts: &Texts, storage: &mut impl Storage, reply: &mut Reply<'_>) -> Outcome {
     storage.mount().map_err(|error| texts.because(error.text()))?;
     reply.say(format_args!("SD card ok\n"));
@@ -17,7 +17,7 @@ pub fn mount(texts: &Texts, storage: &mut impl Storage, reply: &mut Reply<'_>) -
 }
 
 impl Files {
-    /// M30: removes a file, and says whether it worked.
+    /// M30: removes a file, and prints whether it worked.
     ///
     /// # Errors
     /// None.
@@ -29,7 +29,7 @@ impl Files {
         Ok(Answer::Ok)
     }
 
-    /// `rm a b ...`
+    /// `rm a b ...`: removes files.
     ///
     /// # Errors
     /// None.
@@ -43,7 +43,7 @@ impl Files {
     /// `mv from to`, `mkdir name`, `cd name`; `cd` alone goes to the card.
     ///
     /// # Errors
-    /// None: what failed is said.
+    /// None: failures are printed.
     pub fn directory_command(
         &mut self,
         command: &str,
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
     use crate::files::bench::{Card, Desk};
 
-    /// What is said to a command.
+    /// Returns the text printed by a command.
     fn said(files: &mut Files, card: &mut Card, command: &str, arguments: &str) -> String {
         Desk::new().hears(|reply| {
             let (outcome, expected) = match command {

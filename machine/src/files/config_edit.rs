@@ -1,4 +1,4 @@
-//! `config-set`: changes one setting of the configuration file. It takes effect at the next reset.
+//! `config-set`: changes one setting of the configuration file, with effect from the next reset.
 
 use config::edit::{Edit, Editor, Ending, Verdict, check_edit};
 use heapless::Vec;
@@ -9,28 +9,28 @@ use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError, Wake};
 
-/// Bytes read at a time.
+/// Number of bytes read at a time.
 const CHUNK: usize = 512;
-/// Settings are shorter than this; what a line has more is comment.
+/// Longest setting, bytes; the rest of a longer line is comment.
 const LINE: usize = 320;
-/// Longest character of UTF-8.
+/// Longest character of UTF-8, bytes.
 const CHARACTER: usize = 4;
 
-/// A text file, line by line.
+/// Reader of a text file, line by line.
 struct Lines {
     file: FileHandle,
     chunk: Vec<u8, CHUNK>,
     next: usize,
 }
 
-/// What was put into the buffer.
+/// Part of the file that was put into the buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Piece {
-    /// The rest of a line, without its end.
+    /// Rest of a line, without its end.
     Line,
     /// As many characters as fit; the line goes on.
     Part,
-    /// The rest of the file, which has no line end.
+    /// Rest of the file, which has no line end.
     Last,
 }
 
@@ -47,7 +47,7 @@ impl Lines {
                     self.next += 1;
                     return Ok(Piece::Line);
                 }
-                // A part ends where a character ends.
+                // A part ends at the end of a character.
                 let begins_character = byte & 0b1100_0000 != 0b1000_0000;
                 let is_part = begins_character && line.len() > LINE - CHARACTER;
                 if is_part || line.push(byte).is_err() {
@@ -62,16 +62,16 @@ impl Lines {
             }
             self.next = 0;
             self.chunk.clear();
-            // A chunk fits a chunk.
+            // The buffer is as long as a chunk, so it fits.
             let _ = self.chunk.extend_from_slice(bytes.get(..count).unwrap_or(&[]));
         }
     }
 }
 
-/// `config-set "section" key [=] value`; without a value the line goes.
+/// `config-set "section" key [=] value`: changes or adds a setting; without a value deletes its line.
 ///
 /// # Errors
-/// When it cannot be understood or written; the file is as it was.
+/// When the command cannot be understood, or the file cannot be written; the file is as it was.
 pub(crate) fn config_set<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(), Failure> {
     let (section, rest) = quoted(arguments);
     let (key, value) = rest.split_once([' ', '\t', '=']).unwrap_or((rest, ""));
@@ -116,17 +116,17 @@ fn change_config<P: Ports>(hands: &mut Hands<'_, '_, P>, edit: Edit<'_>) -> Resu
     }
 }
 
-/// The file on its way from the old one to the new one.
+/// Rewriting of the file, from the old one to the new one.
 struct Rewrite<'e, S> {
     edit: Edit<'e>,
     editor: Editor<'e>,
     lines: Lines,
     draft: Draft<S>,
-    /// What comes next begins a line.
+    /// Whether the next text begins a line.
     starts: bool,
-    /// The line whose part was read last goes.
+    /// Whether the line whose part was read last is deleted.
     deletes: bool,
-    /// What was written last ends a line.
+    /// Whether the last written text ends a line.
     ends_line: bool,
 }
 
@@ -144,8 +144,8 @@ impl<'e, S: Storage> Rewrite<'e, S> {
         Ok(Self { edit, editor, lines, draft, starts: true, deletes: false, ends_line: true })
     }
 
-    /// Takes lines over until a block has been written, so that others have a turn. False when the end has
-    /// been reached.
+    /// Copies lines until a block has been written, so that others have a turn. False when the end has been
+    /// reached.
     fn go_on(&mut self, storage: &mut S) -> Result<bool, StorageError> {
         let mut line = Vec::new();
         loop {
@@ -162,12 +162,12 @@ impl<'e, S: Storage> Rewrite<'e, S> {
         }
     }
 
-    /// Writes what becomes of one piece of a line; true when a block went to the card.
+    /// Writes the new form of a piece of a line; true when a block went to the card.
     fn take_over(&mut self, storage: &mut S, line: &[u8], ended: bool) -> Result<bool, StorageError> {
         let mut is_replaced = false;
         let mut written = false;
         if self.starts {
-            // What is not text is no line of ours to change.
+            // Bytes that are not text are no line that can be changed.
             let text = core::str::from_utf8(line).unwrap_or("");
             let verdict = self.editor.line(text.trim_end_matches('\r'));
             self.deletes = verdict == Verdict::Delete;
@@ -196,7 +196,7 @@ impl<'e, S: Storage> Rewrite<'e, S> {
         Ok(written)
     }
 
-    /// What is missing at the end.
+    /// Writes the setting, and its section if needed, at the end when the file did not have it.
     fn append(&mut self, storage: &mut S) -> Result<(), StorageError> {
         let ending = self.editor.end();
         if ending == Ending::Nothing {
@@ -219,7 +219,7 @@ impl<'e, S: Storage> Rewrite<'e, S> {
         Ok(written)
     }
 
-    /// The new file is complete.
+    /// Closes the old file and returns the complete new one.
     fn end(self, storage: &mut S) -> Result<Draft<S>, StorageError> {
         if let Err(error) = storage.close(self.lines.file) {
             self.draft.give_up(storage);
@@ -229,7 +229,7 @@ impl<'e, S: Storage> Rewrite<'e, S> {
     }
 
     fn give_up(self, storage: &mut S) {
-        // It was only read: a failing close loses nothing.
+        // A failing close loses nothing: the file was only read.
         let _ = storage.close(self.lines.file);
         self.draft.give_up(storage);
     }

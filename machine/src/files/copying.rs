@@ -1,4 +1,4 @@
-//! File commands that read a whole file: `cp`, `truncate`, `md5sum`. Others get their turns meanwhile.
+//! File commands that read a whole file: `cp`, `truncate`, `md5sum`. Other work gets its turns meanwhile.
 
 use md5::{Digest, Md5};
 
@@ -12,10 +12,10 @@ use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError, Wake};
 /// Bytes read at a time: a block of the card.
 const BLOCK: usize = 512;
 
-/// So many blocks are only read before others have a turn: a hundred microseconds.
+/// Blocks that are only read before other work has a turn: a hundred microseconds.
 const BLOCKS_IN_A_ROW: u32 = 8;
 
-/// Hands a file to `take`, block by block, at most so many bytes. Ctrl-Y ends it.
+/// Hands a file to `take`, block by block, at most `most` bytes. Ctrl-Y ends it, with false.
 pub(crate) fn read_through<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     file: FileHandle,
@@ -50,7 +50,7 @@ pub(crate) fn read_through<P: Ports>(
     Ok(true)
 }
 
-/// `cp from to`
+/// `cp from to`: copies a file.
 pub(crate) fn copy<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
     let mut names = words(arguments);
     let (Some(from), Some(to)) = (names.next(), names.next()) else {
@@ -71,11 +71,11 @@ fn copy_file<P: Ports>(hands: &mut Hands<'_, '_, P>, from: &str, to: &str) -> Re
     let source = hands.storage().open(from, OpenMode::Read)?;
     hands.wait(Wake::Any).whatever_happens();
     hands.card_at_rest();
-    // The file that is copied is open: it is never emptied as its own copy.
+    // The source file stays open, so it can never be emptied as its own copy.
     let target = match hands.storage().open(to, OpenMode::Write) {
         Ok(target) => target,
         Err(error) => {
-            // It was only opened to be read.
+            // Errors are ignored: the file was only opened to be read.
             let _ = hands.storage().close(source);
             return Err(if error == StorageError::NotFound { StorageError::BadPath } else { error });
         }
@@ -89,7 +89,7 @@ fn copy_file<P: Ports>(hands: &mut Hands<'_, '_, P>, from: &str, to: &str) -> Re
     hands.card_has_kept().map(|()| whole)
 }
 
-/// `truncate file size`
+/// `truncate file size`: keeps only the beginning of a file.
 pub(crate) fn truncate<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
     let mut names = words(arguments);
     let (Some(name), Some(size)) = (names.next(), names.next()) else {
@@ -109,7 +109,7 @@ pub(crate) fn truncate<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, 
     Ok(Answer::Ok)
 }
 
-/// The first bytes become the file, whole or not at all.
+/// Replaces the file by its first bytes, whole or not at all.
 fn keep_beginning<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path, size: u32) -> Result<(), StorageError> {
     let file = hands.storage().open(path, OpenMode::Read)?;
     let kept = write_beginning(hands, path, file, size);
@@ -134,7 +134,7 @@ fn write_beginning<P: Ports>(
         }
     };
     let copied = read_through(hands, file, size, true, |storage, bytes| draft.write(storage, bytes).map(drop));
-    // It was only read.
+    // Errors are ignored: the file was only read.
     let _ = hands.storage().close(file);
     match copied {
         Ok(true) => Ok(draft),
@@ -149,7 +149,7 @@ fn write_beginning<P: Ports>(
     }
 }
 
-/// `md5sum file ...`
+/// `md5sum file ...`: prints the MD5 digests of files.
 pub(crate) fn md5sum<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
     if words(arguments).next().is_none() {
         return Err(Failure::refused(&"md5sum needs the names of files"));
@@ -176,7 +176,7 @@ fn digest<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path) -> Result<Option<
         digest.update(bytes);
         Ok(())
     });
-    // It was only read.
+    // Errors are ignored: the file was only read.
     let _ = hands.storage().close(file);
     Ok(read?.then(|| digest.finalize().into()))
 }

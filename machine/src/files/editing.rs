@@ -1,25 +1,25 @@
-//! A file being edited: who edits it, what it is read from and written to.
+//! State of a file being edited: its session, its input and its output.
 
 use super::Path;
 use super::editor::Editor;
 use crate::ports::{FileHandle, Storage, StorageError};
 use crate::sessions::SessionId;
 
-/// A file being edited.
+/// File being edited with `ed`.
 #[derive(Debug)]
 pub struct Editing {
-    /// Whose lines are commands of the editor.
+    /// Session whose lines are commands of the editor.
     pub from: SessionId,
     pub input: FileHandle,
     pub output: FileHandle,
-    /// The file that is written.
+    /// Path of the output file.
     path: Path,
     pub editor: Editor,
-    /// So many lines more are text, and no commands.
+    /// Number of further lines that are text, and no commands.
     pub lines_to_get: u32,
-    /// The line is said behind each line of commands.
+    /// Whether the current line is printed behind each line of commands.
     pub says_line: bool,
-    /// Behind each command.
+    /// Whether it is printed behind each command.
     pub says_each: bool,
 }
 
@@ -29,14 +29,14 @@ impl Editing {
         Self { from, input, output, path, editor, lines_to_get: 0, says_line: true, says_each: false }
     }
 
-    /// Ends it; a file that has not become whole is deleted.
+    /// Ends the editing; an output that has not become whole is deleted.
     pub fn close(self, storage: &mut impl Storage, copied: Result<(), StorageError>) -> Result<(), StorageError> {
-        // It was only read.
+        // Errors are ignored: the input was only read.
         let _ = storage.close(self.input);
         let closed = storage.close(self.output);
         let whole = copied.and(closed);
         if whole.is_err() {
-            // Half a file looks like one: gone is better.
+            // Half a file looks like a whole one, so deleting it is better.
             let _ = storage.remove(&self.path);
         }
         whole

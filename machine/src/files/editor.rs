@@ -1,62 +1,62 @@
-//! A line editor: commands of a letter that find, move, insert and delete. Knows text alone; files are its
-//! caller's.
+//! Line editor: commands of a letter that find, move, insert and delete. This module knows text alone; files
+//! are its caller's.
 //!
 //! The commands are those of Smoothieware v2's `ed`, an Ecce (H. Dewar, "Edinburgh Compatible Context
-//! Editor"). What is edited is a piece of the file: it goes forward through files of any length, and back
-//! as far as the piece reaches.
+//! Editor"). Editing works on a piece of the file: it goes forward through files of any length, and back as
+//! far as the piece reaches.
 
 use heapless::{String, Vec};
 
 use super::editor_commands::{Command, What};
 
-/// Bytes of a file that can be gone back to.
+/// Bytes of a file to which editing can go back.
 pub const PIECE: usize = 2_048;
 
-/// How a command went.
+/// Result of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     Done,
-    /// It needs more of the file: give it, and try again.
+    /// More of the file is needed: append it, and try again.
     More,
-    /// What it looks for is not there.
+    /// The text to be found is not there.
     Failed,
     /// There is no room for more text: write the beginning, and try again.
     Full,
 }
 
-/// The piece of a file that is being edited.
+/// Piece of a file that is being edited.
 #[derive(Debug, Default)]
 pub struct Editor {
     text: Vec<u8, PIECE>,
-    /// Where the next command acts.
+    /// Place where the next command acts.
     at: usize,
-    /// Bytes there that were found last.
+    /// Length of the text there that was found last, bytes.
     found: usize,
-    /// The file goes on behind the piece.
+    /// Whether the file goes on behind the piece.
     goes_on: bool,
 }
 
 impl Editor {
-    /// Before a file that has not been read.
+    /// Starts before a file that has not been read.
     #[must_use]
     pub const fn new() -> Self {
         Self { text: Vec::new(), at: 0, found: 0, goes_on: true }
     }
 
-    /// Takes more of the file; nothing is its end. False when there is no room.
+    /// Appends more of the file; nothing is its end. False when there is no room.
     pub fn append(&mut self, bytes: &[u8]) -> bool {
         self.goes_on = !bytes.is_empty();
         self.text.extend_from_slice(bytes).is_ok()
     }
 
-    /// Bytes that still fit.
+    /// Returns the number of bytes that still fit.
     #[must_use]
     pub fn room(&self) -> usize {
         PIECE - self.text.len()
     }
 
-    /// The beginning that may be written: the lines before the one where commands act. Of a piece that is one
-    /// line, or is full behind that line, all but its last line, to go on looking behind it.
+    /// Returns the beginning that may be written: the lines before the one where commands act. Of a piece
+    /// that is one line, or is full behind that line, all but its last line, to go on looking behind it.
     #[must_use]
     pub fn beginning(&self) -> &[u8] {
         let begin = self.line_start(self.at);
@@ -64,7 +64,7 @@ impl Editor {
         self.text.get(..end).unwrap_or(&[])
     }
 
-    /// So many bytes of the beginning are in the new file.
+    /// Forgets so many bytes of the beginning, which are in the new file.
     pub fn forget(&mut self, bytes: usize) {
         let bytes = bytes.min(self.text.len());
         self.text.rotate_left(bytes);
@@ -75,13 +75,13 @@ impl Editor {
         self.at = self.at.saturating_sub(bytes);
     }
 
-    /// Everything that is left.
+    /// Returns the text that is left.
     #[must_use]
     pub fn rest(&self) -> &[u8] {
         &self.text
     }
 
-    /// The line where commands act, in two parts; none at the end of the file.
+    /// Returns the line where commands act, in two parts; none at the end of the file.
     #[must_use]
     pub fn line(&self) -> Option<(&[u8], &[u8])> {
         let (begin, end) = (self.line_start(self.at), self.line_end(self.at).unwrap_or(self.text.len()));
@@ -91,7 +91,7 @@ impl Editor {
         Some((self.text.get(begin..self.at)?, self.text.get(self.at..end)?))
     }
 
-    /// Whether the whole line is there.
+    /// Returns whether the whole line is there.
     #[must_use]
     pub fn has_line(&self) -> bool {
         !self.goes_on || self.line_end(self.at).is_some()
@@ -152,7 +152,7 @@ impl Editor {
         }
     }
 
-    /// A line that is typed, before the one where commands act.
+    /// Inserts a typed line before the one where commands act.
     pub fn insert_line(&mut self, line: &[u8]) -> Step {
         if line.len() + 1 > self.room() {
             return Step::Full;
@@ -172,7 +172,7 @@ impl Editor {
         before.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1)
     }
 
-    /// Where the line ends that this place is in.
+    /// Returns the end of the line at this place.
     fn line_end(&self, at: usize) -> Option<usize> {
         self.text.get(at..)?.iter().position(|byte| *byte == b'\n').map(|end| at + end)
     }
@@ -194,7 +194,7 @@ impl Editor {
         Step::Done
     }
 
-    /// A letter on, within the line.
+    /// Moves one letter on, within the line.
     fn right(&mut self) -> Step {
         let end = self.line_end(self.at).unwrap_or(self.text.len());
         if self.at == end {
@@ -249,7 +249,7 @@ impl Editor {
         Step::Done
     }
 
-    /// Finds its text, in so many lines from here on; what was found last is not found again.
+    /// Finds the command's text, in so many lines from here on; the text found last is not found again.
     fn search(&mut self, command: &Command<'_>, found: usize) -> Step {
         let text = command.text.as_bytes();
         let from = self.at + if command.what == What::Find { found } else { 0 };
@@ -268,7 +268,7 @@ impl Editor {
         Step::Done
     }
 
-    /// Where so many lines end, this one among them; none where that is not known yet.
+    /// Returns the end of so many lines from the present one on; none where that is not known yet.
     fn region(&self, lines: u32) -> Option<usize> {
         let mut at = self.at;
         for _ in 0..lines {
@@ -282,13 +282,13 @@ const fn is_inside_letter(byte: u8) -> bool {
     matches!(byte, 0x80..=0xBF)
 }
 
-/// What is said of a line: where commands act is `^`.
+/// Returns a line as printed, with `^` where commands act.
 pub fn shown(line: Option<(&[u8], &[u8])>) -> String<300> {
     let mut text = String::new();
     let Some((before, behind)) = line else { return String::try_from("**END**").unwrap_or_default() };
     for (part, mark) in [(before, "^"), (behind, "")] {
         for letter in core::str::from_utf8(part).unwrap_or("(not text)").chars() {
-            // What does not fit is cut.
+            // Letters that do not fit are cut.
             let _cut = text.push(letter);
         }
         let _cut = text.push_str(mark);
@@ -309,7 +309,7 @@ mod tests {
         editor
     }
 
-    /// Runs a line of commands; the text with `^` in its place, and whether it failed.
+    /// Runs a line of commands; returns the text with `^` in its place, and whether a command failed.
     fn edited(editor: &mut Editor, mut line: &str) -> (Text, bool) {
         let mut failed = false;
         while !line.is_empty() && !failed {
@@ -388,7 +388,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is typed: no panic, and the place stays in the text.
+        /// Any typed commands: no panic, and the place stays in the text.
         #[test]
         fn any_commands_keep_the_place(text in "[ab\u{e4}\n]{0,40}", lines in proptest::collection::vec("[mrlekpibjfsdtuv]-?[0-3]?(/[ab]/)?[0-3]?", 0..20)) {
             let mut editor = editor(&text);

@@ -1,17 +1,17 @@
-//! The commands of the line editor, as they are typed: `f/fan/ m2 s/5/6/`.
+//! Commands of the line editor, as they are typed: `f/fan/ m2 s/5/6/`.
 
-/// A command, how often, and its text.
+/// Command with its text and repetitions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command<'t> {
     pub what: What,
-    /// How many lines it looks through; 0 for the rest of the file.
+    /// Number of lines searched; 0 for the rest of the file.
     pub lines: u32,
     pub text: &'t str,
-    /// 0 for as often as it goes.
+    /// Number of repetitions, 0 for as often as it goes.
     pub times: u32,
 }
 
-/// What a command does.
+/// Kind of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum What {
     Next,
@@ -34,10 +34,10 @@ pub enum What {
     Verify,
 }
 
-/// Reads the first command of a line; the rest of the line.
+/// Parses the first command of a line; returns it and the rest of the line.
 ///
 /// # Errors
-/// What is no command.
+/// The text that is no command.
 pub fn parse(line: &str) -> Result<(Command<'_>, &str), &str> {
     let mut letters = line.chars();
     let letter = letters.next().unwrap_or(' ').to_ascii_lowercase();
@@ -89,7 +89,7 @@ pub fn parse(line: &str) -> Result<(Command<'_>, &str), &str> {
     Ok((command, rest.trim_start()))
 }
 
-/// The number at the beginning of a text, `*` for 0; and what follows.
+/// Parses the number at the beginning of a text, `*` for 0; returns it and the rest.
 fn number(text: &str) -> (Option<u32>, &str) {
     if let Some(rest) = text.strip_prefix('*') {
         return (Some(0), rest);
@@ -99,7 +99,7 @@ fn number(text: &str) -> (Option<u32>, &str) {
     (digits.parse().ok(), rest)
 }
 
-/// What the commands are, for `%h`.
+/// Help text of `%h`: the commands.
 pub const HELP: &str = "\
 m{n} next line, m-{n} previous; r{n} right, l{n} left
 f{lines}/text/{n} find, s/text/ put in the place of what was found, v/text/ is it here

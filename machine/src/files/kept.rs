@@ -1,6 +1,6 @@
-//! What programs keep over a power cycle: their parameters in `parameters.var`, LinuxCNC's file of parameters
-//! with a number and a value a line, and their tools in `tool.tbl`, its file of tools. Whatever moment the
-//! power goes while one is written, it is the old one or the new one.
+//! State that programs keep over a power cycle: their parameters in `parameters.var`, LinuxCNC's file of
+//! parameters with a number and a value a line, and their tools in `tool.tbl`, its file of tools. A power cut
+//! at any moment of writing leaves the old file or the new one.
 
 use core::fmt::Write as _;
 
@@ -11,22 +11,22 @@ use program::{Interpreter, ToolEntry, ToolLineFlaw, ToolTable};
 use super::safe_file::{self, Draft, Replacing};
 use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 
-/// Where the parameters are.
+/// Path of the parameters' file.
 pub const PARAMETERS: &str = "/sd/parameters.var";
-/// Where the tool table is.
+/// Path of the tool table.
 pub const TOOLS: &str = "/sd/tool.tbl";
 
-/// Bytes of a line of `tool.tbl` that is read; longer ones hold no tool.
+/// Longest line of `tool.tbl` that is read, bytes; longer ones hold no tool.
 const LINE: usize = 255;
-/// A tool as text: twelve words of at most 25 characters.
+/// Longest text of a tool, bytes: twelve words of at most 25 characters.
 const TOOL_BYTES: usize = 300;
 /// Bytes read at once: a block of the card.
 const BLOCK: usize = 512;
 
-/// Reads the parameters; how many lines are none.
+/// Reads the parameters; returns the number of lines that are none.
 ///
 /// # Errors
-/// Those of the card; there need not be such a file.
+/// Errors of the card; a missing file is none.
 pub fn load_parameters<S: Storage>(storage: &mut S, program: &mut Interpreter) -> Result<u32, StorageError> {
     let mut bad = 0;
     each_line(storage, PARAMETERS, |_, line| {
@@ -43,11 +43,11 @@ fn parse(line: &[u8]) -> Option<(u16, f64)> {
     words.next().is_none().then_some((number, value))
 }
 
-/// Reads the tool table anew. Tells `flaw` of each line that holds none, by its number; `None` for one that
-/// is too long or no text.
+/// Reads the tool table anew. Calls `flaw` for each line that holds no tool, with its number; `None` for one
+/// that is too long or no text.
 ///
 /// # Errors
-/// Those of the card; the table is as far then as it was read.
+/// Errors of the card; the table is as far then as it was read.
 pub fn load_tools<S: Storage>(
     storage: &mut S,
     program: &mut Interpreter,
@@ -68,10 +68,10 @@ pub fn load_tools<S: Storage>(
     })
 }
 
-/// Gives every line of a file with its number, from 1; none for one that is too long.
+/// Calls `take` for every line of a file with its number, from 1; none for one that is too long.
 ///
 /// # Errors
-/// Those of the card.
+/// Errors of the card.
 pub fn each_line<S: Storage>(
     storage: &mut S,
     path: &str,
@@ -100,42 +100,42 @@ pub fn each_line<S: Storage>(
     if let Some(gathered) = gathering.finish() {
         take(gathered);
     }
-    // It was only read: a failing close loses nothing.
+    // A failing close loses nothing: the file was only read.
     let _ = storage.close(file);
     read
 }
 
-/// How far a file is written.
+/// Progress of writing a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// There is more: others have a turn.
+    /// There is more to write: other work has a turn.
     More,
     /// The new file is in place.
     Done,
 }
 
-/// The parameters on their way to the card.
+/// Writing of the parameters to the card.
 #[derive(Debug)]
 pub struct SavingParameters<S> {
-    /// None once it has become the file, or was given up.
+    /// New content; none once it has become the file, or was given up.
     draft: Option<Draft<S>>,
     replacing: Option<Replacing>,
     place: usize,
 }
 
 impl<S: Storage> SavingParameters<S> {
-    /// Begins.
+    /// Begins to write the parameters.
     ///
     /// # Errors
-    /// Those of the card.
+    /// Errors of the card.
     pub fn begin(storage: &mut S) -> Result<Self, StorageError> {
         Ok(Self { draft: Some(Draft::begin(storage, PARAMETERS)?), replacing: None, place: 0 })
     }
 
-    /// Writes the next one, or puts the file in place.
+    /// Writes the next parameter, or puts the file in place.
     ///
     /// # Errors
-    /// Those of the card; the file is the old one then.
+    /// Errors of the card; the file is the old one then.
     pub fn step(&mut self, storage: &mut S, program: &Interpreter) -> Result<Progress, StorageError> {
         let parameter = program.kept_parameter(self.place);
         self.place += 1;
@@ -148,7 +148,7 @@ impl<S: Storage> SavingParameters<S> {
     }
 }
 
-/// Writes more of a draft, and puts it in place when that was all. When something goes wrong it is given up.
+/// Writes more of a draft, and puts it in place at the end. After an error the draft is given up.
 fn step<S: Storage>(
     (draft, replacing): (&mut Option<Draft<S>>, &mut Option<Replacing>),
     storage: &mut S,
@@ -175,33 +175,33 @@ fn step<S: Storage>(
     }
 }
 
-/// The tool table on its way to the card: the file as it is, but for the lines of tools that have changed,
-/// and behind it the tools that are new. Comments stay, and what is no tool.
+/// Writing of the tool table to the card: the file as it is, but for the lines of tools that have changed,
+/// and behind it the new tools. Comments stay, and so do lines without a tool.
 #[derive(Debug)]
 pub struct SavingTools<S> {
-    /// None once it has become the file, or was given up.
+    /// New content; none once it has become the file, or was given up.
     draft: Option<Draft<S>>,
     replacing: Option<Replacing>,
     rest: Rest,
 }
 
-/// What of the tool table is still to be written.
+/// Part of the tool table still to be written.
 #[derive(Debug)]
 struct Rest {
-    /// The file as it is, while there is more of it.
+    /// Old file, while there is more of it.
     old: Option<FileHandle>,
     line: Vec<u8, LINE>,
-    /// The line has been too long for a tool: it is copied.
+    /// Whether the line has been too long for a tool, and so is copied.
     copies: bool,
-    /// Tools that are still to be written, by their places in the table.
+    /// Tools still to be written, by their places in the table.
     left: u64,
 }
 
 impl<S: Storage> SavingTools<S> {
-    /// Begins.
+    /// Begins to write the tool table.
     ///
     /// # Errors
-    /// Those of the card.
+    /// Errors of the card.
     pub fn begin(storage: &mut S, program: &Interpreter) -> Result<Self, StorageError> {
         let draft = Draft::begin(storage, TOOLS)?;
         let old = match storage.open(TOOLS, OpenMode::Read) {
@@ -219,13 +219,13 @@ impl<S: Storage> SavingTools<S> {
     /// Writes a block more, or puts the file in place.
     ///
     /// # Errors
-    /// Those of the card; the file is the old one then.
+    /// Errors of the card; the file is the old one then.
     pub fn step(&mut self, storage: &mut S, program: &Interpreter) -> Result<Progress, StorageError> {
         let (rest, tools) = (&mut self.rest, program.tools().table());
         step((&mut self.draft, &mut self.replacing), storage, |draft, storage| {
             let advanced = rest.advance(draft, storage, tools);
             if let Some(file) = rest.old.take_if(|_| advanced.is_err()) {
-                // It was only read.
+                // Errors are ignored: the file was only read.
                 let _ = storage.close(file);
             }
             advanced
@@ -256,7 +256,7 @@ impl Rest {
                 self.take(draft, storage, tools, b'\n')?;
             }
             self.old = None;
-            // It was only read.
+            // Errors are ignored: the file was only read.
             let _ = storage.close(file);
         }
         Ok(Progress::More)
@@ -277,13 +277,13 @@ impl Rest {
         if ends && !self.copies {
             return self.write_line(draft, storage, tools, &line);
         }
-        // Too long for a tool.
+        // The line is too long for a tool.
         draft.write(storage, &line)?;
         self.copies = !ends;
         draft.write(storage, &[byte]).map(|_| ())
     }
 
-    /// A line of the file, or what its tool has become.
+    /// Writes a line of the file, or the new text of its tool.
     fn write_line<S: Storage>(
         &mut self,
         draft: &mut Draft<S>,

@@ -1,8 +1,8 @@
 //! Long answers: `ls`, M20, `cat`, `config-get`. Each is given in pieces, as fast as its session takes them,
 //! beside everything else.
 //!
-//! A piece is at most [`MOST_BYTES`] long, or one entry of a directory: with what waits already, less than a
-//! session's output holds.
+//! A piece is at most [`MOST_BYTES`] long, or one entry of a directory: with the bytes waiting already, less
+//! than a session's output holds.
 
 use heapless::{String, Vec};
 
@@ -16,18 +16,18 @@ use crate::sessions::{Listing, Reply};
 
 /// Longest piece in bytes.
 const MOST_BYTES: usize = 1_024;
-/// What the line of an entry has beside its name: marks, a date, its size, blanks, the line's end.
+/// Bytes in an entry's line beside its name: marks, a date, its size, blanks, the line's end.
 const ENTRY_BYTES: usize = 36;
 /// Bytes of a file shown at a time.
 const FILE_CHUNK: usize = 128;
-/// How long `cat -d` waits.
+/// Delay of `cat -d`.
 const DELAY: Micros = Micros::from_seconds(5);
-/// Bytes of config.ini looked through at a time.
+/// Bytes of config.ini searched at a time.
 const CONFIG_CHUNK: usize = 512;
 
 // --- how they begin ---
 
-/// `ls [-1] [path]`
+/// `ls [-1] [path]`: begins the listing of a directory.
 ///
 /// # Errors
 /// None.
@@ -38,19 +38,19 @@ pub fn directory(files: &Files, arguments: &str) -> Result<Option<Listing>, Fail
     Ok(Some(Listing::Directory { path, seen: 0, sums: (0, 0, 0), names_only, for_m20: false }))
 }
 
-/// M20: the names on the card. Its first line is the caller's.
+/// M20: begins the listing of the names on the card. The first line is the caller's.
 #[must_use]
 pub fn card() -> Listing {
-    // The card's name fits.
+    // The card's name fits into a path.
     let path = Path::try_from(CARD).unwrap_or_default();
     Listing::Directory { path, seen: 0, sums: (0, 0, 0), names_only: true, for_m20: true }
 }
 
-/// `cat file [-d] [lines]`; none when it cannot be read, which has been said. `-d` waits, so that whoever
-/// asks can begin to record, and ends with Ctrl-Z.
+/// `cat file [-d] [lines]`: begins to show a file; none when it cannot be read, which has been printed. `-d`
+/// waits, so that the user can begin to record, and ends with Ctrl-Z.
 ///
 /// # Errors
-/// Without a name.
+/// When the name is missing.
 pub fn file(
     files: &Files,
     arguments: &str,
@@ -79,7 +79,7 @@ pub fn file(
     }
 }
 
-/// `config-get "section"`
+/// `config-get "section"`: begins to show the settings of a section.
 ///
 /// # Errors
 /// When config.ini cannot be read.
@@ -105,15 +105,15 @@ fn config_failed(texts: &Texts, error: StorageError) -> Failure {
 
 // --- how they end ---
 
-/// Closes what a listing has open, at its end or before.
+/// Closes the file of a listing, at its end or before.
 pub fn close(listing: &Listing, storage: &mut impl Storage) {
     if let Listing::File { file, .. } | Listing::Section { file, .. } = listing {
-        // It was only read: a failing close loses nothing.
+        // A failing close loses nothing: the file was only read.
         let _ = storage.close(*file);
     }
 }
 
-/// What is said behind a listing, also behind one that was stopped: its sender waits for it.
+/// Returns the text behind a listing, also behind one that was stopped: its sender waits for it.
 #[must_use]
 pub const fn ending(listing: &Listing) -> &'static str {
     match listing {
@@ -126,7 +126,7 @@ pub const fn ending(listing: &Listing) -> &'static str {
 
 // --- their pieces ---
 
-/// Says some more of a listing of files. False when that was all: what is left is [`close`] and [`ending`].
+/// Prints some more of a listing of files. False at its end; then [`close`] and [`ending`] remain.
 ///
 /// # Errors
 /// When config.ini cannot be read.
@@ -145,12 +145,12 @@ pub fn piece(
     }
 }
 
-/// Some more entries of a directory.
+/// Prints some more entries of a directory.
 fn directory_piece(listing: &mut Listing, storage: &mut impl Storage, reply: &mut Reply<'_>) -> bool {
     let Listing::Directory { path, seen, sums, names_only, for_m20 } = listing else { return false };
     let mut entries: Vec<DirectoryEntry, LIST_CHUNK> = Vec::new();
     if let Err(error) = storage.list(path, *seen, &mut entries) {
-        // A list that was not given has no end.
+        // After an error of M20 its end is not printed.
         match core::mem::take(for_m20) {
             true => reply.say(format_args!("error:{}\n", error.text())),
             false => reply.say(format_args!("Could not open directory {path} ({})\n", error.text())),
@@ -165,7 +165,7 @@ fn directory_piece(listing: &mut Listing, storage: &mut impl Storage, reply: &mu
     for entry in &entries {
         let length = entry.name.len() + ENTRY_BYTES;
         if said > 0 && said + length > MOST_BYTES {
-            // It comes with the next piece.
+            // The entry comes with the next piece.
             break;
         }
         said += length;
@@ -193,7 +193,7 @@ fn say_entry(entry: &DirectoryEntry, names_only: bool, reply: &mut Reply<'_>) {
     reply.say(format_args!(" {year}/{month:02}/{day:02} {hour:02}:{minute:02} {size:9}  {name}\n"));
 }
 
-/// Some more bytes of a file.
+/// Prints some more bytes of a file.
 fn file_piece(listing: &mut Listing, storage: &mut impl Storage, reply: &mut Reply<'_>) -> bool {
     let Listing::File { path, file, lines, carried, .. } = listing else { return false };
     let mut bytes = [0; FILE_CHUNK];
@@ -205,7 +205,7 @@ fn file_piece(listing: &mut Listing, storage: &mut impl Storage, reply: &mut Rep
         }
     };
     let mut chunk: Vec<u8, { FILE_CHUNK + 4 }> = Vec::new();
-    // Both fit: that is how long it is.
+    // The chunk has room for both parts.
     let _ = chunk.extend_from_slice(carried);
     let _ = chunk.extend_from_slice(bytes.get(..count).unwrap_or(&[]));
     carried.clear();
@@ -213,7 +213,7 @@ fn file_piece(listing: &mut Listing, storage: &mut impl Storage, reply: &mut Rep
     count > 0 && *lines > 0
 }
 
-/// Says bytes as text. A character cut by their end goes with the next ones; what is no text at all shows as
+/// Prints bytes as text. A character cut by their end goes with the next ones; bytes that are no text show as
 /// dots.
 fn show_text(bytes: &[u8], at_end: bool, lines: &mut u32, carried: &mut Vec<u8, 4>, reply: &mut Reply<'_>) {
     let mut rest = bytes;
@@ -243,7 +243,7 @@ fn show_text(bytes: &[u8], at_end: bool, lines: &mut u32, carried: &mut Vec<u8, 
     }
 }
 
-/// What of these bytes is text, from the first one on.
+/// Returns the longest beginning of these bytes that is text.
 fn beginning(bytes: &[u8]) -> &str {
     match core::str::from_utf8(bytes) {
         Ok(text) => text,
@@ -251,7 +251,7 @@ fn beginning(bytes: &[u8]) -> &str {
     }
 }
 
-/// Looks through some more of config.ini for settings of the section.
+/// Searches some more of config.ini for settings of the section.
 fn section_piece(
     texts: &Texts,
     listing: &mut Listing,
@@ -275,18 +275,18 @@ fn section_piece(
             show_setting(line, *begins, section, inside, reply);
             *found |= *inside;
             line.clear();
-            // Of a line that does not fit, the rest is comment.
+            // The rest of a line that does not fit is comment.
             *begins = ends;
         }
         if !ends {
-            // There is room now.
+            // There is room for the byte now.
             let _ = line.push(*byte);
         }
     }
     Ok(true)
 }
 
-/// Says what a line sets, if it is in the section.
+/// Prints the setting of a line, if it is in the section.
 fn show_setting(line: &[u8], begins: bool, section: &str, inside: &mut bool, reply: &mut Reply<'_>) {
     let text = beginning(line);
     let content = text.split_once('#').map_or(text, |(content, _)| content).trim();
@@ -307,7 +307,7 @@ mod tests {
 
     type Text = std::string::String;
 
-    /// The whole of a listing with its end, and its longest piece.
+    /// Returns the whole of a listing with its end, and its longest piece.
     fn whole(mut listing: Listing, card: &mut Card) -> (Text, usize) {
         let (mut text, mut longest, mut more) = (Text::new(), 0, true);
         let mut desk = Desk::new();

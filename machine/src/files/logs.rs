@@ -1,7 +1,7 @@
 //! Files that programs write: `(LOGOPEN, name)` and `(LOG, text)`, `(PROBEOPEN name)`.
 //!
-//! Lines gather in a block, and a full one goes to the card at once, as a block of an upload does. What has
-//! not filled one is written when the file is closed, by the program or by its end.
+//! Lines gather in a block, and a full one goes to the card at once, as a block of an upload does. An
+//! incomplete block is written when the file is closed, by the program or at its end.
 
 use heapless::Vec;
 
@@ -10,27 +10,27 @@ use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 
 /// Bytes written at once: a block of the card.
 const BLOCK: usize = 512;
-/// No line is longer.
+/// Longest line of a log, bytes.
 const LONGEST_LINE: usize = 257;
-/// A file grows no further than this: a loop that has no end must not fill the card.
+/// Greatest length of a file, bytes: an endless loop must not fill the card.
 const MOST_BYTES: u32 = 64 << 20;
-/// Files of the machine itself: no program may write them. With what begins their companions' names.
+/// Files of the machine itself, which no program may write, and the beginnings of their companions' names.
 const OWN: [&str; 6] = ["config.ini", "config-override", "parameters.var", "tool.tbl", "grbl-settings", "firmware.bin"];
 const COMPANIONS: [&str; 3] = ["draft-", "new-", "previous-"];
 
-/// Why a line was not written.
+/// Reason why a line was not written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LogFlaw {
     /// No file can have this name, or the machine needs it.
     OwnFile,
-    /// It is as long as it may become.
+    /// The file is as long as it may become.
     TooLong,
-    /// The card refuses.
+    /// The card refuses to write.
     Card(StorageError),
 }
 
 impl LogFlaw {
-    /// In words.
+    /// Returns the reason in words.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -47,12 +47,12 @@ impl From<StorageError> for LogFlaw {
     }
 }
 
-/// A file that a program writes.
+/// File that a program writes.
 #[derive(Debug, Default)]
 pub struct Log {
     file: Option<FileHandle>,
     block: Vec<u8, BLOCK>,
-    /// How long it is with the block.
+    /// Length of the file including the block, bytes.
     length: u32,
 }
 
@@ -61,26 +61,26 @@ fn is_own(path: &str) -> bool {
     let starts = |name: &str, with: &str| name.get(..with.len()).is_some_and(|start| start.eq_ignore_ascii_case(with));
     let name =
         COMPANIONS.iter().find(|with| starts(name, with)).and_then(|with| name.get(with.len()..)).unwrap_or(name);
-    // Sets of settings have a point behind the name.
+    // Named sets of settings have a period behind the name.
     OWN.iter().any(|own| starts(name, own) && matches!(name.as_bytes().get(own.len()), None | Some(b'.')))
 }
 
 impl Log {
-    /// Whether a file is open.
+    /// Returns whether a file is open.
     #[must_use]
     pub const fn is_open(&self) -> bool {
         self.file.is_some()
     }
 
-    /// Whether the next line may fill the block.
+    /// Returns whether the next line may fill the block.
     fn is_nearly_full(&self) -> bool {
         self.is_open() && self.block.len() + LONGEST_LINE > BLOCK
     }
 
-    /// Opens a file; it is emptied first unless lines are to be added. The one before is closed.
+    /// Opens a file, and empties it unless lines are to be added. The former file is closed.
     ///
     /// # Errors
-    /// When it is none that a program may write, or the card refuses.
+    /// When no program may write this file, or the card refuses.
     pub fn open(&mut self, path: &Path, appends: bool, storage: &mut impl Storage) -> Result<(), LogFlaw> {
         self.close(storage)?;
         if is_own(path) {
@@ -101,7 +101,7 @@ impl Log {
         let Some(file) = self.file else { return Ok(()) };
         let written = self.write(file, line, storage);
         if written.is_err() {
-            // The first error is the one that is told.
+            // The first error is the one to report.
             let _ = self.close(storage);
         }
         written
@@ -123,7 +123,7 @@ impl Log {
         Ok(())
     }
 
-    /// Writes what is left, and closes the file.
+    /// Writes the rest of the block, and closes the file.
     ///
     /// # Errors
     /// When the card refuses; the file is closed all the same.
@@ -135,26 +135,26 @@ impl Log {
     }
 }
 
-/// The files that a program has open.
+/// Files that a program has open.
 #[derive(Debug, Default)]
 pub struct Logs {
-    /// `(LOG, ...)`.
+    /// File of `(LOG, ...)` lines.
     pub text: Log,
-    /// A line for each contact that G38 finds.
+    /// File with a line for each contact that G38 finds.
     pub contacts: Log,
 }
 
 impl Logs {
-    /// Whether the next line may go to the card with those before it.
+    /// Returns whether the next line may bring a block to the card.
     #[must_use]
     pub fn are_nearly_full(&self) -> bool {
         self.text.is_nearly_full() || self.contacts.is_nearly_full()
     }
 
-    /// The program has ended.
+    /// Closes both files at the end of the program.
     ///
     /// # Errors
-    /// When the card refuses; both are closed all the same.
+    /// When the card refuses; both files are closed all the same.
     pub fn close(&mut self, storage: &mut impl Storage) -> Result<(), LogFlaw> {
         let text = self.text.close(storage);
         self.contacts.close(storage).and(text)

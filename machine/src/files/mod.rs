@@ -1,5 +1,5 @@
-//! Files on the card, for whoever talks to the machine: the current directory, uploads, the file commands,
-//! long listings, and the configuration file.
+//! Files on the card, for the machine's sessions: the current directory, uploads, the file commands, long
+//! listings, and the configuration file.
 
 pub(crate) mod card_facts;
 pub mod commands;
@@ -29,22 +29,22 @@ pub(crate) use transfer::{Progress, Transfers};
 pub use upload::NotSaved;
 use upload::Upload;
 
-/// Where names start from, and what is being uploaded.
+/// Current directory, and files in progress.
 #[derive(Debug)]
 pub struct Files {
-    /// The directory that relative names start from, the same for every session.
+    /// Directory that relative names start from, the same for every session.
     directory: Path,
-    /// The file being uploaded (M28).
+    /// File being uploaded (M28).
     upload: Option<Upload>,
-    /// The file being edited (`ed`).
+    /// File being edited (`ed`).
     pub(crate) editing: Option<editing::Editing>,
-    /// What a console sends as bytes.
+    /// Files that consoles send as bytes.
     pub(crate) transfers: Transfers,
 }
 
 impl Default for Files {
     fn default() -> Self {
-        // The card's name fits.
+        // The card's name fits into a path.
         Self {
             directory: Path::try_from(CARD).unwrap_or_default(),
             upload: None,
@@ -55,32 +55,32 @@ impl Default for Files {
 }
 
 impl Files {
-    /// The directory that names start from.
+    /// Returns the current directory.
     #[must_use]
     pub const fn directory(&self) -> &Path {
         &self.directory
     }
 
-    /// Whether what this session sends is text for a file, or for the editor.
+    /// Returns whether this session's lines are text for a file, or for the editor.
     #[must_use]
     pub fn takes_lines_of(&self, session: SessionId) -> bool {
         self.uploads_from(session) || self.edits_from(session)
     }
 
-    /// Whether this session edits a file.
+    /// Returns whether this session edits a file.
     #[must_use]
     pub fn edits_from(&self, session: SessionId) -> bool {
         self.editing.as_ref().is_some_and(|editing| editing.from == session)
     }
 
-    /// A name relative to the current directory, made absolute. One that does not fit becomes empty, which no
-    /// file has.
+    /// Makes a name relative to the current directory absolute. A path that does not fit becomes empty, which
+    /// no file has.
     #[must_use]
     pub fn absolute(&self, name: &str) -> Path {
         paths::absolute(&self.directory, name)
     }
 
-    /// `cd`: names start from this directory from now on.
+    /// `cd`: makes this directory the current one.
     ///
     /// # Errors
     /// When there is no such directory; nothing has changed then.

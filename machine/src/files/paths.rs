@@ -1,4 +1,4 @@
-//! Names of files: where the card is, how names become absolute, and how a command's words name them.
+//! Names of files: the card's place, making names absolute, and parsing the words of commands.
 
 use core::fmt::Write as _;
 
@@ -8,17 +8,17 @@ use heapless::String;
 use crate::failure::{Failure, Texts};
 use crate::ports::{PATH_BYTES, StorageError};
 
-/// An absolute path.
+/// Absolute path of a file.
 pub type Path = String<PATH_BYTES>;
-/// Where the card is, and the directory that names start from at boot.
+/// Mount point of the card, and the current directory at boot.
 pub const CARD: &str = "/sd";
-/// Where the configuration is.
+/// Path of the configuration.
 pub const CONFIG_PATH: &str = "/sd/config.ini";
-/// Where saved settings are.
+/// Path of the saved settings.
 pub const OVERRIDE_PATH: &str = "/sd/config-override";
 
-/// A name relative to a directory, made absolute. There is nothing but the card: `/x` is its file x, as
-/// `/sd/x` is. One that does not fit becomes empty, which no file has.
+/// Makes a name relative to a directory absolute. There is nothing but the card: `/x` is its file x, as
+/// `/sd/x` is. A path that does not fit becomes empty, which no file has.
 pub(super) fn absolute(directory: &str, name: &str) -> Path {
     let name = name.trim().trim_matches('"');
     let mut path = Path::new();
@@ -42,13 +42,14 @@ pub(super) fn absolute(directory: &str, name: &str) -> Path {
         }
     }
     if path.is_empty() {
-        // Three characters fit.
+        // The card's three characters fit.
         let _ = path.push_str(CARD);
     }
     path
 }
 
-/// `/sd/config-override`, or `/sd/config-override.abc` for a set of settings with a name (M500, M501, M504).
+/// Returns `/sd/config-override`, or `/sd/config-override.abc` for a named set of settings (M500, M501,
+/// M504).
 ///
 /// # Errors
 /// When no file can have this name.
@@ -65,7 +66,7 @@ pub fn override_path(texts: &Texts, set: Option<&str>) -> Result<Path, Failure> 
     Ok(path)
 }
 
-/// The words of a command, divided by blanks. What stands in quotes is one word: names may have blanks.
+/// Splits a command into words, divided by blanks. Quoted text is one word: names may have blanks.
 pub(crate) fn words(arguments: &str) -> impl Iterator<Item = &str> {
     let mut rest = arguments;
     core::iter::from_fn(move || {
@@ -80,7 +81,7 @@ pub(crate) fn words(arguments: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// `"motion control" rest`, `[motion control] rest` or `planner rest`.
+/// Splits `"motion control" rest`, `[motion control] rest` or `planner rest` into both parts.
 pub(super) fn quoted(text: &str) -> (&str, &str) {
     let text = text.trim();
     let split = match (text.strip_prefix('"'), text.strip_prefix('[')) {

@@ -4,13 +4,13 @@
 //! For `config.ini`, in its directory:
 //!
 //! 1. the new content is written to `draft-config.ini`, which counts for nothing;
-//! 2. when that is whole and closed, it is renamed to `new-config.ini`: the change is decided;
+//! 2. once whole and closed, it is renamed to `new-config.ini`: the change is decided;
 //! 3. `config.ini` is renamed to `previous-config.ini`;
 //! 4. `new-config.ini` is renamed to `config.ini`.
 //!
-//! A file `new-...` is therefore a whole file that waits for the last two steps. Whoever wants to read or
-//! replace the real one takes them first: [`settle`]. That renaming itself is not torn by a power cut is the
-//! storage's part ([`Storage::rename`]).
+//! A file `new-...` is therefore a whole file that waits for the last two steps. Code that wants to read or
+//! replace the real one takes them first: [`settle`]. The storage guarantees that a power cut does not tear
+//! the renaming itself ([`Storage::rename`]).
 
 use core::fmt::Write as _;
 use core::marker::PhantomData;
@@ -23,12 +23,12 @@ use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 /// Bytes moved in one step: a block of the card.
 const BLOCK: usize = 512;
 
-/// The file's companions, by what their names begin with.
+/// Beginnings of the names of the file's companions.
 const DRAFT: &str = "draft-";
 const NEW: &str = "new-";
 const PREVIOUS: &str = "previous-";
 
-/// The path of a companion.
+/// Returns the path of a companion.
 fn beside(path: &str, beginning: &str) -> Result<Path, StorageError> {
     let (directory, name) = path.rsplit_once('/').ok_or(StorageError::BadPath)?;
     let mut companion = Path::new();
@@ -85,7 +85,7 @@ impl<S: Storage> Draft<S> {
         Ok(written)
     }
 
-    /// The content is complete: it becomes the file's. When that is refused, the file is as it was.
+    /// Puts the complete content in place. After an error the file is as it was.
     pub fn finish(self, storage: &mut S) -> Result<(), StorageError> {
         storage.between_steps();
         let mut replacing = self.close(storage)?;
@@ -97,7 +97,8 @@ impl<S: Storage> Draft<S> {
         }
     }
 
-    /// The same for whoever lets others have a turn between its steps: the content is complete.
+    /// Closes the complete content, for a caller that lets others have a turn between the steps of
+    /// [`Replacing`].
     pub fn close(self, storage: &mut S) -> Result<Replacing, StorageError> {
         let written = storage.write(self.file, &self.block);
         let closed = written.and(storage.close(self.file));
@@ -107,15 +108,16 @@ impl<S: Storage> Draft<S> {
         closed.map(|()| Replacing { path: self.path, next: 0 })
     }
 
-    /// Something went wrong: nothing has changed and nothing stays behind, if the storage still answers.
+    /// Gives the content up after an error: nothing has changed and nothing stays behind, if the storage
+    /// still answers.
     pub fn give_up(self, storage: &mut S) {
-        // What it holds is not wanted.
+        // Errors are ignored: the content is not wanted.
         let _ = storage.close(self.file);
         discard(storage, &self.path);
     }
 }
 
-/// A draft that is complete, on its way to become the file: in steps of some block writes each.
+/// Complete content on its way to become the file: in steps of some block writes each.
 #[derive(Debug)]
 pub struct Replacing {
     path: Path,
@@ -123,8 +125,8 @@ pub struct Replacing {
 }
 
 impl Replacing {
-    /// Goes on; true when the file is in place. What would refuse that, refuses before the change is decided;
-    /// then the file is as it was.
+    /// Takes the next step; true when the file is in place. Errors come before the change is decided; then
+    /// the file is as it was.
     pub fn step<S: Storage>(&mut self, storage: &mut S) -> Result<bool, StorageError> {
         let done = self.take_step(storage);
         if done.is_err() {
@@ -139,7 +141,7 @@ impl Replacing {
         match self.next {
             0 => {
                 if can_open(storage, path, OpenMode::Read)? {
-                    // Not if it is marked read-only, nor if somebody has it open.
+                    // Refused if the file is marked read-only, or open.
                     can_open(storage, path, OpenMode::Append)?;
                     remove_if_there(storage, &beside(path, PREVIOUS)?)?;
                 }
@@ -159,17 +161,18 @@ impl Replacing {
     }
 }
 
-/// Removes what has not become the file, unless the file is not there without it.
+/// Removes content that has not become the file, unless the file is not there without it.
 fn discard<S: Storage>(storage: &mut S, path: &str) {
     let is_there = can_open(storage, path, OpenMode::Read) == Ok(true);
     for companion in [Some(DRAFT), is_there.then_some(NEW)].into_iter().flatten() {
-        // An error is under way already, and what stays counts for nothing, or for what was to be saved.
+        // An error is under way already, and the remains count for nothing, or for the content that was to be
+        // saved.
         let _ = beside(path, companion).and_then(|companion| storage.remove(&companion));
     }
 }
 
-/// Puts a decided change of this file in place, if a power cut has left one. Before the file is read or
-/// replaced.
+/// Puts a decided change of this file in place, if a power cut has left one. To be called before the file is
+/// read or replaced.
 pub fn settle<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
     let new = beside(path, NEW)?;
     if !can_open(storage, &new, OpenMode::Read)? {
@@ -187,12 +190,12 @@ pub fn settle<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageErro
     Ok(())
 }
 
-/// Removes what the file was before its last change.
+/// Removes the file's former content.
 pub fn forget_previous<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
     remove_if_there(storage, &beside(path, PREVIOUS)?)
 }
 
-/// Removes the file, and a change of it that waits. The previous one stays.
+/// Removes the file, and a change of it that waits. The previous content stays.
 pub fn remove<S: Storage>(storage: &mut S, path: &str) -> Result<(), StorageError> {
     settle(storage, path)?;
     remove_if_there(storage, path)

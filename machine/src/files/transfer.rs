@@ -1,6 +1,6 @@
-//! Files that a console sends as bytes: `ry` by YModem, `upload` as they are up to Ctrl-D or Ctrl-Z, `dl` so
-//! many bytes, whatever they are. Meanwhile every byte of that console belongs to the file, and nothing of it
-//! acts.
+//! Files that a console sends as bytes: `ry` by YModem, `upload` as plain bytes up to Ctrl-D or Ctrl-Z, `dl`
+//! by their number, whatever they are. Meanwhile every byte of that console belongs to the file, and none is
+//! a command.
 
 use units::Micros;
 
@@ -10,11 +10,11 @@ use crate::failure::{Failure, Texts};
 use crate::ports::{Consoles, FileHandle, OpenMode, Storage, StorageError};
 use crate::sessions::{Received, Reply, SessionId};
 
-/// How long `ry` leaves the person at the other end to start a sender.
+/// Time that `ry` leaves the person at the other end to start a sender.
 const BEFORE: Micros = Micros::from_seconds(2);
 /// Bytes of a console taken in one turn.
 const MOST_BYTES: usize = 1_100;
-/// How long `dl` waits for its next byte, and, when the file cannot be kept, for the end of what is sent.
+/// Time that `dl` waits for its next byte, and, when the file cannot be kept, for the end of the bytes.
 const BETWEEN: Micros = Micros::from_seconds(20);
 const TO_THE_END: Micros = Micros::from_seconds(1);
 /// Bytes of `upload` and `dl` that go to the card together.
@@ -24,56 +24,56 @@ const CTRL_X: u8 = 0x18;
 const CTRL_Y: u8 = 0x19;
 const CTRL_Z: u8 = 0x1A;
 
-/// How a file comes.
+/// Way in which a file comes.
 #[derive(Debug)]
 enum Way {
     /// In blocks that are checked.
     YModem(Receiver),
-    /// As it is; what waits to be written.
+    /// Plain bytes; those that wait to be written.
     Plain(heapless::Vec<u8, CHUNK>),
-    /// As it is, so many bytes.
+    /// Plain bytes of a known number.
     Counted(Counted),
 }
 
-/// A file of known length.
+/// File of known length.
 #[derive(Debug)]
 struct Counted {
-    /// Bytes to come.
+    /// Number of bytes to come.
     left: u32,
-    /// What waits to be written.
+    /// Bytes that wait to be written.
     waiting: heapless::Vec<u8, CHUNK>,
-    /// When it is given up, should nothing come.
+    /// Time at which the file is given up without another byte.
     until: Micros,
-    /// Why it cannot be kept. The rest is taken all the same, as it is no lines.
+    /// Error because of which the file cannot be kept. The rest is taken all the same, as it is no lines.
     failed: Option<StorageError>,
 }
 
-/// A file, or several, on their way from a console.
+/// File, or several, on their way from a console.
 #[derive(Debug)]
 struct Transfer {
     way: Way,
-    /// The one that is open, and its path.
+    /// Open file, and its path.
     file: Option<(FileHandle, Path)>,
-    /// Says nothing but what the protocol says.
+    /// Whether to send nothing beside the protocol.
     silent: bool,
     /// Files received, or bytes of `upload`.
     count: u32,
-    /// All has come, and is on its way to the card.
+    /// Whether all has come, and is on its way to the card.
     is_complete: bool,
 }
 
-/// How far a transfer is.
+/// Progress of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Progress {
-    /// More is to come: what the console sends is the file's.
+    /// More is to come: the console's bytes are the file's.
     Receiving,
-    /// All has come, and is on its way to the card. What the console sends is lines again.
+    /// All has come, and is on its way to the card. The console sends lines again.
     Saving,
-    /// It has ended, and that has been said.
+    /// The transfer has ended, which has been reported.
     Ended,
 }
 
-/// How a transfer ended, as Smoothieware numbers what went wrong.
+/// End of a transfer, with Smoothieware's numbers of errors.
 enum Ending {
     Whole,
     Broken(i8),
@@ -84,7 +84,7 @@ enum Ending {
     Silent,
 }
 
-/// What consoles send as bytes: one at a time.
+/// Transfers of bytes from consoles: one at a time.
 #[derive(Debug, Default)]
 pub(crate) struct Transfers {
     current: Option<Transfer>,
@@ -94,7 +94,7 @@ impl Transfers {
     /// `ry [silent]`: receives files by YModem.
     ///
     /// # Errors
-    /// While another console sends one.
+    /// While another console sends a file.
     pub fn receive(&mut self, silent: bool, now: Micros, reply: &mut Reply<'_>) -> Result<(), Failure> {
         self.is_free()?;
         if !silent {
@@ -105,10 +105,10 @@ impl Transfers {
         Ok(())
     }
 
-    /// `upload file`: what comes is the file, up to Ctrl-D or Ctrl-Z.
+    /// `upload file`: receives a file up to Ctrl-D or Ctrl-Z.
     ///
     /// # Errors
-    /// When it cannot be opened, or another console sends one.
+    /// When the file cannot be opened, or another console sends one.
     pub fn receive_plain(
         &mut self,
         texts: &Texts,
@@ -129,10 +129,10 @@ impl Transfers {
         Ok(())
     }
 
-    /// `dl file bytes`: so many bytes are the file.
+    /// `dl file bytes`: receives a file of so many bytes.
     ///
     /// # Errors
-    /// What is wrong, in words for the program that sends.
+    /// The reason, in words for the sending program.
     pub fn receive_counted(
         &mut self,
         path: Path,
@@ -156,7 +156,7 @@ impl Transfers {
         if self.current.is_some() { Err(Failure::refused(&"another console sends a file")) } else { Ok(()) }
     }
 
-    /// Goes on with what this console has sent until its count of bytes received was `end`.
+    /// Takes this console's bytes until its count of bytes received was `end`.
     pub fn go_on(
         &mut self,
         directory: &str,
@@ -183,7 +183,7 @@ impl Transfers {
         Progress::Ended
     }
 
-    /// Whoever sent it has gone: the file is not whole, and does not stay.
+    /// Discards the file when its sender has gone: it is not whole, and does not stay.
     pub fn break_off(&mut self, storage: &mut impl Storage) {
         if let Some(transfer) = self.current.take() {
             transfer.discard(storage);
@@ -203,7 +203,7 @@ impl Transfer {
         for _ in 0..MOST_BYTES {
             let byte = match ports.inbox(from).take(end) {
                 Some(Received::Byte(byte)) => byte,
-                // The bytes that mark lines are some of the file's.
+                // The bytes that mark lines belong to the file.
                 Some(Received::ForgetLine) => CTRL_X,
                 Some(Received::LoseLine) => CTRL_Y,
                 None => break,
@@ -225,7 +225,7 @@ impl Transfer {
             }
             _ => return None,
         };
-        // What was lost of a block is asked for again.
+        // The lost bytes of a block are asked for again.
         ports.inbox(from).take_lost();
         let event = receiver.wait(now);
         let broken = if let Event::Breaks(broken) = event { Some(broken) } else { None };
@@ -233,7 +233,7 @@ impl Transfer {
         broken.map(|broken| Ending::Broken(broken as i8))
     }
 
-    /// A byte of YModem.
+    /// Takes a byte of YModem.
     fn hear(
         &mut self,
         byte: u8,
@@ -278,7 +278,7 @@ impl Transfer {
         ending
     }
 
-    /// A byte of `upload`.
+    /// Takes a byte of `upload`.
     fn keep(&mut self, byte: u8, storage: &mut impl Storage) -> Option<Ending> {
         let Way::Plain(waiting) = &mut self.way else { return None };
         let ends = matches!(byte, CTRL_D | CTRL_Z);
@@ -286,7 +286,7 @@ impl Transfer {
             return Some(Ending::Broken(Broken::Cancelled as i8));
         }
         if !ends {
-            // A full one is written below.
+            // A full buffer is written below.
             let _ = waiting.push(byte);
             self.count += 1;
         }
@@ -300,11 +300,11 @@ impl Transfer {
         ends.then_some(Ending::Whole)
     }
 
-    /// A byte of `dl`.
+    /// Takes a byte of `dl`.
     fn count(&mut self, byte: u8, now: Micros, storage: &mut impl Storage) -> Option<Ending> {
         let (Way::Counted(counted), Some((file, _))) = (&mut self.way, &self.file) else { return None };
         let Counted { left, waiting, until, failed } = counted;
-        // A full one is written below.
+        // A full buffer is written below.
         let _ = waiting.push(byte);
         *left -= 1;
         if *left == 0 || waiting.is_full() {
@@ -317,7 +317,7 @@ impl Transfer {
         (*left == 0).then(|| failed.map_or(Ending::Whole, Ending::Failed))
     }
 
-    /// All has come.
+    /// Closes the file once all has come.
     fn complete(&mut self, storage: &mut impl Storage) -> Option<Ending> {
         self.is_complete = true;
         match self.file.take().map_or(Ok(()), |(file, _)| storage.close(file)) {
@@ -351,7 +351,7 @@ impl Transfer {
         }
     }
 
-    /// A file that is still open is not whole.
+    /// Removes a file that is still open, as it is not whole.
     fn discard(self, storage: &mut impl Storage) {
         if let Some((file, path)) = self.file {
             // A card that does not answer keeps it.
@@ -361,7 +361,7 @@ impl Transfer {
     }
 }
 
-/// Whether all that was written is on the card, or why it is not.
+/// Returns the end of the transfer once all that was written is on the card, or the error.
 fn is_saved(storage: &mut impl Storage) -> Option<Ending> {
     match storage.is_kept() {
         Ok(true) => Some(Ending::Whole),

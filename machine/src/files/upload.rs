@@ -8,26 +8,25 @@ use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 use crate::sessions::{Reply, SessionId};
 
-/// A file being uploaded. Until its M29 nothing that its session sends is carried out, whatever became of the
-/// file.
+/// File being uploaded. Until its M29 no line of its session is carried out, whatever became of the file.
 #[derive(Debug)]
 pub(super) struct Upload {
-    /// Whom it comes from.
+    /// Session that sends the file.
     from: SessionId,
-    /// None when it could not be opened, or was lost to a halt.
+    /// Open file; none when it could not be opened, or was lost to a halt.
     file: Option<FileHandle>,
-    /// None when it could not be opened.
+    /// Path of the file; none when it could not be opened.
     path: Option<Path>,
-    /// What a line of it met that is lost.
+    /// Error of a line that could not be written.
     failed: Option<StorageError>,
 }
 
-/// Why a file that was uploaded is not there.
+/// Reason why an uploaded file is not there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotSaved {
-    /// It could not be opened, or was lost to a halt.
+    /// The file could not be opened, or was lost to a halt.
     Nothing,
-    /// The card.
+    /// The card failed to write.
     Card(StorageError),
 }
 
@@ -38,7 +37,7 @@ impl From<StorageError> for NotSaved {
 }
 
 impl Files {
-    /// M28: what this session sends from now on is stored, up to its M29.
+    /// M28: stores this session's lines from now on, up to its M29.
     ///
     /// # Errors
     /// When another file is being uploaded.
@@ -66,13 +65,14 @@ impl Files {
         Ok(Answer::Ok)
     }
 
-    /// Whether what this session sends belongs to a file.
+    /// Returns whether this session's lines belong to a file.
     #[must_use]
     pub fn uploads_from(&self, session: SessionId) -> bool {
         self.upload.as_ref().is_some_and(|upload| upload.from == session)
     }
 
-    /// The file is lost. Its sender does not know, and goes on sending what must not be carried out.
+    /// Gives up the file of an upload. Its sender does not know, and goes on sending lines that must not be
+    /// carried out.
     pub fn spoil_upload(&mut self, storage: &mut impl Storage) {
         if let Some(file) = self.upload.as_mut().and_then(|upload| upload.file.take()) {
             // The upload is lost anyway; a failing close changes nothing.
@@ -80,21 +80,21 @@ impl Files {
         }
     }
 
-    /// Half a file does not stay, to be played some day. By its name it is known while it is open: behind
-    /// that, or on another card, another file may have it.
+    /// Removes half a file, which must not be played some day. The name belongs to the file only while it is
+    /// open: afterwards, or on another card, another file may have it.
     fn discard_upload(&mut self, storage: &mut impl Storage) {
         if let Some(Upload { file: Some(file), path: Some(path), .. }) = self.upload.take()
             && storage.close(file).is_ok()
         {
-            // What cannot be removed now has no better moment.
+            // A file that cannot be removed now has no better moment.
             let _ = storage.remove(&path);
         }
     }
 
-    /// Nobody is at the other end of this session any more: what comes next is not of its file.
+    /// Ends the upload or editing of a session whose peer has gone: later bytes are not of its file.
     pub fn session_ended(&mut self, session: SessionId, storage: &mut impl Storage) {
         if let Some(editing) = self.editing.take_if(|editing| editing.from == session) {
-            // Its answer is nobody's.
+            // Nobody hears the answer of this session.
             let _ = editing.close(storage, Err(StorageError::NotResponding));
         }
         if self.uploads_from(session) {
@@ -102,8 +102,8 @@ impl Files {
         }
     }
 
-    /// If this is the end of the upload, its M29: the file is closed, and on its way to the card. What comes
-    /// of it is for [`upload_ended`](Self::upload_ended).
+    /// Ends the upload if this line is its M29: the file is closed, and on its way to the card. The result is
+    /// for [`upload_ended`](Self::upload_ended).
     pub fn end_upload(&mut self, decoded: &Line<'_>, storage: &mut impl Storage) -> Option<Result<(), NotSaved>> {
         if !ends_upload(decoded) {
             return None;
@@ -119,7 +119,7 @@ impl Files {
         })
     }
 
-    /// Says what became of an upload.
+    /// Prints the result of an upload.
     pub fn upload_ended(&self, saved: Result<(), NotSaved>, reply: &mut Reply<'_>) {
         match saved {
             Ok(()) => reply.say(format_args!("Done saving file.\nok\n")),
@@ -130,12 +130,12 @@ impl Files {
         }
     }
 
-    /// A line of the session that uploads: stored as it is. False when it was not, which has been said; else
-    /// it is still to be answered.
+    /// Stores a line of the uploading session as it is. False when that failed, which has been printed; else
+    /// the line is still to be answered.
     pub fn upload_line(&mut self, line: &[u8], storage: &mut impl Storage, reply: &mut Reply<'_>) -> bool {
         let Some(Upload { file, failed, .. }) = &mut self.upload else { return true };
         let Some(file) = *file else { return true };
-        // Nothing goes behind a line that is lost.
+        // Nothing is written behind a lost line.
         if failed.is_none() {
             *failed = storage.write(file, line).and_then(|()| storage.write(file, b"\n")).err();
         }
@@ -146,7 +146,8 @@ impl Files {
     }
 }
 
-/// M29 and nothing with it: `M117 done, now M29` is text, and `M29 P1` a line of the file.
+/// Returns whether a line is M29 and nothing else: `M117 done, now M29` is text, and `M29 P1` a line of the
+/// file.
 fn ends_upload(line: &Line<'_>) -> bool {
     let Line::Code(blocks) = line else { return false };
     let first = blocks.clone().next().and_then(Result::ok);

@@ -1,7 +1,7 @@
 //! YModem, the receiving end: blocks of 128 or 1,024 bytes with a CRC, several files in one go.
 //!
-//! Source: Chuck Forsberg, "XMODEM/YMODEM Protocol Reference" (1988), chapters 4, 5 and 7. Knows bytes and
-//! time alone; files are its caller's.
+//! Source: Chuck Forsberg, "XMODEM/YMODEM Protocol Reference" (1988), chapters 4, 5 and 7. This module knows
+//! bytes and time alone; files are its caller's.
 
 use heapless::Vec;
 use units::Micros;
@@ -12,33 +12,33 @@ const EOT: u8 = 0x04;
 const ACK: u8 = 0x06;
 const NAK: u8 = 0x15;
 const CAN: u8 = 0x18;
-/// Asks for blocks with a CRC.
+/// Request for blocks with a CRC.
 const CRC: u8 = b'C';
 
-/// Longest block.
+/// Longest block, in bytes.
 pub const BLOCK: usize = 1_024;
-/// A block with its number twice and its CRC.
+/// Length of a block with its number twice and its CRC.
 const FRAME: usize = BLOCK + 4;
-/// How long the sender may be silent.
+/// Longest silence of the sender.
 const PATIENCE: Micros = Micros::from_seconds(1);
-/// How often a block, or the beginning, is asked for.
+/// Greatest number of requests for a block, or for the beginning.
 const MOST_TRIES: u8 = 16;
 
-/// Why a transfer ended before its end, as Smoothieware numbers it.
+/// Reason why a transfer ended before its end, with Smoothieware's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Broken {
-    /// The sender gave it up.
+    /// The sender gave the transfer up.
     Cancelled = -1,
-    /// Nobody sends.
+    /// There is no sender.
     NoSender = -2,
     /// A block came wrong too often, or out of order.
     Retries = -3,
 }
 
-/// What is to be done.
+/// Event for the caller of the receiver.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Event<'r> {
-    /// Nothing yet.
+    /// Nothing to do yet.
     Nothing,
     /// A file begins: its name, and its size where the sender says it. Answer with [`Receiver::accept`].
     Begins(&'r str, Option<u32>),
@@ -48,11 +48,11 @@ pub enum Event<'r> {
     FileEnds,
     /// All files have come.
     Ends,
-    /// It ends here.
+    /// The transfer ends here, broken.
     Breaks(Broken),
 }
 
-/// What is awaited.
+/// Next part of the protocol that is awaited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Awaited {
     /// The block that names a file.
@@ -63,29 +63,29 @@ enum Awaited {
     SecondEnd,
 }
 
-/// The receiving end of a transfer.
+/// Receiving end of a transfer.
 #[derive(Debug)]
 pub struct Receiver {
     awaited: Awaited,
-    /// The number of the next block.
+    /// Number of the next block.
     number: u8,
-    /// The first byte of a frame, which says how long it is.
+    /// First byte of a frame, which says how long it is.
     kind: Option<u8>,
     frame: Vec<u8, FRAME>,
     /// Bytes of the file that are still to come; padding follows them.
     left: Option<u32>,
     tries: u8,
-    /// What was given last is the name of a file.
+    /// Whether the last event was the name of a file.
     names: bool,
-    /// A cancel was heard: a second one counts.
+    /// Whether a cancel was heard: a second one counts.
     cancel: bool,
     due: Micros,
-    /// What is to be sent.
+    /// Bytes to be sent to the sender.
     answer: Vec<u8, 4>,
 }
 
 impl Receiver {
-    /// Asks for the first file when this time has come.
+    /// Makes a receiver that asks for the first file at this time.
     #[must_use]
     pub fn new(begins: Micros) -> Self {
         Self {
@@ -102,17 +102,17 @@ impl Receiver {
         }
     }
 
-    /// What is to be sent now.
+    /// Takes the bytes to be sent now.
     pub fn take_answer(&mut self) -> Vec<u8, 4> {
         core::mem::take(&mut self.answer)
     }
 
     fn say(&mut self, byte: u8) {
-        // Two at most wait.
+        // Never more than two bytes wait, so there is room.
         let _ = self.answer.push(byte);
     }
 
-    /// Time passes without a byte.
+    /// Handles time that passes without a byte.
     pub fn wait(&mut self, now: Micros) -> Event<'_> {
         if now < self.due {
             return Event::Nothing;
@@ -134,14 +134,14 @@ impl Receiver {
         Event::Nothing
     }
 
-    /// Has the sender stop.
+    /// Has the sender stop the transfer.
     pub fn cancel(&mut self) {
         self.answer.clear();
         self.say(CAN);
         self.say(CAN);
     }
 
-    /// Takes a byte.
+    /// Takes a byte of the sender.
     pub fn hear(&mut self, byte: u8, now: Micros) -> Event<'_> {
         let Some(kind) = self.kind else { return self.begin(byte, now) };
         self.due = now.plus(PATIENCE);
@@ -166,7 +166,7 @@ impl Receiver {
             }
             EOT if self.awaited == Awaited::Block => {
                 self.due = now.plus(PATIENCE);
-                // The first one may be noise: a sender says it again.
+                // The first end byte may be noise: a sender repeats it.
                 self.awaited = Awaited::SecondEnd;
                 self.say(NAK);
                 Event::Nothing
@@ -187,7 +187,8 @@ impl Receiver {
                 self.cancel = true;
                 Event::Nothing
             }
-            // Noise between blocks puts nothing off: who asks for the status would hold it for ever.
+            // Noise between blocks does not put off the next request: polling for status would delay it for
+            // ever.
             _ => Event::Nothing,
         }
     }
@@ -211,7 +212,7 @@ impl Receiver {
                 self.left = self.left.map(|left| left - most as u32);
                 Event::Data(self.frame.get(2..2 + most).unwrap_or(&[]))
             }
-            // Our answer was lost, and the block comes again.
+            // The acknowledgement was lost, and the block comes again.
             _ if number == self.number.wrapping_sub(1) => {
                 self.say(ACK);
                 Event::Nothing
@@ -223,7 +224,7 @@ impl Receiver {
         }
     }
 
-    /// The block that names a file; a nameless one ends the transfer.
+    /// Reads the block that names a file; a nameless one ends the transfer.
     fn file_begins(&mut self, length: usize) -> Event<'_> {
         let data = self.frame.get(2..2 + length).unwrap_or(&[]);
         let mut parts = data.split(|byte| *byte == 0);
@@ -241,7 +242,7 @@ impl Receiver {
         Event::Begins(name.unwrap_or(""), self.left)
     }
 
-    /// What was given was taken: the next block may come.
+    /// Confirms the last event: the next block may come.
     pub fn accept(&mut self) {
         self.say(ACK);
         // Behind the name of a file its blocks are asked for.
@@ -252,7 +253,7 @@ impl Receiver {
     }
 }
 
-/// CRC-16 with the polynomial x^16 + x^12 + x^5 + 1, from 0.
+/// Returns the CRC-16 with the polynomial x^16 + x^12 + x^5 + 1, from 0.
 fn crc(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0, |crc, byte| {
         (0..8).fold(crc ^ u16::from(*byte) << 8, |crc, _| if crc & 0x8000 == 0 { crc << 1 } else { crc << 1 ^ 0x1021 })
@@ -265,7 +266,7 @@ mod tests {
 
     const NOW: Micros = Micros(0);
 
-    /// A block as a sender makes it.
+    /// Makes a block as a sender does.
     fn block(number: u8, data: &[u8]) -> std::vec::Vec<u8> {
         let length = if data.len() > 128 { BLOCK } else { 128 };
         let mut padded = data.to_vec();
@@ -276,7 +277,7 @@ mod tests {
         frame
     }
 
-    /// What happens on these bytes, in words, and what is answered.
+    /// Returns the last event of these bytes, in words, and the answer.
     fn heard(receiver: &mut Receiver, bytes: &[u8]) -> (std::string::String, std::vec::Vec<u8>) {
         let mut said = std::string::String::new();
         for byte in bytes {

@@ -1,18 +1,18 @@
-//! The board itself.
+//! Access to the board itself.
 
 use config::{MachineConfig, Pin};
 use units::{Celsius, Ticks, Volts};
 
-/// Why the board could not be wired as the configuration asks. One line, naming pin or setting.
+/// Reason why the board could not be wired as the configuration asks. One line, naming pin or setting.
 pub type WiringError = heapless::String<128>;
 
-/// Why a pin is not to be had: who has it.
+/// Reason why a pin is not available: its user.
 pub type PinTaken = heapless::String<80, u8>;
 
-/// What a firmware says when it ends itself.
+/// Message of a firmware that ends itself.
 pub type LastWords = heapless::String<76, u8>;
 
-/// Why the firmware starts.
+/// Cause of the firmware's start.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Start {
     /// Power came, or somebody asked for a reset.
@@ -21,11 +21,11 @@ pub enum Start {
     Watchdog,
     /// The board's own supply had sagged.
     BrownOut,
-    /// It ended itself: a panic, a fault of the processor, a clock that stopped.
+    /// The firmware ended itself: a panic, a fault of the processor, a clock that stopped.
     Ended(LastWords),
 }
 
-/// What a board says about itself.
+/// Description of a board.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BoardInfo {
     /// Chip name, for `version`.
@@ -34,13 +34,13 @@ pub struct BoardInfo {
     pub board_id: u8,
     /// Core clock in MHz.
     pub core_mhz: u32,
-    /// Firmware version.
+    /// Version of the firmware.
     pub version: &'static str,
-    /// Build date.
+    /// Build date of the firmware.
     pub build_date: &'static str,
-    /// Why it starts.
+    /// Cause of the present start.
     pub start: Start,
-    /// The chip is set to start its second core, which nothing tells what to do.
+    /// Whether the chip is set to start its second core, which nothing tells what to do.
     pub second_core_starts: bool,
 }
 
@@ -51,11 +51,11 @@ pub struct MemoryReport {
     pub static_bytes: u32,
     /// Bytes of the executor's stack never touched since boot, when the board can tell.
     pub stack_unused_bytes: Option<u32>,
-    /// The same of the stack that interrupts nest on.
+    /// Bytes of the interrupts' stack never touched since boot, when the board can tell.
     pub interrupt_stack_unused_bytes: Option<u32>,
 }
 
-/// How well the step interrupt kept the times of steps, since boot.
+/// Punctuality of the step interrupt since boot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StepTimes {
     /// Events played more than 250 ns late.
@@ -63,11 +63,11 @@ pub struct StepTimes {
     /// Late events that had to be delayed further, to more than 10 us: played at once, the motor's driver
     /// would have missed a step.
     pub delayed: u32,
-    /// The worst lateness.
+    /// Worst lateness of a step.
     pub worst: Ticks,
 }
 
-/// The supply voltages the machine decides by; `None` when the reading failed or is not configured.
+/// Supply voltages by which the machine decides; `None` when the reading failed or is not configured.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SupplyVoltages {
     /// Motor supply, after its divider.
@@ -76,50 +76,51 @@ pub struct SupplyVoltages {
     pub fets: Option<Volts>,
 }
 
-/// Pins that nothing uses, for whoever tries out what is wired where.
+/// Access to pins that nothing uses, to find out what is wired where.
 pub trait PinPort {
-    /// Takes a pin, as an input, or as an output with this level; its level in the sense of the pin's `!`.
+    /// Takes a pin, as an input, or as an output with this level; returns its level in the sense of the pin's
+    /// `!`.
     ///
     /// # Errors
-    /// When something has the pin: who.
+    /// When the pin is in use: its user.
     fn borrow_pin(&mut self, pin: Pin, drive: Option<bool>) -> Result<bool, PinTaken>;
 
-    /// Gives it back: it is as after a reset.
+    /// Gives the pin back, in its state after a reset.
     fn return_pin(&mut self, pin: Pin);
 }
 
-/// The board.
+/// Access to the board's parts.
 pub trait Board {
-    /// Binds pins and peripherals as configured. Called once, at the end of boot. Whatever could not be bound
-    /// is reported line by line and left inactive; true when everything was bound.
+    /// Binds pins and peripherals as configured. Called once, at the end of boot. A part that could not be
+    /// bound is reported line by line and left inactive; true when everything was bound.
     fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool;
 
-    /// A named voltage monitor (`vmotor`, `vfet`, `vref`, `vbat` and configured ones); `None` when there is
-    /// none of that name or the reading failed.
+    /// Reads a named voltage monitor (`vmotor`, `vfet`, `vref`, `vbat` and configured ones); `None` when
+    /// there is none of that name or the reading failed.
     fn voltage(&mut self, name: &str) -> Option<Volts>;
 
-    /// The same as of the last time that this was called: for whoever looks every few milliseconds, where a
-    /// board reads its voltages in turns.
+    /// Returns the voltage as of the last call, for callers that look every few milliseconds, where a board
+    /// reads its voltages in turns.
     fn voltage_now(&mut self, name: &str) -> Option<Volts> {
         self.voltage(name)
     }
 
-    /// Temperature of the chip itself.
+    /// Reads the temperature of the chip itself.
     fn chip_celsius(&mut self) -> Option<Celsius>;
 
-    /// Board LED `index` (0 to 3).
+    /// Switches board LED `index` (0 to 3).
     fn set_led(&mut self, index: u8, on: bool);
 
-    /// What the board is.
+    /// Returns the board's description.
     fn board(&self) -> BoardInfo;
 
-    /// Memory use.
+    /// Returns the memory use.
     fn memory(&self) -> MemoryReport;
 
-    /// Whether steps came on time.
+    /// Returns how punctual steps have been.
     fn step_times(&self) -> StepTimes;
 
-    /// The executor still runs. The watchdog is fed only when all reporters do this.
+    /// Notes that the executor still runs. The watchdog is fed only when all reporters do this.
     fn report_alive(&mut self);
 
     /// Stops the core for a debugger. False when none is attached.

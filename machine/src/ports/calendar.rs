@@ -1,10 +1,10 @@
-//! What date it is.
+//! Date and time of day.
 
 use core::fmt;
 
 use super::FileTime;
 
-/// A date and a time of day, of 2000 to 2099.
+/// Date and time of day, from 2000 to 2099.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DateTime {
     /// Year, 2000 to 2099.
@@ -22,10 +22,10 @@ pub struct DateTime {
 }
 
 impl DateTime {
-    /// What a clock that nobody has set begins with.
+    /// Date with which an unset clock begins.
     pub const UNSET: Self = Self { year: 2000, month: 1, day: 1, hour: 0, minute: 0, second: 0 };
 
-    /// Reads `YYMMDDhhmmss`; `None` when it is no date of the calendar.
+    /// Parses `YYMMDDhhmmss`; `None` when it is no date of the calendar.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         if text.len() != 12 || !text.bytes().all(|byte| byte.is_ascii_digit()) {
@@ -57,7 +57,7 @@ impl DateTime {
             && self.second < 60
     }
 
-    /// What a file written now is dated. A clock that nobody has set says nothing about today.
+    /// Returns the date of a file written now. An unset clock says nothing about today.
     #[must_use]
     pub const fn for_files(self) -> FileTime {
         let Self { year, month, day, hour, minute, .. } = self;
@@ -65,7 +65,7 @@ impl DateTime {
     }
 }
 
-/// `2026-01-02 03:04:05`
+/// Format `2026-01-02 03:04:05`.
 impl fmt::Display for DateTime {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { year, month, day, hour, minute, second } = self;
@@ -73,12 +73,12 @@ impl fmt::Display for DateTime {
     }
 }
 
-/// The clock that keeps the date.
+/// Access to the clock that keeps the date.
 pub trait Calendar {
-    /// The date now, from [`DateTime::UNSET`] on until somebody sets it.
+    /// Returns the date, from [`DateTime::UNSET`] on until somebody sets it.
     fn date(&self) -> DateTime;
 
-    /// Sets it. False when the clock does not run.
+    /// Sets the date. False when the clock does not run.
     fn set_date(&mut self, date: DateTime) -> bool;
 }
 

@@ -1,38 +1,38 @@
-//! Transports of sessions: serial lines, USB, network, memory. To add one, implement its three things: bytes
-//! in, bytes out, and who it is.
+//! Transports of sessions: serial lines, USB, network, memory. A new transport has to implement three things:
+//! bytes in, bytes out, and the profile of its peer.
 
 use program::Dialect;
 
 use crate::sessions::{Inbox, Rights, SessionId};
 
-/// What kind of transport a session has, as far as somebody wants to know.
+/// Kind of a session's transport.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConsoleKind {
-    /// A UART.
+    /// A serial line (UART).
     Serial,
     /// A USB serial port.
     Usb,
-    /// Telnet or WebSocket.
+    /// A Telnet or WebSocket connection.
     Network,
-    /// RTT, or a test.
+    /// RTT, or a test's memory.
     Memory,
 }
 
-/// Who is at the other end of a transport.
+/// Profile of the peer at the other end of a transport.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SessionProfile {
-    /// What kind of transport it is.
+    /// Kind of the transport.
     pub kind: ConsoleKind,
-    /// What it may do.
+    /// Rights of the session.
     pub rights: Rights,
-    /// A dialect of its own; else that of the configuration.
+    /// Dialect of the session; none: the configuration's.
     pub dialect: Option<Dialect>,
-    /// What whoever comes is told first.
+    /// Text sent first to a peer that connects.
     pub greeting: &'static str,
 }
 
 impl SessionProfile {
-    /// A serial line: may do everything, in the configuration's dialect, and nobody comes or goes.
+    /// Profile of a serial line: all rights, the configuration's dialect, and no connecting or leaving.
     pub const SERIAL: Self = Self {
         kind: ConsoleKind::Serial,
         rights: Rights::Operate,
@@ -41,15 +41,15 @@ impl SessionProfile {
     };
 }
 
-/// The sessions of a board.
+/// Access to the sessions of a board.
 pub trait Consoles {
-    /// How many there are. Ids run from 0; 0 is the debug UART.
+    /// Returns the number of sessions. Ids run from 0; 0 is the debug UART.
     fn sessions(&self) -> u8;
 
-    /// Bytes that arrived, who came and went.
+    /// Returns the inbox of a session: bytes that arrived, and peers that came and went.
     fn inbox(&self, session: SessionId) -> &Inbox;
 
-    /// Who is at the other end.
+    /// Returns the profile of the session's peer.
     fn profile(&self, session: SessionId) -> SessionProfile;
 
     /// Sends bytes; returns how many were taken. Takes none while the transport's buffer is full. A session

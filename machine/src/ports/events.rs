@@ -1,9 +1,9 @@
-//! Where what happens is kept.
+//! Access to the log of events.
 
 use events::EventRing;
 
-/// The ring of events, which survives a reset.
+/// Ring of events, which survives a reset.
 pub trait EventLog {
-    /// The ring. Whoever has it may write: nothing in it decides anything.
+    /// Returns the ring. Every holder may write: nothing in it decides anything.
     fn events(&self) -> EventRing<'_>;
 }

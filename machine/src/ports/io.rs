@@ -1,28 +1,29 @@
-//! The bits of inputs and outputs. Numbers, not names: the board binds each to a pin once, at boot.
+//! Bits of inputs and outputs. Numbers, not names: the board binds each to a pin once, at boot.
 
 use units::Micros;
 
-/// Most temperature controllers.
+/// Greatest number of temperature controllers.
 pub const MAX_HEATERS: usize = config::MAX_TEMPERATURES;
-/// Most switches.
+/// Greatest number of switches.
 pub const MAX_SWITCHES: usize = config::MAX_SWITCHES;
 
 const _: () = assert!(MAX_HEATERS <= 8 && MAX_SWITCHES <= 16, "outputs must fit the level word");
 const _: () = assert!(config::MAX_ENDSTOPS <= 12, "endstops must fit below the switches in the input word");
 
-/// The bit of a heater output, by its place in the configuration's list of temperature controllers.
+/// Returns the bit of a heater output, by its place in the configuration's list of temperature controllers.
 #[must_use]
 pub const fn heater_bit(index: usize) -> u32 {
     1 << index
 }
 
-/// The bit of a switch output (digital or sigma-delta), by its place in the configuration's list of switches.
+/// Returns the bit of a switch output (digital or sigma-delta), by its place in the configuration's list of
+/// switches.
 #[must_use]
 pub const fn switch_bit(index: usize) -> u32 {
     1 << (8 + index)
 }
 
-/// What the heat task drives at each modulation tick.
+/// Levels of the outputs at a modulation tick of the heat task.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OutputLevels {
     /// Logical level of each output, see [`heater_bit`] and [`switch_bit`]. Inversion is the pin's affair.
@@ -31,7 +32,7 @@ pub struct OutputLevels {
     pub fets_enabled: bool,
 }
 
-/// One reading of a temperature sensor, raw.
+/// Raw reading of a temperature sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SensorReading {
     /// No reading yet, or the sensor does not answer.
@@ -41,42 +42,42 @@ pub enum SensorReading {
     Counts(u16),
     /// A sensor that reports degrees, in thousandths of one.
     MilliDegrees(i32),
-    /// Why the chip of a sensor gives no temperature, in words that say what to check.
+    /// Fault of a sensor's chip that gives no temperature, in words that say what to check.
     Fault(&'static str),
 }
 
-/// A reading that was taken elsewhere than in the heat task.
+/// Reading with the time at which it was taken, elsewhere than in the heat task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DatedReading {
-    /// What was read.
+    /// Raw reading of the sensor.
     pub reading: SensorReading,
-    /// When.
+    /// Time of the reading.
     pub taken: Micros,
-    /// For how long it counts.
+    /// Time for which the reading counts.
     pub lasts: Micros,
 }
 
 impl DatedReading {
-    /// The reading, as long as it counts: then it is missing, so that nothing heats by what once was.
+    /// Returns the reading, as long as it counts: then it is missing, so that nothing heats by what once was.
     #[must_use]
     pub fn at(&self, now: Micros) -> SensorReading {
         if now.since(self.taken) <= self.lasts { self.reading } else { SensorReading::Missing }
     }
 }
 
-/// The latest reading of each temperature controller, in the configuration's order.
+/// Latest reading of each temperature controller, in the configuration's order.
 pub type SensorReadings = [SensorReading; MAX_HEATERS];
 
-/// An input the machine knows.
+/// Input that the machine knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
     /// Endstop, by its place in the configuration's list.
     Endstop(u8),
     /// The probe's contact closes.
     Probe,
-    /// The same contact opens. For the trigger latch alone, whose inputs fire when they become active.
+    /// The probe's contact opens. For the trigger latch alone, whose inputs fire when they become active.
     ProbeOpen,
-    /// The kill button.
+    /// The kill button is pressed.
     Kill,
     /// Input switch, by its place in the configuration's list of switches.
     Switch(u8),
@@ -84,19 +85,19 @@ pub enum Input {
     Filament,
     /// The wheel that filament turns.
     FilamentWheel,
-    /// The probe is out.
+    /// The probe is deployed.
     ProbeDeployed,
     /// A button of the button box, by its place in the configuration's list.
     Button(u8),
     /// The safety door is open.
     Door,
-    /// The on-board driver of the motor with this number says that it stalls.
+    /// The on-board driver of the motor with this number reports a stall.
     Stall(u8),
 }
 
 impl Input {
-    /// Its place in [`InputLevels`]; of those that stop motion, below 32, also its number at the trigger
-    /// latch.
+    /// Returns the input's place in [`InputLevels`]; for inputs that stop motion, below 32, also the number
+    /// at the trigger latch.
     #[must_use]
     pub const fn number(self) -> u8 {
         match self {
@@ -114,7 +115,7 @@ impl Input {
         }
     }
 
-    /// Its bit in the trigger latch's masks; 0 for one that never stops motion.
+    /// Returns the input's bit in the trigger latch's masks; 0 for one that never stops motion.
     #[must_use]
     pub const fn bit(self) -> u32 {
         match 1_u32.checked_shl(self.number() as u32) {
@@ -129,25 +130,25 @@ impl Input {
 pub struct InputLevels(u64);
 
 impl InputLevels {
-    /// The same, and this input is triggered as well.
+    /// Returns the same levels with this input triggered as well.
     #[must_use]
     pub const fn with(self, input: Input) -> Self {
         self.with_number(input.number())
     }
 
-    /// The same by the input's number.
+    /// Returns the same levels with the input of this number triggered as well.
     #[must_use]
     pub const fn with_number(self, number: u8) -> Self {
         Self(self.0 | 1 << (number & 63))
     }
 
-    /// Those that can stop motion, as in the trigger latch's masks.
+    /// Returns the levels of the inputs that can stop motion, as in the trigger latch's masks.
     #[must_use]
     pub const fn mask(self) -> u32 {
         self.0 as u32
     }
 
-    /// Is this input triggered?
+    /// Returns whether an input is triggered.
     #[must_use]
     pub const fn is_active(self, input: Input) -> bool {
         self.0 & 1 << input.number() != 0

@@ -1,24 +1,24 @@
 //! Files, as the machine needs them. Paths are absolute (`/sd/config.ini`) and at most [`PATH_BYTES`] long.
 
-/// Longest path: as long as the longest line.
+/// Longest path, bytes: as long as the longest line.
 pub const PATH_BYTES: usize = 256;
-/// Longest name in a directory: FAT allows 255 UTF-16 units, each at most three bytes of UTF-8.
+/// Longest name in a directory, bytes: FAT allows 255 UTF-16 units, each at most three bytes of UTF-8.
 pub const NAME_BYTES: usize = 765;
-/// How many directory entries one [`Storage::list`] call returns. Each takes 800 bytes.
+/// Greatest number of directory entries that one [`Storage::list`] call returns. Each takes 800 bytes.
 pub const LIST_CHUNK: usize = 4;
 
-/// An open file. The board decides how many can be open at once; five suffice for this crate, and four more
-/// that are open beside ([`OpenMode::Beside`]).
+/// Handle of an open file. The board decides how many can be open at once; five suffice for this crate, and
+/// four more that are open beside ([`OpenMode::Beside`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FileHandle(pub u8);
 
-/// How to open a file.
+/// Mode of opening a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OpenMode {
     /// The file must exist; from its start.
     Read,
-    /// As `Read`, beside whoever else has it open, and in nobody's way: who changes the file closes it, and
-    /// it is not found from then on.
+    /// As `Read`, beside other users of the file, and in nobody's way: a change of the file closes it, and it
+    /// is not found from then on.
     Beside,
     /// Created when missing, emptied when not.
     Write,
@@ -26,7 +26,7 @@ pub enum OpenMode {
     Append,
 }
 
-/// Why storage refused.
+/// Reason why storage refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StorageError {
     /// No card, or none that answers to identification.
@@ -35,27 +35,27 @@ pub enum StorageError {
     NoFileSystem,
     /// The volume claims blocks that its partition, or the card, does not have.
     LargerThanCard,
-    /// It has FAT12, as cards of a few megabytes have.
+    /// The card has FAT12, as cards of a few megabytes have.
     Fat12,
-    /// It has NTFS.
+    /// The card has NTFS.
     Ntfs,
-    /// It has exFAT, which is only read.
+    /// The card has exFAT, which is only read.
     Exfat,
-    /// It has exFAT in a form that is not read.
+    /// The card has exFAT in a form that is not read.
     OddExfat,
-    /// It is a MultiMediaCard, or works by rules that the board does not offer.
+    /// The card is a MultiMediaCard, or works by rules that the board does not offer.
     WrongCard,
-    /// It is locked with a password.
+    /// The card is locked with a password.
     Locked,
-    /// It takes no writes: its switch, or it itself, has protected it for good.
+    /// The card takes no writes: its switch, or the card itself, has protected it for good.
     Protected,
-    /// What is written reads back as something else: it claims more than it has, or is worn out.
+    /// Written data reads back as something else: the card claims more than it has, or is worn out.
     NotKept,
-    /// It cannot read one of its blocks.
+    /// The card cannot read one of its blocks.
     Unreadable,
-    /// A write has failed, and what was written behind it is lost.
+    /// A write has failed, and later writes are lost.
     WriteFailed,
-    /// A computer has it, over USB.
+    /// A computer has the card, over USB.
     Lent,
     /// The card stopped answering.
     NotResponding,
@@ -79,14 +79,14 @@ pub enum StorageError {
     Damaged,
     /// More files are open than the board allows.
     TooManyOpen,
-    /// This storage cannot do that.
+    /// The storage does not support the operation.
     Unsupported,
     /// The card reports a read or write error.
     Device,
 }
 
 impl StorageError {
-    /// A sentence for a person.
+    /// Returns a sentence for a person.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -131,63 +131,63 @@ impl StorageError {
     }
 }
 
-/// What a card is, and what it has done since power-on.
+/// Data of a card, and its statistics since power-on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CardFacts {
-    /// SDSC, SDHC or SDXC.
+    /// Type: SDSC, SDHC or SDXC.
     pub kind: &'static str,
-    /// Its product name.
+    /// Product name of the card.
     pub name: [u8; 5],
-    /// Its maker's number.
+    /// Number of the card's maker.
     pub maker: u8,
     /// Blocks of 512 bytes.
     pub blocks: u32,
-    /// The clock of its bus, kHz.
+    /// Clock of the card's bus, kHz.
     pub bus_khz: u32,
-    /// It takes no writes.
+    /// Whether the card takes no writes.
     pub is_protected: bool,
-    /// Blocks read.
+    /// Number of blocks read.
     pub reads: u32,
-    /// Blocks written.
+    /// Number of blocks written.
     pub writes: u32,
     /// Transfers that were tried again.
     pub repeated: u32,
-    /// Of these, because something arrived damaged.
+    /// Repeated transfers because something arrived damaged.
     pub damaged: u32,
-    /// The longest transfer that was read, us.
+    /// Longest reading transfer, us.
     pub slowest_read_us: u32,
-    /// The longest that was written, us.
+    /// Longest writing transfer, us.
     pub slowest_write_us: u32,
 }
 
-/// What is free, while it is counted.
+/// Count of the free space, in progress.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FreeSpace {
-    /// Where the count goes on.
+    /// Place where the count goes on.
     pub next: u32,
-    /// Bytes that are free, as far as it was counted.
+    /// Free bytes counted so far.
     pub bytes: u64,
     /// Bytes that files can have altogether.
     pub total_bytes: u64,
 }
 
-/// What has happened to the card by itself.
+/// Event of the card by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CardEvent {
-    /// One was put in, and is not mounted.
+    /// A card was put in, and is not mounted.
     Inserted,
-    /// It was taken out, or has failed altogether.
+    /// The card was taken out, or has failed altogether.
     Removed {
-        /// With something that was to be written.
+        /// Whether unwritten data is lost with it.
         loses: bool,
     },
-    /// A write has failed for good, and those behind it are lost.
+    /// A write has failed for good, and later writes are lost.
     WriteFailed(StorageError),
-    /// Much arrived damaged, so its bus is slower from now on, kHz.
+    /// Much arrived damaged, so the card's bus is slower from now on, kHz.
     Slower(u32),
 }
 
-/// What a file is marked with.
+/// Attributes of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FileAttributes {
     /// Not to be written or removed.
@@ -200,7 +200,7 @@ pub struct FileAttributes {
     pub archive: bool,
 }
 
-/// When a file was written, by the clock of whoever wrote it.
+/// Time at which a file was written, by the writer's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FileTime {
     /// Year, 1980 to 2107.
@@ -216,36 +216,37 @@ pub struct FileTime {
 }
 
 impl FileTime {
-    /// What files written here are dated, as the board keeps no time while it is off (the coin cell is not
-    /// fitted).
+    /// Date of files written here without a clock, as the board keeps no time while it is off (the coin cell
+    /// is not fitted).
     pub const NO_CLOCK: Self = Self { year: 2021, month: 5, day: 18, hour: 18, minute: 20 };
 }
 
-/// One entry of a directory.
+/// Entry of a directory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DirectoryEntry {
-    /// Its long name, or the short one if it has no other.
+    /// Long name, or the short one if there is no other.
     pub name: heapless::String<NAME_BYTES>,
     /// Size in bytes; 0 for a directory.
     pub size_bytes: u32,
-    /// Is it a directory?
+    /// Whether the entry is a directory.
     pub is_directory: bool,
-    /// What it is marked with.
+    /// Attributes of the entry.
     pub attributes: FileAttributes,
-    /// When it was written last.
+    /// Time of the last write.
     pub written: FileTime,
 }
 
-/// A file system. Names are the same without regard to case, and keep the case they were made with. A file is
-/// open once at a time, and beside ([`OpenMode::Beside`]) as often as there is room.
+/// Access to a file system. Names are the same without regard to case, and keep the case they were made with.
+/// A file is open once at a time, and beside ([`OpenMode::Beside`]) as often as there is room.
 pub trait Storage {
     /// Finds the card and its file system. Called at boot; may be called again after a card change.
     fn mount(&mut self) -> Result<(), StorageError>;
 
-    /// The card is gone: what was open on it is nowhere, and nothing of it goes to the next card.
+    /// Forgets the card, which is gone: files that were open on it are nowhere, and nothing of it goes to the
+    /// next card.
     fn forget_card(&mut self) {}
 
-    /// Opens a file.
+    /// Opens a file or creates it.
     fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError>;
 
     /// Reads on from the present offset; 0 is the end of the file.
@@ -257,10 +258,10 @@ pub trait Storage {
     /// Moves the offset, counted from the start.
     fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError>;
 
-    /// Size of an open file in bytes.
+    /// Returns the size of an open file in bytes.
     fn size(&mut self, file: FileHandle) -> Result<u32, StorageError>;
 
-    /// Closes a file. What was written is on its way to the card: see [`is_kept`](Self::is_kept).
+    /// Closes a file. Written data is on its way to the card: see [`is_kept`](Self::is_kept).
     fn close(&mut self, file: FileHandle) -> Result<(), StorageError>;
 
     /// Reads up to [`LIST_CHUNK`] entries of a directory, skipping the first `skip`; an empty answer is the
@@ -275,52 +276,52 @@ pub trait Storage {
     /// Removes a file or an empty directory.
     fn remove(&mut self, path: &str) -> Result<(), StorageError>;
 
-    /// Makes a directory.
+    /// Makes a new directory.
     fn make_directory(&mut self, path: &str) -> Result<(), StorageError>;
 
     /// Renames or moves a file or directory that is not open; nothing may have the new name. After a power
     /// cut, once mounted again, it has one of both names.
     fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError>;
 
-    /// This file is played from where it is: it is read ahead, so that a card that stalls holds nobody up.
-    /// One at a time; another one instead of the one before.
+    /// Has a file that is being played read ahead from its offset, so that a card that stalls holds nobody
+    /// up. For one file at a time; another one takes its place.
     fn read_ahead(&mut self, _file: FileHandle) {}
 
-    /// Whether reading on in a file takes no waiting for the card. What is missing is asked for.
+    /// Returns whether reading on in a file takes no waiting for the card. Missing blocks are asked for.
     fn is_at_hand(&mut self, _file: FileHandle) -> bool {
         true
     }
 
-    /// Whether the card is at rest, and takes as many blocks as most changes write without making anybody
-    /// wait. It is kept so for a moment: who asks goes ahead, or asks again.
+    /// Returns whether the card is at rest, and takes as many blocks as most changes write without making
+    /// anybody wait. The card is kept so for a moment: the caller goes ahead, or asks again.
     fn is_ready(&mut self) -> bool {
         true
     }
 
-    /// Whether all that was written is on the card.
+    /// Returns whether all that was written is on the card.
     ///
     /// # Errors
-    /// Why something is not; until the next change begins.
+    /// The error of a failed write, until the next change begins.
     fn is_kept(&mut self) -> Result<bool, StorageError> {
         Ok(true)
     }
 
-    /// What the card is; none without one, or where nothing is known of it.
+    /// Returns data of the card; none without one, or where nothing is known of it.
     fn card_facts(&mut self) -> Option<CardFacts> {
         None
     }
 
-    /// Counts on what is free, for some milliseconds at most; true when all of it is counted.
+    /// Counts free space for some milliseconds at most; true when all of it is counted.
     fn count_free(&mut self, _free: &mut FreeSpace) -> Result<bool, StorageError> {
         Err(StorageError::Unsupported)
     }
 
-    /// What has happened to the card and nobody has heard of.
+    /// Takes the next event of the card.
     fn take_event(&mut self) -> Option<CardEvent> {
         None
     }
 
-    /// Between the steps of a change that takes several, each some block writes of up to a quarter of a
-    /// second: whoever makes it is alive. A board tells its watchdog.
+    /// Reports life between the steps of a change that takes several, each some block writes of up to a
+    /// quarter of a second. A board tells its watchdog.
     fn between_steps(&mut self) {}
 }

@@ -1,40 +1,40 @@
-//! The USB socket.
+//! Access to the USB socket.
 
 use config::SystemConfig;
 
 use super::StorageError;
 
-/// How the card stands with the computer at the USB socket.
+/// Ownership of the card between the machine and the computer at the USB socket.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Disk {
-    /// The machine has it.
+    /// The machine has the card.
     #[default]
     Kept,
-    /// The computer has it, as a disk.
+    /// The computer has the card, as a disk.
     Lent,
-    /// It has ended that: the card is to be [taken back](Usb::take_card_back).
+    /// The computer has ended its use: the card is to be [taken back](Usb::take_card_back).
     GivenBack,
-    /// It has gone without a word, with the card.
+    /// The computer has gone without a word, with the card.
     Gone,
 }
 
-/// Why a computer cannot have the card.
+/// Reason why a computer cannot have the card.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotLent {
-    /// There is none, or it sleeps.
+    /// There is no computer, or it sleeps.
     NoComputer,
     /// The card's own reason: there is none, or files are open.
     Storage(StorageError),
 }
 
-/// What the machine has to do with the computer at its USB socket, beside the sessions that it has there. A
-/// board without a socket leaves all of it out.
+/// Access to the computer at the USB socket, beside its sessions. A board without a socket leaves all of it
+/// out.
 pub trait Usb {
-    /// Shows the board to a computer, as what its settings allow. Once, when the configuration has been read,
-    /// whatever has become of it.
+    /// Shows the board to a computer, as its settings allow. Called once, when the configuration has been
+    /// read, valid or not.
     ///
     /// # Errors
-    /// The socket does not work: what is wrong, and what to do.
+    /// When the socket does not work: what is wrong, and what to do.
     fn connect(&mut self, _system: &SystemConfig) -> Result<(), &'static str> {
         Ok(())
     }
@@ -43,22 +43,23 @@ pub trait Usb {
     /// False while something waits to be written: ask again.
     ///
     /// # Errors
-    /// [`NotLent`].
+    /// [`NotLent`] with the reason.
     fn lend_card(&mut self) -> Result<bool, NotLent> {
         Err(NotLent::NoComputer)
     }
 
-    /// Who has the card.
+    /// Returns the ownership of the card.
     fn disk(&mut self) -> Disk {
         Disk::Kept
     }
 
-    /// The computer's disk is empty from now on. [`Self::disk`] says so when nothing is under way any more.
+    /// Makes the computer's disk empty from now on. [`Self::disk`] shows it when nothing is under way any
+    /// more.
     fn revoke_card(&mut self) {}
 
-    /// The card is the machine's again, and not mounted.
+    /// Takes the card back; it is not mounted.
     fn take_card_back(&mut self) {}
 
-    /// The lamp that says who has the card.
+    /// Switches the lamp that shows the card's ownership.
     fn set_disk_lamp(&mut self, _on: bool) {}
 }

@@ -11,12 +11,12 @@ const DRAFT_FILE: &str = "/sd/draft-settings of a machine.ini";
 const NEW_FILE: &str = "/sd/new-settings of a machine.ini";
 const PREVIOUS_FILE: &str = "/sd/previous-settings of a machine.ini";
 
-/// Files in memory. Every change of the card costs a write; after the last one nothing reaches the card any
-/// more.
+/// Card with files in memory. Every change of the card costs a write; after the last one nothing reaches the
+/// card any more.
 #[derive(Clone, Default)]
 struct Card {
     read_only: Option<&'static str>,
-    /// Whoever gets this name is refused.
+    /// Name that cannot be given to a file.
     no_room_for: Option<&'static str>,
     files: BTreeMap<Text, List<u8>>,
     open: List<Option<(Text, usize)>>,
@@ -38,7 +38,7 @@ impl Card {
         self.open.get_mut(usize::from(file.0)).and_then(Option::as_mut).ok_or(StorageError::NotFound)
     }
 
-    /// Switched on again.
+    /// Returns the card after a restart.
     fn rebooted(&self) -> Self {
         Self { files: self.files.clone(), ..Self::default() }
     }
@@ -67,7 +67,7 @@ impl Storage for Card {
     fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
         let (path, at) = self.place(file)?.clone();
         let content = self.files.get(&path).ok_or(StorageError::NotFound)?;
-        // As a card does: never more than to the end of a block.
+        // A read never goes beyond the end of a block, as on a card.
         let count = buffer.len().min(content.len() - at).min(BLOCK - at % BLOCK);
         buffer[..count].copy_from_slice(&content[at..at + count]);
         self.place(file)?.1 += count;
@@ -148,7 +148,7 @@ fn content(seed: u8, length: usize) -> List<u8> {
     (0..length).map(|i| seed.wrapping_mul(31).wrapping_add(i as u8)).collect()
 }
 
-/// A card with these files.
+/// Makes a card with these files.
 fn card<const N: usize>(files: [(&str, &[u8]); N]) -> Card {
     Card { files: files.map(|(name, content)| (name.to_string(), content.to_vec())).into(), ..Card::default() }
 }
