@@ -1,66 +1,66 @@
-//! Makes GRBL's lines of whatever the machine says, so that a sender can count: each of its lines is answered
-//! by exactly one `ok` or `error:N`, and everything else is a message that it may show or pass over.
+//! Makes GRBL's lines of the machine's texts, so that a sender can count: each of its lines is answered by
+//! exactly one `ok` or `error:N`, and everything else is a message that it may show or pass over.
 //!
-//! What has GRBL's form (`<...>`, `[...]`, `$...`, `>...`, the banner) stays; `ok` and `error:` stay where an
+//! Text in GRBL's form (`<...>`, `[...]`, `$...`, `>...`, the banner) stays; `ok` and `error:` stay where an
 //! answer is owed. Any other line becomes `[MSG:...]`.
 
 use core::fmt::{self, Write};
 
 use super::numbers::Error;
 
-/// What a session of this dialect is told first, and after each reset: senders wait for it.
+/// First text of a session of this dialect, also after each reset: senders wait for it.
 pub const BANNER: &str = "Grbl 1.1f ['$' for help]\n";
-/// What follows it while the machine is halted.
+/// Text behind the banner while the machine is halted.
 pub const LOCKED: &str = "[MSG:'$H'|'$X' to unlock]\n";
 
-/// Where in a line the last piece ended.
+/// Place in a line at which the last piece ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Place {
     #[default]
     LineStart,
-    /// In one that stays as it is.
+    /// In a line that stays as it is.
     AsItIs,
-    /// In a message.
+    /// In a message for the user.
     Message,
-    /// In one that began with `ok`: its end answers.
+    /// In a line that began with `ok`: its end answers.
     Remark,
-    /// In one that began with `error:`.
+    /// In a line that began with `error:`.
     Refusal,
-    /// In `ok`.
+    /// In the answer `ok`.
     Ok,
 }
 
-/// What is kept of a session between two pieces of text.
+/// State of a session's output between two pieces of text.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Framing {
     place: Place,
-    /// A line has been taken and is not answered.
+    /// Whether a line has been taken and is not answered.
     owes: bool,
 }
 
 impl Framing {
-    /// No line is owed an answer.
+    /// Starts with no answer owed.
     #[must_use]
     pub const fn new() -> Self {
         Self { place: Place::LineStart, owes: false }
     }
 
-    /// A line has been taken: it is owed one answer.
+    /// Notes that a line has been taken, which is owed one answer.
     pub const fn owe(&mut self) {
         self.owes = true;
     }
 
-    /// Nothing is owed any more: the sender has been told to begin anew.
+    /// Drops the owed answer: the sender has been told to begin anew.
     pub const fn forgive(&mut self) {
         self.owes = false;
     }
 
-    /// The line has come to its end: if nothing has answered it, `ok` does.
+    /// Answers the line with `ok` at its end, if nothing has answered it.
     pub fn settle(&mut self, out: &mut impl Write) -> fmt::Result {
         if core::mem::take(&mut self.owes) { out.write_str("ok\n") } else { Ok(()) }
     }
 
-    /// Refuses the line: why, and the number.
+    /// Refuses the line, with the reason and the number.
     pub fn refuse(&mut self, error: Error, why: fmt::Arguments<'_>, out: &mut impl Write) -> fmt::Result {
         writeln!(out, "[MSG:{why}]")?;
         if core::mem::take(&mut self.owes) { writeln!(out, "error:{}", error.number()) } else { Ok(()) }
@@ -81,7 +81,7 @@ impl Framing {
         Ok(())
     }
 
-    /// Finds out what a line is by its beginning; what of it is still to be written.
+    /// Finds out the kind of a line by its beginning; returns the part that is still to be written.
     fn begin<'t>(&mut self, words: &'t str, out: &mut impl Write) -> Result<&'t str, fmt::Error> {
         let (place, rest) = if words == "ok" {
             (Place::Ok, "")
@@ -120,7 +120,7 @@ impl Framing {
     }
 }
 
-/// Whether a line that begins like this has a form of GRBL's own.
+/// Returns whether a line that begins like this has a form of GRBL's own.
 fn is_grbls(words: &str) -> bool {
     let is_alarm = words.strip_prefix("ALARM:").is_some_and(|rest| !rest.starts_with(' '));
     words.is_empty()
@@ -171,8 +171,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is said, in whatever pieces: one answer, and nothing else that a sender could take for
-        /// one.
+        /// Any text in any pieces gives one answer, and nothing else that a sender could take for one.
         #[test]
         fn one_answer_a_line(
             pieces in proptest::collection::vec("(ok|error:|ok |// |\\[|a|\n){0,4}", 0..12), settles: bool,

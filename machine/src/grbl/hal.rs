@@ -1,6 +1,6 @@
-//! What grblHAL says beyond GRBL 1.1, for senders that look for it (`[general] grblhal`): fields of the
-//! status report, what `$I` says there is, and the lists of errors, alarms and settings. Facts: the reports
-//! of grblHAL (github.com/grblHAL/core, `report.c`) and what gSender and ioSender read of them.
+//! Reports of grblHAL beyond GRBL 1.1, for senders that look for them (`[general] grblhal`): fields of the
+//! status report, the options in `$I`, and the lists of errors, alarms and settings. Facts: the reports of
+//! grblHAL (github.com/grblHAL/core, `report.c`) and what gSender and ioSender read of them.
 
 use config::MachineConfig;
 use program::{Interpreter, write_system_name};
@@ -12,13 +12,13 @@ use super::told::{Extra, Told};
 use crate::reports::{Line, add, free_axes};
 use crate::sessions::{Enumeration, INBOX_BYTES, Reply};
 
-/// What a session is told first.
+/// First text of a session.
 pub(crate) const BANNER: &str = "GrblHAL 1.1f ['$' for help]\n";
 
-/// Part of a job that has been done: percent, and the name of its file.
+/// Progress of a job: percent done, and the name of its file.
 pub(crate) type Share<'m> = (u8, &'m str);
 
-/// What is told of a program and a machine.
+/// Returns the state of program and machine that grblHAL reports.
 pub(crate) fn extra(program: &Interpreter, homed: AxisSet) -> Extra {
     let axes = (0..).zip(Axis::PRIMARY).filter(|(_, axis)| homed.has(*axis));
     Extra {
@@ -28,13 +28,13 @@ pub(crate) fn extra(program: &Interpreter, homed: AxisSet) -> Extra {
     }
 }
 
-/// Adds the fields to a report: those that have changed, or all of them. `can_home`: axes that are homed
-/// before the machine counts as homed.
+/// Adds grblHAL's fields to a report: those that have changed, or all of them. `can_home`: axes that are
+/// homed before the machine counts as homed.
 pub(crate) fn add_fields(line: &mut Line, now: Extra, can_home: AxisSet, job: Option<Share<'_>>, told: &mut Told) {
     let before = told.extra.filter(|_| !told.wants_all);
     if before.map(|extra| extra.system) != Some(now.system) {
         add!(*line, "|WCS:");
-        // A line takes whatever is written.
+        // A line takes any text, cut to fit, so errors are ignored.
         let _ = write_system_name(line, now.system);
     }
     if before.map(|extra| extra.homed) != Some(now.homed) && can_home != AxisSet::NONE {
@@ -54,7 +54,7 @@ pub(crate) fn add_fields(line: &mut Line, now: Extra, can_home: AxisSet, job: Op
     (told.extra, told.wants_all) = (Some(now), false);
 }
 
-/// `$I+`, and what `$I` says besides: axes, what there is beyond GRBL.
+/// Prints the part of `$I+` that `$I` also has: axes, and options beyond GRBL.
 pub(crate) fn build(config: &MachineConfig, program: &Interpreter, queue: usize, reply: &mut Reply<'_>) {
     let axes = || Axis::PRIMARY.into_iter().chain(free_axes(config, program.tools()));
     let (count, room) = (axes().count(), INBOX_BYTES - 1);
@@ -63,14 +63,14 @@ pub(crate) fn build(config: &MachineConfig, program: &Interpreter, queue: usize,
     reply.say(format_args!("]\n[NEWOPT:ENUMS,HOME,EXPR,TC,SD]\n"));
 }
 
-/// The rest of `$I+`.
+/// Prints the rest of `$I+`.
 pub(crate) fn firmware(version: &str, reply: &mut Reply<'_>) {
     reply.say(format_args!(
         "[FIRMWARE:grblHAL]\n[DRIVER:Velvet]\n[DRIVER VERSION:{version}]\n[BOARD:Smoothieboard Prime]\n"
     ));
 }
 
-/// The list that is asked for by what follows the `$`.
+/// Returns the list of a name behind the `$`.
 #[must_use]
 pub(crate) fn list_named(name: &str) -> Option<Enumeration> {
     Some(match name {
@@ -82,7 +82,7 @@ pub(crate) fn list_named(name: &str) -> Option<Enumeration> {
     })
 }
 
-/// Says one line of a list, counted from 0. False when there is none.
+/// Prints one line of a list, counted from 0. False when there is none.
 pub(crate) fn list_line(list: Enumeration, line: usize, reply: &mut Reply<'_>) -> bool {
     match list {
         Enumeration::Alarms => Alarm::ALL.get(line).is_some_and(|(alarm, text)| {

@@ -1,5 +1,5 @@
-//! `$J=`: a jog as GRBL 1.1 has it (Grbl v1.1 Jogging): one straight move with its own units and distance
-//! mode, which changes nothing of the program's.
+//! `$J=`: a jog of GRBL 1.1 (Grbl v1.1 Jogging): one straight move with its own units and distance mode,
+//! which changes nothing of the program's.
 
 use gcode::Blocks;
 use program::{Modal, State};
@@ -14,16 +14,16 @@ use crate::safety::Event;
 /// Millimetres in an inch.
 const MM_PER_INCH: f64 = 25.4;
 
-/// A jog as asked for.
+/// Parsed request for a jog.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jog {
-    /// The words of the axes, mm.
+    /// Words of the axes, mm.
     words: PerAxis<Option<f64>>,
-    /// mm/s.
+    /// Feed rate in mm/s.
     rate: MmPerSecond,
-    /// They are places, not distances.
+    /// Whether the words are places, not distances.
     absolute: bool,
-    /// In machine coordinates.
+    /// Whether the words are machine coordinates.
     machine: bool,
 }
 
@@ -31,10 +31,10 @@ fn bad(texts: &Texts, what: &str) -> Failure {
     texts.because(what).numbered(Error::BadJog)
 }
 
-/// Reads what follows `$J=`. Units and distance mode are the program's where the jog has none of its own.
+/// Parses the text behind `$J=`. Units and distance mode are the program's where the jog has none of its own.
 ///
 /// # Errors
-/// When it is no jog: without axis or feed rate, or with a code that no jog takes.
+/// When the text is no jog: without axis or feed rate, or with a code that no jog takes.
 pub(crate) fn read(texts: &Texts, text: &str, modal: &Modal) -> Result<Jog, Failure> {
     let (mut inches, mut absolute, mut machine) = (modal.inches, modal.absolute, false);
     let mut words = PerAxis([None; units::MAX_AXES]);
@@ -77,7 +77,7 @@ pub(crate) fn read(texts: &Texts, text: &str, modal: &Modal) -> Result<Jog, Fail
 }
 
 impl Jog {
-    /// Where it ends, machine position in mm.
+    /// Returns the target of the jog, machine position in mm.
     fn target(&self, from: &PerAxis<f64>, modal: &Modal) -> PerAxis<f64> {
         let mut target = *from;
         for axis in Axis::ALL {
@@ -100,8 +100,8 @@ impl Jog {
     }
 }
 
-/// Makes it, behind other jogs: returns when it is planned. One that is cancelled while it waits for room is
-/// none.
+/// Makes a jog, behind other jogs: returns when it is planned. A jog that is cancelled while it waits for
+/// room is not made.
 ///
 /// # Errors
 /// When something else moves, the target is out of the travel, or the machine halts.
@@ -115,7 +115,7 @@ pub(crate) fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, jog: &Jog, modal: &Mod
     if config.motion.must_be_homed && !hands.all_homed() {
         return Err(Failure::refused(&"Must be homed before moving").numbered(Error::NeedsHoming));
     }
-    // A stop of long ago is none of this jog.
+    // An earlier request to stop is not meant for this jog.
     let _before = hands.stop_requested();
     loop {
         if !matches!(hands.state(), State::Idle | State::Suspended | State::Jog) {

@@ -1,7 +1,8 @@
-//! GRBL 1.1, as its senders expect it: its numbers for what goes wrong, its lines, its settings, its reports.
+//! GRBL 1.1, as its senders expect it: its numbers of errors and alarms, its lines, its settings, its
+//! reports.
 //!
-//! What is here knows no executor: lines are read and written, numbers translated. `executor/grbl.rs` carries
-//! the commands out. Facts: Grbl 1.1's interface, configuration, jogging and real-time pages
+//! The modules here know no executor: lines are read and written, numbers translated. `executor/grbl.rs`
+//! carries the commands out. Facts: Grbl 1.1's interface, configuration, jogging and real-time pages
 //! (github.com/gnea/grbl, `doc/markdown`).
 
 use gcode::{Code, Letter};
@@ -19,16 +20,16 @@ pub(crate) mod status;
 pub(crate) mod stored;
 pub(crate) mod told;
 
-/// The answer to `$`.
+/// Answer to `$` alone.
 pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\n";
 
-/// How many startup lines there are.
+/// Number of startup lines (`$N0`, `$N1`).
 pub(crate) const STARTUP_LINES: usize = 2;
-/// A startup line, or the build's text: as long as a line of GRBL's may be.
+/// Startup line, or the build's text: as long as a line of GRBL's may be.
 pub(crate) type Text = heapless::String<80>;
 
-/// Whether a code that has nothing to do here is accepted all the same, as GRBL does: those that ask for what
-/// is so anyway, and those for a spindle or coolant that nothing here switches.
+/// Returns whether a code without effect here is accepted all the same, as GRBL does: codes that ask for the
+/// state that always holds, and codes for a spindle or coolant that nothing here switches.
 #[must_use]
 pub fn accepts(code: Code) -> bool {
     match code.letter {
@@ -38,16 +39,16 @@ pub fn accepts(code: Code) -> bool {
     }
 }
 
-/// What the dialect has beside the machine's own settings, and keeps on the card in a file of its own.
+/// State that the dialect has beside the machine's own settings, and keeps on the card in a file of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Own {
-    /// `$10`: bit 0 machine position, else work position; bit 1 room in the buffers.
+    /// Setting `$10`: bit 0 machine position, else work position; bit 1 room in the buffers.
     pub report_mask: u8,
-    /// `$13`: reports are in inches.
+    /// Setting `$13`: reports are in inches.
     pub inches: bool,
-    /// `$N`
+    /// Startup lines of `$N`.
     pub startup: [Text; STARTUP_LINES],
-    /// `$I=`
+    /// Text of the build, `$I=`.
     pub build: Text,
 }
 
@@ -57,11 +58,11 @@ impl Default for Own {
     }
 }
 
-/// The dialect's own state.
+/// State of GRBL's dialect.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Grbl {
-    /// What is stored.
+    /// Part that is stored on the card.
     pub own: Own,
-    /// What each session was told in its last reports.
+    /// Contents of each session's last reports.
     pub told: [told::Told; MAX_SESSIONS],
 }

@@ -1,13 +1,13 @@
-//! GRBL 1.1's numbers of errors and alarms, and which of them our findings get.
+//! GRBL 1.1's numbers of errors and alarms, and their assignment to this firmware's faults.
 
 use gcode::Refusal;
 use program::Problem;
 
-/// Why a line is refused, by GRBL 1.1's number.
+/// Reason why a line is refused, by GRBL 1.1's number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Error {
-    /// Where a letter should be, there is none.
+    /// A letter is missing where one should be.
     Letter = 1,
     /// A number is missing, or none.
     Number = 2,
@@ -21,7 +21,7 @@ pub enum Error {
     Storage = 7,
     /// The machine is not idle.
     NotIdle = 8,
-    /// Halted, or jogging.
+    /// The machine is halted, or jogging.
     Locked = 9,
     /// Soft limits need homing.
     NeedsHoming = 10,
@@ -35,12 +35,12 @@ pub enum Error {
     BadJog = 16,
     /// Laser mode needs an output on a timer.
     NoLaserOutput = 17,
-    /// A code that is not known, or cannot be carried out here. Whatever has no number of its own.
+    /// A code is not known, or cannot be carried out here; also any fault without a number of its own.
     #[default]
     Unsupported = 20,
     /// Two codes of one modal group.
     ModalGroup = 21,
-    /// No feed rate.
+    /// The feed rate is missing.
     FeedRate = 22,
     /// A whole number is wanted.
     NotWhole = 23,
@@ -50,7 +50,7 @@ pub enum Error {
     WordTwice = 25,
     /// A code without the axes that it needs.
     NoAxes = 26,
-    /// The line's number.
+    /// The line's number is wrong.
     LineNumber = 27,
     /// A word that the code needs is missing.
     MissingWord = 28,
@@ -62,7 +62,7 @@ pub enum Error {
     UnusedWord = 36,
 }
 
-/// Why the machine halted, by GRBL 1.1's number.
+/// Reason why the machine halted, by GRBL 1.1's number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Alarm {
@@ -70,14 +70,15 @@ pub enum Alarm {
     HardLimit = 1,
     /// A target beyond the travel.
     SoftLimit = 2,
-    /// Stopped in the middle. Whatever has no number of its own: it too means to home before going on.
+    /// Stopped in the middle; also any alarm without a number of its own, as it too means to home before
+    /// going on.
     #[default]
     Abort = 3,
     /// The probe is not as a search begins with.
     ProbeState = 4,
     /// The probe found nothing.
     ProbeMiss = 5,
-    /// Stopped while homing.
+    /// Homing was stopped before its end.
     HomingReset = 6,
     /// A switch stayed closed when homing backed off.
     HomingPullOff = 8,
@@ -86,7 +87,7 @@ pub enum Alarm {
 }
 
 impl Error {
-    /// Every error, and what it is.
+    /// All errors, each with its meaning.
     pub const ALL: [(Self, &str); 26] = [
         (Self::Letter, "no letter where one should be"),
         (Self::Number, "a number is missing, or none"),
@@ -116,13 +117,13 @@ impl Error {
         (Self::UnusedWord, "a word that nothing in the line takes"),
     ];
 
-    /// What is said.
+    /// Returns the number that senders get.
     #[must_use]
     pub const fn number(self) -> u8 {
         self as u8
     }
 
-    /// Of a line that cannot be read.
+    /// Returns the error of a line that cannot be read.
     #[must_use]
     pub const fn of_refusal(refusal: &Refusal) -> Self {
         use gcode::Problem as P;
@@ -136,7 +137,7 @@ impl Error {
         }
     }
 
-    /// Of a block that the program refuses.
+    /// Returns the error of a block that the program refuses.
     #[must_use]
     pub const fn of_problem(problem: &Problem) -> Self {
         use Problem as P;
@@ -167,7 +168,7 @@ impl Error {
 }
 
 impl Alarm {
-    /// Every alarm, and what it is.
+    /// All alarms, each with its meaning.
     pub const ALL: [(Self, &str); 8] = [
         (Self::HardLimit, "a limit switch"),
         (Self::SoftLimit, "a move would leave the travel"),
@@ -179,7 +180,7 @@ impl Alarm {
         (Self::HomingSearch, "a switch was not found"),
     ];
 
-    /// What is said.
+    /// Returns the number that senders get.
     #[must_use]
     pub const fn number(self) -> u8 {
         self as u8

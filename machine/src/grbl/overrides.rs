@@ -1,13 +1,13 @@
-//! GRBL's overrides: percents that bytes change, within its bounds (`config.h` of Grbl 1.1).
+//! GRBL's overrides: percentages that bytes change, within its bounds (`config.h` of Grbl 1.1).
 
 use gcode::realtime::Realtime;
 
-/// Least percent of feed rates and spindle speed.
+/// Least override of feed rates and spindle speed, percent.
 const LEAST: f64 = 10.0;
-/// Greatest percent of them.
+/// Greatest override of feed rates and spindle speed, percent.
 const MOST: f64 = 200.0;
 
-/// Percent by which a byte changes what it is for; 0 sets it to 100.
+/// Returns the percent by which a byte changes its override; 0 sets it to 100.
 const fn step(request: Realtime) -> f64 {
     match request {
         Realtime::FeedUp10 | Realtime::SpindleUp10 => 10.0,
@@ -18,7 +18,7 @@ const fn step(request: Realtime) -> f64 {
     }
 }
 
-/// The percent after a byte.
+/// Returns the override after a byte, percent.
 pub(crate) fn changed(percent: f64, request: Realtime) -> f64 {
     match step(request) {
         0.0 => 100.0,
@@ -26,7 +26,7 @@ pub(crate) fn changed(percent: f64, request: Realtime) -> f64 {
     }
 }
 
-/// The percent of rapids that a byte asks for.
+/// Returns the override of rapids that a byte asks for, percent.
 pub(crate) const fn rapid(request: Realtime) -> f64 {
     match request {
         Realtime::RapidHalf => 50.0,

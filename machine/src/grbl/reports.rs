@@ -1,4 +1,4 @@
-//! `$G`, `$#`, `$I`, `$N`: what GRBL says of the program and of itself, in its brackets.
+//! `$G`, `$#`, `$I`, `$N`: GRBL's reports of the program and of itself, in its brackets.
 
 use config::{ArmSolution, MachineConfig};
 use program::{Interpreter, write_system_name};
@@ -11,7 +11,7 @@ use crate::sessions::{INBOX_BYTES, Reply};
 /// Millimetres in an inch.
 pub(super) const MM_PER_INCH: f64 = 25.4;
 
-/// A length as reports have it: three decimals of a millimetre, four of an inch (`$13`).
+/// Length as reports have it: three decimals of a millimetre, four of an inch (`$13`).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Length {
     pub mm: f64,
@@ -22,13 +22,13 @@ impl core::fmt::Display for Length {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let (value, decimals, least) =
             if self.inches { (self.mm / MM_PER_INCH, 4, 0.000_05) } else { (self.mm, 3, 0.000_5) };
-        // No `-0.000`.
+        // Values that round to zero must not be printed as `-0.000`.
         let value = if libm::fabs(value) < least { 0.0 } else { value };
         write!(f, "{value:.decimals$}")
     }
 }
 
-/// `[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]`
+/// Prints `[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]`.
 pub(crate) fn modal(config: &MachineConfig, program: &Interpreter, outputs: &Outputs, reply: &mut Reply<'_>) {
     let modal = program.modal();
     let plane = match modal.plane {
@@ -38,7 +38,7 @@ pub(crate) fn modal(config: &MachineConfig, program: &Interpreter, outputs: &Out
     };
     let (units, distance) = (if modal.inches { 20 } else { 21 }, if modal.absolute { 90 } else { 91 });
     reply.say(format_args!("[GC:{} ", modal.motion_code()));
-    // A reply takes whatever is written.
+    // A reply takes any text, so errors are ignored.
     let _ = write_system_name(reply, modal.system);
     reply.say(format_args!(" G{plane} G{units} G{distance} {} ", modal.feed_mode.code()));
     reply.say(format_args!("M{}", outputs.spindle(config, modal.auxiliary.spindle).code()));
@@ -50,23 +50,23 @@ pub(crate) fn modal(config: &MachineConfig, program: &Interpreter, outputs: &Out
         reply.say(format_args!("{}", if is_on(8) { " M8" } else { " M9" }));
     }
     let feed = modal.in_program_units(modal.feed_rate.per_minute());
-    // M5 keeps it.
+    // M5 keeps the spindle speed.
     let (speed, tool) = (modal.auxiliary.speed.unwrap_or(0.0), program.tools().number());
     reply.say(format_args!(" T{tool} F{feed:.0} S{speed:.0}]\n"));
 }
 
-/// `$#`: every offset, and the last probe.
+/// `$#`: prints every offset, and the last probe.
 pub(crate) fn offsets(own: &Own, program: &Interpreter, reply: &mut Reply<'_>) {
     let modal = program.modal();
     let length = |mm: f64| Length { mm, inches: own.inches };
     for (system, offsets) in modal.systems.iter().enumerate() {
         reply.say(format_args!("["));
-        // A reply takes whatever is written.
+        // A reply takes any text, so errors are ignored.
         let _ = write_system_name(reply, system);
         say_point(reply, offsets.map(length));
     }
     let park = program.park();
-    // Ours is taken away from a place, GRBL's is added to it.
+    // The G92 offset is subtracted from a place here, in GRBL added: hence the minus.
     let g92 = modal.g92.map(|mm| -mm);
     let second = program.second_park().map_or([0.0; 3], |place| [place.x, place.y, place.z.unwrap_or(0.0)]);
     for (name, point) in [("G28", [park.x, park.y, park.z.unwrap_or(0.0)]), ("G30", second), ("G92", g92)] {
@@ -83,8 +83,8 @@ fn say_point(reply: &mut Reply<'_>, [x, y, z]: [Length; 3]) {
     reply.say(format_args!(":{x},{y},{z}]\n"));
 }
 
-/// `$I`: the version that senders look for, the build's text, what there is, and how much may be sent ahead:
-/// moves that are planned ahead, and bytes that wait for it.
+/// `$I`: prints the version that senders look for, the build's text, the options, and how much may be sent
+/// ahead: moves in the look-ahead queue, and bytes that wait for it.
 pub(crate) fn build(config: &MachineConfig, own: &Own, version: &str, queue: usize, reply: &mut Reply<'_>) {
     let corexy = if config.motion.arm_solution == ArmSolution::CoreXy { "C" } else { "" };
     let room = INBOX_BYTES - 1;
@@ -93,17 +93,17 @@ pub(crate) fn build(config: &MachineConfig, own: &Own, version: &str, queue: usi
     short(version, reply);
 }
 
-/// The version that senders look for, and the build's text.
+/// Prints the version that senders look for, and the build's text.
 pub(crate) fn version(own: &Own, reply: &mut Reply<'_>) {
     reply.say(format_args!("[VER:1.1f.20170801:{}]\n", own.build));
 }
 
-/// Who it is in truth.
+/// Prints the name and version of this firmware.
 pub(crate) fn short(version: &str, reply: &mut Reply<'_>) {
     reply.say(format_args!("[MSG:Velvet {version}]\n"));
 }
 
-/// `$N`
+/// `$N`: prints the startup lines.
 pub(crate) fn startup(own: &Own, reply: &mut Reply<'_>) {
     for (index, line) in own.startup.iter().enumerate() {
         reply.say(format_args!("$N{index}={line}\n"));

@@ -1,7 +1,7 @@
-//! GRBL's numbered settings: which of ours each one reads and writes. One table.
+//! GRBL's numbered settings, in one table: the setting of this firmware that each number reads and writes.
 //!
-//! What a code changes at run time, `$n=` changes by that code: it acts at once, within the code's bounds.
-//! What stands in `config.ini` alone is read only: wiring and homing are read once, at boot.
+//! Settings that a code changes at run time are changed by that code with `$n=`: at once, within the code's
+//! bounds. Settings of `config.ini` alone are read only: wiring and homing are read once, at boot.
 
 use config::{HomingDirection, MachineConfig};
 use motion::MotionConfig;
@@ -11,29 +11,29 @@ use super::Own;
 use super::numbers::Error;
 use crate::failure::{Failure, ShortText, Texts, short};
 
-/// What the values are taken from.
+/// Sources of the values.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sources<'m> {
     /// Steps, limits and corners in force.
     pub motion: &'m MotionConfig,
-    /// As it was read.
+    /// Configuration as it was read.
     pub config: &'m MachineConfig,
-    /// The dialect's own.
+    /// The dialect's own settings.
     pub own: &'m Own,
-    /// Moves are held against the travel.
+    /// Whether moves are held against the travel.
     pub soft_limits: bool,
-    /// The ends of the axes, machine position in mm.
+    /// Ends of the axes, machine position in mm.
     pub ends: &'m [PerAxis<f64>; 2],
 }
 
-/// How a setting is changed.
+/// Way of changing a setting.
 #[derive(Clone, Copy, Debug)]
 enum Write {
     /// Only by this setting of `config.ini`.
     Config(&'static str),
     /// By this code, whose word has the axis's letter or this one; its value is the setting's times a factor.
     Code(&'static str, Option<char>, f64),
-    /// Here.
+    /// By this function of the dialect's own settings.
     Own(fn(&mut Own, f64)),
     /// By this code, which switches something on or off.
     Switch(&'static str),
@@ -41,14 +41,14 @@ enum Write {
     Laser,
 }
 
-/// A row, or three: one for each of X Y Z.
+/// Row of the table, or three rows: one for each of X, Y and Z.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
-    /// The first number.
+    /// Number of the (first) setting.
     number: u16,
-    /// X, Y and Z have a number each.
+    /// Whether X, Y and Z have a number each.
     of_axes: bool,
-    /// What it is, with its unit.
+    /// Meaning of the setting, with its unit.
     meaning: &'static str,
     decimals: usize,
     read: fn(&Sources<'_>, Axis) -> f64,
@@ -69,7 +69,7 @@ fn flag(is_so: bool) -> f64 {
     f64::from(u8::from(is_so))
 }
 
-/// One bit for each of X Y Z.
+/// Returns one bit for each of X, Y and Z.
 fn mask(is_so: impl Fn(Axis) -> bool) -> f64 {
     f64::from((0..).zip(Axis::PRIMARY).filter(|(_, axis)| is_so(*axis)).fold(0_u8, |bits, (bit, _)| bits | 1 << bit))
 }
@@ -78,7 +78,7 @@ fn motor(axis: Axis) -> Actuator {
     Actuator::from_index(axis as usize).unwrap_or(Actuator::Alpha)
 }
 
-/// Of the first axis that homes.
+/// Picks a value of the first axis that homes.
 fn homing(config: &MachineConfig, pick: fn(&config::EndstopConfig) -> f64) -> f64 {
     Axis::PRIMARY.into_iter().find_map(|axis| config.homing_endstop(axis)).map_or(0.0, pick)
 }
@@ -87,7 +87,7 @@ fn homes(config: &MachineConfig) -> bool {
     Axis::PRIMARY.into_iter().any(|axis| config.homing_endstop(axis).is_some())
 }
 
-/// Least and greatest S of the spindle, where it has a scale.
+/// Returns the least and greatest S of the spindle, where it has a scale.
 fn spindle(config: &MachineConfig) -> Option<[f64; 2]> {
     crate::outputs::spindle_scale(config).map(|scale| scale.map(f64::from))
 }
@@ -98,7 +98,7 @@ fn travel(of: &Sources<'_>, axis: Axis) -> f64 {
     if length.is_finite() { length } else { of.config.homing_endstop(axis).map_or(0.0, |stop| stop.max_travel.0) }
 }
 
-/// Every setting.
+/// Table of all settings.
 pub(crate) const ROWS: &[Row] = &[
     row(
         0,
@@ -256,73 +256,73 @@ pub(crate) const ROWS: &[Row] = &[
     row(130, 3, "travel, mm", travel, Write::Config("[soft endstop] x_min ... z_max")),
 ];
 
-/// A setting: its row and its axis.
+/// Setting, with its row and its axis.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Setting {
     row: &'static Row,
     axis: Axis,
 }
 
-/// What setting it comes to.
+/// Effect of setting a new value.
 #[derive(Clone, Debug)]
 pub(crate) enum Change {
-    /// It has that value.
+    /// The setting has that value already.
     Nothing,
-    /// This code does it, and what M500 saves must be saved.
+    /// A code makes the change, and must be followed by saving what M500 saves.
     Code(ShortText),
-    /// This code does it, until the next reset.
+    /// A code makes the change, until the next reset.
     Switch(ShortText),
-    /// The dialect's own changes.
+    /// The dialect makes the change itself.
     Own(fn(&mut Own, f64), f64),
 }
 
 impl Setting {
-    /// Every setting, in order.
+    /// Returns all settings, in order.
     pub fn all() -> impl Iterator<Item = Self> {
         let axes = |row: &'static Row| Axis::PRIMARY.into_iter().take(if row.of_axes { 3 } else { 1 });
         ROWS.iter().flat_map(move |row| axes(row).map(move |axis| Self { row, axis }))
     }
 
-    /// The setting of a number.
+    /// Returns the setting of a number.
     #[must_use]
     pub fn of(number: u16) -> Option<Self> {
         Self::all().find(|setting| setting.number() == number)
     }
 
-    /// What it is, with its unit.
+    /// Returns the meaning of the setting, with its unit.
     #[must_use]
     pub const fn meaning(self) -> &'static str {
         self.row.meaning
     }
 
-    /// How many decimals are said.
+    /// Returns the number of printed decimals.
     #[must_use]
     pub const fn decimals(self) -> usize {
         self.row.decimals
     }
 
-    /// Its axis, where each has one.
+    /// Returns the setting's axis, where each axis has a number.
     #[must_use]
     pub fn axis(self) -> Option<Axis> {
         self.row.of_axes.then_some(self.axis)
     }
 
-    /// Its number.
+    /// Returns the number of the setting.
     #[must_use]
     pub const fn number(self) -> u16 {
         self.row.number + if self.row.of_axes { self.axis as u16 } else { 0 }
     }
 
-    /// Its value, and how many decimals are said.
+    /// Returns the value, and the number of printed decimals.
     #[must_use]
     pub fn value(self, of: &Sources<'_>) -> (f64, usize) {
         ((self.row.read)(of, self.axis), self.row.decimals)
     }
 
-    /// What a new value comes to.
+    /// Returns the effect of setting a new value.
     ///
     /// # Errors
-    /// When it is no number that the setting takes, or the setting is read only.
+    /// When the text is no number that the setting takes, or the setting is read only.
     pub fn change(self, texts: &Texts, text: &str, of: &Sources<'_>) -> Result<Change, Failure> {
         let wanted = text.trim().parse::<f64>().ok().filter(|value| value.is_finite() && value.abs() < 1e9);
         let wanted = wanted.ok_or_else(|| Failure::refused(&"a setting takes a number").numbered(Error::Number))?;
@@ -330,7 +330,7 @@ impl Setting {
             return Err(Failure::refused(&"a setting is not negative").numbered(Error::Negative));
         }
         let (value, decimals) = self.value(of);
-        // As far as it is said.
+        // Compared as far as decimals are printed.
         let step = (0..decimals).fold(1.0, |step, _| step / 10.0);
         if (wanted - value).abs() < step / 2.0 {
             return Ok(Change::Nothing);

@@ -1,7 +1,7 @@
-//! `?` as GRBL 1.1 answers it: `<Idle|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000>`.
+//! Status report `?` of GRBL 1.1: `<Idle|MPos:0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000>`.
 //!
-//! Fields that seldom change are told seldom: offsets in every thirtieth report while something goes on and
-//! in every tenth else, overrides in every twentieth and tenth, and both as soon as they have changed.
+//! Fields that seldom change are reported seldom: offsets in every thirtieth report while something goes on
+//! and in every tenth else, overrides in every twentieth and tenth, and both as soon as they have changed.
 
 use config::MachineConfig;
 use motion::Motion;
@@ -19,7 +19,7 @@ use crate::safety::Mode;
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
 
-/// What a report is about, beside what ports know.
+/// Contents of a report, beside the state in the ports.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Report<'m> {
     pub mode: Mode,
@@ -28,20 +28,20 @@ pub(crate) struct Report<'m> {
     pub tuning: &'m Tuning,
     pub outputs: &'m Outputs,
     pub own: &'m Own,
-    /// Percent of the spindle's speed.
+    /// Override of the spindle's speed, percent.
     pub spindle_percent: f64,
-    /// The line that the motors make.
+    /// Number of the line that the motors make.
     pub line: Option<u32>,
     /// Bytes that the session may still send.
     pub room: usize,
     /// Axes that are homed, and those that can be.
     pub homed: [AxisSet; 2],
-    /// The file being played.
+    /// Progress of the file being played.
     pub job: Option<hal::Share<'m>>,
 }
 
 impl Report<'_> {
-    /// Something may be moving, or waits to.
+    /// Returns whether something may be moving, or waits to.
     const fn is_busy(&self) -> bool {
         matches!(
             self.mode.state(),
@@ -65,7 +65,7 @@ impl Report<'_> {
     }
 }
 
-/// Answers `?`.
+/// Answers the query `?`.
 pub(crate) fn report(ports: &mut (impl MotionPort + Inputs), of: &Report<'_>, told: &mut Told, reply: &mut Reply<'_>) {
     let live = of.is_busy();
     let (place, speed, overrides, room, rests) = ports.motion(|motion| {
@@ -103,8 +103,8 @@ fn is_door_open(config: &MachineConfig, ports: &impl Inputs) -> bool {
     config.safety_door.enable && ports.inputs().is_active(Input::Door)
 }
 
-/// What of a hold or an open door is over: 0 it rests and may go on; else it still brakes, or rests and the
-/// door is open.
+/// Returns the sub-state of a hold or an open door: 0 at rest and ready to go on; else still braking, or at
+/// rest with the door open.
 const fn sub_state(state: State, rests: bool, is_open: bool) -> &'static str {
     match (state, rests) {
         (State::Door, true) if is_open => ":1",
@@ -122,7 +122,7 @@ fn add_point(line: &mut Line, of: &Report<'_>, place: &PerAxis<f64>) {
     }
 }
 
-/// Inputs that are triggered: the axes of limit switches, `P` the probe; `D` while the door is open.
+/// Adds triggered inputs: the axes of limit switches, `P` the probe; `D` while the door is open.
 fn add_pins(line: &mut Line, of: &Report<'_>, ports: &impl Inputs) {
     let levels = ports.inputs();
     let is_hit = |axis: Axis| {
@@ -130,7 +130,7 @@ fn add_pins(line: &mut Line, of: &Report<'_>, ports: &impl Inputs) {
         stops.into_iter().any(|(index, _)| levels.is_active(Input::Endstop(index)))
     };
     let mut pins = heapless::String::<8>::new();
-    // At most seven letters.
+    // At most seven letters fit.
     Axis::PRIMARY.into_iter().filter(|axis| is_hit(*axis)).for_each(|axis| drop(pins.push(axis.letter())));
     if of.config.probe.enable && of.config.probe.pin.is_some() && touches(levels, of.tuning) {
         let _ = pins.push('P');
@@ -147,7 +147,7 @@ fn add_seldom(line: &mut Line, of: &Report<'_>, here: &PerAxis<f64>, overrides: 
     let modal = of.program.modal();
     let mut offsets = Axis::PRIMARY.map(|axis| modal.offset(axis));
     if modal.rotations.any() {
-        // In a turned coordinate system they are others at every place.
+        // In a rotated coordinate system the offsets differ from place to place.
         let work = modal.work(here);
         offsets = Axis::PRIMARY.map(|axis| here[axis] - work[axis]);
     }
@@ -164,7 +164,7 @@ fn add_seldom(line: &mut Line, of: &Report<'_>, here: &PerAxis<f64>, overrides: 
         Axis::PRIMARY.into_iter().zip(offsets).for_each(|(axis, offset)| place[axis] = offset);
         add!(*line, "|WCO:");
         add_point(line, of, &place);
-        // One of the two at a time: the line stays short.
+        // Only offsets or overrides at a time, so that the line stays short.
         told.overrides_in = if told.wants_all { 0 } else { told.overrides_in.max(1) };
     }
     told.offsets_in -= 1;

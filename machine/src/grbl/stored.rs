@@ -1,5 +1,5 @@
-//! What the dialect keeps on the card: one file, written as soon as something in it changes, as GRBL writes
-//! its EEPROM. Its lines are those that set the same.
+//! State that the dialect keeps on the card: one file, written as soon as something in it changes, as GRBL
+//! writes its EEPROM. Its lines are the commands that set the same values.
 
 use core::fmt::Write as _;
 
@@ -7,12 +7,12 @@ use super::{Own, Text};
 use crate::files::safe_file::{self, Draft};
 use crate::ports::{OpenMode, Storage, StorageError};
 
-/// Where it is.
+/// Path of the file.
 pub(crate) const PATH: &str = "/sd/grbl-settings";
-/// The longest file there can be: five lines.
+/// Longest possible file, bytes: five lines.
 const BYTES: usize = 512;
 
-/// All of it as text.
+/// Returns the whole state as text.
 fn text(own: &Own) -> heapless::String<BYTES> {
     let mut text = heapless::String::new();
     let Own { report_mask, inches, startup, build } = own;
@@ -25,7 +25,7 @@ fn text(own: &Own) -> heapless::String<BYTES> {
     text
 }
 
-/// What a file says. A line that means nothing is left out.
+/// Parses the text of a file. A meaningless line is left out.
 fn parsed(text: &str) -> Own {
     let mut own = Own::default();
     for (key, value) in text.lines().filter_map(|line| line.trim_end().split_once('=')) {
@@ -42,7 +42,7 @@ fn parsed(text: &str) -> Own {
     own
 }
 
-/// Writes it. Whatever moment the power goes, the file is the old one or the new one.
+/// Writes the state. A power cut at any moment leaves the old file or the new one.
 ///
 /// # Errors
 /// When the card refuses.
@@ -55,7 +55,7 @@ pub(crate) fn write(storage: &mut impl Storage, own: &Own) -> Result<(), Storage
     draft.finish(storage)
 }
 
-/// Reads it; what there is none of is as GRBL has it.
+/// Reads the state; missing values are GRBL's defaults.
 ///
 /// # Errors
 /// When the card refuses.

@@ -1,33 +1,34 @@
-//! What a session was told of what seldom changes, so that it is told again when it has, and seldom else.
+//! Values that a session's reports had last, so that fields that seldom change are reported when they have
+//! changed, and seldom else.
 
-/// Of a session: how many reports are left until something is told anyway, and what was told last.
+/// Memory of a session's reports: the number of reports until a field is due anyway, and its last value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Told {
     pub offsets_in: u8,
     pub overrides_in: u8,
     pub offsets: [f64; 3],
     pub overrides: Overrides,
-    /// What grblHAL tells; `None`: nothing yet.
+    /// Last fields of grblHAL; `None`: nothing yet.
     pub extra: Option<Extra>,
-    /// The next report has everything.
+    /// Whether the next report has everything.
     pub wants_all: bool,
 }
 
-/// What grblHAL tells when it has changed.
+/// Fields that grblHAL reports when they have changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Extra {
-    /// The coordinate system in force, counted from 0.
+    /// Coordinate system in force, counted from 0.
     pub system: usize,
-    /// The tool.
+    /// Number of the tool.
     pub tool: u32,
-    /// Bits: axes that are homed, X first.
+    /// Homed axes as bits, X first.
     pub homed: u8,
 }
 
-/// Percents of feed, rapids and spindle; what is on.
+/// Overrides of feed, rapids and spindle, percent, and what is switched on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Overrides {
     pub percents: [f64; 3],
-    /// Bits: spindle forwards, backwards, flood, mist.
+    /// Accessories as bits: spindle forwards, backwards, flood, mist.
     pub accessories: u8,
 }

@@ -1,37 +1,38 @@
-//! The queue between a session's receiver and the executor.
+//! Queue between a session's receiver and the executor.
 //!
-//! One writer (the receive task) and one reader (the executor), atomics only. What acts at once is taken out
-//! of the stream on the writing side, so a feed hold or an emergency stop is seen even when the line queue is
-//! full.
+//! There is a single writer (the receive task) and a single reader (the executor), and only atomics are used.
+//! Bytes that act at once are taken out of the stream on the writing side, so a feed hold or an emergency
+//! stop is seen even when the line queue is full.
 //!
 //! A transport that can hold its sender back (USB, TCP) asks for [`Inbox::room`] and never overfills it. A
-//! UART without handshake cannot. What does not fit is then lost by whole lines, never by bytes: half a line
-//! would be another command. Once a line is lost, so is all that follows until the reader has caught up, so
-//! that lines stay in order; and each lost line is counted, so that each gets an answer.
+//! UART without handshake cannot: bytes that do not fit are then lost by whole lines, never singly, for half
+//! a line would be another command. Once a line is lost, so are all that follow until the reader has caught
+//! up, so that lines stay in order; and each lost line is counted, so that each gets an answer.
 //!
-//! Depth: [`INBOX_BYTES`] hold a third of a second of a 115200 baud line, some hundred lines that a person
+//! Depth: [`INBOX_BYTES`] hold a third of a second of a 115200 baud line, or some hundred lines that a person
 //! pastes while the machine is busy.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 
 use gcode::realtime::{Heard, Realtime, Receiver};
 
-/// Bytes an inbox holds. A power of two.
+/// Bytes that an inbox holds. A power of two.
 pub const INBOX_BYTES: usize = 4_096;
-/// How many `?` may wait; more are dropped, as Smoothieware v2 does.
+/// Greatest number of waiting `?`; more are dropped, as Smoothieware v2 does.
 const MAX_QUERIES: u32 = 8;
-/// In the stream: forget the line so far, its rest is lost. Ctrl-X, which acts at once and is no part of any
-/// line.
+/// Mark in the stream: forget the line so far, its rest is lost. Ctrl-X, which acts at once and is no part of
+/// any line.
 const FORGET_LINE: u8 = 0x18;
-/// The same, and the line counts as lost. Ctrl-Y, which acts at once and is no part of any line either.
+/// Mark in the stream: forget the line so far, and count it as lost. Ctrl-Y, which acts at once and is no
+/// part of any line either.
 const LOSE_LINE: u8 = 0x19;
 
-/// The bit of a request that is not counted.
+/// Returns the bit of a request that is not counted.
 const fn bit(request: Realtime) -> u32 {
     1 << request as u32
 }
 
-/// Where in its lines a receiver is.
+/// State of a receiver within its lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Place {
     #[default]
@@ -45,7 +46,7 @@ enum Place {
     Skipping,
 }
 
-/// What the receive task of an inbox keeps between two bytes.
+/// State of the receive task of an inbox between two bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Intake {
     place: Place,
@@ -53,25 +54,25 @@ pub struct Intake {
 }
 
 impl Intake {
-    /// At the beginning of a line.
+    /// Starts at the beginning of a line.
     #[must_use]
     pub const fn new() -> Self {
         Self { place: Place::LineStart, receiver: Receiver::new() }
     }
 }
 
-/// What the stream has next.
+/// Next item of the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Received {
     /// A byte of a line.
     Byte(u8),
     /// The line so far is to be forgotten: its rest did not fit.
     ForgetLine,
-    /// It is to be forgotten, and to be answered as lost.
+    /// The line so far is to be forgotten, and answered as lost.
     LoseLine,
 }
 
-/// A console's receive queue.
+/// Receive queue of a console.
 #[derive(Debug)]
 pub struct Inbox {
     bytes: [AtomicU8; INBOX_BYTES],
@@ -81,29 +82,30 @@ pub struct Inbox {
     taken: AtomicU32,
     /// Pending realtime requests but `?`, one bit each.
     requests: AtomicU32,
-    /// Pending `?`.
+    /// Number of pending `?` requests.
     queries: AtomicU32,
-    /// The session speaks GRBL's dialect, which has more bytes that act at once. Written by the executor.
+    /// Whether the session speaks GRBL's dialect, which has more bytes that act at once. Written by the
+    /// executor.
     extended: AtomicBool,
-    /// Every byte belongs to a file: none acts. Written by the executor.
+    /// Whether every byte belongs to a file, and so none acts. Written by the executor.
     raw: AtomicBool,
-    /// Lines are text: nothing in them acts but Ctrl-X and Ctrl-Y. Written by the executor.
+    /// Whether lines are text, in which nothing acts but Ctrl-X and Ctrl-Y. Written by the executor.
     text: AtomicBool,
-    /// How often somebody came or went: even while somebody is there. Written by the transport.
+    /// Number of times that a peer came or went: even while a peer is there. Written by the transport.
     visits: AtomicU32,
-    /// Count of bytes received before somebody came last. Written by the transport.
+    /// Count of bytes received before a peer came last. Written by the transport.
     opened_at: AtomicU32,
-    /// Whoever came last is who was there before, and goes on with what he was sending. Written by the
-    /// transport.
+    /// Whether the peer that came last is the former one, and goes on with what it was sending. Written by
+    /// the transport.
     is_back: AtomicBool,
-    /// `visits` while nothing is wanted of whoever sends, and one more; 0 before that. Written by the
+    /// Value of `visits` while nothing is wanted of the sender, and one more; 0 before that. Written by the
     /// executor.
     forgotten: AtomicU32,
-    /// Lines lost that the reader has not heard of. Raised by the receive task, cleared by the dispatcher.
+    /// Lost lines that the reader has not heard of. Raised by the receive task, cleared by the dispatcher.
     lost: AtomicU32,
     /// Count of bytes received before the last Ctrl-X of GRBL's dialect. Written by the receive task only.
     reset_at: AtomicU32,
-    /// The same of the last byte that ends a jog: 0x85, Ctrl-Y, `!`.
+    /// Count of bytes received before the last byte that ends a jog: 0x85, Ctrl-Y, `!`.
     stopped_at: AtomicU32,
 }
 
@@ -114,8 +116,8 @@ impl Default for Inbox {
 }
 
 impl Inbox {
-    /// An empty inbox, open: a transport whose peers come and go closes it before the first one. All zero, so
-    /// that it lies in memory that start-up clears.
+    /// Makes an empty inbox, open: a transport whose peers come and go closes it before the first one. All
+    /// zero, so that it lies in memory that start-up clears.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -137,11 +139,12 @@ impl Inbox {
         }
     }
 
-    /// How many more bytes surely fit. A transport that can hold its sender back asks before it receives.
+    /// Returns how many more bytes surely fit. A transport that can hold its sender back asks before it
+    /// receives.
     #[must_use]
     pub fn room(&self) -> usize {
         let used = self.received.load(Ordering::Relaxed).wrapping_sub(self.taken.load(Ordering::Acquire));
-        // One place is kept for FORGET_LINE or LOSE_LINE.
+        // A place is kept for FORGET_LINE or LOSE_LINE.
         (INBOX_BYTES - 1).saturating_sub(used as usize)
     }
 
@@ -161,7 +164,7 @@ impl Inbox {
         all
     }
 
-    /// Queues as many bytes as go on with a line that is kept, and do nothing else.
+    /// Queues as many bytes as merely continue a line that is kept.
     fn receive_plain(&self, intake: &mut Intake, bytes: &[u8]) -> usize {
         let is_file_or_text = self.raw.load(Ordering::Relaxed) || self.text.load(Ordering::Relaxed);
         if intake.place != Place::InLine || is_file_or_text || self.is_forgotten() {
@@ -173,7 +176,7 @@ impl Inbox {
         plain
     }
 
-    /// Nothing is wanted of whoever has sent what comes now.
+    /// Returns whether nothing is wanted of the present sender.
     fn is_forgotten(&self) -> bool {
         let forgotten = self.forgotten.load(Ordering::Acquire);
         forgotten != 0 && forgotten == self.visits.load(Ordering::Relaxed).wrapping_add(1)
@@ -197,7 +200,7 @@ impl Inbox {
         match intake.receiver.hear(byte, extended) {
             Heard::Request(request) => {
                 if extended && request == Realtime::Abort {
-                    // GRBL's reset drops what was sent before it.
+                    // GRBL's reset drops the bytes sent before it.
                     *intake = Intake::new();
                     self.reset_at.store(self.received.load(Ordering::Relaxed), Ordering::Relaxed);
                 }
@@ -209,7 +212,7 @@ impl Inbox {
             }
             Heard::Nothing => return true,
             Heard::Line(request) => self.request(request),
-            // 0xC2, which was waiting for what follows.
+            // The byte 0xC2 was waiting for the next one.
             Heard::Letter => {
                 let _with_its_second_byte = self.keep(intake, 0xC2);
             }
@@ -222,7 +225,7 @@ impl Inbox {
     fn keep(&self, intake: &mut Intake, byte: u8) -> bool {
         let at = intake.place;
         let ended = match byte {
-            // CR LF is one end.
+            // CR LF is a single line end.
             b'\n' if at == Place::AfterReturn => {
                 intake.place = Place::LineStart;
                 return true;
@@ -253,7 +256,7 @@ impl Inbox {
         kept
     }
 
-    /// A byte of a file, which is what it is. What does not fit is counted.
+    /// Queues a byte of a file, without meaning. A byte that does not fit is counted.
     fn receive_raw(&self, intake: &mut Intake, byte: u8) -> bool {
         *intake = Intake::new();
         let fits = self.room() > 0;
@@ -265,17 +268,17 @@ impl Inbox {
         fits
     }
 
-    /// Whether bytes belong to a file, and none acts.
+    /// Sets whether bytes belong to a file, and none acts.
     pub fn set_raw(&self, raw: bool) {
         self.raw.store(raw, Ordering::Relaxed);
     }
 
-    /// Whether lines are text, in which nothing acts but Ctrl-X and Ctrl-Y.
+    /// Sets whether lines are text, in which nothing acts but Ctrl-X and Ctrl-Y.
     pub fn set_text(&self, text: bool) {
         self.text.store(text, Ordering::Relaxed);
     }
 
-    /// Somebody has come to the other end, or gone. For the transport.
+    /// Notes that a peer has come, or gone. For the transport.
     pub fn set_open(&self, open: bool) {
         let visits = self.visits.load(Ordering::Relaxed);
         if visits.is_multiple_of(2) != open {
@@ -283,8 +286,8 @@ impl Inbox {
         }
     }
 
-    /// Somebody has come to the other end, where there may have been somebody before: what that one has sent
-    /// whole is carried out first, half a line of his is forgotten. For the transport, whose `intake` it is.
+    /// Notes that a peer has come, perhaps in place of another: whole lines of the former peer are carried
+    /// out first, half a line is forgotten. For the transport, whose `intake` it is.
     pub fn open(&self, intake: &mut Intake) {
         self.is_back.store(false, Ordering::Relaxed);
         if intake.place == Place::InLine {
@@ -295,8 +298,8 @@ impl Inbox {
         self.set_open(true);
     }
 
-    /// The same, where the one who has come is the one who was there before, and goes on with what he was
-    /// sending: of a line whose beginning is forgotten the rest is no line either. It is answered as lost.
+    /// Notes that the former peer has come back, and goes on with what it was sending: the rest of a line
+    /// whose beginning is forgotten is no line either, and the line is answered as lost.
     pub fn open_again(&self, intake: &mut Intake) {
         let place = intake.place;
         *intake = Intake::new();
@@ -312,22 +315,22 @@ impl Inbox {
         }
     }
 
-    /// Whether bytes wait that came before whoever came last.
+    /// Returns whether bytes wait that came before the present peer.
     pub fn has_from_before(&self) -> bool {
         let before = self.opened_at.load(Ordering::Relaxed).wrapping_sub(self.taken.load(Ordering::Relaxed));
         (1..=INBOX_BYTES as u32).contains(&before)
     }
 
-    /// Whether whoever came last is who was there before.
+    /// Returns whether the peer that came last is the former one.
     pub fn is_back(&self) -> bool {
         self.is_back.load(Ordering::Relaxed)
     }
 
-    /// Drops what has come while `visits` was that, or before, and what may still come meanwhile: of whoever
-    /// has gone then, or is there; nothing of whoever has come since then. For the reader.
+    /// Drops what has come up to this value of `visits`, and what may still come during it; bytes of a peer
+    /// that has come since then stay. For the reader.
     pub fn forget_visit(&self, visits: u32) {
         self.forgotten.store(visits.wrapping_add(1), Ordering::Release);
-        // First, so that nothing of the next one is among it.
+        // Read before `visits`, so that no byte of the next peer is among it.
         let received = self.received();
         let is_last = self.visits() == visits;
         let end = if is_last { received } else { self.opened_at.load(Ordering::Relaxed) };
@@ -340,17 +343,17 @@ impl Inbox {
         }
     }
 
-    /// Somebody is at the other end.
+    /// Returns whether a peer is at the other end.
     pub fn is_open(&self) -> bool {
         self.visits().is_multiple_of(2)
     }
 
-    /// How often somebody came or went: even while somebody is there.
+    /// Returns how often a peer came or went: even while a peer is there.
     pub fn visits(&self) -> u32 {
         self.visits.load(Ordering::Acquire)
     }
 
-    /// Whether bytes of GRBL's dialect act at once.
+    /// Sets whether bytes of GRBL's dialect act at once.
     pub fn set_extended(&self, extended: bool) {
         self.extended.store(extended, Ordering::Relaxed);
     }
@@ -381,13 +384,13 @@ impl Inbox {
         }
     }
 
-    /// Count of bytes ever received, wrapping.
+    /// Returns the count of bytes ever received, wrapping.
     #[must_use]
     pub fn received(&self) -> u32 {
         self.received.load(Ordering::Acquire)
     }
 
-    /// Takes what is next in the stream, of what had been received when [`Self::received`] was `end`.
+    /// Takes the next item of the stream, of the bytes received when [`Self::received`] was `end`.
     pub fn take(&self, end: u32) -> Option<Received> {
         let taken = self.taken.load(Ordering::Relaxed);
         if taken == end {
@@ -402,20 +405,21 @@ impl Inbox {
         })
     }
 
-    /// Count of bytes ever taken, wrapping.
+    /// Returns the count of bytes ever taken, wrapping.
     pub(super) fn taken(&self) -> u32 {
         self.taken.load(Ordering::Relaxed)
     }
 
-    /// Count of bytes received before the last byte that ends a jog. For whoever takes its request.
+    /// Returns the count of bytes received before the last byte that ends a jog. For the one who takes its
+    /// request.
     pub(super) fn stopped_at(&self) -> u32 {
         self.stopped_at.load(Ordering::Relaxed)
     }
 
-    /// Drops what was received before the last Ctrl-X of GRBL's dialect. For whoever takes its request.
+    /// Drops the bytes received before the last Ctrl-X of GRBL's dialect. For the one who takes its request.
     pub fn drop_before_reset(&self) {
         let (reset_at, taken) = (self.reset_at.load(Ordering::Relaxed), self.taken.load(Ordering::Relaxed));
-        // What was received since may have been taken already.
+        // Bytes received since then may have been taken already.
         if reset_at.wrapping_sub(taken) as usize <= INBOX_BYTES {
             self.taken.store(reset_at, Ordering::Release);
         }
@@ -439,7 +443,7 @@ impl Inbox {
         None
     }
 
-    /// Whether anything waits to be taken: bytes, requests or the news of lost lines.
+    /// Returns whether anything waits to be taken: bytes, requests or the news of lost lines.
     #[must_use]
     pub fn has_news(&self) -> bool {
         self.taken.load(Ordering::Relaxed) != self.received.load(Ordering::Acquire)
@@ -448,7 +452,8 @@ impl Inbox {
             || self.lost.load(Ordering::Relaxed) != 0
     }
 
-    /// Lines lost since the last call, once everything that came before them has been taken.
+    /// Takes the number of lines lost since the last call, once everything that came before them has been
+    /// taken.
     pub fn take_lost(&self) -> u32 {
         let caught_up = self.taken.load(Ordering::Relaxed) == self.received.load(Ordering::Acquire);
         if caught_up { self.lost.swap(0, Ordering::AcqRel) } else { 0 }

@@ -1,4 +1,4 @@
-//! Answers of many lines.
+//! Answers of many lines, in progress.
 
 use heapless::Vec;
 use units::Micros;
@@ -6,7 +6,7 @@ use units::Micros;
 use crate::files::paths::Path;
 use crate::ports::FileHandle;
 
-/// A list that senders for grblHAL ask for.
+/// List that senders for grblHAL ask for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Enumeration {
     /// `$EA`: every alarm.
@@ -19,96 +19,96 @@ pub enum Enumeration {
     Settings,
 }
 
-/// An answer of many lines, given as fast as they are taken, beside everything else.
+/// Answer of many lines, given as fast as it is taken, beside everything else.
 #[derive(Clone, Debug)]
 pub enum Listing {
-    /// Of a directory.
+    /// Listing of a directory.
     Directory {
-        /// Which.
+        /// Path of the directory.
         path: Path,
         /// Entries given so far.
         seen: usize,
         /// Files, folders and bytes so far.
         sums: (u32, u32, u64),
-        /// Only names.
+        /// Whether only names are listed.
         names_only: bool,
-        /// M20 asked, not `ls`.
+        /// Whether M20 asked, not `ls`.
         for_m20: bool,
     },
-    /// Of a file, up to so many lines.
+    /// Contents of a file, up to so many lines.
     File {
-        /// Which.
+        /// Path of the file.
         path: Path,
-        /// It is open.
+        /// Handle of the open file.
         file: FileHandle,
-        /// Lines to go.
+        /// Number of lines to go.
         lines: u32,
         /// Bytes of a character whose rest has not been read.
         carried: Vec<u8, 4>,
-        /// When it begins, for `cat -d`, which marks its end.
+        /// Time of the beginning, for `cat -d`, which also marks the end.
         begins: Option<Micros>,
     },
-    /// Of a section of config.ini.
+    /// Settings of a section of config.ini.
     Section {
-        /// It is open.
+        /// Handle of the open config.ini.
         file: FileHandle,
-        /// Its name.
+        /// Name of the section.
         section: heapless::String<48>,
-        /// In that section now.
+        /// Whether the present line is in that section.
         inside: bool,
-        /// There is such a section.
+        /// Whether there is such a section.
         found: bool,
-        /// What has been read of a line whose end has not been.
+        /// Bytes of a line whose end has not been read.
         line: Vec<u8, 320>,
-        /// That is its beginning.
+        /// Whether these bytes begin the line.
         begins: bool,
     },
-    /// What M500 would save: the parts from this one on.
+    /// Settings that M500 would save: the parts from this one on.
     Settings {
-        /// The next part.
+        /// Number of the next part.
         part: u8,
     },
-    /// The grid's rows, from this one on.
+    /// Rows of the grid, from this one on.
     Grid {
-        /// The next row, counted as they are shown; the first one is the heading.
+        /// Next row, counted as they are shown; the first one is the heading.
         row: usize,
     },
-    /// The map of the bed, from this line on.
+    /// Map of the bed, from this line on.
     Map {
-        /// The next line.
+        /// Number of the next line.
         line: usize,
     },
-    /// What `help` says, from this line on.
+    /// Text of `help`, from this line on.
     Help {
-        /// The next line.
+        /// Number of the next line.
         line: usize,
     },
-    /// Of what happened.
+    /// Events from the log.
     Events {
-        /// The number of the next one.
+        /// Number of the next event.
         next: u32,
-        /// The number behind the last one.
+        /// Number behind the last event.
         end: u32,
     },
-    /// A list that senders for grblHAL ask for, from this line on.
+    /// List that senders for grblHAL ask for, from this line on.
     Enumeration {
-        /// Which.
+        /// Kind of the list.
         list: Enumeration,
-        /// The next line.
+        /// Number of the next line.
         line: usize,
     },
-    /// What `check` finds; behind that the lines that say what the file comes to, from this one on.
+    /// Findings of `check`; then the summary of the file, from this line on.
     Check {
-        /// The next line.
+        /// Number of the next line.
         line: usize,
     },
-    /// What it sends is a file: its answer comes when that is whole.
+    /// File transfer from the session: its answer comes when the file is whole.
     Transfer,
-    /// What the drivers of these motors say of themselves.
+    /// Reports of the drivers of these motors.
     Drivers {
-        /// One bit each.
+        /// Motors, one bit each.
         motors: u8,
-        /// All were asked for: each has a heading.
+        /// Whether all were asked for, and so each has a heading.
         all: bool,
     },
 }

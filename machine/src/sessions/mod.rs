@@ -1,9 +1,9 @@
-//! Sessions: everybody who talks to the machine. Each has its line being gathered, its output, its line
+//! Sessions: all peers that talk to the machine. Each has its line being gathered, its output, its line
 //! numbers, its dialect and its rights; a reply goes to the session that asked.
 //!
 //! A session has at most one whole line waiting; while it waits no further bytes are taken, so a sender that
-//! does not wait for `ok` is held back by its transport. The same holds while its output has not been taken:
-//! it gets no turn, and nobody else waits for it.
+//! does not wait for `ok` is held back by its transport. The same holds while the session's output has not
+//! been taken: it gets no turn, and nobody else waits for it.
 
 mod inbox;
 mod listing;
@@ -24,33 +24,33 @@ pub use periodic::Periodic;
 pub use reply::Reply;
 pub use session::{Rights, Session};
 
-/// Most sessions a board can have: debug UART, two auxiliary UARTs, two USB serial ports, three network
+/// Most sessions that a board can have: debug UART, two auxiliary UARTs, two USB serial ports, three network
 /// sessions.
 pub const MAX_SESSIONS: usize = 8;
-/// A listener that takes nothing for this long is none; its output is dropped.
+/// Time without taking anything after which a listener counts as none, and its output is dropped.
 const LISTENER_TIMEOUT: Micros = Micros::from_seconds(2);
 
-/// A line.
+/// Bytes of a line.
 pub type LineBytes = heapless::Vec<u8, { gcode::MAX_LINE_LENGTH }>;
 
-/// A session, by its number on this board: 0 is the debug UART, which always exists.
+/// Number of a session on this board: 0 is the debug UART, which always exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SessionId(pub u8);
 
-/// Who hears what is said.
+/// Recipient of the machine's texts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Recipient {
-    /// One session.
+    /// A single session hears.
     Session(SessionId),
-    /// Every session.
+    /// All sessions hear it.
     All,
-    /// Nobody: lines of a file played without `-v`.
+    /// Nobody hears: lines of a file played without `-v`.
     #[default]
     Nobody,
 }
 
 impl Recipient {
-    /// The session that this is.
+    /// Returns the session, when there is a single one.
     #[must_use]
     pub const fn session(self) -> Option<SessionId> {
         match self {
@@ -65,26 +65,26 @@ impl Recipient {
 pub struct Sessions {
     sessions: [Session; MAX_SESSIONS],
     count: usize,
-    /// The session to look at first, so that a busy one cannot keep the others out.
+    /// Session to look at first, so that a busy one cannot keep the others out.
     turn: usize,
-    /// While the line of a button is carried out: whether a button has asked it to end.
+    /// Whether a button has asked for the end of a button's line, while one is carried out.
     pub button_stop: Option<bool>,
-    /// What whoever comes is told behind the greeting.
+    /// Text for new peers, behind the greeting.
     pub notice: &'static str,
 }
 
-/// What somebody hears who comes back in the middle of a file, from sleep for instance.
+/// Text for a peer that comes back in the middle of a file, from sleep for instance.
 const FILE_BROKEN_OFF: &str =
     "Error: the file that was being sent is not kept: it was interrupted. Close the port, open it, and send it again\n";
 
-/// What has become of the one at a session's other end.
+/// Change of a session's peer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Visitor {
-    /// One has left.
+    /// The former peer has left.
     Left,
-    /// What the one before has sent is still to be carried out; then whoever is there now is greeted.
+    /// Lines of the former peer are still to be carried out; then the present peer is greeted.
     Waits,
-    /// One has come, and was greeted.
+    /// A peer has come, and was greeted.
     Came,
 }
 
@@ -95,15 +95,16 @@ impl Default for Sessions {
 }
 
 impl Sessions {
-    /// No line, no output. Never inlined: it would be on the caller's stack a second time.
+    /// Makes sessions without lines and output. Never inlined: it would be on the caller's stack a second
+    /// time.
     #[must_use]
     #[inline(never)]
     pub fn new() -> Self {
-        // Each is made in its place: as a constant, one of 3 kB would lie in flash to be copied.
+        // Each session is made in its place: as a constant, one of 3 kB would lie in flash to be copied.
         Self { sessions: array::from_fn(|_| Session::new()), count: 0, turn: 0, button_stop: None, notice: "" }
     }
 
-    /// Takes the sessions that a board has.
+    /// Takes over the sessions that a board has.
     pub fn configure(&mut self, consoles: &impl Consoles) {
         self.count = usize::from(consoles.sessions()).min(MAX_SESSIONS);
         for id in self.ids() {
@@ -127,37 +128,37 @@ impl Sessions {
         }
     }
 
-    /// How many there are.
+    /// Returns the number of sessions.
     #[must_use]
     pub const fn count(&self) -> u8 {
         self.count as u8
     }
 
-    /// Those that there are.
+    /// Returns the ids of all sessions.
     pub fn ids(&self) -> impl Iterator<Item = SessionId> + use<> {
         (0..self.count as u8).map(SessionId)
     }
 
-    /// One session.
+    /// Returns a session by its id.
     #[must_use]
     pub fn get(&self, id: SessionId) -> Option<&Session> {
         self.sessions.get(usize::from(id.0))
     }
 
-    /// One session.
+    /// Returns a session to change.
     pub fn get_mut(&mut self, id: SessionId) -> Option<&mut Session> {
         self.sessions.get_mut(usize::from(id.0))
     }
 
-    /// The dialect of whoever asks; of the first session for the machine itself.
+    /// Returns the dialect of the recipient; of the first session for the machine itself.
     #[must_use]
     pub fn dialect_of(&self, who: Recipient) -> Dialect {
         let id = who.session().unwrap_or(SessionId(0));
         self.get(id).map_or(Dialect::Smoothie, |session| session.dialect)
     }
 
-    /// The session whose turn it is to have its line carried out. `path_is_full`: those whose line waits for
-    /// room in the look-ahead queue are passed over.
+    /// Returns the session that is next to have its line carried out. With `path_is_full` sessions whose line
+    /// waits for room in the look-ahead queue are passed over.
     pub fn next_ready(&mut self, path_is_full: bool) -> Option<SessionId> {
         if !self.sessions.iter().take(self.count).any(|session| session.is_ready(path_is_full)) {
             return None;
@@ -173,7 +174,7 @@ impl Sessions {
         None
     }
 
-    /// Says something to those who are meant.
+    /// Sends a text to the recipient.
     pub fn say(&mut self, to: Recipient, text: fmt::Arguments<'_>) {
         let count = self.count;
         match to {
@@ -187,7 +188,7 @@ impl Sessions {
         }
     }
 
-    /// Tells hosts what has become of the job, in their words; who asked for it knows.
+    /// Tells hosts about the job in their own words; the session that asked knows already.
     pub fn tell_hosts(&mut self, news: &str, asked: Recipient) {
         for id in self.ids().map(Recipient::Session).filter(|id| *id != asked) {
             if self.dialect_of(id) != Dialect::Grbl {
@@ -196,7 +197,7 @@ impl Sessions {
         }
     }
 
-    /// Refuses the line of whoever asked. Of a line that nobody waits for everybody hears.
+    /// Refuses a line of the recipient. Without a single session, everybody hears the refusal.
     pub fn refuse(&mut self, to: Recipient, error: Error, why: fmt::Arguments<'_>) {
         match to.session().and_then(|id| self.get_mut(id)) {
             Some(session) => session.refuse(error, why),
@@ -204,20 +205,20 @@ impl Sessions {
         }
     }
 
-    /// The machine has halted: senders of GRBL's dialect are told so by number.
+    /// Tells senders of GRBL's dialect the number of the alarm with which the machine has halted.
     pub fn alarm(&mut self, alarm: Alarm) {
         for session in self.sessions.iter_mut().take(self.count).filter(|session| session.dialect == Dialect::Grbl) {
             session.announce(format_args!("ALARM:{}\n", alarm.number()));
         }
     }
 
-    /// Whether a line of anybody is being carried out.
+    /// Returns whether a line of any session is being carried out.
     #[must_use]
     pub fn are_busy(&self) -> bool {
         self.sessions.iter().take(self.count).any(Session::is_busy)
     }
 
-    /// Whether somebody wants his command to end (Ctrl-Y), once.
+    /// Takes the request to end the recipient's command (Ctrl-Y).
     pub fn take_stop(&mut self, who: Recipient) -> bool {
         if who == Recipient::Nobody {
             return self.button_stop.as_mut().is_some_and(core::mem::take);
@@ -226,14 +227,14 @@ impl Sessions {
         session.is_some_and(|session| core::mem::take(&mut session.stop_requested))
     }
 
-    /// Whether whoever sent the line that is carried out has gone since then; a button never has.
+    /// Returns whether the sender of the line that is carried out has gone since then; a button never has.
     #[must_use]
     pub fn has_left(&self, who: Recipient) -> bool {
         who.session().and_then(|id| self.get(id)).is_some_and(Session::asker_has_left)
     }
 
-    /// Whether those who are meant have taken most of what was said to them; who takes nothing for long is
-    /// not waited for.
+    /// Returns whether the recipients have taken most of their output; a session that takes nothing for long
+    /// is not waited for.
     #[must_use]
     pub fn have_taken_most(&self, who: Recipient) -> bool {
         if who == Recipient::Nobody {
@@ -246,8 +247,8 @@ impl Sessions {
         })
     }
 
-    /// Hands output to the transports, as much as they take. What nobody takes for [`LISTENER_TIMEOUT`] is
-    /// forgotten, but on a transport that knows that somebody is there.
+    /// Hands output to the transports, as much as they take. Output that nobody takes for
+    /// [`LISTENER_TIMEOUT`] is dropped, but on a transport that knows that a peer is there.
     pub fn flush(&mut self, consoles: &mut impl Consoles, now: Micros) {
         for (index, session) in self.sessions.iter_mut().take(self.count).enumerate() {
             let id = SessionId(index as u8);
@@ -258,22 +259,21 @@ impl Sessions {
         }
     }
 
-    /// Whether somebody has come to this session's other end, or gone, since it was last greeted.
+    /// Returns whether a peer of this session has come, or gone, since it was last greeted.
     #[must_use]
     pub fn is_visited_anew(&self, consoles: &impl Consoles, id: SessionId) -> bool {
         self.get(id).is_some_and(|session| session.visits() != consoles.inbox(id).visits())
     }
 
-    /// Follows who comes and goes; what one who has left has left unfinished is given back to be ended, also
-    /// where it was begun when he had gone.
-    /// Whoever comes finds nothing of the one before: neither his answers nor half a line of his; what that
-    /// one had sent whole is carried out first.
+    /// Follows peers that come and go; the unfinished listing of a peer that has left is given back to be
+    /// ended, also when it was begun after that. A new peer finds nothing of the former: neither answers nor
+    /// half a line; whole lines of the former peer are carried out first.
     pub fn follow_visitor(&mut self, consoles: &impl Consoles, id: SessionId) -> (Visitor, Option<Listing>) {
         let (inbox, notice) = (consoles.inbox(id), self.notice);
         let visits = inbox.visits();
         let Some(session) = self.get_mut(id) else { return (Visitor::Waits, None) };
         if session.has_somebody() || !inbox.is_open() {
-            // Whoever has come since then is met at the next look.
+            // A peer that has come since then is met at the next look.
             session.leave(if inbox.is_open() { visits.wrapping_sub(1) } else { visits });
             return (Visitor::Left, session.listing.take());
         }
@@ -286,7 +286,7 @@ impl Sessions {
         session.begin(&profile, visits);
         session.dialect = profile.dialect.unwrap_or(dialect);
         if goes_on_with_file {
-            // The rest of the file is no lines to be carried out, and where it ends is not known.
+            // The rest of the file is no lines to be carried out, and its end is not known.
             inbox.forget_visit(visits);
             session.announce(format_args!("{FILE_BROKEN_OFF}"));
             return (Visitor::Came, listing);

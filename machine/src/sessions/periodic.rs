@@ -1,28 +1,28 @@
-//! Reports that a session gets without asking (M155, M27 S, M113): which, and how often.
+//! Reports that a session gets without asking (M155, M27 S, M113), and their periods.
 
 use program::Dialect;
 use units::Micros;
 
-/// A report that repeats.
+/// Report that repeats by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Periodic {
-    /// Temperatures.
+    /// Temperatures of the heaters.
     Temperatures,
-    /// How far the file is.
+    /// Progress of the played file.
     Job,
-    /// The line in work is not done yet (`busy: processing`).
+    /// Notice that the line in work is not done yet (`busy: processing`).
     Busy,
 }
 
 /// Seconds between `busy` lines in Marlin's dialect, without M113: its hosts count on them.
 const MARLINS: u8 = 2;
 
-/// How often each is said, and when it was said last.
+/// Period of each report, s, and the time of the last one.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Periods([(Option<u8>, Micros); 3]);
 
 impl Periods {
-    /// Nothing was asked for.
+    /// No periods: nothing was asked for.
     pub const NONE: Self = Self([(None, Micros(0)); 3]);
 
     /// Repeats a report every so many seconds from now on; 0 for never.
@@ -32,14 +32,14 @@ impl Periods {
         }
     }
 
-    /// Seconds between two times that it is said to whoever speaks this dialect, 0 for never.
+    /// Returns the period of a report for a session of this dialect, s; 0 for never.
     #[must_use]
     pub fn seconds(&self, what: Periodic, dialect: Dialect) -> u8 {
         let usual = if what == Periodic::Busy && dialect == Dialect::Marlin { MARLINS } else { 0 };
         self.0.get(what as usize).and_then(|(seconds, _)| *seconds).unwrap_or(usual)
     }
 
-    /// Which of them are due, once.
+    /// Takes the reports that are due.
     pub fn take_due(&mut self, dialect: Dialect, is_busy: bool, now: Micros) -> [bool; 3] {
         [Periodic::Temperatures, Periodic::Job, Periodic::Busy].map(|what| {
             let seconds = self.seconds(what, dialect);

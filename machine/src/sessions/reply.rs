@@ -1,11 +1,11 @@
-//! A reply on its way to whoever asked.
+//! Replies to the session that asked.
 
 use core::fmt;
 
 use super::{Recipient, Sessions};
 
-/// Says things to one recipient, who is handed along as an argument: no reply ever goes to whoever asked
-/// last.
+/// Reply to a recipient, handed along as an argument, so that no reply ever goes to another session that
+/// asked last.
 #[derive(Debug)]
 pub struct Reply<'s> {
     sessions: &'s mut Sessions,
@@ -13,28 +13,28 @@ pub struct Reply<'s> {
 }
 
 impl<'s> Reply<'s> {
-    /// To this recipient.
+    /// Makes a reply to this recipient.
     pub const fn new(sessions: &'s mut Sessions, to: Recipient) -> Self {
         Self { sessions, to }
     }
 
-    /// Whom it goes to.
+    /// Returns the recipient of the reply.
     #[must_use]
     pub const fn to(&self) -> Recipient {
         self.to
     }
 
-    /// Says something.
+    /// Sends a text to the recipient.
     pub fn say(&mut self, text: fmt::Arguments<'_>) {
         self.sessions.say(self.to, text);
     }
 
-    /// Tells hosts what has become of the job; who asked for it knows.
+    /// Tells hosts about the job; the session that asked knows already.
     pub fn tell_hosts(&mut self, news: &str) {
         self.sessions.tell_hosts(news, self.to);
     }
 
-    /// Says something to every session.
+    /// Sends a text to every session.
     pub fn announce(&mut self, text: fmt::Arguments<'_>) {
         self.sessions.say(Recipient::All, text);
     }

@@ -1,4 +1,4 @@
-//! One session.
+//! State of one session.
 
 use core::fmt::{self, Write};
 
@@ -13,72 +13,72 @@ use crate::grbl::framing::{BANNER, Framing};
 use crate::grbl::numbers::Error;
 use crate::ports::{ConsoleKind, SessionProfile};
 
-/// Output a session can be behind with; more than the longest reply of one line.
+/// Bytes of output by which a session can be behind; more than the longest reply of one line.
 const OUTPUT_BYTES: usize = 2_048;
-/// With more than this waiting to be sent, a session gets no turn.
+/// Waiting output, bytes, above which a session gets no turn.
 const OUTPUT_AHEAD: usize = 512;
-/// A status report is only written with less than this waiting.
+/// Waiting output, bytes, below which a status report is written.
 const STATUS_BACKLOG: usize = 1_024;
 
-/// What a session may do.
+/// Rights of a session.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rights {
-    /// Everything.
+    /// The session may do everything.
     #[default]
     Operate,
-    /// Ask, and stop the machine in an emergency.
+    /// The session may ask, and stop the machine in an emergency.
     Watch,
 }
 
-/// One session.
+/// Session with its line, output and dialect.
 #[derive(Debug)]
 pub struct Session {
     gathering: LineBuffer,
     line: Option<LineBytes>,
     output: Output,
-    /// What makes GRBL's lines of what is said, in its dialect.
+    /// Converter of the output to GRBL's lines, in GRBL's dialect.
     framing: Framing,
-    /// Line numbers and checksums.
+    /// Decoder of line numbers and checksums.
     pub decoder: Decoder,
-    /// How its lines are read and answered.
+    /// Dialect of the session's lines and answers.
     pub dialect: Dialect,
-    /// What senders of GRBL's dialect wait for at first, and after each reset.
+    /// Banner that senders of GRBL's dialect wait for at first, and after each reset.
     pub grbl_banner: &'static str,
-    /// What it may do.
+    /// Rights of the session.
     pub rights: Rights,
-    /// An answer that goes on.
+    /// Answer in progress, of many lines.
     pub listing: Option<Listing>,
-    /// Ctrl-Y was received.
+    /// Whether Ctrl-Y was received.
     pub stop_requested: bool,
-    /// `visits` when whoever was here before had gone.
+    /// Value of `visits` when the former peer had gone.
     left_at: u32,
-    /// A file that he was sending ended with that.
+    /// Whether a file from the former peer was broken off by its leaving.
     pub broke_off_file: bool,
-    /// Its line is being carried out.
+    /// Whether the session's line is being carried out.
     busy: bool,
-    /// `visits` when that was begun.
+    /// Value of `visits` when that line was begun.
     line_visits: u32,
-    /// Count of bytes taken when its line was whole.
+    /// Count of bytes taken when the line was whole.
     line_ends_at: u32,
-    /// Count of bytes received when whoever jogs had let go last.
+    /// Count of bytes received when a jogging peer had let go last.
     jogs_dropped_at: Option<u32>,
-    /// Its line is a move that found the look-ahead queue full.
+    /// Whether the line is a move that found the look-ahead queue full.
     waits_for_room: bool,
-    /// Whether its line is a question has been looked at.
+    /// Whether the line has been looked at for being a question.
     looked_at: bool,
-    /// Lines its inbox had no room for, and that are not answered yet.
+    /// Lines that did not fit into the inbox, and are not answered yet.
     lost: u32,
-    /// A line was too long, and is not answered yet.
+    /// Whether a line was too long, and is not answered yet.
     too_long: bool,
-    /// How often somebody came or went, as last seen.
+    /// Number of times that a peer came or went, as last seen.
     visits: u32,
-    /// Its output was last taken then.
+    /// Time at which output was last taken.
     taken_at: Micros,
-    /// Its transport knows whether somebody is there: what is not taken waits as long as he is.
+    /// Whether the transport knows its peer to be there: then output waits for it.
     is_patient: bool,
-    /// It has taken nothing for long.
+    /// Whether the peer has taken nothing for long.
     is_stuck: bool,
-    /// What it is told by itself.
+    /// Periods of the reports without asking.
     pub periods: Periods,
 }
 
@@ -113,7 +113,7 @@ impl Session {
         }
     }
 
-    /// Somebody new is at the other end.
+    /// Starts anew for a new peer.
     pub(super) fn begin(&mut self, profile: &SessionProfile, visits: u32) {
         self.gathering.clear();
         self.line = None;
@@ -129,32 +129,32 @@ impl Session {
         self.visits = visits;
     }
 
-    /// Nobody is at the other end any more. What he has sent whole is carried out, for nobody to hear.
+    /// Notes that the peer has gone. Its whole lines are carried out, for nobody to hear.
     pub(super) fn leave(&mut self, visits: u32) {
         self.output.bytes.clear();
         self.framing = Framing::new();
-        // Others may have come and gone since then, before anybody looked.
+        // Other peers may have come and gone since then, unseen.
         self.left_at = if self.has_somebody() { self.visits.wrapping_add(1) } else { visits };
         self.visits = visits;
     }
 
-    /// Whether lines of whoever was here before are still to be begun.
+    /// Returns whether lines of the former peer are still to be begun.
     pub(super) fn has_from_before(&self, inbox: &Inbox) -> bool {
         inbox.has_from_before() || self.line.is_some()
     }
 
-    /// Forgets what he who has gone has sent, as far as it has not been begun.
+    /// Forgets the lines of the peer that has gone, as far as they have not been begun.
     pub fn forget_visit(&mut self, inbox: &Inbox) {
         inbox.forget_visit(self.left_at);
         self.clear_line();
     }
 
-    /// Whoever sent the line that is carried out has gone; somebody else may have come.
+    /// Returns whether the sender of the line that is carried out has gone; another peer may have come.
     pub(super) const fn asker_has_left(&self) -> bool {
         !self.line_visits.is_multiple_of(2) || self.line_visits != self.visits
     }
 
-    /// Somebody is at the other end, as last seen.
+    /// Returns whether a peer is at the other end, as last seen.
     pub(super) const fn has_somebody(&self) -> bool {
         self.visits.is_multiple_of(2)
     }
@@ -163,7 +163,7 @@ impl Session {
         self.visits
     }
 
-    /// Whether there is anything to do for it beside its line and its output.
+    /// Returns whether there is anything to do for the session beside its line and its output.
     #[must_use]
     pub fn wants_service(&self, inbox: &Inbox) -> bool {
         inbox.has_news()
@@ -176,13 +176,13 @@ impl Session {
 
     /// Gathers bytes until a line is whole.
     pub fn gather(&mut self, inbox: &Inbox) {
-        // Its bytes are no lines.
+        // During a transfer the bytes are no lines.
         if matches!(self.listing, Some(Listing::Transfer)) {
             return;
         }
         while self.line.is_none() && self.lost == 0 && !self.too_long {
-            // Whoever has come meanwhile is greeted first. Nothing of one who comes behind this look is
-            // taken.
+            // A peer that has come meanwhile is greeted first. Bytes of a peer that comes after this look are
+            // not taken.
             let received = inbox.received();
             if self.visits != inbox.visits() && inbox.is_open() && !inbox.has_from_before() {
                 return;
@@ -215,14 +215,14 @@ impl Session {
         }
     }
 
-    /// The line that waits.
+    /// Returns the line that waits.
     #[must_use]
     pub fn waiting(&self) -> Option<&[u8]> {
         self.line.as_deref()
     }
 
-    /// Whether its line can be carried out: it is whole, the one before has been answered, and there is room
-    /// for its answer.
+    /// Returns whether the line can be carried out: it is whole, the one before has been answered, and there
+    /// is room for the answer.
     pub(crate) fn is_ready(&self, path_is_full: bool) -> bool {
         self.line.is_some()
             && !self.busy
@@ -231,8 +231,8 @@ impl Session {
             && !(path_is_full && self.waits_for_room)
     }
 
-    /// Its line, once, when nothing but the machine itself may hold it back: whoever looks at it answers it
-    /// if it is a question.
+    /// Returns the waiting line, once, when nothing but the machine itself may hold it back: the caller
+    /// answers it if it is a question.
     pub fn line_to_look_at(&mut self) -> Option<&LineBytes> {
         if self.looked_at || !self.is_ready(false) {
             return None;
@@ -242,13 +242,13 @@ impl Session {
         self.line.as_ref()
     }
 
-    /// Forgets the line that waits: it has been answered.
+    /// Forgets the waiting line, which has been answered.
     pub fn drop_line(&mut self) {
         self.line = None;
         self.settle();
     }
 
-    /// Takes the line that waits, to be carried out; [`Self::answered`] ends that.
+    /// Takes the waiting line, to be carried out; [`Self::answered`] ends that.
     pub fn take_line(&mut self) -> Option<LineBytes> {
         let line = self.line.take();
         self.busy |= line.is_some();
@@ -258,41 +258,41 @@ impl Session {
         line
     }
 
-    /// The line that waits is a move that found the look-ahead queue full: it has no turn before there is
-    /// room.
+    /// Notes that the waiting line is a move that found the look-ahead queue full: its turn comes when there
+    /// is room.
     pub const fn wait_for_room(&mut self) {
         self.waits_for_room = true;
     }
 
-    /// The line that was taken has been answered.
+    /// Notes that the line that was taken has been answered.
     pub fn answered(&mut self) {
         self.busy = false;
         self.settle();
     }
 
-    /// Its line is being carried out.
+    /// Returns whether the session's line is being carried out.
     pub(super) const fn is_busy(&self) -> bool {
         self.busy
     }
 
-    /// What it is to be told by itself now: temperatures, how far the file is, that its line takes its time.
+    /// Takes the reports that are due without asking: temperatures, progress of the file, a line that takes
+    /// its time.
     pub fn take_due(&mut self, now: Micros) -> [bool; 3] {
         self.periods.take_due(self.dialect, self.busy, now)
     }
 
-    /// In GRBL's dialect a line that came to its end, its listing too, without an answer is answered with
-    /// `ok`.
+    /// Answers with `ok` a line that ended without an answer, as well as its listing, in GRBL's dialect.
     pub fn settle(&mut self) {
         if self.dialect == Dialect::Grbl && !self.busy && self.listing.is_none() {
             let Self { framing, output, .. } = self;
-            // Writing cannot fail.
+            // Writing to the output cannot fail.
             let _ = framing.settle(output);
         }
     }
 
-    /// What became of a line that did not get here, to be answered as a refused one, so that a sender that
-    /// counts answers stays in step. It keeps its place: what came before has been answered, and there is
-    /// room for the answer.
+    /// Takes the fault of a line that was lost, to be answered as a refused one, so that a sender that counts
+    /// answers stays in step. The answer keeps its place: earlier lines have been answered, and there is
+    /// room.
     pub fn take_lost(&mut self) -> Option<(Error, &'static str)> {
         if self.busy || self.line.is_some() || self.output.bytes.len() >= OUTPUT_BYTES / 2 {
             return None;
@@ -309,24 +309,24 @@ impl Session {
         Some(lost)
     }
 
-    /// Whoever jogs has let go: jogs that he has sent before, and that are still to be begun, are not.
+    /// Drops jogs that the peer sent before it let go, and that are still to be begun.
     pub fn drop_jogs(&mut self, inbox: &Inbox) {
         self.jogs_dropped_at = Some(inbox.stopped_at());
     }
 
-    /// Whether the line that was taken last was sent before that.
+    /// Returns whether the line that was taken last was sent before the peer let go.
     #[must_use]
     pub fn let_go_behind_line(&self) -> bool {
         self.jogs_dropped_at.is_some_and(|at| at.wrapping_sub(self.line_ends_at) as usize <= INBOX_BYTES)
     }
 
-    /// Drops its unfinished line, as an abort does.
+    /// Drops the unfinished line, as an abort does.
     pub fn clear_line(&mut self) {
         self.gathering.clear();
         self.line = None;
     }
 
-    /// Drops its lines and whatever is owed to them, as GRBL's reset does.
+    /// Drops the session's lines and the answers owed to them, as GRBL's reset does.
     pub fn reset(&mut self, inbox: &Inbox) {
         inbox.drop_before_reset();
         self.clear_line();
@@ -334,29 +334,29 @@ impl Session {
         self.framing.forgive();
     }
 
-    /// Says something, to whoever asked. A text that does not fit whole is left out.
+    /// Sends a text as an answer. A text that does not fit whole is left out.
     pub fn say(&mut self, text: fmt::Arguments<'_>) {
         self.write(text, true);
     }
 
-    /// Drops what nobody is there to hear.
+    /// Drops output that nobody is there to hear.
     pub(super) fn drop_output(&mut self) {
         self.output.bytes.clear();
     }
 
-    /// Says who is here: what the transport says, or what senders of GRBL's dialect wait for.
+    /// Sends the greeting: the transport's, or the banner that senders of GRBL's dialect wait for.
     pub fn greet(&mut self, greeting: &str) {
         self.announce(format_args!("{}", if self.dialect == Dialect::Grbl { self.grbl_banner } else { greeting }));
     }
 
-    /// Says something that answers no line.
+    /// Sends a text that answers no line.
     pub fn announce(&mut self, text: fmt::Arguments<'_>) {
         self.write(text, false);
     }
 
     fn write(&mut self, text: fmt::Arguments<'_>, is_reply: bool) {
         let Self { framing, output, .. } = self;
-        // Writing cannot fail.
+        // Writing to the output cannot fail.
         let _ = match self.dialect {
             Dialect::Grbl => Framed { framing, output, is_reply }.write_fmt(text),
             _ => output.write_fmt(text),
@@ -366,37 +366,37 @@ impl Session {
     /// Refuses the line that was taken.
     pub fn refuse(&mut self, error: Error, why: fmt::Arguments<'_>) {
         let Self { framing, output, .. } = self;
-        // Writing cannot fail.
+        // Writing to the output cannot fail.
         let _ = match self.dialect {
             Dialect::Grbl => framing.refuse(error, why, output),
             _ => writeln!(output, "error:{why}"),
         };
     }
 
-    /// Whether there is room for a status report.
+    /// Returns whether there is room for a status report.
     #[must_use]
     pub fn has_room_for_status(&self) -> bool {
         self.output.bytes.len() < STATUS_BACKLOG
     }
 
-    /// Whether there is room for the next piece of a listing.
+    /// Returns whether there is room for the next piece of a listing.
     #[must_use]
     pub fn has_room_for_listing(&self) -> bool {
         self.output.bytes.len() < OUTPUT_AHEAD
     }
 
-    /// Whether it has taken nothing for so long that nobody waits for it.
+    /// Returns whether the peer has taken nothing for so long that nobody waits for it.
     pub(super) const fn is_stuck(&self) -> bool {
         self.is_stuck
     }
 
-    /// Hands output on; what is not taken for so long is forgotten, unless somebody is known to be there.
+    /// Hands output on; output not taken for `timeout` is dropped, unless a peer is known to be there.
     pub(super) fn flush(&mut self, now: Micros, timeout: Micros, mut take: impl FnMut(&[u8]) -> usize) {
         if self.output.bytes.is_empty() {
             (self.taken_at, self.is_stuck) = (now, false);
             return;
         }
-        // Two rounds: the ring's two halves.
+        // Two rounds, for the ring's two halves.
         for _ in 0..2 {
             let (front, _) = self.output.bytes.as_slices();
             let taken = if front.is_empty() { 0 } else { take(front) };
@@ -414,13 +414,13 @@ impl Session {
     }
 }
 
-/// What waits to be sent.
+/// Output that waits to be sent.
 #[derive(Debug)]
 struct Output {
     bytes: Deque<u8, OUTPUT_BYTES>,
 }
 
-/// What is said in GRBL's dialect.
+/// Text output in GRBL's dialect.
 struct Framed<'s> {
     framing: &'s mut Framing,
     output: &'s mut Output,
@@ -434,11 +434,11 @@ impl Write for Framed<'_> {
 }
 
 impl Write for Output {
-    /// Whole pieces or nothing: a reader that fell 2 kB behind gets gaps between words, never within.
+    /// Writes whole pieces or nothing: a reader that fell 2 kB behind gets gaps between words, never within.
     fn write_str(&mut self, text: &str) -> fmt::Result {
         if text.len() <= OUTPUT_BYTES - self.bytes.len() {
             for byte in text.bytes() {
-                // There is room.
+                // There is room for it.
                 let _ = self.bytes.push_back(byte);
             }
         }

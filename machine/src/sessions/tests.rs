@@ -7,7 +7,7 @@ use std::vec::Vec;
 struct Desk {
     inboxes: [Inbox; 2],
     intakes: [Intake; 2],
-    /// What each has been output, and how much more it takes.
+    /// Output of each line, and the number of bytes that it still takes.
     output: [(VecDeque<u8>, usize); 2],
     kinds: [ConsoleKind; 2],
 }

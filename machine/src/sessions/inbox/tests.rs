@@ -3,7 +3,7 @@ use proptest::prelude::*;
 use std::string::String;
 use std::vec::Vec;
 
-/// Takes what is there; the lines that ended, and how many are said to be lost behind them.
+/// Takes all that waits; appends the lines that ended, and `lost` for each lost one.
 fn read(inbox: &Inbox, line: &mut String, lines: &mut Vec<String>) {
     while let Some(received) = inbox.take(inbox.received()) {
         match received {
@@ -81,7 +81,7 @@ fn of_whoever_is_forgotten_nothing_more_is_taken() {
         });
     };
     let (mut line, mut lines) = (String::new(), Vec::new());
-    // Somebody has gone; what he has sent comes behind that.
+    // The peer has gone before the rest of its bytes arrives.
     send(&mut intake, b"of a file\nand");
     inbox.set_open(false);
     let gone = inbox.visits();
@@ -91,7 +91,7 @@ fn of_whoever_is_forgotten_nothing_more_is_taken() {
     inbox.open(&mut intake);
     send(&mut intake, b"G28\n");
     read(&inbox, &mut line, &mut lines);
-    // Another one has come when it is seen that the one before has gone.
+    // Another peer has come before the former one's leaving is seen.
     send(&mut intake, b"of a file\n");
     inbox.set_open(false);
     let gone = inbox.visits();
@@ -131,7 +131,7 @@ fn carriage_returns_and_line_feeds_end_one_line_together() {
     assert_eq!(lines, ["a", "b", "c", "", "d"]);
 }
 
-/// What an inbox is asked to be between two packets.
+/// Changes an inbox between two packets, in the way of this number.
 fn change(inbox: &Inbox, intake: &mut Intake, what: u8) {
     match what {
         0 => inbox.set_raw(true),
@@ -150,7 +150,7 @@ fn change(inbox: &Inbox, intake: &mut Intake, what: u8) {
 }
 
 proptest! {
-    /// Received together, bytes leave what they leave one by one.
+    /// Bytes received together leave the same as bytes received singly.
     #[test]
     fn a_packet_is_its_bytes(
         packets in prop::collection::vec(("[GMX0-9 .(;*?!\\x18\n\r\u{C2}\u{85}]{0,16}", 0_u8..14, 1_usize..40), 1..40),
@@ -169,7 +169,7 @@ proptest! {
         }
     }
 
-    /// However lines come and are read: each is read whole or counted as lost, in order.
+    /// However lines come and are read, each is read whole or counted as lost, in order.
     #[test]
     fn each_line_is_read_whole_or_counted(
         rounds in prop::collection::vec((0_usize..900, any::<bool>(), 1_usize..40), 1..30),
@@ -191,7 +191,7 @@ proptest! {
         for (read, sent) in lines.iter().zip(&sent) {
             prop_assert!(read == sent || read == "lost", "{read} is not {sent}");
         }
-        // Nothing is lost without need.
+        // Nothing is lost unless the inbox was full.
         let lost = lines.iter().filter(|line| *line == "lost").count();
         prop_assert!(lost == 0 || sent.iter().map(|line| line.len() + 1).sum::<usize>() >= INBOX_BYTES - 1);
     }
