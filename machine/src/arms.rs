@@ -37,7 +37,7 @@ pub(crate) fn is_linear_delta(config: &MachineConfig) -> bool {
 
 /// Returns the place of the tool of a linear delta with every carriage at its end stop and no trims, mm.
 pub(crate) fn delta_home(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64> {
-    // With all carriages at the top the tool is in the middle.
+    // A linear delta with all carriages at the top has its tool in the middle.
     let mut place = PerAxis([0.0; units::MAX_AXES]);
     place[Axis::Z] = tuning.homing_position(config, Axis::Z) + tuning.home_offset()[Axis::Z];
     place

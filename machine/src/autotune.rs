@@ -1,8 +1,8 @@
 //! M303 and M306: measure how a heater answers to power, and set its control (PID or a model) accordingly.
 //!
-//! Both swing the temperature around a target, a few times (see [`crate::heat::StepTest`]). The heater goes
-//! off whatever happens, and keeps its former control unless everything was found. Questions are answered
-//! meanwhile, and heat safety watches as ever.
+//! Both codes swing the temperature around a target, a few times (see [`crate::heat::StepTest`]). The heater
+//! goes off whatever happens, and keeps its former control unless everything was found. Questions are
+//! answered meanwhile, and heat safety watches as ever.
 
 mod fan;
 
@@ -24,9 +24,9 @@ const REPORT_PERIOD: Micros = Micros::from_seconds(1);
 const TIMEOUT: Micros = Micros::from_seconds(3_600);
 /// Target and swings when the words are left out.
 const DEFAULT: (f64, f64) = (150.0, 3.0);
-/// Greatest overshoot of a swing above the target, °C, for which `max_temp` must leave room.
+/// Greatest overshoot of a swing above the target, C, for which `max_temp` must leave room.
 const HEADROOM: f32 = 15.0;
-/// Least target above the air's temperature, °C: nearer to the air, heat losses cannot be measured.
+/// Least target above the air's temperature, C: nearer to the air, heat losses cannot be measured.
 const LEAST_ABOVE_AIR: f32 = 20.0;
 /// Below this reading a heater has been off for long, and is as warm as the air.
 const COLD: Celsius = Celsius(45.0);

@@ -14,7 +14,7 @@ use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 /// Path of the note.
 pub const PATH: &str = "/sd/brown-out.txt";
 const BLOCK: usize = 512;
-/// Beginning of a note that nobody has been told of yet.
+/// Beginnings of the note: nobody has been told of the fall yet, or somebody has.
 const NEWS: &str = "new: ";
 const TOLD: &str = "told: ";
 
@@ -93,7 +93,7 @@ pub fn is_prepared<S: Storage>(storage: &mut S) -> bool {
 /// # Errors
 /// Errors of the card.
 pub fn prepare<S: Storage>(storage: &mut S, file: FileHandle) -> Result<(), StorageError> {
-    // In a variable: the reference of a constant would have it lie in flash.
+    // The block is a variable: as the reference of a constant it would lie in flash.
     let blank = [b' '; BLOCK];
     storage.write(file, &blank)
 }

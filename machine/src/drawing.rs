@@ -33,7 +33,7 @@ pub(crate) trait Draws {
     fn program(&self) -> &Interpreter;
     /// Returns how straight moves are divided into segments.
     fn line_settings(&self) -> LineSettings;
-    /// Returns whether straight moves are bends in the motors' space.
+    /// Returns whether the kinematics bend straight lines.
     fn bends(&mut self) -> bool;
 
     /// Makes the failure for a move that cannot be drawn.

@@ -185,8 +185,8 @@ impl HeatControl {
         self.switches.given(usize::from(switch))
     }
 
-    /// Asks for a temperature, 0 for off. A refused target changes nothing; while halted no target but off
-    /// does.
+    /// Asks for a temperature, 0 for off. A refused target changes nothing; while halted every target counts
+    /// as off.
     ///
     /// # Errors
     /// When the controller does not allow that temperature, or has nothing to heat with.

@@ -22,7 +22,7 @@ pub(crate) use preheat::preheat;
 pub(crate) use sensors::{sensors, write_sensor};
 pub(crate) use wait::{heat_and_wait, wait_for_all, wait_for_first_reading, wait_for_temperature};
 
-/// Temperature reported for an unreadable sensor, °C.
+/// Temperature reported for an unreadable sensor, C.
 const NO_READING: f32 = -100.0;
 
 // --- setting and waiting ---

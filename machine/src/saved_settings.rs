@@ -107,7 +107,7 @@ fn write_motion(text: &mut Text, motion: &MotionConfig, program: &Interpreter, c
         }
     }
     write!(text, "\n;Junction deviation mm, of Z alone, least speed mm/s:\nM205")?;
-    // Without the X word: reading it back would set the square corner velocity aside.
+    // X is left out beside a square corner velocity, which reading X back would cancel.
     if limits.square_corner_velocity.is_none() {
         write!(text, " X{}", Value(limits.junction_deviation.0, 5))?;
     }

@@ -136,8 +136,8 @@ impl Supervisor {
         !self.fets.reported
     }
 
-    /// Notes that the motor supply is off, as a faster watch has found and reported. When the supply comes
-    /// back, drivers are set up.
+    /// Notes that the motor supply is off, as a faster watch has found and reported. Drivers are set up when
+    /// the supply comes back.
     pub const fn motor_supply_is_lost(&mut self) {
         self.supply_on = Some(false);
     }

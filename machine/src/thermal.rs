@@ -3,7 +3,7 @@
 //! was homed.
 //!
 //! The shift takes effect with the next move that names Z, so it rides on moves and never makes one: within a
-//! layer nothing changes. Its size is limited to `max_adjust`, whatever the sensor reads.
+//! layer nothing changes. The size of the shift is limited to `max_adjust`, whatever the sensor reads.
 
 use core::fmt::{self, Write};
 

@@ -6,7 +6,7 @@ use crate::failure::Failure;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use = "most waits end when the machine halts"]
 pub enum Waited {
-    /// Nothing is in the way.
+    /// The machine may go on.
     Free,
     /// The operator holds the machine, or the door is open.
     Held,

@@ -71,9 +71,9 @@ impl Reports {
         missed <= PATIENCE
     }
 
-    /// Returns whether the watchdog is to be fed, at each of heat control's looks. When a silent task will
-    /// soon cause a reset, the task is recorded, once: the next start finds it. Heat control itself cannot be
-    /// found so; nor can a processor whose interrupts are off.
+    /// Returns whether the watchdog is to be fed, at each of heat control's looks. A silent task that will
+    /// soon cause a reset is recorded, once: the next start finds it. Heat control itself cannot be found so;
+    /// nor can a processor whose interrupts are off.
     pub fn look(&self, now: Micros, events: EventRing<'_>) -> bool {
         let looks = self.looks.load(Ordering::Relaxed);
         if self.take_complete() {

@@ -1,4 +1,4 @@
-//! Line editor: commands of a letter that find, move, insert and delete. This module knows text alone; files
+//! Line editor: commands of a letter that find, move, insert and delete. The editor knows text alone; files
 //! are its caller's.
 //!
 //! The commands are those of Smoothieware v2's `ed`, an Ecce (H. Dewar, "Edinburgh Compatible Context

@@ -27,7 +27,7 @@ const CTRL_Z: u8 = 0x1A;
 /// Way in which a file comes.
 #[derive(Debug)]
 enum Way {
-    /// In blocks that are checked.
+    /// YModem: blocks that are checked.
     YModem(Receiver),
     /// Plain bytes; those that wait to be written.
     Plain(heapless::Vec<u8, CHUNK>),

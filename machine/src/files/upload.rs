@@ -71,7 +71,7 @@ impl Files {
         self.upload.as_ref().is_some_and(|upload| upload.from == session)
     }
 
-    /// Gives up the file of an upload. Its sender does not know, and goes on sending lines that must not be
+    /// Gives up the file of an upload. The sender does not know, and goes on sending lines that must not be
     /// carried out.
     pub fn spoil_upload(&mut self, storage: &mut impl Storage) {
         if let Some(file) = self.upload.as_mut().and_then(|upload| upload.file.take()) {

@@ -1,6 +1,6 @@
 //! YModem, the receiving end: blocks of 128 or 1,024 bytes with a CRC, several files in one go.
 //!
-//! Source: Chuck Forsberg, "XMODEM/YMODEM Protocol Reference" (1988), chapters 4, 5 and 7. This module knows
+//! Source: Chuck Forsberg, "XMODEM/YMODEM Protocol Reference" (1988), chapters 4, 5 and 7. The receiver knows
 //! bytes and time alone; files are its caller's.
 
 use heapless::Vec;

@@ -18,15 +18,15 @@ pub const LOCKED: &str = "[MSG:'$H'|'$X' to unlock]\n";
 enum Place {
     #[default]
     LineStart,
-    /// In a line that stays as it is.
+    /// Inside a line that stays as it is.
     AsItIs,
-    /// In a message for the user.
+    /// Inside a message for the user.
     Message,
-    /// In a line that began with `ok`: its end answers.
+    /// Inside a line that began with `ok`: its end answers.
     Remark,
-    /// In a line that began with `error:`.
+    /// Inside a line that began with `error:`.
     Refusal,
-    /// In the answer `ok`.
+    /// Inside the answer `ok`.
     Ok,
 }
 

@@ -29,7 +29,7 @@ pub(crate) struct Sources<'m> {
 /// Way of changing a setting.
 #[derive(Clone, Copy, Debug)]
 enum Write {
-    /// Only by this setting of `config.ini`.
+    /// By this setting of `config.ini` only.
     Config(&'static str),
     /// By this code, whose word has the axis's letter or this one; its value is the setting's times a factor.
     Code(&'static str, Option<char>, f64),

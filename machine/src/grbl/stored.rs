@@ -1,5 +1,5 @@
 //! State that the dialect keeps on the card: one file, written as soon as something in it changes, as GRBL
-//! writes its EEPROM. Its lines are the commands that set the same values.
+//! writes its EEPROM. The lines are the commands that set the same values.
 
 use core::fmt::Write as _;
 

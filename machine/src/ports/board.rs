@@ -3,7 +3,7 @@
 use config::{MachineConfig, Pin};
 use units::{Celsius, Ticks, Volts};
 
-/// Reason why the board could not be wired as the configuration asks. One line, naming pin or setting.
+/// Reason why the board could not be wired as the configuration asks: a line that names pin or setting.
 pub type WiringError = heapless::String<128>;
 
 /// Reason why a pin is not available: its user.

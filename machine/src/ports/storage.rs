@@ -190,13 +190,13 @@ pub enum CardEvent {
 /// Attributes of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FileAttributes {
-    /// Not to be written or removed.
+    /// Whether writing and removing are forbidden.
     pub read_only: bool,
-    /// Not listed by DOS.
+    /// Whether DOS does not list the file.
     pub hidden: bool,
-    /// Part of an operating system.
+    /// Whether the file is part of an operating system.
     pub system: bool,
-    /// Changed since the last backup.
+    /// Whether the file has changed since the last backup.
     pub archive: bool,
 }
 

@@ -40,9 +40,9 @@ enum Place {
     /// As `LineStart`; an LF still belongs to the line before.
     AfterReturn,
     InLine,
-    /// In a line that is lost.
+    /// Inside a line that is lost.
     Losing,
-    /// In the rest of a line that has been counted as lost.
+    /// Inside the rest of a line that has been counted as lost.
     Skipping,
 }
 

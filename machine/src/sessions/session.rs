@@ -129,7 +129,7 @@ impl Session {
         self.visits = visits;
     }
 
-    /// Notes that the peer has gone. Its whole lines are carried out, for nobody to hear.
+    /// Notes that the peer has gone. Whole lines of the peer are carried out, for nobody to hear.
     pub(super) fn leave(&mut self, visits: u32) {
         self.output.bytes.clear();
         self.framing = Framing::new();
@@ -438,7 +438,7 @@ impl Write for Output {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         if text.len() <= OUTPUT_BYTES - self.bytes.len() {
             for byte in text.bytes() {
-                // There is room for it.
+                // Writing fits, as the length was checked.
                 let _ = self.bytes.push_back(byte);
             }
         }
