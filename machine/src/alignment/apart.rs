@@ -1,8 +1,8 @@
 //! Turning the motors of one axis alone.
 //!
-//! A slave is no axis of its own: it makes its master's steps. For the time of one move motion is told that
-//! it is one, on the axis of its letter, which no program can name then. Its master stands meanwhile, so
-//! where the tool is does not change in any coordinate.
+//! A slave is no axis of its own: it makes its master's steps. For the time of one move, motion is told that
+//! the slave is an axis, on the slave's own letter, which no program can name then. Its master stands
+//! meanwhile, so the tool's position does not change in any coordinate.
 
 use config::MachineConfig;
 use heapless::Vec;
@@ -15,15 +15,15 @@ use crate::failure::Failure;
 use crate::homing::come_to_rest;
 use crate::ports::Ports;
 
-/// The motors that are slaved to this one, in their order.
+/// Returns the motors that are slaved to `master`, in their order.
 pub(super) fn slaves_of(config: &MachineConfig, master: Actuator) -> Vec<Actuator, 3> {
     let slaves = config.actuators().filter(|(_, motor)| motor.slaved_to == Some(master)).map(|(slave, _)| slave);
     // Only delta, epsilon and zeta can be slaves.
     slaves.take(3).collect()
 }
 
-/// Moves slaves by these distances, mm, all at once, and waits for the end. Whatever happens they are slaves
-/// again afterwards; after an error nobody knows how far they went.
+/// Moves slaves by these distances, mm, all at once, and waits for the end. Afterwards they are slaves again
+/// in any case; after an error the distances that they moved are unknown.
 pub(super) fn move_slaves<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     slaves: &[Actuator],
@@ -46,12 +46,12 @@ fn turn<P: Ports>(hands: &mut Hands<'_, '_, P>, target: PerAxis<f64>, rate: MmPe
     hands.wait_while_held()
 }
 
-/// The axis of a motor's letter, along which it moves while it is apart.
+/// Returns the axis of a motor's letter, along which the motor moves while it is apart.
 pub(super) const fn axis_of(slave: Actuator) -> Axis {
     Axis::ALL[slave as usize]
 }
 
-/// Slaves are axes of their own, each at 0 where it stood.
+/// Slaves configured as axes of their own, each at 0 where it stood.
 pub(super) struct Apart {
     whole: MotionConfig,
     here: PerAxis<f64>,
@@ -74,7 +74,7 @@ impl Apart {
         }
     }
 
-    /// They are slaves again, after whatever has happened.
+    /// Makes the motors slaves again, whether or not their move succeeded.
     pub(super) fn end<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
         // A halt may still be braking.
         come_to_rest(hands);

@@ -1,11 +1,11 @@
-//! How a bed lies over the motors that carry it, from touches at other places.
+//! Fit of the bed's height over the motors that carry it, from touches of the probe at other places.
 
 use crate::least_squares::LeastSquares;
 
-/// Distances are counted in this many mm, so that sums of their squares and of ones are of like size.
+/// Unit of distance of the fit, mm: sums of squared distances and counts of touches are then of like size.
 const SCALE: f64 = 100.0;
 
-/// What motors can do to a bed.
+/// Shapes of the bed that the motors can change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Shape {
     /// Two motors: tilt it along the line between them.
@@ -39,13 +39,14 @@ impl Shape {
 pub(super) struct Bed {
     shape: Shape,
     middle: [f64; 2],
-    /// The direction of a line; of no meaning otherwise.
+    /// Direction of a `Shape::Line`; meaningless for other shapes.
     along: [f64; 2],
     factors: [f64; 4],
 }
 
 impl Bed {
-    /// The bed that fits touches (X, Y and height, mm) best. `None` when they do not tell.
+    /// Returns the bed that fits touches (X, Y and height, mm) best, or `None` when the touches do not
+    /// determine it.
     pub fn through(touches: &[[f64; 3]], motors: &[[f64; 2]], shape: Shape) -> Option<Self> {
         let (first, last) = (motors.first()?, motors.last()?);
         let way = [last[0] - first[0], last[1] - first[1]];
@@ -68,7 +69,7 @@ impl Bed {
         Some(bed)
     }
 
-    /// What each factor adds at a place.
+    /// Returns the basis functions of the fit at a place: the share of each factor in the height.
     fn row(&self, [x, y]: [f64; 2]) -> [f64; 4] {
         let (x, y) = ((x - self.middle[0]) / SCALE, (y - self.middle[1]) / SCALE);
         match self.shape {
@@ -78,12 +79,12 @@ impl Bed {
         }
     }
 
-    /// Its height here, mm.
+    /// Returns the bed's height at a place, mm.
     pub fn height(&self, place: [f64; 2]) -> f64 {
         self.row(place).into_iter().zip(self.factors).map(|(one, factor)| one * factor).sum()
     }
 
-    /// How far the touch that fits worst is off, mm: what no motor can mend, and noise.
+    /// Returns the greatest residual of the touches, mm: a warp that no motor can mend, and noise.
     pub fn rest(&self, touches: &[[f64; 3]]) -> f64 {
         let off = |[x, y, height]: &[f64; 3]| libm::fabs(height - self.height([*x, *y]));
         touches.iter().map(off).fold(0.0, f64::max)
@@ -113,7 +114,7 @@ mod tests {
                 };
                 factors[0] + tilt + if shape == Shape::Twisted { factors[3] * x * y / 1e4 } else { 0.0 }
             };
-            // One point near each corner.
+            // The touches: a point near each corner.
             let corners = [[0.0, 0.0], [150.0, 0.0], [150.0, 150.0], [0.0, 150.0]];
             let touches: Vec<_> = corners.into_iter().zip(points).map(|([cx, cy], (x, y))| {
                 let place = [cx + x, cy + y];

@@ -1,5 +1,5 @@
-//! What carries the bed or the gantry: motors that are turned alone (G34), and screws that a person turns
-//! (G35); and a slave that is put where its own switch says (G28.7).
+//! Alignment of the bed or the gantry: motors that are turned alone (G34), screws that a person turns (G35),
+//! and a slave that is put where its own switch says (G28.7).
 //!
 //! A height is where the probe touches the bed, mm of Z: higher where the bed is nearer to the tool.
 

@@ -1,7 +1,7 @@
 //! G28.7: how far a slave is from its own switch, and putting it at its place from there.
 //!
-//! Where two motors carry an axis and the slave has a switch, that switch says how the slave stands to its
-//! master: G28.7 X0 on an axis that has been aligned by hand says how far it is, M666 X keeps that as the
+//! If two motors carry an axis and the slave has a switch, that switch says how the slave stands to its
+//! master: G28.7 X0 on an axis that has been aligned by hand says the distance, M666 X keeps that as the
 //! trim, and G28.7 X1 after homing goes back by it, whatever the motors did while they had no current.
 
 use motion::Latch;
@@ -14,19 +14,19 @@ use crate::failure::{Answer, Failure, Outcome};
 use crate::homing::{homing_switch, stops_in_time, wait_trigger};
 use crate::ports::{Input, Ports};
 
-/// The switch must be so near, mm: on its way the slave twists what both carry.
+/// Greatest distance to the switch, mm: on its way the slave twists the part that both motors carry.
 const FARTHEST: f64 = 20.0;
 const USAGE: &str = "G28.7 requires one axis argument (XYZ)";
 
-/// What there is to do for one axis.
+/// The slave's search for its own switch.
 struct Search {
     axis: Axis,
     slave: Actuator,
     switch: Input,
-    /// 1 or -1.
+    /// Direction towards the switch: 1 or -1.
     towards: f64,
     rate: MmPerSecond,
-    /// Back from the switch, mm; without it, back to where the slave stood.
+    /// Distance back from the switch, mm; without it, the slave goes back to where it stood.
     trim: Option<f64>,
 }
 

@@ -10,16 +10,16 @@ use crate::leveling;
 use crate::ports::Ports;
 use crate::probing::{check_homed, touch_places};
 
-/// A turn of a screw, as a person is told it.
+/// A turn of a bed screw, as it is told to a person.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Turn {
-    /// Twelfths of a quarter: 48 to a turn, what an eye can tell.
+    /// Forty-eighths of a turn: a twelfth of a quarter turn is the least that an eye can tell.
     forty_eighths: u32,
     clockwise: bool,
 }
 
 impl Turn {
-    /// What raises the bed at the screw by so much, mm; lowers it where that is negative.
+    /// Returns the turn that raises the bed at the screw by this distance, mm; a negative one lowers the bed.
     fn raising(mm: f64, thread: Thread) -> Self {
         let turns = libm::fabs(mm) / thread.pitch;
         Self { forty_eighths: libm::round(48.0 * turns) as u32, clockwise: (mm > 0.0) == thread.clockwise_raises }
@@ -66,7 +66,7 @@ pub(crate) fn advise<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     if !hands.all_homed() {
         return Err(Failure::refused(&"G35 touches the bed at places of the machine: home it first"));
     }
-    // Screws level the bed as it is, and what was measured belongs to the bed before.
+    // The screws level the bare bed, and the compensation in force was measured on the bed before the turn.
     leveling::take_off(hands)?;
     let touches = touch_places(hands, &screws.screws, screws.initial_height.0)?;
     let first = touches.first().map_or(0.0, |touch| touch[2]);

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-/// A place among others, as one who stands before the machine calls it: `front left`, `rear`.
+/// A place among others, named as somebody in front of the machine calls it: `front left`, `rear`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corner {
     place: [f64; 2],
@@ -19,7 +19,7 @@ impl Corner {
         Self { place, low: [ends(0, f64::min), ends(1, f64::min)], high: [ends(0, f64::max), ends(1, f64::max)] }
     }
 
-    /// In which third of an axis it lies: -1, 0 or 1; always 0 where all lie together.
+    /// Returns the third of an axis in which the place lies: -1, 0 or 1; always 0 where all places coincide.
     fn third(&self, axis: usize) -> i8 {
         let get = |values: [f64; 2]| values.get(axis).copied().unwrap_or(0.0);
         let (low, length) = (get(self.low), get(self.high) - get(self.low));

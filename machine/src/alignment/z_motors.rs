@@ -1,8 +1,8 @@
 //! G34: turns the motors of Z alone until the bed, or the gantry, is parallel to the other.
 //!
-//! The bed is touched at some points, and how it lies over the motors follows. The first motor stays, so Z
-//! reads there as before; the others go to where the bed is as high over them as over the first. What is left
-//! is measured again, until no motor is off by more than the tolerance.
+//! The bed is touched at some points, from which its height over the motors follows. The first motor stays,
+//! so Z reads there as before; the others go to where the bed is as high over them as over the first. The
+//! remaining error is measured again, until no motor is off by more than the tolerance.
 
 use config::ZAlignment;
 use heapless::Vec;
@@ -21,9 +21,9 @@ use crate::probing::{check_homed, touch_places};
 /// Motors turn alone at this speed at most.
 const RATE: MmPerSecond = MmPerSecond(5.0);
 
-/// A round that leaves more than this share of what it found did not do what it should.
+/// A round that leaves more than this share of the error that it found did not do what it should.
 const LEAST_GAIN: f64 = 0.7;
-/// Below so many tolerances that may be the probe's noise.
+/// Below this many tolerances, an error that remains may be the probe's noise.
 const NOISE: f64 = 4.0;
 
 /// G34: I is the number of further rounds, T the tolerance.
@@ -46,14 +46,14 @@ pub(crate) fn align<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -
     if !hands.all_homed() {
         return Err(Failure::refused(&"G34 touches the bed at places of the machine: home it first"));
     }
-    // What was measured belongs to a bed that is about to move.
+    // The compensation in force was measured on a bed that is about to move.
     leveling::take_off(hands)?;
     let slaves = slaves_of(config, Actuator::Gamma);
     rounds(hands, &settings, &slaves)?;
     Ok(Answer::Ok)
 }
 
-/// How far the slaves are off, mm: by so much each must be moved up.
+/// Errors of the slaves, mm: the distance by which each must be moved up.
 type Offsets = Vec<f64, 3>;
 
 fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, settings: &ZAlignment, slaves: &[Actuator]) -> Result<(), Failure> {
@@ -98,7 +98,7 @@ fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, settings: &ZAlignment, slaves:
     Err(hands.texts().refused(text))
 }
 
-/// Touches the points; says how each motor stands to the first one.
+/// Touches the points and returns each motor's height error relative to the first motor.
 fn measure<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     settings: &ZAlignment,
@@ -115,7 +115,7 @@ fn measure<P: Ports>(
         let corner = Corner::among(*place, &settings.motors);
         let (size, way) = (libm::fabs(offset), if offset > 0.0 { "low" } else { "high" });
         hands.say(format_args!("Z motor {} ({corner}): {size:.4} mm too {way}\n", slave.name()));
-        // As many as slaves.
+        // The capacity is that of the list of slaves.
         let _ = offsets.push(offset);
     }
     let rest = bed.rest(&touches);
