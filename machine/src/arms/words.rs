@@ -1,4 +1,5 @@
-//! What the words of M665, M666 and M206 change, for whoever has no machine at hand too.
+//! Changes that the words of M665, M666 and M206 make, kept apart so that a preflight without a machine can
+//! apply them too.
 
 use config::MachineConfig;
 use motion::Kinematics;
@@ -7,12 +8,12 @@ use units::Axis;
 
 use crate::tuning::Tuning;
 
-/// The homing position of Z is a place of the tool, which M665 changes.
+/// Returns whether the homing position of Z is a place of the tool, which M665 changes.
 pub(crate) const fn homes_by_tool(config: &MachineConfig) -> bool {
     config.homing.delta || config.homing.scara
 }
 
-/// What M665 makes of arms; none where it leaves them as they are.
+/// Returns the arms as M665 changes them, or `None` if it leaves them as they are.
 pub(crate) fn arms_of(kinematics: &Kinematics, words: &Words<'_>) -> Option<Kinematics> {
     let before = kinematics.parameters();
     let mut parameters = kinematics.parameters();
@@ -24,13 +25,13 @@ pub(crate) fn arms_of(kinematics: &Kinematics, words: &Words<'_>) -> Option<Kine
     (parameters != before).then(|| kinematics.with_parameters(&parameters))
 }
 
-/// What M665 sets beside the arms.
+/// Sets the parameters of M665 that are not part of the arms.
 pub(crate) fn set_arm_tuning(tuning: &mut Tuning, config: &MachineConfig, words: &Words<'_>) {
     set_home_height(tuning, config, words);
     set_line_cutting(tuning, words);
 }
 
-/// M666 without saying them.
+/// Applies the words of M666, without a report of the trims.
 pub(crate) fn set_trims(tuning: &mut Tuning, words: &Words<'_>) {
     let mut trims = tuning.trim();
     for (axis, trim) in Axis::PRIMARY.into_iter().zip(&mut trims) {
@@ -39,7 +40,7 @@ pub(crate) fn set_trims(tuning: &mut Tuning, words: &Words<'_>) {
     tuning.set_trim(trims);
 }
 
-/// M206 without saying them.
+/// Applies the words of M206, without a report of the offsets.
 pub(crate) fn set_home_offsets(tuning: &mut Tuning, words: &Words<'_>) {
     for axis in Axis::ALL {
         if let Some(mm) = words.axis(axis) {
@@ -56,7 +57,7 @@ fn set_home_height(tuning: &mut Tuning, config: &MachineConfig, words: &Words<'_
 
 fn set_line_cutting(tuning: &mut Tuning, words: &Words<'_>) {
     if let Some(rate) = words.get('S') {
-        // Beside it U does not count.
+        // U does not count beside S.
         tuning.lines.segments_per_second = (rate > 1.0).then_some(rate);
     } else if let Some(length) = words.get('U') {
         tuning.lines.segments_per_second = None;
