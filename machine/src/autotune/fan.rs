@@ -1,4 +1,4 @@
-//! What a fan takes from a heater: the output that holds a temperature without it and with it.
+//! Effect of a fan on a heater: the output that holds a temperature with the fan off and on.
 
 use config::{HeaterId, OutputKind};
 use units::{Duty, Micros};
@@ -10,12 +10,12 @@ use crate::heat::{AIR_C, LawSettings, ModelSettings, Output};
 use crate::heat_codes::change_target;
 use crate::ports::{Ports, Wake};
 
-/// The output is averaged over so long...
+/// Time over which the output is averaged...
 const AVERAGED: Micros = Micros::from_seconds(30);
-/// ...once it has had so many times what the sensor is late, and so long, to come to rest.
+/// ...after a settling time: this multiple of the sensor's delay, and at least this time.
 const SETTLES: (f32, Micros) = (10.0, Micros::from_seconds(20));
 
-/// The fan that blows at a heater, and what it did before.
+/// The fan that blows at a heater, and its output before the test.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Blower {
     place: Option<u8>,
@@ -23,7 +23,7 @@ pub(super) struct Blower {
 }
 
 impl Blower {
-    /// Stops the fan with this place among the switches; none where there is none.
+    /// Stops the fan with this place among the switches; does nothing if there is none.
     pub(super) fn stop<P: Ports>(hands: &mut Hands<'_, '_, P>, place: Option<u8>) -> Self {
         let before = place.map_or(0.0, |place| hands.heat(|heat| heat.switch_duty(place)));
         let blower = Self { place, before };
@@ -31,14 +31,14 @@ impl Blower {
         blower
     }
 
-    /// It goes on as before, unless a halt has put it where the configuration says.
+    /// Gives the fan its former output, unless a halt has put it where the configuration says.
     pub(super) fn restore<P: Ports>(self, hands: &mut Hands<'_, '_, P>) {
         if !hands.heat(|heat| heat.is_halted()) {
             self.blow(hands, self.before);
         }
     }
 
-    /// The most it may be given, 0 to 1.
+    /// Returns the fan's greatest output, 0 to 1.
     fn most<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> f32 {
         let switch = self.place.and_then(|place| hands.config().switches.get(usize::from(place)));
         switch.map_or(0.0, |switch| match switch.output_kind {
@@ -54,12 +54,12 @@ impl Blower {
             Some(OutputKind::HardwarePwm) => Output::Pwm(place, share),
             _ => Output::Switch(place, Duty(libm::roundf(share * 255.0) as u8)),
         };
-        // A switch takes anything.
+        // Switch outputs accept every value, so the result says nothing.
         let _ = hands.heat(|heat| heat.apply(output));
     }
 }
 
-/// Puts the model in force and adds to it what the fan takes, where there is one.
+/// Puts the model in force and adds the fan's effect to it, if there is a fan.
 ///
 /// # Errors
 /// When the machine halts.
@@ -91,7 +91,7 @@ pub(super) fn measure<P: Ports>(
     Ok(ModelSettings { fan_loss, ..model })
 }
 
-/// The mean output that holds the target, once all has come to rest.
+/// Returns the mean output that holds the target, once the temperature has settled.
 fn held_with<P: Ports>(hands: &mut Hands<'_, '_, P>, id: HeaterId, model: &ModelSettings) -> Result<f32, Failure> {
     let (times, least) = SETTLES;
     let settled = hands.now().plus(least).plus(Micros((model.late_s * times * 1e6) as u64));
