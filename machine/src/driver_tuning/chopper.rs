@@ -1,7 +1,7 @@
-//! `tune_driver X chopper`: off time and hysteresis of spreadCycle, computed from what the motor's data sheet
-//! says of its coils, the supply that the board measures, and the current that is set.
+//! `tune_driver X chopper`: off time and hysteresis of spreadCycle, computed from the coil data of the
+//! motor's data sheet, the supply voltage that the board measures, and the current that is set.
 //!
-//! Nothing that these chips read says how good a chopper is, so there is nothing to be measured by moving.
+//! No reading of these chips says how good a chopper is, so nothing can be measured by moving.
 
 use units::{Actuator, Axis};
 
@@ -12,8 +12,8 @@ use crate::ports::{ChopperFit, Coil, MotorDrivers, Ports};
 use super::strokes;
 
 /// # Errors
-/// Where a figure is missing, with where it is to be written; when the supply does not drive the current
-/// through the coil; when the driver does not take it.
+/// If a figure is missing, with the place to write it; when the supply does not drive the current through the
+/// coil; when the driver does not take the settings.
 pub(crate) fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, letter: char) -> Outcome {
     let config = hands.config();
     let axis = Axis::from_letter(letter).ok_or_else(|| hands.texts().because(super::USAGE))?;

@@ -1,15 +1,15 @@
-//! `tune_driver`: which stallGuard threshold a motor is to have, measured on the machine as it is.
+//! `tune_driver`: measures the stallGuard threshold for a motor on the machine as it is.
 //!
-//! The output of a driver says stall where its reading is 0, and the threshold shifts all readings. So there
-//! are two ends: below the one a motor that runs free reads 0 now and then; above the other a motor that
-//! stands does not. The first is measured as it is, at two or three speeds. The second would take stalls; in
-//! their place the axis crawls, for a motor that hardly turns induces as little as one that stands. Between
-//! both lies the threshold. With stallGuard4 it is the other way round, see [`stall_guard_4`]. The
-//! chopper is left alone: nothing that these chips read says how good it is. It is computed, in [`chopper`],
-//! when that is asked for.
+//! A driver's stall output says stall while its reading is 0, and the threshold shifts all readings. So there
+//! are two ends: below the lower end a motor that runs free reads 0 now and then; above the upper end a motor
+//! that stands does not. The first is measured as it is, at two or three speeds. The second would take
+//! stalls; in their place the axis crawls, for a motor that hardly turns induces as little as a motor that
+//! stands. The threshold lies between both ends. With stallGuard4 the order is the other way round, see
+//! [`stall_guard_4`]. The chopper is left alone: no reading of these chips says how good it is. Its settings
+//! are computed, in [`chopper`], on request.
 //!
-//! The driver is set as for a search for a stall, which keeps what was set before, and puts it back however
-//! this ends.
+//! The driver is set as for a search for a stall, which keeps the settings before it, and gets them back
+//! however the test ends.
 
 mod chopper;
 mod readings;
@@ -28,30 +28,30 @@ use strokes::Way;
 
 /// A free motor reads at least this in the mean, as homing without a switch asks for.
 const LEAST_MEAN: f32 = 100.0;
-/// The crawl, as a share of the speed from which on load can be measured.
+/// Speed of the crawl, as a share of the least speed at which load can be measured.
 const CRAWL: f64 = 0.1;
-/// So much faster than that speed is the slowest that is measured.
+/// Ratio of the slowest speed that is measured to the least speed at which load can be measured.
 const ABOVE_LEAST: f64 = 1.2;
-/// From the ends of the travel, mm.
+/// Distance kept from the ends of the travel, mm.
 const CLEAR: f64 = 5.0;
-/// Thresholds between both ends that are enough to be sure.
+/// Number of thresholds between both ends that makes the result sure.
 const SURE: i16 = 6;
-/// The same for those of stallGuard4, of which one is a fifth as much.
+/// The same for stallGuard4, whose threshold step is a fifth as much.
 const SURE_4: i16 = 30;
 const USAGE: &str = "tune_driver takes: axis, and up to three speeds in mm/s, or the word chopper";
 
-/// Speeds, the fastest first.
+/// Speeds of the test, mm/s, the fastest first.
 type Speeds = heapless::Vec<f64, 3>;
 
-/// What was found for a current.
+/// Result of the search for a current.
 #[derive(Clone, Copy, Debug)]
 struct Found {
     threshold: i16,
-    /// The last with which it runs free.
+    /// Last threshold with which the motor runs free.
     free: i16,
-    /// The last with which a crawl says stall.
+    /// Last threshold with which a crawl says stall.
     stands: i16,
-    /// Of the slowest speed that it is right for, mm/s, and what it reads there.
+    /// Slowest speed for which the threshold is right, mm/s, and the readings at it.
     slowest: f64,
     readings: Readings,
 }
@@ -59,8 +59,8 @@ struct Found {
 /// `tune_driver axis [mm/s ...]`
 ///
 /// # Errors
-/// Where the axis cannot be measured, when no threshold fits, and when the machine halts. Then the driver is
-/// as it was.
+/// If the axis cannot be measured, when no threshold fits, and when the machine halts. Then the driver is as
+/// it was.
 pub(crate) fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Outcome {
     if let Some((letter, "chopper")) = arguments.trim().split_once(' ').map(|(axis, what)| (axis, what.trim())) {
         hands.standstill()?;
@@ -73,7 +73,7 @@ pub(crate) fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> O
     hands.motion(|motion| motion.set_overrides(1.0, 1.0));
     hands.watch_stalls(false);
     let found = measure(hands, &way, &speeds);
-    // Whatever has happened.
+    // The driver must leave the search even if the measurement failed.
     let put_back = hands.drivers(|drivers| drivers.end_stall_search(way.motor));
     hands.watch_stalls(true);
     hands.motion(|motion| motion.set_overrides(overrides.feed, overrides.rapid));
@@ -87,7 +87,7 @@ pub(crate) fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> O
     keep(hands, &way, found?)
 }
 
-/// What was found for the watch over stalls, and for homing without a switch.
+/// Results for the watch over stalls, and for homing without a switch.
 type Both = [Option<Found>; 2];
 
 fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Speeds) -> Result<Both, Failure> {
@@ -101,7 +101,7 @@ fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Speeds) -
     let mut rates = Speeds::new();
     for rate in [stop.fast_rate.0, stop.slow_rate.0] {
         if rates.last().is_none_or(|last| (last - rate).abs() > 0.01) {
-            // There is room for three.
+            // The list holds three speeds, and no more are accepted.
             let _ = rates.push(rate);
         }
     }
@@ -115,7 +115,7 @@ fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Speeds) -
     Ok([Some(watched), Some(homing)])
 }
 
-/// Finds the threshold for a current, by the measurement that the driver has.
+/// Finds the threshold for a current, by the method that fits the driver.
 fn find_either<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     way: &Way,
@@ -128,7 +128,7 @@ fn find_either<P: Ports>(
     find(hands, way, speeds, current)
 }
 
-/// Finds the threshold for a current, of a driver whose readings it shifts.
+/// Finds the threshold for a current, of a driver whose readings the threshold shifts.
 fn find<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     way: &Way,
@@ -162,7 +162,7 @@ fn find<P: Ports>(
     })
 }
 
-/// The highest threshold at which a motor that hardly turns reads 0.
+/// Returns the highest threshold at which a motor that hardly turns reads 0.
 fn crawl<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, current: Option<Amps>) -> Result<i8, Failure> {
     let rate = hands.config().load_speed(way.motor).0 * CRAWL;
     let mut halving = Halving::from(FIRST);
@@ -181,7 +181,7 @@ fn crawl<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, current: Option<Amps
     Ok(highest)
 }
 
-/// The lowest threshold from here on with which a motor runs free at a speed.
+/// Returns the lowest threshold from `from` on with which a motor runs free at a speed.
 fn lowest_free<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     way: &Way,
@@ -198,7 +198,7 @@ fn lowest_free<P: Ports>(
     Ok(halving.found())
 }
 
-/// Sets what was found, and says how sure it is.
+/// Sets the thresholds found, and says how sure they are.
 fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, [watched, homing]: Both) -> Outcome {
     let (motor, config) = (way.motor, hands.config());
     let filter = config.measures_filtered(motor);
@@ -239,7 +239,7 @@ fn say<P: Ports>(hands: &mut Hands<'_, '_, P>, name: &str, found: &Found) {
     ));
 }
 
-/// Whether it can be measured, and where and how fast.
+/// Checks that the axis can be measured, and returns its travel and the speeds.
 fn prepare<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(Way, Speeds), Failure> {
     let mut words = arguments.split_ascii_whitespace();
     let letter = words.next().and_then(|word| word.chars().next());
@@ -276,7 +276,7 @@ fn prepare<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(W
     Ok((way, speeds))
 }
 
-/// The motor of an axis that has it for itself, with a driver that measures load.
+/// Returns the motor of an axis that no other axis shares, with a driver that measures load.
 fn measurable(config: &MachineConfig, axis: Axis) -> Result<Actuator, Failure> {
     let motor = Actuator::from_index(axis as usize).filter(|motor| config.actuators[*motor].present);
     let motor = motor.ok_or_else(|| Failure::refused(&"that axis has no motor"))?;
@@ -310,8 +310,8 @@ fn way<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, motor: Actuator) -> R
     })
 }
 
-/// Three speeds: that of rapids, as far as the axis comes to it, the slowest at which load can be measured,
-/// and one between.
+/// Returns three speeds: the rapid speed, as far as the axis reaches it, the slowest at which load can be
+/// measured, and the mean of both.
 fn usual_speeds<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, least: f64) -> Result<Speeds, Failure> {
     let limits = hands.motion_config()?.limits;
     let axis = limits.axis_speed.get(way.axis as usize).copied().flatten().map_or(f64::INFINITY, |rate| rate.0);
@@ -328,7 +328,7 @@ fn usual_speeds<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, least: f64) -
     let mut speeds = Speeds::new();
     for rate in [fast, libm::sqrt(fast * slow), slow] {
         if speeds.last().is_none_or(|last| rate < 0.95 * last) {
-            // There is room for three.
+            // The list holds three speeds.
             let _ = speeds.push(rate);
         }
     }

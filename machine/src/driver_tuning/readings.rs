@@ -1,6 +1,6 @@
-//! Readings of a motor's load, and what threshold follows from them.
+//! Statistics of a motor's load readings, and the search for a threshold from them.
 
-/// Readings of one speed and threshold.
+/// Readings at a single speed and threshold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Readings {
     count: u32,
@@ -12,7 +12,7 @@ pub(super) struct Readings {
 }
 
 impl Readings {
-    /// One more of them.
+    /// Adds a reading to the statistics.
     pub fn add(&mut self, reading: u16) {
         let value = f32::from(reading);
         self.least = if self.count == 0 { reading } else { self.least.min(reading) };
@@ -31,12 +31,12 @@ impl Readings {
         self.least
     }
 
-    /// Below all that was read, and below what noise would make of more.
+    /// Returns a value below all readings, and below what noise would make of more readings.
     pub fn least_likely(&self) -> f32 {
         f32::from(self.least).min(self.mean() - NOISE_ROOM * self.noise())
     }
 
-    /// Above all that was read, and above what noise would make of more.
+    /// Returns a value above all readings, and above what noise would make of more readings.
     pub fn most_likely(&self) -> f32 {
         f32::from(self.most).max(self.mean() + NOISE_ROOM * self.noise())
     }
@@ -45,47 +45,48 @@ impl Readings {
         self.sum / self.count.max(1) as f32
     }
 
-    /// Standard deviation.
+    /// Returns the readings' standard deviation.
     pub fn noise(&self) -> f32 {
         let mean = self.mean();
         libm::sqrtf((self.squares / self.count.max(1) as f32 - mean * mean).max(0.0))
     }
 
-    /// They are of a motor that runs free, with room for noise, and for more load than it has here.
+    /// Returns whether a motor that runs free gave the readings, with room for noise and for more load than
+    /// it has here.
     pub fn are_free(&self, least_mean: f32) -> bool {
         self.zeros == 0 && self.mean() >= least_mean.max(NOISE_ROOM * self.noise())
     }
 
-    /// They are of a motor that induces nothing: every one is 0.
+    /// Returns whether a motor that induces nothing gave the readings: every reading is 0.
     pub const fn are_stalled(&self) -> bool {
         self.count > 0 && self.zeros == self.count
     }
 }
 
-/// A free motor reads so many standard deviations above 0 in the mean.
+/// Mean reading of a free motor, at least, in standard deviations above 0.
 const NOISE_ROOM: f32 = 5.0;
 
-/// Looks for the end of a range of thresholds, by halves.
+/// Binary search for the end of a range of thresholds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Halving {
-    /// All below are wrong.
+    /// Lower bound: all thresholds below it are wrong.
     low: i8,
-    /// This one and all above are right; one beyond the range where none is known to be.
+    /// Upper bound: this threshold and all above are right; [`LAST`] + 1 while none is known to be.
     high: i8,
 }
 
 impl Halving {
-    /// Of thresholds from here on, up to the last there is.
+    /// Starts a search from `low` up to [`LAST`].
     pub const fn from(low: i8) -> Self {
         Self { low, high: LAST + 1 }
     }
 
-    /// The next to try; none when it is found.
+    /// Returns the next threshold to try, or `None` when the search has ended.
     pub fn next(&self) -> Option<i8> {
         (self.low < self.high).then(|| middle(self.low, self.high))
     }
 
-    /// What came of [`Self::next`].
+    /// Takes the result of the trial of [`Self::next`].
     pub fn tell(&mut self, is_right: bool) {
         let Some(tried) = self.next() else { return };
         if is_right {
@@ -95,18 +96,18 @@ impl Halving {
         }
     }
 
-    /// The lowest that is right; none when none is.
+    /// Returns the lowest right threshold, or `None` if all are wrong.
     pub fn found(&self) -> Option<i8> {
         (self.high <= LAST).then_some(self.high)
     }
 }
 
-/// Rounded down.
+/// Returns the mean of two thresholds, rounded down.
 pub(super) const fn middle(low: i8, high: i8) -> i8 {
     ((low as i16 + high as i16).div_euclid(2)) as i8
 }
 
-/// Thresholds there are (`SGT`).
+/// Least and greatest value of the threshold (`SGT`).
 pub(super) const FIRST: i8 = -64;
 pub(super) const LAST: i8 = 63;
 

@@ -1,6 +1,6 @@
-//! The same for drivers with stallGuard4, whose threshold shifts no reading: it is what readings are held
-//! against. So both ends are read at once: above the one a motor that runs free says stall now and then;
-//! below the other one that stands does not.
+//! Search for the stall threshold of drivers with stallGuard4, whose threshold shifts no reading: readings
+//! are compared with it. So both ends are read at once: above the upper end a motor that runs free reports a
+//! stall now and then; below the lower end a motor that stands reports none.
 
 use units::Amps;
 
@@ -11,10 +11,10 @@ use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::ports::{Ports, StallSearch};
 
-/// With threshold 0 a reading is four times the threshold up to which it says stall: `SGTHRS` is half of
-/// stallGuard4's reading, which goes half as far as the others'.
+/// With threshold 0 a reading is four times the threshold up to which the driver says stall: `SGTHRS` is half
+/// of stallGuard4's reading, whose range is half that of the other drivers' readings.
 const PER_THRESHOLD: f32 = 4.0;
-/// The thresholds there are (`SGTHRS`).
+/// Least and greatest value of the threshold (`SGTHRS`).
 pub(super) const THRESHOLDS: [i16; 2] = [0, 255];
 
 /// Finds the threshold for a current.
@@ -53,7 +53,7 @@ pub(super) fn find<P: Ports>(
     })
 }
 
-/// Whole, and one that there is.
+/// Returns the value as a whole threshold within the range of `SGTHRS`.
 fn threshold(value: f32) -> i16 {
     // A float to integer cast saturates.
     (value as i16).clamp(THRESHOLDS[0], THRESHOLDS[1])

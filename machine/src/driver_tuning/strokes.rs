@@ -10,25 +10,25 @@ use crate::failure::{Failure, Texts};
 use crate::homing;
 use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch, Wake};
 
-/// Readings of one way: noise counts in none of fewer.
+/// Least number of readings of a stroke: noise cannot be judged from fewer.
 const COUNT: u32 = 60;
-/// Readings of the crawl: it takes a full step for each.
+/// Number of readings of the crawl, each of which takes a full step.
 const CRAWLED: u32 = 24;
-/// Between two readings over SPI.
+/// Time between two readings over SPI, s.
 const PERIOD_S: f64 = 0.002;
 
-/// The axis whose motor is measured, and the way it has for that.
+/// The axis whose motor is measured, and its travel for that.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Way {
     pub axis: Axis,
     pub motor: Actuator,
-    /// From here to there, mm.
+    /// Ends of the travel, mm.
     pub ends: [f64; 2],
-    /// mm.
+    /// Length of a full step, mm.
     pub full_step: f64,
-    /// mm/s^2
+    /// Acceleration, mm/s^2.
     pub acceleration: f64,
-    /// mm/s^3
+    /// Jerk, mm/s^3, if limited.
     pub jerk: Option<f64>,
 }
 
@@ -37,24 +37,24 @@ impl Way {
         if is_crawl { CRAWLED } else { COUNT }
     }
 
-    /// Time from one reading to the next at a speed: a full step, s.
+    /// Returns the time from a reading to the next at a speed, s: at least a full step's.
     fn period(&self, rate: f64) -> f64 {
         PERIOD_S.max(self.full_step / rate)
     }
 
-    /// How long a way at a speed is, mm.
+    /// Returns the travel that a stroke at a speed needs, mm.
     pub fn needed(&self, rate: f64, is_crawl: bool) -> f64 {
         let ramp = EndstopStallConfig::run_up(rate, self.acceleration, self.jerk, 1.0 / self.full_step);
         2.0 * ramp + rate * self.period(rate) * f64::from(self.count(is_crawl) + 1)
     }
 
-    /// Whether it is long enough for a speed.
+    /// Returns whether the travel is long enough for a speed.
     pub fn is_long_enough(&self, rate: f64) -> bool {
         self.needed(rate, false) <= self.ends[1] - self.ends[0]
     }
 }
 
-/// Sets the driver for the next way.
+/// Sets the driver's current and threshold for the next stroke.
 pub(super) fn set<P: Ports>(hands: &mut Hands<'_, '_, P>, motor: Actuator, search: StallSearch) -> Result<(), Failure> {
     hands
         .drivers(|drivers| drivers.begin_stall_search(motor, search))
@@ -71,11 +71,11 @@ pub(super) fn silent(texts: &Texts, motor: Actuator, fault: DriverFault) -> Fail
     texts.refused(format_args!("{}: {why}", motor.name()))
 }
 
-/// There and back at a speed: what the driver reads while that is constant.
+/// Moves there and back at a speed; returns the driver's load readings while the speed is constant.
 ///
 /// # Errors
-/// When the machine halts, whoever asked wants it to end, the driver does not answer, or it or its motor is
-/// not sound.
+/// When the machine halts, the person or host who asked wants the test to end, the driver does not answer, or
+/// the driver or its motor is not sound.
 pub(super) fn there_and_back<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     way: &Way,
@@ -131,7 +131,7 @@ fn one_way<P: Ports>(
     hands.standstill()
 }
 
-/// A driver that is hot or has a coil open measures something else.
+/// Refuses a driver that is hot or has an open coil: its load readings would be wrong.
 fn is_sound<P: Ports>(hands: &mut Hands<'_, '_, P>, motor: Actuator) -> Result<(), Failure> {
     let status = hands.drivers(|drivers| drivers.status(motor)).map_err(|fault| silent(hands.texts(), motor, fault))?;
     let name = motor.name();
