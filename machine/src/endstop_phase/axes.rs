@@ -1,4 +1,4 @@
-//! Axes whose phase is looked at, and those of them whose drivers cannot be read.
+//! Axes whose phase is checked, and those of them whose drivers cannot be read.
 
 use config::{HomingDirection, MachineConfig};
 use motion::{Kinematics, MotionConfig};
@@ -6,13 +6,14 @@ use units::{Axis, AxisSet};
 
 use super::cycle::Gearing;
 
-/// Axes whose phase is looked at when they home.
+/// Returns the axes whose phase is checked when they home.
 pub(crate) fn checked(config: &MachineConfig) -> AxisSet {
     let stops = config.endstops.iter().filter(|stop| stop.phase.check);
     AxisSet::collect(stops.filter(|stop| stop.homing_direction != HomingDirection::None).filter_map(|stop| stop.axis))
 }
 
-/// Axes that a driver moves which cannot be asked, alone or beside others: nobody can read their phases.
+/// Returns whether a driver that cannot be asked moves the axis, alone or beside others: its phase cannot be
+/// read.
 pub(super) fn is_external(config: &MachineConfig, motion: &MotionConfig, axis: Axis) -> bool {
     let homing = &config.homing;
     let by_motor = homing.delta || homing.rotary_delta || homing.scara;

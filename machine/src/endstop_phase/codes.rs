@@ -1,4 +1,4 @@
-//! M875: what was collected of phases, and what they should be.
+//! M875: reports the collected phases, and sets the calibrated ones.
 
 use core::fmt;
 
@@ -17,8 +17,8 @@ use crate::tuning::Tuning;
 /// With fewer homings the mean is hardly better than the switch.
 const FEW: u32 = 5;
 
-/// M875 says what was collected, M875.1 makes its mean the calibrated phase, M875.2 sets that, M875.3 forgets
-/// what was collected.
+/// M875 reports the collected phases, M875.1 makes their mean the calibrated phase, M875.2 sets that, M875.3
+/// forgets the collected phases.
 ///
 /// # Errors
 /// A refusal where an axis has no phase, or what was collected says nothing.
@@ -91,7 +91,7 @@ fn report(axis: Axis, record: &Record, calibrated: Option<f64>, external: bool, 
     reply.say(format_args!("\n"));
 }
 
-/// The checker cannot work out the cycle of every machine, and codes change steps.
+/// Warns here, since the checker cannot work out the cycle of every machine, and codes change steps.
 fn say_wide(axis: Axis, record: &Record, config: &MachineConfig, reply: &mut Reply<'_>) {
     let tolerance = config.homing_endstop(axis).and_then(|stop| stop.phase.tolerance);
     let half = CYCLE / 2.0 * record.mm;
@@ -141,7 +141,7 @@ fn calibrate(
     Ok(())
 }
 
-/// A phase with the decimals that are saved.
+/// Rounds a phase to the decimals that are saved.
 fn as_saved(phase: f64) -> f64 {
     within(libm::round(phase * 100.0) / 100.0, CYCLE)
 }
@@ -156,7 +156,7 @@ fn set(texts: &Texts, axis: Axis, words: &Words<'_>, tuning: &mut Tuning, extern
     Ok(())
 }
 
-/// The line that M500 saves, where phases are others than configured.
+/// Writes the line that M500 saves, if phases differ from the configured ones.
 ///
 /// # Errors
 /// When the text is full.

@@ -1,37 +1,38 @@
-//! The electrical cycle: counting in it, and how far an axis goes for it.
+//! The motor's electrical cycle: counting in it, and an axis' travel for it.
 
 use motion::Kinematics;
 use units::{Actuator, Axis, MAX_ACTUATORS, PerActuator};
 
-/// Places of one cycle: four full steps of 256 each, as Trinamic's sine tables have them.
+/// Microstep places of a cycle: four full steps of 256 each, as Trinamic's sine tables have them.
 pub(super) const CYCLE: f64 = 1_024.0;
-/// Places of a full step.
+/// Microstep places of a full step.
 pub(super) const FULL_STEP: f64 = CYCLE / 4.0;
 
-/// The same place of a cycle, 0 to below `period`.
+/// Returns the same place of a cycle, 0 to below `period`.
 pub(super) fn within(places: f64, period: f64) -> f64 {
     let rest = places - period * libm::floor(places / period);
-    // A hair below zero comes out as the whole period.
+    // A value a hair below zero comes out as the whole period.
     if rest < period { rest } else { 0.0 }
 }
 
-/// The way to the same place of the cycle that is nearest to zero, -`period`/2 to `period`/2.
+/// Returns the offset to the same place of the cycle that is nearest to zero, -`period`/2 to `period`/2.
 pub(super) fn nearest(places: f64, period: f64) -> f64 {
     places - period * libm::floor(places / period + 0.5)
 }
 
-/// How an axis follows the cycles of its motors.
+/// Relation of an axis' travel to the cycles of its motors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Gearing {
-    /// 1 for motors that move it up, -1 down, 0 not at all.
+    /// Direction of the axis for each motor: 1 up, -1 down, 0 if the motor does not move it.
     signs: PerActuator<i8>,
-    /// How far it goes for a millimetre of one of them, mm.
+    /// Travel of the axis for a millimetre of a single motor, mm.
     pub share: f64,
 }
 
 impl Gearing {
-    /// Of an axis of these kinematics. None where it does not follow its motors evenly everywhere, or not all
-    /// of them alike: then no sum of their phases belongs to a place of the axis.
+    /// Returns the gearing of an axis of these kinematics. `None` if the axis does not follow its motors
+    /// evenly everywhere, or not all of them alike: then no sum of their phases belongs to a place of the
+    /// axis.
     pub(super) fn of(kinematics: &Kinematics, axis: Axis) -> Option<Self> {
         if Axis::PRIMARY.contains(&axis) && !kinematics.is_linear() {
             return None;
@@ -56,7 +57,7 @@ impl Gearing {
         (gearing.share > 0.0).then_some(gearing)
     }
 
-    /// The motors that move the axis, and which way.
+    /// Returns the motors that move the axis, and their directions.
     pub(super) fn motors(&self) -> impl Iterator<Item = (Actuator, f64)> {
         let signs = self.signs;
         Actuator::ALL.into_iter().map(move |motor| (motor, f64::from(signs[motor]))).filter(|(_, sign)| *sign != 0.0)
@@ -84,7 +85,7 @@ mod tests {
             }
         }
 
-        /// What the motors' phases add up to belongs to the axis' place, wherever the other axes are.
+        /// The sum of the motors' phases belongs to the axis' place, wherever the other axes are.
         #[test]
         fn phases_of_the_motors_add_up_to_the_place_of_the_axis(
             place in proptest::array::uniform6(-200.0..200.0_f64), by in -50.0..50.0_f64,

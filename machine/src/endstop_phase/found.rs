@@ -1,26 +1,26 @@
-//! What is found at a switch.
+//! Phases and travels that are read when a switch closes.
 
-/// How far motors had come since power up.
+/// Travel of an axis' motors since power up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Way {
-    /// In places of the cycle.
+    /// Travel in places of the cycle.
     places: f64,
-    /// How many places their steps are, together: where that has changed, ways cannot be compared.
+    /// Sum of the motors' step sizes, in places: travels with different sums cannot be compared.
     size: i64,
 }
 
 impl Way {
-    /// The same way with that of one more motor, whose steps are so many places.
+    /// Returns the travel with that of a further motor, whose steps are `size` places.
     pub(super) fn with(self, places: f64, size: i64) -> Self {
         Self { places: self.places + places, size: self.size + size }
     }
 
-    /// The same way and some places more.
+    /// Returns the travel and some places more.
     pub(super) fn and(self, places: f64) -> Self {
         Self { places: self.places + places, ..self }
     }
 
-    /// How many places it is since the other one.
+    /// Returns the places since another travel, or `None` if the step size has changed between.
     pub(super) fn since(self, before: Self) -> Option<f64> {
         (self.size == before.size).then_some(self.places - before.places)
     }
@@ -31,21 +31,21 @@ impl Way {
 pub(super) struct Reading {
     /// The phase of the axis: that of its motor, or what those of its motors come to. 0 to below 1024.
     pub phase: f64,
-    /// Where the axis was, mm.
+    /// Position of the axis, mm.
     pub hit: f64,
-    /// The way that the motors had made.
+    /// Travel of the motors at the switch.
     pub made: Way,
-    /// How far the axis goes for one place of the cycle, mm.
+    /// Travel of the axis for a place of the cycle, mm.
     pub mm: f64,
-    /// The drivers say it: it is the same after the next power up.
+    /// Whether the drivers report the phase: then it is the same after the next power up.
     pub is_absolute: bool,
 }
 
-/// Why there is none.
+/// Reason why a phase cannot be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Unread {
-    /// This motor's driver does not answer.
+    /// The driver of this motor does not answer.
     Silent(units::Actuator),
-    /// The motors of the axis do not add up to a phase of it.
+    /// The phases of the axis' motors do not add up to a phase of the axis.
     Uneven,
 }

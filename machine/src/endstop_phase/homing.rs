@@ -1,4 +1,4 @@
-//! What homing makes of the phase at the switch.
+//! Correction of the homed position by the phase at the switch.
 
 use config::EndstopPhaseConfig;
 use units::Axis;
@@ -10,17 +10,17 @@ use crate::failure::{Failure, ShortText, short};
 use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::Ports;
 
-/// How an axis came to its switch.
+/// Facts about the approach of an axis to its switch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Came {
-    /// Where it was had been known before this homing began.
+    /// Whether the axis' position was known before this homing began.
     pub(crate) was_homed: bool,
-    /// The fast approach stopped the motors at once, which may have lost steps.
+    /// Whether the fast approach stopped the motors at once, which may have lost steps.
     pub(crate) was_cut: bool,
 }
 
-/// An axis has homed: its switch closed at `hit`, mm, and is to be at `place`. Gives the nearest place with
-/// the phase that it should have had instead of `hit`, and `place` as zero is aligned.
+/// Corrects a homed axis: its switch closed at `hit`, mm, and is to be at `place`. Returns the nearest place
+/// with the expected phase instead of `hit`, and `place` as zero is aligned.
 ///
 /// # Errors
 /// An alarm when the phase is too far off or cannot be read, and the configuration says that this halts.
@@ -42,7 +42,7 @@ pub(crate) fn at_switch<P: Ports>(
         Some(Err(unread)) => return warn_or_halt(hands, &settings, &why_unread(axis, unread)).map(|()| [hit, place]),
         None => return Ok([hit, place]),
     };
-    // The mean of some approaches lies a little off the last.
+    // The mean of several approaches lies a little off the last.
     let (mm, past) = (reading.mm, (hit - reading.hit) / reading.mm);
     let phase = within(reading.phase + past, CYCLE);
     (record.mm, record.is_absolute) = (mm, reading.is_absolute);
@@ -54,7 +54,7 @@ pub(crate) fn at_switch<P: Ports>(
     let is_good = libm::fabs(off) * mm <= tolerance;
     let made = reading.made.and(past - if is_good { off } else { 0.0 });
     record.home_made = Some(made);
-    // Steps that the fast approach lost were not lost before.
+    // A hard stop in the fast approach may lose steps, so the fast travel then does not count as lost before.
     let made_there = fast_made.or((!came.was_cut).then_some(made));
     if let Some(way) = before.zip(made_there).and_then(|(before, now)| now.since(before)) {
         say_lost(hands, axis, way, mm);
@@ -71,13 +71,14 @@ pub(crate) fn at_switch<P: Ports>(
     warn_or_halt(hands, &settings, &why).map(|()| [hit, place])
 }
 
-/// Where the switch is to be, so that the zero of the axis is at a full step: there one coil has the whole
-/// current, and there a motor without current rests too.
+/// Returns the switch's place, moved so that the zero of the axis is at a full step: there a single coil has
+/// the whole current, and a motor without current rests there too.
 fn aligned(place: f64, wanted: f64, mm: f64) -> f64 {
     place + nearest(wanted - place / mm, FULL_STEP) * mm
 }
 
-/// Whole cycles between two homings: a motor that loses its field's hold falls into the next one.
+/// Reports whole cycles lost between two homings: a motor that loses its field's hold falls into the next
+/// cycle.
 fn say_lost<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, places: f64, mm_per_place: f64) {
     let cycles = libm::floor(places / CYCLE + 0.5);
     if cycles != 0.0 {

@@ -1,4 +1,5 @@
-//! The phase that a motor has when its endstop closes: it repeats far better than the switch does.
+//! Endstop phase: the motor's electrical phase when its endstop closes, which repeats far better than the
+//! switch.
 //!
 //! A stepper is held in an electrical cycle of four full steps. A place of its axis is always at the same
 //! place of that cycle, the phase, as long as rotor, pulley and switch stay where they are. So where the
@@ -6,10 +7,10 @@
 //! closed without noise ([`at_switch`]); and a phase that is far off says that something has moved. A motor
 //! that loses steps loses whole cycles, which the phase does not show: those are counted.
 //!
-//! A driver on the board says where in the cycle it is, and that is true after power was off too: its counter
-//! begins at zero then, and the rotor goes where this holds it. Of an external driver the steps are known
-//! that it was sent, not where it was before the first: its phases are compared with that of the first homing
-//! since power up.
+//! A driver on the board says where in the cycle it is, and its answer holds after power was off too: its
+//! counter begins at zero then, and the rotor goes where the current holds it. Of an external driver only the
+//! steps sent to it are known, not its place before the first: its phases are compared with that of the first
+//! homing since power up.
 
 mod axes;
 mod codes;

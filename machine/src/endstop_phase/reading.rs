@@ -1,4 +1,4 @@
-//! Where the motors of an axis were in their cycle when its switch closed.
+//! Reading of the phase: the place in the electrical cycle of an axis' motors when its switch closed.
 
 use motion::MotionConfig;
 use units::{Axis, Micros, PerActuator, StepCount};
@@ -10,24 +10,24 @@ use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::ports::{DriverFault, ElectricalPhase, MotorDrivers, Ports};
 
-/// A chip that interpolates goes on to its step's place for as long as the step before took. It takes a motor
-/// for standing 2^20 of its clocks after the last step (TMC2590 data sheet, `STST`), 70 ms at 15 MHz: later
-/// none is on its way.
+/// Time after which the chips have come to rest. A chip that interpolates moves on to its step's place for as
+/// long as the step before took. The chip takes a motor for standing 2^20 of its clocks after the last step
+/// (TMC2590 data sheet, `STST`), 70 ms at 15 MHz: no interpolated step takes longer.
 const AT_REST: Micros = Micros(80_000);
 /// Places of a full step.
 const PLACES: i64 = 256;
 
-/// In which approach a switch has closed.
+/// The approach in which a switch has closed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Pass {
-    /// The first; the motors had been stopped at once before, or not.
+    /// The first approach; `was_cut` says whether the motors had been stopped at once before.
     Fast { was_cut: bool },
-    /// The one that measures.
+    /// The slow approach, which measures.
     Slow,
 }
 
-/// The switch of an axis has closed with the motors at these steps and the axis at `hit`, mm, and they stand
-/// since: notes the phase, where the configuration asks for it.
+/// Notes the phase, if the configuration asks for it. The switch of an axis has closed with the motors at
+/// these steps and the axis at `hit`, mm, and they stand since.
 ///
 /// # Errors
 /// [`Failure::HALTED`].
@@ -43,7 +43,7 @@ pub(crate) fn switch_closed<P: Ports>(
     }
     match pass {
         Pass::Fast { was_cut } => {
-            // Steps alone count here, and those of a silent driver are found at the slow approach.
+            // Only the steps count here, and a silent driver is reported at the slow approach.
             let made = read(hands, axis, then, hit).ok().map(|reading| reading.made);
             hands.phases().of(axis).fast_made = made.filter(|_| !was_cut);
         }
@@ -88,7 +88,7 @@ fn read<P: Ports>(
     Ok(reading)
 }
 
-/// A motor's place in the cycle, not wrapped, and how many places a step is.
+/// A motor's place in the cycle, not wrapped, and the size of a step in places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct At {
     place: i64,
@@ -96,15 +96,15 @@ struct At {
 }
 
 impl At {
-    /// So many steps after zero.
+    /// Returns the place this many steps after zero.
     fn after(steps: StepCount, microsteps: u16) -> Self {
         let size = PLACES / i64::from(microsteps.clamp(1, 256));
         Self { place: i64::from(steps) * size, size }
     }
 }
 
-/// Where a motor was at a step count, whose chip now is where it says: it counts up with DIR low, which is
-/// forward unless DIR is inverted.
+/// Returns a motor's place at the step count `then`, from its chip's place at the count `now`: the chip
+/// counts up with DIR low, which is forward unless DIR is inverted.
 fn place_then(chip: ElectricalPhase, inverted: bool, now: StepCount, then: StepCount) -> At {
     let back = At::after(then.wrapping_sub(now), chip.microsteps);
     let here = if inverted { -i64::from(chip.place) } else { i64::from(chip.place) };
@@ -130,8 +130,8 @@ mod tests {
     }
 
     proptest! {
-        /// However far the motor ran on behind the switch, which way it turns and however fine its steps are,
-        /// what is found is where it was at the switch.
+        /// The reading is the motor's place at the switch, however far the motor ran on behind it, in either
+        /// direction and at any microstepping.
         #[test]
         fn the_phase_is_that_of_the_switch_and_not_of_the_stop(
             start in 0_u16..1_024, to_switch in -90_000..90_000_i32, behind in -5_000..5_000_i32,
@@ -144,7 +144,7 @@ mod tests {
             let found = place_then(chip, inverted, count + behind, count);
             let forward = if inverted { -i64::from(at_switch) } else { i64::from(at_switch) };
             prop_assert_eq!((found.place - forward).rem_euclid(1_024), 0);
-            // It rises as the motor counts up.
+            // The place rises as the motor counts up.
             let further = place_then(chip, inverted, count + behind, count + 1);
             prop_assert_eq!(further.place - found.place, PLACES / i64::from(microsteps));
         }

@@ -1,4 +1,4 @@
-//! What is known of each axis' phase at its switch: the owner.
+//! Record of each axis' phase at its switch.
 
 use units::{Axis, PerAxis};
 
@@ -6,7 +6,7 @@ use super::cycle::{CYCLE, nearest, within};
 use super::found::{Reading, Unread, Way};
 use crate::spread::Spread;
 
-/// The last phases that are kept to be shown.
+/// Number of latest phases that are kept for the report.
 pub(super) const KEPT: usize = 16;
 
 /// The phases of all axes at their switches, since power up.
@@ -15,24 +15,24 @@ pub(crate) struct EndstopPhases {
     axes: PerAxis<Record>,
 }
 
-/// Of one axis.
+/// Phases of a single axis.
 #[derive(Debug, Default)]
 pub(super) struct Record {
-    /// What was read in the homing under way, at the slow approach.
+    /// Reading at the slow approach of the homing under way.
     pub(super) reading: Option<Result<Reading, Unread>>,
-    /// How far the motors had come when the switch closed in the fast one.
+    /// Travel of the motors when the switch closed in the fast approach.
     pub(super) fast_made: Option<Way>,
-    /// The same of the last homing, at the place that it found.
+    /// Travel of the motors in the last homing, at the place that it found.
     pub(super) home_made: Option<Way>,
-    /// The phase of the first homing: what others are compared with where none is calibrated.
+    /// Phase of the first homing, with which others are compared if none is calibrated.
     pub(super) first: Option<f64>,
-    /// Every homing's, not wrapped: as near to the first as can be.
+    /// Phases of all homings, not wrapped: each as near to the first as can be.
     pub(super) collected: Spread,
-    /// The last of them, 0 to 1023; the newest at the end.
+    /// Latest phases, 0 to 1023; the newest at the end.
     pub(super) last: heapless::Vec<u16, KEPT>,
-    /// How far the axis goes for one place of the cycle, mm.
+    /// Travel of the axis for a place of the cycle, mm.
     pub(super) mm: f64,
-    /// The drivers say it: it is true after the next power up too.
+    /// Whether the drivers report the phase: then it holds after the next power up too.
     pub(super) is_absolute: bool,
 }
 
@@ -41,8 +41,8 @@ impl EndstopPhases {
         &mut self.axes[axis]
     }
 
-    /// Without supply an external driver forgets where it was in its cycle, as far as anybody knows: what was
-    /// counted of it says nothing any more. A driver on the board says where it is.
+    /// Forgets counted phases. Without supply an external driver may lose its place in the cycle, so its
+    /// counted steps say nothing any more. A driver on the board reports its place.
     pub(crate) fn lose_supply(&mut self) {
         for record in &mut self.axes.0 {
             record.home_made = None;
@@ -54,7 +54,7 @@ impl EndstopPhases {
 }
 
 impl Record {
-    /// One more homing found this phase.
+    /// Adds the phase of a further homing.
     pub(super) fn collect(&mut self, phase: f64) {
         let first = self.collected.first();
         let near = if self.collected.count() == 0 { phase } else { first + nearest(phase - first, CYCLE) };
@@ -62,11 +62,11 @@ impl Record {
         if self.last.is_full() {
             self.last.remove(0);
         }
-        // There is room now.
+        // The oldest was removed above, so there is room.
         let _ = self.last.push(within(phase, CYCLE) as u16);
     }
 
-    /// What was collected, and what it was compared with.
+    /// Forgets the collected phases, and the phase of reference.
     pub(super) fn forget(&mut self) {
         (self.first, self.collected) = (None, Spread::default());
         self.last.clear();
