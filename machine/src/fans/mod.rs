@@ -1,7 +1,7 @@
-//! `[fan]`: fans that run by themselves, and tachometers.
+//! `[fan]`: fans that follow a rule of their own, and tachometers.
 //!
-//! How a fan is given its power (least, most, kick start) is in `crate::heat`, where outputs change; what is
-//! to be given, and whether it turns, is known here.
+//! Here the power of each fan is chosen and its turning is watched; `crate::heat`, where outputs change,
+//! shapes the power (least, most, kick start).
 
 mod rule;
 mod tachometer;
@@ -17,16 +17,16 @@ use tachometer::Tachometer;
 
 use crate::sessions::Reply;
 
-/// Rules are followed so often.
+/// Time between two evaluations of the rules.
 const PERIOD: Micros = Micros::from_millis(100);
 
 /// Shares of full power for switches, 0 to 1.
 pub(crate) type Shares = Vec<(SwitchId, f32), MAX_FANS>;
 
-/// What one fan is doing.
+/// State of a single fan.
 #[derive(Clone, Debug, Default)]
 struct Fan {
-    /// The switch that drives it; none: an error in the configuration keeps it off.
+    /// The switch that drives the fan; `None` if an error in the configuration keeps it off.
     switch: Option<SwitchId>,
     rule: Rule,
     tachometer: Tachometer,
@@ -40,14 +40,14 @@ pub(crate) struct Fans {
 }
 
 impl Fans {
-    /// Before the first look.
+    /// Creates the fans' state before the first look.
     #[must_use]
     pub fn new(config: &MachineConfig) -> Self {
         let fan = |fan: &FanConfig| Fan { switch: switch_of(config, fan), ..Fan::default() };
         Self { fans: config.fans.iter().map(fan).collect(), due: Micros(0) }
     }
 
-    /// What the fans that run by themselves are to have now; nothing when it is not yet time to look.
+    /// Returns the power for the fans that follow a rule; nothing when the next look is not due.
     pub fn look(&mut self, config: &MachineConfig, now: Micros, mut facts: impl FnMut(&FanConfig) -> Facts) -> Shares {
         let mut shares = Shares::new();
         if now < self.due {
@@ -57,14 +57,14 @@ impl Fans {
         for (fan, settings) in self.fans.iter_mut().zip(&config.fans) {
             let Some(switch) = fan.switch.filter(|_| settings.follows != FanFollows::Codes) else { continue };
             let share = fan.rule.share(settings, facts(settings), now);
-            // There are as many places as fans.
+            // The list holds a share for every fan.
             let _ = shares.push((switch, share));
         }
         shares
     }
 
-    /// Looks at the tachometers; the first fan of which there is news. `pulses` are counted by fan, and
-    /// `driven` says whether a switch gives power.
+    /// Looks at the tachometers; returns the first fan of which there is news. `pulses` are counted by fan,
+    /// and `driven` says whether a switch gives power.
     pub fn count(
         &mut self,
         config: &MachineConfig,
@@ -83,7 +83,7 @@ impl Fans {
         None
     }
 
-    /// Turns a minute of the fan at this place in the configuration.
+    /// Returns the revolutions per minute of the fan at this place in the configuration.
     #[must_use]
     pub fn rpm(&self, place: usize) -> f32 {
         self.fans.get(place).map_or(0.0, |fan| fan.tachometer.rpm())

@@ -1,37 +1,37 @@
-//! What a fan that runs by itself is to do now.
+//! Rule of a fan that runs by itself: its power from temperatures, heaters and motors.
 
 use config::{FanConfig, FanFollows};
 use units::{Celsius, Micros};
 
-/// What a fan can follow, as it is now.
+/// Present state of what a fan can follow.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Facts {
-    /// The highest reading of what it watches; none: one of them gives none.
+    /// Highest reading of the sensors that the fan watches; `None` if any of them gives none.
     pub warmest: Option<Celsius>,
-    /// One of its heaters is asked to heat; of any, when it watches none.
+    /// Whether any of the fan's heaters is asked to heat; any heater at all, if the fan watches none.
     pub heats: bool,
-    /// Motors have current.
+    /// Whether motors have current.
     pub motors: bool,
 }
 
-/// What a rule remembers.
+/// State of a rule between looks.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Rule {
     on: bool,
-    /// When there was last a reason to run.
+    /// Time of the last reason to run.
     busy: Option<Micros>,
-    /// What the PID law has gathered, as a share of full power; its last reading and when that was.
+    /// Integral of the PID law, as a share of full power; its last reading and that reading's time.
     integral: f32,
     last: Option<(f32, Micros)>,
 }
 
 impl Rule {
-    /// The share of full power that it is to have, 0 to 1.
+    /// Returns the fan's share of full power, 0 to 1.
     pub fn share(&mut self, fan: &FanConfig, facts: Facts, now: Micros) -> f32 {
         match fan.follows {
             FanFollows::Codes => 0.0,
             FanFollows::Heaters => {
-                // What cannot be measured may be hot.
+                // A heater that cannot be measured may be hot.
                 let warm = facts.warmest.is_none_or(|reading| self.is_above(fan, reading));
                 self.on = facts.heats || warm;
                 if self.on { fan.speed } else { 0.0 }
@@ -55,7 +55,7 @@ impl Rule {
         }
     }
 
-    /// With what it was before as the memory of its hysteresis.
+    /// Returns whether the reading is above the threshold, with the former state as the hysteresis' memory.
     fn is_above(&self, fan: &FanConfig, reading: Celsius) -> bool {
         let (at, width) = (fan.temperature.0, fan.hysteresis.0);
         match fan.follows {
@@ -64,7 +64,8 @@ impl Rule {
         }
     }
 
-    /// PID with the derivative of the reading; the integral is gathered only as far as the output reaches.
+    /// Runs the PID law with the derivative of the reading; the integral is gathered only as far as the
+    /// output reaches.
     fn controlled(&mut self, fan: &FanConfig, Celsius(reading): Celsius, now: Micros) -> f32 {
         let (least, most) = (fan.idle_speed.min(fan.speed), fan.speed);
         let error = reading - fan.temperature.0;
@@ -133,7 +134,7 @@ mod tests {
         assert_eq!(rule.share(&fan, Facts::default(), SECOND), 0.8, "a sensor that says nothing");
     }
 
-    /// A box with a heat source: the law settles at the temperature, whatever the source.
+    /// A box with a heat source: the law settles at the temperature, whatever the source's power.
     #[test]
     fn a_temperature_is_kept_by_as_much_as_it_takes() {
         let mut fan = fan(FanFollows::Temperature);

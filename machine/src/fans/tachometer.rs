@@ -1,49 +1,49 @@
-//! How fast a fan turns, and whether it has stopped.
+//! Tachometer: a fan's speed, and detection of a stopped fan.
 
 use config::TachometerConfig;
 use units::Micros;
 
-/// Pulses are counted for so long: at 1,000 turns a minute and two pulses a turn one of them is 3 %.
+/// Time over which pulses are counted: at 1,000 turns a minute and two pulses a turn a single pulse is 3 %.
 const GATE: Micros = Micros::from_millis(1_000);
 
-/// What a look has found.
+/// News of a look at a tachometer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Found {
-    /// Nothing new.
+    /// The fan's state is unchanged.
     Nothing,
-    /// It has stopped, or turns too slowly.
+    /// The fan has stopped, or turns too slowly.
     Stopped,
-    /// It turns again.
+    /// The fan turns again.
     Turns,
 }
 
-/// One fan's tachometer.
+/// Tachometer of a single fan.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Tachometer {
-    /// When the count under way began, and with how many pulses.
+    /// Start of the count under way: time and number of pulses.
     began: Option<(Micros, u16)>,
     rpm: f32,
-    /// Since when it has been driven and too slow.
+    /// Time since which the fan has been driven and too slow.
     slow_since: Option<Micros>,
-    /// That has been said.
+    /// Whether the stop has been reported.
     stopped: bool,
 }
 
 impl Tachometer {
-    /// Turns a minute over the last second.
+    /// Returns the revolutions per minute over the last second.
     #[must_use]
     pub const fn rpm(&self) -> f32 {
         self.rpm
     }
 
-    /// It was driven, and did not turn.
+    /// Returns whether the fan was driven and did not turn.
     #[must_use]
     pub const fn is_stopped(&self) -> bool {
         self.stopped
     }
 
-    /// A look, which may come as seldom as it likes. `pulses` are those since boot, counted modulo 2^16, and
-    /// `driven` says whether it has power.
+    /// Counts pulses and returns the news; looks may be any time apart. `pulses` are those since boot,
+    /// counted modulo 2^16, and `driven` says whether the fan has power.
     pub fn look(&mut self, settings: &TachometerConfig, now: Micros, pulses: u16, driven: bool) -> Found {
         let (since, first) = *self.began.get_or_insert((now, pulses));
         let passed = now.since(since);
@@ -58,7 +58,7 @@ impl Tachometer {
 
     fn judge(&mut self, settings: &TachometerConfig, now: Micros, driven: bool) -> Found {
         if !driven || settings.min_rpm <= 0.0 {
-            // Whether one without power turns says nothing.
+            // A fan without power may stand, so its speed says nothing.
             self.slow_since = None;
             return Found::Nothing;
         }
@@ -87,7 +87,7 @@ mod tests {
         when_stopped: config::StoppedFan::Tell,
     };
 
-    /// Looks ten times a second while the fan turns so fast; what was found, and when.
+    /// Looks ten times a second while the fan turns at `rpm`; returns the news and their times.
     fn turn(
         tachometer: &mut Tachometer,
         (from_s, to_s): (u64, u64),
@@ -95,7 +95,7 @@ mod tests {
         driven: bool,
     ) -> std::vec::Vec<(u64, Found)> {
         let look = |tenth: u64| {
-            // Wraps around several times at 6,000 turns a minute.
+            // The count wraps around several times at 6,000 turns a minute.
             let pulses = (rpm / 60.0 * 2.0 * tenth as f64 / 10.0) as u64 as u16;
             (tenth / 10, tachometer.look(&SETTINGS, Micros::from_millis(tenth * 100), pulses, driven))
         };
@@ -115,7 +115,7 @@ mod tests {
     fn a_fan_that_stops_is_said_once_and_so_is_that_it_turns_again() {
         let mut tachometer = Tachometer::default();
         assert_eq!(turn(&mut tachometer, (0, 20), 3_000.0, true), []);
-        // The count begins anew with another speed: its first second is no speed at all.
+        // The count begins anew with another speed: its first second would mix both speeds.
         tachometer.began = None;
         assert_eq!(turn(&mut tachometer, (20, 60), 0.0, true), [(26, Found::Stopped)]);
         assert!(tachometer.is_stopped());
