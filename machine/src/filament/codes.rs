@@ -1,5 +1,5 @@
-//! M404 to M407 and M412: the filament detector as Smoothieware v2 says it, and the sensor of its width as
-//! Marlin and Klipper do.
+//! M404 to M407 and M412: the filament detector with Smoothieware v2's codes, and the filament width sensor
+//! with Marlin's and Klipper's.
 
 use config::MachineConfig;
 use program::Words;
@@ -12,8 +12,8 @@ use crate::ports::SensorReading;
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
 
-/// M404 to M407, M412: what both have in common. Each part answers for itself; without either the codes are
-/// not known.
+/// Runs M404 to M407 and M412, which the detector and the width sensor share. Each part answers for itself;
+/// without either the codes are unknown.
 ///
 /// # Errors
 /// For words of a part that is not there.
@@ -52,10 +52,10 @@ pub fn told(
     Ok(Answer::Ok)
 }
 
-/// M404.1 to M407.2, which are Klipper's commands of the sensor alone.
+/// Runs M404.1 to M407.2, which are Klipper's commands of the width sensor alone.
 ///
 /// # Errors
-/// When there is none.
+/// When there is no width sensor.
 pub fn told_of_width(
     width: &mut Width,
     readings: [SensorReading; 2],
@@ -132,7 +132,7 @@ fn tell_settings(
     Ok(())
 }
 
-/// M407, in the words that hosts look for.
+/// Answers M407 with the words that hosts look for.
 fn report(width: &Width, tuning: &Tuning, reply: &mut Reply<'_>) {
     match width.measured() {
         Ok(diameter) => reply.say(format_args!("Filament dia (measured mm): {:.3}\n", diameter.0)),

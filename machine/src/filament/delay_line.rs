@@ -1,21 +1,21 @@
-//! How thick the filament is between the sensor and the nozzle: one diameter for each piece of a fixed
-//! length, by how far the extruder had pushed when it passed the sensor. Bounded, and without a heap.
+//! Delay line of the filament's diameter between the sensor and the nozzle: a diameter for each piece of a
+//! fixed length, indexed by the extruder's position when it passed the sensor. Bounded, and without a heap.
 
-/// Pieces that are kept.
+/// Number of pieces that are kept.
 const PIECES: usize = 128;
-/// Pieces between the sensor and the nozzle; the rest is for what is drawn back.
+/// Number of pieces between the sensor and the nozzle; the rest is for filament that is drawn back.
 const UP_TO_THE_NOZZLE: f64 = 100.0;
-/// Shortest piece, mm.
+/// Length of the shortest piece, mm.
 const SHORTEST: f64 = 0.2;
-/// Looks that a mean is of, at most: filament that stands may be another one after a while.
+/// Greatest number of looks in a mean: filament that stands may be another one after a while.
 const LOOKS: u16 = 32;
 
 /// A piece of filament.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Piece {
-    /// Mean of what was measured of it, mm; 0: nothing was.
+    /// Mean diameter, mm; 0 if none was measured.
     diameter: f32,
-    /// How often.
+    /// Number of measurements in the mean.
     count: u16,
 }
 
@@ -23,27 +23,27 @@ struct Piece {
 #[derive(Clone, Debug)]
 pub struct DelayLine {
     pieces: [Piece; PIECES],
-    /// Length of one, mm.
+    /// Length of a piece, mm.
     length: f64,
-    /// The first that was ever measured and the last one, as multiples of their length.
+    /// First and last piece that was measured, as multiples of their length.
     measured: Option<(i64, i64)>,
 }
 
 impl DelayLine {
-    /// For a sensor so far from the nozzle, mm.
+    /// Creates a delay line for a sensor at this distance from the nozzle, mm.
     #[must_use]
     pub fn new(delay: f64) -> Self {
         Self { pieces: [Piece::default(); PIECES], length: (delay / UP_TO_THE_NOZZLE).max(SHORTEST), measured: None }
     }
 
-    /// What passes the sensor while the extruder has pushed so far, mm, is so thick, mm; `None`: nobody
-    /// knows. What passes it again, after drawing back, is known already. Pieces that passed between two
-    /// looks are as thick.
+    /// Adds the diameter, mm, of the filament that is at the sensor when the extruder has pushed so far, mm;
+    /// `None` if it is unknown. Filament that passes again after drawing back is known already. Pieces that
+    /// passed between two looks get the same diameter.
     pub fn add(&mut self, pushed: f64, diameter: Option<f64>) {
         let place = self.place(pushed);
         let (first, last) = match self.measured {
             Some((first, last)) if place > last - PIECES as i64 => (first, last),
-            // The first one; or the extruder counts anew.
+            // Either the first piece, or the extruder counts anew.
             _ => (place, place - 1),
         };
         if place < last {
@@ -70,9 +70,9 @@ impl DelayLine {
         }
     }
 
-    /// How thick the piece is that passed the sensor when the extruder had pushed so far, mm. Of what will
-    /// pass only later, the last piece is taken. `None` when nothing was measured; before the first piece,
-    /// that one counts where this is `at_once`.
+    /// Returns the diameter of the piece that passed the sensor when the extruder had pushed so far, mm. For
+    /// a piece that will pass only later, the last piece is taken. `None` when nothing was measured; before
+    /// the first piece, the first piece counts if `at_once`.
     #[must_use]
     pub fn diameter(&self, pushed: f64, at_once: bool) -> Option<f64> {
         let (first, last) = self.measured?;
@@ -85,7 +85,8 @@ impl DelayLine {
         (piece.diameter > 0.0).then_some(f64::from(piece.diameter))
     }
 
-    /// Whether the piece has yet to come that will pass the sensor when the extruder has pushed so far, mm.
+    /// Returns whether the piece that passes the sensor when the extruder has pushed so far, mm, has yet to
+    /// come.
     #[must_use]
     pub fn is_to_come(&self, pushed: f64) -> bool {
         self.measured.is_some_and(|(_, last)| self.place(pushed) > last)
@@ -123,7 +124,7 @@ mod tests {
             let mut line = DelayLine::new(delay);
             let (mut pushed, mut furthest) = (0.0_f64, 0.0_f64);
             for way in ways {
-                // As far back as one draws filament, and no further.
+                // As far back as filament is drawn, and no further.
                 let least = furthest - delay / 10.0;
                 let to = (pushed + way).max(least.max(0.0));
                 for step in 1..=10 {
@@ -133,7 +134,7 @@ mod tests {
                     let was = at - delay;
                     match line.diameter(was, false) {
                         None => prop_assert!(was < 0.6 + delay / 50.0, "{was}"),
-                        // To the length of a piece, and what one look passes over.
+                        // Tolerance: the length of a piece, and the filament that passes between two looks.
                         Some(is) => prop_assert!((is - thickness(was)).abs() < 0.1 * (0.6 + delay / 50.0) / 30.0 + 1e-6),
                     }
                 }

@@ -69,8 +69,8 @@ fn a_short_change_is_noise() {
     assert_eq!(news(&looks(&[(20, false, Use::Plays), (4, true, Use::Plays), (20, false, Use::Plays)])), []);
 }
 
-/// What a wheel of one pulse a millimetre finds while the extruder makes these ways, mm a second each, and
-/// filament follows it so far.
+/// Returns whether a wheel of one pulse a millimetre finds stuck filament while the extruder moves by `ways`,
+/// mm a second each, and filament follows by the share `follows`.
 fn finds(ways: &[f64], follows: impl Fn(f64) -> f64) -> bool {
     let (config, tuning) = detector(true);
     let mut filament = Filament::default();

@@ -1,9 +1,9 @@
-//! The sensor of the filament's width: from its inputs to a diameter, to what that makes of the flow when the
-//! piece is at the nozzle, and to whether it can be printed with at all.
+//! Filament width sensor: the diameter from its inputs, the correction of the flow for it when the piece is
+//! at the nozzle, and the check whether it can be printed with at all.
 //!
-//! The flow changes in the program, where M221 does, by a factor for what is extruded along the path: a line
+//! The flow changes in the program, as with M221, by a factor for what is extruded along the path: a line
 //! that is read now is laid at the extruder's commanded place, so the piece that will be at the nozzle then
-//! is looked up, not the one that is there now. Motion knows nothing of it.
+//! is looked up, not the piece that is there now. Motion knows nothing of the correction.
 
 use config::{FilamentWidthConfig, Gauge, ThermistorInput};
 use units::{Micros, Mm};
@@ -12,58 +12,58 @@ use super::delay_line::DelayLine;
 use super::{DEBOUNCE, Trouble};
 use crate::ports::SensorReading;
 
-/// Raw units of full scale, as Klipper counts them, so that its calibrations hold.
+/// Raw units of full scale, the same as Klipper's, so that its calibrations hold.
 const FULL_RAW: f64 = 10_000.0;
-/// Volts of full scale.
+/// Voltage of full scale, V.
 const FULL_VOLTS: f64 = 3.3;
-/// Nearer to its ends than this share of full scale an input is not connected, or shorted: a Hall sensor
-/// stays far from them, and so does one of a millimetre a volt.
+/// Share of full scale at both ends within which an input is disconnected or shorted: a Hall sensor stays far
+/// from them, and so does a sensor of a millimetre a volt.
 const RAIL: f64 = 0.02;
-/// An input that is away for less is noise, or a plug that is pushed in.
+/// Time without signal that makes a fault; a shorter one is noise, or a plug that is pushed in.
 const FAULT_AFTER: Micros = Micros::from_millis(200);
-/// Filament between two diameters that are said, mm.
+/// Length of filament between two reports of the diameter, mm.
 const LOG_EVERY: f64 = 10.0;
 
-/// An input gives no signal.
+/// Fault: an input gives no signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoSignal {
-    /// Which.
+    /// The input without signal.
     pub input: ThermistorInput,
-    /// What it reads, ten-thousandths of full scale.
+    /// Reading of that input, ten-thousandths of full scale.
     pub raw: f64,
 }
 
-/// What is to be said, once.
+/// News to be reported once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum WidthNews {
-    /// It gives no signal: the flow is not corrected.
+    /// An input gives no signal: the flow is not corrected.
     Lost(NoSignal),
-    /// It gives one again.
+    /// All inputs give a signal again.
     Back,
-    /// So thick it is: where that is asked for.
+    /// Measured diameter, if the configuration asks for reports.
     Measured(Mm),
 }
 
-/// The sensor.
+/// State of the width sensor.
 #[derive(Clone, Debug)]
 pub struct Width {
-    /// M405.
+    /// Switched off by M406.
     off: bool,
     line: DelayLine,
-    /// The last look's.
+    /// Result of the last look.
     measured: Result<Mm, NoSignal>,
-    /// Since when it has been lost, and whether that was said.
+    /// Time since which the signal has been lost, and whether the loss was reported.
     lost: Option<(Micros, bool)>,
-    /// What it looks like, and since when.
+    /// Trouble that the last diameter shows, and the time since which it does.
     looks: (Option<Trouble>, Micros),
-    /// The same, for long enough.
+    /// The same trouble, once it has lasted long enough.
     trouble: Option<Trouble>,
-    /// Where a diameter was said last, mm.
+    /// Extruder position of the last report of a diameter, mm.
     said_at: f64,
 }
 
 impl Width {
-    /// Switched on, nothing measured.
+    /// Creates the state of a sensor that has measured nothing, switched on if configured so.
     #[must_use]
     pub fn new(sensor: &FilamentWidthConfig) -> Self {
         Self {
@@ -77,24 +77,25 @@ impl Width {
         }
     }
 
-    /// Whether it acts.
+    /// Returns whether the sensor acts.
     #[must_use]
     pub const fn is_on(&self) -> bool {
         !self.off
     }
 
-    /// M405, M406: what was measured before counts no more.
+    /// M405, M406: switches the sensor; earlier measurements count no more.
     pub fn switch(&mut self, sensor: &FilamentWidthConfig, on: bool) {
         *self = Self { off: !(on && sensor.enable), ..Self::new(sensor) };
     }
 
-    /// Another filament, or the same at another place: what was measured counts no more.
+    /// Forgets earlier measurements, for another filament or the same at another place.
     pub fn forget(&mut self, sensor: &FilamentWidthConfig) {
         self.line = DelayLine::new(sensor.delay.0);
         self.said_at = f64::NEG_INFINITY;
     }
 
-    /// Looks, a hundred times a second. `pushed`: how far the extruder has pushed, mm.
+    /// Takes the readings, a hundred times a second. `pushed` is the distance that the extruder has pushed,
+    /// mm.
     pub fn look(
         &mut self,
         sensor: &FilamentWidthConfig,
@@ -123,7 +124,7 @@ impl Width {
         is_new.then_some(WidthNews::Lost(why))
     }
 
-    /// What no signal says nothing of, is as it was.
+    /// Updates the trouble from the diameter; without a signal the last trouble stays.
     fn judge(&mut self, sensor: &FilamentWidthConfig, now: Micros) {
         let Ok(diameter) = self.measured else { return };
         let is_too_thick = sensor.max_diameter > Mm(0.0) && diameter > sensor.max_diameter;
@@ -139,13 +140,13 @@ impl Width {
         }
     }
 
-    /// Why nothing can be printed with it, if so.
+    /// Returns the reason why the filament cannot be printed with, if any.
     #[must_use]
     pub fn trouble(&self) -> Option<Trouble> {
         self.trouble.filter(|_| !self.off)
     }
 
-    /// How thick it is at the sensor.
+    /// Returns the filament's diameter at the sensor.
     ///
     /// # Errors
     /// When an input gives no signal.
@@ -153,15 +154,15 @@ impl Width {
         self.measured
     }
 
-    /// Whether what is extruded once the extruder has pushed so far, mm, cannot be known yet: the piece that
-    /// will be at the nozzle then has not come to the sensor.
+    /// Returns whether the diameter at the nozzle once the extruder has pushed so far, mm, cannot be known
+    /// yet: the piece that will be there then has not come to the sensor.
     #[must_use]
     pub fn is_to_come(&self, sensor: &FilamentWidthConfig, pushed: f64) -> bool {
         !self.off && sensor.correct_flow && self.line.is_to_come(pushed - sensor.delay.0)
     }
 
-    /// The factor of what is extruded once the extruder has pushed so far, mm, for an E that is meant for
-    /// filament of this diameter. 1 where nothing is known, or what is known is not believed.
+    /// Returns the flow factor once the extruder has pushed so far, mm, for an E that is meant for filament
+    /// of this diameter. The factor is 1 if the diameter is unknown or implausible.
     #[must_use]
     pub fn factor(&self, sensor: &FilamentWidthConfig, pushed: f64, meant: Mm) -> f64 {
         if self.off || !sensor.correct_flow {
@@ -175,7 +176,7 @@ impl Width {
     }
 }
 
-/// What one input reads, ten-thousandths of full scale.
+/// Returns the reading of an input, ten-thousandths of full scale.
 #[must_use]
 pub fn raw_of(reading: SensorReading) -> f64 {
     match reading {
@@ -184,7 +185,7 @@ pub fn raw_of(reading: SensorReading) -> f64 {
     }
 }
 
-/// What all inputs read together.
+/// Returns the sum of all inputs' readings, ten-thousandths of full scale.
 fn raw(sensor: &FilamentWidthConfig, readings: [SensorReading; 2]) -> Result<f64, NoSignal> {
     let mut sum = 0.0;
     for (place, input) in sensor.live_inputs() {
@@ -197,7 +198,7 @@ fn raw(sensor: &FilamentWidthConfig, readings: [SensorReading; 2]) -> Result<f64
     Ok(sum)
 }
 
-/// The diameter that this means.
+/// Returns the diameter for this raw reading.
 fn diameter(sensor: &FilamentWidthConfig, raw: f64) -> Mm {
     if sensor.mm_per_volt > 0.0 {
         return Mm(raw / FULL_RAW * FULL_VOLTS * sensor.mm_per_volt);
