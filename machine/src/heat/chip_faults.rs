@@ -1,15 +1,15 @@
-//! What chips of sensors report, told once: also while nothing heats, and where it is over before anybody
-//! asks.
+//! Faults that sensor chips report, each told once: also while nothing heats, and if the fault ends before
+//! anybody asks.
 
 use config::HeaterId;
 use units::Micros;
 
 use crate::ports::{MAX_HEATERS, SensorReading, SensorReadings};
 
-/// The same of the same sensor is told again after so long.
+/// Time after which the same fault of the same sensor is told again.
 const AGAIN: Micros = Micros::from_seconds(60);
 
-/// What was told of each sensor, and when.
+/// Faults told of each sensor, and their times.
 #[derive(Debug)]
 pub(super) struct ChipFaults {
     told: [Option<(&'static str, Micros)>; MAX_HEATERS],
@@ -21,7 +21,7 @@ impl ChipFaults {
         Self { told: [None; MAX_HEATERS], news: None }
     }
 
-    /// Looks at the readings of one moment. What is found beside the first waits for the next look.
+    /// Looks at the readings of a moment. Faults beside the first wait for the next look.
     pub(super) fn look(&mut self, now: Micros, readings: &SensorReadings) {
         if self.news.is_some() {
             return;
@@ -36,7 +36,7 @@ impl ChipFaults {
         }
     }
 
-    /// What is to be told, once.
+    /// Returns the fault to be told, once.
     pub(super) const fn take(&mut self) -> Option<(HeaterId, &'static str)> {
         self.news.take()
     }

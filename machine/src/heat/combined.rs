@@ -1,4 +1,4 @@
-//! Sensors that combine others: what all of them read at one moment, and one number of it.
+//! Sensors that combine others: all parts are read at the same moment and make a single temperature.
 
 use config::{HeaterId, SensorKind};
 use units::Celsius;
@@ -6,21 +6,21 @@ use units::Celsius;
 use super::sensor::{Sensor, SensorFault};
 use crate::ports::{MAX_HEATERS, SensorReadings};
 
-/// What is made of several temperatures.
+/// Rule that makes a temperature from several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// The hottest.
+    /// The hottest of the parts.
     Max,
-    /// The coldest.
+    /// The coldest of the parts.
     Min,
-    /// Their mean.
+    /// Mean of the parts.
     Mean,
     /// The first less the second.
     Difference,
 }
 
 impl Rule {
-    /// What a kind of sensor makes of others; none where it measures by itself.
+    /// Returns the rule of a kind of sensor; `None` if it measures by itself.
     #[must_use]
     pub const fn of(kind: SensorKind) -> Option<Self> {
         match kind {
@@ -32,7 +32,7 @@ impl Rule {
         }
     }
 
-    /// Takes the next temperature to what there is of those before it.
+    /// Adds the next temperature to the result of those before it.
     fn fold(self, sofar: f32, next: f32) -> f32 {
         match self {
             Self::Max => sofar.max(next),
@@ -43,14 +43,14 @@ impl Rule {
     }
 }
 
-/// The sensors that one combines, in the order that is written.
+/// The parts of a combined sensor, in the order that is written.
 pub type Parts = [Option<HeaterId>; MAX_HEATERS];
 
-/// The temperature that the sensor `id` of `all` gives, `sensor` being where it is in each. All are read of
-/// the same scan, so a combination is as old as its parts.
+/// Returns the temperature of the sensor `id` of `all`; `sensor` gives the sensor of an element. All are read
+/// from the same scan, so a combination is as old as its parts.
 ///
 /// # Errors
-/// Its fault, or that of the first of its parts that has one, by name.
+/// The sensor's fault, or that of its first faulty part, by name.
 pub fn read<T>(
     all: &[T],
     sensor: fn(&T) -> &Sensor,
@@ -60,7 +60,7 @@ pub fn read<T>(
     read_within(all, sensor, raw, id, MAX_HEATERS)
 }
 
-/// Combinations of combinations are at most so many `levels` deep. The checker lets no circle through; one
+/// Limits combinations of combinations to this many `levels`. The checker lets no circle through; a circle
 /// that came here would end as a fault.
 fn read_within<T>(
     all: &[T],

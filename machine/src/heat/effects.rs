@@ -1,11 +1,11 @@
-//! Outputs that change where the path has come to a place: they ride on motion as marks, and nothing waits
-//! for them.
+//! Outputs that change when the path has come to a place: they ride on motion as marks, and nothing waits for
+//! them.
 
 use heapless::Deque;
 use motion::Mark;
 use units::{Celsius, Duty, HeaterId};
 
-/// Effects that can wait: the look-ahead queue is no longer.
+/// Number of effects that can wait: the look-ahead queue is no longer.
 const WAITING: usize = 64;
 
 /// A change of an output.
@@ -24,7 +24,7 @@ pub enum Output {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Full;
 
-/// Changes that wait for their marks, in the order of these.
+/// Changes that wait for their marks, in the marks' order.
 #[derive(Clone, Debug)]
 pub struct Effects<T = Output> {
     waiting: Deque<(Mark, T), WAITING>,
@@ -37,13 +37,13 @@ impl<T: Copy> Default for Effects<T> {
 }
 
 impl<T: Copy> Effects<T> {
-    /// None.
+    /// Creates an empty queue.
     #[must_use]
     pub const fn new() -> Self {
         Self { waiting: Deque::new() }
     }
 
-    /// Has a change wait for a mark, which is not before the one that the last change waits for.
+    /// Queues a change for a mark, which is not before that of the last change.
     ///
     /// # Errors
     /// When too many wait.
@@ -51,7 +51,7 @@ impl<T: Copy> Effects<T> {
         self.waiting.push_back((mark, output)).map_err(|_| Full)
     }
 
-    /// The next change whose mark has been reached.
+    /// Takes the next change whose mark has been reached.
     #[inline]
     pub fn reached(&mut self, mark: Mark) -> Option<T> {
         let (wanted, output) = *self.waiting.front()?;
@@ -62,12 +62,12 @@ impl<T: Copy> Effects<T> {
         Some(output)
     }
 
-    /// Drops what has not happened yet.
+    /// Drops all changes that still wait.
     pub fn clear(&mut self) {
         self.waiting.clear();
     }
 
-    /// Whether nothing waits.
+    /// Returns whether nothing waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.waiting.is_empty()

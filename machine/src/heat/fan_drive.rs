@@ -1,23 +1,23 @@
-//! How a fan is given its power: off where it would only hum, never less than turns it, never more than it
-//! bears, and full power for a moment to get it going.
+//! Power of a fan: off where it would only hum, never less than turns it, never more than it bears, and full
+//! power for a moment to get it going.
 
 use config::FanDriveConfig;
 use heapless::Vec;
 
-/// Fans at most.
+/// Greatest number of fans.
 const FANS: usize = config::MAX_FANS;
-/// Control ticks of a second.
+/// Control ticks per second.
 const TICKS_PER_SECOND: f64 = 100.0;
 
-/// One fan's output.
+/// Output of a single fan.
 #[derive(Clone, Copy, Debug)]
 struct FanDrive {
-    /// The switch that drives it.
+    /// The switch that drives the fan.
     switch: u8,
     settings: FanDriveConfig,
-    /// What it is to have, as a share of full power.
+    /// Power asked for, as a share of full power.
     wanted: f32,
-    /// Control ticks for which it has all power yet.
+    /// Remaining control ticks of the kick start.
     kick: u16,
 }
 
@@ -30,7 +30,7 @@ impl FanDrive {
         if self.kick > 0 { self.settings.max_power } else { self.wanted }
     }
 
-    /// It is asked for this share from now on; what it is given.
+    /// Asks for this share from now on; returns the share that the fan is given.
     fn ask(&mut self, share: f32) -> f32 {
         let FanDriveConfig { off_below, min_power, max_power, kick_start, kick_start_step } = self.settings;
         let is_off = share <= 0.0 || share < off_below;
@@ -58,32 +58,32 @@ impl Default for FanDrives {
 }
 
 impl FanDrives {
-    /// None.
+    /// Creates an empty list of fans.
     #[must_use]
     pub const fn new() -> Self {
         Self { drives: Vec::new() }
     }
 
-    /// A switch drives a fan. False when there is no room.
+    /// Declares that a switch drives a fan. Returns false when there is no room.
     #[must_use]
     pub fn add(&mut self, switch: usize, settings: FanDriveConfig) -> bool {
         u8::try_from(switch).is_ok_and(|switch| self.drives.push(FanDrive::new(switch, settings)).is_ok())
     }
 
-    /// A switch is asked for this share of full power; what it is given.
+    /// Asks a switch for this share of full power; returns the share that it is given.
     #[inline]
     pub fn ask(&mut self, switch: usize, share: f32) -> f32 {
         let drive = self.drives.iter_mut().find(|drive| usize::from(drive.switch) == switch);
         drive.map_or(share, |drive| drive.ask(share))
     }
 
-    /// One control tick, 10 ms; switches whose kick start ends with it, and what they are given from now on.
+    /// Runs a control tick, 10 ms; returns the switches whose kick start ends with it, and their new shares.
     pub fn tick(&mut self) -> Vec<(usize, f32), FANS> {
         let mut ended = Vec::new();
         for drive in self.drives.iter_mut().filter(|drive| drive.kick > 0) {
             drive.kick -= 1;
             if drive.kick == 0 {
-                // There are as many places as fans.
+                // The list holds a share for every fan.
                 let _ = ended.push((usize::from(drive.switch), drive.wanted));
             }
         }
@@ -109,7 +109,7 @@ mod tests {
         drives
     }
 
-    /// What it is given in the ticks that follow.
+    /// Returns the shares of the fan in the ticks that follow.
     fn given(drives: &mut FanDrives, share: f32) -> std::vec::Vec<f32> {
         let mut now = drives.ask(3, share);
         let mut given = std::vec![now];

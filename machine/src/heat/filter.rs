@@ -4,29 +4,30 @@ use units::{Celsius, Micros};
 
 use super::sensor::SensorFault;
 
-/// What it has come to.
+/// State of the filter.
 #[derive(Clone, Copy, Debug)]
 pub struct Filter {
-    /// Share of the way to the next reading that it goes at once, above 0 to 1.
+    /// Share of the way to the next reading that the filter goes at once, above 0 to 1.
     share: f32,
     at: Option<Celsius>,
 }
 
 impl Filter {
-    /// With a time constant, s, of readings that come so often. Behind a steady rise it is as late as the
-    /// time constant says.
+    /// Creates a filter with a time constant, s, for readings with this period. Behind a steady rise the
+    /// filter is late by the time constant.
     pub fn new(time_constant_s: f32, period: Micros) -> Self {
         let period_s = period.seconds() as f32;
         let share = if time_constant_s > 0.0 { period_s / (time_constant_s + period_s) } else { 1.0 };
         Self { share, at: None }
     }
 
-    /// The next reading is the first one.
+    /// Makes the next reading the first.
     pub const fn restart(&mut self) {
         self.at = None;
     }
 
-    /// Takes a reading, gives the filtered one. A fault passes at once, and readings begin afresh after it.
+    /// Takes a reading and returns the filtered one. A fault passes at once, and readings begin afresh after
+    /// it.
     pub fn pass(&mut self, read: Result<Celsius, SensorFault>) -> Result<Celsius, SensorFault> {
         self.at = read.ok().map(|Celsius(read)| match self.at {
             Some(Celsius(at)) if self.share < 1.0 => Celsius(at + (read - at) * self.share),

@@ -1,23 +1,23 @@
-//! One heater, or one sensor without: its control law, its target, its duty.
+//! A single heater, or a sensor without one: its control law, target and duty.
 
 use units::{Celsius, Duty, Micros};
 
 use super::filter::Filter;
 use super::{HeaterSettings, Law, LawSettings, OFF_BELOW, Sensor, SensorFault, StepTest, Surroundings};
 
-/// This near its target, C, it holds it.
+/// Distance from the target, C, within which a heater counts as holding it.
 const HOLDS_WITHIN: f32 = 5.0;
 
-/// Why a target was not set.
+/// Reason why a target was not set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TargetRefused {
-    /// It is above `max_temp`, this much.
+    /// The target is above `max_temp`, which is this.
     AboveMaximum(Celsius),
-    /// It only reads.
+    /// The temperature control only reads.
     HasNoHeater,
 }
 
-/// What a heater did since it was asked last.
+/// Work of a heater since it was asked last.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Work {
     /// Time with a target.
@@ -27,14 +27,14 @@ pub struct Work {
 }
 
 impl Work {
-    /// It was off and cold.
+    /// Work of a heater that was off.
     pub const NONE: Self = Self { on: Micros(0), full_s: 0.0 };
 }
 
-/// One temperature controller or read-only sensor.
+/// A single temperature controller or read-only sensor.
 #[derive(Clone, Debug)]
 pub struct Heater {
-    /// Its settings. M-codes may change gains and limits at run time.
+    /// Settings, of which M-codes may change gains and limits at run time.
     pub settings: HeaterSettings,
     law: Law,
     reading: Result<Celsius, SensorFault>,
@@ -59,59 +59,59 @@ impl Heater {
         self.reading.ok()
     }
 
-    /// Why there is no temperature.
+    /// Returns the reason why there is no temperature.
     #[must_use]
     pub fn fault(&self) -> Option<SensorFault> {
         self.reading.err()
     }
 
-    /// Target; 0 is off.
+    /// Returns the target; 0 is off.
     #[must_use]
     pub const fn target(&self) -> Celsius {
         self.target
     }
 
-    /// Output.
+    /// Returns the output's duty.
     #[must_use]
     pub const fn duty(&self) -> Duty {
         self.duty
     }
 
-    /// Is it asked to heat?
+    /// Returns whether the heater is asked to heat.
     #[must_use]
     pub fn is_on(&self) -> bool {
         self.target > OFF_BELOW
     }
 
-    /// What it takes to hold its target beyond what its model explains, as a share of that; below zero: less.
-    /// None on its way, or without a model.
+    /// Returns the power for holding the target beyond what the model explains, as a share of the explained;
+    /// below zero: less. `None` off the target, or without a model.
     #[must_use]
     pub fn surplus(&self) -> Option<f32> {
         let holds = self.is_on() && (self.reading()?.0 - self.target.0).abs() < HOLDS_WITHIN;
         self.law.surplus().filter(|_| holds)
     }
 
-    /// Whether it is to be sampled.
+    /// Returns whether the next sample is due.
     pub(super) fn is_due(&self, now: Micros) -> bool {
         now >= self.due
     }
 
-    /// Whether its law goes by what its tool extrudes.
+    /// Returns whether the control law uses the flow of the tool that it heats.
     pub(super) const fn reckons_with_flow(&self) -> bool {
         matches!(self.law, Law::Model(_)) && self.settings.melts_for.is_some()
     }
 
-    /// What it did since this was asked last.
+    /// Returns the heater's work since the last call.
     pub(super) const fn take_work(&mut self) -> Work {
         core::mem::replace(&mut self.work, Work::NONE)
     }
 
-    /// Without a target and without power.
+    /// Clears the target and the duty.
     pub(super) const fn off(&mut self) {
         (self.target, self.duty) = (Celsius(0.0), Duty::OFF);
     }
 
-    /// Another sensor measures it, of which nothing is known yet.
+    /// Takes another sensor, whose readings are not known yet.
     pub(super) fn set_sensor(&mut self, sensor: Sensor) {
         self.settings.sensor = sensor;
         self.filter.restart();
@@ -124,19 +124,19 @@ impl Heater {
         self.go_on_with(law, max_duty);
     }
 
-    /// Another law goes on from the present reading and output.
+    /// Exchanges the control law, which goes on from the present reading and output.
     pub(super) fn go_on_with(&mut self, law: LawSettings, max_duty: Duty) {
         self.law = Law::new(&law, max_duty);
         self.law.start(self.reading().unwrap_or_default(), self.duty);
     }
 
-    /// Swings around the target to find how it answers, in air of this temperature, until
+    /// Swings around the target to find the heater's response, in air of this temperature, until
     /// [`HeatControl::set_law`](super::HeatControl::set_law).
     pub fn start_tuning(&mut self, swings: u8, air: Celsius) {
         self.law = Law::Tuning(StepTest::new(self.settings.max_duty, swings, air));
     }
 
-    /// What tuning has found so far.
+    /// Returns the tuning under way, with its findings so far.
     #[must_use]
     pub const fn tuning(&self) -> Option<&StepTest> {
         match &self.law {
@@ -163,8 +163,8 @@ impl Heater {
         Ok(())
     }
 
-    /// One sample: reading in, duty out. Without a believable reading it does not heat; whether that is a
-    /// fault is for [`HeatSafety`](crate::heat_safety::HeatSafety) to say.
+    /// Takes a sample and computes the duty. Without a believable reading the heater is off;
+    /// [`HeatSafety`](crate::heat_safety::HeatSafety) decides whether the reading is a fault.
     pub(super) fn sample(&mut self, now: Micros, read: Result<Celsius, SensorFault>, around: Surroundings) {
         self.due = now.plus(self.settings.period);
         if self.is_on() {

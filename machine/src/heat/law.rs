@@ -6,9 +6,9 @@
 //! dt - Kp dT, kept within 0 and the output limit; output = I - Kd dT/dt. The proportional part resists
 //! change of the reading instead of pulling at the error, so a step of the target does not overshoot.
 //!
-//! The derivative goes through a filter of first order: without one, noise of 0.15 C between two samples
-//! 50 ms apart is 3 C/s, which times a usual gain is more than full output. It is of the reading and not
-//! of the error, so that a new target does not kick.
+//! The derivative goes through a filter of first order: without it, noise of 0.15 C between two samples 50 ms
+//! apart is 3 C/s, which times a usual gain is more than full output. The derivative is that of the reading
+//! and not of the error, so that a new target does not kick.
 //!
 //! Anti-windup is by conditional integration (K. J. Astrom and T. Hagglund, "Advanced PID Control", 2006,
 //! section 3.5): at a limit of the output the integral does not move further towards it. So after a heat-up
@@ -23,11 +23,11 @@ use super::step_test::StepTest;
 /// Gains and limits of a PID law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PidGains {
-    /// Output per degree.
+    /// Proportional gain, output per degree.
     pub p: f32,
-    /// Output per degree and second.
+    /// Integral gain, output per degree and second.
     pub i: f32,
-    /// Output per degree per second.
+    /// Derivative gain, output per degree per second.
     pub d: f32,
     /// Largest integral, in output units.
     pub i_max: f32,
@@ -35,7 +35,7 @@ pub struct PidGains {
     pub d_filter_s: f32,
     /// Proportional on measurement instead of on error.
     pub on_measurement: bool,
-    /// At a limit of the output the integral does not move towards it.
+    /// Whether the integral stays at a limit of the output instead of moving towards it.
     pub conditional_integral: bool,
 }
 
@@ -47,7 +47,7 @@ pub struct Pid {
     integral: f32,
     last_reading: f32,
     last_output: f32,
-    /// Of the reading, filtered, degrees a second.
+    /// Filtered slope of the reading, degrees a second.
     slope: f32,
     steps: Steps,
 }
@@ -60,28 +60,28 @@ pub struct BangBang {
     on: bool,
 }
 
-/// The law of one heater.
+/// Control law of a single heater.
 #[derive(Clone, Copy, Debug)]
 pub enum Law {
-    /// Proportional, integral, derivative.
+    /// PID: proportional, integral, derivative.
     Pid(Pid),
-    /// By a model of the heater.
+    /// Control by a model of the heater.
     Model(Model),
-    /// On and off.
+    /// Bang-bang: on and off.
     BangBang(BangBang),
-    /// Finding how the heater answers.
+    /// Step test of the heater's response.
     Tuning(StepTest),
 }
 
-/// Whole steps of an output whose mean is the fraction that is wanted: what rounding leaves out comes with
-/// the next samples. A step of 255 of a strong heater is two degrees.
+/// Dithers an output into whole steps whose mean is the wanted fraction: rounding errors come with the next
+/// samples. A step of 255 of a strong heater is two degrees.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Steps {
     left_out: f32,
 }
 
 impl Steps {
-    /// The next output; `wanted` is 0 to 255.
+    /// Returns the next output; `wanted` is 0 to 255.
     pub(super) fn next(&mut self, wanted: f32) -> Duty {
         let whole = (wanted + self.left_out) as u8;
         self.left_out = (wanted + self.left_out - f32::from(whole)).clamp(0.0, 1.0);
@@ -90,7 +90,7 @@ impl Steps {
 }
 
 impl Law {
-    /// A law at rest.
+    /// Creates a law at rest.
     #[must_use]
     pub fn new(settings: &LawSettings, max: Duty) -> Self {
         match settings {
@@ -102,7 +102,7 @@ impl Law {
         }
     }
 
-    /// Heating starts: forget the past, so that neither the integral nor the derivative jumps.
+    /// Forgets the past when heating starts, so that neither the integral nor the derivative jumps.
     pub fn start(&mut self, reading: Celsius, output: Duty) {
         match self {
             Self::Pid(pid) => pid.start(reading.0, f32::from(output.0)),
@@ -112,7 +112,7 @@ impl Law {
         }
     }
 
-    /// One sample.
+    /// Takes a sample and returns the duty.
     pub fn update(&mut self, target: Celsius, reading: Celsius, period: Micros, around: Surroundings) -> Duty {
         match self {
             Self::Pid(pid) => pid.update(target.0, reading.0, period.seconds() as f32),
@@ -122,7 +122,7 @@ impl Law {
         }
     }
 
-    /// What the heater takes beyond what its model explains, as a share of that. None without a model.
+    /// Returns the power beyond what the model explains, as a share of the explained; `None` without a model.
     pub(super) fn surplus(&self) -> Option<f32> {
         match self {
             Self::Model(model) => model.surplus(),
@@ -227,7 +227,7 @@ mod tests {
         );
     }
 
-    /// Duties of a law that holds a reading which is noisy by 0.15 C and never changes otherwise.
+    /// Returns the duties of a law that holds a reading which is noisy by 0.15 C and never changes otherwise.
     fn noisy(d_filter_s: f32) -> Vec<u8> {
         let gains = PidGains { p: 34.0, i: 0.7, d: 200.0, d_filter_s, ..GAINS };
         let mut law = Law::new(&LawSettings::Pid(gains), Duty::FULL);
@@ -266,7 +266,7 @@ mod tests {
             pid.update(200.0, 60.0, 0.05);
         }
         assert!(pid.integral < 5.0, "{}", pid.integral);
-        // At the other limit it still falls.
+        // At the other limit the integral still falls.
         pid.integral = 100.0;
         pid.update(60.0, 61.0, 0.05);
         pid.update(60.0, 61.0, 0.05);
@@ -274,7 +274,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the gains and readings, the output never exceeds its ceiling.
+        /// The output never exceeds its ceiling, for any gains and readings.
         #[test]
         fn output_stays_under_the_ceiling(
             p in 0.0..1e4_f32, i in 0.0..1e4_f32, d in 0.0..1e4_f32, ceiling in 0_u8..=255,

@@ -4,8 +4,8 @@
 //! ticks an output is on for exactly `duty` of them, spread as evenly as can be, and the finest share still
 //! switches only a few hundred times a second, which MOSFETs and fans take.
 //!
-//! What must not switch so often, as a relay that waits for mains to cross zero, has a cycle: it is on once
-//! in each, and what does not fit into whole ticks comes with the next ones.
+//! Outputs that must not switch so often, as a relay that waits for mains to cross zero, have a cycle: they
+//! are on once in each, and fractions of ticks are carried to the next.
 
 use units::{Duty, Micros};
 
@@ -15,14 +15,14 @@ use crate::ports::{MAX_HEATERS, MAX_SWITCHES, heater_bit, switch_bit};
 pub const MODULATION_HZ: u32 = 2_000;
 const FULL: u32 = Duty::FULL.0 as u32;
 
-/// One output.
+/// Modulator of a single output.
 #[derive(Clone, Copy, Debug, Default)]
 struct Modulator {
     duty: u8,
     sum: u16,
     /// Ticks of a cycle; 0: as fine as can be.
     cycle: u16,
-    /// How far it is in its cycle, and for how many ticks it is on in it.
+    /// Tick within the cycle, and number of ticks for which the output is on in it.
     place: u16,
     on: u16,
 }
@@ -54,7 +54,7 @@ impl Modulator {
     fn set(&mut self, duty: Duty) {
         self.duty = duty.0;
         if duty == Duty::OFF {
-            // At once, whatever its cycle says.
+            // Off takes effect at once, in the middle of a cycle too.
             (self.sum, self.place, self.on) = (0, 0, 0);
         }
     }
@@ -79,7 +79,7 @@ impl Default for Modulators {
 }
 
 impl Modulators {
-    /// Everything off.
+    /// Creates modulators with everything off.
     #[must_use]
     pub const fn new() -> Self {
         const OFF: Modulator = Modulator { duty: 0, sum: 0, cycle: 0, place: 0, on: 0 };
@@ -100,33 +100,33 @@ impl Modulators {
         }
     }
 
-    /// A heater is on once in so long; 0: as often as can be.
+    /// Sets the cycle in which a heater is on once; 0: as often as can be.
     pub fn set_heater_cycle(&mut self, index: usize, cycle: Micros) {
         if let Some(modulator) = self.heaters.get_mut(index) {
             modulator.set_cycle(cycle);
         }
     }
 
-    /// The same for a switch.
+    /// Sets the cycle of a switch in the same way.
     pub fn set_switch_cycle(&mut self, index: usize, cycle: Micros) {
         if let Some(modulator) = self.switches.get_mut(index) {
             modulator.set_cycle(cycle);
         }
     }
 
-    /// A switch's duty.
+    /// Returns a switch's duty.
     pub fn switch(&self, index: usize) -> Duty {
         self.switches.get(index).map_or(Duty::OFF, |modulator| Duty(modulator.duty))
     }
 
-    /// All heaters off.
+    /// Switches all heaters off.
     pub fn heaters_off(&mut self) {
         for modulator in &mut self.heaters {
             modulator.set(Duty::OFF);
         }
     }
 
-    /// One tick; the bits of the outputs that are on.
+    /// Runs a tick; returns the bits of the outputs that are on.
     #[inline]
     pub fn tick(&mut self) -> u32 {
         let mut on = 0;
@@ -170,7 +170,7 @@ mod tests {
             assert_eq!(levels.iter().filter(|on| **on).count(), usize::from(duty) * 400, "duty {duty}");
             let rises = levels.windows(2).filter(|two| !two[0] && two[1]).count();
             assert!(rises <= 255, "duty {duty}: {rises}");
-            // Off is off in the middle of it.
+            // Off takes effect in the middle of the cycle.
             modulators.tick();
             modulators.set_heater(1, Duty::OFF);
             assert!((0..1_000).all(|_| modulators.tick() == 0));

@@ -1,10 +1,10 @@
-//! Pulses of tachometers, counted by looking at their inputs in each run of the heat task.
+//! Counter of tachometer pulses, which samples the inputs in each run of the heat task.
 //!
 //! Looking [`super::MODULATION_HZ`] times a second sees every pulse that is high, and low, for half a
 //! millisecond and a little more, which is 800 pulses a second: 24,000 turns a minute with two pulses a turn.
 //! A noisy wire costs no interrupt so, and any input will do.
 
-/// Inputs at most.
+/// Greatest number of inputs.
 const INPUTS: usize = config::MAX_FANS;
 
 /// Pulses so far, modulo 2^16.
@@ -15,13 +15,13 @@ pub struct Pulses {
 }
 
 impl Pulses {
-    /// None.
+    /// Creates a counter without pulses.
     #[must_use]
     pub const fn new() -> Self {
         Self { levels: 0, counts: [0; INPUTS] }
     }
 
-    /// One look: a bit for each input that is on.
+    /// Samples the inputs: a bit for each that is on.
     #[inline]
     pub fn look(&mut self, levels: u8) {
         let mut rose = levels & !self.levels;
@@ -34,7 +34,7 @@ impl Pulses {
         }
     }
 
-    /// By input.
+    /// Returns the counts by input.
     #[must_use]
     pub const fn counts(&self) -> [u16; INPUTS] {
         self.counts

@@ -1,5 +1,5 @@
-//! Raw sensor readings to degrees Celsius. The laws of sensors, with their dead bands and what counts as open
-//! or shorted, are those of `drivers`; here is how the configuration describes one.
+//! Conversion of raw sensor readings to degrees Celsius. The laws of sensors, with their dead bands and their
+//! limits of open and shorted, are those of `drivers`; here they are built from the configuration.
 
 use config::{HeaterId, SensorConfig, SensorKind, ThermistorConfig};
 use drivers::platinum::{Platinum, PlatinumInput};
@@ -10,7 +10,7 @@ use units::{Celsius, Ohms};
 use super::combined::{Parts, Rule};
 use crate::ports::SensorReading;
 
-/// Why a sensor gives no temperature, in words that say what to check.
+/// Reason why a sensor gives no temperature, in words that say what to check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SensorFault {
     words: &'static str,
@@ -18,57 +18,57 @@ pub struct SensorFault {
 }
 
 impl SensorFault {
-    /// Nothing has been read, or not for too long.
+    /// Fault of a sensor that has not been read, or not for too long.
     pub const SILENT: Self = Self::new("the sensor has not been read");
-    /// What was read makes no temperature.
+    /// Fault of a reading that makes no temperature.
     const NO_TEMPERATURE: Self = Self::new("the reading makes no temperature: check its description");
 
     const fn new(words: &'static str) -> Self {
         Self { words, part: None }
     }
 
-    /// In words.
+    /// Returns the fault in words.
     #[must_use]
     pub const fn message(self) -> &'static str {
         self.words
     }
 
-    /// Of a combined sensor: which part has it.
+    /// Returns the faulty part of a combined sensor.
     #[must_use]
     pub const fn part(self) -> Option<HeaterId> {
         self.part
     }
 
-    /// The same of a combined sensor, because of this part, or of a part of that.
+    /// Returns the same fault for a combined sensor, because of this part or of a part of that.
     pub(super) const fn of_part(self, part: HeaterId) -> Self {
         Self { part: if self.part.is_some() { self.part } else { Some(part) }, ..self }
     }
 }
 
-/// A temperature sensor.
+/// Law of a temperature sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Sensor {
-    /// On an analog input.
+    /// Thermistor on an analog input.
     Thermistor(Thermistor),
-    /// Platinum on an analog input.
+    /// Platinum sensor on an analog input.
     Platinum(PlatinumInput),
     /// A thermocouple amplifier on an analog input.
     Amplifier(VoltageCurve),
-    /// What else gives a voltage.
+    /// Any other sensor that gives a voltage.
     Voltage(VoltageCurve),
-    /// One that reports degrees: a converter's chip, or the microcontroller's own.
+    /// Sensor that reports degrees: a converter chip, or the microcontroller's own sensor.
     Degrees,
-    /// Made of others: see [`super::combined::read`].
+    /// Combination of other sensors: see [`super::combined::read`].
     Combined(Rule, Parts),
-    /// One whose description makes none, and why: it gives no temperature, so nothing heats by it.
+    /// Sensor whose description makes none, and the reason: it gives no temperature, so nothing heats by it.
     Unusable(&'static str),
 }
 
 impl Sensor {
-    /// Temperature.
+    /// Returns the temperature for a raw reading.
     ///
     /// # Errors
-    /// Why there is none; also for the kind of reading that another sensor would give.
+    /// The reason if there is none; also for the kind of reading that another sensor would give.
     pub fn celsius(&self, raw: SensorReading) -> Result<Celsius, SensorFault> {
         let fault = SensorFault::new;
         let celsius = match (self, raw) {
@@ -91,11 +91,11 @@ impl Sensor {
             (Self::Degrees, SensorReading::MilliDegrees(thousandths)) => Ok(Celsius(thousandths as f32 / 1e3)),
             _ => Err(SensorFault::NO_TEMPERATURE),
         }?;
-        // Coefficients that fit no thermistor have a pole somewhere; what stands there is no reading.
+        // Coefficients that fit no thermistor have a pole somewhere; a value near the pole is no reading.
         if celsius.0.is_finite() { Ok(celsius) } else { Err(SensorFault::NO_TEMPERATURE) }
     }
 
-    /// What is wrong with its description, in words.
+    /// Returns the fault of the sensor's description, in words.
     #[must_use]
     pub const fn flaw(&self) -> Option<&'static str> {
         match self {
@@ -119,7 +119,7 @@ impl From<&SensorConfig> for Sensor {
             SensorKind::Ad849x => Self::Amplifier(VoltageCurve::ad849x(config.amplifier_offset)),
             SensorKind::Voltage => VoltageCurve::through(config.voltage_points.into_iter().flatten())
                 .map_or_else(|flaw| Self::Unusable(flaw.message()), Self::Voltage),
-            // Only those that are no rule are left.
+            // All remaining kinds report degrees.
             _ => Self::Degrees,
         }
     }
@@ -133,8 +133,8 @@ fn platinum(platinum: Platinum, config: &ThermistorConfig) -> Sensor {
     Sensor::Platinum(PlatinumInput { platinum, divider: divider(config) })
 }
 
-/// The thermistor that is described. The strongest rule given wins: three points, coefficients, a table
-/// entry, beta.
+/// Returns the thermistor that is described. The strongest rule given wins: three points, coefficients, a
+/// table entry, beta.
 fn thermistor(config: &ThermistorConfig) -> Result<Thermistor, CurveError> {
     let entry = config.table.and_then(|name| BuiltIn::named(name, config.use_beta_table));
     let beta = |kelvin: f64| Curve::from_beta(config.r0, config.t0, kelvin);
@@ -238,7 +238,7 @@ mod tests {
         for counts in [132, 400] {
             assert!(epcos.celsius(SensorReading::Counts(counts)).unwrap().0 > 300.0, "{counts} counts");
         }
-        // Cold is not open.
+        // A cold sensor must not read as open.
         assert!(epcos.celsius(counts_at(700_000.0)).unwrap().0 < 0.0);
     }
 

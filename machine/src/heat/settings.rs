@@ -1,4 +1,4 @@
-//! What a temperature controller is told once, and how the configuration says it.
+//! Settings of a temperature controller, and their conversion from the configuration.
 
 use config::{ControlLaw, TemperatureConfig};
 use units::{Celsius, Duty, Micros, ToolId};
@@ -11,29 +11,29 @@ use crate::heat_safety::{CourseLimits, ReadingLimits, ResponseLimits, SafetyLimi
 /// Settings of a control law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LawSettings {
-    /// PID.
+    /// PID law with these gains.
     Pid(PidGains),
-    /// By a model of the heater.
+    /// Control by a model of the heater.
     Model(ModelSettings),
-    /// On and off.
+    /// Bang-bang law: on and off.
     BangBang {
         /// Half width of the dead band.
         hysteresis: Celsius,
     },
 }
 
-/// Settings of one temperature controller.
+/// Settings of a single temperature controller.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeaterSettings {
-    /// Has a heater output; false for a sensor that only reads.
+    /// Whether a heater output exists; false for a sensor that only reads.
     pub heats: bool,
-    /// Sensor.
+    /// Law of the sensor.
     pub sensor: Sensor,
-    /// Control law.
+    /// Settings of the control law.
     pub law: LawSettings,
-    /// Output ceiling.
+    /// Ceiling of the output.
     pub max_duty: Duty,
-    /// Its output is on once in so long; 0: as often as can be.
+    /// Period in which the output is on once; 0: as often as can be.
     pub cycle: Micros,
     /// Lowest believable reading while heating.
     pub min: Celsius,
@@ -41,19 +41,19 @@ pub struct HeaterSettings {
     pub max: Celsius,
     /// Largest rise and fall of its reading in a second while heating; 0: any.
     pub change_per_s: [f32; 2],
-    /// How it must answer to being driven.
+    /// Limits on the response to being driven.
     pub response: ResponseLimits,
     /// Limits on the course of the temperature.
     pub course: CourseLimits,
-    /// How long it may be driven.
+    /// Limits on the time for which the heater may be driven.
     pub time: TimeLimits,
-    /// Time between samples.
+    /// Time between two samples.
     pub period: Micros,
     /// Time constant of the filter between sensor and control, s; 0: none.
     pub filter_s: f32,
-    /// The switch of the fan that blows at it, by its place in the configuration's list.
+    /// The switch of the fan that blows at the heater, by its place in the configuration's list.
     pub fan: Option<u8>,
-    /// It melts the filament of this tool.
+    /// The tool whose filament the heater melts.
     pub melts_for: Option<ToolId>,
 }
 
@@ -93,7 +93,7 @@ impl From<&TemperatureConfig> for HeaterSettings {
 }
 
 impl HeaterSettings {
-    /// What heat safety allows it.
+    /// Returns the limits that heat safety checks.
     #[must_use]
     pub fn safety_limits(&self) -> SafetyLimits {
         let [rise_per_s, fall_per_s] = self.change_per_s;

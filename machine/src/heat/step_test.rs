@@ -1,13 +1,12 @@
-//! How a heater answers to being switched: how fast it warms, how fast it loses heat, how late its sensor
-//! tells.
+//! Step test of a heater: rate of warming, rate of heat loss and delay of the sensor.
 //!
-//! The heater is switched fully on below and off above the target, so that the temperature swings around
-//! it (the relay experiment of K. J. Astrom and T. Hagglund, Automatica 20, 1984), but the swings are not
-//! judged by their height and length: those depend on the relay's own band as much as on the heater. What
-//! is fitted is dT/dt = R u(t - L) - k (T - air). R comes from the slope at the end of the first rise,
-//! when all lags have died away; k from the slope of each fall; and L from where the two lines of a fall
-//! and of the rise before it meet: L after the heater was switched off, whether a dead time or a lag of
-//! the sensor made it so.
+//! The heater is switched fully on below and off above the target, so that the temperature swings around it
+//! (the relay experiment of K. J. Astrom and T. Hagglund, Automatica 20, 1984), but the swings are not judged
+//! by their height and length: those depend on the relay's own band as much as on the heater. The fitted
+//! equation is dT/dt = R u(t - L) - k (T - air). R comes from the slope at the end of the first rise, when
+//! all lags have died away; k from the slope of each fall; and L from where the two lines of a fall and of
+//! the rise before it meet: L after the heater was switched off, whether from a dead time or from a lag of
+//! the sensor.
 //!
 //! PID gains are those of AMIGO for a process that integrates (K. J. Astrom and T. Hagglund, "Revisiting
 //! the Ziegler-Nichols step response method for PID control", J. Process Control 14, 2004), which any
@@ -19,24 +18,25 @@ use units::{Celsius, Duty, Micros};
 /// The heater is switched off this far above the target: so heat safety, which knows the target alone, sees
 /// swings around it.
 const ABOVE: f32 = 4.0;
-/// The slope of a rise is taken from so many degrees below its end on...
+/// Degrees below the end of the first rise from which its slope is taken...
 const RISE_WINDOW: f32 = 10.0;
-/// ...of a later one, which has less way.
+/// ...and below the end of a later rise, which has less way.
 const LATER_WINDOW: f32 = 5.0;
-/// So far below where it was switched off it has certainly come back, noise or not.
+/// Fall below the switch-off temperature, C, after which the reading has certainly come back, noise or not.
 const RETURNED: f32 = 0.5;
-/// A fall ends below the target by the first of these at least, so that the next rise has left its turn
-/// behind where its slope is taken; and by the second at most, where its line is long enough.
+/// A fall ends at least this far below the target (first value, C), so that the next rise has left its turn
+/// behind where its slope is taken; and at most this far below (second value), if its line is long enough.
 const LOWEST: [f32; 2] = [3.0, 8.0];
-/// A fall's line is as long as the way back to where the heater was switched off; half of it at least.
+/// Least and wanted end of a fall's line, in times from the switch-off to the return to the switch-off
+/// temperature.
 const FALL: [f32; 2] = [1.5, 2.0];
-/// A fall's line begins so many times L after the heater was switched off: its lags are to have died away.
+/// A fall's line begins at least this many times L after the switch-off: the lags must have died away.
 const DIED_AWAY: f32 = 2.5;
-/// Lines through fewer readings than this are none.
+/// Least number of readings for a line.
 const LEAST_READINGS: f32 = 5.0;
-/// Values of L may differ by this share of their mean and so many seconds.
+/// Allowed spread of L: this share of the mean, and this many seconds.
 const SPREAD: (f32, f32) = (0.5, 0.5);
-/// A heater that needs more than this share of its output to hold the target can do little else.
+/// Greatest share of the output for holding the target; a heater that needs more can do little else.
 const WEAK: f32 = 0.85;
 
 /// A line through readings, by least squares, kept as means so that f32 is enough.
@@ -59,7 +59,7 @@ impl Line {
         self.product += by_second * (celsius - self.celsius);
     }
 
-    /// Degrees a second.
+    /// Returns the slope, degrees a second.
     fn slope(&self) -> f32 {
         if self.spread > 0.0 { self.product / self.spread } else { 0.0 }
     }
@@ -72,29 +72,29 @@ impl Line {
 /// PID gains, in Smoothieware's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gains {
-    /// Proportional.
+    /// Proportional gain, output per degree.
     pub p: f32,
-    /// Integral, per second.
+    /// Integral gain, per second.
     pub i: f32,
-    /// Derivative, seconds.
+    /// Derivative gain, in seconds.
     pub d: f32,
 }
 
-/// What was found of a heater.
+/// Response of a heater, as found by the test.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Answer {
-    /// It warms by this at full output where it loses nothing, degrees a second.
+    /// Rate of warming at full output without losses, degrees a second.
     pub rise: f32,
-    /// It loses this share of what it is above the air in a second.
+    /// Loss in a second, as a share of the temperature above the air's.
     pub loss: f32,
-    /// The sensor tells this late, s.
+    /// Delay of the sensor, s.
     pub late_s: f32,
     /// Share of full output that holds the target.
     pub holds: f32,
 }
 
 impl Answer {
-    /// Gains that suit it; see above.
+    /// Returns PID gains for this response; see the head of the file.
     #[must_use]
     pub fn gains(&self, max: Duty) -> Gains {
         let per_step = self.rise / f32::from(max.0.max(1));
@@ -103,19 +103,19 @@ impl Answer {
     }
 }
 
-/// Why a test found nothing.
+/// Reason why a test found nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TestFailed {
     /// Lines that must rise or fall do not.
     NoLine,
-    /// Its swings tell very different dead times.
+    /// The swings give very different dead times.
     Unsteady,
-    /// It can hardly hold the target.
+    /// The heater can hardly hold the target.
     Weak,
 }
 
 impl TestFailed {
-    /// For a person.
+    /// Returns the reason as a text for people.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
@@ -126,24 +126,24 @@ impl TestFailed {
     }
 }
 
-/// The test.
+/// State of a step test.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepTest {
     max: Duty,
-    /// Swings to count, and counted.
+    /// Number of swings wanted, and counted.
     swings: (u8, u8),
     air: f32,
     on: bool,
-    /// Since the heater was switched last.
+    /// Seconds since the heater was switched last.
     seconds: f32,
     line: Line,
-    /// Of the rise before: where it ended and how steep it was.
+    /// Temperature and slope at the end of the last rise.
     rose: (f32, f32),
-    /// Of the first rise: where its slope was taken and how steep it was.
+    /// Temperature of the slope of the first rise, and that slope.
     first: Option<(f32, f32)>,
-    /// When a fall came back to where it began.
+    /// Seconds from the switch-off to the return to the switch-off temperature.
     returned: Option<f32>,
-    /// Sums over swings, and the bounds of L.
+    /// Sums over the swings, and the bounds of L.
     loss: f32,
     late: f32,
     late_bounds: (f32, f32),
@@ -151,7 +151,7 @@ pub struct StepTest {
 }
 
 impl StepTest {
-    /// A test of so many swings, in air of this temperature. It begins below its target.
+    /// Creates a test of this many swings, in air of this temperature. The test begins below its target.
     #[must_use]
     pub fn new(max: Duty, swings: u8, air: Celsius) -> Self {
         Self {
@@ -171,16 +171,16 @@ impl StepTest {
         }
     }
 
-    /// Swings counted and wanted.
+    /// Returns the numbers of swings counted and wanted.
     #[must_use]
     pub const fn progress(&self) -> (u8, u8) {
         (self.swings.1, self.swings.0)
     }
 
-    /// What was found at the target, once enough swings were counted.
+    /// Returns the response at the target, once enough swings were counted.
     ///
     /// # Errors
-    /// When that is nothing that a heater would do.
+    /// When the response is none that a heater can have.
     #[must_use]
     pub fn answer(&self, target: Celsius) -> Option<Result<Answer, TestFailed>> {
         if let Some(why) = self.failed {
@@ -250,13 +250,13 @@ impl StepTest {
             self.failed = Some(TestFailed::NoLine);
             return;
         }
-        // Back along the curve to when the heater was switched off.
+        // The temperature is followed back along the curve to the switch-off.
         let began = self.air + above * libm::expf(loss * self.line.second);
         let (ended, rose) = self.rose;
         let late = (began - ended) / (rose + loss * (began - self.air));
         let late = late.max(2.0 * period_s);
         if returned < DIED_AWAY * late && !lowest {
-            // Too early: another line, from here on.
+            // The lags had not died away: a new line begins here.
             (self.returned, self.line) = (Some(self.seconds), Line::default());
             return;
         }
@@ -310,7 +310,7 @@ mod tests {
         fn what_is_found_is_what_there_is(
             rise in 0.3..7.0_f32, holds in 0.15..0.6_f32, lag in 0.8..8.0_f32, dead in 0_usize..40, noise in 0.0..0.15_f32,
         ) {
-            // What swings by more than 25 C heat safety would stop.
+            // Swings of more than 25 C would make heat safety stop the heater.
             prop_assume!(rise * (lag + dead as f32 * 0.05) < 15.0);
             let target = 120.0;
             let loss = rise * holds / (target - 22.0);
@@ -324,7 +324,7 @@ mod tests {
 
     #[test]
     fn a_heater_that_can_hardly_hold_the_target_is_told() {
-        // It holds 100 C above the air with nine tenths of its output.
+        // The heater holds 100 C above the air with nine tenths of its output.
         assert_eq!(found(2.0, 2.0 * 0.9 / 100.0, 1.0, 0, 0.0, 122.0), Err(TestFailed::Weak));
         assert!(found(2.0, 2.0 * 0.7 / 100.0, 1.0, 0, 0.0, 122.0).is_ok());
     }
@@ -332,7 +332,7 @@ mod tests {
     #[test]
     fn a_sensor_that_does_not_follow_is_told() {
         let mut test = StepTest::new(Duty::FULL, 3, Celsius(22.0));
-        // It jumps over the whole window: no line.
+        // The reading jumps over the whole window: no line.
         for reading in [20.0, 80.0, 100.0, 125.0] {
             test.update(Celsius(100.0), Celsius(reading), PERIOD);
         }

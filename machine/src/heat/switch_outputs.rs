@@ -1,5 +1,5 @@
-//! What switch outputs give: modulated ones through the modulators, those on hardware timers through their
-//! timers, and fans as [`FanDrives`] says.
+//! Outputs of switches: modulated ones through the modulators, those on hardware timers through their timers,
+//! and fans through [`FanDrives`].
 
 use config::FanDriveConfig;
 use units::Duty;
@@ -8,12 +8,12 @@ use super::fan_drive::FanDrives;
 use super::modulator::Modulators;
 use crate::ports::MAX_SWITCHES;
 
-/// The outputs of switches.
+/// Present outputs of all switches.
 #[derive(Debug)]
 pub struct SwitchOutputs {
     fans: FanDrives,
-    /// Share of full power that each gives, 0 to 1; which are on hardware timers, and which of these have
-    /// changed.
+    /// Share of full power that each switch gives, 0 to 1; the set of switches on hardware timers, and of
+    /// those the set that has changed.
     given: [f32; MAX_SWITCHES],
     on_timer: u16,
     changed: u16,
@@ -26,45 +26,45 @@ impl Default for SwitchOutputs {
 }
 
 impl SwitchOutputs {
-    /// All off.
+    /// Creates outputs that are all off.
     #[must_use]
     pub const fn new() -> Self {
         Self { fans: FanDrives::new(), given: [0.0; MAX_SWITCHES], on_timer: 0, changed: 0 }
     }
 
-    /// A switch drives a fan, so. False when there is no room.
+    /// Declares that a switch drives a fan with these settings. Returns false when there is no room.
     #[must_use]
     pub fn add_fan(&mut self, switch: usize, settings: FanDriveConfig) -> bool {
         self.fans.add(switch, settings)
     }
 
-    /// The share of full power that a switch gives, 0 to 1. Whether its output has supply is another matter.
+    /// Returns the share of full power that a switch gives, 0 to 1, whether or not its output has supply.
     #[must_use]
     pub fn given(&self, switch: usize) -> f32 {
         self.given.get(switch).copied().unwrap_or_default()
     }
 
-    /// A modulated switch is asked for a duty.
+    /// Asks a modulated switch for a duty.
     pub fn modulate(&mut self, modulators: &mut Modulators, switch: usize, duty: Duty) {
         let share = self.fans.ask(switch, f32::from(duty.0) / f32::from(Duty::FULL.0));
         self.give(modulators, switch, share);
     }
 
-    /// A switch on a hardware timer is asked for a share, 0 to 1.
+    /// Asks a switch on a hardware timer for a share, 0 to 1.
     pub fn set_pwm(&mut self, modulators: &mut Modulators, switch: usize, share: f32) {
         self.on_timer |= 1_u16.checked_shl(switch as u32).unwrap_or(0);
         let share = self.fans.ask(switch, share);
         self.give(modulators, switch, share);
     }
 
-    /// One control tick: kick starts of fans end.
+    /// Runs a control tick, in which kick starts of fans end.
     pub fn tick(&mut self, modulators: &mut Modulators) {
         for (switch, share) in self.fans.tick() {
             self.give(modulators, switch, share);
         }
     }
 
-    /// The next switch on a hardware timer that is to be set: its place, and its duty.
+    /// Returns the next switch on a hardware timer that is to be set: its place, and its duty.
     #[inline]
     pub fn take_pwm_change(&mut self) -> Option<(usize, f32)> {
         if self.changed == 0 {
@@ -81,7 +81,7 @@ impl SwitchOutputs {
         if self.on_timer & 1 << switch != 0 {
             self.changed |= 1 << switch;
         } else {
-            // Shares are whole duties again: half a step more, and the fraction cut.
+            // Shares are rounded to whole duties: half a step is added, and the fraction is cut.
             modulators.set_switch(switch, Duty((share * f32::from(Duty::FULL.0) + 0.5) as u8));
         }
     }

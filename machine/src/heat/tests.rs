@@ -61,7 +61,7 @@ struct Oven {
     control: HeatControl,
     block: HeaterId,
     celsius: f64,
-    /// What the thermistor feels: the block, 3 s late.
+    /// Temperature at the thermistor: the block's, 3 s late.
     felt: f64,
     now: Micros,
     dispatcher_lives: bool,
@@ -212,7 +212,7 @@ fn short_circuited(oven: &mut Oven, seconds: u32) -> Option<(u32, HeatFault)> {
 
 #[test]
 fn a_heater_that_is_stuck_on_is_cut_off_idle_and_after_use() {
-    // Never used; and switched off at its target.
+    // An oven that was never used, and an oven switched off at its target.
     for target in [0.0, 150.0] {
         let mut oven = Oven::new();
         oven.control.set_target(oven.block, Celsius(target)).unwrap();
