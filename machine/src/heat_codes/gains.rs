@@ -1,4 +1,4 @@
-//! M143, M301, M304 and M307: the highest temperature of a heater, its gains, and the model of it.
+//! M143, M301, M304 and M307: a heater's highest temperature, its PID gains, and its model.
 
 use config::{HeaterId, MachineConfig, ToolId};
 use program::Words;
@@ -27,7 +27,7 @@ pub(crate) fn maximum_temperature(
     })
 }
 
-/// M301: the PID gains of a heater, or of all; S is the `tool_id`. M304 is the same of the bed, without S.
+/// M301: the PID gains of a heater, or of all; S is the `tool_id`. M304 does the same for the bed, without S.
 ///
 /// # Errors
 /// When nobody has that id, or it has no gains.
@@ -60,7 +60,7 @@ pub(crate) fn pid_gains(
     })
 }
 
-/// M307: what control by a model knows of a heater; S is the `tool_id`.
+/// M307: the parameters of a heater's model; S is the `tool_id`.
 ///
 /// # Errors
 /// When nobody has that id, or with these figures nothing can be controlled.
@@ -84,7 +84,8 @@ pub(crate) fn heater_model(
     })
 }
 
-/// Without S says the setting of every heater, with S alone that of one, and with more words changes it.
+/// Reports the setting of every heater without S, that of a single heater with S alone, and changes it with
+/// more words.
 fn change_or_report(
     texts: &Texts,
     ports: &mut impl HeatPort,
@@ -109,7 +110,7 @@ fn change_or_report(
     }
     for (id, controller) in config.heaters().filter(|(id, _)| named.is_none_or(|named| named == *id)) {
         let settings = ports.heat(|heat| heat.heater(id).map(|heater| heater.settings.clone()));
-        // Only what heats: a sensor has no gains and no limits.
+        // Sensors are left out, since they have no gains and no limits.
         if let Some(settings) = settings.filter(|settings| settings.heats) {
             report(&settings, &controller.designator, controller.tool_id, reply);
         }
@@ -122,7 +123,7 @@ fn set_maximum(heat: &mut HeatControl, _: &MachineConfig, id: HeaterId, words: &
     celsius.is_some_and(|celsius| heat.set_maximum(id, Celsius(celsius as f32)))
 }
 
-/// Gains of a heater that a model controls are taken from the configuration and the words: PID controls it
+/// Sets PID gains. For a heater that a model controls, the rest comes from the configuration: PID controls it
 /// from now on.
 fn set_gains(heat: &mut HeatControl, config: &MachineConfig, id: HeaterId, words: &Words<'_>) -> bool {
     let Some(settings) = heat.heater(id).map(|heater| &heater.settings) else { return false };
@@ -140,7 +141,7 @@ fn set_gains(heat: &mut HeatControl, config: &MachineConfig, id: HeaterId, words
     heat.set_law(id, LawSettings::Pid(gains), max_duty)
 }
 
-/// What the words leave out is as it was, or as the configuration has it.
+/// Sets a heater's model; parameters without a word stay as they are, or as the configuration has them.
 fn set_model(heat: &mut HeatControl, config: &MachineConfig, id: HeaterId, words: &Words<'_>) -> bool {
     let Some(settings) = heat.heater(id).map(|heater| &heater.settings).filter(|settings| settings.heats) else {
         return false;

@@ -1,4 +1,4 @@
-//! Which heater is meant, and the highest temperature that is set of it.
+//! The heater that a code names, and the highest temperature that M143 sets for it.
 
 use core::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use units::{Celsius, HeaterId};
 
 use crate::failure::{Failure, FailureKind, Texts, short};
 
-/// The heater that a word names by its `tool_id`.
+/// Returns the heater that a word names by its `tool_id`.
 ///
 /// # Errors
 /// When nobody has it: those there are.
@@ -24,18 +24,19 @@ pub(crate) fn heater_named(
         let mut text = short(format_args!("M{number}: no temperature control has tool_id {word}; there are"));
         for (place, (_, heater)) in config.heaters().enumerate() {
             let comma = if place == 0 { "" } else { "," };
-            // What does not fit any more is left out.
+            // Names that do not fit any more are left out.
             let _ = write!(text, "{comma} {letter}{} {}", heater.tool_id, heater.name);
         }
         texts.keep(FailureKind::Refused, &text)
     })
 }
 
-/// The heater that a code names: by `letter` with its `tool_id`; by E in Marlin's dialect, where the bed is
-/// -1 and the first hot end is meant without it; by T in RepRapFirmware's. None where nothing is named.
+/// Returns the heater that a code names: by `letter` with its `tool_id`; by E in Marlin's dialect, in which
+/// the bed is -1 and no E means the first hot end; by T in RepRapFirmware's. `None` if the code names no
+/// heater.
 ///
 /// # Errors
-/// When nobody has that id; when there are words and none of them says which heater.
+/// When no heater has that id; when there are words and none of them names a heater.
 pub(crate) fn heater_of(
     texts: &Texts,
     config: &MachineConfig,
@@ -53,7 +54,7 @@ pub(crate) fn heater_of(
     }
 }
 
-/// The bed: the heater that M140 sets.
+/// Returns the bed: the heater that M140 sets.
 ///
 /// # Errors
 /// When there is none.
@@ -62,7 +63,7 @@ pub(crate) fn bed(config: &MachineConfig) -> Result<HeaterId, Failure> {
     bed.map(|(id, _)| id).ok_or_else(|| Failure::refused(&"there is no bed: no heater has set_m_code = 140"))
 }
 
-/// Which heater M143 sets to which maximum; none where it only asks.
+/// Returns the heater whose maximum M143 sets, and that maximum; `None` if M143 only asks.
 ///
 /// # Errors
 /// When nobody has that id.

@@ -1,4 +1,4 @@
-//! `preheat`: presets with names, each heater's own temperature for it.
+//! `preheat`: named presets, each with a temperature of its own for every heater.
 
 use config::{MachineConfig, TemperatureConfig};
 use program::Part;
@@ -12,10 +12,11 @@ use crate::ports::Ports;
 use crate::sessions::Reply;
 
 /// Sets every heater that has a preset of this name, all or none of them, and waits for nothing; `off` is a
-/// preset that every heater has. Without a name says which there are.
+/// preset that every heater has. Without a name, lists the presets.
 ///
 /// # Errors
-/// When no heater has it, one does not allow its temperature or stays off, or there is no supply.
+/// When no heater has the preset, a heater does not allow its temperature or stays off, or there is no
+/// supply.
 pub(crate) fn preheat<P: Ports>(hands: &mut Hands<'_, '_, P>, name: &str) -> Outcome {
     let texts = hands.texts();
     let config = hands.config();

@@ -1,4 +1,4 @@
-//! M305: the thermistors that heaters are measured by.
+//! M305: the thermistors of the heaters.
 
 use core::fmt::{self, Write};
 
@@ -14,11 +14,11 @@ use crate::ports::HeatPort;
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
 
-/// M305: says what sensors are, or changes that of heater S; S alone has it as configured again.
+/// M305: reports the sensors, or changes that of heater S; S alone restores the configured one.
 ///
 /// # Errors
-/// When nobody has that id, the words make no thermistor, or the heater is on: what it is measured by must
-/// not change under it.
+/// When no heater has that id, the words make no thermistor, or the heater is on: its sensor must not change
+/// meanwhile.
 pub(crate) fn sensors(
     texts: &Texts,
     ports: &mut impl HeatPort,
@@ -58,8 +58,8 @@ fn thermistor_of(controller: &TemperatureConfig, id: HeaterId, tuning: &Tuning) 
     tuning.thermistors.get(id.index()).copied().flatten().unwrap_or(controller.sensor.thermistor)
 }
 
-/// The thermistor with what the words say of it: a number of the table, with the resistors that it is meant
-/// for; or a beta, or coefficients, in the configured divider.
+/// Returns the thermistor with the changes that the words make: a number of the table, with the resistors
+/// that it is meant for; or a beta, or coefficients, in the configured divider.
 fn changed(
     configured: &ThermistorConfig,
     now: &ThermistorConfig,
@@ -107,14 +107,14 @@ fn changed(
     Ok(thermistor)
 }
 
-/// Whether it is described by coefficients; else by a beta.
+/// Returns whether the thermistor is described by coefficients; otherwise by a beta.
 fn is_steinhart_hart(thermistor: &ThermistorConfig) -> bool {
     thermistor.rt_curve.is_some()
         || thermistor.coefficients.is_some()
         || table_entry(thermistor).is_some_and(|entry| !entry.is_beta())
 }
 
-/// What the words did not say and the reading hangs on, where it is not as before.
+/// Reports parameters that have changed without a word for them, and on which the reading depends.
 fn say_what_follows(before: &ThermistorConfig, now: &ThermistorConfig, words: &Words<'_>, reply: &mut Reply<'_>) {
     if before.r1 != now.r1 || before.r2 != now.r2 {
         reply.say(format_args!("// NOTE its divider is now r1 = {:.0}, r2 = {:.0}\n", now.r1, now.r2));
@@ -124,7 +124,7 @@ fn say_what_follows(before: &ThermistorConfig, now: &ThermistorConfig, words: &W
     }
 }
 
-/// What a sensor is and what it says.
+/// Reports a sensor's description and its reading.
 fn describe(
     ports: &mut impl HeatPort,
     id: HeaterId,
@@ -179,7 +179,7 @@ fn table_entry(thermistor: &ThermistorConfig) -> Option<&'static drivers::thermi
     drivers::thermistor::BuiltIn::named(name, thermistor.use_beta_table)
 }
 
-/// The words of M305 that describe a thermistor.
+/// Returns the words of M305 that describe a thermistor.
 fn values(thermistor: &ThermistorConfig) -> heapless::Vec<(char, f64), 3> {
     let mut values = heapless::Vec::new();
     match (table_entry(thermistor), thermistor.coefficients) {
@@ -194,7 +194,7 @@ fn values(thermistor: &ThermistorConfig) -> heapless::Vec<(char, f64), 3> {
     values
 }
 
-/// The line that M500 saves of a sensor that a code has changed.
+/// Writes the line that M500 saves for a sensor that a code has changed.
 ///
 /// # Errors
 /// When the text is full.

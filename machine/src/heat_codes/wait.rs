@@ -11,19 +11,20 @@ use crate::heat::{HeatControl, Heater, OFF_BELOW, SensorFault};
 use crate::needs::needs;
 use crate::ports::{Ports, Wake};
 
-/// How often a wait says the temperature.
+/// Period of temperature reports during a wait.
 const WAIT_REPORT: Micros = Micros::from_millis(1_200);
-/// From above, and by a job that goes on, a target counts as reached this far from it, where `wait_window` is
-/// less.
+/// Distance from the target, C, that counts as reached from above, and for a job that goes on, if
+/// `wait_window` is less.
 const NEAR: f32 = 1.0;
-/// What is no warmer than this and has not cooled by so much in so long is as cold as its surroundings.
+/// A heater that is no warmer than this and has not cooled by `COOLS` within `COOLS_WITHIN` is as cold as its
+/// surroundings.
 const SAFE: Celsius = Celsius(50.0);
 const COOLS: f32 = 0.5;
 const COOLS_WITHIN: Micros = Micros::from_seconds(300);
-/// Every sensor has been read in this time from power-on, those with a converter chip of many samples too.
+/// Time from power-on within which every sensor has been read, also by a converter chip of many samples.
 const FIRST_READING_WITHIN: Micros = Micros::from_seconds(1);
 
-/// What a wait is for.
+/// Condition that ends a wait.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Until {
     /// The reading has come up to the target.
@@ -36,16 +37,16 @@ pub(super) enum Until {
     Between(Celsius, Celsius),
 }
 
-/// How far a wait has come.
+/// Progress of a wait.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Progress {
     Arrived,
-    /// The reading, which is to come down to this.
+    /// The present reading, and the temperature to which it must come down.
     Above(Celsius, Celsius),
     NotYet,
 }
 
-/// M109 and M190: sets a target once nothing moves, and waits until the reading has come up to it; where it
+/// M109 and M190: sets a target once nothing moves, and waits until the reading has come up to it; with
 /// `cools`, also until it has come down to it.
 ///
 /// # Errors
@@ -65,14 +66,14 @@ pub(crate) fn heat_and_wait<P: Ports>(
     hands.heat(|heat| allow_target(texts, heat, config, heater, target))?;
     check_supply(hands, target)?;
     hands.standstill()?;
-    // The way to standstill may have taken minutes.
+    // The supply is checked again, since coming to a standstill may have taken minutes.
     check_supply(hands, target)?;
     hands.heat(|heat| change_target(texts, heat, config, heater, target))?;
     hands.begin_wait();
     wait_until(hands, heater, if cools { Until::Near } else { Until::Warm }, true)
 }
 
-/// Waits until a heater is again about as warm as it was, saying temperatures: the last tenth of a degree
+/// Waits until a heater is again about as warm as before, reporting temperatures: the last tenth of a degree
 /// takes a minute and longer, and no part needs it.
 ///
 /// # Errors
@@ -81,8 +82,8 @@ pub(crate) fn wait_for_temperature<P: Ports>(hands: &mut Hands<'_, '_, P>, heate
     wait_until(hands, heater, Until::About, false)
 }
 
-/// Waits until a sensor has been read, or has said why it cannot be: in the first moments nothing is known of
-/// it yet.
+/// Waits until a sensor has been read, or has said why it cannot be: in the first moments its reading is
+/// unknown.
 ///
 /// # Errors
 /// When the machine halts meanwhile.
@@ -95,7 +96,7 @@ pub(crate) fn wait_for_first_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, hea
     Ok(())
 }
 
-/// Waits for a reading, for as long as its settings say, or M108, where that `may_end` it.
+/// Waits for a reading; ended by the heater's `wait_timeout`, or by M108 if `may_end`.
 fn wait_until<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     heater: HeaterId,
@@ -106,7 +107,7 @@ fn wait_until<P: Ports>(
     let Some(described) = config.heater(heater) else { return Ok(()) };
     let (wait, name) = (described.wait, &described.name);
     let (mut warms_since, mut arrived) = (hands.now(), None);
-    // From what it cools, since when.
+    // Reading from which the heater has cooled, and the time of that reading.
     let mut cools = (Celsius(f32::MAX), warms_since);
     let mut report_due = warms_since.plus(WAIT_REPORT);
     loop {
@@ -161,8 +162,8 @@ fn wait_until<P: Ports>(
     }
 }
 
-/// M116: waits for every heater that has a target, or for the one with the id P; with A and B until its
-/// reading is between these; where it `cools`, until what is too warm has come down too.
+/// M116: waits for every heater that has a target, or for the heater with the id P; with A and B until its
+/// reading is between these; with `cools`, until heaters that are too warm have come down too.
 ///
 /// # Errors
 /// When nobody has that id, a heater is not to become so warm, or the machine halts meanwhile.
@@ -199,7 +200,7 @@ pub(crate) fn wait_for_all<P: Ports>(
     Ok(())
 }
 
-/// How far a wait for a heater has come.
+/// Returns the progress of a wait for a heater.
 fn progress(heat: &HeatControl, heater: HeaterId, until: Until, window: Celsius) -> Progress {
     let Some((reading, target)) = heat.heater(heater).map(|heater| (heater.reading(), heater.target())) else {
         return Progress::Arrived;
