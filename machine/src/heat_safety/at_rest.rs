@@ -1,38 +1,37 @@
-//! Watches a heater that is switched off: one that warms all the same has a MOSFET or a relay that conducts.
+//! Watch over a heater that is switched off: if it warms all the same, a MOSFET or a relay conducts.
 //!
 //! The temperature is compared with a floor: the lowest reading since the heater was switched off, which may
-//! creep up a little, as what stands near a warm thing does. Rising [`MARGIN`] above the floor takes a
-//! heater. So the rule needs no constants of the machine, and works whether the target is 0, far below the
-//! reading, or the machine is halted.
+//! creep up a little, as with any part near a warm one. Rising [`MARGIN`] above the floor takes a heater. So
+//! the rule needs no constants of the machine, and works whether the target is 0, far below the reading, or
+//! the machine is halted.
 
 use units::{Celsius, Micros};
 
 use super::look::{HeatCause, Look};
 
-/// How often the reading is compared.
+/// Time between two comparisons of the reading.
 const CHECK_PERIOD: Micros = Micros::from_seconds(1);
-/// Comparisons in a row above the margin before it counts: a loose plug makes jumps, not a course.
+/// Number of comparisons in a row above the margin that is a fault: a loose plug makes jumps, not a course.
 const CHECKS: u8 = 2;
-/// Rise above the floor that only a heater makes. A hand on a cold nozzle warms it by 15 degrees.
+/// Rise above the floor, C, that only a heater makes. A hand on a cold nozzle warms it by 15 degrees.
 const MARGIN: f32 = 20.0;
-/// The same above `max_temp`, where nothing has to be anyway.
+/// The same above `max_temp`, where no reading should be anyway.
 const MARGIN_ABOVE_MAXIMUM: f32 = 5.0;
-/// What a heater that was just switched off still holds moves into its sensor during this time...
+/// Time after switch-off in which the heater's stored heat moves into its sensor...
 const SETTLING: Micros = Micros::from_seconds(60);
-/// ...and makes this much more.
+/// ...and additional rise, C, that this heat makes.
 const OVERSHOOT: f32 = 10.0;
-/// No heater warms faster, degrees between two comparisons: what does is a sensor that was plugged in, or
-/// moved.
+/// Greatest warming of a heater between two comparisons, degrees: a faster sensor was plugged in, or moved.
 const JUMP: f32 = 30.0;
-/// How fast a part warms in a room that warms, degrees a second.
+/// Rate at which a part warms in a room that warms, degrees a second.
 const CREEP: f32 = 0.02;
 /// The same beside another heater that is on: a nozzle parked over a hot bed, a bed in a heated chamber.
 const CREEP_BESIDE_ANOTHER: f32 = 0.1;
 
-/// What one heater may read without being heated.
+/// Allowed readings of a heater that is not heated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Rest {
-    /// What the heater still held has reached the sensor by then.
+    /// Time by which the stored heat has reached the sensor.
     settled: Micros,
     due: Micros,
     floor: f32,
@@ -40,7 +39,7 @@ struct Rest {
     above: u8,
 }
 
-/// The watch over one heater.
+/// The watch over a single heater.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct StuckOnWatch {
     driven: bool,
@@ -48,8 +47,8 @@ pub(super) struct StuckOnWatch {
 }
 
 impl StuckOnWatch {
-    /// One look; an error when it has risen as only a heater makes it rise, told again after the next such
-    /// rise.
+    /// Takes a look at the heater. Fails when the reading has risen as only a heater makes it rise, and again
+    /// after the next such rise.
     pub(super) fn check(&mut self, max: Celsius, look: &Look) -> Result<(), HeatCause> {
         self.rise(max, look).map_or(Ok(()), |rise| Err(HeatCause::StuckOn(rise)))
     }
@@ -57,7 +56,7 @@ impl StuckOnWatch {
     fn rise(&mut self, max: Celsius, look: &Look) -> Option<Celsius> {
         let (now, driven) = (look.now, look.driven > 0.0);
         self.driven |= driven;
-        // Without a reading there is nothing to compare with; what comes after it begins anew.
+        // Without a reading there is nothing to compare with; the next reading begins anew.
         let Some(Celsius(reading)) = look.reading.filter(|_| !driven) else {
             self.rest = None;
             return None;
@@ -111,12 +110,13 @@ mod tests {
 
     const MAX: Celsius = Celsius(300.0);
 
-    /// Looks ten times a second at a course of temperatures for some seconds; when the first rise was told.
+    /// Looks at a course of temperatures ten times a second for some seconds; returns the time of the first
+    /// report.
     fn first_report(seconds: u32, another_on: bool, course: impl Fn(f32) -> Option<f32>) -> Option<f32> {
         told_by(StuckOnWatch::default(), seconds, another_on, course)
     }
 
-    /// The same for a heater that was just switched off.
+    /// Does the same for a heater that was just switched off.
     fn first_report_after_use(seconds: u32, course: impl Fn(f32) -> Option<f32>) -> Option<f32> {
         told_by(StuckOnWatch { driven: true, rest: None }, seconds, false, course)
     }
@@ -149,14 +149,14 @@ mod tests {
 
     #[test]
     fn what_a_hot_heater_still_holds_a_hand_and_a_warm_bed_are_not_told() {
-        // Switched off at 200 C after full power: 25 more within seconds, then down.
+        // Switched off at 200 C after full power: 25 C more within seconds, then down.
         let overshoot =
             |second: f32| Some(if second < 10.0 { 200.0 + 2.5 * second } else { 225.0 - 0.5 * (second - 10.0) });
         assert_eq!(first_report_after_use(300, overshoot), None);
-        // A hand on the cold nozzle.
+        // A hand warms the cold nozzle.
         let hand = |second: f32| Some(if second < 100.0 { 20.0 } else { (20.0 + 2.0 * (second - 100.0)).min(34.0) });
         assert_eq!(first_report(300, false, hand), None);
-        // Parked over a bed of 100 C.
+        // A nozzle parked over a bed of 100 C.
         let parked = |second: f32| Some(25.0 + 35.0 * (1.0 - (-second / 300.0).exp()));
         assert_eq!(first_report(3_600, true, parked), None);
     }
@@ -184,8 +184,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever it read before: a rise of a quarter of a degree a second is told within three minutes,
-        /// driven never.
+        /// From any start, a rise of a quarter of a degree a second is told within three minutes; with a
+        /// driven heater never.
         #[test]
         fn every_steady_rise_is_told_and_a_driven_heater_never(
             start in 0.0..250.0_f32, rate in 0.25..10.0_f32, another_on: bool,

@@ -1,4 +1,4 @@
-//! Watches a heater against its promise: the target is reached in time, and then held.
+//! Law of the course: a heater reaches its target in time, and then holds it.
 //!
 //! A loose thermistor reads room temperature while the heater glows; a broken heater never warms. Neither can
 //! be told from one reading, both from the course of readings. The way down to a lower target has no time
@@ -8,28 +8,28 @@ use units::{Celsius, Micros};
 
 use super::look::{HeatCause, Look};
 
-/// How often the course is judged.
+/// Period at which the course is judged.
 const CHECK_PERIOD: Micros = Micros::from_seconds(1);
-/// Checks in a row outside the range before it counts as a runaway.
+/// Number of checks in a row outside the range that is a runaway.
 const RUNAWAY_CHECKS: u8 = 6;
-/// What is this hot and has nothing warmer beside it cools, degrees...
+/// A heater that is this hot, degrees, with nothing warmer beside it, cools...
 const HOT: f32 = 60.0;
 /// ...by this much in any cooling timeout.
 const COOLS: f32 = 0.5;
-/// A warmer neighbour raises a heater that is off by no more than this, kelvin: one that rises farther is
-/// being heated by its own output.
+/// Greatest rise by a warmer neighbour of a heater that is off, kelvin: a heater that rises farther is heated
+/// by its own output.
 const WARMED_BY: f32 = 5.0;
 
-/// What the course may be.
+/// Limits on the course of the temperature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CourseLimits {
     /// Allowed deviation once the target was reached; 0 disables that check.
     pub range: Celsius,
     /// Time allowed to heat up; 0 disables.
     pub heating_timeout: Micros,
-    /// Above a lower target and hot it must cool a little within this; 0 disables.
+    /// Time within which a hot heater above a lower target must cool a little; 0 disables.
     pub cooling_timeout: Micros,
-    /// How close to the target counts as reached.
+    /// Distance from the target that counts as reached.
     pub reached_within: Celsius,
 }
 
@@ -50,7 +50,7 @@ enum Phase {
     },
 }
 
-/// The course of one heater.
+/// Course of a single heater.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Course {
     target: f32,
@@ -59,7 +59,7 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// Judges one look, at most once a second. A new target begins a new course, with its first reading.
+    /// Judges a look, at most once a second. A new target begins a new course, with its first reading.
     pub(super) fn check(&mut self, limits: &CourseLimits, look: &Look) -> Result<(), HeatCause> {
         let Some(reading) = look.reading.filter(|_| look.is_on()) else {
             if !look.is_on() {
@@ -102,7 +102,7 @@ impl Course {
     }
 }
 
-/// How many checks in a row, this one included, were outside the range.
+/// Returns the number of checks in a row outside the range, including the present.
 fn judge(limits: &CourseLimits, reading: Celsius, target: Celsius, so_far: u8) -> Result<u8, HeatCause> {
     let deviation = reading - target;
     let range = limits.range.0;
@@ -127,7 +127,7 @@ mod tests {
         reached_within: Celsius(1.0),
     };
 
-    /// Runs one check a second over a course of readings; the second of the first fault.
+    /// Checks a course of readings once a second; returns the second of the first fault.
     fn first_fault(start: f32, target: f32, course: impl Fn(u64) -> f32) -> Option<(u64, HeatCause)> {
         let mut watch = Course::default();
         (0..400).find_map(|second| {
@@ -164,9 +164,9 @@ mod tests {
 
     #[test]
     fn cooling_takes_as_long_as_it_takes() {
-        // A degree in fifty seconds, from 90 C: four hundred seconds are not enough by far.
+        // A degree in fifty seconds, from 90 C: four hundred seconds do not suffice by far.
         assert_eq!(first_fault(90.0, 30.0, |second| 90.0 - 0.02 * second as f32), None);
-        // As cold as the room, and to become colder.
+        // The heater is as cold as the room, and is to become colder.
         assert_eq!(first_fault(24.0, 10.0, |_| 24.0), None);
     }
 

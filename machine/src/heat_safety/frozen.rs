@@ -1,40 +1,41 @@
-//! A reading that goes on coming and is always the same: its converter, or what carries it here, stands.
+//! Frozen readings: they go on coming and are always the same, since the converter or the path of its data
+//! stands.
 //!
-//! That a reading stays the same for a while proves nothing: a heater may be held that well. But then it
-//! takes the same output all the while. Where it is given more, or less, than it was when the reading began
-//! to stand, and that would have warmed or cooled it by many times the least step that its sensor has been
-//! seen to make, the reading is not the heater's. How much warms it is what the law of response goes by
-//! (`verify_gain` within `verify_gain_time` of full output), which every heater of the machine must do in any
-//! weather. A sensor of coarse steps proves nothing at all: it is left alone.
+//! A reading that stays the same for a while proves nothing: a heater may be held that well. But then the
+//! heater takes the same output all the while. If it is given more, or less, than when the reading began to
+//! stand, and if the difference would have warmed or cooled it by many times the least step that its sensor
+//! has been seen to make, the reading is not the heater's. The expected warming is that of the law of
+//! response (`verify_gain` within `verify_gain_time` of full output), which every heater of the machine must
+//! do in any weather. A sensor of coarse steps proves nothing at all: it is left alone.
 
 use units::{Celsius, Micros};
 
 use super::look::{HeatCause, LOOK_PERIOD, Look};
 use super::response::ResponseLimits;
 
-/// For so long the output is what the reading belongs to, seconds.
+/// Time from the last change of the reading, s, whose mean output belongs to that reading.
 const USUAL_S: f32 = 10.0;
-/// So many steps of the sensor must be missing...
+/// Number of sensor steps that must be missing...
 const STEPS: f32 = 4.0;
-/// ...and so many degrees.
+/// ...and number of degrees that must be missing.
 const LEAST: f32 = 0.25;
-/// A sensor whose least step is greater proves nothing, degrees.
+/// Greatest least step of a sensor that proves something, degrees.
 const COARSE: f32 = 0.1;
-/// What is this hot, degrees, cools by many steps within so many seconds without any output.
+/// A heater hotter than this, degrees, cools by many steps within `COOLS_S` seconds without any output.
 const HOT: f32 = 50.0;
 const COOLS_S: f32 = 120.0;
 
-/// What is known of a reading that may stand.
+/// History of a reading that may stand.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frozen {
     reading: f32,
-    /// The least step that it has made while the heater is on.
+    /// Least step of the sensor while the heater is on.
     step: f32,
-    /// For how long it has been the same, seconds.
+    /// Time for which the reading has been the same, seconds.
     same_s: f32,
-    /// The output that it belongs to: the mean of its first seconds.
+    /// Output that belongs to the reading: the mean of its first seconds.
     usual: f32,
-    /// Seconds at full output that the heater was given beyond that; below zero: less.
+    /// Effort beyond that output, seconds at full output; below zero: less.
     beyond_s: f32,
     /// Seconds without any output.
     off_s: f32,
@@ -54,7 +55,7 @@ impl Frozen {
         };
         if reading != self.reading {
             let change = (reading - self.reading).abs();
-            // There is no change to the first one.
+            // The first reading gives no change.
             let step = if change.is_nan() { self.step } else { self.step.min(change) };
             *self = Self { reading, step, ..Self::default() };
             return Ok(());

@@ -1,13 +1,14 @@
-//! Heat safety: whether heating may go on, decided from raw readings and from what the pins were told alone.
+//! Heat safety: decides whether heating may go on, from raw readings and from the commands to the pins alone.
 //!
-//! It stands apart from control. It has its own copies of the sensors' laws, reads the same raw inputs
-//! itself, and counts at every modulation tick which heater pins were on, so that a mistake in a control law,
-//! a wrong duty or a forgotten target cannot hide anything from it. What it finds closes the outputs here
-//! ([`HeatSafety::pass`]), whatever control goes on asking for, until a person releases the machine.
+//! Heat safety stands apart from control. It has its own copies of the sensors' laws, reads the same raw
+//! inputs itself, and counts at every modulation tick the heater pins that were on, so that a mistake in a
+//! control law, a wrong duty or a forgotten target cannot hide anything from it. A fault closes the outputs
+//! here ([`HeatSafety::pass`]), although control goes on asking for power, until a person releases the
+//! machine.
 //!
-//! | law | what it notices | file |
+//! | law | fault that it finds | file |
 //! |---|---|---|
-//! | reading | open, shorted, outside `min_temp` to `max_temp`, changing faster than heat can, jumping about | `reading.rs` |
+//! | reading | open, shorted, outside `min_temp` to `max_temp`, changing too fast, jumping | `reading.rs` |
 //! | response | driven, and does not warm; held, and sinks away from its target | `response.rs` |
 //! | frozen | the reading stands although its heater is given another output | `frozen.rs` |
 //! | course | the target is not reached in time, or left by more than `runaway_range` | `course.rs` |
@@ -15,7 +16,7 @@
 //! | wiring | a heater warms another heater's sensor and not its own | `swapped.rs` |
 //! | time | fully driven for too long, at one target for too long, driven without a target | `time.rs` |
 //!
-//! Every law is told one [`Look`] at a time and answers with a cause or not; none of them knows another.
+//! Every law takes a [`Look`] at a time and answers with a cause or not; none of the laws knows another.
 
 mod at_rest;
 mod course;
@@ -50,24 +51,24 @@ pub use time::TimeLimits;
 /// The bits of all heaters.
 const HEATERS: u32 = heater_bit(MAX_HEATERS) - 1;
 
-/// What one heater is allowed. Zero switches off what says so.
+/// Limits of a single heater. Zero switches off the checks that say so.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SafetyLimits {
-    /// It has an output; a sensor alone is not judged.
+    /// Whether the heater has an output; a sensor alone is not judged.
     pub heats: bool,
-    /// Largest share of full output it is ever given, above 0 to 1.
+    /// Greatest share of full output for the heater, above 0 to 1.
     pub full_share: f32,
-    /// What readings may be.
+    /// Limits on the readings.
     pub reading: ReadingLimits,
-    /// How it must answer to being driven.
+    /// Limits on the response to being driven.
     pub response: ResponseLimits,
-    /// When it must be at its target, and how near.
+    /// Limits on the time to the target, and on the distance from it.
     pub course: CourseLimits,
-    /// How long it may be driven.
+    /// Limits on the time for which the heater is driven.
     pub time: TimeLimits,
 }
 
-/// The watch over one heater.
+/// The watch over a single heater.
 #[derive(Clone, Debug)]
 struct Watch {
     sensor: Sensor,
@@ -98,7 +99,7 @@ impl Watch {
         }
     }
 
-    /// All laws are told, also after one has answered: none loses its memory of the course.
+    /// Runs all laws, the others also after a law has failed: none loses its memory of the course.
     fn check(&mut self, look: &Look) -> Result<(), HeatCause> {
         let limits = &self.limits;
         let reading = self.reading.check(&limits.reading, look);
@@ -121,19 +122,19 @@ pub struct HeatSafety {
 }
 
 impl HeatSafety {
-    /// Watches nothing yet.
+    /// Creates a watch over no heater.
     #[must_use]
     pub const fn new() -> Self {
         Self { watches: Vec::new(), ticks: 0, due: Micros(0), tripped: false }
     }
 
-    /// Watches the next temperature control, in the configuration's order. False when there is no room.
+    /// Adds the next temperature control, in the configuration's order. Returns false when there is no room.
     #[must_use]
     pub fn add(&mut self, sensor: Sensor, limits: SafetyLimits) -> bool {
         self.watches.push(Watch::new(sensor, limits)).is_ok()
     }
 
-    /// It is measured by another sensor from now on (M305).
+    /// Changes the sensor of a heater (M305).
     pub fn set_sensor(&mut self, heater: HeaterId, sensor: Sensor) {
         if let Some(watch) = self.watches.get_mut(heater.index()) {
             let limits = watch.limits;
@@ -141,22 +142,22 @@ impl HeatSafety {
         }
     }
 
-    /// Its highest temperature is another from now on (M143).
+    /// Changes the highest temperature of a heater (M143).
     pub fn set_maximum(&mut self, heater: HeaterId, max: Celsius) {
         if let Some(watch) = self.watches.get_mut(heater.index()) {
             watch.limits.reading.max = max;
         }
     }
 
-    /// Its output has another ceiling from now on, as a share of full output (M301 Y).
+    /// Changes the ceiling of a heater's output, as a share of full output (M301 Y).
     pub fn set_full_share(&mut self, heater: HeaterId, full_share: f32) {
         if let Some(watch) = self.watches.get_mut(heater.index()) {
             watch.limits.full_share = full_share;
         }
     }
 
-    /// Counts which pins are on, and lets through what may be driven: no heater, and no supply, once
-    /// something was found. Call at every modulation tick with what control asks for.
+    /// Counts the pins that are on, and lets through the allowed outputs: after a fault no heater and no
+    /// supply. Call at every modulation tick with the outputs that control asks for.
     #[inline]
     pub fn pass(&mut self, asked: OutputLevels) -> OutputLevels {
         let passed = if self.tripped { OutputLevels { on: asked.on & !HEATERS, fets_enabled: false } } else { asked };
@@ -167,8 +168,8 @@ impl HeatSafety {
         passed
     }
 
-    /// Looks at every heater when that is due; the first fault found. What is found closes the outputs until
-    /// [`Self::release`].
+    /// Looks at every heater when a look is due; returns the first fault found. A fault closes the outputs
+    /// until [`Self::release`].
     pub fn look(
         &mut self,
         now: Micros,
@@ -182,7 +183,8 @@ impl HeatSafety {
         self.look_at_heaters(now, readings, target)
     }
 
-    /// Twenty times a second. A function of its own in the image, so that the ledger can tell its cost.
+    /// Looks at the heaters, twenty times a second. A function of its own in the image, so that the ledger
+    /// can tell its cost.
     #[inline(never)]
     fn look_at_heaters(
         &mut self,
@@ -192,7 +194,7 @@ impl HeatSafety {
     ) -> Option<HeatFault> {
         let ticks = core::mem::take(&mut self.ticks).max(1) as f32;
         let mut found = None;
-        // One that combines others is read through the copies that are here.
+        // A sensor that combines others is read through the copies that are here.
         let mut read = [Err(SensorFault::SILENT); MAX_HEATERS];
         for (id, read) in HeaterId::all().zip(&mut read) {
             *read = read_sensor(&self.watches, |watch| &watch.sensor, readings, id);
@@ -216,8 +218,8 @@ impl HeatSafety {
                 found.get_or_insert(HeatFault { heater: id, cause });
             }
         }
-        // What heats the wrong sensor also does not warm its own, and seems stuck on there: wiring explains
-        // both.
+        // A heater that warms the wrong sensor also does not warm its own, and seems stuck on there: wiring
+        // explains both faults, so it goes first.
         let found = self.swapped().or(found);
         self.tripped |= found.is_some();
         found
@@ -232,12 +234,12 @@ impl HeatSafety {
         })
     }
 
-    /// Closes the outputs for a reason that lies elsewhere.
+    /// Closes the outputs for a reason outside heat safety.
     pub const fn trip(&mut self) {
         self.tripped = true;
     }
 
-    /// A person has seen what was found: the outputs follow control again.
+    /// Opens the outputs to control again, after a person has seen the fault.
     pub fn release(&mut self) {
         self.tripped = false;
         for watch in &mut self.watches {

@@ -1,29 +1,29 @@
-//! What a reading may be, and how fast it may change.
+//! Law of readings: their range and their rate of change.
 
 use units::{Celsius, Micros};
 
 use super::look::{HeatCause, Look};
 use crate::heat::SensorFault;
 
-/// Unbelievable readings in a row before it counts. Control has its heater off from the first one.
+/// Number of unbelievable readings in a row that is a fault. Control has its heater off from the first.
 const BAD_READINGS: u8 = 4;
 /// The same before a sensor has been read for the first time: a converter chip of many samples takes 0.8 s
 /// from power-on.
 const FIRST_READINGS: u8 = 20;
-/// How often the reading is compared with earlier ones.
+/// Time between two comparisons of the reading with earlier ones.
 const COMPARE_PERIOD: Micros = Micros::from_millis(250);
-/// Comparisons that make a second.
+/// Number of comparisons in a second.
 const A_SECOND: usize = 4;
 /// Comparisons in a row that must agree on a rate: a spike of one reading makes one at each end.
 const AGREE: u8 = 2;
-/// A change from one comparison to the next that is a jump when the one before went the other way.
+/// Least change between comparisons that is a jump, C, if the change before went the other way.
 const JUMP: f32 = 6.0;
-/// Jumps that count, one of which is forgiven every 2.5 s.
+/// Number of jumps that is a fault; a jump is forgiven every 2.5 s.
 const JUMPS: u8 = 8;
-/// Comparisons after which a jump is forgiven.
+/// Number of comparisons after which a jump is forgiven.
 const FORGIVEN_AFTER: u8 = 10;
 
-/// What readings of a heater may be.
+/// Limits on the readings of a heater.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReadingLimits {
     /// Lowest believable reading while heating.
@@ -36,18 +36,18 @@ pub struct ReadingLimits {
     pub fall_per_s: f32,
 }
 
-/// What was read before.
+/// Memory of earlier readings.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ReadingLaw {
     bad: u8,
-    /// The sensor has given a temperature, or said why not.
+    /// Whether the sensor has given a temperature, or said why not.
     seen: bool,
     due: Micros,
-    /// The readings of the last second, newest last, as many as `known` says.
+    /// Readings of the last second, newest last, as many as `known` says.
     before: [f32; A_SECOND],
     known: usize,
     agree: u8,
-    /// The last change, where it was a jump.
+    /// The last change, if it was a jump.
     jump: f32,
     jumps: u8,
     since_forgiven: u8,
@@ -69,10 +69,10 @@ impl ReadingLaw {
         if bad >= most { believable } else { changes }
     }
 
-    /// Compares with what was read before, while the heater is on.
+    /// Compares the reading with earlier ones, while the heater is on.
     fn compare(&mut self, limits: &ReadingLimits, look: &Look) -> Result<(), HeatCause> {
         let Some(Celsius(reading)) = look.reading else {
-            // What is read after a gap has nothing to be compared with.
+            // A reading after a gap has nothing to be compared with.
             self.known = 0;
             return Ok(());
         };
@@ -102,7 +102,7 @@ impl ReadingLaw {
         }
     }
 
-    /// Counts changes that go back on the one before; true when there were too many.
+    /// Counts changes that reverse the change before; returns true when there were too many.
     fn jumps(&mut self, change: f32) -> bool {
         self.since_forgiven += 1;
         if self.since_forgiven >= FORGIVEN_AFTER {

@@ -1,84 +1,85 @@
-//! How a heater must answer to being driven: it warms, and it stays where it came to.
+//! Law of response: a driven heater must warm, and must stay at its target.
 //!
-//! What counts is not time but the output its pin was really given: ten seconds at half output are five
-//! seconds of effort. So a control law that goes gently needs no longer limits, and one that asks for nothing
-//! is not blamed on the heater. Warming on the way to a target and sinking away from it are judged as by
-//! Klipper's `verify_heater`, with its usual figures; two things more are no heater's doing: to be given full
-//! output near its target for as long as it would need to come from below, in vain; and to cool under it.
-//! What is slow, as beds are, also does not stop warming from one moment to the next.
+//! Effort is counted, not time: the output that the pin was really given, so ten seconds at half output are
+//! five seconds of effort. So a control law that goes gently needs no longer limits, and a law that asks for
+//! nothing is not blamed on the heater. Warming on the way to a target and sinking away from it are judged as
+//! by Klipper's `verify_heater`, with its usual figures. No sound heater does two things more: take full
+//! output near its target in vain for as long as it would need to come from below, or cool under full output.
+//! Slow heaters, such as beds, also do not stop warming from a moment to the next.
 
 use units::{Celsius, Micros};
 
 use super::look::{HeatCause, LOOK_PERIOD, Look};
 
-/// Share of its most that counts as full output.
+/// Share of the heater's greatest output that counts as full output.
 const FULL: f32 = 0.95;
-/// Below its target by more than this a heater at full output must warm, also where it once was there.
+/// Distance below the target, C, from which a heater at full output must warm, also after it was at the
+/// target.
 const NEAR: f32 = 2.0;
-/// After so many seconds at full output heat has come through to any sensor.
+/// Time at full output, s, after which heat has come through to any sensor.
 const COME_THROUGH_S: f32 = 6.0;
-/// Then no reading falls by more than this...
+/// After that time no reading falls by more than this, C...
 const FALL: f32 = 3.0;
-/// ...within so many seconds, each of which it is looked at once.
+/// ...within so many seconds, with a comparison each second.
 const FALL_S: usize = 3;
-/// Seconds in a row that must agree: one jump makes one fall.
+/// Number of comparisons in a row that must agree: a single jump makes a single fall.
 const AGREE: u8 = 2;
-/// A heater that may take this long to warm by a little is slow: no fan blows at it, and no filament cools
-/// it.
+/// Least `verify_gain_time` of a slow heater: no fan blows at it, and no filament cools it.
 const SLOW: Micros = Micros::from_seconds(45);
-/// It warmed for so many seconds...
+/// Stall of a slow heater: after warming steadily for this many seconds...
 const STEADY_S: usize = 6;
-/// ...and for so many it did not: it went on by less than this share of what it had warmed in as long...
+/// ...the heater warms for `STALLS_S` seconds by less than the share `STALL` of the former rate...
 const STALLS_S: usize = 5;
 const STALL: f32 = 0.2;
-/// ...and so many degrees are missing.
+/// ...and this many degrees are missing.
 const MISSING: f32 = 1.0;
-/// Seconds whose readings are kept.
+/// Number of seconds whose readings are kept.
 const KEPT_S: usize = STEADY_S + STALLS_S;
 
-/// How a heater must answer.
+/// Limits on a heater's response.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResponseLimits {
-    /// Below its target by more than this it must warm, or it is sinking.
+    /// Distance below the target beyond which the heater must warm, or is sinking.
     pub band: Celsius,
-    /// It must warm by this much...
+    /// Least rise, with the effort of `within`.
     pub gain: Celsius,
-    /// ...with full output for so long; 0: not checked.
+    /// Time at full output for that rise; 0: not checked.
     pub within: Micros,
-    /// Degrees below the band times seconds that it may sink once it was at its target; 0: not checked.
+    /// Degrees below the band times seconds that the heater may sink once it was at its target; 0: not
+    /// checked.
     pub sinking: f32,
 }
 
-/// How it has answered.
+/// Response of a heater so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Response {
     target: f32,
-    /// It was within the band of this target.
+    /// Whether the heater was within the band of this target.
     was_there: bool,
-    /// The reading from which it has to warm.
+    /// The reading from which the heater must warm.
     from: f32,
-    /// Seconds at full output since then.
+    /// Effort since then, seconds at full output.
     effort_s: f32,
-    /// Degrees times seconds that it has been below the band.
+    /// Degrees below the band, times seconds.
     below: f32,
     full: FullOutput,
 }
 
-/// A heater without a pause at full output.
+/// A heater that has been at full output without a pause.
 #[derive(Clone, Copy, Debug, Default)]
 struct FullOutput {
     seconds: f32,
-    /// Seconds since it warmed by what it must, and the reading then.
+    /// Seconds since the heater warmed by `gain`, and the reading then.
     in_vain_s: f32,
     from: f32,
-    /// The readings of the last seconds, newest last.
+    /// Readings of the last seconds, newest last.
     before: [f32; KEPT_S],
     falls: u8,
     stalls: u8,
 }
 
 impl FullOutput {
-    /// One look at a heater that is at full output.
+    /// Takes a look at a heater that is at full output.
     fn check(&mut self, limits: &ResponseLimits, missing: f32, reading: f32) -> Result<(), HeatCause> {
         let seconds = LOOK_PERIOD.seconds() as f32;
         if self.seconds == 0.0 {
@@ -112,13 +113,13 @@ impl FullOutput {
 }
 
 impl FullOutput {
-    /// It warmed steadily, and does not any more.
+    /// Returns whether the heater warmed steadily, and does not any more.
     fn stalls(&self) -> bool {
         let [first, .., last] = self.before;
         let turn = self.before[STEADY_S];
         let expected = (turn - first) / STEADY_S as f32 * (STALLS_S - 1) as f32;
         let went_on = last - turn;
-        // Heat that still comes through makes it warm faster and faster: that is no stall.
+        // Heat that still comes through makes the heater warm faster and faster, which is no stall.
         let is_known = self.seconds > KEPT_S as f32;
         is_known && went_on < STALL * expected && expected - went_on > MISSING
     }
@@ -155,7 +156,7 @@ impl Response {
         if limits.sinking > 0.0 && self.below > limits.sinking {
             return Err(HeatCause::Sinking(Celsius(missing + limits.band.0)));
         }
-        // Once it was there it may sink for a moment without warming: that is what the sum above judges.
+        // A heater that was at its target may sink for a moment without warming; the sum above judges that.
         if limits.within > Micros(0) && !self.was_there && self.effort_s > limits.within.seconds() as f32 {
             return Err(HeatCause::NoResponse(limits.within, limits.gain));
         }

@@ -1,7 +1,7 @@
 //! Sensors in each other's plugs: a heater that warms the sensor of another heater, and not its own.
 //!
-//! Compared is the warming since nothing was heated, so what is told is the first heating after the wires
-//! were changed, before anything is hot.
+//! The warming since nothing was heated is compared, so the fault is found in the first heating after the
+//! wires were changed, before anything is hot.
 
 use units::Celsius;
 
@@ -9,24 +9,24 @@ use super::look::{LOOK_PERIOD, Look};
 
 /// Seconds at full output after which a heater is judged.
 const EFFORT_S: f32 = 5.0;
-/// Its own sensor has warmed by less than this...
+/// The heater's own sensor has warmed by less than this, C...
 const OWN: f32 = 2.0;
-/// ...and that of another heater by more than this...
+/// ...and the sensor of another heater by more than this, C...
 const OTHER: f32 = 8.0;
-/// ...which was itself given less than this share of the effort.
+/// ...while that other heater was given less than this share of the effort.
 const OTHER_EFFORT: f32 = 0.05;
 
-/// How one heater and its sensor have fared since nothing was heated.
+/// Warming of a single heater's sensor since nothing was heated.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Warmed {
-    /// The reading when nothing was heated last.
+    /// Reading when nothing was last heated.
     from: Option<f32>,
     rise: f32,
     effort_s: f32,
 }
 
 impl Warmed {
-    /// One look.
+    /// Takes a look at the heater.
     pub(super) fn note(&mut self, look: &Look, nothing_is_heated: bool, full_share: f32) {
         let Some(Celsius(reading)) = look.reading else {
             *self = Self::default();
@@ -40,7 +40,7 @@ impl Warmed {
         self.effort_s += look.driven / full_share.max(f32::MIN_POSITIVE) * LOOK_PERIOD.seconds() as f32;
     }
 
-    /// Whether this heater has warmed the other's sensor and not its own.
+    /// Returns whether this heater has warmed the other's sensor and not its own.
     pub(super) fn instead(&self, other: &Self) -> bool {
         let judged = self.from.is_some() && self.effort_s >= EFFORT_S && self.rise < OWN;
         judged && other.from.is_some() && other.rise > OTHER && other.effort_s < OTHER_EFFORT * self.effort_s

@@ -37,15 +37,15 @@ fn limits() -> SafetyLimits {
     }
 }
 
-/// What one heater does at a second: its reading, its target, the share of time that its pin is on.
+/// Behaviour of a heater over time, s: its reading, its target, the share of time that its pin is on.
 struct Course<'a> {
     reads: &'a dyn Fn(f64) -> SensorReading,
     target: &'a dyn Fn(f64) -> f32,
     driven: &'a dyn Fn(f64) -> f64,
 }
 
-/// Runs courses side by side as control and pins would have them for so many seconds; when the first fault is
-/// found, and which.
+/// Runs courses side by side as control and pins would have them for so many seconds; returns the first fault
+/// and its time, s.
 fn first(limits: SafetyLimits, courses: &[Course<'_>], seconds: u32) -> Option<(f64, HeatFault)> {
     let mut safety = HeatSafety::new();
     courses.iter().for_each(|_| assert!(safety.add(sensor(), limits)));
@@ -65,12 +65,13 @@ fn first(limits: SafetyLimits, courses: &[Course<'_>], seconds: u32) -> Option<(
     })
 }
 
-/// One heater, on at 200 C from the first second: fully driven for the minute that it takes, then by a third.
+/// Finds the first fault of a heater, on at 200 C from the first second: fully driven for the minute that it
+/// takes, then by a third.
 fn heated(reads: impl Fn(f64) -> SensorReading) -> Option<(f64, HeatCause)> {
     held(reads, |_| 0.33)
 }
 
-/// The same, driven by so much once it is there.
+/// The same as [`heated`], with its own share of output from the arrival on.
 fn held(reads: impl Fn(f64) -> SensorReading, there: impl Fn(f64) -> f64) -> Option<(f64, HeatCause)> {
     let target = |second: f64| if second < 1.0 { 0.0 } else { 200.0 };
     let driven = |second: f64| match second {
@@ -82,7 +83,7 @@ fn held(reads: impl Fn(f64) -> SensorReading, there: impl Fn(f64) -> f64) -> Opt
     found.map(|(second, fault)| (second, fault.cause))
 }
 
-/// At 200 C since 60 s, warming at 3 C/s before.
+/// Temperature that has been 200 C since 60 s, and warmed at 3 C/s before.
 fn arrives(second: f64) -> f64 {
     (20.0 + 3.0 * (second - 1.0).max(0.0)).min(200.0)
 }
@@ -119,7 +120,7 @@ fn half_the_output_is_half_the_effort() {
     let course = Course { reads: &reads, target: &|_| 200.0, driven: &|_| 0.5 };
     let (second, _) = first(limits(), &[course], 400).unwrap();
     assert!((39.9..40.4).contains(&second), "{second}");
-    // And half is full where it is given no more.
+    // Half output is full output for a heater that is given no more.
     let course = Course { reads: &reads, target: &|_| 200.0, driven: &|_| 0.5 };
     let (second, _) = first(SafetyLimits { full_share: 0.5, ..limits() }, &[course], 400).unwrap();
     assert!((19.9..20.4).contains(&second), "{second}");
@@ -127,7 +128,7 @@ fn half_the_output_is_half_the_effort() {
 
 #[test]
 fn a_sensor_that_comes_off_is_told_within_two_seconds() {
-    // From 200 C at 100 s towards the air, 4 s to most of it.
+    // The sensor slips out: from 200 C at 100 s towards the air, 4 s to most of the fall.
     let slips = |second: f64| if second < 100.0 { 200.0 } else { 30.0 + 170.0 * (-(second - 100.0) / 4.0).exp() };
     let (second, cause) = heated(|second| counts(if second < 61.0 { arrives(second) } else { slips(second) })).unwrap();
     assert!(matches!(cause, HeatCause::FallsTooFast(_)), "{cause:?}");
@@ -142,7 +143,7 @@ fn a_heater_that_fails_while_it_holds_is_told_before_it_has_lost_twenty_degrees(
     let (second, cause) = held(reads, driven).unwrap();
     assert!(matches!(cause, HeatCause::FallsWhileDriven(_)), "{cause:?}");
     assert!(second < 112.0, "{second}");
-    // A control law that does not notice cannot hide it.
+    // A control law that does not notice the fault cannot hide it.
     let (second, cause) = heated(reads).unwrap();
     assert!(matches!(cause, HeatCause::Sinking(_)), "{cause:?}");
     assert!(second < 118.0, "{second}");
@@ -150,7 +151,7 @@ fn a_heater_that_fails_while_it_holds_is_told_before_it_has_lost_twenty_degrees(
 
 #[test]
 fn full_output_in_vain_near_the_target_is_told() {
-    // Three degrees below it, and no more comes.
+    // Three degrees below the target, and the reading rises no further.
     let reads = |second: f64| counts(if second < 100.0 { arrives(second) } else { 197.0 });
     let driven = |second: f64| if second < 100.0 { 0.33 } else { 1.0 };
     let (second, cause) = held(reads, driven).unwrap();
@@ -207,7 +208,7 @@ fn a_pin_that_is_on_for_nobody_is_told_and_closed() {
 fn time_limits_count_from_the_last_pause_and_from_the_target() {
     let time = TimeLimits { full: Micros::from_seconds(30), hold: Micros::from_seconds(100) };
     let warm = |second: f64| counts(20.0 + second.min(150.0));
-    // A pause every twenty seconds.
+    // A pause of a second every twenty seconds.
     let paused = |second: f64| if (second as u64) % 20 == 19 { 0.0 } else { 1.0 };
     let course = Course { reads: &warm, target: &|_| 200.0, driven: &paused };
     let (second, fault) = first(SafetyLimits { time, ..limits() }, &[course], 400).unwrap();
@@ -217,7 +218,7 @@ fn time_limits_count_from_the_last_pause_and_from_the_target() {
     let (second, fault) = first(SafetyLimits { time, ..limits() }, &[course], 400).unwrap();
     assert_eq!(fault.cause, HeatCause::FullTooLong(Micros::from_seconds(30)));
     assert!((30.0..30.2).contains(&second), "{second}");
-    // Cooling to a target is not being held there.
+    // Time spent cooling to a target does not count as held there.
     let cools = |second: f64| counts(60.0 - second / 50.0);
     let course = Course { reads: &cools, target: &|_| 30.0, driven: &|_| 0.0 };
     assert_eq!(first(SafetyLimits { time, ..limits() }, &[course], 400), None);
@@ -235,7 +236,7 @@ fn what_was_found_closes_heaters_and_supply_until_it_is_released() {
     assert_eq!(safety.pass(asked), asked);
 }
 
-/// A reading of a sensor that is noisy by a twentieth of a degree and stands after this second.
+/// Returns the reading of a sensor that is noisy by a twentieth of a degree and stands from this second on.
 fn stands_from(second: f64, at: f64, celsius: impl Fn(f64) -> f64) -> SensorReading {
     let noise = 0.05 * ((second * 97.0).sin() + (second * 41.0).cos());
     counts(if second < at { celsius(second) + noise } else { celsius(at) })
@@ -247,15 +248,15 @@ fn warming(second: f64) -> f64 {
 
 #[test]
 fn a_reading_that_stands_while_the_output_changes_is_nobodys() {
-    // Control sees a difference that never goes, and gives more and more.
+    // Control sees a difference that never goes, and gives more and more output.
     let (second, cause) =
         held(|second| stands_from(second, 100.0, warming), |second| 0.33 + 0.002 * (second - 100.0).max(0.0)).unwrap();
     assert!(matches!(cause, HeatCause::Frozen(_)), "{cause:?}");
     assert!((140.0..170.0).contains(&second), "{second}");
-    // Or less and less.
+    // The same with less and less output.
     let less = held(|second| stands_from(second, 100.0, warming), |second| 0.33 - 0.003 * (second - 100.0).max(0.0));
     assert!(matches!(less, Some((_, HeatCause::Frozen(_)))), "{less:?}");
-    // Nothing at all: whatever is hot cools.
+    // No output at all: a hot heater must cool.
     let off = held(|second| stands_from(second, 100.0, warming), |second| if second < 100.0 { 0.33 } else { 0.0 });
     assert!(matches!(off, Some((_, HeatCause::Frozen(_)))), "{off:?}");
 }
@@ -263,7 +264,7 @@ fn a_reading_that_stands_while_the_output_changes_is_nobodys() {
 #[test]
 fn a_reading_may_stand_as_long_as_its_output_does() {
     assert_eq!(held(|second| stands_from(second, 100.0, warming), |_| 0.33), None);
-    // Nor does a coarse sensor prove anything.
+    // A sensor of coarse steps proves nothing.
     let coarse = |second: f64| counts((warming(second) * 4.0).round() / 4.0);
     assert_eq!(held(coarse, |second| if second < 100.0 { 0.33 } else { 0.45 }), None);
 }

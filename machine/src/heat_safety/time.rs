@@ -1,24 +1,24 @@
-//! How long a heater may be driven.
+//! Law of time: limits on the time for which a heater is driven.
 
 use units::Micros;
 
 use super::look::{HeatCause, Look};
 
-/// Share of its most that counts as full output.
+/// Share of the heater's greatest output that counts as full output.
 const FULL: f32 = 0.98;
-/// Looks in a row with a pin that is on for nobody before it counts: a target may end between two ticks.
+/// Number of looks in a row with a pin on and no target that is a fault: a target may end between two ticks.
 const FOR_NOBODY: u8 = 2;
 
-/// How long a heater may be driven; 0: for ever.
+/// Limits on the time for which a heater is driven; 0: no limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TimeLimits {
-    /// At full output without a pause.
+    /// Time at full output without a pause.
     pub full: Micros,
-    /// On at one target.
+    /// Time on at a single target.
     pub hold: Micros,
 }
 
-/// How long it has been.
+/// Times for which a heater has been driven.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Time {
     full_since: Option<Micros>,
@@ -32,7 +32,7 @@ impl Time {
         let is_full = look.driven >= FULL * full_share;
         self.full_since = is_full.then(|| self.full_since.unwrap_or(look.now));
         let is_same = look.is_on() && look.target.0 == self.target;
-        // What cools to its target, or is to become colder than the room, is not driven yet.
+        // A heater that cools to its target, or is to become colder than the room, is not driven yet.
         let begins = look.is_on() && look.driven > 0.0;
         self.held_since = self.held_since.filter(|_| is_same).or(begins.then_some(look.now));
         self.target = look.target.0;
