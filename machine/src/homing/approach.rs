@@ -1,4 +1,4 @@
-//! One homing cycle: to the switches, back, and to them again slowly.
+//! A homing cycle: to the switches, back, and to them again slowly.
 
 use config::{EndstopConfig, MachineConfig};
 use motion::{Mode, Trigger};
@@ -16,10 +16,10 @@ use crate::failure::{Failure, Texts};
 use crate::grbl::numbers::Alarm;
 use crate::ports::Ports;
 
-/// Disturbed approaches that are repeated: the input fired but is open when the motors stand.
+/// Number of disturbed approaches that are repeated: the input fired but is open when the motors stand.
 const RETRIES: u8 = 3;
 
-/// One cycle for the axes of a set, which then stand on their switches: each is at its place of `places`, mm.
+/// Homes the axes of a set, which then stand on their switches: each is at its place of `places`, mm.
 pub(super) fn cycle<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     set: AxisSet,
@@ -34,7 +34,7 @@ pub(super) fn cycle<P: Ports>(
         Ok(()) => find(hands, set, places, samples),
         Err(silent) => Err(silent),
     };
-    // Whatever has happened.
+    // The overrides return even if homing has failed.
     hands.motion(|motion| motion.set_overrides(overrides.feed, overrides.rapid));
     homed.and(stall::end(hands, axis))
 }
@@ -64,8 +64,8 @@ fn find<P: Ports>(
         let came = Came { was_homed: were_homed.has(axis), was_cut };
         [hits[axis], places[axis]] = endstop_phase::at_switch(hands, axis, hits[axis], places[axis], came)?;
     }
-    // The axes stand where their switches closed, plus what braking added. Where phases are to be met, to the
-    // very step.
+    // The axes stand where their switches closed, plus the braking distance. With phases the position must be
+    // right to the very step, so the live one is taken.
     let mut position = if phased.is_empty() { hands.position() } else { hands.motion(|motion| motion.live_position()) };
     let mut off = samples.off.get();
     set.axes().for_each(|axis| off[axis] = hits[axis] - places[axis]);
@@ -73,18 +73,19 @@ fn find<P: Ports>(
     set.axes().for_each(|axis| position[axis] -= off[axis]);
     hands.mark_homed(set);
     hands.set_position(position)?;
-    // Onto the switch positions themselves: braking went a little past them.
+    // The axes go back onto the switch positions: braking went a little past them.
     set.axes().for_each(|axis| position[axis] = places[axis]);
     hands.go(position, slow, Mode::Feed)?;
     hands.standstill()?;
     if stalled.is_some() {
-        // Its motor would go on pushing.
+        // The motor would go on pushing against its end.
         back_off(hands, set, slow)?;
     }
     Ok(())
 }
 
-/// Where each axis is when its switch closes at the slow rate: the mean of approaches that agree.
+/// Returns the position of each axis when its switch closes at the slow rate: the mean of approaches that
+/// agree.
 fn agreed_hits<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     set: AxisSet,
@@ -114,7 +115,8 @@ fn agreed_hits<P: Ports>(
     }
 }
 
-/// Where each axis is when its switch closes at the slow rate. Each round settles one axis at least.
+/// Returns the position of each axis when its switch closes at the slow rate. Each round settles an axis at
+/// least.
 fn slow_hits<P: Ports>(hands: &mut Hands<'_, '_, P>, set: AxisSet, slow: MmPerSecond) -> Result<PerAxis<f64>, Failure> {
     if let Some(axis) = stall::axis_of(hands.config(), set) {
         return stall::approach(hands, axis, slow, |stop| 2.0 * stop.retract.0).map(|hits| hits.at);
@@ -142,18 +144,18 @@ fn back_off<P: Ports>(hands: &mut Hands<'_, '_, P>, set: AxisSet, rate: MmPerSec
     hands.standstill()
 }
 
-/// A way to the switches of some axes.
+/// A move to the switches of some axes.
 #[derive(Clone, Copy, Debug)]
 struct Approach {
     set: AxisSet,
     rate: MmPerSecond,
-    /// How far at most, mm.
+    /// Greatest travel to the switch, mm.
     travel: fn(&EndstopConfig) -> f64,
-    /// A switch may be operated before anything moves.
+    /// Whether a switch may be operated before anything moves.
     may_be_there: bool,
 }
 
-/// How far an approach has come.
+/// Progress of an approach.
 struct Progress {
     hits: Hits,
     missing: AxisSet,
@@ -194,7 +196,7 @@ impl Approach {
         if self.may_be_there { Pass::Fast { was_cut: progress.hits.was_cut } } else { Pass::Slow }
     }
 
-    /// Where the axes that are still missing go at most.
+    /// Returns the furthest target of the axes that are still missing.
     fn target(
         &self,
         config: &MachineConfig,
@@ -218,14 +220,15 @@ impl Approach {
         if brakes_in_time(self.rate, &limits, missing.axes()) {
             hands.latch().arm(inputs);
         } else {
-            // What stops at once may lose steps: where these are is known when they have been measured.
+            // A hard stop may lose steps, so the positions of these axes are unknown until they have been
+            // measured.
             hands.axes().forget_homed(missing);
             hands.latch().arm_hard(inputs);
         }
         Ok(())
     }
 
-    /// A switch that was operated before arming gives no edge.
+    /// Checks for switches that are operated already: a switch that was operated before arming gives no edge.
     fn finds_some_operated<P: Ports>(
         &self,
         hands: &mut Hands<'_, '_, P>,
@@ -251,7 +254,8 @@ impl Approach {
 }
 
 impl Progress {
-    /// The axis' own switch closed. It counts when it is still operated `debounce_ms` after the motors stand.
+    /// Handles the closing of the axis' own switch. The hit counts if the switch is still operated
+    /// `debounce_ms` after the motors stand.
     fn closed<P: Ports>(
         &mut self,
         hands: &mut Hands<'_, '_, P>,
@@ -280,7 +284,7 @@ impl Progress {
         Ok(())
     }
 
-    /// Another switch closed: that of a slaved motor.
+    /// Handles the closing of a slaved motor's switch.
     fn slave_closed<P: Ports>(&mut self, hands: &mut Hands<'_, '_, P>, trigger: &Trigger) {
         let config = hands.config();
         let bit = bit_of(trigger).unwrap_or(0);
@@ -308,7 +312,7 @@ impl Progress {
     }
 }
 
-/// The bit of the input that fired.
+/// Returns the bit of the input that fired.
 fn bit_of(trigger: &Trigger) -> Option<u32> {
     1_u32.checked_shl(u32::from(trigger.input))
 }

@@ -1,4 +1,4 @@
-//! How an approach ends: where the axes were, or why homing failed.
+//! End of an approach: the positions of the axes, or the reason why homing failed.
 
 use config::MachineConfig;
 use motion::{Motion, Trigger};
@@ -10,13 +10,13 @@ use crate::failure::{Failure, Texts};
 use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::{Ports, Wake};
 
-/// Where axes were when their switches closed, mm.
+/// Positions of axes when their switches closed, mm.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Hits {
     pub(super) at: PerAxis<f64>,
-    /// Axes for which that is not known: a switch that another one's stop ran into has no tick of its own.
+    /// Axes without a known position: a switch that another one's stop ran into has no tick of its own.
     pub(super) unsure: AxisSet,
-    /// The motors have been stopped at once, and may have lost steps.
+    /// Whether the motors have been stopped at once, and may have lost steps.
     pub(super) was_cut: bool,
 }
 
@@ -26,14 +26,14 @@ pub(super) struct Hits {
 /// [`Failure::HALTED`].
 pub(crate) fn wait_trigger<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Option<Trigger>, Failure> {
     hands.standstill()?;
-    // An input that fires at the very last step is seen by the feed at its next run only.
+    // The feed sees an input that fires at the very last step only at its next run.
     while hands.latch().fired().is_some() {
         hands.wait(Wake::Any).unless_halted()?;
     }
     Ok(hands.motion(Motion::take_trigger))
 }
 
-/// Homing of this axis has failed.
+/// Returns the failure of an axis' homing.
 pub(super) fn alarm(texts: &Texts, config: &MachineConfig, axis: Axis, number: Alarm, what: &str) -> Failure {
     let name = switch_of(config, axis).map_or("?", |(_, stop)| stop.name.as_str());
     texts.alarm(format_args!("{} {name}: {what}", axis.letter())).numbered(Error::Locked).alarming(number)

@@ -5,9 +5,8 @@
 //! the others when one has hit; back off; approach again slowly; count from the second hit; move onto it. At
 //! the end an axis whose switch is a limit too moves off it.
 //!
-//! Behind a switch there is little way. Where braking would take more than that, the machine stops at once
-//! instead: steps that a fast motor may lose in the first approach do not matter, for the second one
-//! measures.
+//! Behind a switch there is little way. If braking would take more than that, the machine stops at once
+//! instead: steps that a fast motor may lose in the first approach do not matter, for the second measures.
 
 mod approach;
 mod hits;
@@ -41,10 +40,10 @@ use switches::{homeable, operated, slowest, switch_of, towards};
 
 const XY: AxisSet = AxisSet::of(Axis::X).with(Axis::Y);
 
-/// Homes these axes, or all that can be when none is named.
+/// Homes these axes, or all that can be homed when none is named.
 ///
 /// # Errors
-/// A refusal when none of them can be, an alarm when a switch is not found where it should be.
+/// A refusal when none of the axes can be homed, an alarm when a switch is not found where it should be.
 pub(crate) fn home<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet) -> Result<(), Failure> {
     let homing = &hands.config().homing;
     let (tolerance, retries) = (homing.tolerance.0, homing.retries);
@@ -52,8 +51,9 @@ pub(crate) fn home<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet) -> Re
     home_with(hands, named, &samples)
 }
 
-/// Homes everything before a bed is measured. Where a line of the configuration stands for G28, homing is not
-/// known to be safe without it, and it may hold any code: then the machine must have been homed by it.
+/// Homes everything before a bed is measured. If `home_gcode` of the configuration stands for G28, homing is
+/// not known to be safe without that line, and the line may hold any code: then the machine must already have
+/// been homed by it.
 ///
 /// # Errors
 /// As [`home`]; a refusal when that line has not been run.
@@ -67,8 +67,8 @@ pub(crate) fn home_before_probing<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Res
     Err(Failure::refused(&"home the machine with G28 first: home_gcode says how, and may hold any code"))
 }
 
-/// Homes an axis with so many slow approaches to its switch, and says how well they agree. Gives how far from
-/// its place it has found the switch, mm.
+/// Homes an axis with so many slow approaches to its switch, and reports their agreement. Returns the
+/// distance from its place at which the switch was found, mm.
 ///
 /// # Errors
 /// As [`home`].
@@ -89,12 +89,12 @@ fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, samples: &S
     hands.apply(Event::HomingBegins);
     let mut homed = find_switches(hands, chosen, samples);
     if !homed.is_err_and(|failure| failure.is_alarm()) {
-        // A hold may have come with the very last step. In it homing would not end.
+        // A hold may have come with the very last step, and homing would not end during it.
         homed = homed.and(hands.wait_while_held());
     }
     hands.apply(Event::HomingEnds);
     if hands.is_ended() {
-        // Between two approaches nothing is known for sure.
+        // Between two approaches no position is known for sure.
         hands.axes().forget_homed(chosen);
     }
     hands.end_suspension_without_place();
@@ -108,7 +108,8 @@ fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, samples: &S
     leave_limits(hands, chosen)
 }
 
-/// Where the machine is after homing these axes from here, if every switch is where it should be, mm.
+/// Returns the machine's position after homing these axes from here, if every switch is where it should be,
+/// mm.
 pub(crate) fn ends_at(config: &MachineConfig, tuning: &Tuning, named: AxisSet, from: &PerAxis<f64>) -> PerAxis<f64> {
     let (chosen, places) = (chosen(config, named), switch_places(config, tuning));
     let mut place = *from;
@@ -127,40 +128,39 @@ pub(crate) fn ends_at(config: &MachineConfig, tuning: &Tuning, named: AxisSet, f
     place
 }
 
-/// Which way an axis goes to its switch, 1 or -1, and how fast at last.
+/// Returns the direction of an axis to its switch, 1 or -1, and the speed of its last approach.
 pub(crate) fn homing_switch(config: &MachineConfig, axis: Axis) -> Option<(f64, MmPerSecond)> {
     switch_of(config, axis).map(|(_, stop)| (towards(stop), stop.slow_rate))
 }
 
-/// Whether an axis may brake when its switch closes at this speed; else it must stop at once.
+/// Returns whether an axis may brake when its switch closes at this speed; else it must stop at once.
 pub(crate) fn stops_in_time(rate: MmPerSecond, limits: &Limits, axis: Axis) -> bool {
     overtravel::brakes_in_time(rate, limits, core::iter::once(axis))
 }
 
-/// The axes to home of those named. Towers and arms home together.
+/// Returns the axes to home of those named. Towers and arms home together.
 fn chosen(config: &MachineConfig, named: AxisSet) -> AxisSet {
     let able = homeable(config);
     let chosen = if named.is_empty() { able } else { named.and(able) };
     if are_motors(config, chosen) { chosen.or(able.and(AxisSet::PRIMARY)) } else { chosen }
 }
 
-/// Towers or arms are among these axes.
+/// Returns whether towers or arms are among these axes.
 fn are_motors(config: &MachineConfig, set: AxisSet) -> bool {
     arms::homes_by_motor(config) && !set.and(AxisSet::PRIMARY).is_empty()
 }
 
-/// Where axes are when their switches close, mm.
+/// Returns the positions of axes when their switches close, mm.
 fn switch_places(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64> {
     PerAxis(Axis::ALL.map(|axis| tuning.homing_position(config, axis) + tuning.home_offset()[axis]))
 }
 
-/// Homes with the latch, the filters and the compensation out of the way, and puts them back whatever
-/// happens.
+/// Homes with the latch, the filters and the compensation out of the way, and always puts them back.
 fn find_switches<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet, samples: &Samples) -> Result<(), Failure> {
     hands.suspend_limits();
     // Filters would delay the stop at a switch.
     hands.motion(|motion| motion.bypass_filters(true));
-    // A switch is at a place of the motors.
+    // A switch is at a position of the motors, so the compensation is suspended.
     let was_suspended = hands.motion(|motion| motion.compensation().is_suspended());
     let suspended = hands.motion(|motion| motion.suspend_compensation(true));
     let homed = match suspended {
@@ -177,7 +177,7 @@ fn find_switches<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet, sample
     homed
 }
 
-/// Homes axes, or motors where the kinematics mean nothing before.
+/// Homes axes, or motors if the kinematics mean nothing before.
 fn home_in_space<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet, samples: &Samples) -> Result<(), Failure> {
     let config = hands.config();
     if !are_motors(config, chosen) {
@@ -231,7 +231,7 @@ fn home_in_order<P: Ports>(
     home_auxiliary(hands, chosen, places, samples)
 }
 
-/// A, B and C.
+/// Homes A, B and C.
 fn home_auxiliary<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     chosen: AxisSet,
@@ -262,13 +262,13 @@ fn move_to_origin<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Re
     let mut target = hands.position();
     (target[Axis::X], target[Axis::Y]) = (0.0, 0.0);
     if config.homing.delta {
-        // Down from the switches first of all, or one of them would be operated in the middle.
+        // The tool goes down from the switches first of all, or a switch would be operated in the middle.
         target[Axis::Z] -= switch_of(config, Axis::Z).map_or(0.0, |(_, stop)| stop.retract.0);
     }
     hands.go_there(target, rate)
 }
 
-/// A switch that is a limit cannot guard while it is operated: its axis moves off by `retract`.
+/// Moves axes off switches that are limits by `retract`: such a switch cannot guard while it is operated.
 fn leave_limits<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
     let config = hands.config();
     let is_limit = |axis: &Axis| switch_of(config, *axis).is_some_and(|(_, stop)| stop.limit_enable);
@@ -282,7 +282,7 @@ fn leave_limits<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Resu
     for axis in on.axes() {
         let away = switch_of(config, axis).map_or(0.0, |(_, stop)| -towards(stop) * stop.retract.0);
         if are_motors(config, AxisSet::of(axis)) {
-            // All towers are left by going down.
+            // Going down leaves the switches of all towers.
             target[Axis::Z] = here[Axis::Z] + away;
         } else {
             target[axis] += away;

@@ -1,9 +1,9 @@
 //! Homing motor by motor, with the kinematics switched off.
 //!
-//! Towers and arms home one by one, and until they have the kinematics mean nothing. So homing switches them
-//! off: each of X, Y and Z is then the position of its own motor, mm or degrees. The motors' places at their
-//! switches follow from the homing position of the tool (linear delta, SCARA) or are configured themselves
-//! (rotary delta).
+//! Towers and arms home separately, and until all are homed the kinematics mean nothing. So homing switches
+//! them off: each of X, Y and Z is then the position of its own motor, mm or degrees. The motors' places at
+//! their switches follow from the homing position of the tool (linear delta, SCARA) or are configured
+//! themselves (rotary delta).
 
 use config::MachineConfig;
 use motion::{Kinematics, MotionConfig};
@@ -16,10 +16,10 @@ use crate::failure::Failure;
 use crate::ports::{Ports, Wake};
 use crate::tuning::Tuning;
 
-/// Any motion comes to rest by then: a halt brakes for a second at most, and tries to cut for another.
+/// Time in which any motion comes to rest: a halt brakes for a second at most, and tries to cut for another.
 const SETTLING_TIME: Micros = Micros::from_seconds(3);
 
-/// What was in force before X, Y and Z became motors.
+/// Settings in force before X, Y and Z became motors.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MotorSpace {
     kinematics: Kinematics,
@@ -29,7 +29,7 @@ pub(super) struct MotorSpace {
 }
 
 impl MotorSpace {
-    /// From now on X, Y and Z are the motors' own positions. Only while idle. The one that comes back must
+    /// Makes X, Y and Z the motors' own positions. Only while idle. The returned space must be left with
     /// [`Self::leave`].
     pub(super) fn enter<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
         let config = hands.motion_config()?;
@@ -42,24 +42,24 @@ impl MotorSpace {
         };
         let motors = config.kinematics.actuators(&hands.position());
         let mut plain = MotionConfig { kinematics: Kinematics::Cartesian, ..config };
-        // Limits of the tool are none of a motor; its own hold.
+        // The tool's limits do not apply to a motor; the motors' own hold.
         plain.limits.axis_speed = [None; 3];
         plain.limits.max_speed = None;
         hands.motion(|motion| motion.configure(plain)).map_err(|error| arms::refused(hands.texts(), error))?;
         if let Err(failure) = hands.set_position(PerAxis(motors.0)) {
-            // It was in force a moment ago, so nothing is wrong with it.
+            // The configuration was in force a moment ago, so it is accepted again.
             let _ = hands.motion(|motion| motion.configure(config));
             return Err(failure);
         }
         Ok(space)
     }
 
-    /// Where each motor is when its switch closes, mm or degrees.
+    /// Returns the position of each motor when its switch closes, mm or degrees.
     pub(super) const fn switches(&self) -> PerAxis<f64> {
         self.switches
     }
 
-    /// X, Y and Z are the tool's again, at the place that the motors' positions mean. Waits for standstill,
+    /// Makes X, Y and Z the tool's again, at the place that the motors' positions mean. Waits for standstill,
     /// halt or not.
     pub(super) fn leave<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
         come_to_rest(hands);
@@ -76,7 +76,7 @@ impl MotorSpace {
     }
 }
 
-/// Waits for standstill after something went wrong, halt or not; no longer than any halt takes.
+/// Waits for standstill after a failure, halt or not; no longer than any halt takes.
 pub(crate) fn come_to_rest<P: Ports>(hands: &mut Hands<'_, '_, P>) {
     let since = hands.now();
     while !hands.motion(|motion| motion.is_idle()) && hands.now().since(since) < SETTLING_TIME {
@@ -84,7 +84,8 @@ pub(crate) fn come_to_rest<P: Ports>(hands: &mut Hands<'_, '_, P>) {
     }
 }
 
-/// Where the motors are at their switches. A trim is the part of the way that a switch sits too low.
+/// Returns the positions of the motors at their switches. A trim is the part of the way that a switch sits
+/// too low.
 fn motor_places(config: &MachineConfig, tuning: &Tuning, kinematics: &Kinematics) -> PerAxis<f64> {
     let mut place = switch_places(config, tuning);
     if config.homing.rotary_delta {

@@ -1,33 +1,33 @@
-//! How far the machine runs on when a switch closes, and whether that is near enough.
+//! Overtravel behind a switch: the braking distance, and the check that it is short enough.
 
 use motion::Limits;
 use units::{Actuator, Axis, MmPerSecond, MmPerSecond2, MmPerSecond3};
 
-/// A carriage may rest this far past the point where its switch closed, mm: what the levers of common
-/// switches give way, with room to spare.
+/// Greatest distance of a carriage at rest past the point where its switch closed, mm: the give of the levers
+/// of common switches, with room to spare.
 pub const OVERTRAVEL: f64 = 0.3;
-/// What of it the machine may use on purpose. The rest is for the step that closes the switch and for
-/// bounces.
+/// Part of the overtravel, mm, that the machine may use on purpose. The rest is for the step that closes the
+/// switch and for bounces.
 pub(super) const RUN_ON: f64 = 0.25;
 
-/// How far a motion at this speed goes on after its trigger when it brakes: what is written ahead already,
-/// and the way to rest with this acceleration and jerk. mm.
+/// Returns the distance that a motion at this speed goes on after its trigger when it brakes, mm: the steps
+/// written ahead already, and the way to rest with this acceleration and jerk.
 pub(super) fn braking_distance(rate: MmPerSecond, acceleration: MmPerSecond2, jerk: Option<MmPerSecond3>) -> f64 {
     let (v, a) = (rate.0, acceleration.0);
     let written_ahead = v * motion::feed::HORIZON.seconds();
     let seconds = match jerk {
         None => v / a,
-        // The acceleration is reached, and held for a while...
+        // The acceleration reaches its limit, and holds for a while...
         Some(MmPerSecond3(j)) if v * j >= a * a => v / a + a / j,
-        // ...or rises and falls without it.
+        // ...or rises and falls without reaching it.
         Some(MmPerSecond3(j)) => 2.0 * libm::sqrt(v / j),
     };
     // Deceleration is symmetric in time, so the mean speed is half the speed at its beginning.
     written_ahead + v * seconds / 2.0
 }
 
-/// Whether the machine may brake when the switches of these axes close at this speed; else it must stop at
-/// once.
+/// Returns whether the machine may brake when the switches of these axes close at this speed; else it must
+/// stop at once.
 pub(super) fn brakes_in_time(rate: MmPerSecond, limits: &Limits, axes: impl Iterator<Item = Axis>) -> bool {
     let (mut acceleration, mut jerk) = (limits.acceleration, limits.jerk);
     for axis in axes {
@@ -45,13 +45,13 @@ mod tests {
 
     #[test]
     fn the_way_to_rest_is_that_of_the_textbook() {
-        // 30 mm/s and 500 mm/s2: 0.9 mm, and 1.5 ms before.
+        // At 30 mm/s and 500 mm/s2: 0.9 mm, and 1.5 ms written ahead.
         let braking = braking_distance(MmPerSecond(30.0), MmPerSecond2(500.0), None);
         assert!((braking - 0.945).abs() < 1e-9, "{braking}");
-        // With jerk: v/2 (v/a + a/j).
+        // With limited jerk: v/2 (v/a + a/j).
         let smooth = braking_distance(MmPerSecond(30.0), MmPerSecond2(500.0), Some(MmPerSecond3(50_000.0)));
         assert!((smooth - 0.045 - 15.0 * (0.06 + 0.01)).abs() < 1e-9, "{smooth}");
-        // Too slow to reach the acceleration: v sqrt(v/j).
+        // Too slow to reach the acceleration: the way is v sqrt(v/j).
         let slow = braking_distance(MmPerSecond(2.0), MmPerSecond2(500.0), Some(MmPerSecond3(50_000.0)));
         assert!((slow - 0.003 - 2.0 * (2.0_f64 / 50_000.0).sqrt()).abs() < 1e-9, "{slow}");
     }

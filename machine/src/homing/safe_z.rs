@@ -1,4 +1,4 @@
-//! Clearing what stands on the bed: Z rises before X and Y home, and homes at a place of its own.
+//! Clearance over the bed: Z rises before X and Y home, and homes at a place of its own.
 
 use motion::Mode;
 use units::{Axis, AxisSet};
@@ -9,8 +9,8 @@ use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::ports::Ports;
 
-/// Raises Z before X or Y home, or go to where Z homes. Where Z homes upwards it goes up anyhow, and may
-/// stand on its switch.
+/// Raises Z before X or Y home, or go to the place where Z homes. A Z that homes upwards goes up anyhow, and
+/// may stand on its switch.
 pub(super) fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
     let config = hands.config();
     let lift = config.homing.lift.0;
@@ -29,7 +29,7 @@ pub(super) fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> R
     hands.standstill()
 }
 
-/// Goes to where Z homes, before it does.
+/// Goes to the place where Z homes, before it homes.
 ///
 /// # Errors
 /// When X or Y is not homed.

@@ -1,4 +1,4 @@
-//! Slow approaches that are repeated: do they agree, and how well.
+//! Repeated slow approaches to a switch, and their agreement.
 
 use core::cell::Cell;
 
@@ -10,19 +10,19 @@ use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::Ports;
 use crate::spread::Spread;
 
-/// How often a switch is approached slowly, and what is asked of it.
+/// Number of slow approaches to a switch, and requirements on them.
 #[derive(Debug)]
 pub(crate) struct Samples {
-    /// Slow approaches.
+    /// Number of slow approaches.
     pub count: u8,
-    /// How far they may lie apart, mm.
+    /// Greatest distance between the approaches, mm.
     pub tolerance: f64,
-    /// Rounds that are added where they do not.
+    /// Number of rounds that are added if the approaches do not agree.
     pub retries: u8,
-    /// Mean and deviation are said, too.
+    /// Whether mean and deviation are reported, too.
     pub tells_all: bool,
-    /// How far from its place each axis has found its switch, mm: steps that were lost, or where the machine
-    /// was not homed, anything.
+    /// Distance from its place at which each axis has found its switch, mm: lost steps, or anything if the
+    /// machine was not homed.
     pub off: Cell<PerAxis<f64>>,
 }
 
@@ -51,19 +51,19 @@ impl Round {
         Axis::ALL.into_iter().zip(&self.spreads).filter(move |(axis, _)| set.has(*axis))
     }
 
-    /// The axis whose approaches lie furthest apart, where that is too far.
+    /// Returns the axis whose approaches lie furthest apart, if the distance is too great.
     pub(super) fn worst(&self, set: AxisSet, tolerance: f64) -> Option<(Axis, f64)> {
         let apart = self.of(set).map(|(axis, spread)| (axis, spread.range()));
         apart.filter(|(_, range)| *range > tolerance).max_by(|one, other| one.1.total_cmp(&other.1))
     }
 
-    /// The mean of each.
+    /// Returns the mean of each axis, with `hits` for the others.
     pub(super) fn means(&self, set: AxisSet, mut hits: PerAxis<f64>) -> PerAxis<f64> {
         self.of(set).for_each(|(axis, spread)| hits[axis] = spread.mean());
         hits
     }
 
-    /// How well they agree.
+    /// Reports the agreement of the approaches.
     pub(super) fn say<P: Ports>(&self, hands: &mut Hands<'_, '_, P>, set: AxisSet, tells_all: bool) {
         for (axis, spread) in self.of(set) {
             let (letter, count, range) = (axis.letter(), self.count, spread.range());
@@ -76,7 +76,7 @@ impl Round {
     }
 }
 
-/// Why homing has failed.
+/// Returns the failure of approaches that disagree.
 pub(super) fn disagree(texts: &Texts, (axis, range): (Axis, f64), samples: &Samples) -> Failure {
     let letter = axis.letter();
     let text = format_args!(

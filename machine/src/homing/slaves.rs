@@ -1,18 +1,17 @@
-//! Homing an axis that two motors move, each with a switch of its own.
+//! Homing of an axis that two motors move, each with a switch of its own.
 //!
 //! A gantry that is racked closes the slave's switch before the master's. Going on would drive the slave into
-//! its stop, so it may go on only as far as past any switch; then the axis is called racked.
+//! its stop, so it may go on only as far as past any switch; after that the axis is called racked.
 
 use units::{Axis, AxisSet, PerAxis};
 
 use super::overtravel::RUN_ON;
 
-/// Axes of which a slave's switch has closed before the master's own: they may go on a little, and no
-/// further.
+/// Axes whose slave's switch has closed before the master's own: they may go on a little, and no further.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct SlavesAhead {
     axes: AxisSet,
-    /// Where they must end, mm, and which way they go.
+    /// Position at which each axis must end, mm, and its direction.
     bounds: PerAxis<(f64, f64)>,
 }
 
@@ -21,13 +20,13 @@ impl SlavesAhead {
         self.axes
     }
 
-    /// The slave's switch of this axis closed here, on its way `towards` (1 or -1).
+    /// Notes that the slave's switch of this axis closed here, on its way `towards` (1 or -1).
     pub(super) fn closed(&mut self, axis: Axis, at: f64, towards: f64) {
         self.axes = self.axes.with(axis);
         self.bounds[axis] = (at + towards * RUN_ON, towards);
     }
 
-    /// A target that ends at the bounds; where the machine is past one already, it stays.
+    /// Returns a target that ends at the bounds; an axis that is past its bound already stays.
     pub(super) fn bounded(&self, mut target: PerAxis<f64>, here: &PerAxis<f64>) -> PerAxis<f64> {
         for axis in self.axes.axes() {
             let (bound, towards) = self.bounds[axis];

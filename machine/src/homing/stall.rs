@@ -3,8 +3,8 @@
 //! A driver measures load once a full step, and rightly only at a constant speed at which the motor induces
 //! something. So nothing is looked at until the axis has been at its speed for some full steps; then the
 //! driver's output stops the motors at once, within the two full steps that a rotor gives way before it falls
-//! out of its field. The axis backs off and comes again. The second stall counts, and it must be where the
-//! first was: one that was none is on the way there.
+//! out of its field. The axis backs off and comes again. The second stall counts, and must be where the first
+//! was: a false stall lies on the way to the end.
 
 use config::{EndstopConfig, EndstopStallConfig, MachineConfig};
 use motion::Mode;
@@ -17,33 +17,33 @@ use crate::failure::{Failure, Texts};
 use crate::grbl::numbers::Alarm;
 use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch, Wake};
 
-/// Two stalls at one end lie at most this far apart, full steps: a rotor that fell out of its field in the
-/// first has lost four, and each is seen up to two late.
+/// Greatest distance between two stalls at the same end, full steps: a rotor that fell out of its field in
+/// the first has lost four, and each is seen up to two late.
 const SAME_END: f64 = 6.0;
-/// What the driver must read on the way, in the mean: "without load and with maximum load they should show a
-/// difference of at least 100" (TMC2130 datasheet rev. 1.09, 14.3). Less, and noise stalls somewhere.
+/// Least mean reading of the driver on the way: "without load and with maximum load they should show a
+/// difference of at least 100" (TMC2130 datasheet rev. 1.09, 14.3). With less, noise may look like a stall.
 const LEAST_FREE: u32 = 100;
-/// Between two readings over SPI.
+/// Time between two readings over SPI.
 const READING_PERIOD: Micros = Micros::from_millis(2);
-/// Fewer readings say nothing.
+/// Least number of readings for a mean.
 const LEAST_READINGS: u32 = 4;
-/// A speed that changes by less than this share is constant.
+/// Greatest relative change of a speed that counts as constant.
 const STEADY: f64 = 1e-3;
 
 const STALLS_BEFORE: &str =
     "the motor stalls before its end, or nearly: raise stall_threshold, stall_current or the speed";
 
-/// The axis of this set that homes without a switch; such an axis homes alone.
+/// Returns the axis of this set that homes without a switch; such an axis homes alone.
 pub(super) fn axis_of(config: &MachineConfig, set: AxisSet) -> Option<Axis> {
     set.axes().find(|axis| switch_of(config, *axis).is_some_and(|(_, stop)| stop.stall.homing))
 }
 
-/// One of these axes homes without a switch.
+/// Returns whether an axis of the set homes without a switch.
 pub(super) fn is_used(config: &MachineConfig, set: AxisSet) -> bool {
     axis_of(config, set).is_some()
 }
 
-/// The motor of an axis, and those that copy its steps.
+/// Returns the motor of an axis, and those that copy its steps.
 fn motors(config: &MachineConfig, axis: Axis) -> impl Iterator<Item = Actuator> + use<'_> {
     let master = Actuator::from_index(axis as usize);
     let moves = move |motor: &Actuator| Some(*motor) == master || config.actuators[*motor].slaved_to == master;
@@ -55,10 +55,10 @@ fn full_step(config: &MachineConfig, axis: Axis) -> f64 {
     motor.map_or(0.0, |motor| f64::from(motor.microsteps.max(1)) / motor.steps_per_mm)
 }
 
-/// Sets the motors of the axis for the search.
+/// Sets the drivers of the axis for the search.
 ///
 /// # Errors
-/// When a driver does not answer, or cannot be set so.
+/// When a driver does not answer, or cannot be set for it.
 pub(super) fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<(), Failure> {
     let config = hands.config();
     let Some((_, stop)) = switch_of(config, axis) else { return Ok(()) };
@@ -70,7 +70,7 @@ pub(super) fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Resul
     Ok(())
 }
 
-/// Sets them again as they were.
+/// Sets the drivers back as they were.
 ///
 /// # Errors
 /// When a driver does not answer.
@@ -79,13 +79,13 @@ pub(super) fn end<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<
         let set = hands.drivers(|drivers| drivers.end_stall_search(motor));
         said(hands.texts(), motor, set)
     });
-    // All of them, also behind one that is silent.
+    // All drivers are set back, also behind a silent one.
     ended.fold(Ok(()), Result::and)
 }
 
 fn said(texts: &Texts, motor: Actuator, done: Result<(), DriverFault>) -> Result<(), Failure> {
     let why = match done {
-        // One that has an output of its own for stalls is set on itself.
+        // An external driver with its own stall output has its own settings.
         Ok(()) | Err(DriverFault::External) => return Ok(()),
         Err(DriverFault::BadSetting) => "cannot be set for homing without a switch",
         Err(DriverFault::Silent | DriverFault::BadAnswer) => "does not answer, check its supply and wiring",
@@ -108,7 +108,7 @@ pub(super) fn approach<P: Ports>(
     };
     let mut target = at;
     target[axis] += towards(stop) * travel(stop);
-    // Where a motor is that has been pushed against an end is known when that has been measured.
+    // The position of a motor that has been pushed against an end is unknown until it has been measured.
     hands.axes().forget_homed(AxisSet::of(axis));
     hands.latch().disarm();
     hands.go(target, rate, Mode::Feed)?;
@@ -126,14 +126,14 @@ pub(super) fn approach<P: Ports>(
     Ok(Hits { at, unsure: AxisSet::NONE, was_cut: true })
 }
 
-/// What the driver reads until the axis stops, in the mean; `None` where that is too little to say.
+/// Returns the mean reading of the driver until the axis stops; `None` if the readings are too few.
 fn mean_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<Option<u32>, Failure> {
     let Some(motor) = Actuator::from_index(axis as usize) else { return Ok(None) };
     let (mut sum, mut count, mut due) = (0, 0, hands.now());
     while hands.latch().armed() != 0 && !hands.motion(|motion| motion.is_idle()) {
         if hands.now() >= due {
             due = hands.now().plus(READING_PERIOD);
-            // The output alone decides where the driver cannot be asked.
+            // If the driver cannot be asked, its output alone decides.
             if let Ok(reading) = hands.drivers(|drivers| drivers.reserve(motor)) {
                 sum += u32::from(reading);
                 count += 1;
@@ -166,10 +166,10 @@ pub(crate) fn steady<P: Ports>(hands: &mut Hands<'_, '_, P>, full_step: f64) -> 
     }
 }
 
-/// Whether the second stall was at the end that the first has found.
+/// Checks that the second stall was at the end that the first has found.
 ///
 /// # Errors
-/// An alarm when it was on the way there, or when there was nothing where the first one was.
+/// An alarm when the second stall was on the way there, or when there was nothing at the place of the first.
 pub(super) fn is_at_the_end(
     texts: &Texts,
     config: &MachineConfig,
