@@ -1,11 +1,11 @@
-//! The journal of a job: what is needed to go on with it after a power cut, kept on the card while a file is
-//! played.
+//! Power-loss journal of a job: the facts needed to go on with it after a power cut, kept on the card while a
+//! file is played.
 //!
-//! A file of twelve blocks that is made once and written in place, a whole block at a time, so that neither
-//! allocation table nor directory is touched while a file is played. Two places, used in turns, hold what
-//! stays the same during a job (the file, and what the program stood on where it began); a ring of eight
-//! holds how far the motors are. Each block has a sequence number and a check value: whichever write the
-//! power cuts off, the entry before it is whole.
+//! The journal is a file of twelve blocks that is made once and written in place, a whole block at a time, so
+//! that neither allocation table nor directory is touched while a file is played. Two places, used in turns,
+//! hold the constants of a job (the file, and the state of the program at its beginning); a ring of eight
+//! holds its progress. Each block has a sequence number and a check value: if the power cuts off any write,
+//! the entry before it is whole.
 
 mod record;
 
@@ -18,17 +18,17 @@ use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 use record::{BLOCK, Block, Fields, Kind, crc32};
 pub(crate) use record::{Beginning, Doing, Entry, PlayedFile};
 
-/// Where it is.
+/// Path of the journal.
 pub const PATH: &str = "/sd/power-loss.journal";
-/// Blocks of a job's file and beginning, twice.
+/// Number of blocks of a job's file and beginning, twice.
 const JOBS: u32 = 4;
-/// Entries in the ring.
+/// Number of entries in the ring.
 const ENTRIES: u32 = 8;
 const BLOCKS: u32 = JOBS + ENTRIES;
-/// Blocks of a played file that its check value is over, the first and the last among them.
+/// Number of blocks of a played file that are in its check value, the first and the last among them.
 const SAMPLES: u32 = 16;
 
-/// A job to go on with.
+/// A job that can go on.
 #[derive(Clone, Debug)]
 pub(crate) struct Offer {
     pub file: PlayedFile,
@@ -36,108 +36,108 @@ pub(crate) struct Offer {
     pub entry: Entry,
 }
 
-/// A step of going on with a job.
+/// Step of the recovery of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Step {
-    /// The line that was made has been read: was the machine on its way?
+    /// The line of the entry has been read: was the machine on its way?
     Compare,
-    /// What follows it has been read: is Z known?
+    /// The lines after it have been read: is Z known?
     Look,
     /// The file has been read up to that line: heat, lift, home.
     Prepare,
-    /// The script has ended: back to the part.
+    /// The script has ended: go back to the part.
     GoBack,
 }
 
-/// A job that is gone on with, on its way there.
+/// A job under recovery.
 #[derive(Clone, Debug)]
 pub(crate) struct Recovery {
     pub offer: Offer,
-    /// Where the machine stands, Z, mm.
+    /// Height of the machine, Z, mm.
     pub z: f64,
-    /// Somebody has said it.
+    /// Whether somebody has told Z.
     pub z_is_told: bool,
-    /// Where Z is nobody knows: it homes upwards before anything else moves.
+    /// Whether Z is unknown: then it homes upwards before anything else moves.
     pub goes_up_blind: bool,
-    /// The highest Z that the job has been to, mm.
+    /// Highest Z of the job so far, mm.
     pub highest: f64,
-    /// Motion knows where the machine is.
+    /// Whether motion knows the machine's position.
     pub is_placed: bool,
-    /// It has begun to heat.
+    /// Whether heating has begun.
     pub has_heated: bool,
-    /// What the program stood on before.
+    /// State of the program before the recovery.
     pub before: Beginning,
-    /// Where its next line begins.
+    /// Beginning of the next line, mm.
     pub place: PerAxis<f64>,
-    /// Modes of the program there.
+    /// Modes of the program at that line.
     pub kept: Option<Kept>,
-    /// What was asked of switches last.
+    /// Last request for each switch.
     pub switches: [Option<(bool, Option<f32>)>; MAX_SWITCHES],
 }
 
-/// What the journal on the card says.
+/// Contents of the journal on the card.
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "it is read seldom, and there is no heap")]
 pub(crate) enum Found {
     Nothing,
     Offer(Offer),
-    /// There was a job, and what is known of it does not suffice.
+    /// There was a job, but the facts known of it do not suffice.
     Broken,
 }
 
-/// The journal of the job that is played.
+/// Journal of the job that is played.
 #[derive(Debug, Default)]
 pub(crate) struct Journal {
-    /// M413.
+    /// Whether M413 has switched the journal on.
     pub is_on: bool,
     file: Option<FileHandle>,
-    /// Its card was taken out.
+    /// Whether the journal's card was taken out.
     is_lost: bool,
-    /// The sequence number of the next block.
+    /// Sequence number of the next block.
     next: u32,
-    /// The job's own.
+    /// Sequence number of the job's own blocks.
     job: u32,
-    /// When the next entry is due.
+    /// Time at which the next entry is due.
     pub due: Micros,
-    /// When the next look is.
+    /// Time at which the next look is due.
     pub look_due: Micros,
-    /// The last entry.
+    /// The last entry written.
     pub last: Entry,
-    /// The machine halts: a last entry follows when it stands.
+    /// Whether the machine halts: a last entry follows when the motors are at rest.
     pub halts: bool,
-    /// Where motion believed the machine to be at the last entry, or when it was switched on, mm.
+    /// Position that motion believed in at the last entry, or at power-on, mm.
     pub stood_at: PerAxis<f64>,
-    /// Filament has been laid: there is something to go on with.
+    /// Whether filament has been laid, so that the job can go on.
     pub has_laid: bool,
     pub look: Look,
-    /// The card has a job that can be gone on with, and nobody does.
+    /// Whether the card has a job that can go on, and nobody goes on with it.
     pub has_offer: bool,
-    /// Axes that have been moved away from it since the last entry: where they are is known by `stood_at`,
-    /// and not any more when the power goes.
+    /// Axes that have moved away since the last entry: `stood_at` knows their positions, but they are lost
+    /// when the power goes.
     pub strayed: AxisSet,
 }
 
-/// What was seen at the last look.
+/// State seen at the last look.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Look {
-    /// mm.
+    /// Height of Z, mm.
     pub z: f64,
-    /// mm.
+    /// Length of filament, mm.
     pub filament: f64,
 }
 
 impl Journal {
-    /// Of no job yet.
+    /// Creates a journal without a job.
     pub fn new(is_on: bool) -> Self {
         Self { is_on, ..Self::default() }
     }
 
-    /// A job is noted.
+    /// Returns whether a job is noted.
     pub const fn is_noting(&self) -> bool {
         self.file.is_some()
     }
 
-    /// Finds the number of the next block, before a job begins: it reads all of the file.
+    /// Finds the number of the next block, before a job begins, by reading the whole file.
     ///
     /// # Errors
     /// Those of the card.
@@ -147,7 +147,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Begins a job, once the blocks are [counted](Self::count): what stays the same during it.
+    /// Begins a job, once the blocks are [counted](Self::count): writes the constants of the job.
     ///
     /// # Errors
     /// Those of the card; nothing is noted then.
@@ -158,7 +158,7 @@ impl Journal {
         storage: &mut impl Storage,
     ) -> Result<(), StorageError> {
         self.file = Some(storage.open(PATH, OpenMode::Append)?);
-        // Whoever plays a file goes on with no other one.
+        // A file that is played replaces the job on offer.
         self.put_entry(Kind::Ended, storage)?;
         self.has_offer = false;
         let (mut block, place) = ([0; BLOCK], self.next % 2 * 2);
@@ -186,12 +186,12 @@ impl Journal {
         Ok(())
     }
 
-    /// The card does not answer: what was noted stays.
+    /// Stops writing, since the card does not answer: earlier entries stay.
     pub fn lose(&mut self) {
         self.is_lost |= self.file.take().is_some();
     }
 
-    /// The card is back: the journal is kept on, where it is the same one.
+    /// Goes on with the journal when the card is back, if it has the same journal.
     pub fn reopen(&mut self, storage: &mut impl Storage) {
         if !self.is_lost {
             return;
@@ -202,7 +202,7 @@ impl Journal {
         }
     }
 
-    /// Notes how far the job is: one block.
+    /// Notes the progress of the job in a block.
     ///
     /// # Errors
     /// Those of the card; nothing more is noted then.
@@ -212,20 +212,20 @@ impl Journal {
         self.put_entry(kind, storage)
     }
 
-    /// The job is over.
+    /// Notes that the job is over.
     pub fn end(&mut self, storage: &mut impl Storage) {
         if self.file.is_some() {
-            // Of a card that is gone there is nothing to say.
+            // The card may be gone, so a failure says nothing.
             let _ = self.put_entry(Kind::Ended, storage);
             self.close(storage);
             self.has_offer = false;
         }
     }
 
-    /// Nothing more is noted; what was stays.
+    /// Closes the journal; earlier entries stay.
     pub fn close(&mut self, storage: &mut impl Storage) {
         if let Some(file) = self.file.take() {
-            // Its blocks have been written.
+            // All blocks have been written.
             let _ = storage.close(file);
             self.has_offer = self.has_laid;
         }
@@ -252,7 +252,7 @@ impl Journal {
     }
 }
 
-/// The file while it is made: some sixty block writes, for each of which a card may take a quarter of a
+/// The journal's file while it is made: some sixty block writes, each of which may take a card a quarter of a
 /// second.
 #[derive(Debug)]
 pub(crate) struct Blank {
@@ -261,7 +261,7 @@ pub(crate) struct Blank {
 }
 
 impl Blank {
-    /// Begins it; `None` where there is one already.
+    /// Begins the file; `None` if it exists already.
     ///
     /// # Errors
     /// Those of the card.
@@ -276,19 +276,19 @@ impl Blank {
         Ok(Some(Self { file: storage.open(PATH, OpenMode::Write)?, left: BLOCKS }))
     }
 
-    /// Writes one block more. True when that was the last one.
+    /// Writes a further block. Returns true when that was the last.
     ///
     /// # Errors
     /// Those of the card.
     pub fn write(&mut self, storage: &mut impl Storage) -> Result<bool, StorageError> {
-        // In a variable: the reference of a constant would have it lie in flash.
+        // The blank is a variable: the reference of a constant would have it lie in flash.
         let blank = [0; BLOCK];
         storage.write(self.file, &blank)?;
         self.left = self.left.saturating_sub(1);
         Ok(self.left == 0)
     }
 
-    /// Ends it, whole or not.
+    /// Closes the file, whole or not.
     ///
     /// # Errors
     /// Those of the card.
@@ -297,7 +297,7 @@ impl Blank {
     }
 }
 
-/// Makes the file, where there is none, before anything else goes on: `alive` is called between blocks.
+/// Makes the file, if there is none, before anything else goes on: `alive` is called between blocks.
 ///
 /// # Errors
 /// Those of the card.
@@ -315,7 +315,7 @@ pub(crate) fn prepare<S: Storage>(storage: &mut S, alive: impl Fn(&mut S)) -> Re
     written.and(blank.close(storage))
 }
 
-/// Gives each block that is whole; how many were written and are not.
+/// Passes each whole block to `take`; returns the number of broken ones.
 fn each(storage: &mut impl Storage, mut take: impl FnMut(Kind, u32, &mut Fields<'_>)) -> Result<u32, StorageError> {
     let file = match storage.open(PATH, OpenMode::Read) {
         Err(StorageError::NotFound) => return Ok(0),
@@ -333,7 +333,7 @@ fn each(storage: &mut impl Storage, mut take: impl FnMut(Kind, u32, &mut Fields<
             None => broken += u32::from(block.iter().any(|byte| *byte != 0)),
         }
     };
-    // It was only read.
+    // The file was only read, so closing it loses nothing.
     let _ = storage.close(file);
     read.map(|()| broken)
 }
@@ -344,7 +344,7 @@ fn newest(storage: &mut impl Storage) -> Result<u32, StorageError> {
     Ok(newest)
 }
 
-/// Looks for a job to go on with.
+/// Looks for a job that can go on.
 ///
 /// # Errors
 /// Those of the card.
@@ -380,14 +380,14 @@ pub(crate) fn find(storage: &mut impl Storage) -> Result<Found, StorageError> {
         _ => {}
     })?;
     Ok(match (file, beginning) {
-        // A job was begun behind it, and had not made a line yet.
+        // A later job had begun, and had not made a line yet.
         _ if has_ended || later => Found::Nothing,
         (Some(file), Some(beginning)) => Found::Offer(Offer { file, beginning, entry }),
         _ => Found::Broken,
     })
 }
 
-/// Notes that something else has moved these axes, a bit each, away from the job that was found.
+/// Notes that other moves have moved these axes, a bit each, away from the job that was found.
 ///
 /// # Errors
 /// Those of the card.
@@ -411,7 +411,7 @@ pub(crate) fn forget(offer: &Offer, storage: &mut impl Storage) -> Result<(), St
     Ok(())
 }
 
-/// A check value over samples of a file that is open; it is anywhere afterwards.
+/// Returns a check value over samples of an open file, whose position is undefined afterwards.
 ///
 /// # Errors
 /// Those of the card.
@@ -427,7 +427,7 @@ pub(crate) fn check_value(file: FileHandle, size: u32, storage: &mut impl Storag
     Ok(sum)
 }
 
-/// A check value over what the configuration and the saved settings say: comments and blanks are none of it.
+/// Returns a check value over the configuration and the saved settings, without comments and blanks.
 ///
 /// # Errors
 /// Those of the card.
@@ -452,14 +452,14 @@ pub(crate) fn machine_value(storage: &mut impl Storage) -> Result<u32, StorageEr
                 }
             }
         };
-        // It was only read.
+        // The file was only read, so closing it loses nothing.
         let _ = storage.close(file);
         read?;
     }
     Ok(sum)
 }
 
-/// When a file was written, as its directory says; 0 where that cannot be found out.
+/// Returns the time at which a file was written, as its directory says; 0 if unknown.
 ///
 /// # Errors
 /// Those of the card.

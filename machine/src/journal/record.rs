@@ -1,25 +1,25 @@
-//! The blocks of the journal. Each is written whole, and is either as it was written or known to be broken:
-//! it ends with a check value over all of it.
+//! Blocks of the journal. Each is written whole and ends with a check value over all of it, so a block is
+//! either as it was written or known to be broken.
 
 use program::BEGINNING_BYTES;
 use units::{MAX_AXES, MAX_HEATERS};
 
 use crate::files::Path;
 
-/// A block of the card, bytes.
+/// Size of the card's blocks, bytes.
 pub const BLOCK: usize = 512;
 const MAGIC: [u8; 4] = *b"VPLJ";
 const VERSION: u8 = 1;
-/// Where the check value is.
+/// Offset of the check value, bytes.
 const SUM_AT: usize = BLOCK - 4;
-/// Longest path that is kept.
+/// Length of the longest path that is kept, bytes.
 const PATH: usize = 400;
 
-/// A block.
+/// Contents of a block.
 pub type Block = [u8; BLOCK];
 
-/// What four bits that leave the check value add to it: half a byte at a time is eight times as fast as bit
-/// by bit, and needs no kilobyte.
+/// CRC table of four bits that leave the check value: half a byte at a time is eight times as fast as bit by
+/// bit, and needs no kilobyte.
 const OF_FOUR_BITS: [u32; 16] = {
     let mut table = [0; 16];
     let mut index = 0;
@@ -35,25 +35,25 @@ const OF_FOUR_BITS: [u32; 16] = {
     table
 };
 
-/// CRC-32 (ISO 3309), from where an earlier one has come to; 0 at first.
+/// Returns the CRC-32 (ISO 3309) of bytes, continued from an earlier value; 0 at first.
 pub fn crc32(before: u32, bytes: &[u8]) -> u32 {
     let half = |sum: u32| (sum >> 4) ^ OF_FOUR_BITS[(sum & 0xF) as usize];
     bytes.iter().fold(!before, |sum, byte| half(half(sum ^ u32::from(*byte)))) ^ u32::MAX
 }
 
-/// What a block holds.
+/// Kind of a block's contents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {
-    /// Which file is played.
+    /// The file that is played.
     File = 1,
-    /// What the program stood on where it began.
+    /// State of the program at its beginning.
     Beginning = 2,
-    /// How far the motors are.
+    /// Progress of the job, with the motors running.
     Running = 3,
-    /// The same, and they stand: there will be nothing newer.
+    /// Progress of the job with the motors at rest: nothing newer will come.
     Stopped = 4,
-    /// The job is over: there is nothing to go on with.
+    /// End of the job: there is nothing to go on with.
     Ended = 5,
 }
 
@@ -65,7 +65,7 @@ pub struct Fields<'b> {
 }
 
 impl<'b> Fields<'b> {
-    /// To write a block.
+    /// Begins to write a block.
     pub fn write(block: &'b mut Block, kind: Kind, sequence: u32) -> Self {
         *block = [0; BLOCK];
         let mut fields = Self { block, at: 0, reads: false };
@@ -77,7 +77,7 @@ impl<'b> Fields<'b> {
         fields
     }
 
-    /// To read one; its kind and sequence number. `None`: it is broken, or none.
+    /// Begins to read a block; returns its kind and sequence number. `None` if it is broken or blank.
     pub fn read(block: &'b mut Block) -> Option<(Kind, u32, Self)> {
         let (body, sum) = block.split_at(SUM_AT);
         if sum != crc32(0, body).to_le_bytes() {
@@ -94,7 +94,7 @@ impl<'b> Fields<'b> {
         (magic == MAGIC && version == VERSION).then_some((kind, sequence, fields))
     }
 
-    /// It is complete.
+    /// Completes the block with its check value.
     pub fn seal(self) {
         let (body, sum) = self.block.split_at_mut(SUM_AT);
         sum.copy_from_slice(&crc32(0, body).to_le_bytes());
@@ -135,28 +135,28 @@ impl<'b> Fields<'b> {
     }
 }
 
-/// Which file is played, on which machine.
+/// The file that is played, and the machine's configuration.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PlayedFile {
     pub path: Path,
     pub size: u32,
-    /// When it was written, as the directory says.
+    /// Time at which the file was written, as the directory says.
     pub written: u32,
-    /// A check value over samples of it.
+    /// Check value over samples of the file.
     pub check: u32,
-    /// A check value over the configuration.
+    /// Check value over the configuration.
     pub machine: u32,
-    /// The place of its dialect among all, from 1; 0: the machine's.
+    /// The place of the file's dialect among all, from 1; 0: the machine's.
     pub dialect: u8,
 }
 
 impl PlayedFile {
-    /// Whether a path is short enough to be kept.
+    /// Returns whether a path is short enough to be kept.
     pub fn fits(path: &Path) -> bool {
         path.len() <= PATH
     }
 
-    /// To or from a block.
+    /// Writes the fields to a block, or reads them from it.
     pub fn go_through(&mut self, fields: &mut Fields<'_>) {
         for word in [&mut self.size, &mut self.written, &mut self.check, &mut self.machine] {
             fields.word(word);
@@ -172,67 +172,67 @@ impl PlayedFile {
     }
 }
 
-/// What the machine was about.
+/// State of the job at an entry.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Doing {
-    /// The job: the machine was on the way of its file.
+    /// The job runs: the machine was on the way of its file.
     #[default]
     Job = 0,
-    /// The job waited: it was suspended, or the machine was on its way back to it. Nothing but what is noted
-    /// had moved it.
+    /// The job waits: it was suspended, or the machine was on its way back to it. Nothing but the noted moves
+    /// had moved the machine.
     Waits = 1,
-    /// The same, and a script may have moved Z since.
+    /// The job waits, and a script may have moved Z since.
     WaitsAnywhere = 2,
-    /// A move that is none of the job's, which goes on behind it.
+    /// The machine makes a move outside the job, after which the job goes on.
     Passes = 3,
 }
 
 impl Doing {
-    /// The file had nothing moved since.
+    /// Returns whether the file had nothing moved since.
     pub const fn waits(self) -> bool {
         matches!(self, Self::Waits | Self::WaitsAnywhere)
     }
 }
 
-/// How far a job is.
+/// Progress of a job.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Entry {
-    /// The sequence number of its file's blocks.
+    /// Sequence number of the file's blocks.
     pub job: u32,
-    /// Lines that have been made: the next one is to be made again.
+    /// Number of lines made: the next line is to be made again.
     pub made: u32,
-    /// The number of that line, for people.
+    /// Number of that line, for people.
     pub line: u32,
-    /// Seconds since the job began.
+    /// Time since the job began, s.
     pub seconds: u32,
-    /// Where the motors are, mm.
+    /// Position of the motors, mm.
     pub position: [f64; MAX_AXES],
-    /// The lowest and the highest Z that they may be at before the next entry, mm.
+    /// Lowest and highest possible Z before the next entry, mm.
     pub z: [f64; 2],
     pub targets: [f64; MAX_HEATERS],
     pub feed_factor: f64,
     pub flow: [f64; 3],
-    /// Axes that are homed, a bit each.
+    /// Homed axes, a bit each.
     pub homed: u8,
-    /// The bed's mesh is in force.
+    /// Whether the bed's mesh is in force.
     pub has_mesh: u8,
-    /// What the machine was about.
+    /// State of the job.
     pub doing: Doing,
     /// Objects that are left out, a bit each.
     pub left_out: u64,
-    /// The frame's temperature at which Z is right, degrees Celsius; 0: not known.
+    /// Temperature of the frame at which Z is right, degrees Celsius; 0: not known.
     pub frame: f64,
-    /// What is made up for in Z for the frame's temperature, mm.
+    /// Correction of Z for the frame's temperature, mm.
     pub thermal_z: f64,
-    /// Axes that something else has moved since, a bit each.
+    /// Axes that other moves have moved since, a bit each.
     pub strayed: u8,
-    /// The motors stand there, and nothing newer will come.
+    /// Whether the motors are at rest, so that nothing newer will come.
     pub stands: bool,
 }
 
 impl Entry {
-    /// To or from a block.
+    /// Writes the fields to a block, or reads them from it.
     pub fn go_through(&mut self, fields: &mut Fields<'_>) {
         for word in [&mut self.job, &mut self.made, &mut self.line, &mut self.seconds] {
             fields.word(word);
@@ -253,7 +253,7 @@ impl Entry {
     }
 }
 
-/// What the program stood on.
+/// State of the program at the beginning of the job.
 pub type Beginning = [u8; BEGINNING_BYTES];
 
 #[cfg(test)]
