@@ -47,7 +47,7 @@ pub enum WidthNews {
 /// State of the width sensor.
 #[derive(Clone, Debug)]
 pub struct Width {
-    /// Switched off by M406.
+    /// Whether the sensor is switched off (M406).
     off: bool,
     line: DelayLine,
     /// Result of the last look.
