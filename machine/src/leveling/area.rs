@@ -1,23 +1,23 @@
-//! Part of a grid: for the objects of a job alone.
+//! Part of a grid that suffices for the objects of a job.
 
 use motion::GridShape;
 
-/// Fewest points along a side, where the whole grid has as many: fewer show no bend.
+/// Least number of points along a side, if the whole grid has as many: fewer show no bend.
 const LEAST_POINTS: usize = 3;
-/// A part is at least so wide, mm, where the whole grid is.
+/// Least width of a part, mm, if the whole grid is as wide.
 const LEAST_MM: f64 = 20.0;
 
 /// A rectangle: least and greatest X and Y, mm.
 pub(crate) type Area = [[f64; 2]; 2];
 
-/// The rectangle that a grid lies in.
+/// Returns the rectangle that a grid lies in.
 pub(crate) fn area_of(shape: &GridShape) -> Area {
     let ([ax, ay], [bx, by]) = (shape.place(0), shape.place(shape.points().saturating_sub(1)));
     [[ax.min(bx), ay.min(by)], [ax.max(bx), ay.max(by)]]
 }
 
-/// The part of a grid that `wanted` needs: as dense as the whole at least, and within it. `None` where they
-/// have nothing in common.
+/// Returns the part of a grid that covers `wanted`: at least as dense as the whole, and within it. `None` if
+/// they have nothing in common.
 pub(crate) fn part_of(whole: &GridShape, wanted: &Area) -> Option<GridShape> {
     let within = area_of(whole);
     if wanted.iter().flatten().any(|place| place.is_nan()) {
@@ -66,7 +66,7 @@ mod tests {
         let part = part_of(&WHOLE, &[[50.0, 60.0], [120.0, 150.0]]).expect("it lies within");
         assert_eq!((part.origin, part.count), ([50.0, 60.0], [4, 4]));
         assert_eq!(area_of(&part), [[50.0, 60.0], [120.0, 150.0]]);
-        // A small thing in a corner: widened, and still on the bed.
+        // A small area in a corner is widened, and stays on the bed.
         let part = part_of(&WHOLE, &[[0.0, 0.0], [12.0, 22.0]]).expect("it touches");
         assert_eq!((area_of(&part), part.count), ([[10.0, 20.0], [30.0, 40.0]], [3, 3]));
         let part = part_of(&WHOLE, &[[185.0, 100.0], [189.0, 101.0]]).expect("it lies within");

@@ -1,4 +1,4 @@
-//! Changing the compensation while the machine stands, and suspending it for a while.
+//! Changes of the compensation while the machine stands, and its suspension for a while.
 
 use config::{Leveling, LevelingConfig};
 use motion::{CompensationError, Fade, GridShape, Mode, Motion};
@@ -11,18 +11,19 @@ use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::ports::{Ports, Wake};
 
-/// The tool follows a change of compensation at this speed at most.
+/// Greatest speed at which the tool follows a change of compensation.
 const FOLLOWING: MmPerSecond = MmPerSecond(5.0);
-/// Less than this, mm, is no change.
+/// Least change of a height, mm.
 const NOTHING: f64 = 1e-6;
-/// After a halt the motors' places are known within a millisecond or two; much more is a fault.
+/// Time in which the motors' places are known after a halt: usually a millisecond or two; much more is a
+/// fault.
 const SETTLING_TIME: Micros = Micros::from_millis(100);
 
 fn refuse(texts: &Texts, error: CompensationError) -> Failure {
     texts.refused(format_args!("{error}"))
 }
 
-/// Changes the compensation: coordinates stay, and the motors follow where the machine knows where it is.
+/// Changes the compensation: coordinates stay, and the motors follow if the machine is homed.
 pub(super) fn recompensate<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     change: impl FnOnce(&mut Motion) -> Result<(), CompensationError>,
@@ -33,16 +34,15 @@ pub(super) fn recompensate<P: Ports>(
     return_to(hands, before)
 }
 
-/// Takes leveling off for what measures a bed, or moves it. The tool stays where it is and its coordinates
-/// change: it may stand at the bed, and where it read before may be below.
+/// Takes leveling off for a command that measures the bed, or moves it. The tool stays and its coordinates
+/// change: it may stand at the bed, and its former coordinates may now lie below.
 pub(crate) fn take_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
     hands.standstill()?;
     hands.motion(Motion::level_off).map_err(|error| refuse(hands.texts(), error))
 }
 
-/// Takes leveling off, or puts the same back: the tool stays where it stands, and what it reads changes. Over
-/// a high spot it would go down into the bed otherwise. Where the machine does not know where it is, it reads
-/// as before.
+/// Takes leveling off, or puts the same back: the tool stays, and its coordinates change. Over a high spot a
+/// move would go down into the bed otherwise. On axes that are not homed the coordinates stay.
 fn recompensate_in_place<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     change: impl FnOnce(&mut Motion) -> Result<(), CompensationError>,
@@ -57,13 +57,13 @@ fn recompensate_in_place<P: Ports>(
     Ok(Answer::Ok)
 }
 
-/// Axes that read otherwise.
+/// Returns the axes whose coordinates have changed.
 fn changed(now: &PerAxis<f64>, before: &PerAxis<f64>) -> AxisSet {
     let has_changed = |axis: &Axis| libm::fabs(now[*axis] - before[*axis]) > NOTHING;
     AxisSet::collect(Axis::PRIMARY.into_iter().filter(has_changed))
 }
 
-/// The machine reads as before again: by moving where it is homed, else by taking its word for it.
+/// Restores the coordinates: by moving if the machine is homed, otherwise by declaring the position.
 fn return_to<P: Ports>(hands: &mut Hands<'_, '_, P>, before: PerAxis<f64>) -> Outcome {
     let changed = changed(&hands.position(), &before);
     if !changed.is_empty() && hands.axes().homed().has_all(changed) {
@@ -75,7 +75,7 @@ fn return_to<P: Ports>(hands: &mut Hands<'_, '_, P>, before: PerAxis<f64>) -> Ou
     Ok(Answer::Ok)
 }
 
-/// M370: no leveling.
+/// M370: switches leveling off.
 pub(crate) fn level_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let off = recompensate_in_place(hands, Motion::level_off)?;
     (hands.bed().mesh_name, hands.bed().mesh_waits) = (MeshName::default(), None);
@@ -97,10 +97,9 @@ pub(crate) fn adopt_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridSha
     Ok(adopted)
 }
 
-/// Levels by the grid in force once more, with what has changed of the settings; as before when it is
-/// refused.
+/// Levels by the grid in force once more, with changed settings; restores the settings when it is refused.
 fn adopt_again<P: Ports>(hands: &mut Hands<'_, '_, P>, before: Bed) -> Outcome {
-    // Its shape is that of the offset before.
+    // The grid's shape includes the offset before.
     let lies = hands.motion(|motion| motion.compensation().grid().map(|grid| *grid.shape()));
     let Some(lies) = lies else { return Ok(Answer::Ok) };
     hands.standstill()?;
@@ -110,27 +109,27 @@ fn adopt_again<P: Ports>(hands: &mut Hands<'_, '_, P>, before: Bed) -> Outcome {
     if hands.motion(|motion| motion.compensation().changes()) == changes {
         *hands.bed() = before;
     } else {
-        // In force, also where a halt ended the tool's way after it.
+        // The change is in force, also if a halt ended the tool's way after it.
         hands.bed().mesh_name = before.mesh_name;
     }
     adopted
 }
 
-/// A grid moved by so many times an offset.
+/// Returns a grid moved by a multiple of an offset.
 fn moved(shape: &GridShape, [x, y]: [f64; 2], times: f64) -> GridShape {
     let [ox, oy] = shape.origin;
     GridShape { origin: [ox + times * x, oy + times * y], ..*shape }
 }
 
-/// Shape of the grid in force, as it was measured.
+/// Returns the shape of the grid in force, as it was measured.
 pub(super) fn shape_in_force<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Option<GridShape> {
     let offset = hands.bed().mesh_offset;
     let lies = hands.motion(|motion| motion.compensation().grid().map(|grid| *grid.shape()));
     lies.map(|lies| moved(&lies, offset, 1.0))
 }
 
-/// M376 H, and M420 Z: the mesh fades from Z0 up to this height; 0: it does not. M376 T: so much of it is
-/// left there. Without words says it.
+/// M376 H, and M420 Z: sets the height above Z0 at which the mesh has faded; 0: no fading. M376 T: sets the
+/// correction that is left there. Without words reports both.
 pub(crate) fn fade_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: Option<f64>, target: Option<f64>) -> Outcome {
     if height.is_some_and(|height| height < 0.0) {
         return Err(Failure::refused(&"the height at which the mesh has faded is 0 or more"));
@@ -154,7 +153,7 @@ pub(crate) fn fade_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: Option
     Ok(Answer::Ok)
 }
 
-/// M420.1: with the tool at X and Y, the mesh is looked up so far from there; for a second tool.
+/// M420.1: with the tool at X and Y, looks the mesh up at this distance from there; for a second tool.
 pub(crate) fn mesh_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let before = *hands.bed();
     for (offset, letter) in hands.bed().mesh_offset.iter_mut().zip(['X', 'Y']) {
@@ -168,12 +167,12 @@ pub(crate) fn mesh_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<
     Ok(Answer::Ok)
 }
 
-/// Where the mesh fades: as M376 says, or as configured.
+/// Returns the fade of the mesh: as M376 says, or as configured.
 fn fade(leveling: &LevelingConfig, bed: &Bed) -> Option<Fade> {
     fade_up_to(leveling, bed.fade_height, bed.fade_target)
 }
 
-/// M420 S0: no leveling, until S1 puts the same grid in force again.
+/// M420 S0: switches leveling off, until S1 puts the same grid in force again.
 pub(super) fn level_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let (has_grid, name) = (hands.motion(|motion| motion.compensation().grid().is_some()), hands.bed().mesh_name);
     let waited = hands.bed().mesh_waits;
@@ -184,12 +183,12 @@ pub(super) fn level_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     Ok(Answer::Ok)
 }
 
-/// M420 S1 after S0. False: no grid waits.
+/// M420 S1 after S0. Returns false if no grid waits.
 pub(super) fn level_again<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<bool, Failure> {
     let (leveling, bed) = (&hands.config().leveling, *hands.bed());
     let Some(before) = bed.mesh_waits else { return Ok(false) };
     let fade = fade(leveling, &bed);
-    // M420.1 may have said another offset meanwhile.
+    // M420.1 may have set another offset meanwhile.
     let by = [before[0] - bed.mesh_offset[0], before[1] - bed.mesh_offset[1]];
     recompensate_in_place(hands, |motion| motion.level_by_last_grid(by, fade))?;
     hands.bed().mesh_waits = None;

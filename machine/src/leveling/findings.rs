@@ -1,4 +1,4 @@
-//! What a mesh says of a bed, in words that a person can act on.
+//! Findings about a bed from its mesh, in words that a person can act on.
 
 use core::fmt::{self, Write as _};
 
@@ -6,30 +6,30 @@ use heapless::String;
 
 use super::form::Form;
 
-/// Below this, mm, nothing is worth a sentence.
+/// Least deviation, mm, that is worth a sentence.
 const WORTH_SAYING: f64 = 0.02;
-/// From here on a bed is better mended than followed.
+/// Least deviation, mm, at which mending a bed is better than following it.
 const WORTH_MENDING: f64 = 0.1;
-/// A bend along one axis that is at most so much of the other's is none.
+/// Greatest ratio of the bends along both axes at which the bed counts as bent along a single axis.
 const ONE_WAY: f64 = 0.35;
 
 /// A sentence of the findings.
 pub(crate) type Sentence = String<160>;
 
-/// What there is to level a bed with: what is told to do follows it.
+/// Means of leveling that a machine has, on which the advice depends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Means {
-    /// Z motors that turn alone: G34.
+    /// Number of Z motors that turn alone: G34.
     pub z_motors: usize,
-    /// Screws whose places are known: G35.
+    /// Whether the places of bed screws are known: G35.
     pub screws: bool,
 }
 
-/// The sentences of a mesh, by their number from 0; `None` behind the last one.
+/// Returns the sentence of a mesh with this number, from 0; `None` behind the last.
 #[must_use]
 pub fn sentence(form: &Form, means: Means, number: usize) -> Option<Sentence> {
     let mut text = Sentence::new();
-    // It fits: see the test.
+    // Every sentence fits: see the test.
     let written = match number {
         0 => ends(&mut text, form),
         1 => tilt(&mut text, form),

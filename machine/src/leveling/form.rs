@@ -1,4 +1,4 @@
-//! What a mesh says of a bed: where it is high and low, how much of that is tilt, twist and bend.
+//! Form of a bed from its mesh: high and low points, tilt, twist and bend.
 //!
 //! The heights are taken apart into a plane, a twist and a bend along each axis. On a rectangular grid these
 //! are independent of each other, so each is a quotient of two sums (discrete orthogonal polynomials of the
@@ -6,32 +6,32 @@
 
 use motion::GridShape;
 
-/// A bed, taken apart. Heights in mm.
+/// Form of a bed, mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Form {
-    /// X, Y and height of the highest point.
+    /// Highest point: X, Y and height.
     pub highest: [f64; 3],
-    /// Of the lowest.
+    /// Lowest point: X, Y and height.
     pub lowest: [f64; 3],
-    /// Their mean.
+    /// Mean of all heights.
     pub mean: f64,
-    /// How much the plane rises over the grid along X (to the right) and along Y (to the rear).
+    /// Rise of the plane over the grid along X (to the right) and along Y (to the rear).
     pub tilt: [f64; 2],
-    /// How much higher the corners front left and rear right are than the other two, by the twist.
+    /// Height of the corners front left and rear right over the other two, by the twist.
     pub twist: f64,
-    /// How much higher the middle is than both ends, along X and along Y.
+    /// Height of the middle over both ends, along X and along Y.
     pub bend: [f64; 2],
-    /// What is left then, standard deviation.
+    /// Standard deviation of the remaining heights.
     pub rest: f64,
 }
 
-/// Sums along one axis: places are counted from -1 to 1.
+/// Sums along an axis of the grid, on which places run from -1 to 1.
 struct Axis {
     count: usize,
     ascends: bool,
     /// Mean of the squares of places.
     square: f64,
-    /// Mean of the squares of what is left of those squares.
+    /// Mean of the squares of the second polynomial.
     fourth: f64,
 }
 
@@ -52,14 +52,15 @@ impl Axis {
         (0..self.count).map(|index| of(self.place(index))).sum::<f64>() / self.count as f64
     }
 
-    /// The second polynomial; none through two points.
+    /// Returns the second polynomial; zero through two points.
     fn bent(&self, u: f64) -> f64 {
         if self.fourth > 1e-12 { u * u - self.square } else { 0.0 }
     }
 }
 
 impl Form {
-    /// Of a mesh. `None` when it has fewer than two points along a side, or not these heights.
+    /// Returns the form of a mesh. `None` when it has fewer than two points along a side, or another number
+    /// of heights.
     #[must_use]
     pub fn of(shape: &GridShape, heights: &[f32]) -> Option<Self> {
         let [nx, ny] = shape.count;
@@ -102,19 +103,19 @@ impl Form {
         })
     }
 
-    /// From the lowest point to the highest.
+    /// Returns the difference of the highest and the lowest height.
     #[must_use]
     pub fn range(&self) -> f64 {
         self.highest[2] - self.lowest[2]
     }
 
-    /// What the tilt makes from corner to corner.
+    /// Returns the height difference that the tilt makes from corner to corner.
     #[must_use]
     pub fn tilt_range(&self) -> f64 {
         libm::fabs(self.tilt[0]) + libm::fabs(self.tilt[1])
     }
 
-    /// How high the middle stands over the corners, by the bend.
+    /// Returns the height of the middle over the corners, by the bend.
     #[must_use]
     pub fn dome(&self) -> f64 {
         self.bend[0] + self.bend[1]

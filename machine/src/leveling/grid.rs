@@ -1,10 +1,10 @@
-//! Grids of heights: where the configuration puts them, and what becomes of points that no probe reaches.
+//! Grids of heights: their place by the configuration, and the heights of points that no probe reaches.
 
 use config::{Leveling, LevelingConfig};
 use motion::GridShape;
 
-/// The grid that the configuration describes; `None` without a grid strategy, or when its area comes with
-/// each probing.
+/// Returns the grid that the configuration describes; `None` without a grid strategy, or when its area comes
+/// with each probing.
 pub(crate) fn configured(leveling: &LevelingConfig) -> Option<GridShape> {
     let apart = |size: f64, count: u8| size / f64::from(count.saturating_sub(1));
     match leveling.strategy? {
@@ -18,20 +18,20 @@ pub(crate) fn configured(leveling: &LevelingConfig) -> Option<GridShape> {
     }
 }
 
-/// The square grid around the middle that a circle of this radius fits in.
+/// Returns the square grid around the middle that a circle of this radius fits in.
 pub(crate) fn around(radius: f64, count: u8) -> GridShape {
     let step = 2.0 * radius / f64::from(count.saturating_sub(1));
     GridShape { origin: [-radius; 2], step: [step; 2], count: [usize::from(count); 2] }
 }
 
-/// Gives heights to the points of a square grid around the middle that have none (not a number): the median
-/// of what goes on straight from the two neighbours towards the middle along X, along Y and along the
-/// diagonal. From the inside outwards, so that neighbours have theirs.
+/// Gives heights to the points of a square grid around the middle that have none (NaN): the median of the
+/// straight continuations from the two neighbours towards the middle along X, along Y and along the diagonal.
+/// From the inside outwards, so that neighbours have theirs.
 ///
 /// A point whose neighbours have no height either keeps none; leveling refuses such a grid.
 pub(crate) fn extrapolate(shape: &GridShape, heights: &mut [f32]) {
     let [nx, ny] = shape.count.map(|count| count as i32);
-    // Rings around the middle, told by the doubled distance from it.
+    // Rings around the middle are counted by the doubled distance from it.
     for ring in 0..=(nx + ny) {
         for row in 0..ny {
             for column in 0..nx {
@@ -54,7 +54,7 @@ fn fill((nx, column, inwards_x): (i32, i32, i32), (row, inwards_y): (i32, i32), 
     for (dx, dy) in [(inwards_x, 0), (0, inwards_y), (inwards_x, inwards_y)] {
         let near = height(column + dx, row + dy).zip(height(column + 2 * dx, row + 2 * dy));
         if let (Some((near, far)), true) = (near, (dx, dy) != (0, 0)) {
-            // Three at most.
+            // The list has room for three directions.
             let _ = found.push(2.0 * near - far);
         }
     }

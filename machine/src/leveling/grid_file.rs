@@ -1,5 +1,4 @@
-//! Grids on the card, as Smoothieware writes them: M374 saves, M374.1 deletes, M375 loads, M421 changes a
-//! point.
+//! Grids on the card, in Smoothieware's format: M374 saves, M374.1 deletes, M375 loads, M421 changes a point.
 //!
 //! `/sd/cartesian.grid`: points along X (a byte), points along Y (another, where the configuration has not
 //! the same count along both), size along X and along Y, heights row by row. `/sd/delta.grid`: points along a
@@ -18,13 +17,13 @@ use crate::files::safe_file::{self, Draft};
 use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError, Wake};
 use crate::sessions::Reply;
 
-/// Sizes in a file are those of the configuration when they differ by less, mm: they are rounded to single
+/// Greatest difference, mm, of sizes in a file that count as the configuration's: they are rounded to single
 /// precision.
 const SAME_SIZE: f64 = 1e-3;
-/// Heights read or written at a time.
+/// Number of heights read or written at a time.
 const CHUNK: usize = 32;
 
-/// The file of a strategy.
+/// Returns the path of a strategy's file.
 const fn file_path(strategy: Leveling) -> Option<&'static str> {
     match strategy {
         Leveling::CartesianGrid => Some("/sd/cartesian.grid"),
@@ -33,7 +32,7 @@ const fn file_path(strategy: Leveling) -> Option<&'static str> {
     }
 }
 
-/// What a file begins with.
+/// Header of a grid file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Header {
     bytes: [u8; 10],
@@ -41,7 +40,7 @@ pub(super) struct Header {
 }
 
 impl Header {
-    /// Of a grid with this shape: the sizes are those of the area, or the radius.
+    /// Creates the header of a grid with this shape: the sizes are those of the area, or the radius.
     pub(super) fn of(strategy: Leveling, shape: &GridShape) -> Self {
         let ([nx, ny], [sx, sy]) = (shape.count, shape.step);
         let [width, depth] = [sx * (nx.saturating_sub(1)) as f64, sy * (ny.saturating_sub(1)) as f64];
@@ -76,15 +75,15 @@ impl Header {
         self.bytes.get(index).copied().unwrap_or(0)
     }
 
-    /// The number at the end of the header, or `back` numbers before it.
+    /// Returns the number at the end of the header, or `back` numbers before it.
     fn number(&self, back: usize) -> f64 {
         let from = self.length.saturating_sub(4 * (back + 1));
         let bytes = self.bytes.get(from..from + 4).and_then(|bytes| bytes.try_into().ok());
         f64::from(f32::from_le_bytes(bytes.unwrap_or_default()))
     }
 
-    /// Whether this header of a file is what the configuration asks for; the shape of the grid, and whether
-    /// its radius is another one.
+    /// Checks the header of a file against the configuration's; returns the shape of the grid, and whether
+    /// its radius differs.
     pub(super) fn matches(
         &self,
         texts: &Texts,
@@ -102,7 +101,7 @@ impl Header {
             }
         }
         let is_same = |back: usize| {
-            // Not a number compares false.
+            // A NaN in the file compares false.
             libm::fabs(self.number(back) - expected.number(back)) <= SAME_SIZE
         };
         if strategy == Leveling::DeltaGrid {
@@ -125,7 +124,7 @@ impl Header {
     }
 }
 
-/// The strategy, its file, and the grid that the configuration describes.
+/// Returns the strategy, its file, and the grid that the configuration describes.
 fn grid_wanted(leveling: &LevelingConfig) -> Result<(Leveling, &'static str, GridShape), Failure> {
     let named = leveling.strategy.and_then(|strategy| file_path(strategy).map(|path| (strategy, path)));
     let (strategy, path) = named.ok_or_else(|| {
@@ -137,7 +136,7 @@ fn grid_wanted(leveling: &LevelingConfig) -> Result<(Leveling, &'static str, Gri
     Ok((strategy, path, shape))
 }
 
-/// M374 without a name.
+/// M374 without a name: saves the grid.
 pub(super) fn save_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let (strategy, path, wanted) = grid_wanted(&hands.config().leveling)?;
     let shape = shape_in_force(hands).ok_or_else(|| Failure::refused(&"no grid to save"))?;
@@ -152,13 +151,13 @@ pub(super) fn save_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     Ok(Answer::Ok)
 }
 
-/// An offset that was added and taken away again leaves its rounding.
+/// Compares with a tolerance, since an offset that was added and taken away again leaves its rounding.
 fn is_same(one: &GridShape, other: &GridShape) -> bool {
     let near = |[a, b]: [f64; 2], [c, d]: [f64; 2]| libm::fabs(a - c) < SAME_SIZE && libm::fabs(b - d) < SAME_SIZE;
     one.count == other.count && near(one.origin, other.origin) && near(one.step, other.step)
 }
 
-/// Whatever moment the power goes, the file is the old one or the new one.
+/// Writes the grid to a draft first, so that a power cut leaves the old file or the new.
 fn write_grid<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     strategy: Leveling,
@@ -182,20 +181,20 @@ fn write_grid<P: Ports>(
     hands.put_in_place(draft)
 }
 
-/// The bytes of the next heights in force.
+/// Returns the bytes of the next heights in force.
 fn heights_from<P: Ports>(hands: &mut Hands<'_, '_, P>, done: usize) -> heapless::Vec<u8, { 4 * CHUNK }> {
     let mut bytes = heapless::Vec::new();
     hands.motion(|motion| {
         let heights = motion.compensation().grid().map_or(&[][..], |grid| grid.heights());
         for height in heights.iter().skip(done).take(CHUNK) {
-            // Room for a chunk.
+            // The buffer has room for a chunk.
             let _ = bytes.extend_from_slice(&height.to_le_bytes());
         }
     });
     bytes
 }
 
-/// M374.1 without a name.
+/// M374.1 without a name: deletes the grid's file.
 ///
 /// # Errors
 /// When no grid is configured, or the card refuses.
@@ -212,11 +211,11 @@ pub(super) fn delete_grid(
     Ok(Answer::Ok)
 }
 
-/// M375 without a name.
+/// M375 without a name: loads the grid.
 pub(super) fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let texts = hands.texts();
     let (strategy, path, wanted) = grid_wanted(&hands.config().leveling)?;
-    // The draft belongs to whoever fills it: nothing may be on its way.
+    // Motion's draft is about to be filled: no move may be on its way.
     hands.standstill()?;
     let about = |failure: Failure| match failure.kind {
         FailureKind::Refused => texts.refused(format_args!("{path}: {}", texts.of(failure))),
@@ -226,7 +225,7 @@ pub(super) fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     safe_file::settle(hands.storage(), path).map_err(failed)?;
     let file = hands.storage().open(path, OpenMode::Read).map_err(failed)?;
     let read = read_grid(hands, file, strategy, &wanted);
-    // It was only read: a failing close loses nothing.
+    // The file was only read: a failing close loses nothing.
     let _ = hands.storage().close(file);
     let (shape, other_radius) = read.map_err(about)?;
     adopt_grid(hands, &shape).map_err(about)?;
@@ -240,7 +239,7 @@ pub(super) fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     Ok(Answer::Ok)
 }
 
-/// Header and heights; the heights are then in the draft.
+/// Reads header and heights; the heights are then in the draft.
 fn read_grid<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     file: FileHandle,
@@ -280,7 +279,7 @@ fn read_grid<P: Ports>(
     Ok(shape)
 }
 
-/// Fills a buffer; false when the file ends before.
+/// Fills a buffer; returns false when the file ends before.
 fn fill(storage: &mut impl Storage, file: FileHandle, mut buffer: &mut [u8]) -> Result<bool, StorageError> {
     while !buffer.is_empty() {
         match storage.read(file, buffer)? {
@@ -291,8 +290,8 @@ fn fill(storage: &mut impl Storage, file: FileHandle, mut buffer: &mut [u8]) -> 
     Ok(true)
 }
 
-/// M421: one height of the grid in force, or of a flat one, at column I and row J counted from 0, at the
-/// point nearest to X and Y, or at that nearest to the tool (C): Z is the height, Q is added to it.
+/// M421: changes a height of the grid in force, or of a flat grid, at column I and row J counted from 0, at
+/// the point nearest to X and Y, or at that nearest to the tool (C): Z is the height, Q is added to it.
 pub(crate) fn grid_point<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let (_, _, wanted) = grid_wanted(&hands.config().leveling)?;
     hands.standstill()?;
@@ -312,7 +311,7 @@ pub(crate) fn grid_point<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
     adopt_grid(hands, &shape)
 }
 
-/// The index of the point that the words of M421 mean.
+/// Returns the index of the point that the words of M421 mean.
 fn named_point(shape: &GridShape, words: &Words<'_>, here: [f64; 2]) -> Option<usize> {
     let [nx, ny] = shape.count;
     let index = |letter: char, count: usize| {

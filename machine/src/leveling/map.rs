@@ -1,4 +1,4 @@
-//! The bed as a picture of letters: M375.2.
+//! M375.2: the bed as a picture of letters.
 
 use core::fmt::Write as _;
 
@@ -13,19 +13,19 @@ use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::{MotionPort, Ports};
 use crate::sessions::Reply;
 
-/// Letters across.
+/// Width of the picture, letters.
 const WIDTH: usize = 64;
-/// Lines, at least and at most.
+/// Least and greatest number of lines.
 const LINES: (f64, f64) = (6.0, 28.0);
-/// A letter is about so many times as high as wide.
+/// Height of a letter as a multiple of its width.
 const LETTER: f64 = 2.0;
-/// From low to high.
+/// Letters of heights, from low to high.
 const SHADES: &[u8; 10] = b" .:-=+*#%@";
 
-/// A line of it.
+/// A line of the map.
 pub type Line = String<176>;
 
-/// Says a line of the map, from 0. True while more lines follow.
+/// Reports a line of the map, from 0. Returns true while more lines follow.
 ///
 /// # Errors
 /// When no grid is in force.
@@ -42,18 +42,18 @@ pub(crate) fn map_line(
     Ok(line.is_some())
 }
 
-/// What a machine has to level its bed with.
+/// Returns the machine's means of leveling its bed.
 #[must_use]
 pub fn means(config: &MachineConfig) -> Means {
     Means { z_motors: config.z_alignment.motors.len(), screws: !config.bed_screws.screws.is_empty() }
 }
 
-/// The whole map, at the end of a sequence.
+/// Shows the whole map, at the end of a sequence.
 pub(crate) fn show_map<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     say_from(hands, 0)
 }
 
-/// What the mesh in force says, without the picture.
+/// Reports the findings on the mesh in force, without the picture.
 pub(crate) fn say_findings<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let lines = hands.motion(|motion| motion.compensation().grid().map(|grid| Picture::of(grid.shape()).lines));
     say_from(hands, lines.map_or(0, |lines| lines + 2))
@@ -69,7 +69,7 @@ fn say_from<P: Ports>(hands: &mut Hands<'_, '_, P>, first: usize) -> Outcome {
     Ok(Answer::Ok)
 }
 
-/// A line of the map of the grid in force.
+/// Returns a line of the map of the grid in force.
 fn line_of(motion: &Motion, means: Means, index: usize) -> Result<Option<Line>, Failure> {
     let none = || Failure::refused(&"no grid levels the machine: load one with M375, or measure with G32");
     let grid = motion.compensation().grid().ok_or_else(none)?;
@@ -77,12 +77,12 @@ fn line_of(motion: &Motion, means: Means, index: usize) -> Result<Option<Line>, 
     Ok(line(grid.shape(), &form, &|x, y| motion.compensation().height(x, y).z, means, index))
 }
 
-/// A line of a map, from 0, of a mesh with the height `at` X and Y; `None` behind the last one.
+/// Returns a line of a map, from 0, of a mesh with the height `at` X and Y; `None` behind the last.
 #[must_use]
 pub fn line(shape: &GridShape, form: &Form, at: &dyn Fn(f64, f64) -> f64, means: Means, index: usize) -> Option<Line> {
     let picture = Picture::of(shape);
     let mut line = Line::new();
-    // All of it fits.
+    // The line has room for every text.
     let _ = match index.checked_sub(picture.lines) {
         None => return Some(picture.line(at, form, index)),
         Some(0) => {
@@ -104,7 +104,7 @@ fn legend(line: &mut Line, form: &Form) -> core::fmt::Result {
     write!(line, "{:>9}'{letters}' from {low:.3} to {high:.3} mm, {:.3} mm each", "", form.range() / 10.0)
 }
 
-/// Which part of the machine a picture shows.
+/// Rectangle of the machine that a picture shows, and its number of lines.
 struct Picture {
     low: [f64; 2],
     high: [f64; 2],
@@ -122,7 +122,7 @@ impl Picture {
         Self { low, high, lines: lines as usize }
     }
 
-    /// What is farther away stands higher, as on the machine.
+    /// Returns a line of the picture, the rear first, as on the machine.
     fn line(&self, at: &dyn Fn(f64, f64) -> f64, form: &Form, index: usize) -> Line {
         let share = 1.0 - index as f64 / (self.lines - 1) as f64;
         let ([left, near], [right, far]) = (self.low, self.high);

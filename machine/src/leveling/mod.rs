@@ -1,13 +1,13 @@
 //! Leveling and skew: M370, M374, M375, M421, M557, M561, M565, M852.
 //!
-//! What is measured, and how, is `probing`'s matter. Here a plane or a grid of heights becomes the
-//! compensation of the motion object, is kept on the card, shown and saved. A height is what must be added to
-//! Z for the tool to be as far from the bed there as at height zero: positive where the bed is higher.
+//! `probing` measures the bed. Here a plane or a grid of heights becomes the compensation of the motion
+//! object, is kept on the card, shown and saved. A height is the correction added to Z for the tool to be as
+//! far from the bed there as at height zero: positive where the bed is higher.
 //!
-//! Coordinates are those of the program throughout. When the compensation changes while the machine knows
-//! where it is, they stay and the motors follow: the tool moves by as much as the compensation changed there,
-//! slowly. When it does not know, nothing moves. Nor does it where leveling is taken off, by a person or
-//! because a bed is about to be measured: the tool stays where it stands, and reads what the motors do.
+//! Coordinates are those of the program throughout. When the compensation changes while the machine is homed,
+//! coordinates stay and the motors follow: the tool moves by as much as the compensation changed there,
+//! slowly. On a machine that is not homed nothing moves. Nor does anything move when leveling is taken off,
+//! by a person or because a bed is about to be measured: the tool stays, and its coordinates change.
 
 pub(crate) mod area;
 mod compensation;

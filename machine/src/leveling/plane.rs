@@ -1,4 +1,4 @@
-//! M561: the bed as a plane.
+//! M561: leveling by a plane.
 
 use motion::Plane;
 use program::Words;
@@ -9,17 +9,17 @@ use crate::executor::Hands;
 use crate::failure::Outcome;
 use crate::ports::Ports;
 
-/// Numbers of a plane are kept to as many parts of one: so they are saved exactly.
+/// Resolution of a plane's numbers, parts of one, so that they are saved exactly.
 const PLANE_PARTS: f64 = 1e9;
 
-/// Levels by a plane.
+/// Levels by a plane, at once.
 pub(crate) fn adopt_plane<P: Ports>(hands: &mut Hands<'_, '_, P>, plane: Plane) -> Outcome {
     let [x, y, z] = [plane.x, plane.y, plane.z].map(|part| rounded(part, PLANE_PARTS));
     recompensate(hands, |motion| motion.level_by_plane(Plane { x, y, z }))
 }
 
-/// M561: no leveling; with A B C D the plane `A X + B Y + C Z + D = 0`, in mm whatever the program counts in,
-/// for these are the words that M500 saves.
+/// M561: switches leveling off; with A B C D sets the plane `A X + B Y + C Z + D = 0`, always in mm, for M500
+/// saves these words.
 pub(crate) fn bed_plane<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     match plane_of(words)? {
         None => level_off(hands),

@@ -1,4 +1,4 @@
-//! A mesh as a file of text, `/sd/NAME.mesh`:
+//! Bed mesh as a file of text, `/sd/NAME.mesh`:
 //!
 //! ```text
 //! ; Velvet bed mesh: mm; rows along X, the first has the first Y
@@ -18,17 +18,17 @@ use core::fmt::Write as _;
 use heapless::String;
 use motion::GridShape;
 
-/// The version that is written and read.
+/// Version of the format that is written and read.
 const VERSION: f64 = 1.0;
-/// Longest word.
+/// Length of the longest word.
 const WORD: usize = 32;
 
-/// What stands before the heights.
+/// Returns the text before the heights.
 #[must_use]
 pub fn heading(shape: &GridShape) -> String<192> {
     let ([nx, ny], [x, y], [sx, sy]) = (shape.count, shape.origin, shape.step);
     let mut text = String::new();
-    // It fits: four numbers of at most 24 letters.
+    // The text has room for four numbers of at most 24 letters.
     let _ = write!(
         text,
         "; Velvet bed mesh: mm; rows along X, the first has the first Y\nmesh 1\npoints {nx} {ny}\norigin {x} {y}\nstep {sx} {sy}\nheights\n"
@@ -36,7 +36,7 @@ pub fn heading(shape: &GridShape) -> String<192> {
     text
 }
 
-/// A height of the file, with what stands behind it.
+/// Returns a height of the file, with the blank or line end behind it.
 #[must_use]
 pub fn height(shape: &GridShape, index: usize, height: f32) -> String<32> {
     let ends_row = (index + 1).is_multiple_of(shape.count[0].max(1));
@@ -45,12 +45,12 @@ pub fn height(shape: &GridShape, index: usize, height: f32) -> String<32> {
     text
 }
 
-/// What is wrong with a file, and in which line.
+/// Flaw of a file, with its line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FileFlaw {
-    /// From 1.
+    /// Number of the line, from 1.
     pub line: u32,
-    /// What.
+    /// Description of the flaw.
     pub what: &'static str,
 }
 
@@ -60,12 +60,12 @@ impl core::fmt::Display for FileFlaw {
     }
 }
 
-/// What the next words are.
+/// State of the parser: the kind of the next words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Expects {
-    /// A key.
+    /// A key is expected.
     Key,
-    /// This many values of the key, from this one on.
+    /// The value with this number of the key is expected.
     Value(Key, usize),
     Heights,
 }
@@ -87,7 +87,7 @@ impl Key {
     }
 }
 
-/// Reads a file byte by byte.
+/// Parser of a mesh file, byte by byte.
 #[derive(Debug)]
 pub struct ProfileReader {
     word: String<WORD>,
@@ -112,10 +112,10 @@ impl Default for ProfileReader {
 }
 
 impl ProfileReader {
-    /// Takes the next byte; gives heights, in their order from 0, as they come.
+    /// Takes the next byte; passes heights to `height`, in their order from 0, as they come.
     ///
     /// # Errors
-    /// What is wrong.
+    /// The flaw of the file.
     pub fn push(&mut self, byte: u8, height: &mut impl FnMut(usize, f32)) -> Result<(), FileFlaw> {
         match byte {
             b'\n' => {
@@ -137,10 +137,10 @@ impl ProfileReader {
         Ok(())
     }
 
-    /// The end of the file: the grid whose heights were given.
+    /// Ends the file; returns the grid whose heights were passed.
     ///
     /// # Errors
-    /// What is missing.
+    /// The missing part of the file.
     pub fn finish(mut self, height: &mut impl FnMut(usize, f32)) -> Result<GridShape, FileFlaw> {
         self.end_word(height)?;
         match self.expects {
@@ -269,7 +269,7 @@ mod tests {
         fn a_file_that_was_cut_or_grew_is_no_mesh((shape, heights) in meshes(), at in 0.0..1.0_f64) {
             let text = written(&shape, &heights);
             let cut = &text[..(at * (text.len() - 2) as f64) as usize];
-            // What ends within the last number is the one cut that a number may survive.
+            // Only a cut within the last number may leave a number.
             if cut.len() < text.trim_end().rfind([' ', '\n']).unwrap_or(0) {
                 prop_assert!(read(cut.as_bytes()).is_err(), "{}", cut);
             }

@@ -1,5 +1,5 @@
-//! Meshes on the card: M374 saves, M374.1 deletes, M374.2 lists, M375 loads. With a name each is a file of
-//! text; without, the one that Smoothieware writes.
+//! Meshes on the card: M374 saves, M374.1 deletes, M374.2 lists, M375 loads. A mesh with a name is a file of
+//! text; a mesh without has Smoothieware's format.
 
 use config::MachineConfig;
 use heapless::Vec;
@@ -16,26 +16,26 @@ use crate::files::safe_file::{self, Draft};
 use crate::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, Ports, Storage, StorageError, Wake};
 use crate::sessions::Reply;
 
-/// What the name of a mesh's file ends in.
+/// Ending of a mesh's file name.
 const ENDING: &str = ".mesh";
-/// Bytes read from the card at a time.
+/// Number of bytes read from the card at a time.
 const CHUNK: usize = 128;
 
 type Path = heapless::String<40>;
 
-/// The name in the words; `None` where there is none.
+/// Returns the name in the words, or `None`.
 fn name_in(texts: &Texts, words: &Words<'_>) -> Result<Option<MeshName>, Failure> {
     words.text().map(MeshName::read).transpose().map_err(|error| texts.refused(format_args!("{error}")))
 }
 
 fn path_of(name: &MeshName) -> Path {
     let mut path = Path::new();
-    // A name of 24 letters fits.
+    // The path has room for a name of 24 letters.
     let _ = core::fmt::write(&mut path, format_args!("/sd/{}{ENDING}", name.as_str()));
     path
 }
 
-/// M374.
+/// M374: saves the mesh.
 pub(crate) fn save<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let Some(name) = name_in(hands.texts(), words)? else { return grid_file::save_grid(hands) };
     let shape = shape_in_force(hands).ok_or_else(|| Failure::refused(&"no mesh to save: measure the bed with G32"))?;
@@ -47,7 +47,7 @@ pub(crate) fn save<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) ->
     Ok(Answer::Ok)
 }
 
-/// Whatever moment the power goes, the file is the old one or the new one.
+/// Writes the mesh to a draft first, so that a power cut leaves the old file or the new.
 fn write<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &str, shape: &GridShape) -> Result<(), StorageError> {
     let mut draft = Draft::begin(hands.storage(), path)?;
     let mut written = draft.write(hands.storage(), profile_file::heading(shape).as_bytes());
@@ -77,10 +77,10 @@ fn write<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &str, shape: &GridShape) 
     }
 }
 
-/// M374.1.
+/// M374.1: deletes a mesh.
 ///
 /// # Errors
-/// When there is none, or the card refuses.
+/// When there is no such mesh, or the card refuses.
 pub(crate) fn delete(
     texts: &Texts,
     config: &MachineConfig,
@@ -93,7 +93,7 @@ pub(crate) fn delete(
     let path = path_of(&name);
     safe_file::remove(storage, &path).map_err(|error| texts.about_file(&path, error.text()))?;
     if bed.mesh_name == name {
-        // It stays in force; M500 has no file any more to load it from.
+        // The mesh stays in force, but M500 has no file any more to load it from.
         bed.mesh_name = MeshName::default();
         reply.say(format_args!("// NOTE it is in force: M374 with a name keeps it\n"));
     }
@@ -101,7 +101,7 @@ pub(crate) fn delete(
     Ok(Answer::Ok)
 }
 
-/// M375.
+/// M375: loads a mesh.
 pub(crate) fn load<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     match name_in(hands.texts(), words)? {
         Some(name) => load_named(hands, name),
@@ -112,13 +112,13 @@ pub(crate) fn load<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) ->
 fn load_named<P: Ports>(hands: &mut Hands<'_, '_, P>, name: MeshName) -> Outcome {
     let texts = hands.texts();
     let path = path_of(&name);
-    // The draft belongs to whoever fills it: nothing may be on its way.
+    // Motion's draft is about to be filled: no move may be on its way.
     hands.standstill()?;
     let failed = |error: StorageError| texts.about_file(&path, error.text());
     safe_file::settle(hands.storage(), &path).map_err(failed)?;
     let file = hands.storage().open(&path, OpenMode::Read).map_err(failed)?;
     let read = read(hands, file);
-    // It was only read: a failing close loses nothing.
+    // The file was only read: a failing close loses nothing.
     let _ = hands.storage().close(file);
     let about = |failure: Failure| match failure.kind {
         FailureKind::Refused => texts.refused(format_args!("{path}: {}", texts.of(failure))),
@@ -136,7 +136,7 @@ fn load_named<P: Ports>(hands: &mut Hands<'_, '_, P>, name: MeshName) -> Outcome
     Ok(Answer::Ok)
 }
 
-/// The heights are then in the draft.
+/// Reads a mesh, whose heights are then in the draft.
 fn read<P: Ports>(hands: &mut Hands<'_, '_, P>, file: FileHandle) -> Result<GridShape, Failure> {
     let texts = hands.texts();
     let mut reader = ProfileReader::default();
@@ -165,7 +165,7 @@ fn put(draft: &mut [f32], index: usize, height: f32) {
     }
 }
 
-/// M374.2: the names of the meshes on the card.
+/// M374.2: lists the names of the meshes on the card.
 pub(crate) fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let (mut seen, mut found) = (0, 0);
     let loaded = hands.bed().mesh_name;
@@ -187,7 +187,7 @@ pub(crate) fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     Ok(Answer::Ok)
 }
 
-/// How many of the card's next entries were looked at, and the names of the meshes among them.
+/// Looks at the card's next entries; returns their number and the names of the meshes among them.
 fn names_behind(storage: &mut impl Storage, seen: usize) -> Result<(usize, Vec<MeshName, LIST_CHUNK>), StorageError> {
     let mut entries = Vec::<DirectoryEntry, LIST_CHUNK>::new();
     storage.list("/sd", seen, &mut entries)?;
@@ -195,8 +195,8 @@ fn names_behind(storage: &mut impl Storage, seen: usize) -> Result<(usize, Vec<M
     Ok((entries.len(), names.collect()))
 }
 
-/// M420: S0 sets the mesh aside, S1 puts it in force again, or loads the saved one; L loads that of this
-/// number; Z is the height at which it has faded, V shows it. Without words as S1.
+/// M420: S0 sets the mesh aside, S1 puts it in force again, or loads the saved mesh; L loads the mesh with
+/// this number; Z is the height at which it has faded, V shows it. Without words as S1.
 pub(crate) fn use_mesh<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let (wanted, is_level) =
         (words.get('S'), hands.motion(|motion| motion.compensation().bed() != motion::compensation::Bed::Flat));
@@ -205,7 +205,7 @@ pub(crate) fn use_mesh<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>
     } else if wanted == Some(0.0) {
         level_aside(hands)?;
     } else if (words.has('S') || words.is_bare()) && !is_level && !level_again(hands)? {
-        // What was measured must not give way to what was saved once.
+        // A measured mesh must not give way to a mesh that was saved once.
         grid_file::load_grid(hands)?;
     }
     if words.has('Z') {
@@ -217,7 +217,7 @@ pub(crate) fn use_mesh<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>
     Ok(Answer::Ok)
 }
 
-/// Marlin's slots: the name of a mesh is then a number.
+/// Returns the name of Marlin's slot: a number.
 fn numbered(texts: &Texts, number: f64) -> Result<MeshName, Failure> {
     let mut name = heapless::String::<8>::new();
     let is_slot = (0.0..=99.0).contains(&number) && libm::floor(number) == number;

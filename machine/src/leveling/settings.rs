@@ -1,4 +1,4 @@
-//! M557 and M565: what probing a bed starts from; and what M500 saves of leveling.
+//! M557 and M565: points and offset of probing a bed; and the lines of leveling that M500 saves.
 
 use core::fmt::{self, Write};
 
@@ -12,7 +12,7 @@ use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::MotionPort;
 use crate::sessions::Reply;
 
-/// M557: P0 to P2 with X and Y is a point to probe; without words shows all.
+/// M557: sets a point to probe, P0 to P2 with X and Y; without words shows all.
 ///
 /// # Errors
 /// When there is no such point.
@@ -30,7 +30,7 @@ pub(crate) fn probe_point(bed: &mut Bed, words: &Words<'_>, reply: &mut Reply<'_
     Ok(Answer::Ok)
 }
 
-/// M565: where the probe is, seen from the tool.
+/// M565: sets the position of the probe relative to the tool.
 pub(crate) fn probe_offset(bed: &mut Bed, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
     for (letter, offset) in ['X', 'Y', 'Z'].into_iter().zip(&mut bed.probe_offsets) {
         *offset = words.get(letter).unwrap_or(*offset);
@@ -40,22 +40,23 @@ pub(crate) fn probe_offset(bed: &mut Bed, words: &Words<'_>, reply: &mut Reply<'
     Ok(Answer::Ok)
 }
 
-/// M851: the same as Marlin counts it, whose Z is where the contact closes, seen from the tip of the tool.
+/// M851: does the same in Marlin's terms, whose Z is the height at which the contact closes, relative to the
+/// tip of the tool.
 pub(crate) fn marlin_probe_offset(bed: &mut Bed, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
     let [x, y, z] = &mut bed.probe_offsets;
     *x = words.as_length('X').unwrap_or(*x);
     *y = words.as_length('Y').unwrap_or(*y);
     *z = words.as_length('Z').map_or(*z, |below| -below);
-    // 0 is said without a sign.
+    // A zero is reported without a sign.
     let [x, y, z] = [*x, *y, 0.0 - *z];
     reply.say(format_args!("M851 X{x:.4} Y{y:.4} Z{z:.4}\n"));
     Ok(Answer::Ok)
 }
 
-/// The lines M500 saves of this.
+/// Writes the lines of leveling that M500 saves.
 ///
 /// # Errors
-/// When they do not fit.
+/// When the lines do not fit.
 pub(crate) fn write_leveling(
     text: &mut impl Write,
     motion: &mut impl MotionPort,
@@ -103,8 +104,8 @@ pub(crate) fn write_leveling(
     }
 }
 
-/// M851.6: a place along an axis and what the probe reads too high there; R forgets all of them, without
-/// words they are said.
+/// M851.6: sets a place along an axis and the excess of the probe's reading there; R forgets all of them,
+/// without words they are reported.
 pub(crate) fn axis_twist(bed: &mut Bed, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
     if words.has('R') {
         bed.twist = Twist::along(bed.twist.along_y);

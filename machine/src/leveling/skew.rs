@@ -1,4 +1,4 @@
-//! M852: axes that are not square to each other.
+//! M852: skew correction of axes that are not square to each other.
 
 use core::fmt::Write as _;
 
@@ -14,7 +14,7 @@ use crate::files::safe_file::{self, Draft};
 use crate::ports::{MotionPort, OpenMode, Ports, Storage, StorageError};
 use crate::sessions::Reply;
 
-/// At boot, before anything moves: the skew of the configuration.
+/// Sets the skew of the configuration at boot, before anything moves.
 pub(crate) fn configure(motion: &mut impl MotionPort, config: &config::MachineConfig, reply: &mut Reply<'_>) {
     let skew = configured(&config.leveling);
     if let Err(error) = motion.motion(|motion| motion.set_skew(skew)) {
@@ -22,8 +22,8 @@ pub(crate) fn configure(motion: &mut impl MotionPort, config: &config::MachineCo
     }
 }
 
-/// M852: skew factors I (XY), J (XZ), K (YZ), or the measured lengths A (AC), B (BD), D (AD) of a square in
-/// plane P; without words says them. M852.1 says what a square means, and changes nothing.
+/// M852: sets skew factors I (XY), J (XZ), K (YZ), or the measured lengths A (AC), B (BD), D (AD) of a square
+/// in plane P; without words reports them. M852.1 reports the factor of a square, and changes nothing.
 pub(crate) fn skew<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     if words.code().subcode > 1 {
         return profile(hands, words);
@@ -47,7 +47,7 @@ pub(crate) fn skew<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) ->
     Ok(Answer::Ok)
 }
 
-/// A factor in words.
+/// Reports a factor in words.
 fn say_lean<P: Ports>(hands: &mut Hands<'_, '_, P>, factor: f64) {
     let (degrees, hundred) = (libm::atan(factor).to_degrees(), 100.0 * factor);
     hands.say(format_args!(
@@ -59,9 +59,9 @@ fn say_lean<P: Ports>(hands: &mut Hands<'_, '_, P>, factor: f64) {
 
 // --- profiles ---
 
-/// What the name of a profile's file ends in.
+/// Ending of a profile's file name.
 const ENDING: &str = ".skew";
-/// A profile is a line of M852, and no more than so long.
+/// Greatest length of a profile, bytes: a line of M852.
 const LONGEST: usize = 128;
 
 /// SKEW_PROFILE: M852.2 saves the skew under a name, M852.3 loads it, M852.4 deletes the file. The file is a
@@ -73,14 +73,14 @@ fn profile<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome
         .and_then(|text| MeshName::read(text).ok())
         .ok_or_else(|| Failure::refused(&"a profile needs a name, P\"name\": 24 letters, digits, - and _ at most"))?;
     let mut path = heapless::String::<40>::new();
-    // A name of 24 letters fits.
+    // The path has room for a name of 24 letters.
     let _ = write!(path, "/sd/{}{ENDING}", name.as_str());
     let failed = |error: StorageError| texts.about_file(&path, error.text());
     match words.code().subcode {
         2 => {
             let Skew { xy, xz, yz } = hands.motion(|motion| motion.compensation().skew());
             let mut text = heapless::String::<LONGEST>::new();
-            // Three factors below 1, of eight decimals, fit.
+            // The text has room for three factors below 1, of eight decimals.
             let _ = writeln!(text, "M852 I{xy:.8} J{xz:.8} K{yz:.8}");
             write_file(hands.storage(), &path, text.as_bytes()).map_err(failed)?;
             hands.card_has_kept().map_err(failed)?;
@@ -113,13 +113,13 @@ fn write_file(storage: &mut impl Storage, path: &str, bytes: &[u8]) -> Result<()
     }
 }
 
-/// The skew of a file; `None` when it holds none.
+/// Reads the skew of a file; `None` when it holds none.
 fn read_file(storage: &mut impl Storage, path: &str) -> Result<Option<Skew>, StorageError> {
     safe_file::settle(storage, path)?;
     let file = storage.open(path, OpenMode::Read)?;
     let mut bytes = [0; LONGEST];
     let read = storage.read(file, &mut bytes);
-    // It was only read.
+    // The file was only read, so closing it loses nothing.
     let _ = storage.close(file);
     let text = core::str::from_utf8(bytes.get(..read?).unwrap_or_default()).unwrap_or_default();
     Ok(parse(text))

@@ -1,4 +1,4 @@
-//! A grid in numbers: M375.1.
+//! M375.1: a grid as a table of numbers.
 
 use core::fmt::Write as _;
 
@@ -9,11 +9,12 @@ use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::{MotionPort, Ports};
 use crate::sessions::Reply;
 
-/// A row of fifty heights.
+/// Text of a row of fifty heights.
 type Line = heapless::String<512>;
 
-/// M375.1: says line `row` of the grid in force: the heading if there is one, the rows, the greatest
-/// difference. True while more lines follow. `human_readable` is the configuration's wish for coordinates.
+/// M375.1: reports line `row` of the grid in force: the heading if there is one, the rows, the greatest
+/// difference. Returns true while more lines follow. `human_readable` is the configuration's wish for
+/// coordinates.
 ///
 /// # Errors
 /// When no grid is in force.
@@ -28,10 +29,10 @@ pub(crate) fn grid_line(
     Ok(more)
 }
 
-/// The whole grid in force, at the end of a sequence.
+/// Shows the whole grid in force, at the end of a sequence.
 ///
 /// # Errors
-/// When there is none.
+/// When no grid is in force.
 pub(crate) fn show_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let with_places = hands.config().leveling.grid.human_readable;
     let (mut row, mut more) = (0, true);
@@ -45,15 +46,15 @@ pub(crate) fn show_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     Ok(Answer::Ok)
 }
 
-/// A line of the table, and whether more follow.
+/// Returns a line of the table, and whether more follow.
 fn table_line(motion: &Motion, with_places: bool, index: usize) -> Result<(Line, bool), Failure> {
     let grid = motion.compensation().grid();
     let grid = grid.ok_or_else(|| Failure::refused(&"no grid levels the machine: load one with M375"))?;
     let (shape, rows) = (grid.shape(), grid.shape().count[1]);
-    // Before the first row there may be a heading.
+    // A table with places has a heading before its first row.
     let line = match index.checked_sub(usize::from(with_places)) {
         None => heading(shape),
-        // As on the machine: what is farther away stands higher.
+        // As on the machine, rear rows come first.
         Some(row) if row < rows && with_places => heights(shape, grid.heights(), rows - 1 - row, true),
         Some(row) if row < rows => heights(shape, grid.heights(), row, false),
         Some(_) => return Ok((greatest_difference(grid.heights()), false)),
@@ -63,7 +64,7 @@ fn table_line(motion: &Motion, with_places: bool, index: usize) -> Result<(Line,
 
 fn heading(shape: &GridShape) -> Line {
     let mut line = Line::new();
-    // A line of the longest grid fits, here and below.
+    // The line has room for the longest grid, here and below.
     let _ = write!(line, "{:>9} ", "Y \\ X");
     for column in 0..shape.count[0] {
         let _ = write!(line, "{:8.2} ", shape.place(column)[0]);

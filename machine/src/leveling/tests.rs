@@ -67,7 +67,7 @@ fn corners_that_no_probe_reaches_go_on_from_inside() {
     for (index, height) in heights.iter().enumerate() {
         assert!((height - plane(index)).abs() < 1e-5, "point {index}: {height}");
     }
-    // A spike just inside does not spread: the median leaves it out.
+    // A spike just inside does not spread, since the median leaves it out.
     let mut spiked: std::vec::Vec<f32> =
         (0..shape.points()).map(|index| if is_reached(index) { 0.0 } else { f32::NAN }).collect();
     spiked[8] = 1.0;

@@ -1,4 +1,5 @@
-//! What configuration and words say of skew, planes and fading, for whoever has no machine at hand too.
+//! Skew, planes and fading from configuration and words, kept apart so that a preflight without a machine can
+//! use them too.
 
 use config::{Leveling, LevelingConfig, MeshInterpolation};
 use motion::{Fade, Interpolation, Plane, Skew};
@@ -6,17 +7,17 @@ use program::Words;
 
 use crate::failure::{Failure, Texts};
 
-/// Skew factors are kept to as many parts of one: so they are saved exactly.
+/// Resolution of skew factors, parts of one, so that they are saved exactly.
 const SKEW_PARTS: f64 = 1e8;
-/// Planes that Smoothieware saved are the bits of single-precision numbers: integers beyond this.
+/// Least size of a word of a plane that Smoothieware saved as the bits of a single-precision number.
 const LEAST_BITS: f64 = 1e6;
 
-/// A number to so many parts of one: so it is saved exactly.
+/// Rounds a number to so many parts of one, so that it is saved exactly.
 pub(super) fn rounded(value: f64, parts: f64) -> f64 {
     libm::floor(value * parts + 0.5) / parts
 }
 
-/// The skew of the configuration.
+/// Returns the skew of the configuration.
 pub(crate) fn configured(leveling: &LevelingConfig) -> Skew {
     let [xy, xz, yz] = leveling.skew.map(|skew| {
         let factor = match skew.measured {
@@ -28,10 +29,10 @@ pub(crate) fn configured(leveling: &LevelingConfig) -> Skew {
     Skew { xy, xz, yz }
 }
 
-/// What M852 makes of skew; none where it only asks.
+/// Returns the skew as M852 changes it, or `None` if M852 only asks.
 ///
 /// # Errors
-/// When its lengths are no square's.
+/// When the lengths are no square's.
 pub(crate) fn skew_of(texts: &Texts, before: Skew, words: &Words<'_>) -> Result<Option<Skew>, Failure> {
     let (measured, mut skew, mut any) = (square(texts, words)?, before, false);
     let plane = words.get('P').map_or(0, |plane| plane as usize);
@@ -49,7 +50,7 @@ pub(crate) fn skew_of(texts: &Texts, before: Skew, words: &Words<'_>) -> Result<
 
 pub(super) const SQUARE: &str = "a square needs A, B and D: both diagonals AC and BD, and the side AD";
 
-/// The factor that the words' lengths tell, where they name any.
+/// Returns the factor for the square's lengths in the words, if any.
 pub(super) fn square(texts: &Texts, words: &Words<'_>) -> Result<Option<f64>, Failure> {
     let [ac, bd, ad] = ['A', 'B', 'D'].map(|letter| words.as_length(letter));
     match (ac, bd, ad) {
@@ -63,7 +64,7 @@ pub(super) fn square(texts: &Texts, words: &Words<'_>) -> Result<Option<f64>, Fa
     }
 }
 
-/// The plane of M561; none without words.
+/// Returns the plane of M561, or `None` without words.
 ///
 /// # Errors
 /// When words are missing, or are no bed's.
@@ -79,14 +80,15 @@ pub(crate) fn plane_of(words: &Words<'_>) -> Result<Option<Plane>, Failure> {
     plane.map(Some).ok_or_else(|| Failure::refused(&"M561: that plane stands upright"))
 }
 
-/// The words of M561: numbers, or what Smoothieware saved, the bits of single-precision numbers.
+/// Returns the words of M561 as numbers, also from the bits of single-precision numbers that Smoothieware
+/// saved.
 pub(super) fn plane_words(words: [f64; 4]) -> [f64; 4] {
     let is_bits = |word: &f64| libm::floor(*word) == *word && libm::fabs(*word) <= f64::from(u32::MAX);
     let is_saved = words.iter().all(is_bits) && words.iter().any(|word| libm::fabs(*word) > LEAST_BITS);
     if is_saved { words.map(|word| f64::from(f32::from_bits(word as i64 as u32))) } else { words }
 }
 
-/// Where the mesh fades: up to this height, and to what is left there, mm, or as configured.
+/// Returns the fade of the mesh: up to this height, and to this rest, mm, or as configured.
 pub(crate) fn fade_up_to(leveling: &LevelingConfig, height: Option<f64>, target: Option<f64>) -> Option<Fade> {
     let target = target.unwrap_or(leveling.grid.fade_target.0);
     if let Some(end) = height {
