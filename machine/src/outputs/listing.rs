@@ -1,4 +1,4 @@
-//! What `switch` and `$S` say.
+//! Reports of `switch` and `$S`.
 
 use config::{InputBehaviour, MachineConfig, OutputKind, OutputPin, PinName, Pull, SwitchConfig};
 
@@ -6,7 +6,7 @@ use super::{Outputs, Status};
 use crate::sessions::Reply;
 
 impl Outputs {
-    /// `$S [name ...]`: `switch <name> is <0|1>` for each that is named, or for every switch.
+    /// `$S [name ...]`: reports `switch <name> is <0|1>` for the named switches, or for every switch.
     pub fn report(&self, config: &MachineConfig, names: &str, reply: &mut Reply<'_>) {
         for (switch, status) in config.switches.iter().zip(&self.status) {
             if names.is_empty() || names.split_ascii_whitespace().any(|name| switch.name == name) {
@@ -15,7 +15,7 @@ impl Outputs {
         }
     }
 
-    /// `switch`: what each is connected to and listens to.
+    /// `switch`: lists the connections and commands of each switch.
     pub(super) fn list(&self, config: &MachineConfig, reply: &mut Reply<'_>) {
         for (switch, status) in config.switches.iter().zip(&self.status) {
             reply.say(format_args!("{}:\n ", switch.name));
@@ -32,11 +32,11 @@ impl Outputs {
     }
 }
 
-/// `INPUT:PJ14^:0,momentary,OUTPUT_ON_COMMAND:M106,`
+/// Reports an input as `INPUT:PJ14^:0,momentary,OUTPUT_ON_COMMAND:M106,`.
 fn input(switch: &SwitchConfig, status: &Status, reply: &mut Reply<'_>) {
     let Some(pin) = switch.input_pin else { return };
     let behaviour = if switch.input_behaviour == InputBehaviour::Toggle { "toggle" } else { "momentary" };
-    // An input is pulled up where the configuration says nothing else.
+    // Without a pull in the configuration an input is pulled up.
     let pull = if pin.pull == Pull::Default { "^" } else { "" };
     reply.say(format_args!("INPUT:{pin}{pull}:{},{behaviour},", u8::from(status.level)));
     for (name, command) in [("ON", &switch.output_on_command), ("OFF", &switch.output_off_command)] {
@@ -46,8 +46,8 @@ fn input(switch: &SwitchConfig, status: &Status, reply: &mut Reply<'_>) {
     }
 }
 
-/// `OUTPUT:PE1:0,sigmadeltapwm,INPUT_ON_COMMAND:M106,INPUT_OFF_COMMAND:M107,`: the level is 1 where the
-/// output is fully on; one on a timer shows its percent.
+/// Reports an output as `OUTPUT:PE1:0,sigmadeltapwm,INPUT_ON_COMMAND:M106,INPUT_OFF_COMMAND:M107,`: the level
+/// is 1 if the output is fully on; an output on a timer shows its percent.
 fn output(switch: &SwitchConfig, status: &Status, reply: &mut Reply<'_>) {
     let level = u8::from(status.on && status.value >= 255.0);
     match switch.output_pin {

@@ -10,16 +10,16 @@ use units::SwitchId;
 use super::{Outputs, listens, off_value, output};
 use crate::heat::Output;
 
-/// What the operator has done to the spindle, beside the program.
+/// Operator's changes of the spindle, beside the program.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Operator {
-    /// Percent of the value that it is told.
+    /// Override of the program's value, percent.
     percent: f32,
-    /// The program does not let that count.
+    /// Whether the program has the override ignored.
     ignored: bool,
-    /// It stands, until the operator has it turn again.
+    /// Whether the operator has stopped the spindle, until its release.
     stopped: bool,
-    /// The output does not say so yet.
+    /// Whether the output does not yet follow the latest change.
     unsaid: bool,
 }
 
@@ -29,7 +29,7 @@ impl Default for Operator {
     }
 }
 
-/// An S that the spindle cannot turn with, and the nearest one that it can.
+/// An S that the spindle cannot turn with, and the nearest possible S.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beyond<'c> {
     switch: &'c SwitchConfig,
@@ -52,14 +52,14 @@ impl fmt::Display for Beyond<'_> {
     }
 }
 
-/// The S that an output turns with when it is told this one.
+/// Returns the S that an output turns with for an S of the program.
 fn within(switch: &SwitchConfig, s: f32) -> f32 {
     let Some(most) = full_power(switch) else { return s };
     let least = if s > 0.0 { switch.min_rpm } else { 0.0 };
     s.max(least).min(most)
 }
 
-/// The S of full power; none where S is an angle, or has no upper end.
+/// Returns the S of full power; `None` if S is an angle, or has no upper end.
 fn full_power(switch: &SwitchConfig) -> Option<f32> {
     match switch.output_kind {
         _ if switch.max_rpm > 0.0 => Some(switch.max_rpm),
@@ -69,38 +69,38 @@ fn full_power(switch: &SwitchConfig) -> Option<f32> {
     }
 }
 
-/// What S is on the scale of an output, where `full` is full power.
+/// Converts S to the scale of an output, on which `full` is full power.
 pub(super) fn on_scale(switch: &SwitchConfig, s: f32, full: f32) -> f32 {
     if switch.max_rpm > 0.0 { within(switch, s) * full / switch.max_rpm } else { s }
 }
 
-/// Whether an output turns the spindle, one way or the other.
+/// Returns whether an output turns the spindle, in either direction.
 fn turns(switch: &SwitchConfig) -> bool {
     listens(switch, 3) || listens(switch, 4)
 }
 
-/// An S that an output is told and cannot turn with. Only of a spindle it is told: fans have always been
-/// limited so.
+/// Returns an S of the program that an output cannot turn with. Only a spindle's is reported: fans have
+/// always been limited silently.
 pub(crate) fn beyond(config: &MachineConfig, switch: SwitchId, s: Option<f32>) -> Option<Beyond<'_>> {
     let (switch, s) = (output(config, switch)?, s?);
     let nearest = within(switch, s);
     (nearest != s && turns(switch)).then_some(Beyond { switch, s, nearest })
 }
 
-/// The least and the greatest S of the first output that turns the spindle.
+/// Returns the least and the greatest S of the first output that turns the spindle.
 pub(crate) fn spindle_scale(config: &MachineConfig) -> Option<[f32; 2]> {
     let switch = config.switches.iter().find(|switch| turns(switch))?;
     Some([switch.min_rpm, full_power(switch)?])
 }
 
 impl Outputs {
-    /// The output that turns the spindle now.
+    /// Returns the output that turns the spindle now.
     fn turning<'a>(&self, config: &'a MachineConfig) -> Option<(SwitchId, &'a SwitchConfig)> {
         let switches = (0..).map(SwitchId).zip(&config.switches);
         switches.into_iter().find(|(at, switch)| turns(switch) && self.is_on(*at))
     }
 
-    /// How the spindle turns; `told` is what the program has said, where one output turns it both ways.
+    /// Returns the spindle's direction; `told` is the program's, for an output that turns it both ways.
     #[must_use]
     pub fn spindle(&self, config: &MachineConfig, told: Spindle) -> Spindle {
         match self.turning(config) {
@@ -114,18 +114,18 @@ impl Outputs {
         }
     }
 
-    /// The S that the spindle turns with when it is told this one; 0 while it stands.
+    /// Returns the S that the spindle turns with for the S of the program; 0 while it stands.
     #[must_use]
     pub fn spindle_speed(&self, config: &MachineConfig, s: f32) -> f32 {
         self.turning(config).map_or(0.0, |(_, switch)| within(switch, s))
     }
 
-    /// Whether this was not the last one that was told.
+    /// Returns whether this S differs from the last that was reported.
     pub const fn is_news(&mut self, beyond: &Beyond<'_>) -> bool {
         core::mem::replace(&mut self.told, beyond.s) != beyond.s
     }
 
-    /// What of a value remains after what the operator has done to the spindle.
+    /// Applies the operator's override and stop to a value.
     pub(super) fn as_overridden(&self, config: &MachineConfig, switch: SwitchId, value: f32) -> f32 {
         let Operator { percent, ignored, stopped, .. } = self.operator;
         let percent = if ignored { 100.0 } else { percent };
@@ -141,7 +141,7 @@ impl Outputs {
         if stopped { off } else { (off + (value - off) * percent / 100.0).min(most) }
     }
 
-    /// Percent of the spindle's value that the operator wants.
+    /// Returns the operator's spindle override, percent.
     #[must_use]
     pub const fn spindle_percent(&self) -> f32 {
         self.operator.percent
@@ -159,19 +159,19 @@ impl Outputs {
         self.operator.ignored = !counts;
     }
 
-    /// Stops the spindle, or has it turn again.
+    /// Stops the spindle, or lets it turn again.
     pub const fn stop_spindle(&mut self, stops: bool) {
         self.operator.unsaid |= self.operator.stopped != stops;
         self.operator.stopped = stops;
     }
 
-    /// The operator has stopped the spindle.
+    /// Returns whether the operator has stopped the spindle.
     #[must_use]
     pub const fn spindle_is_stopped(&self) -> bool {
         self.operator.stopped
     }
 
-    /// What the operator has done to the spindle and its output does not say yet.
+    /// Returns the output after a change by the operator that it does not follow yet.
     pub fn take_override(&mut self, config: &MachineConfig) -> Option<Output> {
         if !core::mem::take(&mut self.operator.unsaid) {
             return None;

@@ -4,16 +4,16 @@ use config::{MAX_TEMPERATURE_SWITCHES, MachineConfig, TemperatureSwitchConfig, T
 use heapless::Vec;
 use units::{Celsius, Micros, SwitchId};
 
-/// Switches to operate, and whether on.
+/// Switches to operate, with their new state.
 pub(crate) type Orders = Vec<(SwitchId, bool), MAX_TEMPERATURE_SWITCHES>;
 
-/// What one rule knows.
+/// State of a single rule.
 #[derive(Clone, Copy, Debug, Default)]
 struct Rule {
     armed: bool,
-    /// What it found last; none: it has not looked since boot, or since it was armed.
+    /// Result of the last look; `None` since boot, or since the rule was armed.
     hot: Option<bool>,
-    /// When it looks next.
+    /// Time of the next look.
     due: Micros,
 }
 
@@ -24,7 +24,7 @@ pub(crate) struct TemperatureSwitches {
 }
 
 impl TemperatureSwitches {
-    /// Before the first look.
+    /// Creates the rules' state before the first look.
     #[must_use]
     pub fn new(config: &MachineConfig) -> Self {
         let rule = |rule: &TemperatureSwitchConfig| Rule {
@@ -34,14 +34,15 @@ impl TemperatureSwitches {
         Self { rules: config.temperature_switches.iter().map(rule).collect() }
     }
 
-    /// The rule's M-code: it acts from now on, or no longer. One that is armed looks at once.
+    /// Arms or disarms a rule (its M-code). An armed rule looks at once.
     pub fn arm(&mut self, rule: u8, armed: bool) {
         if let Some(rule) = self.rules.get_mut(usize::from(rule)) {
             *rule = Rule { armed, ..Rule::default() };
         }
     }
 
-    /// A halt has set the switches: what follows the level is to be hot anew, so that what cools goes on.
+    /// Resets rules after a halt, which has set the switches: a rule that follows the level must find its
+    /// sensor hot anew, so that a cooling fan goes on.
     pub fn halted(&mut self, config: &MachineConfig) {
         for (rule, settings) in self.rules.iter_mut().zip(&config.temperature_switches) {
             if settings.trigger == Trigger::Level && rule.hot == Some(true) {
@@ -50,8 +51,8 @@ impl TemperatureSwitches {
         }
     }
 
-    /// Looks at what is due. `hottest` gives the highest reading of what a rule watches; none while no sensor
-    /// of these gives one: then everything stays.
+    /// Looks at the rules that are due. `hottest` gives the highest reading of a rule's sensors; `None` while
+    /// none of them gives a reading: then everything stays.
     pub fn look(
         &mut self,
         config: &MachineConfig,
@@ -81,7 +82,7 @@ impl TemperatureSwitches {
             }
             let place = config.switches.iter().position(|switch| switch.name == settings.switch);
             if let Some(place) = place {
-                // There are as many places as rules.
+                // The list holds an order for every rule.
                 let _ = orders.push((SwitchId(place as u8), hot != settings.inverted));
             }
         }
@@ -113,7 +114,7 @@ mod tests {
         config
     }
 
-    /// What is ordered with these readings, one each second.
+    /// Returns the orders for these readings, with a reading each second.
     fn ordered(
         config: &MachineConfig,
         rules: &mut TemperatureSwitches,
@@ -136,7 +137,7 @@ mod tests {
         let mut rules = TemperatureSwitches::new(&config);
         let mut readings = [Some(20.0); 200];
         readings[1..20].fill(Some(50.0));
-        // Cold at once, hot at the look 15 s later; that look's period is the one of what is hot.
+        // Cold at once, hot at the look 15 s later; that look sets the period of a hot rule.
         assert_eq!(ordered(&config, &mut rules, 0, &readings), [(0, false), (15, true), (75, false)]);
     }
 
@@ -157,7 +158,7 @@ mod tests {
         let course: std::vec::Vec<_> = (0..400).map(|s| Some(if s / 100 % 2 == 0 { 80.0 } else { 20.0 })).collect();
         assert_eq!(ordered(&config, &mut rules, 0, &course), [], "it is not armed");
         rules.arm(0, true);
-        // Hot for 100 s, looked at each 60 s; then cold, and what is inverted is switched on. Once.
+        // Hot for 100 s, with a look each 60 s; then cold, and the inverted rule switches on, once.
         assert_eq!(ordered(&config, &mut rules, 400, &course), [(520, true)]);
         rules.arm(0, true);
         rules.arm(0, false);

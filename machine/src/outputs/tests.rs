@@ -1,4 +1,4 @@
-//! Outputs, a door and a button.
+//! Tests of outputs, a door and a button.
 
 use super::*;
 
@@ -87,7 +87,7 @@ fn which_way_a_spindle_turns_is_no_spindle() {
     assert_eq!(outputs.spindle(&config, left), stopped);
     outputs.turn(&config, SPINDLE, true, Some(30.0));
     assert_eq!([left, right, stopped].map(|told| outputs.spindle(&config, told)), [left, right, right]);
-    // An open door stops what turns, and leaves which way.
+    // An open door stops the spindle, and keeps its direction.
     assert_eq!(outputs.door_opens(&config).as_slice(), [Output::Pwm(SPINDLE.0, 0.05)]);
 }
 
@@ -112,7 +112,7 @@ fn a_halt_leaves_no_timer_running_and_what_ignores_it_alone() {
     let changes = outputs.halt(&config);
     assert_eq!(changes.as_slice(), [Output::Switch(0, Duty::OFF), Output::Pwm(1, 0.05)]);
     assert!(outputs.is_on(POWER) && !outputs.is_on(SPINDLE));
-    // What rode on the path was dropped, so the next word counts.
+    // The changes that rode on the path were dropped, so the next word counts.
     assert!(outputs.turn(&config, POWER, true, None).is_some());
 }
 
