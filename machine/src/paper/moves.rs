@@ -1,4 +1,4 @@
-//! How the tool moves in a paper test.
+//! Moves of the tool in a paper test.
 
 use motion::Mode;
 use units::{Axis, MmPerSecond, PerAxis};
@@ -7,12 +7,13 @@ use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::ports::Ports;
 
-/// The tool comes down from so much higher, mm: so backlash is always taken up the same way. As Klipper's.
+/// Height above the target, mm, from which the tool comes down, so backlash is always taken up the same way.
+/// The same as Klipper's.
 const APPROACH: f64 = 0.5;
-/// The tool is lifted by so much at the end, mm.
+/// Height by which the tool is lifted at the end, mm.
 pub(super) const CLEAR: f64 = 5.0;
 
-/// Down to a height, always from above.
+/// Goes down to a height, always from above.
 pub(super) fn go_to_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<(), Failure> {
     let rate = rate(hands);
     let mut target = hands.position();
@@ -28,7 +29,7 @@ fn rate<P: Ports>(hands: &mut Hands<'_, '_, P>) -> MmPerSecond {
     hands.tuning().probe.slow_rate
 }
 
-/// Over to a place at this height, then down to another.
+/// Goes over to a place at this height, then down to another.
 pub(super) fn go_over<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     [x, y]: [f64; 2],
@@ -46,7 +47,7 @@ pub(super) fn go_over<P: Ports>(
     hands.go_there(target, slowly)
 }
 
-/// The height of a place of the tool without what levels the machine there, mm.
+/// Returns the height of a place of the tool without the leveling there, mm.
 pub(super) fn unleveled<P: Ports>(hands: &mut Hands<'_, '_, P>, place: &PerAxis<f64>) -> f64 {
     hands.motion(|motion| motion.compensation().motors(place))[Axis::Z]
 }

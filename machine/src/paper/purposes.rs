@@ -1,4 +1,4 @@
-//! What a paper test is for: how it begins, and what its result changes.
+//! Purposes of paper tests: their beginnings, and the changes that their results make.
 
 use units::{Axis, AxisSet};
 
@@ -11,7 +11,7 @@ use crate::ports::Ports;
 use crate::probing::touch_here;
 
 impl Purpose {
-    /// The tests by their numbers, and the tool where the paper goes.
+    /// Begins the test with this number, and brings the tool to the paper's place.
     pub fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, number: f64) -> Result<Self, Failure> {
         match number as u8 {
             0 => begin_probe_offset(hands),
@@ -25,7 +25,7 @@ impl Purpose {
         }
     }
 
-    /// The paper drags with the tool where it is: what is tried next, if anything.
+    /// Accepts the tool's height, at which the paper drags; returns the next purpose to try, if any.
     pub fn accept<P: Ports>(self, hands: &mut Hands<'_, '_, P>, turned: bool) -> Result<Option<Self>, Failure> {
         let here = hands.position();
         let (height, bare) = (here[Axis::Z], unleveled(hands, &here));
@@ -55,7 +55,7 @@ fn begin_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Purpose,
     hands.say(format_args!(
         "The probe's contact closed at X:{x:.4} Y:{y:.4}. The tool is over that place now, some {CLEAR} mm above the bed\n"
     ));
-    // The probe and the tool touch the same place, each with the tool somewhere else, where a mesh is higher.
+    // The probe and the tool touch the same place with the tool at different positions, where a mesh differs.
     Ok(Purpose::ProbeOffset { contact: unleveled(hands, &contact) })
 }
 
@@ -68,7 +68,7 @@ fn set_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, offset: f64) {
     ));
 }
 
-/// Z read this where it should read zero: so much less is what the switch means.
+/// Lowers the homing position of Z by its reading at the height that should read zero.
 fn set_homing_position<P: Ports>(hands: &mut Hands<'_, '_, P>, reads: f64) -> Result<(), Failure> {
     let offset = hands.tuning().home_offset()[Axis::Z] - reads;
     if !offset.is_finite() {

@@ -15,7 +15,7 @@ impl Walk {
                 &"BED_SCREWS_ADJUST needs to know where the screws are: write screws in [bed screws]",
             ));
         }
-        // A mesh would lift the tool along with what the screws are to mend.
+        // A mesh would lift the tool along with the error that the screws are to mend.
         leveling::take_off(hands)?;
         let walk = Self { screw: 0, accepted: 0 };
         walk.go(hands)?;

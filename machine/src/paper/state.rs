@@ -1,11 +1,11 @@
-//! Which paper test is under way, and how far it has come.
+//! State of the paper test: its purpose, and its progress.
 
 use heapless::Vec;
 
 use super::tried::Tried;
 use crate::bed::MOST_TWIST_POINTS;
 
-/// Which test is under way.
+/// The paper test under way, if any.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Paper {
     pub(super) test: Option<Test>,
@@ -18,29 +18,29 @@ pub(super) struct Test {
 }
 
 impl Paper {
-    /// Ends a test, as a halt does. True when there was one.
+    /// Ends a test, as a halt does. Returns true when there was one.
     pub fn end(&mut self) -> bool {
         self.test.take().is_some()
     }
 }
 
-/// What is to be found.
+/// Purpose of a paper test.
 #[derive(Clone, Debug)]
 pub(super) enum Purpose {
-    /// How high the tool is over the bed as the probe's contact closes: it closed at this height without
-    /// leveling, mm.
+    /// Height of the tool over the bed as the probe's contact closes: the contact closed at this height
+    /// without leveling, mm.
     ProbeOffset { contact: f64 },
-    /// Where Z homes.
+    /// Position at which Z homes.
     Endstop,
-    /// A height, to say it.
+    /// A height, for a report of it.
     Height,
-    /// Whether the bed is as high over each screw.
+    /// Equal height of the bed over each screw.
     Screws(Walk),
-    /// How the probe's offset changes along an axis.
+    /// Change of the probe's offset along an axis.
     Twist(Along),
 }
 
-/// Which screw is tried, and how many in a row were left as they were.
+/// Screw that is tried, and number of screws in a row that were left as they were.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Walk {
     pub screw: usize,
@@ -48,9 +48,10 @@ pub(super) struct Walk {
 }
 
 impl Walk {
-    /// After ACCEPT, or ADJUSTED, of the present screw; `None` when every one was accepted in a row.
+    /// Returns the state after ACCEPT, or ADJUSTED, of the present screw; `None` when every screw was
+    /// accepted in a row.
     pub const fn after(self, turned: bool, count: usize) -> Option<Self> {
-        // Turning one screw tilts the bed at the others.
+        // Turning a screw tilts the bed at the others.
         let accepted = if turned { 0 } else { self.accepted + 1 };
         if accepted >= count {
             return None;
@@ -59,12 +60,12 @@ impl Walk {
     }
 }
 
-/// How far it has come.
+/// Progress of the measurement along the axis.
 #[derive(Clone, Debug)]
 pub(super) struct Along {
     /// Height of the tool as the probe touched at the present place, without leveling, mm.
     pub contact: f64,
-    /// What the probe's offset was at the places before.
+    /// Offsets of the probe at the places before, mm.
     pub offsets: Vec<f64, MOST_TWIST_POINTS>,
 }
 

@@ -1,4 +1,4 @@
-//! The codes of a paper test, one after the other.
+//! Codes M851.1 to M851.5 of a paper test.
 
 use program::Words;
 use units::{Axis, AxisSet};
@@ -10,12 +10,12 @@ use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::Ports;
 
-/// A step is no longer, mm: nobody means more.
+/// Longest step, mm: a longer one is a mistake.
 const LONGEST_STEP: f64 = 20.0;
 
 const HOW: &str = "TESTZ Z=-1, Z=-0.1, Z=- (halfway) or Z=+ move the tool: until a sheet of paper just drags. Then ACCEPT, or ABORT\n";
 
-/// M851.1 to M851.5.
+/// Runs M851.1 to M851.5.
 pub(crate) fn paper_test<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     hands.standstill()?;
     if hands.paper().test.is_some() && !hands.all_homed() {
@@ -46,7 +46,7 @@ fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, number: f64) -> Outcome {
     Ok(Answer::Ok)
 }
 
-/// The tool stands where the paper is to be tried.
+/// Waits for the paper to be tried, with the tool at its place.
 fn await_paper<P: Ports>(hands: &mut Hands<'_, '_, P>, purpose: Purpose) {
     hands.paper().test = Some(Test { purpose, tried: Tried::default() });
 }
@@ -54,7 +54,8 @@ fn await_paper<P: Ports>(hands: &mut Hands<'_, '_, P>, purpose: Purpose) {
 const NONE: &str =
     "no paper test is under way: PROBE_CALIBRATE, Z_ENDSTOP_CALIBRATE, MANUAL_PROBE and BED_SCREWS_ADJUST begin one";
 
-/// `M851.2 Z-0.1`, or S: -1 halfway to the next height tried below, -2 to it; 1 and 2 upwards.
+/// Moves the tool: `M851.2 Z-0.1`, or S: -1 halfway to the next height tried below, -2 to it; 1 and 2
+/// upwards.
 fn step<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let here = hands.position()[Axis::Z];
     let step = match (words.as_length('Z'), words.get('S')) {
@@ -95,7 +96,7 @@ fn accept<P: Ports>(hands: &mut Hands<'_, '_, P>, turned: bool) -> Outcome {
             }
         }
         Err(failure) => {
-            // The tool is not at the paper any more: another ACCEPT would take its height for that.
+            // The tool is not at the paper any more: another ACCEPT would use its height.
             if hands.paper().end() {
                 hands.say(format_args!("the paper test has ended, nothing was changed\n"));
             }

@@ -1,35 +1,35 @@
-//! The heights that were tried with a sheet of paper under the tool, and which one comes next.
+//! Heights that were tried with a sheet of paper under the tool, and the choice of the next.
 
 use core::fmt;
 
 use heapless::Vec;
 
-/// Heights that are remembered at most; of more, the farthest one gives way.
+/// Greatest number of heights that are remembered; of more, the farthest gives way.
 const MOST: usize = 16;
-/// A step between tried heights is no longer, mm: as Klipper's.
+/// Longest step between tried heights, mm: the same as Klipper's.
 const LONGEST: f64 = 0.2;
-/// Heights that differ by less are one, mm.
+/// Greatest difference of heights that count as the same, mm.
 const SAME: f64 = 1e-6;
 
-/// What is asked for.
+/// Step to the next height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Step {
-    /// By so much, mm.
+    /// Step by a distance, mm.
     By(f64),
-    /// Halfway to the nearest height that was tried on that side.
+    /// Step halfway to the nearest height that was tried on that side.
     Halfway { up: bool },
-    /// All the way to it.
+    /// Step all the way to the nearest height that was tried on that side.
     Whole { up: bool },
 }
 
-/// The heights, lowest first.
+/// Heights that were tried, lowest first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tried {
     heights: Vec<f64, MOST>,
 }
 
 impl Tried {
-    /// The tool has been here.
+    /// Notes a height at which the tool has been.
     pub fn note(&mut self, height: f64) {
         if self.heights.iter().any(|known| libm::fabs(known - height) < SAME) {
             return;
@@ -39,19 +39,19 @@ impl Tried {
             let farthest = (0..MOST).max_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0);
             self.heights.remove(farthest);
         }
-        // There is room.
+        // A height was removed above, so there is room.
         let _ = self.heights.push(height);
         units::sort_short(&mut self.heights, f64::total_cmp);
     }
 
-    /// The nearest tried heights below and above this one.
+    /// Returns the nearest tried heights below and above this height.
     fn beside(&self, here: f64) -> (Option<f64>, Option<f64>) {
         let below = self.heights.iter().rev().find(|height| **height < here - SAME);
         let above = self.heights.iter().find(|height| **height > here + SAME);
         (below.copied(), above.copied())
     }
 
-    /// The height that this step leads to.
+    /// Returns the height that this step leads to.
     pub fn next(&self, here: f64, step: Step) -> f64 {
         let (below, above) = self.beside(here);
         let (up, share) = match step {
@@ -65,14 +65,15 @@ impl Tried {
         if up { here + way } else { here - way }
     }
 
-    /// `-0.150 < 0.050 < 0.250`: what was tried below, the present height, what was tried above.
+    /// Returns the text `-0.150 < 0.050 < 0.250`: the tried height below, the present height, the tried
+    /// height above.
     pub fn shown(&self, here: f64) -> Shown {
         let (below, above) = self.beside(here);
         Shown { below, here, above }
     }
 }
 
-/// See [`Tried::shown`].
+/// Text of the heights, as [`Tried::shown`] returns it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shown {
     below: Option<f64>,
@@ -113,7 +114,7 @@ mod tests {
     }
 
     proptest! {
-        /// Who says only whether the tool is too high or too low ends at the paper.
+        /// A person who says only whether the tool is too high or too low ends at the paper.
         #[test]
         fn whoever_answers_too_high_or_too_low_finds_the_paper(paper in -3.0..3.0_f64, start in -3.0..3.0_f64) {
             let (mut tried, mut here) = (Tried::default(), start);

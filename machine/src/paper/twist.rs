@@ -1,6 +1,6 @@
-//! AXIS_TWIST_COMPENSATION_CALIBRATE: where the carriage's rail is twisted, the probe beside the tool rises
-//! and falls against it from one end to the other. At some places along the axis the bed is touched by the
-//! probe and then by paper; the difference, less its mean, is the twist.
+//! AXIS_TWIST_COMPENSATION_CALIBRATE: on a twisted rail of the carriage, the probe beside the tool rises and
+//! falls against it from end to end. At some places along the axis the bed is touched by the probe and then
+//! by paper; the difference, less its mean, is the twist.
 
 use heapless::Vec;
 use units::{Axis, PerAxis};
@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::ports::Ports;
 use crate::probing::{nozzle_over, stow_after, touch_uncorrected};
 
-/// The places along the axis, mm.
+/// Returns a place along the axis, mm.
 fn place<P: Ports>(hands: &Hands<'_, '_, P>, index: usize) -> f64 {
     let twist = &hands.config().axis_twist;
     let share = index as f64 / f64::from(twist.samples.max(2) - 1);
@@ -34,7 +34,7 @@ impl Along {
         Self { contact: 0.0, offsets: Vec::new() }.go(hands)
     }
 
-    /// To the place that comes next: touches there, and brings the tool over it.
+    /// Goes to the next place: touches there, and brings the tool over it.
     fn go<P: Ports>(mut self, hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
         let config = hands.config();
         let (along, line) = (place(hands, self.offsets.len()), config.axis_twist.line.0);
@@ -42,7 +42,7 @@ impl Along {
         let (bed, high) = (*hands.bed(), config.axis_twist.initial_height.0);
         let touched = touch_uncorrected(hands, nozzle_over(&bed, place), high);
         if touched.is_ok() {
-            // Scripts do not begin at the bed.
+            // The tool is lifted, since scripts must not begin at the bed.
             lift(hands)?;
         }
         let ended = touched.as_ref().map(|_| crate::failure::Answer::Ok).map_err(Clone::clone);
@@ -57,7 +57,7 @@ impl Along {
     }
 
     pub fn next<P: Ports>(mut self, hands: &mut Hands<'_, '_, P>, height: f64) -> Result<Option<Self>, Failure> {
-        // As many as samples, which the schema bounds.
+        // The list holds every sample, since the schema bounds their number.
         let _ = self.offsets.push(self.contact - height);
         if self.offsets.len() < usize::from(hands.config().axis_twist.samples) {
             return self.go(hands).map(Some);
