@@ -1,26 +1,26 @@
-//! M665.4: lengths measured on the part that Klipper's DELTA_ANALYZE is about, and the distances they mean.
+//! M665.4: lengths measured on the part of Klipper's DELTA_ANALYZE, and the distances they mean.
 //!
-//! The part: a pillar in the middle and six around it, 65 mm away at every 60 degrees from 210 on. Its
+//! The part has a pillar in the middle and six around it, 65 mm away at every 60 degrees from 210 on. Its
 //! pillars are ridged, and calipers lie on ridges 4.5 mm from a pillar's axis. They are closed over two
-//! pillars: the distance between two sides that face the same way is that length less the width of one
-//! pillar, which takes the width of the filament's track out. Source: Klipper's calibrate_size.stl, and what
-//! is said of it in "Delta calibration".
+//! pillars: the distance between two sides that face the same way is that length less the width of a pillar,
+//! which takes the width of the filament's track out. Source: Klipper's calibrate_size.stl, and its
+//! description in "Delta calibration".
 
 use program::Words;
 
 use crate::failure::{Failure, Texts};
 
-/// From the middle to the axis of an outer pillar, mm.
+/// Distance from the middle to the axis of an outer pillar, mm.
 const OUTER_RADIUS: f64 = 65.0;
-/// From a pillar's axis to its ridge, mm.
+/// Distance from a pillar's axis to its ridge, mm.
 const RIDGE: f64 = 4.5;
-/// Direction of the first outer pillar, and from one to the next, degrees.
+/// Direction of the first outer pillar, and angle between two neighbours, degrees.
 const FIRST: f64 = 210.0;
 const NEXT: f64 = 60.0;
-/// Which of the middle pillar's three widths lies across each outer pillar's direction.
+/// Index of the middle pillar's width, of three, across each outer pillar's direction.
 const CENTRE_WIDTHS: [usize; 6] = [0, 2, 1, 0, 2, 1];
 
-/// What was measured of it, mm.
+/// Lengths measured on the part, mm.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct CalibrationPrint {
     centre: Option<[f64; 6]>,
@@ -30,14 +30,14 @@ pub(crate) struct CalibrationPrint {
     scale: Option<f64>,
 }
 
-/// A distance on the part: its ends, and how far apart they were measured, mm.
+/// A distance on the part: its ends, and its measured length, mm.
 pub(super) type Measured = ([[f64; 2]; 2], f64);
 
 impl CalibrationPrint {
-    /// Keeps the list that P says, and the scale.
+    /// Keeps the list with the number P, and the scale.
     ///
     /// # Errors
-    /// When it is not whole.
+    /// When the list is not whole.
     pub(super) fn keep(&mut self, texts: &Texts, words: &Words<'_>) -> Result<(), Failure> {
         self.scale = words.get('S').or(self.scale);
         let Some(list) = words.get('P') else { return Ok(()) };
@@ -64,7 +64,7 @@ impl CalibrationPrint {
         if is_whole { Ok(()) } else { Err(texts.because(text)) }
     }
 
-    /// The twelve distances.
+    /// Returns the twelve distances of the part.
     ///
     /// # Errors
     /// When a list is missing.
@@ -83,7 +83,7 @@ impl CalibrationPrint {
         let mut all = [([[0.0; 2]; 2], 0.0); 12];
         let pillars = centre.iter().zip(outer).zip(outer_widths).zip(CENTRE_WIDTHS).enumerate();
         for (pillar, (((centre, outer), outer_width), centre_width)) in pillars {
-            // From the middle pillar to this one; and from this one towards the pillar after the next.
+            // Two distances: from the middle pillar to this; and from this towards the pillar after the next.
             let [from, far] = [0.0, radius].map(|way| at(pillar, way + ridge));
             let width = [a, b, c].get(centre_width).copied().unwrap_or(a);
             let axis = at(pillar, radius);
@@ -121,7 +121,7 @@ mod tests {
             let wanted = if place < 6 { 74.0 - [9.0, 9.2, 9.1][place % 3] } else { 65.5 };
             assert!((measured - wanted).abs() < 1e-12, "{place}: {measured}");
         }
-        // The first outer one: from pillar A, at 210 degrees, in the direction of 330 degrees.
+        // The first outer distance: from pillar A, at 210 degrees, in the direction of 330 degrees.
         let ([[x, y], [i, j]], _) = all[6];
         assert!((y - j - 65.0).abs() < 1e-9 && i > x, "{x} {y} {i} {j}");
         assert!(CalibrationPrint { outer: None, ..print }.distances(&Texts::new()).is_err());

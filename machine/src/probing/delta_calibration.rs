@@ -14,20 +14,21 @@ use crate::homing;
 use crate::leveling;
 use crate::ports::Ports;
 
-/// Touches of a round: trims and radius need seven; what else there is needs a second ring.
+/// Number of touches of a round: trims and radius need seven; further parameters need a second ring.
 const FEW: usize = 7;
 const MANY: usize = 13;
-/// Rounds at most. The second one measures what is left; more are only for machines that do not repeat
-/// themselves.
+/// Greatest number of rounds. The second measures the remaining error; more are only for machines that do not
+/// repeat themselves.
 const ROUNDS: u32 = 5;
 const _: () = assert!(MANY * ROUNDS as usize <= MOST_TOUCHES);
-/// What a fit leaves of the deviation, at most, to be worth another round; the rest is noise, or the bed.
+/// Greatest share of the deviation that a fit may leave to be worth another round; the rest is noise, or the
+/// bed.
 const LEAST_GAIN: f64 = 0.8;
-/// What touches of the same place scatter by, at least, as a share of what they deviate by, to be noise.
+/// Least scatter of touches of the same place, as a share of their deviation, that counts as noise.
 const LEAST_SCATTER: f64 = 0.5;
 
-/// The middle; then the three towers, each followed by the place opposite to it, as cosine and sine; and
-/// halfway out, between those.
+/// Directions of the touches, as cosine and sine: the middle; then the three towers, each followed by the
+/// place opposite to it; and halfway out, between those.
 const PLACES: [[f64; 2]; MANY] = {
     const C: f64 = 0.866_025_403_784_438_6;
     let (c, h) = (C / 2.0, 0.25);
@@ -48,18 +49,18 @@ const PLACES: [[f64; 2]; MANY] = {
     ]
 };
 
-/// What a calibration is to reach, and by what.
+/// Goal of a calibration, and its means.
 #[derive(Clone, Copy, Debug)]
 struct Goal {
-    /// Of the touches, mm.
+    /// Radius of the touches, mm.
     circle: f64,
-    /// The spread that will do, mm.
+    /// Spread that suffices, mm.
     tolerance: f64,
-    /// What it may change.
+    /// Parameters that the calibration may change.
     sought: Sought,
 }
 
-/// G29: how the bed lies at the seven points.
+/// G29: measures the bed's heights at the seven points.
 pub(super) fn measure_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let circle = circle(hands, words)?;
     hands.delta_records().touches.clear();
@@ -69,21 +70,21 @@ pub(super) fn measure_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Word
     Ok(Answer::Ok)
 }
 
-/// G32: R leaves the trims as they are, E the radius; S is how many numbers are found, I the spread to reach,
-/// J the circle's radius. K is Smoothieware's for starting from the present trims, which is always so: what
-/// is found does not depend on them.
+/// G32: R leaves the trims as they are, E the radius; S is the number of parameters to find, I the spread to
+/// reach, J the circle's radius. K is Smoothieware's for starting from the present trims, which is always so:
+/// the result does not depend on them.
 pub(super) fn calibrate_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let factors = words.get('S').map_or(hands.config().delta_calibration.factors, |factors| factors as u8);
     let sought = sought(factors, words)?;
     let tolerance = words.as_length('I').unwrap_or(hands.config().delta_calibration.tolerance.0);
     let goal = Goal { circle: circle(hands, words)?, tolerance, sought };
-    // It belongs to the geometry that is about to change.
+    // Leveling belongs to the geometry that is about to change.
     leveling::take_off(hands)?;
     let before = belief(hands)?;
     hands.delta_records().touches.clear();
     let calibrated = calibration_rounds(hands, &goal);
     if calibrated.is_err() {
-        // As if nothing had been.
+        // After a failure the records and the geometry are those of before.
         hands.delta_records().touches.clear();
         homing::come_to_rest(hands);
         believe(hands, &before)?;
@@ -91,7 +92,7 @@ pub(super) fn calibrate_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Wo
     calibrated
 }
 
-/// What is looked for where so many numbers are to be found, less what the words leave out.
+/// Returns the parameters to find for this number of them, less those that the words leave out.
 pub(super) fn sought(factors: u8, words: &Words<'_>) -> Result<Sought, Failure> {
     let (radius, angles, arms) = match factors {
         3 => (false, false, Arms::Known),
@@ -128,7 +129,7 @@ fn calibration_rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, goal: &Goal) -> Ou
         hands.say(format_args!("Spread: {reached:.4}\n"));
         let is_reached = reached <= goal.tolerance;
         if !is_reached && (is_noise || round < ROUNDS) {
-            // What all rounds have found: noise becomes less.
+            // The touches of all rounds are fitted, which lessens the noise.
             let records = hands.delta_records();
             let found = fit(&belief, Evidence { touches: &records.touches, distances: &[] }, goal.sought)
                 .ok_or_else(|| Failure::refused(&"calibration: the heights of the points make no sense"))?;
@@ -152,15 +153,15 @@ fn calibration_rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, goal: &Goal) -> Ou
     Err(hands.texts().refused(text))
 }
 
-/// Whether a fit of these touches makes them deviate no less than it makes any noise: numbers that are found
-/// take up their share.
+/// Returns whether a fit of these touches leaves a deviation as great as it leaves of any noise: the
+/// parameters found take up their share.
 fn is_noise(before: f64, after: f64, touches: usize, sought: Sought) -> bool {
     let free = touches.saturating_sub(sought.count()).max(1) as f64;
     after * libm::sqrt(touches as f64 / free) > LEAST_GAIN * before
 }
 
-/// By how much touches of the same places differ from this round to the last, mm: the deviation of one of
-/// them. An uneven bed shows the same each time, noise does not.
+/// Returns the deviation of a touch, mm, from the differences between touches of the same places in this
+/// round and the last. An uneven bed shows the same each time, noise does not.
 fn scatter(belief: &Belief, touches: &[Ways], count: usize) -> f64 {
     let latest = touches.len().saturating_sub(count);
     let before = touches.get(latest.saturating_sub(count)..latest).unwrap_or(&[]);
@@ -169,8 +170,8 @@ fn scatter(belief: &Belief, touches: &[Ways], count: usize) -> f64 {
     libm::sqrt(0.5 * squares / count as f64)
 }
 
-/// The machine is taken for this from now on. How far the carriages are from their switches is known whatever
-/// is believed; where the tool is follows from it, so Z is right before the next homing too.
+/// Takes the machine for this geometry from now on. The distances of the carriages from their switches do not
+/// depend on the geometry; the tool's position follows from them, so Z is right before the next homing too.
 fn believe<P: Ports>(hands: &mut Hands<'_, '_, P>, wanted: &Belief) -> Result<(), Failure> {
     let (now, config, mut place) = (belief(hands)?, hands.motion_config()?, hands.position());
     let ways = now.ways_to(&hands.motion(|motion| motion.compensation().motors(&place)));
@@ -181,7 +182,7 @@ fn believe<P: Ports>(hands: &mut Hands<'_, '_, P>, wanted: &Belief) -> Result<()
     hands.set_position(place)
 }
 
-/// Puts what was found in force, and says it.
+/// Puts the parameters found in force, and reports them.
 pub(super) fn adopt<P: Ports>(hands: &mut Hands<'_, '_, P>, found: &Found, sought: Sought) -> Result<(), Failure> {
     let belief = &found.belief;
     believe(hands, belief)?;
@@ -201,7 +202,7 @@ pub(super) fn adopt<P: Ports>(hands: &mut Hands<'_, '_, P>, found: &Found, sough
     Ok(())
 }
 
-/// Radius of the touches, mm.
+/// Returns the radius of the touches, mm.
 fn circle<P: Ports>(hands: &Hands<'_, '_, P>, words: &Words<'_>) -> Result<f64, Failure> {
     let radius = words.as_length('J').unwrap_or(hands.config().delta_calibration.radius.0);
     if radius > 0.0 { Ok(radius) } else { Err(Failure::refused(&"J is a radius, above zero")) }
@@ -218,7 +219,7 @@ fn touch_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, circle: f64, count: usize
     for [cosine, sine] in PLACES.into_iter().take(count) {
         let at = [circle * cosine, circle * sine];
         let contact = probe_point(hands, at, height)?;
-        // There is room for every round's.
+        // The list has room for the touches of every round.
         let _ = hands.delta_records().touches.push(belief.ways_to(&contact));
         hands.say(format_args!("X:{:.4} Y:{:.4} Z:{:.4}\n", at[0], at[1], contact[Axis::Z]));
         hands.drain();
@@ -226,7 +227,7 @@ fn touch_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, circle: f64, count: usize
     Ok(belief)
 }
 
-/// What the machine is taken for.
+/// Returns the geometry that the machine is taken for.
 pub(super) fn belief<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Belief, Failure> {
     let kinematics = hands.motion_config()?.kinematics;
     let config = hands.config();
@@ -234,11 +235,11 @@ pub(super) fn belief<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Belief, F
     Ok(Belief { kinematics, trim: tuning.trim(), home: arms::delta_home(config, tuning) })
 }
 
-/// Touches of a bed that lies as flat as the machine is taken to find it.
+/// Records touches of a bed that is as flat as the present geometry says.
 pub(super) fn assumed_touches(records: &mut DeltaRecords, belief: &Belief, circle: f64) {
     for [cosine, sine] in PLACES {
         let ways: Ways = belief.ways_to(&units::PerAxis([circle * cosine, circle * sine, 0.0, 0.0, 0.0, 0.0]));
-        // They were cleared.
+        // The list was cleared, so there is room.
         let _ = records.touches.push(ways);
     }
 }

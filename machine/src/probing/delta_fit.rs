@@ -1,15 +1,15 @@
-//! What a delta must be like for the points where it touched the bed to lie at one height, and for distances
-//! on a part that it printed to be as they were measured.
+//! Fit of a delta's geometry: the touches of the bed lie at the same height, and distances on a printed part
+//! are as they were measured.
 //!
-//! A touch tells how far each carriage was from its switch. That does not depend on what is believed about
-//! the machine; the height that follows from it does. Gauss-Newton on these heights and on distances, with
+//! A touch tells the distance of each carriage from its switch. That distance does not depend on the believed
+//! geometry; the height that follows from it does. Gauss-Newton on these heights and on distances, with
 //! derivatives by differences.
 //!
-//! What touches can tell: trims, radius and the angles of two towers. The third tower's angle only turns the
-//! part; the towers' own radii add nothing, for the plan of three towers is a triangle, which has three
-//! numbers, and where its middle lies shows nowhere. The lengths of the arms hardly change heights, so the
-//! touches tell them poorly (20 um of noise, 0.9 mm) and distances well. Hence arms are held to about what is
-//! written of them.
+//! Touches determine trims, radius and the angles of two towers. The third tower's angle only turns the part;
+//! the towers' own radii add nothing, for the plan of three towers is a triangle, which has three numbers,
+//! and the place of its middle shows nowhere. The lengths of the arms hardly change heights, so the touches
+//! tell them poorly (20 um of noise, 0.9 mm) and distances well. Hence arms are held to about their written
+//! lengths.
 
 use heapless::Vec;
 use motion::Kinematics;
@@ -19,74 +19,75 @@ use crate::least_squares::{self, LeastSquares};
 
 /// Step of the differences, mm or degrees.
 const DIFFERENCE: f64 = 0.01;
-/// Each turn leaves the square of the error before it: the third is at rounding.
+/// Number of iterations. Each leaves the square of the error before it: the third is at rounding.
 const TURNS: u32 = 6;
-/// Errors of a machine that is worth calibrating, mm.
+/// Greatest error of a length of a machine that is worth calibrating, mm.
 const MOST_CHANGE: f64 = 20.0;
-/// The same of angles, degrees.
+/// Greatest error of an angle of such a machine, degrees.
 const MOST_TURN: f64 = 5.0;
-/// Deviation of a touch, of a distance measured with calipers, and of an arm from what is written of it, mm.
+/// Standard deviation of a touch, of a distance measured with calipers, and of an arm from its written
+/// length, mm.
 const TOUCH: f64 = 0.02;
 const DISTANCE: f64 = 0.05;
 const ARM: f64 = 1.0;
 
-/// What is believed about a linear delta.
+/// Believed geometry of a linear delta.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Belief {
     pub kinematics: Kinematics,
-    /// See `M666`, mm.
+    /// Trims of the switches (see `M666`), mm.
     pub trim: [f64; 3],
-    /// Where the tool is with every carriage at the height of its switch, less the trims.
+    /// Position of the tool with every carriage at the height of its switch, less the trims.
     pub home: PerAxis<f64>,
 }
 
-/// How far each carriage is from its switch, mm.
+/// Distance of each carriage from its switch, mm.
 pub(super) type Ways = [f64; 3];
 
 /// A distance on a printed part, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Distance {
-    /// Where the machine was as it printed the ends.
+    /// Carriage distances when the machine printed the ends.
     pub ends: [Ways; 2],
-    /// As measured.
+    /// Length as measured, mm.
     pub measured: f64,
 }
 
-/// What tells of the machine.
+/// Measurements from which the geometry is fitted.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Evidence<'a> {
     pub touches: &'a [Ways],
     pub distances: &'a [Distance],
 }
 
-/// What is looked for.
+/// Parameters that are fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Sought {
     pub trims: bool,
     pub radius: bool,
-    /// Of two towers.
+    /// Angles of two towers.
     pub angles: bool,
     pub arms: Arms,
 }
 
-/// Lengths of arms.
+/// Treatment of the arms' lengths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Arms {
-    /// As written.
+    /// Lengths as written, not fitted.
     Known,
-    /// One for all.
+    /// A common length for all.
     Alike,
-    /// Each its own.
+    /// Each arm has its own length.
     Each,
 }
 
-/// One number that is looked for.
+/// A single parameter that is fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Unknown {
     Trim(usize),
-    /// A parameter of the kinematics, by its letter.
+    /// Parameter of the kinematics, by its letter.
     Parameter(char),
-    /// Of the bed, as believed.
+    /// Height of the bed in the believed geometry.
     Height,
 }
 
@@ -99,7 +100,7 @@ impl Sought {
             Arms::Alike => &['L'],
             Arms::Each => &['I', 'J', 'K'],
         };
-        // With trims, raising all of them raises the bed.
+        // With trims no height is fitted, since raising all of them raises the bed.
         let first = if self.trims { [0, 1, 2].map(Unknown::Trim) } else { [Unknown::Height; 3] };
         let first = first.into_iter().take(if self.trims { 3 } else { 1 });
         let of = |is_sought: bool, letters: &'static [char]| letters.iter().filter(move |_| is_sought);
@@ -107,22 +108,22 @@ impl Sought {
         first.chain(parameters.map(|letter| Unknown::Parameter(*letter))).collect()
     }
 
-    /// How many numbers that are.
+    /// Returns the number of fitted parameters.
     pub fn count(self) -> usize {
         self.unknowns().len()
     }
 }
 
-/// What was found.
+/// Result of a fit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
     pub belief: Belief,
-    /// Standard deviation of an arm's length, mm, where it was looked for.
+    /// Standard deviation of an arm's length, mm, if it was fitted.
     pub arms_within: Option<f64>,
 }
 
 impl Belief {
-    /// Where the carriages are at their switches, mm.
+    /// Returns the heights of the carriages at their switches, mm.
     pub fn switches(&self) -> [f64; 3] {
         let motors = self.kinematics.actuators(&self.home);
         let mut switches = [0.0; 3];
@@ -132,7 +133,7 @@ impl Belief {
         switches
     }
 
-    /// The ways of the carriages from their switches to a place of the tool, mm.
+    /// Returns the ways of the carriages from their switches to a place of the tool, mm.
     pub fn ways_to(&self, place: &PerAxis<f64>) -> Ways {
         let motors = self.kinematics.actuators(place);
         let mut ways = self.switches();
@@ -142,7 +143,7 @@ impl Belief {
         ways
     }
 
-    /// Where the tool is after these ways.
+    /// Returns the tool's position after these ways.
     pub fn place(&self, ways: &Ways) -> PerAxis<f64> {
         let mut motors = PerActuator([0.0; units::MAX_ACTUATORS]);
         for ((motor, switch), way) in motors.0.iter_mut().zip(self.switches()).zip(ways) {
@@ -151,24 +152,24 @@ impl Belief {
         self.kinematics.point(&motors)
     }
 
-    /// The tool's height after these ways.
+    /// Returns the tool's height after these ways.
     pub fn height(&self, ways: &Ways) -> f64 {
         self.place(ways)[Axis::Z]
     }
 
-    /// How far apart its ends are, mm.
+    /// Returns the length of a distance in this geometry, mm.
     pub fn distance(&self, distance: &Distance) -> f64 {
         let [from, to] = distance.ends.map(|ways| self.place(&ways));
         let [x, y, z] = Axis::PRIMARY.map(|axis| to[axis] - from[axis]);
         libm::sqrt(x * x + y * y + z * z)
     }
 
-    /// A parameter of the kinematics.
+    /// Returns a parameter of the kinematics.
     pub fn parameter(&self, letter: char) -> f64 {
         self.kinematics.parameters().iter().find(|(known, _)| *known == letter).map_or(0.0, |(_, value)| value)
     }
 
-    /// The radius of the arms.
+    /// Returns the radius of the arms.
     pub fn radius(&self) -> f64 {
         self.parameter('R')
     }
@@ -179,7 +180,7 @@ impl Belief {
         self.kinematics = self.kinematics.with_parameters(&parameters);
     }
 
-    /// The same with one unknown greater by so much.
+    /// Returns the geometry with an unknown increased by this amount.
     fn with(&self, unknown: Unknown, by: f64) -> Self {
         let mut other = *self;
         match unknown {
@@ -190,7 +191,7 @@ impl Belief {
         other
     }
 
-    /// The same machine, with the arms' mean length in their common one.
+    /// Returns the same machine, with the arms' mean length in their common length.
     fn with_even_arms(&self) -> Self {
         let mean = ['I', 'J', 'K'].map(|letter| self.parameter(letter)).iter().sum::<f64>() / 3.0;
         let mut other = self.with(Unknown::Parameter('L'), mean);
@@ -199,7 +200,7 @@ impl Belief {
     }
 }
 
-/// Greatest less least height of these touches.
+/// Returns the difference of the greatest and the least height of these touches.
 pub(super) fn spread(belief: &Belief, touches: &[Ways]) -> f64 {
     let heights = touches.iter().map(|ways| belief.height(ways));
     let (least, most) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), height| {
@@ -208,7 +209,7 @@ pub(super) fn spread(belief: &Belief, touches: &[Ways]) -> f64 {
     most - least
 }
 
-/// Standard deviation of the heights of these touches.
+/// Returns the standard deviation of the heights of these touches.
 pub(super) fn deviation(belief: &Belief, touches: &[Ways]) -> f64 {
     let mean = mean_height(belief, touches);
     let squares = touches.iter().map(|ways| belief.height(ways) - mean).map(|part| part * part).sum::<f64>();
@@ -219,9 +220,9 @@ fn mean_height(belief: &Belief, touches: &[Ways]) -> f64 {
     touches.iter().map(|ways| belief.height(ways)).sum::<f64>() / touches.len() as f64
 }
 
-/// The belief that lets all touches lie at one height and all distances be as measured, as far as can be.
-/// With trims among the unknowns that is their mean height as believed before, since raising all trims only
-/// moves the bed. `None` when the evidence does not tell, or tells nonsense.
+/// Returns the geometry with which all touches lie at the same height and all distances are as measured, as
+/// far as can be. With trims among the unknowns that height is their mean as believed before, since raising
+/// all trims only moves the bed. `None` when the evidence does not determine it, or gives nonsense.
 pub(super) fn fit(belief: &Belief, evidence: Evidence<'_>, sought: Sought) -> Option<Found> {
     let unknowns = sought.unknowns();
     let mut bed = mean_height(belief, evidence.touches);
@@ -245,12 +246,12 @@ pub(super) fn fit(belief: &Belief, evidence: Evidence<'_>, sought: Sought) -> Op
     if sought.arms == Arms::Each {
         found = found.with_even_arms();
     }
-    // An arm is the last unknown.
+    // An arm is the last unknown, so its deviation is at hand.
     let arms_within = (sought.arms != Arms::Known).then_some(within);
     (trims && lengths && angles).then_some(Found { belief: found, arms_within })
 }
 
-/// One turn: what tells by how much each unknown must grow.
+/// Runs an iteration: returns the sums that give the step of each unknown.
 fn turn(
     written: &Belief,
     belief: &Belief,
@@ -306,14 +307,14 @@ mod tests {
         Evidence { touches, distances: &[] }
     }
 
-    /// The middle, the towers, and opposite to each.
+    /// Returns the middle, the towers, and the places opposite to each.
     fn points(radius: f64) -> Vec<[f64; 2]> {
         let around = (0..6).map(|n| (30.0 + 60.0 * f64::from(n)).to_radians());
         let around = around.map(|angle| [radius * angle.cos(), radius * angle.sin()]);
         core::iter::once([0.0; 2]).chain(around).collect()
     }
 
-    /// Goes straight down, as believed, until the real machine is at the bed.
+    /// Goes straight down in the believed geometry, until the real machine is at the bed.
     fn touch(real: &Belief, believed: &Belief, [x, y]: [f64; 2], bed: f64) -> [f64; 3] {
         let (mut low, mut high) = (-40.0, 40.0);
         for _ in 0..80 {
@@ -354,7 +355,7 @@ mod tests {
         }
     }
 
-    /// A machine that is wrong in all that can be told.
+    /// Returns a machine that is wrong in every parameter that the touches determine.
     fn crooked() -> impl Strategy<Value = Belief> {
         let (small, angle) = (proptest::array::uniform3(-1.0..1.0_f64), proptest::array::uniform2(-0.8..0.8_f64));
         (small.clone(), -2.0..2.0_f64, angle, small).prop_map(|(trim, radius, [d, e], arm_offset)| {
@@ -368,14 +369,14 @@ mod tests {
         })
     }
 
-    /// What calipers find between two places that this machine prints.
+    /// Returns the distance that calipers find between two places that this machine prints.
     fn printed(real: &Belief, believed: &Belief, from: [f64; 2], to: [f64; 2]) -> Distance {
         let ends = [from, to].map(|[x, y]| believed.ways_to(&PerAxis([x, y, 0.3, 0.0, 0.0, 0.0])));
         let measured = real.distance(&Distance { ends, measured: 0.0 });
         Distance { ends, measured }
     }
 
-    /// With the middle, and a second ring halfway.
+    /// Returns the points with the middle, and a second ring halfway.
     fn thirteen(radius: f64) -> Vec<[f64; 2]> {
         points(radius).into_iter().chain(points(radius / 2.0).into_iter().skip(1)).collect()
     }
@@ -385,7 +386,7 @@ mod tests {
 
         #[test]
         fn angles_are_found_by_touches(wrong in crooked()) {
-            // Arms as written: nothing else is wrong.
+            // The arms are as written: nothing else is wrong.
             let mut real = wrong;
             ['I', 'J', 'K'].into_iter().for_each(|letter| real.set(letter, 0.0));
             let believed = belief(124.0, [0.0; 3]);
@@ -411,7 +412,7 @@ mod tests {
             let (found, within) = (found.belief, found.arms_within.expect("arms"));
             prop_assert!(spread(&found, &touches) < 0.01, "{}", spread(&found, &touches));
             prop_assert!(within > 0.1 && within < 0.5, "{within}");
-            // The 1 mm that arms are held to is a little of a pull.
+            // Holding arms to 1 mm pulls the result a little.
             for n in 0..3 {
                 let letter = ['I', 'J', 'K'][n];
                 let (is, shall) = (found.parameter('L') + found.parameter(letter), 250.0 + real.parameter(letter));

@@ -1,14 +1,14 @@
-//! Whether the probe is out.
+//! State of a deployable probe.
 
-/// Whether the probe is out, as far as the machine knows.
+/// State of the probe, as far as the machine knows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Deployment {
     #[default]
     Stowed,
-    /// By a search: stowed at its command's end.
+    /// Deployed by a search: stowed at its command's end.
     BySearch,
-    /// By M401.
+    /// Deployed by the command M401.
     ByCommand,
-    /// The script that moves it did not come to its end.
+    /// Unknown, since the script that moves the probe did not come to its end.
     Unknown,
 }

@@ -1,10 +1,10 @@
-//! Probes that are brought out before they touch and put away afterwards: servo probes, and magnetic ones
-//! that are fetched from a dock.
+//! Deployable probes, which are brought out before they touch and stowed afterwards: servo probes, and
+//! magnetic probes that are fetched from a dock.
 //!
-//! Whatever searches finds the probe deployed, or deploys it first and comes back to where it was. What
-//! deployed itself is stowed when the command has ended, well or not; after a halt nothing moves, and the
-//! probe stays as it is until M402. What M401 deployed stays until M402, and so it does where a search ends
-//! at its contact (G38, G30 Z).
+//! Every search finds the probe deployed, or deploys it first and comes back to its start. A probe that a
+//! search has deployed is stowed when the command has ended, well or not; after a halt nothing moves, and the
+//! probe stays as it is until M402. A probe that M401 has deployed stays until M402, and so does a probe
+//! after a search that ends at its contact (G38, G30 Z).
 
 use units::{Axis, PerAxis};
 
@@ -18,7 +18,7 @@ use crate::ports::{Input, Ports};
 const DEPLOY: &str = "deploy_gcode";
 const STOW: &str = "stow_gcode";
 
-/// What an input tells; `None` where none does.
+/// Returns whether an input says that the probe is out; `None` without such an input.
 fn sensed<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Option<bool> {
     let (probe, inputs) = (hands.config().probe, hands.inputs());
     let by_pin = probe.deployed_pin.map(|_| inputs.is_active(Input::ProbeDeployed));
@@ -27,7 +27,7 @@ fn sensed<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Option<bool> {
     by_pin.or(by_contact)
 }
 
-/// The configuration says how it is brought out.
+/// Returns whether the configuration has scripts that move the probe.
 pub(super) fn is_moved<P: Ports>(hands: &Hands<'_, '_, P>) -> bool {
     hands.config().probe_scripts.iter().any(|script| !script.is_empty())
 }
@@ -36,7 +36,7 @@ fn is_deployed<P: Ports>(hands: &mut Hands<'_, '_, P>) -> bool {
     sensed(hands).unwrap_or(matches!(hands.deployment(), Deployment::BySearch | Deployment::ByCommand))
 }
 
-/// Before a search: the probe is out, and the machine where it was.
+/// Makes sure before a search that the probe is out, and the machine back at its place.
 pub(super) fn ensure<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
     if is_deployed(hands) {
         return Ok(());
@@ -48,7 +48,7 @@ pub(super) fn ensure<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failu
         };
     }
     if *hands.deployment() == Deployment::Unknown {
-        // Where something tells, it is not.
+        // An input, if there is one, says that the probe is not out.
         sensed(hands).ok_or_else(|| Failure::refused(&NOT_KNOWN))?;
     } else if *hands.deployment() != Deployment::Stowed {
         *hands.deployment() = Deployment::Stowed;
@@ -64,7 +64,7 @@ pub(super) fn ensure<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failu
 const NOT_KNOWN: &str = "whether the probe is out is not known: look at it, then M401 or M402";
 const NOT_OUT: &str = "the probe is not deployed: look at it, and at deployed_pin; nothing was probed";
 
-/// Runs a script that moves the probe. Where it ends too early, the probe may be anywhere.
+/// Runs a script that moves the probe. If it ends too early, the probe may be anywhere.
 fn run_script<P: Ports>(hands: &mut Hands<'_, '_, P>, key: &str, script: &str) -> Result<(), Failure> {
     let ran = hands.run_probe_script(key, script);
     if ran.is_err() {
@@ -86,7 +86,7 @@ fn deploy<P: Ports>(hands: &mut Hands<'_, '_, P>, by: Deployment) -> Result<(), 
     Ok(())
 }
 
-/// High first, and down last.
+/// Goes back to a place: high first, and down last.
 fn come_back<P: Ports>(hands: &mut Hands<'_, '_, P>, place: PerAxis<f64>) -> Result<(), Failure> {
     let rate = hands.tuning().probe.fast_rate;
     let mut over = hands.position();
@@ -114,8 +114,8 @@ fn stow<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What a search has deployed stays out: after a halt nothing moves, and whoever searched along a line counts
-/// on where it ended.
+/// Leaves a probe out that a search has deployed: after a halt nothing moves, and a program that searched
+/// along a line counts on the end of that search.
 pub(crate) fn leave_out<P: Ports>(hands: &mut Hands<'_, '_, P>) {
     if *hands.deployment() == Deployment::BySearch {
         *hands.deployment() = Deployment::ByCommand;
@@ -123,7 +123,8 @@ pub(crate) fn leave_out<P: Ports>(hands: &mut Hands<'_, '_, P>) {
     }
 }
 
-/// A command that searched has ended like this: what it has deployed is stowed. After a halt it is not.
+/// Stows a probe that a search has deployed, after its command has ended with `ended`; after a halt the probe
+/// stays.
 pub(crate) fn stow_after<P: Ports>(hands: &mut Hands<'_, '_, P>, ended: Outcome) -> Outcome {
     if *hands.deployment() != Deployment::BySearch {
         return ended;
@@ -140,10 +141,10 @@ pub(crate) fn stow_after<P: Ports>(hands: &mut Hands<'_, '_, P>, ended: Outcome)
     stowed.map(|()| answer)
 }
 
-/// M401 deploys the probe, M402 stows it, whatever is believed of it.
+/// M401 deploys the probe, M402 stows it, whatever its state is believed to be.
 pub(crate) fn deploy_or_stow<P: Ports>(hands: &mut Hands<'_, '_, P>, deploys: bool) -> Outcome {
     if !hands.config().probe.enable || !is_moved(hands) {
-        // Hosts send it to every printer.
+        // Hosts send M401 and M402 to every printer.
         return Ok(Answer::PassedOver);
     }
     check_homed(hands)?;

@@ -1,13 +1,13 @@
-//! Points that must not be touched: worked out from touches at the edges of the region they lie in.
+//! Faulty regions, whose points must not be touched: heights there come from touches at the region's edges.
 
 use heapless::Vec;
 
 use crate::leveling::area::Area;
 
-/// The edges of the region to the left, to the right, in front and behind a place.
+/// Edges of the region to the left, to the right, in front and behind a place.
 pub(super) type Ends = [Option<[f64; 2]>; 4];
 
-/// The region that a place lies in, its edges not counted.
+/// Returns the region that a place lies in, its edges not counted.
 pub(super) fn region_of(place: [f64; 2], corners: &[[f64; 2]]) -> Option<Area> {
     let (regions, _) = corners.as_chunks::<2>();
     let sorted = regions.iter().map(|[[ax, ay], [bx, by]]| [[ax.min(*bx), ay.min(*by)], [ax.max(*bx), ay.max(*by)]]);
@@ -15,8 +15,8 @@ pub(super) fn region_of(place: [f64; 2], corners: &[[f64; 2]]) -> Option<Area> {
     sorted.into_iter().find(|[low, high]| low[0] < x && x < high[0] && low[1] < y && y < high[1])
 }
 
-/// Where to touch instead of a place in `region`: straight ahead from it at the region's edges, where the
-/// mesh's area and the other regions let the probe.
+/// Returns the places to touch instead of a place in `region`: straight ahead from it at the region's edges,
+/// if the mesh's area and the other regions let the probe.
 pub(super) fn ends(place: [f64; 2], region: &Area, within: &Area, corners: &[[f64; 2]]) -> Ends {
     let ([x, y], [low, high]) = (place, *region);
     let candidates = [[low[0], y], [high[0], y], [x, low[1]], [x, high[1]]];
@@ -29,8 +29,8 @@ pub(super) fn ends(place: [f64; 2], region: &Area, within: &Area, corners: &[[f6
     })
 }
 
-/// The height at a place from those at its ends: straight between two that lie opposite, and where there is
-/// but one, as high as that; what is nearer counts more. `None` without any.
+/// Returns the height at a place from those at its ends: on a straight line between two that lie opposite, or
+/// the height of a single end; nearer ends count more. `None` without any.
 pub(super) fn between(place: [f64; 2], ends: &Ends, heights: &[Option<f64>; 4]) -> Option<f64> {
     let mut parts = Vec::<(f64, f64), 2>::new();
     let mut lone = Vec::<(f64, f64), 4>::new();
@@ -42,7 +42,7 @@ pub(super) fn between(place: [f64; 2], ends: &Ends, heights: &[Option<f64>; 4]) 
     };
     for (one, other) in [(0, 1), (2, 3)] {
         match (far(one), far(other)) {
-            // Room for all, here and below.
+            // The list has room for all parts, here and below.
             (Some((a, left)), Some((b, right))) => parts.extend([(1.0 / (a + b), (left * b + right * a) / (a + b))]),
             (one, other) => lone.extend(one.into_iter().chain(other).map(|(a, height)| (1.0 / a, height))),
         }
@@ -82,12 +82,12 @@ mod tests {
         let region = region_of(place, &CORNERS).expect("it lies in one");
         let found = ends(place, &region, &BED, &CORNERS);
         assert_eq!(found, [Some([150.0, 120.0]), None, Some([180.0, 100.0]), None]);
-        // Twenty behind the one, thirty beside the other.
+        // The place is twenty behind the front end, thirty beside the left.
         let height = between(place, &found, &[Some(0.3), None, Some(0.6), None]).expect("two ends");
         assert!((height - (0.3 / 30.0 + 0.6 / 20.0) / (1.0 / 30.0 + 1.0 / 20.0)).abs() < 1e-12);
         assert_eq!(between(place, &[None; 4], &[None; 4]), None);
         assert_eq!(region_of([40.0, 45.0], &CORNERS), None, "the edge can be touched");
-        // Regions that lie over each other cover each other's edges.
+        // Regions that overlap cover each other's edges.
         let both = [[0.0, 0.0], [60.0, 60.0], [40.0, 0.0], [100.0, 60.0]];
         let region = region_of([50.0, 30.0], &both).expect("it lies in both");
         assert_eq!(

@@ -17,19 +17,19 @@ use crate::leveling::area::{Area, area_of, part_of};
 use crate::leveling::{self, grid};
 use crate::ports::Ports;
 
-/// Points along a side of a G29 scan at least.
+/// Least number of points along a side of a G29 scan.
 const LEAST_SCAN: usize = 5;
-/// Points along a side of a delta's G29 at most.
+/// Greatest number of points along a side of a delta's G29.
 const MOST_ALONG: f64 = 50.0;
-/// Touches of a spiral without I, and at most.
+/// Number of touches of a spiral without I, and the greatest.
 const SPIRAL: f64 = 50.0;
 const MOST_SPIRAL: f64 = 1_000.0;
-/// Turn from one touch of a spiral to the next, radians: the golden angle, which spreads them evenly.
+/// Turn between two touches of a spiral, radians: the golden angle, which spreads them evenly.
 const GOLDEN: f64 = 2.399_963_229_728_653;
-/// A point this little outside of the circle, mm, is in it: it is there by rounding.
+/// Distance outside of the circle, mm, by which a point may lie through rounding.
 const ROUNDING: f64 = 1e-6;
 
-/// Homes as configured, and tells the area of G31 and G32: where the probe is now may be part of it.
+/// Homes as configured, and returns the area of G31 and G32: the probe's present place may be part of it.
 pub(super) fn prepare_cartesian_grid<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     words: &Words<'_>,
@@ -58,7 +58,7 @@ pub(super) fn prepare_cartesian_grid<P: Ports>(
             cartesian_shape(hands, words, origin, size)?
         }
     };
-    // Where the mesh has the height zero does not depend on what part of it is measured.
+    // The place of height zero does not depend on the part of the mesh that is measured.
     let whole = whole.unwrap_or(shape);
     if words.has('D') {
         shape = around_objects(hands, words.get('D'), &shape)?;
@@ -70,7 +70,8 @@ pub(super) fn prepare_cartesian_grid<P: Ports>(
     Ok(plan)
 }
 
-/// The area that other firmwares' words mean: Prusa's corner X and Y and size W and H, Marlin's ends L R F B.
+/// Returns the area that other firmwares' words mean: Prusa's corner X and Y and size W and H, Marlin's ends
+/// L R F B.
 fn area_in(words: &Words<'_>) -> Option<Area> {
     let get = |letters: [char; 4]| {
         let found = letters.map(|letter| words.get(letter));
@@ -82,7 +83,7 @@ fn area_in(words: &Words<'_>) -> Option<Area> {
     get(['L', 'R', 'F', 'B']).map(|[left, right, front, rear]| [[left, front], [right, rear]])
 }
 
-/// The part of a grid that the objects of the job need, and so much around them.
+/// Returns the part of a grid that the objects of the job need, with a margin around them.
 fn around_objects<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     margin: Option<f64>,
@@ -107,7 +108,7 @@ fn around_objects<P: Ports>(
     Ok(part)
 }
 
-/// Every point can be touched, or worked out from what can.
+/// Checks that every point can be touched, or computed from points that can.
 fn check_regions(texts: &Texts, plan: &Plan, corners: &[[f64; 2]]) -> Result<(), Failure> {
     let within = area_of(&plan.shape);
     if faulty::region_of(plan.reference, corners).is_some() {
@@ -127,7 +128,7 @@ fn check_regions(texts: &Texts, plan: &Plan, corners: &[[f64; 2]]) -> Result<(),
     Ok(())
 }
 
-/// Every point, and where heights count from, is one that the probe reaches.
+/// Checks that the probe reaches every point, and the place of height zero.
 fn check_places<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(), Failure> {
     let faulty = &hands.config().leveling.mesh.faulty_regions;
     let places = (0..plan.shape.points()).map(|index| plan.shape.place(index));
@@ -135,7 +136,7 @@ fn check_places<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(
     check_reach(hands, core::iter::once(plan.reference).chain(touched))
 }
 
-/// G29, G31 and G32 with a cartesian grid, once its area is known.
+/// Runs G29, G31 and G32 with a cartesian grid, once its area is known.
 pub(crate) fn touch_cartesian_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
     if plan.levels {
         return level_by_grid(hands, plan);
@@ -143,7 +144,7 @@ pub(crate) fn touch_cartesian_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan:
     uncompensated(hands, |hands| scan(hands, plan))
 }
 
-/// The area of G29 with a cartesian grid: from where the probe is.
+/// Returns the area of G29 with a cartesian grid, which begins at the probe.
 pub(super) fn prepare_scan<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<Plan, Failure> {
     hands.standstill()?;
     check_homed(hands)?;
@@ -161,7 +162,7 @@ pub(super) fn prepare_scan<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words
     Ok(plan)
 }
 
-/// Touches a grid and shows what was found, of which nothing remains.
+/// Touches a grid and shows its heights, which are not kept.
 fn scan<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
     touch_grid(hands, plan)?;
     say_draft(hands, &plan.shape);
@@ -173,7 +174,7 @@ fn probe_here<P: Ports>(hands: &mut Hands<'_, '_, P>) -> [f64; 2] {
     probe_at(hands.bed(), &nozzle)
 }
 
-/// Where the area of G31 and G32 begins, and its size: from the configuration, or as the words say.
+/// Returns the origin and the size of the area of G31 and G32: from the configuration, or as the words say.
 fn corners<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     words: &Words<'_>,
@@ -195,7 +196,7 @@ fn corners<P: Ports>(
     Ok([[from_x + x, from_y + y], [a, b]])
 }
 
-/// An area and its points: as many as are configured, or as the words say.
+/// Returns an area and its points: as many as are configured, or as the words say.
 fn cartesian_shape<P: Ports>(
     hands: &Hands<'_, '_, P>,
     words: &Words<'_>,
@@ -216,7 +217,7 @@ fn cartesian_shape<P: Ports>(
     Ok(GridShape { origin, step, count: counts.map(|count| count as usize) })
 }
 
-/// G31 with a delta grid.
+/// Runs G31 with a delta grid.
 pub(super) fn level_by_delta_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let settings = hands.config().leveling.delta;
     if words.has('D') {
@@ -237,7 +238,7 @@ pub(super) fn level_by_delta_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, words:
     level_by_grid(hands, &plan)
 }
 
-/// Points along a side: as configured, or fewer.
+/// Returns the number of points along a side: as configured, or fewer.
 fn delta_count(texts: &Texts, words: &Words<'_>, configured: u8) -> Result<u8, Failure> {
     let Some(count) = words.get('I') else { return Ok(configured) };
     let odd = (3..=configured).step_by(2).find(|odd| f64::from(*odd) == count);
@@ -248,7 +249,7 @@ fn delta_count(texts: &Texts, words: &Words<'_>, configured: u8) -> Result<u8, F
     })
 }
 
-/// The grid around the middle of which a probe reaches what is in the circle.
+/// Returns the grid around the middle whose points within the circle the probe touches.
 fn round_plan(radius: f64, count: u8, from: f64) -> Plan {
     Plan {
         shape: grid::around(radius, count),
@@ -260,7 +261,7 @@ fn round_plan(radius: f64, count: u8, from: f64) -> Plan {
 }
 
 /// G29 with a delta grid, which homes as G31 does: a map of I points along each side; G29.1: I points along a
-/// spiral. Nothing of it remains.
+/// spiral. The heights are not kept.
 pub(super) fn scan_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, spiral: bool) -> Outcome {
     let settings = hands.config().leveling.delta;
     let radius = grid_radius(hands, words)?;
@@ -281,7 +282,7 @@ pub(super) fn scan_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
     })
 }
 
-/// Touches so many points along a spiral out to the radius.
+/// Touches this many points along a spiral out to the radius.
 fn scan_spiral<P: Ports>(hands: &mut Hands<'_, '_, P>, radius: f64, count: f64, from: f64) -> Outcome {
     let (offsets, probe) = (*hands.bed(), hands.tuning().probe);
     let bed = find_bed(hands, nozzle_over(&offsets, [0.0; 2]), from)?[Axis::Z];
@@ -300,7 +301,7 @@ fn grid_radius<P: Ports>(hands: &Hands<'_, '_, P>, words: &Words<'_>) -> Result<
     if radius >= 1.0 { Ok(radius) } else { Err(Failure::refused(&"J is a radius, 1 mm or more")) }
 }
 
-/// Touches the bed at every point of a grid and levels by what is found.
+/// Touches the bed at every point of a grid and levels by the heights.
 fn level_by_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
     leveling::take_off(hands)?;
     hands.bed().scatter = Scatter::default();
@@ -315,7 +316,7 @@ fn level_by_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome
     leveling::say_findings(hands)
 }
 
-/// Heights of the bed over that at the reference, into the draft; not a number where nothing is to be
+/// Writes the heights of the bed over that at the reference into the draft; NaN at points that must not be
 /// touched.
 fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(), Failure> {
     let (offsets, probe) = (*hands.bed(), hands.tuning().probe);
@@ -325,7 +326,7 @@ fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(),
     let [nx, ny] = plan.shape.count;
     for row in 0..ny {
         for step in 0..nx {
-            // There and back, so that no way is made twice.
+            // Rows are touched there and back, so that no way is made twice.
             let column = if row % 2 == 0 { step } else { nx - 1 - step };
             let index = row * nx + column;
             let [x, y] = plan.shape.place(index);
@@ -349,7 +350,7 @@ fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(),
     Ok(())
 }
 
-/// The height of the bed at a point of the grid; worked out from the edges of a region that must not be
+/// Returns the height of the bed at a point of the grid; computed from the edges of a region that must not be
 /// touched.
 fn touch_point<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
@@ -375,7 +376,7 @@ fn touch_point<P: Ports>(
     faulty::between(place, &ends, &heights).ok_or_else(|| Failure::refused(&"no place to touch beside a faulty region"))
 }
 
-/// The draft, a line for each row.
+/// Reports the draft, a line for each row.
 fn say_draft<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridShape) {
     let [nx, ny] = shape.count;
     let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);

@@ -1,5 +1,5 @@
-//! What an axis loses when it turns: the contact closes on the way there and opens on the way back, and
-//! between the two places lie the backlash of the axis and the contact's own hysteresis.
+//! Lost motion of an axis when it reverses: the contact closes on the way there and opens on the way back,
+//! and between the two places lie the backlash of the axis and the contact's own hysteresis.
 
 use program::Contact;
 use units::{Axis, MmPerSecond, PerAxis};
@@ -10,12 +10,12 @@ use crate::failure::Failure;
 use crate::leveling;
 use crate::ports::Ports;
 
-/// How often it is measured.
+/// Number of measurements of the lost motion.
 const ROUNDS: u32 = 5;
-/// Back from the contact before the next round, mm: more than any backlash.
+/// Distance back from the contact before the next round, mm: more than any backlash.
 const BACK: f64 = 2.0;
 
-/// Measures it: towards the contact by this distance at most, mm.
+/// Measures the lost motion: towards the contact by this distance at most, mm.
 ///
 /// # Errors
 /// Without a probe, or when its contact is not where it should be.
@@ -44,7 +44,7 @@ pub(crate) fn lost_motion<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, di
     Ok(())
 }
 
-/// Mean and range of what is lost, mm.
+/// Returns mean and range of the lost motion, mm.
 fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, distance: f64) -> Result<(f64, f64), Failure> {
     let rate = hands.tuning().probe.slow_rate;
     let towards = if distance < 0.0 { -1.0 } else { 1.0 };
@@ -55,7 +55,7 @@ fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, distance: f64) -> 
         let opens = find(hands, axis, -towards * BACK, rate, Contact::Opens)?;
         let lost = (closes - opens) * towards;
         (sum, least, most) = (sum + lost, f64::min(least, lost), f64::max(most, lost));
-        // Well away from it, so that the next approach comes from the same side.
+        // The axis goes well away from the contact, so that the next approach comes from the same side.
         let mut back = hands.position();
         back[axis] = opens - towards * BACK;
         hands.go_there(back, rate)?;
@@ -64,7 +64,7 @@ fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, distance: f64) -> 
     Ok((sum / f64::from(ROUNDS), most - least))
 }
 
-/// Where the contact changes, mm.
+/// Returns the position at which the contact changes, mm.
 fn find<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     axis: Axis,

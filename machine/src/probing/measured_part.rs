@@ -1,8 +1,8 @@
 //! M665.1 to M665.4: a delta's geometry from a part that it printed, measured with calipers.
 //!
-//! Touches say whether the bed is found flat, which hardly depends on how long the arms are; how large a part
-//! becomes does. So each distance is kept as the ways that the carriages made to its ends, and all of them
-//! together with the touches of the last calibration say what the machine is like.
+//! Touches say whether the bed is found flat, which hardly depends on the arms' length; the size of a part
+//! does. So each distance is kept as the ways that the carriages made to its ends, and all of them together
+//! with the touches of the last calibration give the geometry of the machine.
 
 use program::Words;
 use units::{AxisSet, PerAxis};
@@ -15,13 +15,13 @@ use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, short};
 use crate::ports::Ports;
 
-/// A distance that differs by more than this share of itself was misread, or is another one.
+/// Greatest relative error of a distance: a greater one was misread, or is another distance.
 const MOST_ERROR: f64 = 0.1;
-/// Numbers that are found without S.
+/// Number of parameters to find without S.
 const FACTORS: u8 = 9;
 
-/// M665.1: from X Y to I J the part is S long; without words, what is kept. M665.2 calibrates by them, S as
-/// that of G32. M665.3 forgets them.
+/// M665.1: notes that the part is S long from X Y to I J; without words, reports the kept distances. M665.2
+/// calibrates by them, S as that of G32. M665.3 forgets them.
 pub(crate) fn measured_part<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     let texts = hands.texts();
     if !is_linear_delta(hands.config()) {
@@ -55,7 +55,7 @@ fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     Ok(Answer::Ok)
 }
 
-/// Keeps a distance between two places of the program; what there is to say of it.
+/// Keeps a distance between two places of the program; returns a report of it.
 fn keep_distance<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     ends: [[f64; 2]; 2],
@@ -79,7 +79,7 @@ fn keep_distance<P: Ports>(
     Ok(short(format_args!("distance {count}: {meant:.3} mm meant, {:+.3} mm measured\n", measured - meant)))
 }
 
-/// What was measured of the calibration part are the distances now.
+/// Replaces the distances by those measured on the calibration part.
 fn take_print<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let texts = hands.texts();
     let all = hands.delta_records().print.distances(texts)?;
@@ -109,7 +109,7 @@ fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     Ok(Answer::Ok)
 }
 
-/// Root of the mean square of what the distances are off by, mm.
+/// Returns the root of the mean square of the distances' errors, mm.
 fn distances_off(belief: &Belief, distances: &[Distance]) -> f64 {
     let squares = distances.iter().map(|distance| belief.distance(distance) - distance.measured).map(|off| off * off);
     libm::sqrt(squares.sum::<f64>() / distances.len().max(1) as f64)
@@ -138,7 +138,7 @@ fn calibrate<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outco
     let [before, after] = [&believed, &found.belief].map(|belief| distances_off(belief, distances));
     let flat = [&believed, &found.belief].map(|belief| deviation(belief, touches));
     adopt(hands, &found, sought)?;
-    // The switches mean other places now.
+    // The switches' positions have changed with the geometry.
     hands.axes().forget_homed(AxisSet::PRIMARY);
     hands.say(format_args!("{count} distances: {before:.3} mm off on average before, {after:.3} mm now\n"));
     let [was, is] = flat;

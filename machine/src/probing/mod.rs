@@ -1,8 +1,8 @@
-//! The probe: searches along a straight line that end where its contact changes, and what they are for.
+//! The probe: searches along a straight line that end when its contact changes, and their uses.
 //!
-//! Where the contact changed is where the motors were at the tick its input fired, which the latch keeps; the
-//! braking after it costs nothing. So the speed of a search decides how far the machine runs past the
-//! contact, never what it measures.
+//! The place of a contact is the motors' position at the tick its input fired, which the latch keeps; the
+//! braking after it costs nothing. So the speed of a search decides the braking distance past the contact,
+//! never the result.
 
 mod calibration_print;
 mod delta_calibration;

@@ -1,24 +1,24 @@
-//! Which grid is to be touched.
+//! Plan of a grid of touches.
 
 use motion::GridShape;
 
-/// A grid to touch.
+/// Grid of touches for leveling or a report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Plan {
-    /// Where its points are.
+    /// Places of the points.
     pub shape: GridShape,
-    /// Only points within this distance of the middle, mm.
+    /// Greatest distance of a point from the middle, mm.
     pub radius: Option<f64>,
-    /// Heights are told from that of the bed here.
+    /// Place of the bed whose height counts as zero.
     pub reference: [f64; 2],
     /// Height from which the bed is searched for.
     pub from: f64,
-    /// The machine is levelled by it; else what was found is only shown.
+    /// Whether the machine is levelled by the grid; otherwise the heights are only shown.
     pub levels: bool,
 }
 
 impl Plan {
-    /// Whether this place is to be touched, or worked out from what is.
+    /// Returns whether this place is to be touched; otherwise its height is computed from touches.
     pub fn touches(&self, [x, y]: [f64; 2]) -> bool {
         self.radius.is_none_or(|radius| x * x + y * y <= radius * radius)
     }

@@ -1,4 +1,4 @@
-//! Probing the bed at one place after another: over to it, down, and up again.
+//! Probing of the bed at a series of places: over to each, down, and up again.
 
 use config::ProbeConfig;
 use heapless::Vec;
@@ -12,34 +12,34 @@ use crate::executor::Hands;
 use crate::failure::{Answer, Failure};
 use crate::ports::Ports;
 
-/// A bed is not deeper beside a place that was touched than this, mm, and so much more for each mm of way: a
-/// search beyond that has a probe that fails.
+/// Greatest depth of the bed below a touched place, mm, and the addition for each mm of way: a search beyond
+/// that has a probe that fails.
 const DEEPER: f64 = 1.0;
 const STEEPEST: f64 = 0.05;
 
-/// The way to the bed: -1, or 1 for a probe that searches upwards.
+/// Returns the direction to the bed: -1, or 1 for a probe that searches upwards.
 const fn towards_bed(probe: &ProbeConfig) -> f64 {
     if probe.reverse_z { 1.0 } else { -1.0 }
 }
 
-/// The height `probe_height` away from a contact.
+/// Returns the height `probe_height` away from a contact.
 pub(super) fn clear_of(probe: &ProbeConfig, contact: f64) -> f64 {
     contact - towards_bed(probe) * probe.height.0
 }
 
-/// Where the nozzle is while the probe is over this place.
+/// Returns the nozzle's position while the probe is over this place.
 pub(crate) fn nozzle_over(bed: &Bed, [x, y]: [f64; 2]) -> [f64; 2] {
     let [dx, dy, _] = bed.probe_offsets;
     [x - dx, y - dy]
 }
 
-/// Where the probe is while the nozzle is here.
+/// Returns the probe's position while the nozzle is here.
 pub(super) fn probe_at(bed: &Bed, nozzle: &PerAxis<f64>) -> [f64; 2] {
     let [dx, dy, _] = bed.probe_offsets;
     [nozzle[Axis::X] + dx, nozzle[Axis::Y] + dy]
 }
 
-/// Whether the probe can be brought over these places.
+/// Checks that the probe can be brought over these places.
 pub(super) fn check_reach<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     places: impl IntoIterator<Item = [f64; 2]>,
@@ -48,7 +48,7 @@ pub(super) fn check_reach<P: Ports>(
     places.into_iter().try_for_each(|place| hands.may_go_over(nozzle_over(&bed, place)))
 }
 
-/// Over to X and Y at this height: what is nearer to the bed goes away from it first.
+/// Goes over to X and Y at this height: a nozzle that is nearer to the bed goes away from it first.
 fn go_over<P: Ports>(hands: &mut Hands<'_, '_, P>, at: [f64; 2], height: f64) -> Result<(), Failure> {
     hands.may_go_over(at)?;
     let probe = hands.tuning().probe;
@@ -91,20 +91,21 @@ pub(super) fn probe_point<P: Ports>(
 /// A place of the bed that was touched: its neighbours cannot lie much deeper.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Neighbour {
-    /// mm.
+    /// Place on the bed, X and Y, mm.
     pub at: [f64; 2],
-    /// Height of its contact, mm.
+    /// Height of the contact there, mm.
     pub contact: f64,
 }
 
 impl Neighbour {
-    /// So far beyond its height a search at this place goes, mm.
+    /// Returns the greatest distance below the neighbour's height that a search at this place goes, mm.
     fn reach(&self, [x, y]: [f64; 2]) -> f64 {
         DEEPER + STEEPEST * libm::hypot(x - self.at[0], y - self.at[1])
     }
 }
 
-/// The same, for a place of the bed whose neighbour is known: a probe that fails is not pressed into the bed.
+/// Probes the bed like [`probe_point`] at a place with a known neighbour: a probe that fails is not pressed
+/// into the bed.
 pub(super) fn probe_beside<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     place: [f64; 2],
@@ -112,7 +113,7 @@ pub(super) fn probe_beside<P: Ports>(
     neighbour: &Neighbour,
 ) -> Result<PerAxis<f64>, Failure> {
     let (bed, probe) = (*hands.bed(), hands.tuning().probe);
-    // What the probe reads is what the bed is with the axis's twist.
+    // The probe reads the bed's height plus the axis's twist.
     let contact = neighbour.contact + bed.twist.at(place);
     let deepest = contact + towards_bed(&probe) * neighbour.reach(place);
     let contact = touch(hands, nozzle_over(&bed, place), height, Some(deepest))?;
@@ -120,8 +121,8 @@ pub(super) fn probe_beside<P: Ports>(
     Ok(contact)
 }
 
-/// Touches the bed at each of these places, travelling at least at this height the first time: X, Y and
-/// height of each, mm. Says them.
+/// Touches the bed at each of these places, travelling at least at this height the first time, and reports X,
+/// Y and height of each, mm.
 pub(crate) fn touch_places<P: Ports, const N: usize>(
     hands: &mut Hands<'_, '_, P>,
     places: &Vec<[f64; 2], N>,
@@ -135,18 +136,18 @@ pub(crate) fn touch_places<P: Ports, const N: usize>(
         let [x, y] = *place;
         hands.say(format_args!("X:{x:.4} Y:{y:.4} Z:{contact:.4}\n"));
         hands.drain();
-        // As many as places.
+        // The list holds a touch for every place.
         let _ = touches.push([x, y, contact]);
     }
-    // What comes next may lie far away.
+    // The next place may lie far away, so the probe is lifted clear of all.
     let heights = touches.iter().map(|touch| clear_of(&probe, touch[2]));
     let clear = heights.reduce(if probe.reverse_z { f64::min } else { f64::max }).unwrap_or(from);
     lift(hands, clear)?;
     Ok(touches)
 }
 
-/// Touches with the nozzle at X and Y, coming from this height, and stays there. What is measured is less
-/// what the axis's twist makes the probe read too high.
+/// Touches with the nozzle at X and Y, coming from this height, and stays there. The excess of the probe's
+/// reading by the axis's twist is subtracted from the height.
 fn touch<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     at: [f64; 2],
@@ -159,8 +160,8 @@ fn touch<P: Ports>(
     Ok(contact)
 }
 
-/// The same, as the probe reads: as often as is configured. What the touches come to is where the contact
-/// was.
+/// Touches in the same way without correction of the twist, as often as is configured. The result of the
+/// touches is the place of the contact.
 pub(crate) fn touch_uncorrected<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     nozzle: [f64; 2],
@@ -169,7 +170,7 @@ pub(crate) fn touch_uncorrected<P: Ports>(
     touch_down_to(hands, nozzle, height, None)
 }
 
-/// The same, not beyond this Z.
+/// Touches in the same way, but not beyond this Z.
 fn touch_down_to<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     nozzle: [f64; 2],
@@ -208,11 +209,11 @@ fn touch_down_to<P: Ports>(
         hands.say(format_args!("// touches at X{x:.1} Y{y:.1} lie {range:.3} mm apart: again\n"));
         hands.drain();
     }
-    // The last round returns.
+    // The last round always returns before this point.
     Err(Failure::refused(&"the probe was not used"))
 }
 
-/// Searches from where the probe stands, not beyond `deepest`.
+/// Searches from the probe's position, not beyond `deepest`.
 fn touch_once<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     height: f64,
@@ -238,7 +239,7 @@ fn touch_once<P: Ports>(
     Ok(contact)
 }
 
-/// Touches the bed under the probe, as the machine stands, and lifts to where it was.
+/// Touches the bed under the probe, at the machine's position, and lifts to the height of before.
 pub(crate) fn touch_here<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<PerAxis<f64>, Failure> {
     let start = hands.position();
     let touched = touch(hands, [start[Axis::X], start[Axis::Y]], start[Axis::Z], None);

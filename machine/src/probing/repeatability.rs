@@ -1,4 +1,4 @@
-//! M48, and Klipper's PROBE_ACCURACY: how well the probe repeats itself.
+//! M48, and Klipper's PROBE_ACCURACY: repeatability of the probe.
 
 use program::Words;
 use units::{Axis, MmPerSecond};
@@ -9,12 +9,13 @@ use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::Ports;
 
-/// How far M48 searches, mm: it starts just above the bed.
+/// Greatest travel of M48, mm: the search begins just above the bed.
 const REPEAT_TRAVEL: f64 = 20.0;
-/// Probes of M48 without P.
+/// Number of probes of M48 without P.
 const REPEATS: f64 = 10.0;
 
-/// M48: P probes at one place, with F at that rate; says what differs. Unknown without a probe.
+/// M48: probes P times at the same place, with F at that rate; reports the differences. Unknown without a
+/// probe.
 pub(crate) fn repeatability<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     if !hands.config().probe.enable {
         return Ok(Answer::Unknown);
@@ -47,11 +48,11 @@ pub(crate) fn repeatability<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Word
     Ok(Answer::Ok)
 }
 
-/// What several probes of one place found.
+/// Statistics of several probes of a place.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Spread {
     count: f64,
-    /// The first one: sums of differences from it stay small, and so exact.
+    /// The first value: sums of differences from it stay small, and so exact.
     first: f64,
     least: f64,
     most: f64,
@@ -84,7 +85,8 @@ impl Spread {
         self.most - self.least
     }
 
-    /// Mean, and standard deviation of the values themselves (not of the population they are drawn from).
+    /// Returns the mean, and the standard deviation of the values themselves (not of the population they are
+    /// drawn from).
     fn mean_and_deviation(&self) -> (f64, f64) {
         if self.count == 0.0 {
             return (0.0, 0.0);
@@ -110,7 +112,7 @@ mod tests {
             let variance = values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / count;
             let (found_mean, found_deviation) = seen.mean_and_deviation();
             prop_assert!((found_mean - mean).abs() < 1e-9, "{found_mean} for {mean}");
-            // Near zero a root magnifies the rounding of what is under it.
+            // Near zero a root magnifies the rounding of its argument.
             prop_assert!((found_deviation * found_deviation - variance).abs() < 1e-9, "{found_deviation} for {variance}");
             let (least, most) = values.iter().fold((f64::MAX, f64::MIN), |(l, m), v| (l.min(*v), m.max(*v)));
             prop_assert_eq!(seen.delta(), most - least);

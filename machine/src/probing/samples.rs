@@ -1,13 +1,12 @@
-//! Several touches of one place: what they come to, whether they lie too far apart, and how they scatter over
-//! a whole bed.
+//! Several touches of a place: their result, the check of their distance, and their scatter over a whole bed.
 
 use config::SamplesConfig;
 use heapless::Vec;
 
-/// Touches of one place, at most: the configuration allows no more.
+/// Greatest number of touches of a place: the configuration allows no more.
 pub(super) const MOST: usize = 50;
 
-/// Heights of touches of one place, mm, the lowest first.
+/// Heights of touches of a place, mm, the lowest first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Touches {
     heights: Vec<f64, MOST>,
@@ -16,7 +15,7 @@ pub(super) struct Touches {
 impl Touches {
     pub fn add(&mut self, height: f64) {
         let place = self.heights.iter().position(|other| *other > height).unwrap_or(self.heights.len());
-        // As many as are configured.
+        // The list holds as many touches as can be configured.
         let _ = self.heights.insert(place, height);
     }
 
@@ -24,12 +23,12 @@ impl Touches {
         self.heights.len()
     }
 
-    /// From the lowest to the highest.
+    /// Returns the difference of the highest and the lowest touch.
     pub fn range(&self) -> f64 {
         self.heights.first().zip(self.heights.last()).map_or(0.0, |(least, most)| most - least)
     }
 
-    /// Whether they lie near enough to each other.
+    /// Returns whether the touches lie near enough to each other.
     pub fn agree(&self, settings: &SamplesConfig) -> bool {
         settings.tolerance.0 <= 0.0 || self.range() <= settings.tolerance.0
     }
@@ -38,40 +37,40 @@ impl Touches {
         self.heights.iter().sum::<f64>() / self.heights.len().max(1) as f64
     }
 
-    /// The middle one, or the mean of the two in the middle.
+    /// Returns the median: the mean of the two in the middle for an even number.
     pub fn median(&self) -> f64 {
         let at = |index: usize| self.heights.get(index).copied().unwrap_or(0.0);
         let (half, count) = (self.heights.len() / 2, self.heights.len());
         if count.is_multiple_of(2) { 0.5 * (at(half.saturating_sub(1)) + at(half)) } else { at(half) }
     }
 
-    /// What they come to.
+    /// Returns the result of the touches: median or mean, as configured.
     pub fn result(&self, settings: &SamplesConfig) -> f64 {
         if settings.median { self.median() } else { self.mean() }
     }
 
-    /// Sum of the squares of their distances from their mean.
+    /// Returns the sum of the squares of the touches' distances from their mean.
     fn squares(&self) -> f64 {
         let mean = self.mean();
         self.heights.iter().map(|height| (height - mean) * (height - mean)).sum()
     }
 }
 
-/// How the touches of a whole bed scatter. Those of one place are told apart by nothing but the probe.
+/// Scatter of the touches of a whole bed. Touches of the same place differ by the probe alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scatter {
     places: u32,
     touches: u32,
     again: u32,
     squares: f64,
-    /// Medians counted.
+    /// Whether medians counted, not means.
     median: bool,
     widest: f64,
     widest_at: [f64; 2],
 }
 
 impl Scatter {
-    /// Takes what counted at a place, and how often it was touched again.
+    /// Adds the touches that counted at a place, and the number of its repetitions.
     pub(super) fn add(&mut self, at: [f64; 2], touches: &Touches, again: u32, median: bool) {
         self.median = median;
         self.places += 1;
@@ -83,7 +82,7 @@ impl Scatter {
         }
     }
 
-    /// Standard deviation of a single touch, mm; `None` where every place was touched once.
+    /// Returns the standard deviation of a single touch, mm; `None` if every place was touched once.
     #[must_use]
     pub fn deviation(&self) -> Option<f64> {
         let freedom = self.touches.checked_sub(self.places).filter(|more| *more > 0)?;
@@ -92,8 +91,8 @@ impl Scatter {
 }
 
 impl Scatter {
-    /// Standard deviation of what so many touches come to. Medians of many scatter by the root of half of pi
-    /// more than means; of two they are the same.
+    /// Returns the standard deviation of the result of this many touches. Medians of many scatter by the root
+    /// of half of pi more than means; of two they are the same.
     fn of_a_point(&self, deviation: f64, each: f64) -> f64 {
         const OF_MEDIANS: f64 = 1.253_314_137_315_500_3;
         let more = if self.median && each > 2.5 { OF_MEDIANS } else { 1.0 };
@@ -101,7 +100,7 @@ impl Scatter {
     }
 }
 
-/// A sentence; of single touches there is nothing to say.
+/// Reports the scatter in a sentence, empty for single touches.
 impl core::fmt::Display for Scatter {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let Some(deviation) = self.deviation() else {

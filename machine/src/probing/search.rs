@@ -13,26 +13,26 @@ use crate::ports::{Input, InputLevels, Ports};
 use crate::safety::Event;
 use crate::tuning::Tuning;
 
-/// Searches that a contact which does not last may cut short; then the wiring is to blame.
+/// Number of searches that a contact which does not last may cut short; then the wiring is to blame.
 const RETRIES: u8 = 3;
 
-/// A probe that is brought out reads closed before it searches.
+/// Message for a deployable probe that reads closed before it searches.
 const TOO_EARLY: &str =
     "the probe reads triggered before it touches: is it out, is its wire whole? M670 I or ! at probe_pin inverts it";
 
-/// A search along a straight line from where the machine stands.
+/// A search along a straight line from the machine's position.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Search {
-    /// Where it ends without a contact, in machine space.
+    /// End of the search without a contact, in machine space.
     pub target: PerAxis<f64>,
-    /// How fast.
+    /// Speed of the search.
     pub rate: MmPerSecond,
-    /// What ends it.
+    /// Change of the contact that ends the search.
     pub until: Contact,
 }
 
 impl Search {
-    /// Straight down from here (up, with `upwards`), mm.
+    /// Creates a search straight down from here (up, with `upwards`), mm.
     pub fn down(from: PerAxis<f64>, rate: MmPerSecond, travel: f64, upwards: bool) -> Self {
         let mut target = from;
         target[Axis::Z] += if upwards { travel } else { -travel };
@@ -40,13 +40,13 @@ impl Search {
     }
 }
 
-/// Whether the probe's contact is closed.
+/// Returns whether the probe's contact is closed.
 #[must_use]
 pub(crate) const fn touches(inputs: InputLevels, tuning: &Tuning) -> bool {
     inputs.is_active(Input::Probe) != tuning.probe_inverted
 }
 
-/// The input that fires at this change.
+/// Returns the input that fires at this change.
 const fn input_of(until: Contact, inverted: bool) -> Input {
     match (until, inverted) {
         (Contact::Closes, false) | (Contact::Opens, true) => Input::Probe,
@@ -54,13 +54,13 @@ const fn input_of(until: Contact, inverted: bool) -> Input {
     }
 }
 
-/// Whether the contact is already as the search would leave it.
+/// Returns whether the contact is already as the search would leave it.
 fn is_at_end<P: Ports>(hands: &mut Hands<'_, '_, P>, until: Contact) -> bool {
     let inputs = hands.inputs();
     touches(inputs, hands.tuning()) == (until == Contact::Closes)
 }
 
-/// Probing moves, so it needs what moves need.
+/// Checks that the axes are homed: probing moves, so it needs the same as moves.
 pub(crate) fn check_homed<P: Ports>(hands: &Hands<'_, '_, P>) -> Result<(), Failure> {
     if hands.config().motion.must_be_homed && !hands.all_homed() {
         return Err(Failure::alarm(&"Must be homed before moving"));
@@ -68,12 +68,12 @@ pub(crate) fn check_homed<P: Ports>(hands: &Hands<'_, '_, P>) -> Result<(), Fail
     Ok(())
 }
 
-/// Searches. Returns where the contact changed, exactly, while the machine stands a braking distance past it;
-/// or `None` when it did not change on the way, and the machine stands at the target.
+/// Searches. Returns the exact position at which the contact changed, while the machine stands a braking
+/// distance past it; or `None` when it did not change on the way, and the machine stands at the target.
 pub(super) fn search<P: Ports>(hands: &mut Hands<'_, '_, P>, search: &Search) -> Result<Option<PerAxis<f64>>, Failure> {
     hands.standstill()?;
     if search.until == Contact::Closes {
-        // One that is to open touches already.
+        // A contact that is to open touches already, so its probe is deployed.
         deployment::ensure(hands)?;
     }
     hands.apply(Event::ProbingBegins);
@@ -94,7 +94,7 @@ fn search_at_standstill<P: Ports>(
     let dwell = hands.tuning().probe.dwell;
     hands.wait_for(dwell)?;
     if is_at_end(hands, search.until) {
-        // Smoothieware's words, where the machine knows no more than it.
+        // Without a deployable probe the message is Smoothieware's.
         let is_moved = search.until == Contact::Closes && deployment::is_moved(hands);
         let text = if is_moved { TOO_EARLY } else { "ZProbe triggered before move, aborting command." };
         return Err(hands.texts().because(text).numbered(Error::Target));
@@ -116,16 +116,16 @@ fn search_past_sparks<P: Ports>(
     search: &Search,
 ) -> Result<Option<PerAxis<f64>>, Failure> {
     let debounce = hands.tuning().probe.debounce;
-    // A rapid, for a laser stays off then; and an override is for cutting.
+    // The move is a rapid, with which a laser stays off; the override is undone, since it is for cutting.
     let rate = search.rate * (1.0 / hands.motion(|motion| motion.overrides().rapid));
     for _ in 0..=RETRIES {
-        // A contact that changes between the look before and this store is found by the feed, which reads
-        // armed inputs.
+        // The feed reads armed inputs, so it finds a contact that changes between the look before and this
+        // store.
         let input = input_of(search.until, hands.tuning().probe_inverted);
         hands.latch().arm(input.bit());
         hands.go(search.target, rate, Mode::Rapid)?;
         let Some(trigger) = wait_trigger(hands)? else { return Ok(None) };
-        // A contact may come while the operator holds the machine: what follows it waits for him.
+        // A contact may come while the operator holds the machine: the next move waits for the release.
         hands.wait_while_held()?;
         hands.wait_for(debounce)?;
         if debounce == Micros(0) || is_at_end(hands, search.until) {
@@ -146,7 +146,7 @@ mod tests {
             let mut tuning = Tuning::default();
             tuning.probe_inverted = inverted;
             assert_eq!(touches(inputs, &tuning), level != inverted);
-            // The latch fires on what then closes the contact.
+            // The latch fires on the input change that closes the contact.
             let fires = input_of(Contact::Closes, inverted);
             assert_eq!(fires, if inverted { Input::ProbeOpen } else { Input::Probe });
             assert_ne!(fires, input_of(Contact::Opens, inverted));

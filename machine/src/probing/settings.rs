@@ -1,4 +1,4 @@
-//! M670: what may be changed about the probe at run time, and how M500 saves it.
+//! M670: settings of the probe that may change at run time, and their line in M500.
 
 use core::fmt::{self, Write};
 
@@ -10,8 +10,8 @@ use crate::failure::{Answer, Outcome};
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
 
-/// M670: S, K and R are speeds in mm/s, Z and H lengths in mm, D seconds; I turns the contact round,
-/// I0 leaves it. Says what holds afterwards. The bounds of the words are those of the table of codes.
+/// M670: sets S, K and R, speeds in mm/s, Z and H, lengths in mm, D, seconds; I inverts the contact, I0
+/// leaves it. Reports the resulting settings. The bounds of the words are those of the table of codes.
 pub(crate) fn probe_settings(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
     if !tuning.probe.enable {
         return Ok(Answer::Unknown);
@@ -44,10 +44,10 @@ pub(crate) fn probe_settings(tuning: &mut Tuning, words: &Words<'_>, reply: &mut
     Ok(Answer::Ok)
 }
 
-/// The line M500 saves of this.
+/// Writes the line of the probe that M500 saves.
 ///
 /// # Errors
-/// When it does not fit.
+/// When the line does not fit.
 pub(crate) fn write_probe(text: &mut impl Write, config: &MachineConfig, tuning: &Tuning) -> fmt::Result {
     if !config.probe.enable {
         return Ok(());

@@ -1,4 +1,4 @@
-//! G29, G31 and G32: what they mean depends on the leveling strategy and on the machine.
+//! G29, G31 and G32: their meaning depends on the leveling strategy and on the machine.
 
 use config::{Leveling, MachineConfig};
 use gcode::Code;
@@ -13,15 +13,15 @@ use crate::failure::{Answer, Failure, Outcome};
 use crate::leveling;
 use crate::ports::Ports;
 
-/// The strategy that these words ask for: P1 means calibration alone, unless it is another firmware's.
+/// Returns the strategy that these words ask for: P1 means calibration alone, unless it is another
+/// firmware's.
 fn strategy_of(config: &MachineConfig, words: &Words<'_>, code: Code) -> Option<Leveling> {
     config.leveling.strategy.filter(|_| words.code() != code || words.get('P') != Some(1.0))
 }
 
-/// What must happen before the configured `before_probe_gcode` runs: homing, and knowing the area. `Some`
-/// when these words probe a cartesian grid: then that script, [`super::touch_cartesian_grid`] with the
-/// plan, and, however that ended, `after_probe_gcode`. `None`: nothing was done, and the code is
-/// [`strategy`]'s.
+/// Homes, and finds the area, before the configured `before_probe_gcode` runs. `Some` when these words probe
+/// a cartesian grid: then that script follows, [`super::touch_cartesian_grid`] with the plan, and, however
+/// that ended, `after_probe_gcode`. `None`: nothing was done, and the code is [`strategy`]'s.
 pub(crate) fn prepare<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     words: &Words<'_>,
@@ -38,7 +38,7 @@ pub(crate) fn prepare<P: Ports>(
     }
 }
 
-/// Measures the machine itself, or the bed itself, not what leveling leaves of it.
+/// Runs a measurement of the bare machine or bed, without leveling.
 pub(super) fn uncompensated<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     measure: impl FnOnce(&mut Hands<'_, '_, P>) -> Outcome,
@@ -50,9 +50,9 @@ pub(super) fn uncompensated<P: Ports>(
     done.and_then(|answer| put_back.map(|()| answer))
 }
 
-/// G29, G31 and G32 go to the leveling strategy, and those it does not know to calibration; P1 means the
-/// latter alone. `code` is the one that is meant, which in other firmwares' dialects is not the one that is
-/// written. The scripts around a cartesian grid are the caller's: see [`prepare`].
+/// Runs G29, G31 and G32: by the leveling strategy if it knows them, otherwise as calibration; P1 means the
+/// latter alone. `code` is the meant code, which in other firmwares' dialects differs from the written. The
+/// scripts around a cartesian grid are the caller's: see [`prepare`].
 pub(crate) fn strategy<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, code: Code) -> Outcome {
     let config = hands.config();
     if !config.probe.enable {

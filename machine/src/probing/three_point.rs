@@ -12,10 +12,10 @@ use crate::homing;
 use crate::leveling;
 use crate::ports::Ports;
 
-/// Corners of a triangle narrower than this, mm^2, tell no plane.
+/// Least area of the triangle, mm^2, whose corners tell a plane.
 const LEAST_AREA: f64 = 1.0;
 
-/// G29: touches the three points and says where.
+/// G29: touches the three points and reports their heights.
 pub(super) fn measure_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     check_homed(hands)?;
     let height = hands.position()[Axis::Z];
@@ -23,7 +23,7 @@ pub(super) fn measure_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Ou
     Ok(Answer::Ok)
 }
 
-/// G31: what is in force.
+/// G31: reports the plane in force.
 pub(super) fn show_plane<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Answer {
     match hands.motion(|motion| motion.compensation().bed()) {
         Shape::Plane(plane) => {
@@ -38,10 +38,10 @@ pub(super) fn show_plane<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Answer {
     Answer::Ok
 }
 
-/// G32: the first touch says where Z is; the plane through all three levels the bed.
+/// G32: sets Z by the first touch; the plane through all three levels the bed.
 pub(super) fn level_by_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     let (config, bed, probe) = (hands.config(), *hands.bed(), hands.tuning().probe);
-    // Before anything moves.
+    // The points are checked before anything moves.
     plane_through(&bed.points, [0.0; 3])?;
     leveling::take_off(hands)?;
     if config.leveling.home_first {
@@ -66,14 +66,14 @@ pub(super) fn level_by_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> O
     Ok(show_plane(hands))
 }
 
-/// Touches the points; X and Y of the points, Z of the contacts.
+/// Touches the points; returns X and Y of the points, Z of the contacts.
 fn touch_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<[[f64; 3]; 3], Failure> {
     let bed = *hands.bed();
     let mut touches = [[0.0; 3]; 3];
     for (touch, point) in touches.iter_mut().zip(bed.points) {
         let contact = probe_point(hands, nozzle_over(&bed, point), height)?;
         *touch = [point[0], point[1], contact[Axis::Z]];
-        // The way down, as Smoothieware says it.
+        // The report has the way down, as Smoothieware's.
         hands.say(format_args!("X:{:.4} Y:{:.4} Z:{:.4}\n", touch[0], touch[1], height - touch[2]));
         hands.drain();
     }
@@ -81,7 +81,7 @@ fn touch_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Re
     Ok(touches)
 }
 
-/// The plane that has these heights at these points. An error when those stand in a row.
+/// Returns the plane that has these heights at these points. Fails when they stand in a row.
 fn plane_through([a, b, c]: &[[f64; 2]; 3], [za, zb, zc]: [f64; 3]) -> Result<Plane, Failure> {
     let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
     if libm::fabs(area) < LEAST_AREA {

@@ -1,4 +1,4 @@
-//! One search for a person or a program: G30 down to the bed, G38 along a line.
+//! A single search for a person or a program: G30 down to the bed, G38 along a line.
 
 use program::{ProbeAlong, ProbeDown};
 use units::Axis;
@@ -10,8 +10,8 @@ use crate::grbl::numbers::Alarm;
 use crate::leveling;
 use crate::ports::Ports;
 
-/// G30: searches for the bed and returns to where it began, or stays where the contact was; then Z may read
-/// as given there. Without a probe it is unknown, as programs for printers expect.
+/// G30: searches for the bed and returns to its start, or stays at the contact; then Z may read as given
+/// there. Without a probe the code is unknown, as programs for printers expect.
 pub(crate) fn probe_down<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeDown) -> Outcome {
     if !hands.config().probe.enable {
         return Ok(Answer::Unknown);
@@ -30,7 +30,7 @@ pub(crate) fn probe_down<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeDo
     }
     let Some(contact) = found else {
         if hands.is_playing() {
-            // The file waits here: what follows counts on the height.
+            // A file waits here, since its next lines count on the height.
             return Err(Failure::refused(&"ZProbe not triggered"));
         }
         hands.say(format_args!("ZProbe not triggered\n"));
@@ -43,9 +43,9 @@ pub(crate) fn probe_down<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeDo
     Ok(Answer::Ok)
 }
 
-/// G38: searches along a line, and stands where the contact changed. A sender of GRBL's dialect has sent what
-/// sets a zero by it: where the search cannot begin the machine halts, as GRBL's, and refuses that. A file
-/// waits.
+/// G38: searches along a line, and stands where the contact changed. A sender of GRBL's dialect has already
+/// sent the line that sets a zero by it: if the search cannot begin, the machine halts, as GRBL's, and
+/// refuses that line. A file waits.
 pub(crate) fn probe_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeAlong) -> Outcome {
     let done = search_along(hands, probe);
     let halts = hands.speaks_grbl() && !hands.is_playing();
@@ -55,7 +55,7 @@ pub(crate) fn probe_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeA
     })
 }
 
-/// Without a probe it is refused, for what follows it relies on what it finds.
+/// Searches along the line. Without a probe the search is refused, for the next lines rely on its result.
 fn search_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeAlong) -> Outcome {
     if !hands.config().probe.enable {
         return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));
@@ -81,10 +81,10 @@ fn search_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeAlong) -> O
     Ok(Answer::Ok)
 }
 
-/// Whether the contact was found; the machine then stands there.
+/// Searches and goes back to the contact; returns whether it was found.
 fn search_and_return<P: Ports>(hands: &mut Hands<'_, '_, P>, line: &Search) -> Result<bool, Failure> {
     let Some(contact) = search(hands, line)? else { return Ok(false) };
-    // Braking went a little past it.
+    // Braking went a little past the contact.
     hands.go_there(contact, line.rate)?;
     Ok(true)
 }
