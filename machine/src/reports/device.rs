@@ -1,4 +1,4 @@
-//! What board and firmware this is: M115, `version`, `mem`.
+//! Reports of board and firmware: M115, `version`, `mem`.
 
 use core::fmt;
 
@@ -9,7 +9,7 @@ use units::Micros;
 use crate::ports::{Arrival, Board, FailedBy, Running, Updates};
 use crate::sessions::Reply;
 
-/// What hosts count on when M115 says so, in Marlin's words.
+/// Capabilities that M115 declares to hosts, with Marlin's names.
 const CAPABILITIES: [&str; 9] = [
     "EEPROM",
     "AUTOREPORT_TEMP",
@@ -22,7 +22,7 @@ const CAPABILITIES: [&str; 9] = [
     "ARCS",
 ];
 
-/// M115.
+/// Answers M115 with firmware and capabilities.
 pub(crate) fn firmware(board: &impl Board, config: &MachineConfig, dialect: Dialect, reply: &mut Reply<'_>) {
     let board = board.board();
     let axes = config.actuators().count();
@@ -40,7 +40,7 @@ pub(crate) fn firmware(board: &impl Board, config: &MachineConfig, dialect: Dial
     reply.say(format_args!("Cap:Z_PROBE:{has_probe}\nCap:AUTOLEVEL:{has_probe}\nCap:PROMPT_SUPPORT:0\n"));
 }
 
-/// `version`
+/// Reports firmware and board (`version`).
 pub(crate) fn version(board: &mut (impl Board + Updates), config: &MachineConfig, reply: &mut Reply<'_>) {
     let running = board.running();
     let board = board.board();
@@ -52,7 +52,7 @@ pub(crate) fn version(board: &mut (impl Board + Updates), config: &MachineConfig
     reply.say(format_args!("Firmware: {}\n", Came(&running)));
 }
 
-/// How the firmware came to run.
+/// Text of how the firmware came to run.
 pub(crate) struct Came<'r>(pub &'r Running);
 
 impl fmt::Display for Came<'_> {
@@ -71,7 +71,7 @@ impl fmt::Display for Came<'_> {
     }
 }
 
-/// How new firmware failed.
+/// Returns the reason why new firmware failed.
 pub(crate) const fn failure(by: FailedBy) -> &'static str {
     match by {
         FailedBy::Watchdog => "the watchdog reset the board",
@@ -80,7 +80,7 @@ pub(crate) const fn failure(by: FailedBy) -> &'static str {
     }
 }
 
-/// `mem`; `config_took` is how long reading the configuration took.
+/// `mem`: reports memory use; `config_took` is the time in which the configuration was read.
 pub(crate) fn memory(board: &impl Board, config_took: Micros, reply: &mut Reply<'_>) {
     let memory = board.memory();
     reply.say(format_args!("static: {} bytes\n", memory.static_bytes));

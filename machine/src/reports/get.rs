@@ -1,4 +1,4 @@
-//! `get`: one thing about the machine.
+//! `get`: reports of single facts about the machine.
 
 use config::MachineConfig;
 use heapless::Vec;
@@ -12,10 +12,10 @@ use crate::ports::{Board, HeatPort, MotionPort};
 use crate::safety::microseconds;
 use crate::sessions::Reply;
 
-/// `get pos|wcs|state|mode|status|steps|temp [name|chip]|volts [name]|fk|ik x[,y,z]`
+/// Runs `get pos|wcs|state|mode|status|steps|temp [name|chip]|volts [name]|fk|ik x[,y,z]`.
 ///
 /// # Errors
-/// When it is something else.
+/// When the subject is unknown.
 pub(crate) fn get(
     ports: &mut (impl MotionPort + HeatPort + Board),
     of: &Status<'_>,
@@ -45,7 +45,7 @@ pub(crate) fn get(
     Ok(Answer::Ok)
 }
 
-/// `get steps`: how well steps kept their times since boot.
+/// `get steps`: reports how well steps kept their times since boot.
 fn step_times(ports: &mut (impl MotionPort + Board), reply: &mut Reply<'_>) {
     let times = ports.step_times();
     let worst_us = microseconds(times.worst);
@@ -58,8 +58,8 @@ fn step_times(ports: &mut (impl MotionPort + Board), reply: &mut Reply<'_>) {
     ));
 }
 
-/// `get fk x[,y,z]`, `get ik x[,y,z]`: where motors' positions put the tool, and the other way round. What is
-/// not given is as what was given last.
+/// `get fk x[,y,z]`, `get ik x[,y,z]`: reports the tool's position for motors' positions, and the other way
+/// round. A missing number repeats the last given.
 fn kinematics(
     ports: &mut impl MotionPort,
     forward: bool,
@@ -89,7 +89,7 @@ fn kinematics(
     Ok(())
 }
 
-/// `get temp [name|chip]`
+/// Reports temperatures (`get temp [name|chip]`).
 fn temperatures(
     ports: &mut (impl HeatPort + Board),
     config: &MachineConfig,
@@ -122,7 +122,7 @@ fn temperatures(
     }
 }
 
-/// `get volts [name]`
+/// Reports supply voltages (`get volts [name]`).
 fn volts(board: &mut impl Board, config: &MachineConfig, name: Option<&str>, reply: &mut Reply<'_>) {
     let mut say = |name: &str| match board.voltage(name) {
         Some(volts) => reply.say(format_args!("{name}: {:.6} v\n", volts.0)),

@@ -1,4 +1,4 @@
-//! What the machine is made of, and what sensors it knows: `modules`, `thermistors`, `calc_thermistor`.
+//! Reports of the machine's parts and of the known sensors: `modules`, `thermistors`, `calc_thermistor`.
 
 use config::MachineConfig;
 use drivers::thermistor::{BUILT_IN, Curve};
@@ -7,7 +7,7 @@ use units::{Celsius, Ohms};
 use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::sessions::Reply;
 
-/// `modules`: the parts that the configuration switches on, with their names.
+/// `modules`: lists the parts that the configuration switches on, with their names.
 pub(crate) fn modules(config: &MachineConfig, reply: &mut Reply<'_>) {
     let extruders = config.extruders.iter().map(|extruder| extruder.name.as_str());
     let switches = config.switches.iter().map(|switch| switch.name.as_str());
@@ -45,7 +45,7 @@ fn named<'n>(module: &str, names: impl Iterator<Item = &'n str>, reply: &mut Rep
     }
 }
 
-/// `thermistors`: those that `thermistor = ...` and M305 P know.
+/// `thermistors`: lists those that `thermistor = ...` and M305 P know.
 pub(crate) fn thermistors(reply: &mut Reply<'_>) {
     for (title, wants_beta) in [("S/H table", false), ("Beta table", true)] {
         reply.say(format_args!("{title}\n"));
@@ -55,7 +55,7 @@ pub(crate) fn thermistors(reply: &mut Reply<'_>) {
     }
 }
 
-/// `calc_thermistor T1,R1,T2,R2,T3,R3`: the coefficients of a sensor that is known at three points.
+/// `calc_thermistor T1,R1,T2,R2,T3,R3`: computes the coefficients of a sensor that is known at three points.
 ///
 /// # Errors
 /// When these are not three points of one thermistor.

@@ -1,4 +1,4 @@
-//! Where the machine is, and what its switches say: M114, `get pos`, M119.
+//! Reports of the machine's position and of its switches: M114, `get pos`, M119.
 
 use config::{HomingDirection, MachineConfig};
 use motion::Motion;
@@ -12,10 +12,10 @@ use crate::probing::touches;
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
 
-/// M114 and its subcodes.
+/// Answers M114 and its subcodes.
 ///
 /// # Errors
-/// None; a subcode that nobody knows is [`Answer::Unknown`].
+/// None; an unknown subcode is [`Answer::Unknown`].
 pub(crate) fn position(
     ports: &mut impl MotionPort,
     config: &MachineConfig,
@@ -52,7 +52,7 @@ pub(crate) fn position(
     Ok(Answer::Said)
 }
 
-/// M114 as the firmware of the dialect answers it: `X:0.00 Y:0.00 Z:0.00 E:0.00 Count X:0 Y:0 Z:0`.
+/// Answers M114 as the firmware of the dialect does: `X:0.00 Y:0.00 Z:0.00 E:0.00 Count X:0 Y:0 Z:0`.
 fn printers_position(
     ports: &mut impl MotionPort,
     program: &Interpreter,
@@ -84,13 +84,13 @@ fn printers_position(
     Answer::Ok
 }
 
-/// Motor positions in mm, dressed as a position.
+/// Returns the motor positions in mm, in the form of a position.
 fn motor_position(motion: &Motion, machine: &PerAxis<f64>) -> PerAxis<f64> {
     let place = motion.compensation().motors(machine);
     motion.config().map_or(*machine, |config| PerAxis(config.kinematics.actuators(&place).0))
 }
 
-/// `get pos`
+/// Reports all positions (`get pos`).
 pub(super) fn positions(
     ports: &mut impl MotionPort,
     config: &MachineConfig,
@@ -123,7 +123,7 @@ pub(super) fn positions(
     reply.say(format_args!("\n"));
 }
 
-/// M119: `X_min:0 Y_min:0 pins- (X:H:L)PD0^:0 `
+/// M119: reports the switches as `X_min:0 Y_min:0 pins- (X:H:L)PD0^:0 `.
 pub(crate) fn end_switches(ports: &impl Inputs, config: &MachineConfig, tuning: &Tuning, reply: &mut Reply<'_>) {
     let levels = ports.inputs();
     let mut line = Line::new();

@@ -1,4 +1,4 @@
-//! What words mean at present: `$G`, `$#`, M200, M221.
+//! Reports of the program's modes and offsets: `$G`, `$#`, M200, M221.
 
 use config::MachineConfig;
 use program::{Interpreter, Tools, Words, write_system_name};
@@ -11,7 +11,7 @@ use crate::needs::failure_of;
 use crate::outputs::Outputs;
 use crate::sessions::Reply;
 
-/// The name of a coordinate system.
+/// Returns the name of a coordinate system.
 fn system_name(system: usize) -> heapless::String<8> {
     let mut name = heapless::String::new();
     // Eight characters hold every name.
@@ -19,13 +19,13 @@ fn system_name(system: usize) -> heapless::String<8> {
     name
 }
 
-/// `[GC:G0 G54 G17 G21 G90 G94 G61 M0 M5 M9 T0 F4000.0000 S0.0000]`
+/// `$G`: reports `[GC:G0 G54 G17 G21 G90 G94 G61 M0 M5 M9 T0 F4000.0000 S0.0000]`.
 pub(crate) fn modal(config: &MachineConfig, program: &Interpreter, outputs: &Outputs, reply: &mut Reply<'_>) {
     let line = modal_words(config, program, outputs);
     reply.say(format_args!("[{line}]\n"));
 }
 
-/// What stands between the brackets of `$G`; `get state` says it without them.
+/// Returns the text between the brackets of `$G`; `get state` reports it without them.
 pub(super) fn modal_words(config: &MachineConfig, program: &Interpreter, outputs: &Outputs) -> Line {
     let modal = program.modal();
     let plane = match modal.plane {
@@ -45,7 +45,7 @@ pub(super) fn modal_words(config: &MachineConfig, program: &Interpreter, outputs
     line
 }
 
-/// `$#`: every offset.
+/// `$#`: reports every offset.
 pub(crate) fn offsets(program: &Interpreter, verbose: bool, reply: &mut Reply<'_>) {
     let modal = program.modal();
     if verbose {
@@ -75,15 +75,15 @@ fn say_offsets(program: &Interpreter, name: &str, offsets: [f64; 3], reply: &mut
     reply.say(format_args!("[{name}:{x:.4},{y:.4},{z:.4}]\n"));
 }
 
-/// Which of them is in force.
+/// Reports the work coordinate system in force.
 fn work_system(program: &Interpreter, reply: &mut Reply<'_>) {
     reply.say(format_args!("[current WCS: {}]\n", system_name(program.modal().system)));
 }
 
-/// M200 without D.
+/// Reports the filament's diameter (M200 without D).
 ///
 /// # Errors
-/// When P names an extruder that there is not.
+/// When P names an extruder that does not exist.
 pub(crate) fn filament_diameter(
     texts: &Texts,
     config: &MachineConfig,
@@ -99,10 +99,10 @@ pub(crate) fn filament_diameter(
     Ok(Answer::Ok)
 }
 
-/// M221 without S.
+/// Reports the flow factor (M221 without S).
 ///
 /// # Errors
-/// When P names an extruder that there is not.
+/// When P names an extruder that does not exist.
 pub(crate) fn flow_factor(
     texts: &Texts,
     config: &MachineConfig,

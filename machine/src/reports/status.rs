@@ -1,4 +1,4 @@
-//! `?`: what the machine is doing, where it is, how fast, how hot.
+//! `?`: report of the machine's state, position, speed and temperatures.
 
 use config::MachineConfig;
 use program::{Dialect, Interpreter, MotionMode, State};
@@ -9,24 +9,24 @@ use crate::ports::{HeatPort, MotionPort};
 use crate::safety::Mode;
 use crate::sessions::Reply;
 
-/// What a status report is about, beside what ports know.
+/// Facts for a status report, beside those of the ports.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Status<'m> {
-    /// What the machine is doing.
+    /// State of the machine.
     pub mode: Mode,
-    /// What words mean.
+    /// The program's interpreter, with the modes in force.
     pub program: &'m Interpreter,
     /// The machine as configured.
     pub config: &'m MachineConfig,
-    /// Of whoever asks.
+    /// Dialect of the session that asks.
     pub dialect: Dialect,
-    /// Seconds and percent of the job, when there is one.
+    /// Seconds and percent of the job, if there is a job.
     pub progress: Option<(u64, u64)>,
 }
 
 impl Status<'_> {
-    /// Whether something may be moving. Where nothing does, the place is where the last accepted move ends,
-    /// to the last decimal.
+    /// Returns whether something may be moving. At rest the position is the end of the last accepted move, to
+    /// the last decimal.
     const fn is_live(&self) -> bool {
         !matches!(
             self.mode.state(),
@@ -35,13 +35,13 @@ impl Status<'_> {
     }
 }
 
-/// `<State|MPos:x,y,z|WPos:x,y,z|F:...|S:...>`
+/// Reports `<State|MPos:x,y,z|WPos:x,y,z|F:...|S:...>`.
 pub(crate) fn status(ports: &mut (impl MotionPort + HeatPort), of: &Status<'_>, reply: &mut Reply<'_>) {
     let line = fields(ports, of);
     reply.say(format_args!("<{line}>\n"));
 }
 
-/// What stands between the brackets of `?`; `get status` says it without them.
+/// Returns the text between the brackets of `?`; `get status` reports it without them.
 pub(super) fn fields(ports: &mut (impl MotionPort + HeatPort), of: &Status<'_>) -> Line {
     let live = of.is_live();
     let machine = ports.motion(|motion| if live { motion.live_position() } else { motion.commanded_position() });
@@ -81,7 +81,7 @@ fn add_rates(line: &mut Line, program: &Interpreter, ports: &mut impl MotionPort
     }
 }
 
-/// The rate of moves by the motion code in force.
+/// Returns the rate of moves by the motion code in force.
 pub(super) fn requested_rate(program: &Interpreter) -> MmPerSecond {
     let modal = program.modal();
     if modal.motion == MotionMode::Rapid { modal.seek_rate } else { modal.feed_rate }
@@ -96,7 +96,8 @@ fn add_temperatures(line: &mut Line, config: &MachineConfig, ports: &mut impl He
     });
 }
 
-/// `get mode`: the exact state in words, of which `?` has fewer names, and whether a job is suspended.
+/// `get mode`: reports the exact state in words, of which `?` has fewer names, and whether a job is
+/// suspended.
 pub(super) fn mode(mode: Mode, reply: &mut Reply<'_>) {
     let mut name = Line::new();
     add!(name, "{:?}", mode.state());
