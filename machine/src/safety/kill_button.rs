@@ -1,44 +1,44 @@
-//! The kill button: pressed it halts, held or released it may clear a halt.
+//! Kill button: a press halts; holding or releasing it may clear a halt.
 //!
 //! A press counts at the first look, for nothing is lost by halting once too often. Letting go counts when
 //! the button has been up for [`BOUNCE`]: contacts bounce, and a bounce of a latching button must not clear
-//! the halt it has just made.
+//! the halt that its press has just made.
 
 use config::KillButton as Settings;
 use units::Micros;
 
-/// How long the button is held to clear a halt.
+/// Time for which the button must be held to clear a halt.
 const UNKILL_HOLD: Micros = Micros::from_seconds(2);
 
-/// Contacts bounce for 1 to 10 ms.
+/// Time to wait out bounces, which take 1 to 10 ms.
 const BOUNCE: Micros = Micros::from_millis(20);
 
-/// What a look at the button means.
+/// Meaning of a look at the button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Press {
-    /// Nothing new.
+    /// No change of the button.
     Nothing,
-    /// Halt.
+    /// The machine must halt.
     Kill,
     /// The halt was cleared while a latching button is still down: halt again.
     StillLatched,
-    /// Clear the halt.
+    /// The halt is to be cleared.
     Clear,
 }
 
-/// The button's memory.
+/// State of the button.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct KillButton {
-    /// It has been down since then.
+    /// Time since which the button has been down.
     down_since: Option<Micros>,
-    /// It has been up since then, which may be a bounce.
+    /// Time since which the button has been up, which may be a bounce.
     up_since: Option<Micros>,
-    /// It already did what this press means.
+    /// Whether this press has already had its effect.
     used: bool,
 }
 
 impl KillButton {
-    /// One look at the button.
+    /// Takes a look at the button.
     pub fn look(&mut self, settings: &Settings, pressed: bool, is_halted: bool, now: Micros) -> Press {
         if !pressed {
             if now.since(*self.up_since.get_or_insert(now)) < BOUNCE {
@@ -61,7 +61,7 @@ impl KillButton {
             (false, true) if settings.toggle => Press::StillLatched,
             (false, true) => Press::Nothing,
             (false, false) => {
-                // This press has halted; only a new one, or one held on a halted machine, may clear.
+                // The press has halted; only a new press, or a press held on a halted machine, may clear.
                 self.used = true;
                 Press::Kill
             }
@@ -73,7 +73,7 @@ impl KillButton {
 mod tests {
     use super::*;
 
-    /// Looks at the button each 100 ms; what came of it.
+    /// Looks at the button each 100 ms; returns the results.
     fn course(settings: Settings, looks: &[(bool, bool)]) -> Vec<(usize, Press)> {
         let mut button = KillButton::default();
         let look = |(index, (pressed, halted)): (usize, &(bool, bool))| {
@@ -109,7 +109,7 @@ mod tests {
             let mut button = KillButton::default();
             let mut halted = false;
             for at_us in (0..40_000).step_by(500) {
-                // Down but for every third look of the first 5 ms.
+                // The button is down but for every third look of the first 5 ms.
                 let pressed = at_us >= 5_000 || at_us % 1_500 != 500;
                 let press = button.look(&settings(toggle, true), pressed, halted, Micros(at_us));
                 assert_eq!(press, if at_us == 0 { Press::Kill } else { Press::Nothing }, "after {at_us} us");

@@ -1,8 +1,8 @@
-//! Hard limits: an endstop with `limit_enable` that is hit by a move halts.
+//! Hard limits: a move that hits an endstop with `limit_enable` halts the machine.
 //!
-//! A limit guards once it has been open for [`REARM_TIME`]; one that is still operated (after homing, say) or
-//! bounces while it is left does not stop the move that leaves it. While armed, the input's interrupt stops
-//! motion through the latch; the poll here notices and halts.
+//! A limit guards once it has been open for [`REARM_TIME`]; a limit that is still operated (after homing,
+//! say) or bounces while it is left does not stop the move that leaves it. While armed, the input's interrupt
+//! stops motion through the latch; the poll here notices and halts.
 //!
 //! A search with the probe has the latch to itself, and may end where a limit closes too: Z's switch beside
 //! the bed it probes. So in a search a limit that closes halts only when the machine goes on past it.
@@ -13,27 +13,27 @@ use units::{Axis, Micros, PerAxis};
 
 use crate::ports::{Input, InputLevels};
 
-/// A search may go on this far past a limit, mm, to the contact that ends it: as far as past any switch.
+/// Distance that a search may go on past a limit, mm, to the contact that ends it: as far as past any switch.
 const PAST_A_LIMIT: f64 = crate::homing::OVERTRAVEL;
-/// A limit must have been open this long before it guards again.
+/// Time for which a limit must have been open before it guards again.
 const REARM_TIME: Micros = Micros::from_millis(50);
 
-/// Which limits guard.
+/// State of the limits.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Limits {
     /// Inputs that are limits.
     mask: u32,
     /// Limits that guard now.
     guarding: u32,
-    /// Since when no limit has been seen to change.
+    /// Time since which no limit has been seen to change.
     quiet_since: Micros,
     /// Levels at the last poll.
     levels: u32,
-    /// A search has the latch.
+    /// Whether a search has the latch.
     searching: bool,
-    /// Where the machine was when a limit closed during the search.
+    /// Position of the machine when a limit closed during the search.
     closed_at: Option<PerAxis<f64>>,
-    /// One was hit, and not all guard again yet.
+    /// Whether a limit was hit, and not all guard again yet.
     was_hit: bool,
 }
 
@@ -49,19 +49,19 @@ impl Limits {
         self.quiet_since = now;
     }
 
-    /// Whether there are any.
+    /// Returns whether there are any limits.
     #[must_use]
     pub const fn exist(&self) -> bool {
         self.mask != 0
     }
 
-    /// A search has the latch.
+    /// Returns whether a search has the latch.
     #[must_use]
     pub const fn is_searching(&self) -> bool {
         self.searching
     }
 
-    /// One poll. `moving`: what is hit then must halt the machine; `here` is where the motors are.
+    /// Polls the limits. With `moving`, a hit must halt the machine; `here` is the position of the motors.
     pub fn poll(
         &mut self,
         levels: InputLevels,
@@ -86,14 +86,14 @@ impl Limits {
         None
     }
 
-    /// All limits guard again, after one was hit: once.
+    /// Returns true once when all limits guard again after a hit.
     pub const fn take_all_clear(&mut self) -> bool {
         let all_clear = self.was_hit && self.guarding == self.mask;
         self.was_hit &= !all_clear;
         all_clear
     }
 
-    /// The limits that should guard given these levels; `None` while that is unchanged.
+    /// Returns the limits that should guard given these levels; `None` while they are unchanged.
     fn update(&mut self, levels: u32, now: Micros) -> Option<u32> {
         let levels = levels & self.mask;
         if levels != self.levels {
@@ -105,12 +105,12 @@ impl Limits {
         (wanted != self.guarding).then_some(wanted)
     }
 
-    /// Whether a limit that closed must stop the machine: always, but for a search that ends there.
+    /// Returns whether a limit that closed must stop the machine: always, but for a search that ends there.
     fn counts(&mut self, latch: &Latch, here: impl FnOnce() -> PerAxis<f64>) -> bool {
         if !self.searching {
             return true;
         }
-        // The contact has been found: it brakes.
+        // The contact has been found, so the machine brakes already.
         if latch.armed() == 0 {
             return false;
         }
@@ -119,20 +119,20 @@ impl Limits {
         Axis::PRIMARY.into_iter().any(|axis| libm::fabs(here[axis] - at[axis]) > PAST_A_LIMIT)
     }
 
-    /// Homing takes the latch for itself.
+    /// Suspends the limits, since homing takes the latch for itself.
     pub fn suspend(&mut self, latch: &Latch, now: Micros) {
         self.guarding = 0;
         self.quiet_since = now;
         latch.disarm();
     }
 
-    /// A search takes the latch. The limits that guard now still do, by the poll alone.
+    /// Gives the latch to a search. The limits that guard now still do, by the poll alone.
     pub const fn search_begins(&mut self) {
         self.searching = true;
         self.closed_at = None;
     }
 
-    /// The search is over. Limits guard again once they are open.
+    /// Ends the search. Limits guard again once they are open.
     pub fn search_ends(&mut self, latch: &Latch, now: Micros) {
         self.searching = false;
         self.suspend(latch, now);
@@ -149,7 +149,7 @@ mod tests {
         let course = [
             (0, 0b01, None),
             (100, 0b01, Some(0b10)),
-            // Left, with a bounce.
+            // The limit is left, with a bounce.
             (110, 0b00, None),
             (120, 0b01, None),
             (130, 0b00, None),

@@ -1,8 +1,8 @@
-//! Safety: the state of the machine, halting and coming back, limits, the kill button, whether steps came in
-//! time.
+//! Safety: the machine's state, halting and coming back, limits, the kill button, and the watch over step
+//! times.
 //!
-//! One owner of all that decides whether the machine may move. It changes the state and says what is to be
-//! done; the executor does it.
+//! Safety is the single owner of all facts that decide whether the machine may move. It changes the state and
+//! orders the actions; the executor performs them.
 
 mod kill_button;
 mod limits;
@@ -19,70 +19,71 @@ pub use state::{Event, Mode};
 pub use step_times::{Lateness, StepTimesWatch, microseconds};
 use travel::Travel;
 
-/// How long a reset from a hold keeps the machine halted: whatever waits has heard of it by then.
+/// Time for which a reset from a hold keeps the machine halted: every waiting part hears of the halt by then.
 const RESET_TIME: Micros = Micros::from_millis(10);
-/// Motion must have come to rest by then, else it is cut.
+/// Time in which motion must come to rest; else it is cut.
 const STOP_TIMEOUT: Micros = Micros::from_seconds(1);
 
-/// The machine's state and what watches over it.
+/// The machine's state and the watches over it.
 #[derive(Debug, Default)]
 pub struct Safety {
     mode: Mode,
-    /// Motion is being brought to rest since then.
+    /// Time since which motion is being brought to rest.
     stopping_since: Option<Micros>,
-    /// The motors keep their current in this halt.
+    /// Whether the motors keep their current in this halt.
     holds_motors: bool,
-    /// Release as soon as everything stands still.
+    /// Whether to release as soon as everything stands still.
     release_wanted: bool,
-    /// Halted since then by a reset of a machine that stands, which is no alarm and ends by itself.
+    /// Time since which a reset halts a machine that stands; such a halt is no alarm and ends by itself.
     resetting_since: Option<Micros>,
-    /// The limits.
+    /// Hard limits of the axes.
     pub limits: Limits,
-    /// How far axes may be commanded.
+    /// Soft endstops: positions to which axes may be commanded.
     pub travel: Travel,
-    /// The kill button.
+    /// State of the kill button.
     pub kill_button: KillButton,
-    /// Whether steps came in time.
+    /// Watch over the times of steps.
     pub step_times: StepTimesWatch,
 }
 
-/// What a halt still needs.
+/// Action that a halt still needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stopping {
-    /// Nothing: no halt is under way, or motion comes to rest by itself.
+    /// None: no halt is under way, or motion comes to rest by itself.
     Wait,
-    /// The motion does not come to rest: it is to be cut, and positions are lost.
+    /// The motion does not come to rest: cut it, and lose the positions.
     Cut,
-    /// Everything stands still, or will not: motors off.
+    /// Everything stands still, or will not: switch the motors off.
     Over,
 }
 
 impl Safety {
-    /// What the machine is doing.
+    /// Returns the machine's state.
     #[must_use]
     pub const fn state(&self) -> State {
         self.mode.state()
     }
 
-    /// The state, with what it interrupted.
+    /// Returns the state, with the state that it interrupted.
     #[must_use]
     pub const fn mode(&self) -> Mode {
         self.mode
     }
 
-    /// The state as others are told: a reset is over at once.
+    /// Returns the state for reports, in which a reset is over at once.
     #[must_use]
     pub fn told_mode(&self) -> Mode {
         if self.is_resetting() { Mode::default() } else { self.mode }
     }
 
-    /// Nothing may move.
+    /// Returns whether nothing may move.
     #[must_use]
     pub const fn is_halted(&self) -> bool {
         matches!(self.state(), State::Alarm | State::Sleep | State::Invalid)
     }
 
-    /// Applies an event to the table; one that means nothing changes nothing. True when it was accepted.
+    /// Applies an event to the table; an event without meaning changes nothing. Returns true when it was
+    /// accepted.
     pub const fn apply(&mut self, event: Event) -> bool {
         match self.mode.next(event) {
             Some(next) => {
@@ -93,7 +94,8 @@ impl Safety {
         }
     }
 
-    /// Enters the alarm. False when the machine is halted already; a reset is none, and gives way.
+    /// Enters the alarm. Returns false when the machine is halted already; a reset is no halt here, and gives
+    /// way.
     pub const fn halt(&mut self, now: Micros) -> bool {
         if self.is_halted() && !self.is_resetting() {
             return false;
@@ -105,26 +107,26 @@ impl Safety {
         true
     }
 
-    /// Whether the motors keep their current in the halt that follows, or that is: what takes it from them
-    /// comes to its end then.
+    /// Decides whether the motors keep their current in the present or the next halt; an action that takes
+    /// the current from them is then completed.
     pub const fn hold_motors(&mut self, holds: bool) {
         self.holds_motors = holds;
     }
 
-    /// The motors keep their current in this halt.
+    /// Returns whether the motors keep their current in this halt.
     #[must_use]
     pub const fn holds_motors(&self) -> bool {
         self.holds_motors
     }
 
-    /// Halted, at rest, and the motors have their current.
+    /// Returns whether the machine is halted, at rest, and the motors have their current.
     #[must_use]
     pub const fn rests_held(&self) -> bool {
         self.is_halted() && self.holds_motors && self.stopping_since.is_none()
     }
 
-    /// Halts a machine that stands in a hold, for a moment: what waits to go on is to end. False when it is
-    /// halted already.
+    /// Halts a machine that stands in a hold, for a moment, so that all waiting parts end. Returns false when
+    /// it is halted already.
     pub const fn begin_reset(&mut self, now: Micros) -> bool {
         if self.is_halted() {
             return false;
@@ -134,13 +136,13 @@ impl Safety {
         true
     }
 
-    /// Halted for a reset alone.
+    /// Returns whether the machine is halted for a reset alone.
     #[must_use]
     pub const fn is_resetting(&self) -> bool {
         self.resetting_since.is_some()
     }
 
-    /// Ends a reset, when whatever waited has heard of it. True when it ended now.
+    /// Ends a reset, when every waiting part has heard of it. Returns true when it ended now.
     pub fn finish_reset(&mut self, now: Micros) -> bool {
         let is_due = self.resetting_since.is_some_and(|since| now.since(since) >= RESET_TIME);
         if is_due {
@@ -150,7 +152,7 @@ impl Safety {
         is_due
     }
 
-    /// Everything is off since now; the motors may still come to rest.
+    /// Enters the sleep, with everything off; the motors may still come to rest.
     pub const fn sleep(&mut self, now: Micros) -> bool {
         if !self.apply(Event::Sleep) {
             return false;
@@ -162,18 +164,18 @@ impl Safety {
         true
     }
 
-    /// The operator wants the alarm to end, as soon as the motors stand still.
+    /// Notes that the operator wants the alarm to end, as soon as the motors stand still.
     pub const fn want_release(&mut self) {
         self.release_wanted = self.state() as u8 == State::Alarm as u8;
     }
 
-    /// A release waits for the motors to stand still.
+    /// Returns whether a release waits for the motors to stand still.
     #[must_use]
     pub const fn release_is_pending(&self) -> bool {
         self.release_wanted
     }
 
-    /// Looks at a halt under way.
+    /// Watches a halt under way, and returns the action that it needs.
     pub fn watch_stop(&mut self, now: Micros, motion_is_idle: bool) -> Stopping {
         let Some(since) = self.stopping_since else { return Stopping::Wait };
         if !motion_is_idle {
@@ -190,7 +192,7 @@ impl Safety {
         Stopping::Over
     }
 
-    /// Ends the alarm if that is wanted and the motors stand still. True when it ended now.
+    /// Ends the alarm if a release is wanted and the motors stand still. Returns true when it ended now.
     pub const fn finish_release(&mut self) -> bool {
         if self.stopping_since.is_some() || !self.release_wanted {
             return false;

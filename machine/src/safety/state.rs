@@ -1,4 +1,4 @@
-//! What the machine is doing, as one table.
+//! States of the machine, and the table of their transitions.
 //!
 //! | state | accepts | leaves it |
 //! |---|---|---|
@@ -13,17 +13,17 @@
 //! | `Sleep` | nothing but a reset | Ctrl-X, to `Alarm` |
 //! | `Invalid` | questions, files | a reset with another configuration |
 //!
-//! What the parts do in them: heaters keep their targets but in `Alarm`, `Sleep` and `Invalid`, where they
-//! are off; a spindle or laser on a hardware timer is off in `Alarm`, `Sleep`, `Invalid` and while the `Door`
-//! is open; motors lose their current in `Alarm` once they stand, and in `Sleep`; a job is read in `Idle`,
-//! `Run` and `Check` alone, and ends with an alarm.
+//! In these states heaters keep their targets but in `Alarm`, `Sleep` and `Invalid`, where they are off; a
+//! spindle or laser on a hardware timer is off in `Alarm`, `Sleep`, `Invalid` and while the `Door` is open;
+//! motors lose their current in `Alarm` once they stand, and in `Sleep`; a job is read in `Idle`, `Run` and
+//! `Check` alone, and ends with an alarm.
 
 use program::State;
 
-/// What can happen to the machine.
+/// Events that change the machine's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// A move began.
+    /// The machine began a move.
     Started,
     /// The last queued move ended.
     Drained,
@@ -43,7 +43,7 @@ pub enum Event {
     Resume,
     /// The job is suspended.
     Suspend,
-    /// It is resumed, or given up.
+    /// The job is resumed, or given up.
     Unsuspend,
     /// Programs are read from now on, and nothing is carried out.
     CheckBegins,
@@ -51,11 +51,11 @@ pub enum Event {
     CheckEnds,
     /// The safety door is open.
     DoorOpens,
-    /// A fault or an emergency stop.
+    /// A fault or an emergency stop happened.
     Halt,
     /// The operator clears a halt.
     Release,
-    /// Everything goes off.
+    /// The operator switches everything off.
     Sleep,
     /// The operator resets a sleeping machine.
     Wake,
@@ -64,7 +64,7 @@ pub enum Event {
 }
 
 impl Event {
-    /// Every event.
+    /// List of every event.
     pub const ALL: [Self; 19] = [
         Self::Started,
         Self::Drained,
@@ -88,36 +88,36 @@ impl Event {
     ];
 }
 
-/// The state, and what must be remembered to come back from it.
+/// The state, with the memory needed to come back from it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Mode {
     state: State,
-    /// What a hold or the door interrupted.
+    /// State that a hold or the door interrupted.
     interrupted: State,
-    /// A job is suspended: its rest is `Suspended` where it would be `Idle`.
+    /// Whether a job is suspended: then the machine at rest is `Suspended`, not `Idle`.
     suspended: bool,
 }
 
 impl Mode {
-    /// The state.
+    /// Returns the present state.
     #[must_use]
     pub const fn state(self) -> State {
         self.state
     }
 
-    /// What goes on when a hold ends or the door closes.
+    /// Returns the state that goes on when a hold ends or the door closes.
     #[must_use]
     pub const fn interrupted(self) -> State {
         self.interrupted
     }
 
-    /// Whether this or, in a hold, what it interrupted.
+    /// Returns whether the machine is in this state, or has interrupted it for a hold or the door.
     #[must_use]
     pub fn is_in(self, state: State) -> bool {
         self.state == state || matches!(self.state, State::Hold | State::Door) && self.interrupted == state
     }
 
-    /// Whether a job is suspended.
+    /// Returns whether a job is suspended.
     #[must_use]
     pub const fn is_suspended(self) -> bool {
         self.suspended
@@ -135,7 +135,8 @@ impl Mode {
         Self { state, interrupted: self.state, ..self }
     }
 
-    /// The whole transition table. `None`: the event means nothing in this state and changes nothing.
+    /// Returns the next state by the whole transition table. `None`: the event means nothing in this state
+    /// and changes nothing.
     #[must_use]
     pub const fn next(self, event: Event) -> Option<Self> {
         use State::{Alarm, Check, Door, Hold, Homing, Idle, Invalid, Jog, Probing, Run, Sleep, Suspended};
@@ -156,7 +157,7 @@ impl Mode {
             (Run | Homing | Probing | Jog, Event::Hold) => self.interrupted_by(Hold),
             (Hold | Door, Event::Resume) => Self { state: self.interrupted, interrupted: Idle, ..self },
             (Idle | Suspended | Run | Homing | Probing | Jog, Event::DoorOpens) => self.interrupted_by(Door),
-            // What the hold interrupted goes on when the door is closed.
+            // The state that the hold interrupted goes on when the door is closed.
             (Hold, Event::DoorOpens) => self.to(Door),
             (Idle, Event::Suspend) => Self { state: Suspended, suspended: true, ..self },
             (Run, Event::Suspend) => Self { suspended: true, ..self },
@@ -205,7 +206,7 @@ mod tests {
     }
 
     proptest! {
-        /// Wherever the machine is: a halt stops it, and only a release or a sleep leads out of an alarm.
+        /// In every state a halt stops the machine, and only a release or a sleep leads out of an alarm.
         #[test]
         fn a_halt_ends_everything_and_only_a_release_ends_a_halt(
             events in proptest::collection::vec(0..Event::ALL.len(), 0..12), after in 0..Event::ALL.len(),
@@ -226,7 +227,7 @@ mod tests {
             }
         }
 
-        /// Nobody is forgotten in a state that nothing leads out of, but where a reset is meant.
+        /// No state is a dead end, except those that need a reset.
         #[test]
         fn every_state_can_be_left(events in proptest::collection::vec(0..Event::ALL.len(), 0..12)) {
             let events: Vec<Event> = events.into_iter().map(|index| Event::ALL[index]).collect();

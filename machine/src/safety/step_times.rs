@@ -1,6 +1,6 @@
-//! Steps that came late are told, and end the job where a step might have been lost: never silent.
+//! Watch over step times: late steps are always reported, and end the job if a step might have been lost.
 //!
-//! A step somewhat late does no harm by itself. When steps had to be delayed to keep a driver's least
+//! A step that is somewhat late does no harm by itself. When steps had to be delayed to keep a driver's least
 //! distance, or the feed came so late that the motion stood still in the middle of its way, a motor may not
 //! have followed: the machine halts, braking along the path. All steps were given in any case, so positions
 //! are kept.
@@ -11,10 +11,10 @@ use units::Micros;
 
 use crate::ports::StepTimes;
 
-/// Late steps are told no more often than this.
+/// Least time between two reports of late steps.
 const TELL_PERIOD: Micros = Micros::from_seconds(1);
 
-/// What has been told.
+/// State of the reports so far.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct StepTimesWatch {
     reported: StepTimes,
@@ -22,7 +22,7 @@ pub struct StepTimesWatch {
     tell_due: Micros,
 }
 
-/// News of late steps, in words.
+/// News of late steps, for a report.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Lateness {
     /// The motion stood still for a moment: the machine halts.
@@ -34,7 +34,7 @@ pub enum Lateness {
     },
     /// Steps came late and nothing was lost.
     Late {
-        /// How many.
+        /// Number of late steps.
         count: u32,
         /// The worst lateness, us.
         worst_us: f64,
@@ -42,7 +42,7 @@ pub enum Lateness {
 }
 
 impl Lateness {
-    /// A step may have been lost.
+    /// Returns whether a step may have been lost.
     #[must_use]
     pub const fn halts(self) -> bool {
         !matches!(self, Self::Late { .. })
@@ -64,14 +64,14 @@ impl fmt::Display for Lateness {
     }
 }
 
-/// A lateness in microseconds.
+/// Converts a lateness to microseconds.
 #[must_use]
 pub fn microseconds(worst: units::Ticks) -> f64 {
     worst.0 as f64 / f64::from(units::STEP_CLOCK_HZ / 1_000_000)
 }
 
 impl StepTimesWatch {
-    /// One poll; `feed_late` counts the feed's runs that came too late.
+    /// Polls the step times; `feed_late` counts the feed's runs that came too late.
     pub fn poll(&mut self, times: StepTimes, feed_late: u32, now: Micros) -> Option<Lateness> {
         let reported = *self;
         let lost_time = times.delayed != reported.reported.delayed || feed_late != reported.reported_feed;

@@ -1,14 +1,14 @@
-//! Soft endstops: how far homed axes may be commanded. The configuration says it (`[soft endstop]`), and
-//! where it does not, it follows from what it says of their homing switches.
+//! Soft endstops: positions to which homed axes may be commanded. They come from the configuration (`[soft
+//! endstop]`), or else follow from its homing switches.
 //!
-//! A switch is at one end of its axis, at `homing_position`. No place of the axis is further from it than
+//! A switch is at an end of its axis, at `homing_position`. No place of the axis is further from it than
 //! `max_travel`: from there the machine could not be homed. So travel ends at the switch on one side, and
 //! `max_travel` from it on the other.
 //!
-//! What that means is plain where a switch belongs to an axis. Towers and arms have theirs at motors: of a
-//! linear delta the height above which no carriage can go is known, of the others nothing is refused that
-//! they can reach. A, B and C may turn without end. Homing and searches are not held against this: they go
-//! where switches and contacts are.
+//! The range is plain if a switch belongs to an axis. Towers and arms have their switches at motors: of a
+//! linear delta the height above which no carriage can go is known, of the others no place that they can
+//! reach is refused. A, B and C may turn without end. Homing and searches are exempt: they go to switches and
+//! contacts.
 //!
 //! Positions are machine coordinates as programs see them: after work, tool and G92 offsets, before leveling
 //! and skew. So a bed that is measured anew does not move the ends of a program's space, and a lift of some
@@ -24,7 +24,7 @@ use crate::failure::{Failure, FailureKind, Texts};
 use crate::grbl::numbers::{Alarm, Error};
 use crate::tuning::Tuning;
 
-/// Rounding of targets, of inches for one, mm.
+/// Rounding error of targets, of inches for example, mm.
 const ROUNDING: f64 = 1e-4;
 
 /// The machine positions that an axis has, mm.
@@ -37,7 +37,8 @@ struct Range {
 impl Range {
     const ENDLESS: Self = Self { least: f64::NEG_INFINITY, most: f64::INFINITY };
 
-    /// This range and a place where the axis already is: from outside it may come closer, and no further out.
+    /// Returns this range extended to the axis' present place: from outside the axis may come closer, and go
+    /// no further out.
     fn and(self, place: f64) -> Self {
         Self {
             least: if place < self.least { place } else { self.least },
@@ -45,7 +46,7 @@ impl Range {
         }
     }
 
-    /// The end that a target is beyond. What is no number is beyond neither, and motion refuses it.
+    /// Returns the end that a target is beyond. A NaN is beyond neither, and motion refuses it.
     fn end_before(self, target: f64) -> Option<f64> {
         if target < self.least - ROUNDING {
             Some(self.least)
@@ -57,15 +58,15 @@ impl Range {
     }
 }
 
-/// Where a machine can go. Nothing is out of it before [`Travel::up_to_date`].
+/// Ranges of the machine's axes. No place is outside before [`Travel::up_to_date`].
 #[derive(Clone, Debug)]
 pub struct Travel {
     ranges: PerAxis<Range>,
     /// Axes that have an end.
     ending: AxisSet,
-    /// The homing positions it was worked out from.
+    /// Version of the homing positions from which the ranges were computed.
     home_changes: Option<u32>,
-    /// What M211 says; the configuration does where it says nothing.
+    /// State set by M211; `None`: the configuration's.
     switched: Option<bool>,
 }
 
@@ -79,11 +80,11 @@ impl Default for Travel {
 /// A move out of the travel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutOfTravel {
-    /// The axis.
+    /// Axis that would leave its travel.
     pub axis: Axis,
     /// The furthest machine position asked for, mm.
     pub target: f64,
-    /// The last one before it that the axis has, mm.
+    /// Last machine position before that target within the travel, mm.
     pub end: f64,
 }
 
@@ -99,7 +100,7 @@ impl fmt::Display for OutOfTravel {
 }
 
 impl OutOfTravel {
-    /// What comes of it: the machine halts, or only the move is refused.
+    /// Returns the failure: the machine halts, or only the move is refused.
     #[cold]
     #[must_use]
     pub fn failure(&self, texts: &Texts, config: &MachineConfig) -> Failure {
@@ -109,7 +110,8 @@ impl OutOfTravel {
 }
 
 impl Travel {
-    /// This, worked out anew where homing positions have been corrected since, or M211 has switched it.
+    /// Returns the travel, computed anew if homing positions have been corrected since, or M211 has switched
+    /// it.
     pub fn up_to_date(&mut self, config: &MachineConfig, tuning: &Tuning) -> &Self {
         let changes = Some(tuning.home_changes());
         if self.home_changes != changes {
@@ -122,45 +124,45 @@ impl Travel {
         self
     }
 
-    /// Holds moves against it from now on, or does not (M211).
+    /// Switches the check of moves on or off (M211).
     pub const fn switch(&mut self, on: bool) {
         self.switched = Some(on);
         self.home_changes = None;
     }
 
-    /// Moves are held against it.
+    /// Returns whether moves are checked.
     #[must_use]
     pub fn is_on(&self, config: &MachineConfig) -> bool {
         self.switched.unwrap_or(config.soft_endstops.enable)
     }
 
-    /// The least and the greatest places of the axes, mm; infinite where an axis does not end.
+    /// Returns the least and the greatest places of the axes, mm; infinite if an axis does not end.
     #[must_use]
     pub fn ends(&self) -> [PerAxis<f64>; 2] {
         [PerAxis(self.ranges.0.map(|range| range.least)), PerAxis(self.ranges.0.map(|range| range.most))]
     }
 
-    /// Whether a place is within the travel of the axes that are homed.
+    /// Returns whether a place is within the travel of the axes that are homed.
     #[must_use]
     pub fn has(&self, place: &PerAxis<f64>, homed: AxisSet) -> bool {
         let held = self.ending.and(homed);
-        // Every axis in turn: this is asked for each line.
+        // Each axis is tested in turn, since every line asks for this.
         Axis::ALL.into_iter().all(|axis| !held.has(axis) || self.ranges[axis].end_before(place[axis]).is_none())
     }
 
-    /// Whether a straight move stays within the travel of the axes that are homed. One that begins outside
-    /// may go back or come closer.
+    /// Checks that a straight move stays within the travel of the axes that are homed. A move that begins
+    /// outside may go back or come closer.
     ///
     /// # Errors
-    /// The first axis that it takes out.
+    /// The first axis that the move takes out.
     pub fn check(&self, from: &PerAxis<f64>, to: &PerAxis<f64>, homed: AxisSet) -> Result<(), OutOfTravel> {
         self.ending.and(homed).axes().try_for_each(|axis| self.check_axis(axis, from[axis], to[axis]))
     }
 
-    /// The same for a move that goes this far along the axes.
+    /// Checks in the same way a move that goes this far along the axes.
     ///
     /// # Errors
-    /// The first axis that it takes out.
+    /// The first axis that the move takes out.
     pub fn check_bounds(&self, from: &PerAxis<f64>, bounds: &Bounds, homed: AxisSet) -> Result<(), OutOfTravel> {
         self.check(from, &bounds.least, homed)?;
         self.check(from, &bounds.most, homed)
@@ -169,20 +171,20 @@ impl Travel {
     fn check_axis(&self, axis: Axis, from: f64, target: f64) -> Result<(), OutOfTravel> {
         let range = self.ranges[axis];
         match range.and(from).end_before(target) {
-            // What is further out than where it begins is out.
+            // A target further out than the beginning of the move is refused.
             Some(_) => Err(OutOfTravel { axis, target, end: range.end_before(target).unwrap_or_default() }),
             None => Ok(()),
         }
     }
 
-    /// Where a straight move must end to stay within the travel of the axes that are homed: at its own end,
-    /// or at the last point of its line before.
+    /// Returns the end of a straight move that stays within the travel of the axes that are homed: its own
+    /// end, or the last point of its line before.
     #[must_use]
     pub fn cut(&self, from: &PerAxis<f64>, to: &PerAxis<f64>, homed: AxisSet) -> PerAxis<f64> {
         let mut share = 1.0;
         for axis in self.ending.and(homed).axes() {
             if let Some(end) = self.ranges[axis].and(from[axis]).end_before(to[axis]) {
-                // Beyond the end and not beyond the beginning: they differ.
+                // The target is beyond the end and the beginning is not, so they differ.
                 let own = (end - from[axis]) / (to[axis] - from[axis]);
                 share = if own < share { own } else { share };
             }
@@ -194,7 +196,7 @@ impl Travel {
     }
 }
 
-/// What the configuration says of an axis, and for the rest what follows from homing.
+/// Returns the range of an axis by the configuration, with missing ends by homing.
 fn range(config: &MachineConfig, tuning: &Tuning, axis: Axis) -> Range {
     let (by_homing, ends) = (range_by_homing(config, tuning, axis), &config.soft_endstops);
     let written = |ends: &[Option<units::Mm>; 3]| Some(ends.get(axis as usize).copied()??.0);
@@ -207,7 +209,7 @@ fn range(config: &MachineConfig, tuning: &Tuning, axis: Axis) -> Range {
 fn range_by_homing(config: &MachineConfig, tuning: &Tuning, axis: Axis) -> Range {
     let Some(stop) = config.homing_endstop(axis) else { return Range::ENDLESS };
     let configured = tuning.homing_position(config, axis);
-    // A correction is in force from the next homing on: until then the other one is.
+    // A correction is in force from the next homing on: until then the former position is.
     let corrected = configured + tuning.home_offset()[axis];
     let (low, high) = if corrected < configured { (corrected, configured) } else { (configured, corrected) };
     if config.motion.arm_solution == ArmSolution::LinearDelta && axis == Axis::Z {
@@ -221,7 +223,7 @@ fn range_by_homing(config: &MachineConfig, tuning: &Tuning, axis: Axis) -> Range
     }
     let travel = stop.max_travel.0;
     match stop.homing_direction {
-        // What Z homes to may close above the bed, as a probe does: then its zero is below.
+        // The probe or switch on which Z homes may close above the bed: then the zero of Z is below.
         HomingDirection::ToMin if axis == Axis::Z && low > 0.0 => Range { least: 0.0, most: high + travel },
         HomingDirection::ToMin => Range { least: low, most: high + travel },
         HomingDirection::ToMax => Range { least: low - travel, most: high },
@@ -229,7 +231,7 @@ fn range_by_homing(config: &MachineConfig, tuning: &Tuning, axis: Axis) -> Range
     }
 }
 
-/// A switch of this axis is at an end of the axis itself.
+/// Returns whether a switch of this axis is at an end of the axis itself.
 const fn is_of_the_axis(arms: ArmSolution, axis: Axis) -> bool {
     match arms {
         ArmSolution::Cartesian

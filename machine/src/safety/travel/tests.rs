@@ -1,4 +1,4 @@
-//! Travel by homing and by configuration, and what is out of it.
+//! Tests of the travel by homing and by configuration, and of moves that leave it.
 
 use super::*;
 use config::EndstopConfig;
@@ -23,7 +23,7 @@ fn stop(axis: Axis, homing_direction: HomingDirection, position: f64, travel: f6
     }
 }
 
-/// X from -5 to 215, Y without switch, Z from -100 to 0 as on a mill.
+/// Returns a mill: X from -5 to 215, Y without switch, Z from -100 to 0.
 fn mill() -> MachineConfig {
     let mut config = machine();
     config.endstops.push(stop(Axis::X, HomingDirection::ToMin, -5.0, 220.0)).unwrap();
@@ -161,8 +161,8 @@ fn a_jog_along_two_axes_ends_where_its_line_leaves_the_travel() {
 }
 
 proptest! {
-    /// From anywhere: the way inwards is free, no move goes further out than it begins, and what is cut
-    /// passes the check.
+    /// From anywhere: the way inwards is free, no move goes further out than it begins, and a cut move passes
+    /// the check.
     #[test]
     fn a_move_from_outside_may_come_closer_only(from in -500.0..500.0_f64, to in -500.0..500.0_f64) {
         let travel = travel(&mill());
@@ -192,7 +192,7 @@ proptest! {
         let place = |n: u32| path.point(curve.length() * f64::from(n) / 10_000.0);
         let all = (0..=10_000).all(|n| travel.check(&from, &place(n), AxisSet::ALL).is_ok());
         let whole = travel.check_bounds(&from, &arc.bounds(), AxisSet::ALL);
-        // Between two places it bulges by a ten-thousandth of a mm.
+        // Between two places the curve bulges by a ten-thousandth of a mm.
         let narrowly = whole.is_err_and(|out| {
             let beyond = if out.target < out.end { out.end - out.target } else { out.target - out.end };
             beyond < 10.0 * ROUNDING
