@@ -1,11 +1,11 @@
-//! What the watch over drivers and supplies has to tell.
+//! Events that the watch over drivers and supplies reports.
 
 use events::{Event, Text};
 use units::{Actuator, Axis};
 
 use super::DriverTrouble;
 
-/// Something the dispatcher must hear of.
+/// Event for the dispatcher.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SupervisorEvent {
     /// A driver reported trouble twice.
@@ -21,7 +21,7 @@ pub enum SupervisorEvent {
 }
 
 impl SupervisorEvent {
-    /// The same for the ring of events.
+    /// Returns the same event for the ring of events.
     pub(super) fn told(self) -> Event {
         match self {
             Self::Driver(motor, trouble) => {

@@ -98,7 +98,7 @@ fn a_driver_that_sways_about_its_limit_is_told_once_and_again_when_it_has_cooled
     let (mut supervisor, mut drivers) = bench();
     let mut told = Vec::new();
     for second in 0..200 {
-        // Two seconds over the limit, five below, and a long rest in between.
+        // A warning lasts two seconds over the limit, then five below, with a long rest in between.
         let over_temperature_warning = !(70..150).contains(&second) && second % 7 < 2;
         drivers.status = Ok(DriverStatus { over_temperature_warning, ..DriverStatus::default() });
         supervisor.look(Micros::from_seconds(second), &mut drivers, SUPPLIED);
@@ -135,14 +135,14 @@ fn drivers_outside_are_asked_one_at_a_tick_and_set_up_again_after_a_reset() {
     let outside = Actuator::Delta.bit() | Actuator::Epsilon.bit();
     supervisor.configure(0, outside, true);
     drivers.status = Ok(DriverStatus { reset: true, ..DriverStatus::default() });
-    // The supply of the board is not theirs.
+    // The supply of the board does not feed these external drivers.
     let supply = SupplyVoltages { motor: Some(Volts(0.5)), fets: None };
     let mut set_up = Vec::new();
     for tick in 0..20 {
         supervisor.look(Micros::from_millis(tick * 100), &mut drivers, supply);
         set_up.push(drivers.initialised);
     }
-    // Both in each second, as it goes on.
+    // Both drivers are set up in each second, as the run goes on.
     let expected = (0..20).map(|tick| if tick < 10 { (tick + 1).min(2) } else { (tick - 7).min(4) });
     assert_eq!(set_up, expected.collect::<Vec<_>>());
     let told: Vec<_> = core::iter::from_fn(|| supervisor.take_event()).skip(1).collect();
@@ -182,7 +182,7 @@ fn the_heaters_supply_is_missed_once_and_only_while_its_switch_is_on() {
     let (mut supervisor, mut drivers) = bench();
     let mut reported = Vec::new();
     for (second, volts) in [0.0, 0.0, 0.0, 0.0, 24.0, 0.0, 24.0].into_iter().enumerate() {
-        // The switch goes on after the first poll.
+        // The supply switch goes on after the first poll.
         if second == 1 {
             supervisor.expect_fet_supply(true);
         }

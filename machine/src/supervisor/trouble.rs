@@ -1,11 +1,11 @@
-//! What can be wrong with a driver, and what a person is told of it.
+//! Troubles of motor drivers, and their texts for people.
 
-/// What can be wrong with a driver.
+/// Trouble that a driver can have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverTrouble {
-    /// Temperature warning.
+    /// Warning of high temperature.
     OverTemperatureWarning,
-    /// Temperature shutdown.
+    /// Shutdown by high temperature.
     OverTemperature,
     /// Short to ground, coil A.
     ShortA,
@@ -15,13 +15,13 @@ pub enum DriverTrouble {
     SupplyShortA,
     /// Short to the motor supply, coil B.
     SupplyShortB,
-    /// No or no sensible answer.
+    /// No answer, or no sensible answer.
     Silent,
     /// No current through coil A.
     OpenA,
     /// No current through coil B.
     OpenB,
-    /// It was without power by itself, and has been set up again.
+    /// The driver alone was without power, and has been set up again.
     Reset,
 }
 
@@ -39,19 +39,19 @@ impl DriverTrouble {
         Self::Reset,
     ];
 
-    /// Must the motor stop?
+    /// Returns whether the motor must stop.
     #[must_use]
     pub const fn is_fatal(self) -> bool {
         !matches!(self, Self::OverTemperatureWarning | Self::OpenA | Self::OpenB)
     }
 
-    /// The driver has shut its bridges, and the motor holds nothing.
+    /// Returns whether the driver has shut its bridges, so that the motor holds nothing.
     #[must_use]
     pub const fn is_off(self) -> bool {
         self.is_fatal() && !matches!(self, Self::Silent)
     }
 
-    /// A person's words.
+    /// Returns the trouble as a text for people.
     #[must_use]
     pub const fn text(self) -> &'static str {
         match self {
