@@ -1,11 +1,11 @@
-//! Axes are what a program commands (X Y Z and the auxiliary A B C); actuators are what moves (motors alpha
-//! to zeta).
+//! Axes are the coordinates that a program commands (X Y Z and the auxiliary A B C); actuators are the motors
+//! (alpha to zeta).
 
 use core::ops::{Index, IndexMut};
 
-/// How many axes a program can name: X Y Z A B C.
+/// Number of axes that a program can name: X Y Z A B C.
 pub const MAX_AXES: usize = 6;
-/// How many motors the board can drive: four on-board drivers and two external ones.
+/// Number of motors that the board can drive: four on-board drivers and two external ones.
 pub const MAX_ACTUATORS: usize = 6;
 
 /// A coordinate of the machine. X Y Z are Cartesian millimetres; A B C are auxiliary (filament, rotary).
@@ -26,7 +26,7 @@ impl Axis {
     /// The axes whose common length is the path length.
     pub const PRIMARY: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// The letter a program uses.
+    /// Returns the letter that a program uses.
     #[must_use]
     pub const fn letter(self) -> char {
         match self {
@@ -39,7 +39,7 @@ impl Axis {
         }
     }
 
-    /// The axis a letter names, in either case.
+    /// Returns the axis that a letter names, in either case.
     #[must_use]
     pub const fn from_letter(letter: char) -> Option<Self> {
         Some(match letter.to_ascii_uppercase() {
@@ -53,7 +53,7 @@ impl Axis {
         })
     }
 
-    /// X Y and Z.
+    /// Returns whether the axis is X, Y or Z.
     #[must_use]
     pub const fn is_primary(self) -> bool {
         matches!(self, Self::X | Self::Y | Self::Z)
@@ -77,7 +77,7 @@ impl Actuator {
     pub const ALL: [Self; MAX_ACTUATORS] =
         [Self::Alpha, Self::Beta, Self::Gamma, Self::Delta, Self::Epsilon, Self::Zeta];
 
-    /// The name in configuration files, lower case.
+    /// Returns the name in configuration files, lower case.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -90,30 +90,30 @@ impl Actuator {
         }
     }
 
-    /// The actuator of this name, as configuration files spell it.
+    /// Returns the actuator of this name, as configuration files spell it.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|actuator| actuator.name() == name)
     }
 
-    /// The actuator at this index, alpha being 0.
+    /// Returns the actuator at this index, alpha being 0.
     #[must_use]
     pub const fn from_index(index: usize) -> Option<Self> {
         if index < MAX_ACTUATORS { Some(Self::ALL[index]) } else { None }
     }
 
-    /// The bit of this actuator in a set of actuators.
+    /// Returns the bit of this actuator in a set of actuators.
     #[must_use]
     pub const fn bit(self) -> u8 {
         1 << self as u8
     }
 }
 
-/// One value for each axis.
+/// A value for each axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PerAxis<T>(pub [T; MAX_AXES]);
 
-/// One value for each actuator.
+/// A value for each actuator.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PerActuator<T>(pub [T; MAX_ACTUATORS]);
 

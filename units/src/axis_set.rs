@@ -4,78 +4,78 @@ use core::fmt::{self, Write};
 
 use crate::Axis;
 
-/// Some of the axes.
+/// Set of some of the axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AxisSet(u8);
 
 impl AxisSet {
-    /// No axis.
+    /// Set without any axis.
     pub const NONE: Self = Self(0);
-    /// X, Y and Z.
+    /// Set of X, Y and Z.
     pub const PRIMARY: Self = Self(0b111);
-    /// X to C.
+    /// Set of X, Y, Z, A, B and C.
     pub const ALL: Self = Self(0b11_1111);
 
-    /// One axis.
+    /// Returns the set of a single axis.
     #[must_use]
     pub const fn of(axis: Axis) -> Self {
         Self(1 << axis as u8)
     }
 
-    /// The axes of an iterator.
+    /// Collects the axes of an iterator.
     pub fn collect(axes: impl IntoIterator<Item = Axis>) -> Self {
         axes.into_iter().fold(Self::NONE, Self::with)
     }
 
-    /// Those of either set.
+    /// Returns the union of both sets.
     #[must_use]
     pub const fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// Those of both sets.
+    /// Returns the intersection of both sets.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
     }
 
-    /// Those of this set that are not in the other.
+    /// Returns the axes of this set that are not in the other.
     #[must_use]
     pub const fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 
-    /// This set and an axis.
+    /// Returns this set with an axis added.
     #[must_use]
     pub const fn with(self, axis: Axis) -> Self {
         self.or(Self::of(axis))
     }
 
-    /// Whether an axis is in it.
+    /// Returns whether an axis is in the set.
     #[must_use]
     pub const fn has(self, axis: Axis) -> bool {
         self.0 & 1 << axis as u8 != 0
     }
 
-    /// Whether all axes of another set are in it.
+    /// Returns whether all axes of another set are in this set.
     #[must_use]
     pub const fn has_all(self, other: Self) -> bool {
         self.0 & other.0 == other.0
     }
 
-    /// No axis is in it.
+    /// Returns whether the set is empty.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Its axes in order.
+    /// Returns the set's axes in order.
     pub fn axes(self) -> impl Iterator<Item = Axis> {
         Axis::ALL.into_iter().filter(move |axis| self.has(*axis))
     }
 }
 
-/// Its letters in order: `XYZ`.
+/// Writes the axes' letters in order: `XYZ`.
 impl fmt::Display for AxisSet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.axes().try_for_each(|axis| f.write_char(axis.letter()))

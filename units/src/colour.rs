@@ -1,41 +1,41 @@
 //! Colours of lights, and the order in which the chips of a strip take them.
 
-/// How bright each part of a light is, 0 to 255.
+/// Brightness of each part of a light, 0 to 255.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Colour {
-    /// Red.
+    /// Brightness of red light.
     pub red: u8,
-    /// Green.
+    /// Brightness of green light.
     pub green: u8,
-    /// Blue.
+    /// Brightness of blue light.
     pub blue: u8,
-    /// White, where the chip has it.
+    /// Brightness of white light, if the chip has it.
     pub white: u8,
 }
 
 impl Colour {
-    /// Off.
+    /// Colour of a light that is off.
     pub const BLACK: Self = Self::rgb(0, 0, 0);
 
-    /// A colour without white.
+    /// Creates a colour without white.
     #[must_use]
     pub const fn rgb(red: u8, green: u8, blue: u8) -> Self {
         Self { red, green, blue, white: 0 }
     }
 
-    /// Red, green, blue, white.
+    /// Returns red, green, blue and white.
     #[must_use]
     pub const fn parts(self) -> [u8; 4] {
         [self.red, self.green, self.blue, self.white]
     }
 
-    /// The same the other way round.
+    /// Creates a colour from red, green, blue and white.
     #[must_use]
     pub const fn from_parts([red, green, blue, white]: [u8; 4]) -> Self {
         Self { red, green, blue, white }
     }
 
-    /// The same at a share of its brightness, 0 to 1; to the nearest step.
+    /// Returns the colour at a share of its brightness, 0 to 1; to the nearest step.
     #[must_use]
     pub fn dimmed(self, share: f32) -> Self {
         let share = share.clamp(0.0, 1.0);
@@ -46,12 +46,12 @@ impl Colour {
 /// The order in which a chip takes the parts of its colour: `GRB`, `RGBW`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ColourOrder {
-    /// The place of each in [`Colour::parts`], first the one that is sent first.
+    /// Places of the parts in [`Colour::parts`], in the order of sending.
     places: [u8; 4],
     count: u8,
 }
 
-/// The letters of [`Colour::parts`].
+/// Letters of the [`Colour::parts`].
 const LETTERS: &[u8; 4] = b"RGBW";
 
 impl Default for ColourOrder {
@@ -61,10 +61,10 @@ impl Default for ColourOrder {
 }
 
 impl ColourOrder {
-    /// That of a WS2812.
+    /// Order of a WS2812.
     pub const GRB: Self = Self { places: [1, 0, 2, 3], count: 3 };
 
-    /// Red, green and blue in any order, with or without white; `None` for anything else.
+    /// Parses red, green and blue in any order, with or without white; `None` for anything else.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let bytes = text.as_bytes();
@@ -78,17 +78,17 @@ impl ColourOrder {
             *slot = place as u8;
             seen |= 1 << place;
         }
-        // None is missing, so none is there twice.
+        // No letter is missing, so none is there twice.
         (seen == if bytes.len() == 4 { 0b1111 } else { 0b111 }).then_some(order)
     }
 
-    /// Bytes that a light takes: 3, or 4 with white.
+    /// Returns the number of bytes that a light takes: 3, or 4 with white.
     #[must_use]
     pub const fn bytes_each(self) -> usize {
         self.count as usize
     }
 
-    /// The bytes of a colour, first the one that is sent first.
+    /// Returns the bytes of a colour, in the order of sending.
     pub fn bytes(self, colour: Colour) -> impl Iterator<Item = u8> {
         let parts = colour.parts();
         self.places.into_iter().take(self.bytes_each()).map(move |place| parts[usize::from(place & 3)])

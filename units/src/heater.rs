@@ -1,20 +1,20 @@
 //! Temperature controls and switches, by their places in the machine's description.
 
-/// Temperature controls at most: seven analog inputs and one SPI sensor.
+/// Greatest number of temperature controls: seven analog inputs and one SPI sensor.
 pub const MAX_HEATERS: usize = 8;
 
-/// A temperature control of this machine. What a user writes becomes one by the machine's description alone.
+/// A temperature control of this machine. Only the machine's description turns a user's number into an id.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct HeaterId(u8);
 
 impl HeaterId {
-    /// Its place in lists that are kept in the description's order.
+    /// Returns the control's place in lists that are kept in the description's order.
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize
     }
 
-    /// Every id a machine can have, in the description's order.
+    /// Returns every id that a machine can have, in the description's order.
     pub fn all() -> impl Iterator<Item = Self> {
         (0..MAX_HEATERS as u8).map(Self)
     }
@@ -25,7 +25,7 @@ impl HeaterId {
 pub struct SwitchId(pub u8);
 
 impl SwitchId {
-    /// Its place in lists that are kept in the description's order.
+    /// Returns the switch's place in lists that are kept in the description's order.
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize

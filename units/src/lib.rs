@@ -1,8 +1,8 @@
-//! The words every Velvet crate shares: quantities with their unit in the type, the sets of axes and
-//! actuators a machine has, and the clock that step times are counted in.
+//! Vocabulary that every Velvet crate shares: quantities with their unit in the type, the sets of axes and
+//! actuators of a machine, and the clock of step times.
 //!
-//! One internal system: millimetre, second, degree Celsius, ampere. Minutes and inches end in the G-code
-//! interpreter. This crate does no I/O and knows nothing of G-code, configuration or hardware.
+//! A single internal system of units: millimetre, second, degree Celsius, ampere. Minutes and inches end in
+//! the G-code interpreter. This crate does no I/O and knows nothing of G-code, configuration or hardware.
 #![cfg_attr(not(test), no_std)]
 
 mod axis;

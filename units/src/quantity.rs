@@ -1,6 +1,6 @@
-//! Physical quantities as newtypes. They stand at public boundaries; inside one function a bare number with
-//! its unit in the name will do. Motion is `f64` (a metre of travel to the nanometre needs more than 24
-//! bits), everything electrical and thermal is `f32`.
+//! Physical quantities as newtypes. Public interfaces use them; inside a function a bare number with its unit
+//! in the name will do. Motion is `f64` (a metre of travel to the nanometre needs more than 24 bits),
+//! everything electrical and thermal is `f32`.
 
 use core::ops::{Add, Mul, Neg, Sub};
 
@@ -11,10 +11,10 @@ macro_rules! quantity {
         pub struct $name(pub $number);
 
         impl $name {
-            /// The unit's symbol.
+            /// Symbol of the unit.
             pub const SYMBOL: &'static str = $symbol;
 
-            /// The bare number, in this type's unit.
+            /// Returns the bare number, in this type's unit.
             #[must_use]
             pub const fn get(self) -> $number {
                 self.0
@@ -84,13 +84,13 @@ quantity!(
     Ohms(f32), "Ohm");
 
 impl MmPerSecond {
-    /// From the millimetres per minute of programs and configuration files.
+    /// Converts from the millimetres per minute of programs and configuration files.
     #[must_use]
     pub const fn from_per_minute(mm_per_minute: f64) -> Self {
         Self(mm_per_minute / 60.0)
     }
 
-    /// In the millimetres per minute that programs and reports use.
+    /// Converts to the millimetres per minute that programs and reports use.
     #[must_use]
     pub const fn per_minute(self) -> f64 {
         self.0 * 60.0
@@ -103,9 +103,9 @@ impl MmPerSecond {
 pub struct Duty(pub u8);
 
 impl Duty {
-    /// Never on.
+    /// Duty of an output that is off.
     pub const OFF: Self = Self(0);
-    /// Never off.
+    /// Duty of an output that is always on.
     pub const FULL: Self = Self(255);
 }
 

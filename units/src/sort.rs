@@ -1,4 +1,4 @@
-//! Putting short lists in order, in little flash.
+//! Sorting of short lists, in little flash.
 
 use core::cmp::Ordering;
 
@@ -21,7 +21,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// As the library's stable sort, so equals stay in their order as well.
+        /// The order is that of the library's stable sort, so equals stay in their order as well.
         #[test]
         fn agrees_with_the_library_s_stable_sort(mut items: Vec<(u8, u16)>) {
             let mut expected = items.clone();

@@ -9,7 +9,7 @@ pub type StepCount = i32;
 /// machine.
 pub type StepPosition = I40F24;
 
-/// Which way a motor turns. `Forward` counts up.
+/// Direction in which a motor turns. `Forward` counts up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names are the meaning")]
 pub enum Direction {
@@ -18,7 +18,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// What one step adds to a [`StepCount`].
+    /// Returns the change of a [`StepCount`] by a step.
     #[must_use]
     pub const fn sign(self) -> StepCount {
         match self {

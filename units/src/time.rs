@@ -11,31 +11,31 @@ pub const TICK_NANOSECONDS: u32 = 1_000_000_000 / STEP_CLOCK_HZ;
 pub struct Ticks(pub u64);
 
 impl Ticks {
-    /// From whole microseconds.
+    /// Converts from whole microseconds.
     #[must_use]
     pub const fn from_micros(micros: u64) -> Self {
         Self(micros * (STEP_CLOCK_HZ / 1_000_000) as u64)
     }
 
-    /// Whole nanoseconds.
+    /// Converts to whole nanoseconds.
     #[must_use]
     pub const fn nanoseconds(self) -> u64 {
         self.0 * TICK_NANOSECONDS as u64
     }
 
-    /// Seconds.
+    /// Converts to seconds, with fraction.
     #[must_use]
     pub fn seconds(self) -> f64 {
         self.0 as f64 / f64::from(STEP_CLOCK_HZ)
     }
 
-    /// The point this far later.
+    /// Returns the point this far later.
     #[must_use]
     pub const fn plus(self, other: Self) -> Self {
         Self(self.0 + other.0)
     }
 
-    /// How far this is after `earlier`; zero when it is not after it.
+    /// Returns the time since `earlier`; zero when `earlier` is later.
     #[must_use]
     pub const fn since(self, earlier: Self) -> Self {
         Self(self.0.saturating_sub(earlier.0))
@@ -48,37 +48,37 @@ impl Ticks {
 pub struct Micros(pub u64);
 
 impl Micros {
-    /// From milliseconds.
+    /// Converts from whole milliseconds.
     #[must_use]
     pub const fn from_millis(millis: u64) -> Self {
         Self(millis * 1_000)
     }
 
-    /// From seconds.
+    /// Converts from whole seconds.
     #[must_use]
     pub const fn from_seconds(seconds: u64) -> Self {
         Self(seconds * 1_000_000)
     }
 
-    /// Whole milliseconds.
+    /// Converts to whole milliseconds.
     #[must_use]
     pub const fn millis(self) -> u64 {
         self.0 / 1_000
     }
 
-    /// Seconds.
+    /// Converts to seconds, with fraction.
     #[must_use]
     pub fn seconds(self) -> f64 {
         self.0 as f64 / 1e6
     }
 
-    /// The point this far later.
+    /// Returns the point this far later.
     #[must_use]
     pub const fn plus(self, other: Self) -> Self {
         Self(self.0 + other.0)
     }
 
-    /// How far this is after `earlier`; zero when it is not after it.
+    /// Returns the time since `earlier`; zero when `earlier` is later.
     #[must_use]
     pub const fn since(self, earlier: Self) -> Self {
         Self(self.0.saturating_sub(earlier.0))

@@ -2,20 +2,20 @@
 
 use core::fmt;
 
-/// The number the user gave to a tool or a temperature control (`tool_id`): T of M104, S of M143 and M301, P
+/// Number that the user gave to a tool or a temperature control (`tool_id`): T of M104, S of M143 and M301, P
 /// of M303 and M207.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ToolId(pub u8);
 
 impl ToolId {
-    /// From here on a number is a bed's or a chamber's, and below a tool's.
+    /// Least number of a bed or a chamber; tools have lower numbers.
     pub const FIRST_BED: Self = Self(100);
 
-    /// The number a G-code word names; `None` when no tool can have it.
+    /// Returns the number that a G-code word names; `None` when no tool can have it.
     #[must_use]
     pub fn from_word(value: f64) -> Option<Self> {
         let id = value as u8;
-        // The cast saturates and cuts: only a whole number from 0 to 255 comes back as it was.
+        // The cast saturates and cuts: only a whole number from 0 to 255 comes back as before.
         (f64::from(id) == value).then_some(Self(id))
     }
 }
