@@ -1,7 +1,7 @@
-//! Events as words of memory, and back.
+//! Codec of events: to words of memory, and back.
 //!
-//! A firmware may find what another one wrote: whoever changes what a kind means, or its number, changes
-//! [`crate::ring::FORMAT`] too. A test holds both.
+//! A firmware may find events that another version wrote: a change of a kind's meaning, or of its number,
+//! must change [`crate::ring::FORMAT`] too. A test holds both.
 
 use crate::ring::PAYLOAD_WORDS;
 use crate::{Cause, Date, Event, TEXT_BYTES, Text};
@@ -10,7 +10,7 @@ use crate::{Cause, Date, Event, TEXT_BYTES, Text};
 #[derive(Clone, Copy, Debug)]
 pub struct Words {
     words: [u32; PAYLOAD_WORDS],
-    /// How many of them were written, or read.
+    /// Number of words that were written, or read.
     pub count: usize,
 }
 
@@ -19,7 +19,7 @@ impl Words {
         Self { words, count: 0 }
     }
 
-    /// Those that were written.
+    /// Returns the words that were written.
     pub fn written(&self) -> &[u32] {
         self.words.get(..self.count).unwrap_or_default()
     }
@@ -77,7 +77,7 @@ impl Words {
     }
 }
 
-/// Puts an event into words; its kind.
+/// Encodes an event into words; returns its kind.
 pub fn encode(event: &Event, words: &mut Words) -> u8 {
     match event {
         Event::Started { cause, date } => {
@@ -133,7 +133,7 @@ fn put_text(words: &mut Words, text: &Text, kind: u8) -> u8 {
     kind
 }
 
-/// The event of this kind in these words; `None` when there is no such kind, or it has other words.
+/// Decodes the event of this kind from these words; `None` when there is no such kind, or it has other words.
 pub fn decode(kind: u8, words: &mut Words) -> Option<Event> {
     Some(match kind {
         1 => Event::Started { cause: *Cause::ALL.get(words.take()? as usize)?, date: words.take_date()? },
@@ -186,7 +186,7 @@ pub mod tests {
         "[ -~é€]{0,120}".prop_map(|text| Text::from(text.as_str()))
     }
 
-    /// Any event, of every kind.
+    /// Generates any event, of every kind.
     pub fn event() -> impl Strategy<Value = Event> {
         let date = proptest::option::of((2001..2100_u16, 1..13_u8, 1..32_u8, 0..24_u8, 0..60_u8, 0..60_u8));
         let date = date.prop_map(|date| {
@@ -244,7 +244,7 @@ pub mod tests {
         }
     }
 
-    /// What one firmware writes the next one reads, unless the format's number says otherwise.
+    /// The events of a firmware can be read by the next, unless the format's number changes.
     #[test]
     fn the_format_is_what_its_number_says() {
         let mut sum = 0_u32;

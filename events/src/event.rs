@@ -1,30 +1,30 @@
-//! What can happen, and how it is said.
+//! Events that the firmware records, and their texts.
 
 use core::fmt;
 
 use crate::Text;
 
-/// Why the firmware started.
+/// Cause of the firmware's start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Cause {
-    /// Power came.
+    /// The power was switched on.
     PowerOn,
     /// The board's own supply had sagged.
     BrownOut,
     /// The reset pin: the button, or a debug probe.
     Pin,
-    /// The firmware asked for it; what was said before tells why.
+    /// The firmware asked for the reset; the event before tells why.
     Software,
     /// The independent watchdog was not fed.
     Watchdog,
-    /// None of these.
+    /// None of the other causes.
     Unknown,
 }
 
 impl Cause {
-    /// All of them, by their numbers.
+    /// List of all causes, by their numbers.
     pub const ALL: [Self; 6] =
         [Self::PowerOn, Self::BrownOut, Self::Pin, Self::Software, Self::Watchdog, Self::Unknown];
 }
@@ -42,11 +42,11 @@ impl fmt::Display for Cause {
     }
 }
 
-/// What a clock said.
+/// Date and time that a clock gave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Date {
-    /// Year.
+    /// Year, all four digits.
     pub year: u16,
     /// Month, 1 to 12.
     pub month: u8,
@@ -54,9 +54,9 @@ pub struct Date {
     pub day: u8,
     /// Hour, 0 to 23.
     pub hour: u8,
-    /// Minute.
+    /// Minute, 0 to 59.
     pub minute: u8,
-    /// Second.
+    /// Second, 0 to 59.
     pub second: u8,
 }
 
@@ -71,13 +71,13 @@ impl fmt::Display for Date {
 pub const SILENT_TASKS: [&str; 5] =
     ["heat control", "the step feed", "the planner", "the watch over drivers and supplies", "the dispatcher"];
 
-/// Something that happened.
+/// Event that the firmware records.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
-    /// The firmware started.
+    /// The firmware has started.
     Started {
-        /// Why.
+        /// Cause of the start.
         cause: Cause,
         /// The date, when somebody has set the clock.
         date: Option<Date>,
@@ -90,21 +90,21 @@ pub enum Event {
     Silent(u8),
     /// The configuration was read and is in force.
     ConfigurationRead {
-        /// How long reading took.
+        /// Time that reading took, ms.
         took_ms: u32,
-        /// Findings about it, none of which is fatal.
+        /// Number of findings about it, none of which is fatal.
         findings: u32,
     },
     /// The configuration cannot be used, the machine stays locked.
     ConfigurationFlawed {
-        /// Errors in it.
+        /// Number of errors in it.
         errors: u32,
     },
     /// The configuration could not be read.
     ConfigurationUnreadable(Text),
-    /// The machine is doing something else.
+    /// The machine changed its state.
     State(Text),
-    /// The machine halted, and why.
+    /// The machine halted; the reason.
     Halted(Text),
     /// A halt was cleared.
     Released,
@@ -112,43 +112,43 @@ pub enum Event {
     JobBegan(Text),
     /// The job was suspended at this line.
     JobSuspended {
-        /// The last line that was read.
+        /// Number of the last line that was read.
         line: u32,
     },
     /// The job goes on.
     JobResumed {
-        /// The last line that was read.
+        /// Number of the last line that was read.
         line: u32,
     },
     /// The job is over.
     JobEnded {
-        /// It went through to its end.
+        /// Whether the job went through to its end.
         complete: bool,
-        /// The last line that was read.
+        /// Number of the last line that was read.
         line: u32,
     },
-    /// A heater was told a temperature.
+    /// The target of a heater was set.
     Target {
-        /// Its name.
+        /// Name of the heater.
         heater: Text,
-        /// In degrees Celsius; 0 is off.
+        /// Target in degrees Celsius; 0 is off.
         celsius: f32,
     },
-    /// A motor driver reported something.
+    /// A motor driver reported trouble.
     Driver {
         /// The letter of its axis.
         motor: char,
-        /// What.
+        /// Text of the trouble.
         trouble: Text,
     },
     /// The supply of the motors came or went.
     MotorSupply {
-        /// It is there.
+        /// Whether the supply is there.
         on: bool,
     },
     /// The supply of heaters and fans came or went.
     HeaterSupply {
-        /// It is there.
+        /// Whether the supply is there.
         on: bool,
     },
     /// The card was mounted.
@@ -157,40 +157,40 @@ pub enum Event {
     CardFailed(Text),
     /// Axes were homed, a bit each: X Y Z A B C.
     Homed {
-        /// Which.
+        /// The homed axes, as bits.
         axes: u8,
     },
-    /// Somebody came to a console.
+    /// A console was opened.
     SessionOpened {
-        /// Its number.
+        /// Number of the session.
         session: u8,
     },
-    /// Whoever was at a console has gone.
+    /// A console was closed.
     SessionClosed {
-        /// Its number.
+        /// Number of the session.
         session: u8,
     },
     /// A warning that every console was told.
     Warned(Text),
     /// Something else worth knowing.
     Noted(Text),
-    /// Other firmware was asked for: which.
+    /// Other firmware was asked for; its name.
     UpdateAsked(Text),
-    /// The firmware that was asked for was not installed: why.
+    /// The firmware that was asked for was not installed; the reason.
     UpdateRefused(Text),
     /// New firmware was started, and has not confirmed itself yet.
     FirmwareTried {
-        /// Which of its starts.
+        /// Number of the start.
         start: u8,
     },
     /// New firmware has run for long enough, and stays.
     FirmwareConfirmed,
-    /// New firmware failed, and the previous one is back: why.
+    /// New firmware failed, and the previous firmware is back; the reason.
     FirmwareFellBack(Text),
 }
 
 impl Event {
-    /// A new start of the firmware: what stands before it belongs to an earlier one.
+    /// Returns whether the firmware started anew: the events before belong to an earlier start.
     #[must_use]
     pub const fn is_start(&self) -> bool {
         matches!(self, Self::Started { .. })

@@ -1,9 +1,10 @@
 //! The ring: slots in memory that a reset leaves alone, and a count of events in memory that it does not.
 //!
 //! **Writing.** A writer takes a number and with it a slot, marks the slot as empty, writes the event and,
-//! last, the number. Whoever interrupts it takes the next one. No lock, no wait, no allocation: a few stores
-//! for each word of the event, from any priority. Only whole words are written: the last part of one stays in
-//! the memory's own buffer and is lost by a reset (RM0399 rev 4 section 2.4, "Embedded SRAM"; AN5342).
+//! last, the number. A writer that interrupts another takes the next number. No lock, no wait, no allocation:
+//! a few stores for each word of the event, from any priority. Only whole words are written: the last part of
+//! a word stays in the memory's own buffer and is lost by a reset (RM0399 rev 4 section 2.4, "Embedded SRAM";
+//! AN5342).
 //!
 //! **Reading.** A slot is an event when its number belongs there, its sum is right and its words mean
 //! something. An entry that is being overwritten, was cut by a reset, or is what memory holds after power
@@ -17,34 +18,35 @@ use units::Micros;
 use crate::Event;
 use crate::codec::{Words, decode, encode};
 
-/// How many events are kept.
+/// Number of events that are kept.
 pub const EVENTS: usize = 256;
-/// Words of a slot.
+/// Number of words of a slot.
 pub const SLOT_WORDS: usize = 32;
-/// Words of a slot that belong to the event: number, sum and time come first.
+/// Number of words of a slot that belong to the event: number, sum and time come first.
 pub const PAYLOAD_WORDS: usize = SLOT_WORDS - HEAD_WORDS;
 const HEAD_WORDS: usize = 4;
-/// What events mean, and the layout of slots. Part of each sum: what was written otherwise is no event.
+/// Version of the events' meaning and of the slots' layout. It is part of each sum: an entry of another
+/// version is no event.
 pub const FORMAT: u32 = 1;
 
-/// One entry: its number (0: none), the sum, the time's lower half, then kind, count of words and the time's
-/// upper half; then the event's words.
+/// Slot of an entry: its number (0: none), the sum, the time's lower half, then kind, count of words and the
+/// time's upper half; then the event's words.
 #[derive(Debug)]
 struct Slot([AtomicU32; SLOT_WORDS]);
 
-/// The memory of a ring, 32 KiB. Any contents are sound.
+/// Memory of a ring, 32 KiB. Any contents are sound.
 #[derive(Debug)]
 #[repr(C)]
 pub struct Slots([Slot; EVENTS]);
 
 impl Slots {
-    /// No events; all zero.
+    /// Creates slots without events; all zero.
     #[must_use]
     pub const fn new() -> Self {
         Self([const { Slot([const { AtomicU32::new(0) }; SLOT_WORDS]) }; EVENTS])
     }
 
-    /// All of its words, for whoever brings memory into its first state.
+    /// Returns all words, for code that brings memory into its first state.
     pub fn words(&self) -> impl Iterator<Item = &AtomicU32> {
         self.0.iter().flat_map(|slot| &slot.0)
     }
@@ -60,48 +62,48 @@ impl Default for Slots {
     }
 }
 
-/// Both parts of a ring, for whoever writes to it or reads it. Small enough to be handed along.
+/// Both parts of a ring, for its writers and readers. Small enough to be handed along.
 #[derive(Clone, Copy, Debug)]
 pub struct EventRing<'a> {
     slots: &'a Slots,
-    /// The number of the next event. In memory on which the processor's exclusive accesses work, which the
-    /// slots' need not be.
+    /// Number of the next event. In memory on which the processor's exclusive accesses work; the slots'
+    /// memory need not support them.
     next: &'a AtomicU32,
 }
 
-/// An event of the ring.
+/// An event of the ring, with its number and time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// Its number, counted from 1 since power came.
+    /// Number of the event, counted from 1 since power came.
     pub number: u32,
-    /// When, since the start of the firmware that wrote it.
+    /// Time of the event since the start of the firmware that wrote it.
     pub at: Micros,
-    /// What.
+    /// The event itself, as recorded.
     pub event: Event,
 }
 
 impl<'a> EventRing<'a> {
-    /// A ring in this memory. Before anything is written, [`Self::recover`] or [`Self::clear`] must say what
-    /// the memory holds.
+    /// Creates a ring in this memory. Before anything is written, [`Self::recover`] or [`Self::clear`] must
+    /// determine the memory's contents.
     #[must_use]
     pub const fn new(slots: &'a Slots, next: &'a AtomicU32) -> Self {
         Self { slots, next }
     }
 
-    /// Counts on behind what the memory holds: after a reset. For one caller, before all others.
+    /// Counts on behind the contents of the memory, after a reset. For a single caller, before all others.
     pub fn recover(&self) {
         let numbers = (0..EVENTS as u32).filter_map(|place| self.entry_in(place)).map(|entry| entry.number);
         self.next.store(numbers.max().unwrap_or(0).wrapping_add(1), Ordering::Relaxed);
     }
 
-    /// Begins anew: memory that had no power holds nothing, and may be read only after it was written. For
-    /// one caller, before all others.
+    /// Begins anew: memory that had no power holds nothing, and may be read only after it was written. For a
+    /// single caller, before all others.
     pub fn clear(&self) {
         self.slots.words().for_each(|word| word.store(0, Ordering::Relaxed));
         self.next.store(1, Ordering::Relaxed);
     }
 
-    /// Keeps an event. From any priority below the step interrupt's.
+    /// Records an event. From any priority below the step interrupt's.
     pub fn record(&self, at: Micros, event: &Event) {
         let number = self.next.fetch_add(1, Ordering::Relaxed);
         let slot = &self.slots.slot(number).0;
@@ -120,19 +122,19 @@ impl<'a> EventRing<'a> {
         slot[0].store(number, Ordering::Release);
     }
 
-    /// The number that the next event will have.
+    /// Returns the number that the next event will have.
     #[must_use]
     pub fn next(&self) -> u32 {
         self.next.load(Ordering::Relaxed)
     }
 
-    /// The event of this number, while it is kept.
+    /// Returns the event of this number, while it is kept.
     #[must_use]
     pub fn entry(&self, number: u32) -> Option<Entry> {
         self.entry_in(number).filter(|entry| entry.number == number)
     }
 
-    /// The last so many events that are kept, oldest first.
+    /// Returns the last `count` events that are kept, oldest first.
     #[must_use]
     pub fn last(&self, count: u32) -> Entries<'a> {
         let next = self.next();
@@ -140,7 +142,7 @@ impl<'a> EventRing<'a> {
         Entries { ring: *self, number: next.wrapping_sub(count), end: next }
     }
 
-    /// The events from one number up to before another that are kept.
+    /// Returns the kept events from a number up to before another.
     #[must_use]
     pub fn between(&self, number: u32, end: u32) -> Entries<'a> {
         Entries { ring: *self, number, end }
@@ -170,7 +172,7 @@ impl<'a> EventRing<'a> {
     }
 }
 
-/// `   0:00:12.345 motor supply is off`; a start has a line that shows.
+/// Writes ` 0:00:12.345 motor supply is off`; a start has a line that shows.
 impl fmt::Display for Entry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.event.is_start() {
@@ -182,8 +184,8 @@ impl fmt::Display for Entry {
     }
 }
 
-/// Every bit of an entry changes about half of its bits: multiplication carries upwards, the rotation brings
-/// down again.
+/// Returns the check sum of an entry. Every bit of an entry changes about half of the sum's bits:
+/// multiplication carries upwards, the rotation brings down again.
 fn sum(number: u32, at_low: u32, head: u32, payload: impl Iterator<Item = u32>) -> u32 {
     [number, at_low, head]
         .into_iter()
@@ -191,7 +193,7 @@ fn sum(number: u32, at_low: u32, head: u32, payload: impl Iterator<Item = u32>) 
         .fold(0x5EED_0000 | FORMAT, |sum, word| (sum ^ word).wrapping_mul(0x9E37_79B1).rotate_left(15))
 }
 
-/// Events, oldest first.
+/// Iterator over events, oldest first.
 #[derive(Clone, Copy, Debug)]
 pub struct Entries<'a> {
     ring: EventRing<'a>,
@@ -200,7 +202,7 @@ pub struct Entries<'a> {
 }
 
 impl Entries<'_> {
-    /// The numbers that are looked at: the next one, and the one behind the last.
+    /// Returns the numbers that are looked at: the next, and the number behind the last.
     #[must_use]
     pub const fn span(&self) -> (u32, u32) {
         (self.number, self.end)
@@ -214,7 +216,7 @@ impl Iterator for Entries<'_> {
         while self.number != self.end {
             let number = self.number;
             self.number = number.wrapping_add(1);
-            // One that is gone or never was whole is left out.
+            // An entry that is gone or never was whole is left out.
             if let Some(entry) = self.ring.entry(number) {
                 return Some(entry);
             }
@@ -242,7 +244,7 @@ mod tests {
             EventRing::new(&self.slots, &self.next)
         }
 
-        /// What a reset leaves: the slots, and no count.
+        /// Simulates a reset, which leaves the slots, and no count.
         fn after_reset(&self) -> EventRing<'_> {
             self.next.store(0, Ordering::Relaxed);
             self.ring().recover();
@@ -277,7 +279,7 @@ mod tests {
             prop_assert_eq!(after, kept);
         }
 
-        /// What memory holds after power came is no event, and does not keep new ones from being written.
+        /// Contents of memory after power came are no event, and do not keep new ones from being written.
         #[test]
         fn garbage_is_no_event(seed: u32) {
             let memory = Memory::default();
@@ -294,7 +296,7 @@ mod tests {
             prop_assert_eq!(ring.last(1_000).map(|entry| entry.event).collect::<Vec<_>>(), [homed(1)]);
         }
 
-        /// Any word of an entry that is another one, or was not written: the entry is gone, all others stay.
+        /// If any word of an entry changes, or was not written, the entry is gone, and all others stay.
         #[test]
         fn an_entry_that_was_damaged_is_left_out(count in 2..40_u8, hit in 0..40_u8, word in 0..SLOT_WORDS, flip in 1..u32::MAX) {
             let memory = fresh();
@@ -308,7 +310,7 @@ mod tests {
             prop_assert_eq!(kept, expected);
         }
 
-        /// A reset may come between any two stores of an entry: it was written, or it was not.
+        /// A reset may come between any two stores of an entry: the entry was written, or it was not.
         #[test]
         fn an_entry_that_a_reset_cut_is_left_out(before in 1..600_u32, stores in 0..=6_usize) {
             let (whole, cut) = (fresh(), fresh());
@@ -316,7 +318,7 @@ mod tests {
                 (0..before).for_each(|time| memory.ring().record(Micros(u64::from(time)), &homed(time as u8)));
             }
             whole.ring().record(Micros(1_000), &homed(0xAA));
-            // In the order in which they are stored: the mark first, and last.
+            // The words are in the order in which they are stored: the mark first, and last.
             let order = [0, 1, 2, 3, 4, 0];
             let (from, to) = (&whole.slots.slot(before + 1).0, &cut.slots.slot(before + 1).0);
             for (nth, place) in order.into_iter().take(stores).enumerate() {

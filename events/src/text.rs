@@ -1,25 +1,25 @@
-//! Words in an event.
+//! Text in an event.
 
 use core::fmt::{self, Write};
 
-/// The longest text, bytes: what a slot has room for beside two numbers.
+/// Length of the longest text, bytes: the room of a slot beside two numbers.
 pub const TEXT_BYTES: usize = 100;
 
-/// A line of text; what is longer loses its end.
+/// A line of text; a longer text loses its end.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Text(heapless::String<TEXT_BYTES, u8>);
 
 impl Text {
-    /// The first line of what is formatted, as far as it fits.
+    /// Formats the first line of the words, as far as it fits.
     #[must_use]
     pub fn new(words: fmt::Arguments<'_>) -> Self {
         let mut line = FirstLine { text: Self::default(), ended: false };
-        // A line takes everything; what does not fit is cut.
+        // The line takes everything and cuts the rest, so writing cannot fail.
         let _cut = line.write_fmt(words);
         line.text
     }
 
-    /// The text.
+    /// Returns the whole text.
     #[must_use]
     pub fn as_str(&self) -> &str {
         self.0.as_str()
