@@ -1,34 +1,34 @@
-//! Every figure: of buses, converters, timers, supplies.
+//! Table of every figure: of buses, converters, timers, supplies.
 
 use crate::Proof;
 
-/// One convention that is a number rather than a level.
+/// A convention that is a number rather than a level.
 #[derive(Clone, Copy, Debug)]
 pub struct Figure {
-    /// Of what.
+    /// Name of the figure.
     pub name: &'static str,
-    /// The figure.
+    /// Value with its unit.
     pub value: &'static str,
-    /// Where it is known from.
+    /// Source of the figure.
     pub origin: &'static str,
-    /// The tests that look for it.
+    /// Tests that look for the figure.
     pub proofs: &'static [Proof],
 }
 
 /// Clock of the drivers' bus, hertz: 100 MHz / 256.
 pub const DRIVER_BUS_HZ: u64 = 390_625;
-/// Clocks of one frame to a driver.
+/// Number of clocks of a frame to a driver.
 pub const DRIVER_FRAME_BITS: u64 = 24;
-/// DIR must be stable this long before an active edge of STEP (TMC2590 and TMC2660 data sheets, STEP and DIR
-/// timing), nanoseconds.
+/// Time for which DIR must be stable before an active edge of STEP (TMC2590 and TMC2660 data sheets, STEP and
+/// DIR timing), nanoseconds.
 pub const DRIVER_DIRECTION_SETUP_NS: u64 = 20;
-/// Counts of a period of hardware PWM.
+/// Number of counts of a period of hardware PWM.
 pub const PWM_COUNTS: u64 = 1_000;
-/// Between two decisions of the outputs' modulators, nanoseconds.
+/// Time between two decisions of the outputs' modulators, nanoseconds.
 pub const MODULATION_NS: u64 = 500_000;
-/// Clocks of the card's bus: while it is identified, before it is asked for high speed, and with it, hertz.
+/// Clocks of the card's bus, hertz: while it is identified, before it is asked for high speed, and with it.
 pub const CARD_HZ: [u64; 3] = [400_000, 25_000_000, 50_000_000];
-/// Rate of the debug console.
+/// Rate of the debug console, baud.
 pub const DEBUG_BAUD: u64 = 115_200;
 
 const fn proof(test: &'static str, file: &'static str) -> Proof {
@@ -40,10 +40,10 @@ const POWER: &str = "virtual-prime/tests/conventions/power.rs";
 const INPUTS: &str = "virtual-prime/tests/conventions/inputs.rs";
 const BUSES: &str = "virtual-prime/tests/conventions/buses.rs";
 const GOLDEN: &str = "virtual-prime/tests/golden/mod.rs";
-/// Every register, each value with its reason.
+/// Test of every register, each value with its reason.
 const REGISTERS: Proof = proof("ready_every_register_has_the_value_of_the_table", GOLDEN);
 
-/// The table.
+/// Table of all figures.
 pub const FIGURES: &[Figure] = &[
     Figure {
         name: "supply of the core",

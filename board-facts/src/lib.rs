@@ -2,13 +2,13 @@
 //! from data sheets, from the reference manual, and from firmware that is known to run on it. No fact here
 //! was taken from Velvet's own firmware.
 //!
-//! [`wiring`] is what the simulated machine is wired by. [`signals`] and [`figures`] are the conventions: for
-//! each signal its level in every state of the machine, for each bus and converter its figures, with the
-//! origin of each and the tests that look for it at the pins of the real image. `docs/hardware.md` shows
-//! them; a test writes that part of the page.
+//! [`wiring`] has the facts by which the simulated machine is wired. [`signals`] and [`figures`] are the
+//! conventions: for each signal its level in every state of the machine, for each bus and converter its
+//! figures, with the origin of each and the tests that look for it at the pins of the real image.
+//! `docs/hardware.md` shows them; a test writes that part of the page.
 //!
-//! The firmware does not use this crate: its own tables stand in `bsp-prime`, so that a mistake in one of the
-//! two is found by the other.
+//! The firmware does not use this crate: its own tables stand in `bsp-prime`, so that a mistake in either is
+//! found by the other.
 #![cfg_attr(not(test), no_std)]
 
 pub mod figures;
@@ -22,8 +22,8 @@ mod page;
 /// A test that looks for a fact: function and file, from the repository's root.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Proof {
-    /// Name of the function.
+    /// Name of the test function.
     pub test: &'static str,
-    /// The file it is in.
+    /// File of the test function.
     pub file: &'static str,
 }

@@ -44,7 +44,7 @@ const fn speed(speed: Option<Speed>) -> &'static str {
     }
 }
 
-/// Names of the tests. Where they are, is checked below.
+/// Returns the names of the tests. Their files are checked below.
 fn tests(proofs: &[Proof]) -> String {
     proofs.iter().map(|proof| format!("`{}`", proof.test)).collect::<Vec<_>>().join(", ")
 }
@@ -83,7 +83,7 @@ fn written() -> String {
     page
 }
 
-/// `VELVET_WRITE=1 cargo test -p board-facts` writes the page's part anew.
+/// Compares the page's part with the tables; `VELVET_WRITE=1 cargo test -p board-facts` writes it anew.
 #[test]
 fn the_page_shows_these_tables() {
     let page = std::fs::read_to_string(PAGE).unwrap();
@@ -101,7 +101,7 @@ fn the_page_shows_these_tables() {
     assert!(present == fresh, "docs/hardware.md is stale from line {differing:?} of the tables on; see this test");
 }
 
-/// A row that nothing looks at is an opinion. Signals that are never used have the tests of all rows alone.
+/// A row that no test looks at is an opinion. Signals that are never used have the tests of all rows alone.
 #[test]
 fn every_row_has_tests_that_exist() {
     let of_signals = SIGNALS.iter().map(|signal| (signal.name, signal.proofs, signal.active.contains("not used")));

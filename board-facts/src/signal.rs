@@ -1,72 +1,72 @@
-//! What is known of a signal.
+//! Facts about a signal of the board.
 
 use crate::Proof;
 
-/// What the circuit makes of a pin that nobody drives, as in reset.
+/// State into which the circuit brings a pin that nobody drives, as in reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rest {
-    /// Held high, and by what.
+    /// Held high, by this part.
     High(&'static str),
-    /// Held low, and by what.
+    /// Held low, by this part.
     Low(&'static str),
-    /// Held by nothing.
+    /// Held by no part of the circuit.
     Floats,
-    /// The far end drives it.
+    /// Driven by the far end.
     Driven(&'static str),
 }
 
-/// What the microcontroller does to a pin.
+/// State into which the microcontroller brings a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
-    /// Nothing: analog, or an open-drain output that is let go.
+    /// Not driven: analog, or an open-drain output that is let go.
     Released,
     /// An input with the chip's pull-up.
     PulledUp,
-    /// Driven low.
+    /// Driven to the low level.
     Low,
-    /// Driven high.
+    /// Driven to the high level.
     High,
-    /// Driven, to the level that what was done before has left.
+    /// Driven, to the level that the last action has left.
     Either,
-    /// Belongs to a peripheral: its alternate function (DS12923, table of alternate functions).
+    /// Alternate function of a peripheral, by its number (DS12923, table of alternate functions).
     Function(u8),
 }
 
-/// How steep a driven pin's edges are (RM0399 section 12.4.3).
+/// Rise and fall time of a driven pin's edges (RM0399 section 12.4.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Speed {
-    /// 17 ns at 50 pF.
+    /// Edges of 17 ns at 50 pF.
     Low = 0,
-    /// 5 ns.
+    /// Edges of 5 ns.
     Medium = 1,
-    /// 4 ns.
+    /// Edges of 4 ns.
     High = 2,
-    /// 3 ns.
+    /// Edges of 3 ns.
     VeryHigh = 3,
 }
 
-/// One signal, or several that are alike.
+/// A signal, or several that are alike.
 #[derive(Clone, Copy, Debug)]
 pub struct Signal {
-    /// What it is.
+    /// Name of the signal.
     pub name: &'static str,
-    /// Its pins.
+    /// Pins of the signal.
     pub pins: &'static [&'static str],
-    /// In reset.
+    /// State of the pin in reset.
     pub rest: Rest,
-    /// With the image up and nothing wired.
+    /// Level with the image up and nothing wired.
     pub boot: Level,
-    /// Wired, and nothing asked of it.
+    /// Level when the pin is wired, and nothing is asked of it.
     pub idle: Level,
-    /// In use: which level means what.
+    /// Meaning of the levels while the signal is in use.
     pub active: &'static str,
-    /// After a halt.
+    /// Level after a halt.
     pub halted: Level,
-    /// Of its edges, where the chip drives it.
+    /// Speed of the edges, if the chip drives the pin.
     pub speed: Option<Speed>,
-    /// Where this is known from.
+    /// Source of these facts.
     pub origin: &'static str,
-    /// The tests that look at it while it is in use; [`LEVELS`](crate::signals::LEVELS) looks at every row in
-    /// the other states.
+    /// Tests that look at the signal while it is in use; [`LEVELS`](crate::signals::LEVELS) looks at every
+    /// row in the other states.
     pub proofs: &'static [Proof],
 }

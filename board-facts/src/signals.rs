@@ -1,4 +1,4 @@
-//! Every signal: what its pin is in each state of the machine.
+//! Table of every signal: the level of its pin in each state of the machine.
 //!
 //! The states are those of a machine that uses everything ([`Signal::idle`] and [`Signal::halted`]); `boot`
 //! is the board with its image up and nothing wired yet, as it stays without a usable configuration. Pins
@@ -30,14 +30,14 @@ const INPUTS: &str = "virtual-prime/tests/conventions/inputs.rs";
 const BUSES: &str = "virtual-prime/tests/conventions/buses.rs";
 const DIRECTIONS: &str = "virtual-prime/tests/conventions/directions.rs";
 
-/// A header pin that the tests' machine gives to an external driver, a button or a serial port. Which pin it
-/// is, is the configuration's choice.
+/// Header pins that the tests' machine gives to an external driver, a button or a serial port. The choice of
+/// the pin is the configuration's.
 const EXTERNAL_STEP: &[&str] = &["PG0"];
 const EXTERNAL_DIRECTION: &[&str] = &["PG1"];
 const EXTERNAL_ENABLE: &[&str] = &["PJ2"];
 const KILL: &[&str] = &["PJ6"];
 
-/// The pin of an input that has one.
+/// Returns the pin of an input that has a pin.
 const fn pin_of(input: &AnalogInput) -> &'static str {
     match input.pin {
         Some(pin) => pin,
@@ -58,7 +58,7 @@ const BASE: Signal = Signal {
     proofs: &[],
 };
 
-/// The table.
+/// Table of all signals.
 pub const SIGNALS: &[Signal] = &[
     Signal {
         name: "enable of all motor drivers (ENN)",

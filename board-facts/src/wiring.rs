@@ -1,15 +1,16 @@
-//! What leads where. Names of pins are the chip's: `PD3`.
+//! Wiring of the board: the pins behind drivers, outputs, inputs and converters. Names of pins are the
+//! chip's: `PD3`.
 
-/// One on-board motor driver.
+/// Socket of an on-board motor driver.
 #[derive(Clone, Copy, Debug)]
 pub struct DriverSocket {
-    /// STEP.
+    /// Pin of the STEP signal.
     pub step: &'static str,
-    /// DIR.
+    /// Pin of the DIR signal.
     pub direction: &'static str,
-    /// Chip select, low selects; 10 kOhm to 3.3 V (RN6).
+    /// Pin of the chip select, low selects; 10 kOhm to 3.3 V (RN6).
     pub select: &'static str,
-    /// The chip's stallGuard output.
+    /// Pin of the chip's stallGuard output.
     pub stall: &'static str,
 }
 
@@ -21,7 +22,7 @@ pub const DRIVERS: [DriverSocket; 4] = [
     DriverSocket { step: "PC6", direction: "PG5", select: "PG6", stall: "PG9" },
 ];
 
-/// While a motor counts up, a plain direction pin is high: it is not. Every socket, external drivers and
+/// Level of a plain direction pin while a motor counts up: low, at every socket, for external drivers and
 /// slaves. Known good: the firmware of running boards, and the machines built around them.
 pub const UP_IS_HIGH: bool = false;
 
@@ -34,7 +35,7 @@ pub const SUPPLY_SWITCH: &str = "PD7";
 /// Enable of the USB-A socket's 5 V (U16): high switches on. Nothing on the board pulls it.
 pub const USB_HOST_POWER: &str = "PB13";
 
-/// Where the load of a power output gets its current.
+/// Source of the current of a power output's load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Feed {
     /// From the heaters' supply through Q25, which [`SUPPLY_SWITCH`] opens.
@@ -48,13 +49,13 @@ pub enum Feed {
 /// An output behind the buffer.
 #[derive(Clone, Copy, Debug)]
 pub struct PowerOutput {
-    /// What the board calls it.
+    /// Name on the board.
     pub name: &'static str,
-    /// Its pin.
+    /// Pin of the output.
     pub pin: &'static str,
-    /// The level that means on.
+    /// Whether the high level means on.
     pub on_high: bool,
-    /// What feeds its load.
+    /// Feed of the output's load.
     pub feed: Feed,
 }
 
@@ -74,7 +75,7 @@ pub const POWER_OUTPUTS: [PowerOutput; 7] = [
     output("SSR 2", "PB7", false, Feed::FiveVolts),
 ];
 
-/// The power output on this pin.
+/// Returns the power output on this pin.
 #[must_use]
 pub fn power_output(pin: &str) -> Option<&'static PowerOutput> {
     POWER_OUTPUTS.iter().find(|output| output.pin == pin)
@@ -94,13 +95,13 @@ pub const BOARD_ID: [&str; 4] = ["PF7", "PF5", "PF3", "PE10"];
 /// A resistive or divided voltage on a converter's input.
 #[derive(Clone, Copy, Debug)]
 pub struct AnalogInput {
-    /// Its name in configurations.
+    /// Name in configuration files.
     pub name: &'static str,
     /// Converter, 1 or 3.
     pub converter: u8,
-    /// INP number.
+    /// Number of the INP channel.
     pub channel: u8,
-    /// Its pin; none for PA0_C, a pad of its own.
+    /// Pin of the input; none for PA0_C, a pad of its own.
     pub pin: Option<&'static str>,
 }
 
@@ -119,17 +120,17 @@ pub const THERMISTORS: [AnalogInput; 7] = [
     input("ADC1_5", 1, 13, Some("PC3")),
     input("ADC1_6", 1, 15, Some("PA3")),
 ];
-/// Each thermistor is the lower half of a divider whose upper half is this (RN3), ohms.
+/// Upper half of each thermistor's divider (RN3), ohms; the thermistor is the lower half.
 pub const THERMISTOR_PULL_UP_OHMS: f64 = 4_700.0;
-/// What feeds the dividers; VREF+ is the same net, so that ratios are exact.
+/// Voltage of the dividers' feed, V; VREF+ is the same net, so that ratios are exact.
 pub const ANALOG_REFERENCE_VOLTS: f64 = 3.3;
 
-/// The heaters' supply, measured before Q25: it is there whether or not the switch is on. Schematic:
+/// The heaters' supply, measured before Q25, so it is there whether or not the switch is on. Schematic:
 /// FETSENSE, R69 to R71.
 pub const HEATER_SUPPLY: AnalogInput = input("vfet", 3, 7, Some("PF8"));
 /// The motors' supply. Schematic: VMOTSENSE, R60 to R62.
 pub const MOTOR_SUPPLY: AnalogInput = input("vmotor", 3, 16, Some("PH5"));
-/// Both come through 100 kOhm over 10 kOhm.
+/// Ratio of the dividers of both supplies: 100 kOhm over 10 kOhm.
 pub const SUPPLY_DIVIDER: f64 = 11.0;
 
 /// Outputs of the timers TIM1 (PWM1) and TIM8 (PWM2), channels 1 to 4, on the headers GD and GC.
