@@ -44,7 +44,7 @@ const fn speed(speed: Option<Speed>) -> &'static str {
     }
 }
 
-/// Returns the names of the tests. Their files are checked below.
+/// Returns the names of the tests; their files are checked below.
 fn tests(proofs: &[Proof]) -> String {
     proofs.iter().map(|proof| format!("`{}`", proof.test)).collect::<Vec<_>>().join(", ")
 }

@@ -115,7 +115,7 @@ pub enum Event {
         /// Number of the last line that was read.
         line: u32,
     },
-    /// The job goes on.
+    /// The job goes on after a suspension.
     JobResumed {
         /// Number of the last line that was read.
         line: u32,

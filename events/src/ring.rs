@@ -25,7 +25,7 @@ pub const SLOT_WORDS: usize = 32;
 /// Number of words of a slot that belong to the event: number, sum and time come first.
 pub const PAYLOAD_WORDS: usize = SLOT_WORDS - HEAD_WORDS;
 const HEAD_WORDS: usize = 4;
-/// Version of the events' meaning and of the slots' layout. It is part of each sum: an entry of another
+/// Version of the events' meaning and of the slots' layout, part of each sum, so that an entry of another
 /// version is no event.
 pub const FORMAT: u32 = 1;
 

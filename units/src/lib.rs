@@ -2,7 +2,7 @@
 //! actuators of a machine, and the clock of step times.
 //!
 //! A single internal system of units: millimetre, second, degree Celsius, ampere. Minutes and inches end in
-//! the G-code interpreter. This crate does no I/O and knows nothing of G-code, configuration or hardware.
+//! the G-code interpreter. The crate does no I/O and knows nothing of G-code, configuration or hardware.
 #![cfg_attr(not(test), no_std)]
 
 mod axis;

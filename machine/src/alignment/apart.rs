@@ -1,7 +1,7 @@
 //! Turning the motors of one axis alone.
 //!
-//! A slave is no axis of its own: it makes its master's steps. For the time of one move, motion is told that
-//! the slave is an axis, on the slave's own letter, which no program can name then. Its master stands
+//! A slave is no axis of its own: its steps are those of its master. For the time of one move, motion is told
+//! that the slave is an axis, on the slave's own letter, which no program can name then. The master stands
 //! meanwhile, so the tool's position does not change in any coordinate.
 
 use config::MachineConfig;

@@ -31,7 +31,7 @@ impl Turn {
 impl fmt::Display for Turn {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (whole, part) = (self.forty_eighths / 48, self.forty_eighths % 48);
-        // In the lowest terms of halves to forty-eighths.
+        // The fraction is reduced to halves, quarters and so on down to forty-eighths.
         let (mut over, mut under) = (part, 48);
         for prime in [2, 2, 2, 2, 3] {
             if over % prime == 0 && under % prime == 0 {

@@ -5,8 +5,8 @@
 //! that stands does not. The first is measured as it is, at two or three speeds. The second would take
 //! stalls; in their place the axis crawls, for a motor that hardly turns induces as little as a motor that
 //! stands. The threshold lies between both ends. With stallGuard4 the order is the other way round, see
-//! [`stall_guard_4`]. The chopper is left alone: no reading of these chips says how good it is. Its settings
-//! are computed, in [`chopper`], on request.
+//! [`stall_guard_4`]. The chopper is left alone: no reading of these chips says how good it is. The settings
+//! of a chopper are computed, in [`chopper`], on request.
 //!
 //! The driver is set as for a search for a stall, which keeps the settings before it, and gets them back
 //! however the test ends.
@@ -36,7 +36,7 @@ const ABOVE_LEAST: f64 = 1.2;
 const CLEAR: f64 = 5.0;
 /// Number of thresholds between both ends that makes the result sure.
 const SURE: i16 = 6;
-/// The same for stallGuard4, whose threshold step is a fifth as much.
+/// Number of thresholds that makes stallGuard4's result sure: its threshold step is a fifth as much.
 const SURE_4: i16 = 30;
 const USAGE: &str = "tune_driver takes: axis, and up to three speeds in mm/s, or the word chopper";
 

@@ -14,7 +14,7 @@ use crate::ports::MotionPort;
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
 
-/// With fewer homings the mean is hardly better than the switch.
+/// Number of homings below which the mean is hardly better than the switch.
 const FEW: u32 = 5;
 
 /// M875 reports the collected phases, M875.1 makes their mean the calibrated phase, M875.2 sets that, M875.3

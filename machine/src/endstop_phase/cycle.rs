@@ -8,7 +8,7 @@ pub(super) const CYCLE: f64 = 1_024.0;
 /// Microstep places of a full step.
 pub(super) const FULL_STEP: f64 = CYCLE / 4.0;
 
-/// Returns the same place of a cycle, 0 to below `period`.
+/// Reduces places to the same place of a cycle, 0 to below `period`.
 pub(super) fn within(places: f64, period: f64) -> f64 {
     let rest = places - period * libm::floor(places / period);
     // A value a hair below zero comes out as the whole period.

@@ -36,9 +36,9 @@ impl DelayLine {
         Self { pieces: [Piece::default(); PIECES], length: (delay / UP_TO_THE_NOZZLE).max(SHORTEST), measured: None }
     }
 
-    /// Adds the diameter, mm, of the filament that is at the sensor when the extruder has pushed so far, mm;
-    /// `None` if it is unknown. Filament that passes again after drawing back is known already. Pieces that
-    /// passed between two looks get the same diameter.
+    /// Adds the diameter, mm, of the filament that is at the sensor when the extruder has pushed to `pushed`,
+    /// mm; `None` if it is unknown. Filament that passes again after drawing back is known already. Pieces
+    /// that passed between two looks get the same diameter.
     pub fn add(&mut self, pushed: f64, diameter: Option<f64>) {
         let place = self.place(pushed);
         let (first, last) = match self.measured {
@@ -70,9 +70,9 @@ impl DelayLine {
         }
     }
 
-    /// Returns the diameter of the piece that passed the sensor when the extruder had pushed so far, mm. For
-    /// a piece that will pass only later, the last piece is taken. `None` when nothing was measured; before
-    /// the first piece, the first piece counts if `at_once`.
+    /// Returns the diameter of the piece that passed the sensor when the extruder had pushed to `pushed`, mm.
+    /// For a piece that will pass only later, the last piece is taken. `None` when nothing was measured;
+    /// before the first piece, the first piece counts if `at_once`.
     #[must_use]
     pub fn diameter(&self, pushed: f64, at_once: bool) -> Option<f64> {
         let (first, last) = self.measured?;
@@ -85,8 +85,8 @@ impl DelayLine {
         (piece.diameter > 0.0).then_some(f64::from(piece.diameter))
     }
 
-    /// Returns whether the piece that passes the sensor when the extruder has pushed so far, mm, has yet to
-    /// come.
+    /// Returns whether the piece that passes the sensor at the position `pushed` of the extruder, mm, has yet
+    /// to come.
     #[must_use]
     pub fn is_to_come(&self, pushed: f64) -> bool {
         self.measured.is_some_and(|(_, last)| self.place(pushed) > last)
@@ -124,7 +124,7 @@ mod tests {
             let mut line = DelayLine::new(delay);
             let (mut pushed, mut furthest) = (0.0_f64, 0.0_f64);
             for way in ways {
-                // As far back as filament is drawn, and no further.
+                // The range goes as far back as filament is drawn, and no further.
                 let least = furthest - delay / 10.0;
                 let to = (pushed + way).max(least.max(0.0));
                 for step in 1..=10 {

@@ -56,7 +56,7 @@ pub struct Width {
     lost: Option<(Micros, bool)>,
     /// Trouble that the last diameter shows, and the time since which it does.
     looks: (Option<Trouble>, Micros),
-    /// The same trouble, once it has lasted long enough.
+    /// Trouble that has lasted long enough to count.
     trouble: Option<Trouble>,
     /// Extruder position of the last report of a diameter, mm.
     said_at: f64,
@@ -154,15 +154,16 @@ impl Width {
         self.measured
     }
 
-    /// Returns whether the diameter at the nozzle once the extruder has pushed so far, mm, cannot be known
-    /// yet: the piece that will be there then has not come to the sensor.
+    /// Returns whether the filament's diameter is still unknown for the moment when the extruder will have
+    /// pushed to `pushed`, mm: the piece that will be at the nozzle then has not come to the sensor.
     #[must_use]
     pub fn is_to_come(&self, sensor: &FilamentWidthConfig, pushed: f64) -> bool {
         !self.off && sensor.correct_flow && self.line.is_to_come(pushed - sensor.delay.0)
     }
 
-    /// Returns the flow factor once the extruder has pushed so far, mm, for an E that is meant for filament
-    /// of this diameter. The factor is 1 if the diameter is unknown or implausible.
+    /// Returns the flow factor for the moment when the extruder will have pushed to `pushed`, mm, for an E
+    /// that is meant for filament of this diameter. The factor is 1 if the diameter is unknown or
+    /// implausible.
     #[must_use]
     pub fn factor(&self, sensor: &FilamentWidthConfig, pushed: f64, meant: Mm) -> f64 {
         if self.off || !sensor.correct_flow {

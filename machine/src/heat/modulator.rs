@@ -107,7 +107,7 @@ impl Modulators {
         }
     }
 
-    /// Sets the cycle of a switch in the same way.
+    /// Sets the cycle in which a switch is on once; 0: as often as can be.
     pub fn set_switch_cycle(&mut self, index: usize, cycle: Micros) {
         if let Some(modulator) = self.switches.get_mut(index) {
             modulator.set_cycle(cycle);

@@ -7,7 +7,7 @@
 /// Greatest number of inputs.
 const INPUTS: usize = config::MAX_FANS;
 
-/// Pulses so far, modulo 2^16.
+/// Pulses counted since the start, modulo 2^16.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pulses {
     levels: u8,

@@ -39,7 +39,7 @@ impl SensorFault {
         self.part
     }
 
-    /// Returns the same fault for a combined sensor, because of this part or of a part of that.
+    /// Returns the fault for a combined sensor, caused by this part or by a part of that.
     pub(super) const fn of_part(self, part: HeaterId) -> Self {
         Self { part: if self.part.is_some() { self.part } else { Some(part) }, ..self }
     }
@@ -68,7 +68,7 @@ impl Sensor {
     /// Returns the temperature for a raw reading.
     ///
     /// # Errors
-    /// The reason if there is none; also for the kind of reading that another sensor would give.
+    /// The reason if there is no temperature; also for the kind of reading that another sensor would give.
     pub fn celsius(&self, raw: SensorReading) -> Result<Celsius, SensorFault> {
         let fault = SensorFault::new;
         let celsius = match (self, raw) {

@@ -13,7 +13,7 @@ use crate::sessions::Reply;
 /// M143: the highest temperature of a heater, or of all; S is the `tool_id`.
 ///
 /// # Errors
-/// When nobody has that id, or its maximum cannot be set so.
+/// When no heater has that id, or its maximum cannot be this.
 pub(crate) fn maximum_temperature(
     texts: &Texts,
     ports: &mut impl HeatPort,
@@ -30,7 +30,7 @@ pub(crate) fn maximum_temperature(
 /// M301: the PID gains of a heater, or of all; S is the `tool_id`. M304 does the same for the bed, without S.
 ///
 /// # Errors
-/// When nobody has that id, or it has no gains.
+/// When no heater has that id, or it has no gains.
 pub(crate) fn pid_gains(
     texts: &Texts,
     ports: &mut impl HeatPort,
@@ -63,7 +63,7 @@ pub(crate) fn pid_gains(
 /// M307: the parameters of a heater's model; S is the `tool_id`.
 ///
 /// # Errors
-/// When nobody has that id, or with these figures nothing can be controlled.
+/// When no heater has that id, or nothing can be controlled with these figures.
 pub(crate) fn heater_model(
     texts: &Texts,
     ports: &mut impl HeatPort,

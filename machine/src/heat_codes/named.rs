@@ -11,7 +11,7 @@ use crate::failure::{Failure, FailureKind, Texts, short};
 /// Returns the heater that a word names by its `tool_id`.
 ///
 /// # Errors
-/// When nobody has it: those there are.
+/// When no heater has that id; the message lists the known ones.
 pub(crate) fn heater_named(
     texts: &Texts,
     config: &MachineConfig,
@@ -57,7 +57,7 @@ pub(crate) fn heater_of(
 /// Returns the bed: the heater that M140 sets.
 ///
 /// # Errors
-/// When there is none.
+/// When the machine has no bed.
 pub(crate) fn bed(config: &MachineConfig) -> Result<HeaterId, Failure> {
     let bed = config.heaters().find(|(_, heater)| heater.set_m_code == 140 && heater.heater_pin.is_some());
     bed.map(|(id, _)| id).ok_or_else(|| Failure::refused(&"there is no bed: no heater has set_m_code = 140"))
@@ -66,7 +66,7 @@ pub(crate) fn bed(config: &MachineConfig) -> Result<HeaterId, Failure> {
 /// Returns the heater whose maximum M143 sets, and that maximum; `None` if M143 only asks.
 ///
 /// # Errors
-/// When nobody has that id.
+/// When no heater has that id.
 pub(crate) fn maximum_of(
     texts: &Texts,
     config: &MachineConfig,

@@ -166,7 +166,7 @@ fn wait_until<P: Ports>(
 /// reading is between these; with `cools`, until heaters that are too warm have come down too.
 ///
 /// # Errors
-/// When nobody has that id, a heater is not to become so warm, or the machine halts meanwhile.
+/// When no heater has that id, a heater must not become so warm, or the machine halts meanwhile.
 pub(crate) fn wait_for_all<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     words: &Words<'_>,
@@ -210,7 +210,7 @@ fn progress(heat: &HeatControl, heater: HeaterId, until: Until, window: Celsius)
         // the next line before that would move a machine that must stand.
         _ if heat.is_halted() => return Progress::NotYet,
         Until::Between(least, most) => (least, most),
-        // Without a target it was turned off meanwhile: there is nothing to wait for.
+        // A target of zero was turned off meanwhile, so there is nothing to wait for.
         _ if target <= Celsius(0.0) => return Progress::Arrived,
         Until::Warm => (target - window, Celsius(f32::MAX)),
         Until::About => (Celsius(target.0 - window.0.max(NEAR)), Celsius(f32::MAX)),

@@ -15,7 +15,7 @@ const CHECK_PERIOD: Micros = Micros::from_seconds(1);
 const CHECKS: u8 = 2;
 /// Rise above the floor, C, that only a heater makes. A hand on a cold nozzle warms it by 15 degrees.
 const MARGIN: f32 = 20.0;
-/// The same above `max_temp`, where no reading should be anyway.
+/// Rise above the floor, C, that is a fault above `max_temp`, where no reading should be anyway.
 const MARGIN_ABOVE_MAXIMUM: f32 = 5.0;
 /// Time after switch-off in which the heater's stored heat moves into its sensor...
 const SETTLING: Micros = Micros::from_seconds(60);
@@ -25,7 +25,8 @@ const OVERSHOOT: f32 = 10.0;
 const JUMP: f32 = 30.0;
 /// Rate at which a part warms in a room that warms, degrees a second.
 const CREEP: f32 = 0.02;
-/// The same beside another heater that is on: a nozzle parked over a hot bed, a bed in a heated chamber.
+/// Rate of warming beside another heater that is on, degrees a second: a nozzle parked over a hot bed, a bed
+/// in a heated chamber.
 const CREEP_BESIDE_ANOTHER: f32 = 0.1;
 
 /// Allowed readings of a heater that is not heated.
@@ -116,7 +117,7 @@ mod tests {
         told_by(StuckOnWatch::default(), seconds, another_on, course)
     }
 
-    /// Does the same for a heater that was just switched off.
+    /// Looks at such a course of a heater that was just switched off; returns the time of the first report.
     fn first_report_after_use(seconds: u32, course: impl Fn(f32) -> Option<f32>) -> Option<f32> {
         told_by(StuckOnWatch { driven: true, rest: None }, seconds, false, course)
     }

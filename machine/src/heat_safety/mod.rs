@@ -1,6 +1,6 @@
 //! Heat safety: decides whether heating may go on, from raw readings and from the commands to the pins alone.
 //!
-//! Heat safety stands apart from control. It has its own copies of the sensors' laws, reads the same raw
+//! Heat safety stands apart from control: with its own copies of the sensors' laws it reads the same raw
 //! inputs itself, and counts at every modulation tick the heater pins that were on, so that a mistake in a
 //! control law, a wrong duty or a forgotten target cannot hide anything from it. A fault closes the outputs
 //! here ([`HeatSafety::pass`]), although control goes on asking for power, until a person releases the

@@ -7,8 +7,8 @@ use crate::heat::SensorFault;
 
 /// Number of unbelievable readings in a row that is a fault. Control has its heater off from the first.
 const BAD_READINGS: u8 = 4;
-/// The same before a sensor has been read for the first time: a converter chip of many samples takes 0.8 s
-/// from power-on.
+/// Number of such readings before a sensor has been read for the first time: a converter chip of many samples
+/// takes 0.8 s from power-on.
 const FIRST_READINGS: u8 = 20;
 /// Time between two comparisons of the reading with earlier ones.
 const COMPARE_PERIOD: Micros = Micros::from_millis(250);

@@ -44,8 +44,8 @@ struct Course<'a> {
     driven: &'a dyn Fn(f64) -> f64,
 }
 
-/// Runs courses side by side as control and pins would have them for so many seconds; returns the first fault
-/// and its time, s.
+/// Runs courses side by side, as control and pins would have them, for this many seconds; returns the first
+/// fault and its time, s.
 fn first(limits: SafetyLimits, courses: &[Course<'_>], seconds: u32) -> Option<(f64, HeatFault)> {
     let mut safety = HeatSafety::new();
     courses.iter().for_each(|_| assert!(safety.add(sensor(), limits)));
@@ -253,7 +253,7 @@ fn a_reading_that_stands_while_the_output_changes_is_nobodys() {
         held(|second| stands_from(second, 100.0, warming), |second| 0.33 + 0.002 * (second - 100.0).max(0.0)).unwrap();
     assert!(matches!(cause, HeatCause::Frozen(_)), "{cause:?}");
     assert!((140.0..170.0).contains(&second), "{second}");
-    // The same with less and less output.
+    // Control sees the difference, and gives less and less output.
     let less = held(|second| stands_from(second, 100.0, warming), |second| 0.33 - 0.003 * (second - 100.0).max(0.0));
     assert!(matches!(less, Some((_, HeatCause::Frozen(_)))), "{less:?}");
     // No output at all: a hot heater must cool.

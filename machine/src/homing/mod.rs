@@ -67,7 +67,7 @@ pub(crate) fn home_before_probing<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Res
     Err(Failure::refused(&"home the machine with G28 first: home_gcode says how, and may hold any code"))
 }
 
-/// Homes an axis with so many slow approaches to its switch, and reports their agreement. Returns the
+/// Homes an axis with `count` slow approaches to its switch, and reports their agreement. Returns the
 /// distance from its place at which the switch was found, mm.
 ///
 /// # Errors

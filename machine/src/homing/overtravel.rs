@@ -48,7 +48,7 @@ mod tests {
         // At 30 mm/s and 500 mm/s2: 0.9 mm, and 1.5 ms written ahead.
         let braking = braking_distance(MmPerSecond(30.0), MmPerSecond2(500.0), None);
         assert!((braking - 0.945).abs() < 1e-9, "{braking}");
-        // With limited jerk: v/2 (v/a + a/j).
+        // The way with limited jerk is v/2 (v/a + a/j).
         let smooth = braking_distance(MmPerSecond(30.0), MmPerSecond2(500.0), Some(MmPerSecond3(50_000.0)));
         assert!((smooth - 0.045 - 15.0 * (0.06 + 0.01)).abs() < 1e-9, "{smooth}");
         // Too slow to reach the acceleration: the way is v sqrt(v/j).

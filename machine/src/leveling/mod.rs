@@ -4,7 +4,7 @@
 //! object, is kept on the card, shown and saved. A height is the correction added to Z for the tool to be as
 //! far from the bed there as at height zero: positive where the bed is higher.
 //!
-//! Coordinates are those of the program throughout. When the compensation changes while the machine is homed,
+//! Coordinates are those of the program throughout. If the compensation changes while the machine is homed,
 //! coordinates stay and the motors follow: the tool moves by as much as the compensation changed there,
 //! slowly. On a machine that is not homed nothing moves. Nor does anything move when leveling is taken off,
 //! by a person or because a bed is about to be measured: the tool stays, and its coordinates change.

@@ -40,8 +40,8 @@ pub(crate) fn probe_offset(bed: &mut Bed, words: &Words<'_>, reply: &mut Reply<'
     Ok(Answer::Ok)
 }
 
-/// M851: does the same in Marlin's terms, whose Z is the height at which the contact closes, relative to the
-/// tip of the tool.
+/// M851: sets the position of the probe in Marlin's terms, whose Z is the height at which the contact closes,
+/// relative to the tip of the tool.
 pub(crate) fn marlin_probe_offset(bed: &mut Bed, words: &Words<'_>, reply: &mut Reply<'_>) -> Outcome {
     let [x, y, z] = &mut bed.probe_offsets;
     *x = words.as_length('X').unwrap_or(*x);

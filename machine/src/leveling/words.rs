@@ -12,7 +12,7 @@ const SKEW_PARTS: f64 = 1e8;
 /// Least size of a word of a plane that Smoothieware saved as the bits of a single-precision number.
 const LEAST_BITS: f64 = 1e6;
 
-/// Rounds a number to so many parts of one, so that it is saved exactly.
+/// Rounds a number to a multiple of 1/`parts`, so that it is saved exactly.
 pub(super) fn rounded(value: f64, parts: f64) -> f64 {
     libm::floor(value * parts + 0.5) / parts
 }

@@ -7,8 +7,8 @@ use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::ports::Ports;
 
-/// Height above the target, mm, from which the tool comes down, so backlash is always taken up the same way.
-/// The same as Klipper's.
+/// Height above the target, mm, from which the tool comes down, as in Klipper, so backlash is always taken up
+/// the same way.
 const APPROACH: f64 = 0.5;
 /// Height by which the tool is lifted at the end, mm.
 pub(super) const CLEAR: f64 = 5.0;

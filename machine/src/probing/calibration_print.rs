@@ -1,7 +1,7 @@
 //! M665.4: lengths measured on the part of Klipper's DELTA_ANALYZE, and the distances they mean.
 //!
-//! The part has a pillar in the middle and six around it, 65 mm away at every 60 degrees from 210 on. Its
-//! pillars are ridged, and calipers lie on ridges 4.5 mm from a pillar's axis. They are closed over two
+//! The part has a pillar in the middle and six around it, 65 mm away at every 60 degrees from 210 on. The
+//! pillars are ridged, and calipers lie on ridges 4.5 mm from a pillar's axis. Calipers are closed over two
 //! pillars: the distance between two sides that face the same way is that length less the width of a pillar,
 //! which takes the width of the filament's track out. Source: Klipper's calibrate_size.stl, and its
 //! description in "Delta calibration".

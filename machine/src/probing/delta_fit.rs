@@ -1,8 +1,8 @@
 //! Fit of a delta's geometry: the touches of the bed lie at the same height, and distances on a printed part
 //! are as they were measured.
 //!
-//! A touch tells the distance of each carriage from its switch. That distance does not depend on the believed
-//! geometry; the height that follows from it does. Gauss-Newton on these heights and on distances, with
+//! A touch tells the distance of each carriage from its switch. Unlike the height that follows from it, the
+//! distance does not depend on the believed geometry. Gauss-Newton on these heights and on distances, with
 //! derivatives by differences.
 //!
 //! Touches determine trims, radius and the angles of two towers. The third tower's angle only turns the part;

@@ -160,8 +160,8 @@ fn touch<P: Ports>(
     Ok(contact)
 }
 
-/// Touches in the same way without correction of the twist, as often as is configured. The result of the
-/// touches is the place of the contact.
+/// Touches without correction of the twist, as often as is configured. The result of the touches is the place
+/// of the contact.
 pub(crate) fn touch_uncorrected<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     nozzle: [f64; 2],
@@ -170,7 +170,7 @@ pub(crate) fn touch_uncorrected<P: Ports>(
     touch_down_to(hands, nozzle, height, None)
 }
 
-/// Touches in the same way, but not beyond this Z.
+/// Touches without correction of the twist, but not beyond the Z `deepest`.
 fn touch_down_to<P: Ports>(
     hands: &mut Hands<'_, '_, P>,
     nozzle: [f64; 2],

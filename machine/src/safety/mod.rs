@@ -1,8 +1,8 @@
 //! Safety: the machine's state, halting and coming back, limits, the kill button, and the watch over step
 //! times.
 //!
-//! Safety is the single owner of all facts that decide whether the machine may move. It changes the state and
-//! orders the actions; the executor performs them.
+//! Safety is the single owner of all facts that decide whether the machine may move: it changes the state and
+//! orders the actions, which the executor performs.
 
 mod kill_button;
 mod limits;

@@ -1,9 +1,9 @@
 //! Watch over step times: late steps are always reported, and end the job if a step might have been lost.
 //!
-//! A step that is somewhat late does no harm by itself. When steps had to be delayed to keep a driver's least
-//! distance, or the feed came so late that the motion stood still in the middle of its way, a motor may not
-//! have followed: the machine halts, braking along the path. All steps were given in any case, so positions
-//! are kept.
+//! A step that is somewhat late does no harm by itself. But steps that had to be delayed to keep a driver's
+//! least distance, or a feed so late that the motion stood still in the middle of its way, may have made a
+//! motor fall behind: the machine halts, braking along the path. All steps were given in any case, so
+//! positions are kept.
 
 use core::fmt;
 

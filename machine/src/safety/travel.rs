@@ -1,5 +1,5 @@
-//! Soft endstops: positions to which homed axes may be commanded. They come from the configuration (`[soft
-//! endstop]`), or else follow from its homing switches.
+//! Soft endstops: positions to which homed axes may be commanded, from the configuration (`[soft endstop]`)
+//! or else from its homing switches.
 //!
 //! A switch is at an end of its axis, at `homing_position`. No place of the axis is further from it than
 //! `max_travel`: from there the machine could not be homed. So travel ends at the switch on one side, and
@@ -159,7 +159,7 @@ impl Travel {
         self.ending.and(homed).axes().try_for_each(|axis| self.check_axis(axis, from[axis], to[axis]))
     }
 
-    /// Checks in the same way a move that goes this far along the axes.
+    /// Checks a curved move by its bounds: the furthest places along the axes.
     ///
     /// # Errors
     /// The first axis that the move takes out.
