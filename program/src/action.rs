@@ -1,4 +1,4 @@
-//! What the machine is asked to do, one thing at a time.
+//! Actions that the interpreter asks the machine to carry out, one at a time.
 
 use gcode::Code;
 use units::{AxisSet, Celsius, HeaterId, Micros, MmPerSecond, PerAxis, Plane, SwitchId};
@@ -6,346 +6,347 @@ use units::{AxisSet, Celsius, HeaterId, Micros, MmPerSecond, PerAxis, Plane, Swi
 use crate::lights::LightChange;
 use crate::words::Words;
 
-/// One thing for the machine to do.
+/// A single request of the program to the machine.
 #[derive(Clone, Copy, Debug)]
 pub enum Action<'b> {
-    /// Go along a path. What follows does not wait for its end.
+    /// Move along a path; the next action does not wait for the end of the move.
     Move(Move),
-    /// Wait this long, once nothing moves.
+    /// Dwell for a time after all motion has stopped.
     Dwell(Micros),
-    /// Change an output where the path has come this far; nothing waits.
+    /// Change an output at the point that the path has reached; no motion waits for the change.
     Effect(Effect),
-    /// Set a target once nothing moves, and wait until it is reached.
+    /// Set a temperature target once all motion has stopped, and wait until the heater reaches the target.
     HeatAndWait {
-        /// Which temperature control.
+        /// Heater whose target is set.
         heater: HeaterId,
-        /// The target; presets are resolved.
+        /// Target temperature; presets are already resolved.
         target: Celsius,
-        /// Also until it has come down to it (M109 R); else what is warmer is warm enough.
+        /// Whether a warmer heater must cool to the target, too (M109 R); otherwise any warmer temperature
+        /// will do.
         cools: bool,
     },
-    /// Find the switches of these axes, or of all that have one. The position comes back.
+    /// Home the given axes, or all axes with an end stop; the machine reports the position back.
     Home(AxisSet),
-    /// The machine is at these machine positions, mm. The position comes back.
+    /// Set the machine position, mm; the machine reports the position back.
     SetPosition {
-        /// By axis; what is not given stays.
+        /// New position by axis; axes without a value keep theirs.
         to: PerAxis<Option<f64>>,
-        /// Those given count as homed.
+        /// Whether the given axes count as homed.
         homed: bool,
     },
-    /// Forget that these axes are homed.
+    /// Mark the given axes as not homed.
     ForgetHoming(AxisSet),
-    /// Search for the bed. The contact comes back.
+    /// Probe downwards for the bed; the machine reports the contact back.
     ProbeDown(ProbeDown),
-    /// Search along a line. The contact comes back.
+    /// Probe along a straight line; the machine reports the contact back.
     ProbeAlong(ProbeAlong),
-    /// Wait until nothing moves.
+    /// Wait until all motion has stopped.
     Finish,
-    /// The program is over.
+    /// End of the program (M2, M30).
     EndProgram,
-    /// Emergency stop.
+    /// Stop the machine at once (emergency stop).
     Halt,
-    /// Clear a halt.
+    /// Clear a halt (M999).
     Release,
-    /// Pause the job, so that somebody can work at the machine.
+    /// Pause the job so that a person can work at the machine.
     Suspend {
-        /// Heaters keep their targets.
+        /// Whether heaters keep their targets.
         heaters_stay: bool,
-        /// How filament is changed this time.
+        /// Words that say how to change filament in this pause.
         words: Words<'b>,
     },
-    /// Go on with the suspended job.
+    /// Resume the suspended job.
     Resume,
-    /// Show the operator a text of the program.
+    /// Show a text of the program to the operator.
     Message(&'b str),
-    /// Wait for the operator.
+    /// Wait for the operator to go on.
     Pause {
-        /// Which code says so.
+        /// Code that causes the pause.
         why: Pause,
-        /// How long it waits; `None`: until the operator goes on.
+        /// Longest wait; `None` waits until the operator goes on.
         time: Option<Micros>,
-        /// What the operator is to read.
+        /// Text for the operator to read.
         text: Option<&'b str>,
     },
-    /// Call a subroutine by its number, so many times (M98).
+    /// Call a subroutine by its number, a number of times (M98).
     Call {
-        /// The number.
+        /// Number of the called subroutine.
         number: u32,
-        /// How often.
+        /// Number of calls in sequence.
         times: u32,
     },
-    /// The subroutine ends; the main program begins anew (M99).
+    /// Return from a subroutine; a main program begins anew (M99).
     Return,
-    /// Have the operator put in this tool.
+    /// Have the operator change to the tool of this number.
     ChangeTool(u32),
-    /// Whether the operator's overrides of feed and spindle count, once nothing moves.
+    /// Enable or disable the operator's overrides of feed and spindle once all motion has stopped.
     Overrides {
-        /// That of feed rates.
+        /// Whether the override of feed rates counts.
         feed: bool,
-        /// That of the spindle's speed.
+        /// Whether the override of spindle speed counts.
         spindle: bool,
-        /// Feed hold acts at once; else it waits until it may: a tap that stands while the spindle turns
-        /// breaks.
+        /// Whether feed hold acts at once; otherwise feed hold is postponed, because a tap that stands still
+        /// while the spindle turns breaks.
         hold: bool,
     },
     /// Have the operator draw the tool out of the hole by hand (G88).
     RetractByHand,
-    /// Wait for an input once nothing moves, or read it. What was found comes back.
+    /// Wait for an input once all motion has stopped, or read the input; the result comes back.
     AwaitInput(AwaitInput),
-    /// Go there as the spindle turns, and back as it turns the other way (G33.1).
+    /// Tap rigidly: move to the target in step with the spindle, and back with the spindle reversed (G33.1).
     RigidTap {
-        /// Where to.
+        /// Position at the bottom of the thread.
         target: PerAxis<f64>,
-        /// Travel of a turn, mm.
+        /// Travel for each turn, mm.
         pitch: f64,
-        /// How many times faster the spindle turns on the way back.
+        /// Ratio of the spindle's speed on the way back to that on the way in.
         faster: f64,
     },
-    /// Turn the spindle to an angle.
+    /// Orient the spindle to an angle (M19).
     Orient {
-        /// Where to.
+        /// Angle of the spindle, degrees.
         degrees: f64,
-        /// Which way.
+        /// Direction of the turn to that angle.
         turning: Turning,
-        /// How long at most.
+        /// Longest time that orienting may take.
         patience: Option<Micros>,
     },
-    /// The spindle turns so that the surface has the speed S, no faster than this, 1/min; none: with S.
+    /// Keep the surface speed S constant, with the spindle at most this fast, 1/min (G96); `None`: constant S
+    /// (G97).
     SurfaceSpeed(Option<f64>),
-    /// Read the tool table anew from the card.
+    /// Read the tool table again from the card.
     ReadTools,
-    /// The program has changed what is kept on the card: offsets, the tool table.
+    /// Save offsets and the tool table to the card, because the program has changed them.
     Keep,
-    /// Tell whoever sent the line something about it.
+    /// Tell the sender of the line a remark about the line.
     Note(&'static str),
-    /// Moves accelerate with so much from now on, mm/s2.
+    /// Acceleration of later moves, mm/s2.
     Acceleration(f64),
-    /// Everything else, with its words.
+    /// Any other function of the machine, with the words of the block.
     Function(Function, Words<'b>),
 }
 
 /// A wait for an input (M66, M226).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AwaitInput {
-    /// Which.
+    /// Input to read or wait for.
     pub input: SwitchId,
-    /// For what; none: it is read as it is.
+    /// Event to wait for; `None` reads the input at once.
     pub event: Option<InputEvent>,
-    /// How long at most.
+    /// Longest time to wait.
     pub patience: Micros,
 }
 
-/// What an input does.
+/// Event of an input that ends a wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InputEvent {
-    /// It turns on.
+    /// Input turns from off to on.
     Rise,
-    /// It turns off.
+    /// Input turns from on to off.
     Fall,
-    /// It is on.
+    /// Input is in the on state.
     High,
-    /// It is off.
+    /// Input is in the off state.
     Low,
-    /// It is the other way than at first.
+    /// Input differs from its state at the beginning of the wait.
     Change,
 }
 
 impl AwaitInput {
-    /// As long as it takes.
+    /// Wait without a time limit.
     pub const FOR_EVER: Micros = Micros(u64::MAX);
 }
 
-/// Which way the spindle turns to an angle.
+/// Direction in which the spindle turns to an angle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turning {
-    /// The shorter one.
+    /// Direction with the smaller angle.
     Shortest,
-    /// As M3 turns it.
+    /// Direction of M3, clockwise.
     Clockwise,
-    /// As M4 does.
+    /// Direction of M4, counter-clockwise.
     CounterClockwise,
 }
 
-/// What rides on the path: it takes effect where the moves before it end, and stops nothing.
+/// Change of an output that takes effect where the moves before it end, without stopping any motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Effect {
-    /// A heater's target.
+    /// Target temperature of a heater.
     Target {
-        /// Which temperature control.
+        /// Heater whose target is set.
         heater: HeaterId,
-        /// The target; presets are resolved.
+        /// Target temperature; presets are already resolved.
         target: Celsius,
     },
-    /// A switch output.
+    /// State of a switch output.
     Switch {
-        /// Which.
+        /// Switch that is set.
         switch: SwitchId,
-        /// On or off.
+        /// Whether the output is on.
         on: bool,
-        /// The S word.
+        /// Value of the S word.
         value: Option<f32>,
     },
-    /// A rule that follows a temperature acts from now on, or no longer.
+    /// Arm or disarm a rule of `[temperature switch]`.
     Arm {
-        /// Its place in the configuration's list.
+        /// Index of the rule in the configuration's list.
         rule: u8,
-        /// Whether it acts.
+        /// Whether the rule is armed.
         armed: bool,
     },
-    /// The colour of lights.
+    /// Colour of the lights of a strip.
     Light(LightChange),
-    /// Nothing: a word that its code does not take, and that changes nothing.
+    /// Nothing to do: a word that its code does not take, and that changes nothing.
     Ignored {
-        /// The code that does not take it.
+        /// Code that does not take the word.
         code: Code,
-        /// Its letter.
+        /// Letter of the ignored word.
         letter: char,
     },
 }
 
-/// A move from where the last one ends.
+/// A move that begins at the end of the previous move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Move {
-    /// Where it ends, in machine space: X Y Z in mm, A B C in mm of filament or degrees.
+    /// End position in machine coordinates: X Y Z in mm, A B C in mm of filament or degrees.
     pub target: PerAxis<f64>,
-    /// The way there.
+    /// Shape of the path.
     pub shape: Shape,
-    /// How fast.
+    /// Speed along the path.
     pub rate: Rate,
-    /// S, for a laser.
+    /// Laser power, the S word.
     pub power: f32,
-    /// The corner at its beginning.
+    /// Treatment of the corner at the beginning of the move.
     pub corner: Corner,
 }
 
-/// How fast a move goes, along the path of X Y Z; along A B C when these stand still.
+/// Speed of a move along the path of X Y Z, or of A B C when X Y Z stand still.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rate {
-    /// Positioning (G0).
+    /// Rapid traverse rate of G0.
     Rapid(MmPerSecond),
-    /// Working (G1 to G5).
+    /// Feed rate of G1 to G5.
     Feed(MmPerSecond),
-    /// So far along the path with each turn of the spindle, mm (G33, G76, and after G95).
+    /// Feed per revolution of the spindle, mm (G33, G76, and after G95).
     PerRevolution(f64),
-    /// Working, so that the whole move takes so many seconds (G1 to G3 after G93).
+    /// Duration of the whole move, seconds (G1 to G3 after inverse time mode, G93).
     Duration(f64),
 }
 
-/// The way of a move. Distances are in mm.
+/// Shape of a move's path; distances are in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
-    /// Straight.
+    /// Straight line (G0, G1).
     Line {
-        /// The program named X or Y: where lines are cut, this one is.
+        /// Whether the program named X or Y, which can decide whether the line is cut into segments.
         names_xy: bool,
     },
-    /// G2 and G3. Every axis that is not in the plane goes along evenly.
+    /// Arc or helix (G2, G3); every axis outside the plane moves linearly along with the arc.
     Arc {
-        /// Its plane.
+        /// Plane of the arc.
         plane: Plane,
-        /// Where its centre is.
+        /// Centre of the arc, or its radius.
         centre: Centre,
-        /// From the plane's second axis towards its first one: G2, in the plane of X and Z G3.
+        /// Direction from the plane's second axis towards its first: G2, but G3 in the plane of X and Z.
         clockwise: bool,
-        /// Turns begun: with 1 the end is reached at once.
+        /// Number of turns begun; 1 ends at the first arrival at the target.
         turns: u32,
-        /// Column of the word that says where the centre is.
+        /// Column of the word that gives the centre, for messages.
         column: u16,
     },
-    /// G5, in the plane of X and Y: from the start to the first control point, from the end to the second.
+    /// Cubic Bezier in X and Y (G5): offsets of the control points from the start and from the end.
     Cubic([(f64, f64); 2]),
-    /// G5.1: from the start to the control point.
+    /// Quadratic Bezier (G5.1): offset of the control point from the start.
     Quadratic((f64, f64)),
-    /// G5.2: of this order, through the control points of [`crate::Interpreter::control_points`].
+    /// NURBS (G5.2) through the control points of [`crate::Interpreter::control_points`].
     Nurbs {
-        /// Its order.
+        /// Order of the curve.
         order: u8,
     },
 }
 
-/// Where an arc's centre is.
+/// Centre of an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Centre {
-    /// This far from the start along the plane's two axes.
+    /// Offset of the centre from the start along the plane's two axes.
     At(f64, f64),
-    /// At this radius; negative: the arc is more than half a turn.
+    /// Radius of the arc; a negative radius means more than half a turn.
     Radius(f64),
 }
 
-/// What becomes of the corner between two moves: the modal group of G61.
+/// Treatment of the corner between two moves: the modal group of G61.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Corner {
-    /// G61: it stays as sharp as it is.
+    /// G61, exact path: the corner stays sharp.
     #[default]
     Sharp,
-    /// G61.1: the machine stops in it.
+    /// G61.1, exact stop: the machine stops in the corner.
     Stop,
-    /// G64: it is rounded, leaving it by so many mm at most; by the junction deviation when none is given.
+    /// G64, rounded within this tolerance, mm; without one, the junction deviation applies.
     Rounded(Option<f64>),
 }
 
-/// Most control points of a NURBS.
+/// Greatest number of control points of a NURBS.
 pub const MOST_POINTS: usize = 32;
 
 /// A control point of a NURBS.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlPoint {
-    /// Machine position, mm.
+    /// X of the machine position, mm.
     pub x: f64,
-    /// Machine position, mm.
+    /// Y of the machine position, mm.
     pub y: f64,
-    /// Its weight, above zero.
+    /// Weight of the point, above zero.
     pub weight: f64,
 }
 
-/// Which change of the probe's contact ends a search.
+/// Change of the probe's contact that ends a probing move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Contact {
-    /// It closes.
+    /// Probe contact closes (touches).
     Closes,
-    /// It opens.
+    /// Probe contact opens (releases).
     Opens,
 }
 
-/// A search for the bed (G30).
+/// Probing for the bed (G30).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeDown {
-    /// How fast; the configured rate when none is given.
+    /// Probing rate; `None` uses the configured rate.
     pub rate: Option<MmPerSecond>,
-    /// Against the usual direction.
+    /// Whether to move against the usual direction.
     pub reversed: bool,
-    /// Stay where the contact was; else return.
+    /// Whether to stay at the contact; otherwise the tool returns.
     pub stays: bool,
-    /// What Z of the contact is to read, in work coordinates, mm.
+    /// Z of the contact in work coordinates, mm, to set the work offset by.
     pub reads: Option<f64>,
 }
 
-/// A search along a straight line (G38).
+/// Probing along a straight line (G38).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeAlong {
-    /// Where it ends without a contact, in machine space.
+    /// End of the line without a contact, in machine coordinates.
     pub target: PerAxis<f64>,
-    /// How fast; the configured rate when none is given.
+    /// Probing rate; `None` uses the configured rate.
     pub rate: Option<MmPerSecond>,
-    /// What ends it.
+    /// Contact change that ends the move.
     pub until: Contact,
-    /// Nothing found is an alarm.
+    /// Whether a line without a contact is an alarm.
     pub must_find: bool,
 }
 
-/// What machines do beside moving, by name. Each has its words, which its row in the table of codes
-/// describes.
+/// Functions of machines apart from motion, by name. The table of codes describes the words of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the table of codes says what each does")]
 pub enum Function {
-    // Probing and leveling.
+    // --- probing and leveling ---
     ProbeStrategy,
     AlignZ,
     BedScrews,
     ProbeRepeatability,
-    /// M401: bring the probe out.
+    /// M401: deploy the probe.
     DeployProbe,
-    /// M402: put it away.
+    /// M402: stow the probe.
     StowProbe,
     ProbeSettings,
     LevelingOff,
@@ -363,14 +364,14 @@ pub enum Function {
     ProbePoint,
     BedPlane,
     ProbeOffset,
-    /// M851.1 to M851.5: a person feels with paper where the bed is.
+    /// M851.1 to M851.5: find the bed's height by hand with a sheet of paper.
     PaperTest,
-    /// M851.6: what the probe reads too high along an axis.
+    /// M851.6: axis twist, the probe's height error along an axis.
     AxisTwist,
-    /// M851: the same as Marlin counts it.
+    /// M851: probe offset with Marlin's sign convention.
     MarlinProbeOffset,
     Skew,
-    // Motors and the machine's geometry.
+    // --- motors and the machine's geometry ---
     MotorsOn,
     MotorsOff,
     StepsPerMm,
@@ -383,11 +384,11 @@ pub enum Function {
     SpeedFactor,
     PressureAdvance,
     HomeOffsets,
-    /// M875: the phases that motors have at their switches.
+    /// M875: motor phases at the end stops.
     EndstopPhase,
     SoftEndstops,
     ArmSettings,
-    /// M665.1 to M665.3: distances measured on a printed part.
+    /// M665.1 to M665.3: calibration by distances measured on a printed part.
     MeasuredPart,
     Trims,
     MotorMilliamps,
@@ -396,40 +397,40 @@ pub enum Function {
     DriverChopper,
     DriverRegister,
     DriverOption,
-    /// M912: what was told of drivers is news again.
+    /// M912: forget reported driver faults, so that each is reported again.
     ForgetDriverTroubles,
-    /// M913: up to which speed stealthChop drives.
+    /// M913: speed up to which stealthChop is used.
     StealthThresholds,
-    /// M569: stealthChop, or never.
+    /// M569: enable or disable stealthChop.
     StealthMode,
-    /// M914: what counts as a stall while an axis homes.
+    /// M914: stall detection threshold for homing an axis.
     HomingThresholds,
     Microsteps,
     MotorPositions,
     HomeOffsetsFromHere,
     AlignSlave,
-    /// M290.1: what makes up for a frame that grows with its temperature.
+    /// M290.1: compensation of the frame's thermal expansion in Z.
     ThermalAdjust,
-    // Extruders.
+    // --- extruders ---
     FilamentDiameter,
-    /// M78: what the machine has done.
+    /// M78: statistics of the machine's work.
     Statistics,
     /// M404 to M407, M412: the filament detector.
     FilamentDetector,
-    /// M404.1 to M407.2: the sensor of the filament's width alone.
+    /// M404.1 to M407.2: the filament width sensor alone.
     FilamentWidth,
-    /// M603: lengths of a change of filament.
+    /// M603: filament lengths for a filament change.
     FilamentLengths,
-    /// G27: lift the tool and go aside.
+    /// G27: lift the tool and move to the parking place.
     Park,
-    /// M701: push filament in.
+    /// M701: load filament into the extruder.
     LoadFilament,
-    /// M702: take filament out.
+    /// M702: unload filament from the extruder.
     UnloadFilament,
     RetractSettings,
     RecoverSettings,
     FlowFactor,
-    // Heat.
+    // --- heat ---
     ReportTemperatures,
     MaximumTemperature,
     PidGains,
@@ -437,30 +438,30 @@ pub enum Function {
     TunePid,
     Sensor,
     WaitForHeaters,
-    /// M116 where it waits until what is too warm has cooled, too.
+    /// M116 in a form that also waits for heaters that are too warm to cool.
     WaitForTargets,
-    /// M302: how warm a nozzle must be to extrude.
+    /// M302: lowest nozzle temperature for extrusion.
     ColdExtrusion,
-    // Reports.
+    // --- reports ---
     ReportHoming,
     ReportPosition,
     ReportFirmware,
     ReportSwitches,
     ReportFans,
-    /// M155: temperatures are said by themselves.
+    /// M155: report temperatures at an interval.
     AutoReport,
-    /// M113: that a line is in work is said.
+    /// M113: keepalive messages during a long line.
     Keepalive,
     SayToAll,
     LabelObject,
-    // Files and settings.
+    // --- files and settings ---
     ListFiles,
     Mount,
     SelectFile,
     StartJob,
     PauseJob,
     RestartJob,
-    /// M524: the job is over.
+    /// M524: abort the job.
     AbortJob,
     PowerLoss,
     GoOnWithJob,
@@ -476,13 +477,13 @@ pub enum Function {
     ShowSettings,
 }
 
-/// Why a program waits for the operator.
+/// Code by which a program waits for the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pause {
-    /// M0.
+    /// M0, unconditional program stop.
     Program,
-    /// M1.
+    /// M1, optional program stop.
     Optional,
-    /// M60.
+    /// M60, pallet change stop.
     Pallet,
 }

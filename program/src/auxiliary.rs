@@ -1,23 +1,23 @@
-//! Modes beside the path: what turns and flows, and whether the operator's overrides count.
+//! Modal state beside the path: spindle, coolant, and whether the operator's overrides count.
 
 use gcode::{Code, Letter};
 
 use crate::action::Action;
 
-/// How the spindle turns.
+/// State of the spindle (M3, M4, M5).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Spindle {
-    /// M5.
+    /// Spindle stopped by M5.
     #[default]
     Stopped,
-    /// M3.
+    /// Clockwise turning of M3.
     Clockwise,
-    /// M4.
+    /// Counter-clockwise turning of M4.
     CounterClockwise,
 }
 
 impl Spindle {
-    /// The number of its M-code.
+    /// Returns the number of the M-code for the state.
     #[must_use]
     pub const fn code(self) -> u16 {
         match self {
@@ -27,7 +27,7 @@ impl Spindle {
         }
     }
 
-    /// What its M-code says; none of any other.
+    /// Returns the state that an M-code selects; `None` for any other code.
     pub(crate) const fn of(code: Code) -> Option<Self> {
         match (code.letter, code.number, code.subcode) {
             (Letter::M, 3, 0) => Some(Self::Clockwise),
@@ -37,12 +37,12 @@ impl Spindle {
         }
     }
 
-    /// Whether it turns, and another way than this, which turns too.
+    /// Whether both states turn, in opposite directions.
     pub(crate) fn is_against(self, other: Self) -> bool {
         self != Self::Stopped && self.reversed() == other
     }
 
-    /// The other way.
+    /// Returns the opposite direction; a stopped spindle stays stopped.
     #[must_use]
     pub(crate) const fn reversed(self) -> Self {
         match self {
@@ -53,32 +53,32 @@ impl Spindle {
     }
 }
 
-/// The modes.
+/// Modes of spindle, coolant and overrides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Auxiliary {
-    /// M3, M4, M5.
+    /// State of the spindle (M3, M4, M5).
     pub spindle: Spindle,
-    /// S, which M5 keeps; before the first one it turns with its output's own value.
+    /// Spindle speed S, kept across M5; `None` leaves the speed to the output's own value.
     pub speed: Option<f32>,
-    /// G96: S is the speed of the surface, not that of the spindle.
+    /// Constant surface speed (G96): S is the surface's speed instead of the spindle's.
     pub surface_speed: bool,
-    /// M7.
+    /// Mist coolant on (M7).
     pub mist: bool,
-    /// M8.
+    /// Flood coolant on (M8).
     pub flood: bool,
-    /// M48, M50: the operator's override of feed rates counts.
+    /// Whether the operator's override of feed rates counts (M48 to M50).
     pub feed_override: bool,
-    /// M48, M51: that of the spindle's speed counts.
+    /// Whether the operator's override of spindle speed counts (M48, M49, M51).
     pub spindle_override: bool,
 }
 
 impl Auxiliary {
-    /// The operator's overrides count as the modes say.
+    /// Returns the action that enables or disables overrides as the modes say.
     pub(crate) const fn overrides(&self) -> Action<'static> {
         Action::Overrides { feed: self.feed_override, spindle: self.spindle_override, hold: true }
     }
 
-    /// As at boot, and after M2.
+    /// Modes at boot and after M2.
     pub const START: Self = Self {
         spindle: Spindle::Stopped,
         speed: None,

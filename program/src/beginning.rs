@@ -1,5 +1,5 @@
-//! What a program stands on where a file begins, as bytes: so that the file can be read anew from there after
-//! a power cut. Modes that files set themselves and nobody else are not among them: they must be as at boot.
+//! State of a program at the beginning of a file, as bytes, so that the file can be read again from there
+//! after a power cut. Modes that only files set are left out: they must be as at boot.
 
 use units::{MmPerSecond, Plane};
 
@@ -9,12 +9,12 @@ use crate::cycle::Retract;
 use crate::interpreter::Interpreter;
 use crate::modal::{FeedMode, Modal, MotionMode};
 
-/// Bytes of it.
+/// Number of bytes of a saved state.
 pub const BEGINNING_BYTES: usize = 475;
 
 type Bytes = [u8; BEGINNING_BYTES];
 
-/// One way through every field: to bytes, or from them.
+/// Cursor that either writes every field to bytes or reads every field from them.
 struct Fields<'b> {
     bytes: &'b mut Bytes,
     at: usize,
@@ -61,7 +61,7 @@ impl Fields<'_> {
     }
 }
 
-/// Every field, in order. False when the bytes hold something else.
+/// Visits every field in order. Returns false when the bytes hold something else.
 fn go_through(program: &mut Interpreter, fields: &mut Fields<'_>) -> bool {
     let modal = &mut program.modal;
     for rate in [&mut modal.feed_rate, &mut modal.seek_rate] {
@@ -106,7 +106,7 @@ fn go_through(program: &mut Interpreter, fields: &mut Fields<'_>) -> bool {
     true
 }
 
-/// Whether everything else is as at boot.
+/// Whether all state that is not saved is as at boot.
 fn is_plain(program: &Interpreter) -> bool {
     let modal = &program.modal;
     let modes = Auxiliary { speed: None, ..modal.auxiliary } == Auxiliary::START;
@@ -119,28 +119,28 @@ fn is_plain(program: &Interpreter) -> bool {
         && !matches!(modal.motion, MotionMode::Cycle | MotionMode::Synchronised | MotionMode::Threading)
 }
 
-/// The program as it stands. `None` while modes are in force that are not kept.
+/// Returns the program's state; `None` while modes are in force that are not saved.
 pub fn beginning(program: &mut Interpreter) -> Option<Bytes> {
     let (bytes, is_whole) = standing(program);
     is_whole.then_some(bytes)
 }
 
-/// What is kept of the program as it stands, and whether that is all of it.
+/// Returns the saved part of the program's state, and whether that part is all of the state.
 pub fn standing(program: &mut Interpreter) -> (Bytes, bool) {
     let mut bytes = [0; BEGINNING_BYTES];
     let is_kept = go_through(program, &mut Fields { bytes: &mut bytes, at: 0, reads: false });
     (bytes, is_kept && is_plain(program))
 }
 
-/// Takes a program back to where it stood, whatever a file has set of modes since. False when the bytes hold
-/// something else.
+/// Restores a program to a saved state, whatever modes a file has set since. Returns false when the bytes
+/// hold something else.
 pub fn begin_again(program: &mut Interpreter, bytes: &mut Bytes) -> bool {
     program.halt();
     program.modal = Modal::new(program.setup.feed_rate, program.modal.seek_rate);
     is_plain(program) && go_through(program, &mut Fields { bytes, at: 0, reads: true })
 }
 
-/// The flow factors of the extruders, in the order of their numbers.
+/// Sets the flow factors of the extruders, in the order of their numbers.
 pub fn set_flow(program: &mut Interpreter, flow: &[f64]) {
     program.tools.tools.iter_mut().zip(flow).for_each(|(tool, flow)| tool.flow = *flow);
 }

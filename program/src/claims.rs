@@ -1,33 +1,33 @@
-//! Codes that the configuration gives to heaters and switches: M104 sets the hot end because its section says
-//! so.
+//! Codes that the configuration assigns to heaters and switches: M104 sets the hot end because the hot end's
+//! section says so.
 //!
-//! Any code can be claimed, also one that means something already: then both happen, the switch first.
+//! Any code can be claimed, even a code of the table: then both act, the switch first.
 
 use gcode::{Code, Letter};
 use heapless::Vec;
 use units::{HeaterId, SwitchId};
 
-/// Claims of one code: every switch listens to it, every heater, and every rule.
+/// Most claims of one code: every switch, every heater and every rule may listen to the code.
 pub(crate) const MOST_CLAIMS: usize = 16 + units::MAX_HEATERS + MOST_RULES;
-/// Three codes of each heater and of each switch, one of each rule.
+/// Most claims in all: three codes of each heater and of each switch, one of each rule.
 const MOST: usize = 3 * units::MAX_HEATERS + 3 * 16 + MOST_RULES;
-/// Rules that a code arms at most.
+/// Most rules that codes arm.
 const MOST_RULES: usize = 8;
 
-/// What a code does because the configuration says so.
+/// Effect that the configuration assigns to a code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Claim {
-    /// It sets a heater's target.
+    /// Set a heater's target.
     Target(HeaterId),
-    /// It sets the target and waits for it.
+    /// Set a heater's target and wait until the heater reaches the target.
     TargetAndWait(HeaterId),
-    /// It asks for temperatures.
+    /// Report the temperature of a heater.
     Temperature(HeaterId),
-    /// It switches an output on; S may say how far.
+    /// Switch an output on; S may give the value.
     SwitchOn(SwitchId),
-    /// It switches an output off.
+    /// Switch an output off.
     SwitchOff(SwitchId),
-    /// It arms or disarms a rule that follows a temperature, by its place in the configuration's list.
+    /// Arm or disarm a rule that follows a temperature, by the rule's index in the configuration's list.
     Arm(u8),
 }
 
@@ -35,8 +35,8 @@ pub enum Claim {
 #[derive(Clone, Debug)]
 pub struct Claims {
     claims: Vec<(Code, Claim), MOST>,
-    /// Which G and M numbers may be claimed, one bit each, so that nearly every code is told apart by one
-    /// look. What is beyond shares the bits of what is below.
+    /// Bit set of claimed G and M numbers, so that one look tells nearly every unclaimed code. Numbers beyond
+    /// the sets share the bits of lower numbers.
     g: [u32; 4],
     m: [u32; 32],
 }
@@ -47,13 +47,13 @@ impl Default for Claims {
     }
 }
 
-/// The word of its bit, and the bit.
+/// Returns the index of the word with the number's bit, and the bit.
 const fn place(number: u16, words: usize) -> (usize, u32) {
     (number as usize / 32 % words, 1 << (number % 32))
 }
 
 impl Claims {
-    /// Adds one. False when the code cannot be claimed: T.
+    /// Adds a claim. Returns false when the code cannot be claimed: T.
     pub fn add(&mut self, code: Code, claim: Claim) -> bool {
         let words: &mut [u32] = match code.letter {
             Letter::G => &mut self.g,
@@ -66,7 +66,7 @@ impl Claims {
         self.claims.push((code, claim)).is_ok()
     }
 
-    /// Whether anything may claim this number, whatever the subcode: nothing does where it is false.
+    /// Whether the number may be claimed, with any subcode; false means certainly not.
     #[must_use]
     pub fn may_have(&self, code: Code) -> bool {
         let words: &[u32] = match code.letter {
@@ -78,7 +78,7 @@ impl Claims {
         words.get(word).is_some_and(|word| word & bit != 0)
     }
 
-    /// What claims this code.
+    /// Returns all claims of this code.
     pub fn of(&self, code: Code) -> impl Iterator<Item = Claim> + '_ {
         self.claims.iter().filter(move |(claimed, _)| *claimed == code).map(|(_, claim)| *claim)
     }

@@ -1,20 +1,20 @@
-//! The table of console commands: the word, what it takes, what it does. `help`, `-h` and the documentation
-//! come from it.
+//! The table of console commands: name, arguments and help text. `help`, `-h` and the documentation use the
+//! table.
 
 use crate::state::States;
 
-/// A console command.
+/// Row of a console command.
 #[derive(Clone, Copy, Debug)]
 pub struct CommandInfo {
-    /// Its word.
+    /// Word that calls the command.
     pub word: &'static str,
-    /// What may follow, empty for nothing.
+    /// Arguments that may follow; empty for none.
     pub takes: &'static str,
-    /// What it does, in one line.
+    /// Help text of one line.
     pub help: &'static str,
-    /// States in which it runs.
+    /// States in which the command runs.
     pub states: States,
-    /// It is a question, and answered whatever the machine waits for.
+    /// Whether the command is a question, answered whatever the machine waits for.
     pub question: bool,
 }
 
@@ -34,7 +34,7 @@ impl CommandInfo {
     }
 }
 
-/// Every command, in the order in which `help` lists them.
+/// All commands, in the order in which `help` lists them.
 pub const COMMANDS: &[CommandInfo] = &[
     command("help", "[command or code]", "list the commands; with one, say what it does").question(),
     command("version", "", "firmware, board and clock").question(),
@@ -113,8 +113,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("$SLP", "", "sleep: everything off until Ctrl-X or a reset"),
 ];
 
-/// Commands of Smoothieware v2 whose part of the machine is not there yet, that part, and what serves
-/// meanwhile.
+/// Commands of Smoothieware v2 whose part of the machine is missing so far, with that part or a substitute.
 const LATER: &[(&str, &str)] = &[
     ("fire", "the laser (not there yet)"),
     ("net", "the network (not there yet)"),
@@ -125,19 +124,19 @@ const LATER: &[(&str, &str)] = &[
     ("wget", "the network (not there yet)"),
 ];
 
-/// What a command that is not carried out yet waits for.
+/// Returns the missing part of the machine that an unsupported command waits for.
 #[must_use]
 pub fn waits_for(word: &str) -> Option<&'static str> {
     LATER.iter().find(|(name, _)| *name == word).map(|(_, part)| *part)
 }
 
-/// The row of a command word.
+/// Returns the row of a command word.
 #[must_use]
 pub fn find(word: &str) -> Option<&'static CommandInfo> {
     COMMANDS.iter().find(|command| command.word == word)
 }
 
-/// Whether these arguments ask what a command does.
+/// Whether these arguments ask for the command's help text.
 #[must_use]
 pub fn asks_for_help(arguments: &str) -> bool {
     arguments.trim() == "-h"

@@ -1,4 +1,4 @@
-//! What a block is read with beside the program's own state, and what it comes to.
+//! Input of reading a block beside the program's own state, and the result.
 
 use units::AxisSet;
 
@@ -7,39 +7,39 @@ use crate::dialect::Dialect;
 use crate::fault::Fault;
 use crate::words::Words;
 
-/// What must be known of the machine to say what a block means.
+/// Facts about the machine that the meaning of a block depends on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Facts {
     /// Axes that are homed.
     pub homed: AxisSet,
-    /// Axes that have a switch to home with.
+    /// Axes that have an end stop to home with.
     pub can_home: AxisSet,
 }
 
 impl Facts {
-    /// Every axis that can be homed is.
+    /// Whether every axis that can be homed is homed.
     #[must_use]
     pub const fn all_homed(self) -> bool {
         self.homed.has_all(self.can_home)
     }
 }
 
-/// What a block means.
+/// Result of reading a block.
 #[derive(Clone, Copy, Debug)]
 pub enum Meaning<'b> {
-    /// It changed how later words are read; the machine has nothing to do.
+    /// No action: the block only changed how later words are read.
     Nothing,
-    /// This is to be done, then what [`crate::Interpreter::next_action`] gives.
+    /// An action, followed by the actions that [`crate::Interpreter::next_action`] returns.
     Action(Action<'b>),
-    /// It is accepted and not carried out.
+    /// Accepted code that is not carried out.
     PassedOver,
-    /// Nobody knows this code.
+    /// Code that neither the table nor the configuration knows.
     Unknown,
 }
 
 pub(crate) const NOTHING: Result<Meaning<'static>, Fault> = Ok(Meaning::Nothing);
 
-/// What a handler of a code has to go by.
+/// Arguments of a code's handler.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Context<'b> {
     pub words: Words<'b>,
@@ -49,7 +49,7 @@ pub(crate) struct Context<'b> {
 }
 
 impl<'b> Context<'b> {
-    /// The machine does it, as the row of the table says.
+    /// Returns the machine function of the code's row as the meaning.
     pub const fn function(&self) -> Meaning<'b> {
         match self.function {
             Some(function) => Meaning::Action(Action::Function(function, self.words)),

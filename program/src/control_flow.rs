@@ -1,5 +1,5 @@
-//! What lines do to the program besides their codes: parameters are set at a line's end, O words, M98 and M99
-//! say which line comes next.
+//! Effects of lines on the program besides their codes: parameters are set at a line's end, and O words, M98
+//! and M99 choose the next line.
 
 use core::fmt::Write;
 
@@ -15,10 +15,10 @@ use crate::memory::LOCALS;
 use crate::parameters;
 
 impl Interpreter {
-    /// A line has been read to its end: the parameters that it sets are set now.
+    /// Ends a line: the parameters that the line sets take their values now.
     ///
     /// # Errors
-    /// When there is no room for one.
+    /// When there is no room for a parameter.
     pub fn end_line(&mut self) -> Result<(), Fault> {
         if !self.memory.has_waiting() {
             return Ok(());
@@ -29,36 +29,35 @@ impl Interpreter {
         })
     }
 
-    /// Of the parameters that outlast a power cycle and are not 0, the one at this place: its number and its
-    /// value.
+    /// Returns number and value of the persistent parameter at this index, counting those that are not 0.
     #[must_use]
     pub fn kept_parameter(&self, place: usize) -> Option<(u16, f64)> {
         parameters::kept_at(self, place)
     }
 
-    /// Whether one of them has been set since the last call.
+    /// Returns whether a persistent parameter has been set since the last call.
     pub fn take_parameters_changed(&mut self) -> bool {
         self.memory.take_changed()
     }
 
-    /// Sets one of them as it was before a power cycle. False when there is none with this number, or no
-    /// room.
+    /// Restores a persistent parameter after a power cycle. Returns false when the number is not that of a
+    /// persistent parameter, or when there is no room.
     pub fn restore_parameter(&mut self, number: u16, value: f64) -> bool {
         let restored = number > LOCALS as u16 && value.is_finite() && parameters::restore(self, number, value);
         let _as_on_the_card = self.memory.take_changed();
         restored
     }
 
-    /// A line is not read to its end: the parameters that it sets are not set.
+    /// Drops a line before its end: the parameters that the line sets stay unset.
     pub fn drop_line(&mut self) {
         self.memory.forget_waiting();
     }
 
-    /// What a line with an O word does, and which line comes next. `here` is the place where it begins,
-    /// `after` that where the next line does.
+    /// Carries out a line with an O word and returns the next line. `here` is the place where this line
+    /// begins, `after` the place where the following line begins.
     ///
     /// # Errors
-    /// What is wrong with it; the program cannot go on then.
+    /// When the line is wrong; the program cannot go on then.
     pub fn flow_line(&mut self, line: &FlowLine<'_>, here: Place, after: Place) -> Result<Next, FlowFault> {
         let labelled;
         let line = if line.works_out_label() && !self.flow.passes_over() {
@@ -71,7 +70,7 @@ impl Interpreter {
         };
         let mut values: Vec<f64, { LOCALS + 1 }> = Vec::new();
         if self.flow.reads_values(line) {
-            // One more than there may be is enough to see that they are too many.
+            // A value more than allowed is enough to detect that there are too many.
             let read = line.values(self, |value| {
                 let _ = values.push(value);
             });
@@ -95,21 +94,22 @@ impl Interpreter {
         Ok(step.next)
     }
 
-    /// M98: calls a subroutine by its number, so many times. It shares its caller's parameters.
+    /// Calls a subroutine by its number, a number of times (M98). The subroutine shares its caller's
+    /// parameters.
     ///
     /// # Errors
-    /// When too many call each other.
+    /// When too many subroutines call each other.
     pub fn call(&mut self, number: u32, times: u32, after: Place) -> Result<Next, FlowFault> {
         if times == 0 {
             return Ok(Next::Following);
         }
         let mut label = Name::new();
-        // A number fits a name.
+        // Every number fits into a name.
         let _ = write!(label, "{number}");
         self.flow.call(&label, times, after)
     }
 
-    /// M99: the subroutine ends; `None` when none was called.
+    /// Ends the subroutine (M99); `None` when no subroutine was called.
     pub fn end_call(&mut self) -> Option<Next> {
         let (next, callers) = self.flow.end_call()?;
         if let Some(callers) = callers {
@@ -119,33 +119,34 @@ impl Interpreter {
         Some(next)
     }
 
-    /// What has been called and opened.
+    /// Returns the subroutines, conditions and loops in progress.
     #[must_use]
     pub const fn flow(&self) -> &Flow {
         &self.flow
     }
 
-    /// The subroutine called last has a file, which is read now.
+    /// Notes that the subroutine called last has a file, which is read next.
     pub fn enter_file(&mut self) {
         self.flow.enter_file();
     }
 
-    /// The subroutine called last has no file: the lines that follow are searched for it.
+    /// Notes that the subroutine called last has no file, so the lines that follow are searched for the
+    /// subroutine.
     pub fn search_sub(&mut self) {
         self.flow.search();
     }
 
-    /// The file of the program has ended: nothing may be open.
+    /// Ends the file of the program.
     ///
     /// # Errors
-    /// What is.
+    /// When a subroutine, condition or loop is still open.
     pub fn end_file(&mut self) -> Result<(), FlowFault> {
         let ended = self.flow.end_of_file();
         self.end_program();
         ended
     }
 
-    /// Nothing that was called or opened goes on: the program has ended, or was stopped.
+    /// Abandons all subroutines, conditions and loops: the program has ended, or was stopped.
     pub fn end_program(&mut self) {
         self.flow.reset();
         self.frames.clear();

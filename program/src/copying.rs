@@ -2,13 +2,13 @@
 
 use crate::Interpreter;
 
-/// Never inlined, so that what is copied at a time is on the stack for as long as that takes.
+/// Copies one part. Never inlined, so that the stack holds the copy no longer than the call.
 #[inline(never)]
 fn copy<T: Clone>(to: &mut T, from: &T) {
     to.clone_from(from);
 }
 
-/// Makes `program` what `other` is, part by part: a copy of the whole would need as much stack again.
+/// Copies `other` into `program`, part by part: a copy of the whole would need as much stack again.
 pub fn copy_program(program: &mut Interpreter, other: &Interpreter) {
     let Interpreter {
         modal,

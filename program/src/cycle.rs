@@ -1,37 +1,36 @@
-//! Which canned cycles there are (NIST RS-274/NGC, section 3.5.16, and LinuxCNC's G73 and G74).
+//! Kinds of canned cycles (NIST RS-274/NGC, section 3.5.16, and LinuxCNC's G73 and G74).
 
 use units::{Axis, Plane};
 
 use crate::auxiliary::Spindle;
 
-/// What is done at each hole.
+/// Canned cycle, done at each hole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cycle {
-    /// G73: peck by peck, drawn back a little after each, so that the chip breaks.
+    /// G73: drilling in pecks, drawn back a little after each to break the chip.
     BreakChips,
-    /// G74: as G84, for a left-hand thread.
+    /// G74: tapping as G84, for a left-hand thread.
     TapLeft,
-    /// G81: down at once.
+    /// G81: drilling in a single pass.
     Drill,
-    /// G82: down at once, and wait.
+    /// G82: drilling in a single pass, with a dwell at the bottom.
     DrillAndDwell,
-    /// G83: peck by peck, each followed by a way out to clear the hole.
+    /// G83: drilling in pecks, drawn out of the hole after each to clear chips.
     Peck,
-    /// G84: down, and out at the feed rate as the spindle turns the other way: for a tap in a floating
-    /// holder.
+    /// G84: tapping with a floating holder, out at the feed rate with the spindle reversed.
     Tap,
-    /// G85: down, and out at the feed rate too.
+    /// G85: boring, in and out at the feed rate.
     Bore,
-    /// G86: down, wait, and out with the spindle standing.
+    /// G86: boring with a dwell, out with the spindle stopped.
     BoreAndStop,
-    /// G88: down, wait, stop the spindle, and out by the operator's hand.
+    /// G88: boring with a dwell and a spindle stop, out by the operator's hand.
     BoreByHand,
-    /// G89: the same, with a wait at the bottom.
+    /// G89: boring as G85, with a dwell at the bottom.
     BoreAndDwell,
 }
 
 impl Cycle {
-    /// From the number of a G-code.
+    /// Returns the cycle of a G-code's number.
     #[must_use]
     pub const fn from_g(number: u16) -> Option<Self> {
         Some(match number {
@@ -49,7 +48,7 @@ impl Cycle {
         })
     }
 
-    /// The number of its G-code.
+    /// Returns the number of the cycle's G-code.
     #[must_use]
     pub const fn g(self) -> u16 {
         match self {
@@ -66,32 +65,32 @@ impl Cycle {
         }
     }
 
-    /// It needs a Q.
+    /// Whether the cycle needs a Q word, the depth of a peck.
     pub(crate) const fn pecks(self) -> bool {
         matches!(self, Self::BreakChips | Self::Peck)
     }
 
-    /// It needs a P.
+    /// Whether the cycle needs a P word, the dwell.
     pub(crate) const fn dwells(self) -> bool {
         matches!(self, Self::DrillAndDwell | Self::BoreAndDwell | Self::BoreAndStop | Self::BoreByHand)
     }
 
-    /// It takes a P.
+    /// Whether the cycle accepts a P word, the dwell.
     pub(crate) const fn may_dwell(self) -> bool {
         self.dwells() || self.pecks() || self.taps()
     }
 
-    /// It goes out at the feed rate as the spindle turns the other way.
+    /// Whether the cycle taps: out at the feed rate, with the spindle reversed.
     pub(crate) const fn taps(self) -> bool {
         matches!(self, Self::Tap | Self::TapLeft)
     }
 
-    /// The spindle stands on the way out.
+    /// Whether the spindle stands still on the way out.
     pub(crate) const fn stops_spindle(self) -> bool {
         matches!(self, Self::BoreAndStop | Self::BoreByHand)
     }
 
-    /// How the spindle turns on the way down, where that is not the program's to choose.
+    /// Returns the spindle's direction on the way down; `None` leaves the direction to the program.
     pub(crate) const fn turning(self) -> Option<Spindle> {
         match self {
             Self::Tap => Some(Spindle::Clockwise),
@@ -101,17 +100,17 @@ impl Cycle {
     }
 }
 
-/// Where a cycle leaves a hole to.
+/// Height to which a cycle leaves a hole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Retract {
-    /// G98: where the axis was before the first cycle of the series, or R where that is further out.
+    /// G98: height of the axis before the first cycle of the series, or R when R is further out.
     #[default]
     Initial,
-    /// G99: R.
+    /// G99: height of the R word.
     RPlane,
 }
 
-/// The axis that a cycle drills along: the one across the plane.
+/// Returns the axis that a cycle drills along: the axis across the plane.
 pub(crate) const fn drilling_axis(plane: Plane) -> Axis {
     match plane {
         Plane::Xy => Axis::Z,

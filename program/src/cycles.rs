@@ -1,5 +1,4 @@
-//! The canned cycles of a program: the words that hold from hole to hole, and the block that is being
-//! drilled.
+//! Canned cycles of a program: the words that hold from hole to hole, and the block that is being drilled.
 
 use heapless::Vec;
 use units::{Micros, PerAxis, Plane};
@@ -10,60 +9,60 @@ use crate::cycle::Cycle;
 use crate::holes::{Holes, Next};
 use crate::passes::Passes;
 
-/// Places that a block reaches.
+/// Positions that a block reaches.
 pub type ToCome = Vec<PerAxis<f64>, 8>;
 
-/// What holds from hole to hole, until a motion code that is no cycle or another plane.
+/// Words that hold from hole to hole, until another plane or a motion code that is no cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Series {
-    /// The plane it was begun in.
+    /// Plane in which the series began.
     pub plane: Plane,
-    /// Where the drilling axis was at its beginning, machine position in mm.
+    /// Machine position of the drilling axis at the beginning of the series, mm.
     pub initial: f64,
-    /// Z in the plane of X and Y: a place, or a distance from R, as G90 and G91 say, mm.
+    /// Z in the plane of X and Y, mm: a position after G90, a distance from R after G91.
     pub depth: Option<f64>,
-    /// R, in the same way.
+    /// R word, mm: a position or a distance, like the depth.
     pub retract: Option<f64>,
-    /// Q, mm.
+    /// Depth of a peck, Q word, mm.
     pub peck: Option<f64>,
-    /// P.
+    /// Dwell at the bottom, P word.
     pub dwell: Option<Micros>,
 }
 
-/// The cycles of a program, and the block of one that is being drilled.
+/// State of a program's cycles, with the block that is being drilled.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cycles {
     series: Series,
-    /// Something of the block is still to come.
+    /// Whether part of the block remains.
     has_more: bool,
-    /// The last block was one of a cycle, and nothing of it has been taken yet.
+    /// Whether the last block was a cycle's and none of its actions has been taken.
     is_first: bool,
-    /// The series as it was before that block.
+    /// Series before that block.
     before: Series,
-    /// The block, and what of it comes behind the action that was given last.
+    /// Current block, and its next action.
     block: Option<(Block, Next)>,
-    /// Blocks that were begun.
+    /// Number of blocks begun.
     begun: u32,
 }
 
-/// A hole that the operator draws the tool out of, and what follows it (G88). Meanwhile he may have the
-/// machine do anything but drill.
+/// Hole that the operator draws the tool out of, with the rest of its block (G88). Meanwhile the operator may
+/// have the machine do anything but drill.
 #[derive(Clone, Debug)]
 pub struct LeftHole {
     series: Series,
     cycle: Cycle,
-    /// Blocks that were begun, its own the last one.
+    /// Number of blocks begun, including the block of this hole.
     begun: u32,
 }
 
 impl LeftHole {
-    /// The cycle that it is a hole of.
+    /// Returns the cycle of the hole.
     pub(crate) const fn cycle(&self) -> Cycle {
         self.cycle
     }
 }
 
-/// What a block of a cycle makes.
+/// Source of a block's actions.
 #[derive(Clone, Debug)]
 enum Block {
     Holes(Holes),
@@ -87,24 +86,24 @@ impl Block {
 }
 
 impl Cycles {
-    /// What holds.
+    /// Returns the words that hold from hole to hole.
     pub(crate) const fn series(&self) -> &Series {
         &self.series
     }
 
-    /// This holds from now on.
+    /// Replaces the words that hold from hole to hole.
     pub(crate) const fn set_series(&mut self, series: Series) {
         self.series = series;
     }
 
-    /// Drills these holes, and from now on the series is this one. The first action; none when nothing moves.
+    /// Begins a block of holes and replaces the series. Returns the first action; `None` when nothing moves.
     pub(crate) fn begin(&mut self, series: Series, holes: Holes) -> Option<Action<'static>> {
         self.before = core::mem::replace(&mut self.series, series);
         self.is_first = true;
         self.begin_block(Block::Holes(holes))
     }
 
-    /// Cuts this thread. The first action.
+    /// Begins a block that cuts a thread. Returns the first action.
     pub(crate) fn begin_thread(&mut self, passes: Passes) -> Option<Action<'static>> {
         self.begin_block(Block::Passes(passes))
     }
@@ -117,18 +116,19 @@ impl Cycles {
         self.has_more = self.block.is_some();
         match first {
             Some(Next::Action(action)) => Some(action),
-            // Before the spindle turns otherwise a hole is cut, or waited in.
+            // A hole is cut, or waited in, before the spindle turns otherwise.
             Some(Next::Turn(_)) | None => None,
         }
     }
 
-    /// The operator draws the tool out of the hole: nothing of the block goes on until then.
+    /// Stops the block while the operator draws the tool out of the hole.
     pub(crate) const fn leave_hole(&mut self, cycle: Cycle) -> LeftHole {
         self.stop();
         LeftHole { series: self.series, cycle, begun: self.begun }
     }
 
-    /// He has, and the machine is here now. False when he has drilled other holes meanwhile.
+    /// Goes on from the machine's position after the operator has drawn the tool out. Returns false when the
+    /// operator has drilled other holes meanwhile.
     pub(crate) fn return_to(&mut self, left: &LeftHole, here: PerAxis<f64>) -> bool {
         let Some((Block::Holes(holes), next)) = self.block.as_mut().filter(|_| left.begun == self.begun) else {
             return false;
@@ -142,7 +142,7 @@ impl Cycles {
         true
     }
 
-    /// How the spindle is to turn before anything else of the block.
+    /// Returns the direction that the spindle needs before the rest of the block.
     pub(crate) fn turning(&self) -> Option<Spindle> {
         match self.block {
             Some((_, Next::Turn(spindle))) if self.has_more => Some(spindle),
@@ -150,19 +150,19 @@ impl Cycles {
         }
     }
 
-    /// What is left of a block is forgotten.
+    /// Drops the rest of a block.
     pub(crate) const fn stop(&mut self) {
-        // Every line of a program does this: so no more than that.
+        // Every line of a program calls this function, so the block itself stays in place.
         self.has_more = false;
         self.is_first = false;
     }
 
-    /// Nothing is left of a block.
+    /// Whether no part of a block remains.
     pub(crate) const fn is_done(&self) -> bool {
         !self.has_more
     }
 
-    /// What comes next of the block: what was given before it has been taken.
+    /// Returns the next action of the block, after the machine has taken the previous one.
     pub(crate) fn next(&mut self) -> Option<Next> {
         let (block, next) = self.block.as_mut().filter(|_| self.has_more)?;
         let now = *next;
@@ -174,8 +174,8 @@ impl Cycles {
         Some(now)
     }
 
-    /// The action given last was refused, and nothing of the block goes on. When it was the first one, the
-    /// series is what it was before.
+    /// Drops the block because the last action was refused. If no action was taken before, the series is
+    /// restored, too.
     pub(crate) const fn take_back(&mut self) {
         if self.is_first {
             self.series = self.before;
@@ -183,7 +183,7 @@ impl Cycles {
         self.stop();
     }
 
-    /// Places, in order, between which all lies that is still to be done behind the action given last.
+    /// Returns positions, in order, whose path bounds everything that remains behind the last action.
     pub(crate) fn to_come(&self) -> ToCome {
         let mut places = ToCome::new();
         if let Some((block, next)) = self.block.as_ref().filter(|_| self.has_more) {

@@ -7,11 +7,11 @@ use units::PerAxis;
 use crate::action::{Action, AwaitInput, Centre, Contact, Corner, Effect, Function, Move, ProbeDown, Rate, Shape};
 use crate::lights::{LightChange, Lights};
 
-/// Its name in words: `axis speeds`.
+/// Name of the function in words: `axis speeds`.
 impl fmt::Display for Function {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut name = heapless::String::<32>::new();
-        // Every name fits.
+        // The buffer holds every name.
         let _ = write!(name, "{self:?}");
         for (place, letter) in name.chars().enumerate() {
             if place > 0 && letter.is_ascii_uppercase() {
@@ -23,7 +23,7 @@ impl fmt::Display for Function {
     }
 }
 
-/// An action in words: what it changes, seen from a position.
+/// Action in words: its effect, seen from a position.
 #[derive(Clone, Copy, Debug)]
 pub struct Described<'a, 'b> {
     action: &'a Action<'b>,
@@ -31,7 +31,7 @@ pub struct Described<'a, 'b> {
 }
 
 impl<'b> Action<'b> {
-    /// The action in words for a person. Moves name the axes that differ from where they begin.
+    /// Returns the action in words for a person. Moves name the axes that differ from where the move begins.
     #[must_use]
     pub const fn described<'a>(&'a self, from: &'a PerAxis<f64>) -> Described<'a, 'b> {
         Described { action: self, from }
@@ -185,7 +185,7 @@ fn describe_target(f: &mut fmt::Formatter<'_>, target: &PerAxis<f64>, from: &Per
     Ok(())
 }
 
-/// To the nanometre: what a person writes comes back as he wrote it.
+/// Rounds to the nanometre, so that a number typed by a person is shown as typed.
 fn tidy(mm: f64) -> f64 {
     libm::round(mm * 1e6) / 1e6
 }

@@ -1,27 +1,27 @@
-//! What a word means to whom: the dialects of G-code, where they contradict each other.
+//! Dialects of G-code, and the points in which they contradict each other.
 
-/// A dialect. Each session has one, and each file that is played; what all share is the rule and has no place
-/// here.
+/// Dialect of G-code. Each session has a dialect, and so has each file that is played. Rules that all
+/// dialects share are not listed here.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Dialect {
-    /// Smoothieware's.
+    /// Dialect of Smoothieware v2, the default.
     #[default]
     Smoothie,
-    /// GRBL's, for mills and lasers (`grbl_mode`).
+    /// Dialect of GRBL, for mills and lasers (`grbl_mode`).
     Grbl,
-    /// Marlin's, and Prusa's.
+    /// Dialect of Marlin and Prusa.
     Marlin,
-    /// RepRapFirmware's.
+    /// Dialect of RepRapFirmware (Duet).
     RepRapFirmware,
-    /// Klipper's.
+    /// Dialect of the Klipper firmware.
     Klipper,
 }
 
 impl Dialect {
-    /// Every dialect.
+    /// All dialects, in order.
     pub const ALL: [Self; 5] = [Self::Smoothie, Self::Grbl, Self::Marlin, Self::RepRapFirmware, Self::Klipper];
 
-    /// Its name in full.
+    /// Returns the full name of the dialect.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -33,8 +33,8 @@ impl Dialect {
         }
     }
 
-    /// By the names that people and slicers give it, in upper or lower case. What descends from Marlin, or
-    /// Marlin from it, is read as Marlin.
+    /// Returns the dialect for a name that people and slicers use, in upper or lower case. Ancestors and
+    /// descendants of Marlin are read as Marlin.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         const NAMES: [(&str, Dialect); 18] = [
@@ -50,11 +50,11 @@ impl Dialect {
             ("sprinter", Dialect::Marlin),
             ("griffin", Dialect::Marlin),
             ("cheetah", Dialect::Marlin),
-            // Slic3r's word for the firmwares that Marlin comes from.
+            // Name in Slic3r for the ancestors of Marlin.
             ("reprap/sprinter", Dialect::Marlin),
             ("reprapfirmware", Dialect::RepRapFirmware),
             ("rrf", Dialect::RepRapFirmware),
-            // Cura's word.
+            // Name that Cura uses.
             ("reprap", Dialect::RepRapFirmware),
             ("duet", Dialect::RepRapFirmware),
             ("klipper", Dialect::Klipper),
@@ -62,7 +62,7 @@ impl Dialect {
         NAMES.iter().find(|(known, _)| known.eq_ignore_ascii_case(name.trim())).map(|(_, dialect)| *dialect)
     }
 
-    /// Seconds that one unit of G4 P lasts.
+    /// Returns the unit of G4 P, seconds.
     pub(crate) const fn dwell_unit(self) -> f64 {
         match self {
             Self::Grbl => 1.0,
@@ -70,7 +70,7 @@ impl Dialect {
         }
     }
 
-    /// Whether G28 and G28.2 park; of the two, the other one homes.
+    /// Whether this subcode of G28 parks; of G28 and G28.2, the other one homes.
     pub(crate) const fn parks(self, subcode: u8) -> bool {
         match self {
             Self::Grbl => subcode == 0,
@@ -78,8 +78,8 @@ impl Dialect {
         }
     }
 
-    /// Words that G28 takes: axes, and in Marlin how to home (L, O, R; Prusa's W), which changes nothing
-    /// here.
+    /// Returns the words that G28 takes: axes, and in Marlin how to home (L, O, R; Prusa's W), which changes
+    /// nothing here.
     pub(crate) const fn homing_words(self) -> &'static str {
         match self {
             Self::Marlin => "XYZABCLNOPRSW",
@@ -87,7 +87,7 @@ impl Dialect {
         }
     }
 
-    /// What G90 and G91 do to the extruder's coordinates. Sources: "E: places or distances" in
+    /// Returns how G90 and G91 affect the extruder's coordinates. Sources: "E: places or distances" in
     /// `docs/dialects.md`.
     pub(crate) const fn extruder_follows(self) -> ExtruderFollows {
         match self {
@@ -97,8 +97,8 @@ impl Dialect {
         }
     }
 
-    /// Whether the P of M106 and M107 says which fan, so that one above 0 is not for the part's fan, and
-    /// its S is of 255 on every kind of output.
+    /// Whether P of M106 and M107 selects a fan, so that P above 0 is not the part's fan, and S is out of 255
+    /// on every kind of output.
     #[must_use]
     pub const fn numbers_fans(self) -> bool {
         self.is_other_printers()
@@ -109,72 +109,72 @@ impl Dialect {
         matches!(self, Self::RepRapFirmware)
     }
 
-    /// Whether M109 S and M190 S wait until a heater has cooled to its target, too.
+    /// Whether M109 S and M190 S also wait until a heater has cooled to its target.
     pub(crate) const fn waits_for_cooling(self) -> bool {
         matches!(self, Self::Klipper)
     }
 
-    /// Whether it is that of printers' firmwares other than Smoothieware.
+    /// Whether the dialect belongs to printer firmware other than Smoothieware.
     #[inline]
     pub(crate) const fn is_other_printers(self) -> bool {
         matches!(self, Self::Marlin | Self::RepRapFirmware | Self::Klipper)
     }
 
-    /// Whether it reads codes otherwise than Smoothieware, which the table knows.
+    /// Whether the table of codes has other readings for this dialect.
     #[inline]
     pub(crate) const fn reads_otherwise(self) -> bool {
         !matches!(self, Self::Smoothie)
     }
 
-    /// Whether an F on a line of G0 is the rate of G0; else it is that of G1, as everywhere.
+    /// Whether F on a line of G0 sets the rate of G0; otherwise F sets the rate of G1, as everywhere.
     pub(crate) const fn seeks_by_f(self) -> bool {
         !matches!(self, Self::Grbl)
     }
 
-    /// Whether the words of G38 follow G90 and G91; else they are distances.
+    /// Whether G90 and G91 apply to the words of G38; otherwise the words are distances.
     pub(crate) const fn probes_by_distance_mode(self) -> bool {
         matches!(self, Self::Grbl)
     }
 
-    /// Whether the codes of a line are carried out in RS-274's order; else as they stand.
+    /// Whether the codes of a line run in RS-274's order; otherwise in the written order.
     #[must_use]
     pub const fn orders_lines(self) -> bool {
         matches!(self, Self::Grbl)
     }
 
-    /// Whether the words of a code that parks say by which place it goes, as G90 and G91 say; else how far it
-    /// goes first.
+    /// Whether the words of a parking code give an intermediate position, as G90 and G91 say; otherwise a
+    /// distance to move first.
     pub(crate) const fn parks_by_a_place(self) -> bool {
         matches!(self, Self::Grbl)
     }
 
-    /// Whether G10 L2 replaces an offset in G91 too; else it adds to it then.
+    /// Whether G10 L2 replaces an offset in G91 too; otherwise G10 L2 adds to the offset in G91.
     pub(crate) const fn replaces_offsets(self) -> bool {
         matches!(self, Self::Grbl)
     }
 
-    /// Whether G80 behind a cycle of G99 goes up to where the axis was before the series.
+    /// Whether G80 behind a cycle of G99 returns to the height before the series.
     pub(crate) const fn returns_at_g80(self) -> bool {
         matches!(self, Self::Smoothie)
     }
 
-    /// Whether G81 and G82 peck with a Q, and G81 dwells with a P, as G83 and G82 do.
+    /// Whether G81 and G82 peck when Q is given, as G83 does, and G81 dwells when P is given, as G82 does.
     pub(crate) const fn drills_by_words(self) -> bool {
         matches!(self, Self::Smoothie)
     }
 
-    /// Whether what follows M0 and M1 is a text for the operator even where it could be codes.
+    /// Whether text behind M0 and M1 is for the operator even if the text could be codes.
     #[must_use]
     pub const fn stops_say(self) -> bool {
         self.is_other_printers()
     }
 
-    /// Whether M30 ends the program; else it removes a file, or does nothing.
+    /// Whether M30 ends the program; otherwise M30 removes a file, or does nothing.
     pub(crate) const fn ends_by_m30(self) -> bool {
         matches!(self, Self::Grbl)
     }
 
-    /// Whether the end of a program stops spindle and coolant, and goes back to G17; else they stay.
+    /// Whether the end of a program stops spindle and coolant and selects G17; otherwise they stay.
     pub(crate) const fn stops_spindle_at_end(self) -> bool {
         matches!(self, Self::Grbl)
     }
@@ -185,38 +185,38 @@ impl Dialect {
     }
 }
 
-/// Which codes say whether E is a place or a distance.
+/// Codes that decide whether E is a position or a distance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ExtruderFollows {
-    /// M82 and M83 alone.
+    /// Only M82 and M83 decide.
     Nothing,
-    /// G90, G91, M82 and M83, whichever came last.
+    /// The last of G90, G91, M82 and M83 decides.
     TheLast,
-    /// E is a distance after M83, and as long as G91 holds.
+    /// Both pairs: E is a distance after M83, and as long as G91 holds.
     Both,
 }
 
-/// A set of dialects.
+/// Set of dialects, one bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dialects(u8);
 
 impl Dialects {
-    /// Those of printers' firmwares other than Smoothieware.
+    /// Dialects of printer firmwares other than Smoothieware.
     pub const PRINTERS: Self = Self::of(Dialect::Marlin).with(Dialect::RepRapFirmware).with(Dialect::Klipper);
 
-    /// One.
+    /// Returns a set of a single dialect.
     #[must_use]
     pub const fn of(dialect: Dialect) -> Self {
         Self(1 << dialect as u8)
     }
 
-    /// This set and a dialect.
+    /// Returns this set with a dialect added.
     #[must_use]
     pub const fn with(self, dialect: Dialect) -> Self {
         Self(self.0 | 1 << dialect as u8)
     }
 
-    /// Whether a dialect is in it.
+    /// Whether the set contains a dialect.
     #[must_use]
     pub const fn has(self, dialect: Dialect) -> bool {
         self.0 & 1 << dialect as u8 != 0

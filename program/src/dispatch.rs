@@ -1,4 +1,4 @@
-//! From a block to what it means: its row of the table, its words, the function that the row names.
+//! Dispatch of a block: finds its row of the table and its words, and calls the row's handler.
 
 use gcode::{Block, Code, Letter, NO_TOOL};
 use heapless::Vec;
@@ -18,8 +18,8 @@ use crate::strange_words;
 use crate::words::Words;
 
 impl Interpreter {
-    /// The row of the table that says how a block is read, and where it may run; `None` when nobody knows its
-    /// code in this dialect.
+    /// Returns the row that says how a block is read and where the block may run; `None` when the code is
+    /// unknown in this dialect.
     #[must_use]
     pub fn row(&self, block: &Block<'_>, dialect: Dialect) -> Option<&'static CodeInfo> {
         let code = block.code.unwrap_or_else(|| self.modal.motion_code());
@@ -37,8 +37,8 @@ impl Interpreter {
         known
     }
 
-    /// What a question asks for: it changes nothing, and may be answered while a line is being carried out.
-    /// `None` when the block is no question, or a word of it is wrong.
+    /// Returns row, function and words of a question, which changes nothing and may be answered while another
+    /// line runs. `None` when the block is no question, or has a wrong word.
     #[must_use]
     pub fn question<'b>(
         &self,
@@ -51,10 +51,10 @@ impl Interpreter {
         words.check().is_ok().then_some((row, function, words))
     }
 
-    /// What a block means, read as its row says.
+    /// Returns the meaning of a block, read as its row says.
     ///
     /// # Errors
-    /// What is wrong with it; nothing has changed then, unless the fault halts.
+    /// When the block is wrong; nothing has changed then, unless the fault halts.
     pub fn run<'b>(
         &mut self,
         block: &'b Block<'b>,
@@ -71,7 +71,7 @@ impl Interpreter {
             strange_words::look(self, &words, row, dialect)?;
         }
         let claimed = block.code.filter(|code| self.setup.claims.may_have(*code));
-        // Nearly every line of a program.
+        // Nearly every line of a program takes this path.
         if let (Handler::Interpret(interpret), None) = (row.handler, claimed) {
             return interpret(self, &Context { words, facts, dialect, function: None });
         }
@@ -84,7 +84,8 @@ impl Interpreter {
         {
             return Ok(meaning);
         }
-        // A configuration that has a switch listen to one of these was written before they meant anything.
+        // A configuration that assigns one of these codes to a switch is older than the codes' meaning, so
+        // the switch has priority.
         let is_switch_s =
             |code: Code| matches!(code.number, 42 | 62..=68 | 226) && self.setup.claims.of(code).next().is_some();
         if claimed.is_some_and(|code| code.letter == Letter::M && is_switch_s(code)) {
@@ -93,13 +94,13 @@ impl Interpreter {
         match row.handler {
             Handler::Interpret(interpret) | Handler::Both(interpret, _) => interpret(self, &context),
             Handler::Function(_) => Ok(context.function()),
-            // Other firmwares put the tool down; here it stays.
+            // Other firmwares put the tool down; here the tool stays.
             Handler::Tool if context.words.code().number == NO_TOOL && dialect.is_other_printers() => {
                 Ok(Meaning::PassedOver)
             }
             Handler::Tool => extruders::select_tool(self, context.words.code().number, words.column()),
             Handler::Nothing => NOTHING,
-            // A switch of the configuration that listens to it has done what it asks for.
+            // A switch of the configuration that listens to the code has already acted.
             Handler::PassedOver | Handler::Missing
                 if claimed.is_some_and(|code| self.setup.claims.of(code).next().is_some()) =>
             {
@@ -114,8 +115,8 @@ impl Interpreter {
         }
     }
 
-    /// S of a switch, or P where that is the width of its pulses in microseconds. What an output on a timer
-    /// is asked for is percent.
+    /// Returns the value for a switch: S, or P where P is the pulse width in microseconds. An output on a
+    /// timer takes percent.
     fn value_for(&self, switch: SwitchId, context: &Context<'_>) -> Option<f32> {
         let word = |letter| context.words.get(letter).map(|value| value as f32);
         let is_fan = is_fan(context);
@@ -127,12 +128,12 @@ impl Interpreter {
             (None, Some(s)) if is_fan => Some(of_255(s, context)),
             (_, s) => s,
         };
-        // What turns the spindle has the S in force.
+        // Outputs that turn the spindle take the S in force.
         let speed = self.modal.auxiliary.speed.filter(|_| Spindle::of(context.words.code()).is_some());
         value.or_else(|| speed.map(|speed| self.setup.value_of_s(switch, speed)))
     }
 
-    /// What switches and heaters that listen to a code do. Where it is a heater's, that is all the code does.
+    /// Runs the switches and heaters that listen to a code. A code of a heater does nothing else.
     fn claimed<'b>(&mut self, code: Code, context: &Context<'b>) -> Result<Option<Meaning<'b>>, Fault> {
         let claims: Vec<Claim, MOST_CLAIMS> = self.setup.claims.of(code).take(MOST_CLAIMS).collect();
         let words = &context.words;
@@ -140,14 +141,15 @@ impl Interpreter {
             && !words.has('S')
             && let Some(letter) = words.other_than("P")
         {
-            // It sets a fan up, or brings an earlier speed back: that is not full speed.
+            // Without S, the other words set a fan up or restore an earlier speed, so full speed would be
+            // wrong.
             return Err(Problem::NotTaken(words.code(), letter).refused(words.column_of(letter)));
         }
         if Spindle::of(code).is_some_and(|spindle| spindle.is_against(self.modal.auxiliary.spindle)) {
             self.switch(Spindle::Stopped.code());
         }
         if is_fan(context) && !words.has('S') && context.dialect.takes_shares() {
-            // There it asks how the fan is.
+            // RepRapFirmware reads M106 without S as a question about the fan.
             return NOTHING.map(Some);
         }
         for claim in &claims {
@@ -167,18 +169,19 @@ impl Interpreter {
     }
 }
 
-/// The speed of a fan, 255 for full: RepRapFirmware's S of 1 and less is a share of that.
+/// Returns the speed of a fan, 255 for full: RepRapFirmware's S of 1 and less is a share of full speed.
 fn of_255(s: f32, context: &Context<'_>) -> f32 {
     if s <= 1.0 && context.dialect.takes_shares() { s * 255.0 } else { s }
 }
 
-/// M106 of a firmware that gives fans numbers.
+/// Whether the code is M106 in a dialect that numbers fans.
 fn is_fan(context: &Context<'_>) -> bool {
     let code = context.words.code();
     code.letter == Letter::M && code.number == 106 && context.dialect.numbers_fans()
 }
 
-/// `M106 P1` is another fan than the part's: what listens to `M106.1` is that. `M280 P1` is another servo.
+/// Returns the code with P as its subcode: `M106 P1` is a different fan than the part's, so `M106.1` listens.
+/// `M280 P1` is a different servo.
 fn fan_of(code: Code, context: &Context<'_>) -> Code {
     let is_fan = code.letter == Letter::M && matches!(code.number, 106 | 107 | 280) && code.subcode == 0;
     match context.words.get('P') {

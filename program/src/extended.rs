@@ -1,8 +1,8 @@
-//! Klipper's commands by name: the table of those that are known, and what each comes to: a line of codes, a
-//! console command, nothing, or a refusal.
+//! Klipper's commands by name: the table of known commands, each translated to a line of codes, a console
+//! command, nothing, or a refusal.
 //!
-//! Source: Klipper's "G-Codes" and "Status reference". Names of heaters and fans are the machine's, so it
-//! says what they are ([`Names`]).
+//! Source: Klipper's "G-Codes" and "Status reference". Names of heaters and fans come from the machine
+//! ([`Names`]).
 
 mod calibration;
 mod jobs;
@@ -14,28 +14,28 @@ use gcode::Extended;
 use row::Becomes;
 pub use row::{CodeLine, ExtendedFault, ExtendedInfo, NamedSwitch, Names};
 
-/// What a command asks for.
+/// Translation of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Asked {
-    /// The line of codes that was written.
+    /// Codes, which have been written to the line.
     Codes,
-    /// This console command.
+    /// Console command to run instead.
     Console(&'static str),
-    /// That a setting changes with the height of the part.
+    /// Setting that changes with the height of the part (tuning tower).
     Tower,
-    /// Nothing: it is passed over, by the name of its row.
+    /// Nothing to do; the name is that of the command's row.
     PassedOver(&'static str),
 }
 
-/// Every command that is known, by topic.
+/// All known commands, by topic.
 const TOPICS: [&[ExtendedInfo]; 3] = [jobs::COMMANDS, calibration::COMMANDS, leveling::COMMANDS];
 
-/// Every command that is known.
+/// Returns every known command.
 pub fn all() -> impl Iterator<Item = &'static ExtendedInfo> {
     TOPICS.into_iter().flatten()
 }
 
-/// The row of a command.
+/// Returns the row of a command.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static ExtendedInfo> {
     all().find(|row| match row.name.strip_suffix('*') {
@@ -44,10 +44,10 @@ pub fn find(name: &str) -> Option<&'static ExtendedInfo> {
     })
 }
 
-/// What a command comes to; its codes are written into `line`, which is empty.
+/// Translates a command; its codes are written into `line`, which is empty.
 ///
 /// # Errors
-/// When it is not known, or cannot be carried out.
+/// When the command is unknown, or cannot be carried out.
 pub fn translate(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Result<Asked, ExtendedFault> {
     let row = find(command.name()).ok_or(ExtendedFault::Unknown)?;
     match row.becomes {

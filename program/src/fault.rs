@@ -1,11 +1,11 @@
-//! What can be wrong with a block, in words for whoever wrote it.
+//! Faults of blocks, with messages for the author of the block.
 
 use core::fmt;
 
 use gcode::Code;
 use units::{Axis, HeaterId, SwitchId, ToolId};
 
-/// A part of the machine that an error in the configuration keeps off.
+/// Part of the machine that an error in the configuration keeps off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names are the meaning")]
 pub enum Part {
@@ -21,18 +21,18 @@ pub enum Part {
     Switch(SwitchId),
 }
 
-/// Why a block was not carried out.
+/// Reason why a block was not carried out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
-    /// What is wrong.
+    /// Problem with the block.
     pub problem: Problem,
-    /// Column of the word that is wrong, from 1; 0 when it is no single word.
+    /// Column of the wrong word, from 1; 0 when no single word is wrong.
     pub column: u16,
-    /// Nothing that follows may be carried out either: the machine halts.
+    /// Whether the machine halts, so that nothing that follows is carried out.
     pub halts: bool,
 }
 
-/// What is wrong with a block.
+/// Problem with a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "their texts say it")]
 pub enum Problem {
@@ -83,28 +83,28 @@ pub enum Problem {
     ProbeNoWay,
     ProbeRate,
     ProbeSubcode,
-    /// A word that is less than its row of the table allows.
+    /// Word below the minimum of its row of the table.
     TooLittle(Code, char, f64),
-    /// More than its row allows.
+    /// Word above the maximum of its row.
     TooMuch(Code, char, f64),
-    /// A word that must be above its row's bound.
+    /// Word that is not above its row's exclusive bound.
     MustExceed(Code, char, f64),
     NotWhole(Code, char),
-    /// A letter that names a heater or an output in another firmware's way.
+    /// Letter that names a heater or an output in another firmware's way.
     NotTaken(Code, char),
-    /// A code that sets up the hardware in another firmware.
+    /// Code that sets up the hardware in another firmware.
     SetsUp(Code),
-    /// G30 of another firmware, which does more, and what to write instead.
+    /// G30 of another firmware, which does more, and the codes to write instead.
     ProbesOtherwise(&'static str),
-    /// A code, and what the machine lacks for it.
+    /// Code, and the equipment that the machine lacks for the code.
     Needs(Code, &'static str),
     NoSecondPark,
-    /// The number of the G-code that stores it.
+    /// Number of the G-code that stores the parking place.
     NoParkZ(u16),
     CyclesOff,
-    /// The number of a cycle's G-code, and the word that it cannot do without.
+    /// Number of a cycle's G-code, and the word that the cycle needs.
     CycleNeeds(u16, char),
-    /// The same, and a word that it has no use for.
+    /// Number of a cycle's G-code, and a word that the cycle does not use.
     NotOfCycle(u16, char),
     CycleNowhere(u16),
     NotInCycle(char),
@@ -117,10 +117,10 @@ pub enum Problem {
     InverseTime,
     CentreAbsolute,
     NoName,
-    /// Tools are extruders: there is no table of them.
+    /// Tools are extruders, so there is no tool table.
     NoSpindleTools,
     NotInTable(u16),
-    /// A tool whose offset along this rotary axis nothing acts on.
+    /// Tool whose offset along this rotary axis has no effect.
     RotaryOffset(u16, char),
     ToolOrAxes,
     ToolNumber,
@@ -130,14 +130,14 @@ pub enum Problem {
     TableFull,
     NoSavedModes,
     HoldStays,
-    /// No switch has this number as an output, as one with a value, as an input.
+    /// Number for which no switch is an output, an output with a value, or an input.
     NoOutput(u8),
     NoAnalogOutput(u8),
     NoInput(u8),
     NoAnalogInput,
-    /// No strip of lights has this number.
+    /// Number for which there is no strip of lights.
     NoStrip(f64),
-    /// A strip has so many lights.
+    /// Number of lights of the strip, which the line exceeds.
     NoLight(u16),
     DigitalOrAnalog,
     NoPatience,
@@ -145,29 +145,29 @@ pub enum Problem {
     PolarAndCartesian,
     PolarAtOrigin,
     SpindleStands,
-    /// M4, with nothing that turns the spindle that way.
+    /// M4 on a machine whose spindle cannot turn counter-clockwise.
     NoReverse,
-    /// The number of a cycle's G-code, and of the M-code that has the spindle turn as it wants it.
+    /// Number of a cycle's G-code, and of the M-code for the spindle direction that the cycle needs.
     SpindleTurns(u16, u16),
-    /// The same, and an M-code that no output listens to.
+    /// Number of a cycle's G-code, and of an M-code that no output listens to.
     NothingListens(u16, u16),
     ThreadPlane,
     NoThreadSide,
     ThreadHeight,
     TaperTooLong,
     TooManyPasses,
-    /// A parameter cannot be set.
+    /// Parameter that cannot be set.
     Parameter(gcode::Problem),
 }
 
 impl Problem {
-    /// The block is refused; others may follow.
+    /// Returns a fault that refuses the block; other blocks may follow.
     #[must_use]
     pub const fn refused(self, column: u16) -> Fault {
         Fault { problem: self, column, halts: false }
     }
 
-    /// The machine halts.
+    /// Returns a fault that halts the machine.
     #[must_use]
     pub const fn alarm(self, column: u16) -> Fault {
         Fault { problem: self, column, halts: true }
@@ -249,7 +249,7 @@ impl fmt::Display for Problem {
             Self::NegativeSpeed => "S is 0 or more",
             Self::NoFeedRate => "Undefined feed rate: F is 0 or missing",
             Self::NoExtruder => "no extruder is configured for E",
-            // The machine knows its configuration, and says more.
+            // The machine knows its configuration, and prints a more detailed message.
             Self::PartIsOff(_) => "that part is off: see config.ini",
             Self::NotHomed => "Cannot set predefined position unless axis are homed",
             Self::NoParkZ(number) => {

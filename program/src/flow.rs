@@ -1,8 +1,8 @@
-//! Subroutines, conditions and loops: which line of a program comes next.
+//! Subroutines, conditions and loops: the order of a program's lines.
 //!
-//! The lines themselves are whoever's who reads them: here stands what has been called and opened, and which
-//! lines are passed over. A subroutine is known from the place where it stands once that has been passed;
-//! before that, the program is searched forwards for it.
+//! The reader of the file owns the lines; this module tracks subroutines, conditions and loops in progress
+//! and skips lines. The place of a subroutine is known once the program has passed its definition; until
+//! then, the program is searched forwards for it.
 
 use core::fmt;
 
@@ -12,49 +12,49 @@ use heapless::Vec;
 
 use crate::memory::{LOCALS, Locals};
 
-/// Subroutines that call each other, at most.
+/// Greatest depth of nested subroutine calls.
 pub(crate) const MOST_CALLS: usize = 10;
-/// Conditions and loops within each other, at most.
+/// Greatest depth of nested conditions and loops.
 const MOST_OPEN: usize = 24;
-/// Subroutines whose places are known, at most; others are searched for.
+/// Greatest number of remembered subroutines; the others are searched for.
 const MOST_PLACES: usize = 32;
 
-/// A place between two lines of a file.
+/// Place between two lines of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     /// Bytes from the file's beginning.
     pub offset: u32,
-    /// Lines before it.
+    /// Lines before the place.
     pub line: u32,
 }
 
-/// What line comes next.
+/// Line that comes next.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Next {
-    /// The one that follows.
+    /// Line that follows in the file.
     Following,
-    /// The one at this place of the same file.
+    /// Line at this place of the same file.
     At(Place),
-    /// The first one of the file of this subroutine, if there is such a file; else tell
-    /// [`Flow::search`], and the next is the one that follows.
+    /// First line of the file of this subroutine, if there is such a file; otherwise call [`Flow::search`],
+    /// and the next line is the following one.
     FirstOf(Name),
-    /// The one that follows the call in the file before: this file is done with.
+    /// Line after the call, in the calling file; the current file is finished.
     Returned,
 }
 
-/// A subroutine that runs.
+/// Subroutine that is running.
 #[derive(Clone, Debug)]
 struct Call {
     label: Name,
-    /// Where it was called.
+    /// Place to return to.
     back: Place,
-    /// It has a file of its own.
+    /// Whether the subroutine has a file of its own.
     has_file: bool,
-    /// The caller's own parameters; none for one that shares them (M98).
+    /// Caller's own parameters; none for a call that shares them (M98).
     callers: Option<Locals>,
-    /// How many conditions and loops were open.
+    /// Number of open conditions and loops at the call.
     open: usize,
-    /// How often it runs yet, where it begins (M98 L).
+    /// Remaining repetitions and the beginning of the subroutine (M98 L).
     again: Option<(u32, Place)>,
 }
 
@@ -63,65 +63,65 @@ enum Kind {
     If,
     While,
     Do,
-    /// So many turns are left, this one among them.
+    /// Number of turns left, including the current turn.
     Repeat(u32),
 }
 
-/// A condition or a loop that has begun.
+/// Condition or loop in progress.
 #[derive(Clone, Debug)]
 struct Open {
     label: Name,
     kind: Kind,
-    /// Where the next turn begins.
+    /// Place where the next turn begins.
     turn: Place,
 }
 
-/// Up to where lines are passed over.
+/// End of the lines that are skipped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Passing {
-    /// The end of a subroutine that was not called.
+    /// End of a subroutine's definition that was not called.
     Sub(Name),
-    /// The beginning of one that was.
+    /// Beginning of a called subroutine.
     ToSub(Name),
-    /// `elseif`, `else` or `endif`.
+    /// `elseif`, `else` or `endif` of the condition.
     ToElse(Name),
-    /// `endif`.
+    /// `endif` of the condition.
     ToEndIf(Name),
-    /// Behind the end of a loop.
+    /// Line behind the end of a loop.
     BehindLoop(Name),
-    /// The end of a loop.
+    /// Line that ends a loop.
     ToLoopEnd(Name),
 }
 
-/// What has been called and opened.
+/// Subroutines, conditions and loops in progress.
 #[derive(Clone, Debug, Default)]
 pub struct Flow {
     calls: Vec<Call, MOST_CALLS>,
     open: Vec<Open, MOST_OPEN>,
     passing: Option<Passing>,
-    /// Where subroutines begin, and how many files were open.
+    /// Beginnings of subroutines, each with the number of files open there.
     places: Vec<(u8, Name, Place), MOST_PLACES>,
-    /// Files that calls have opened.
+    /// Number of files that calls have opened.
     files: u8,
 }
 
-/// Why a line with an O word cannot be carried out, or a file cannot end.
+/// Reason why a line with an O word cannot be carried out, or a file cannot end.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FlowFault {
-    /// The label that is meant.
+    /// Label of the line with the fault.
     pub label: Name,
-    /// What is wrong.
+    /// Problem with the line.
     pub problem: FlowProblem,
 }
 
-/// What is wrong with a line with an O word.
+/// Problem with a line with an O word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "their texts say it")]
 pub enum FlowProblem {
     Syntax(SyntaxError),
-    /// The word has no value.
+    /// The word lacks its value.
     NoValue(FlowWord),
-    /// The word ends, or goes on with, what is not the innermost of what is open.
+    /// The word ends or continues something other than the innermost open condition, loop or subroutine.
     NotOpen(FlowWord),
     OpenTooDeep,
     CalledTooDeep,
@@ -153,30 +153,30 @@ fn wrong(line: &FlowLine<'_>, problem: FlowProblem) -> FlowFault {
     FlowFault { label: line.label.clone(), problem }
 }
 
-/// The one value of a condition.
+/// Returns the single value of a condition.
 fn value(line: &FlowLine<'_>, values: &[f64]) -> Result<f64, FlowFault> {
     values.first().copied().ok_or(wrong(line, FlowProblem::NoValue(line.word)))
 }
 
 impl Flow {
-    /// Whether lines are passed over: only those with an O word are of interest.
+    /// Whether lines are skipped, so that only lines with an O word matter.
     #[must_use]
     pub const fn passes_over(&self) -> bool {
         self.passing.is_some()
     }
 
-    /// How many subroutines run.
+    /// Returns the number of subroutines in progress.
     pub(crate) fn depth(&self) -> usize {
         self.calls.len()
     }
 
-    /// Nothing was called or opened.
+    /// Whether no subroutine, condition or loop is in progress.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
         self.calls.is_empty() && self.open.is_empty() && self.passing.is_none()
     }
 
-    /// The program has ended, or will not go on. In place: it is large.
+    /// Forgets everything at the end of a program, in place, because the value is large.
     pub(crate) fn reset(&mut self) {
         self.calls.clear();
         self.open.clear();
@@ -184,10 +184,10 @@ impl Flow {
         (self.passing, self.files) = (None, 0);
     }
 
-    /// Whether the values of a line count: not while it is passed over.
+    /// Whether the values of a line count, which is false while lines are skipped.
     pub(crate) fn reads_values(&self, line: &FlowLine<'_>) -> bool {
         match &self.passing {
-            // Behind a branch that was taken.
+            // An `elseif` behind a taken branch needs no value.
             None => line.word != FlowWord::ElseIf,
             Some(Passing::ToElse(label)) => *label == line.label && line.word == FlowWord::ElseIf,
             Some(Passing::ToLoopEnd(label)) => *label == line.label && line.word == FlowWord::While,
@@ -195,8 +195,7 @@ impl Flow {
         }
     }
 
-    /// What a line with an O word and these values does; `here` is where it begins and `after` where the next
-    /// one does.
+    /// Carries out a line with an O word at place `here`; the next line is at `after`.
     pub(crate) fn step(
         &mut self,
         line: &FlowLine<'_>,
@@ -210,7 +209,7 @@ impl Flow {
         self.act(line, here, after, values)
     }
 
-    /// A line while others are passed over.
+    /// Handles a line with an O word while lines are skipped.
     fn pass(
         &mut self,
         passing: Passing,
@@ -243,7 +242,7 @@ impl Flow {
             (Passing::BehindLoop(label), W::EndWhile | W::EndRepeat) if *label == line.label => {
                 return Ok(Step::ON);
             }
-            // The end of a `do`; a loop of its own within it would have another label.
+            // End of a `do`: a nested loop would have another label.
             (Passing::BehindLoop(label), W::While) if *label == line.label => return Ok(Step::ON),
             (Passing::ToLoopEnd(label), W::EndWhile | W::EndRepeat | W::While) if *label == line.label => {
                 return self.act(line, here, after, values);
@@ -301,7 +300,7 @@ impl Flow {
 
     // --- conditions and loops ---
 
-    /// Of the subroutine that runs.
+    /// Returns the number of conditions and loops that the callers of the current subroutine have open.
     fn first_open(&self) -> usize {
         self.calls.last().map_or(0, |call| call.open)
     }
@@ -311,7 +310,7 @@ impl Flow {
         self.open.push(open).map_err(|_| wrong(line, FlowProblem::OpenTooDeep))
     }
 
-    /// Where the innermost one's next turn begins, if it has this line's label and is of the right kind.
+    /// Returns the beginning of the innermost loop's next turn, if label and kind are right.
     fn innermost(&self, line: &FlowLine<'_>, is_right: impl Fn(Kind) -> bool) -> Result<Place, FlowFault> {
         let own = self.open.get(self.first_open()..).unwrap_or(&[]);
         let open = own.last().filter(|open| open.label == line.label && is_right(open.kind));
@@ -347,7 +346,7 @@ impl Flow {
         Ok(Step::ON)
     }
 
-    /// `break` and `continue`: of the loop with this label, out of whatever is open within it.
+    /// Leaves the loop with this label, and everything open within it (`break` and `continue`).
     fn leave_loop(&mut self, line: &FlowLine<'_>) -> Result<(), FlowFault> {
         let first = self.first_open();
         let own = self.open.get(first..).unwrap_or(&[]);
@@ -369,7 +368,7 @@ impl Flow {
     fn remember(&mut self, label: &Name, place: Place) {
         let files = self.files;
         if !self.places.iter().any(|(of, known, _)| *of == files && known == label) {
-            // Those that have no room are searched for again.
+            // Subroutines beyond the capacity are searched for again.
             let _ = self.places.push((files, label.clone(), place));
         }
     }
@@ -388,7 +387,7 @@ impl Flow {
         self.call(&line.label, 1, after).map(|next| Step { next, memory: Change::Enter(locals) })
     }
 
-    /// Calls a subroutine so many times; its own parameters are the caller's to set.
+    /// Calls a subroutine a number of times; the caller of this function replaces the parameters.
     pub(crate) fn call(&mut self, label: &Name, times: u32, after: Place) -> Result<Next, FlowFault> {
         let place = self.place_of(label);
         let call = Call {
@@ -411,17 +410,17 @@ impl Flow {
         }
     }
 
-    /// The subroutine called last has a file, which is read now.
+    /// Notes that the subroutine called last has a file, which is read next.
     pub fn enter_file(&mut self) {
         if let Some(call) = self.calls.last_mut() {
             call.has_file = true;
             self.files = self.files.saturating_add(1);
-            // In a file of its own it may stand behind others.
+            // The subroutine may stand behind others in its own file.
             self.passing = Some(Passing::ToSub(call.label.clone()));
         }
     }
 
-    /// The subroutine called last has no file: the lines that follow are searched for it.
+    /// Notes that the subroutine called last has no file, so that the following lines are searched.
     pub fn search(&mut self) {
         self.passing = self.calls.last().map(|call| Passing::ToSub(call.label.clone()));
     }
@@ -437,7 +436,7 @@ impl Flow {
         Ok(Step { next, memory: Change::Leave(callers, returned) })
     }
 
-    /// The subroutine called last ends, or begins again; `None` when none was called.
+    /// Ends or repeats the subroutine called last; `None` when no subroutine was called.
     pub(crate) fn end_call(&mut self) -> Option<(Next, Option<Locals>)> {
         let call = self.calls.last_mut()?;
         self.open.truncate(call.open);
@@ -455,10 +454,10 @@ impl Flow {
         Some((Next::Returned, call.callers))
     }
 
-    /// The end of a file: what is missing, when something is.
+    /// Checks that nothing is open at the end of a file.
     ///
     /// # Errors
-    /// A subroutine that stands nowhere, something that was opened and not closed.
+    /// When a called subroutine was not found, or something that was opened is not closed.
     pub(crate) fn end_of_file(&self) -> Result<(), FlowFault> {
         let passed = self.passing.as_ref().map(|passing| match passing {
             Passing::ToSub(label) => (label, FlowProblem::NoSuchSub),
@@ -474,20 +473,21 @@ impl Flow {
     }
 }
 
-/// What a line with an O word comes to.
+/// Result of a line with an O word.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Step {
     pub next: Next,
     pub memory: Change,
 }
 
-/// What happens to a program's own parameters.
+/// Change of a program's local parameters.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Change {
     Nothing,
-    /// A subroutine begins with these.
+    /// A subroutine begins with these parameters.
     Enter(Locals),
-    /// It ends: its caller's come back, unless it begins again. It gives a value, perhaps.
+    /// A subroutine ends: the caller's parameters come back unless it is repeated, and a value may be
+    /// returned.
     Leave(Option<Locals>, Option<f64>),
 }
 

@@ -1,5 +1,5 @@
-//! The holes of a block, one thing at a time. A block may ask for thousands of moves; they are not stored:
-//! [`Holes`] knows where it is, and what comes next.
+//! Actions of a block of holes, one at a time. A block may ask for thousands of moves, so they are not
+//! stored: [`Holes`] computes the next action from the current stage.
 
 use heapless::Vec;
 use units::{Axis, Micros, PerAxis};
@@ -8,38 +8,38 @@ use crate::action::{Action, Corner, Move, Rate, Shape};
 use crate::auxiliary::{Auxiliary, Spindle};
 use crate::cycle::Cycle;
 
-/// A drill goes back to this far above where it has been before it cuts on, and G73 draws it back by as much,
-/// mm: 0.01 inch, as in LinuxCNC.
+/// Height at which a rapid return stops above the previous depth, and by which G73 draws the drill back, mm:
+/// 0.01 inch, as in LinuxCNC.
 const CLEARANCE: f64 = 0.254;
 
-/// What a block drills. Places are machine positions, mm.
+/// Holes that a block drills. Positions are machine positions, mm.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
     pub cycle: Cycle,
-    /// The axis that the holes are drilled along.
+    /// Axis along which the holes are drilled.
     pub along: Axis,
-    /// Over the first hole, as high as the program is.
+    /// Position over the first hole, at the height of the program's position.
     pub first: PerAxis<f64>,
-    /// From hole to hole.
+    /// Distance from hole to hole.
     pub step: PerAxis<f64>,
-    /// From hole to hole about a centre, instead: polar coordinates after G91.
+    /// Polar alternative to the step: holes about a centre, after G91.
     pub turn: Option<Turn>,
-    /// How many holes, one at least.
+    /// Number of holes, at least one.
     pub count: u32,
-    /// R.
+    /// Height of the R plane.
     pub retract: f64,
-    /// Where a hole ends, not above R.
+    /// Height of a hole's bottom, not above R.
     pub bottom: f64,
-    /// Where a hole is left to, not below R.
+    /// Height to which a hole is left, not below R.
     pub clear: f64,
     /// Depth of a peck, mm.
     pub peck: f64,
-    /// Pecks of a hole, one at least.
+    /// Number of pecks for each hole, at least one.
     pub pecks: u32,
-    /// The wait at the bottom.
+    /// Dwell at the bottom.
     pub dwell: Option<Micros>,
     pub rates: Rates,
-    /// How the spindle turns, and whether overrides count, before the first hole and behind every one.
+    /// Spindle and overrides before the first hole and behind every hole.
     pub auxiliary: Auxiliary,
 }
 
@@ -50,7 +50,7 @@ pub(crate) struct Turn {
     pub centre: [f64; 2],
     /// Distance and angle of the first hole.
     pub first: [f64; 2],
-    /// From hole to hole.
+    /// Change of distance and angle from hole to hole.
     pub step: [f64; 2],
 }
 
@@ -61,7 +61,7 @@ impl Turn {
     }
 }
 
-/// What the moves have in common.
+/// Properties common to all moves of the block.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rates {
     pub rapid: Rate,
@@ -71,7 +71,7 @@ pub(crate) struct Rates {
 }
 
 impl Plan {
-    /// Over a hole, counted from 0, at a height.
+    /// Returns the position over a hole, counted from 0, at a height.
     fn hole(&self, number: u32, height: f64) -> PerAxis<f64> {
         let mut place = self.first;
         for axis in Axis::PRIMARY {
@@ -84,18 +84,18 @@ impl Plan {
         place
     }
 
-    /// Where a peck ends that is not the last one, counted from 1.
+    /// Returns the depth of a peck that is not the last, counted from 1.
     fn depth(&self, peck: u32) -> f64 {
         self.retract - self.peck * f64::from(peck)
     }
 
-    /// Just above where a peck ended, and not above R.
+    /// Returns the height just above a peck's bottom, but not above R.
     fn above(&self, peck: u32) -> f64 {
         let above = self.depth(peck) + CLEARANCE;
         if above < self.retract { above } else { self.retract }
     }
 
-    /// Every place that is named is one.
+    /// Whether all positions of the plan are finite numbers.
     pub(crate) fn is_finite(&self) -> bool {
         let last = self.hole(self.count, self.bottom);
         let heights = [self.retract, self.bottom, self.clear];
@@ -103,44 +103,44 @@ impl Plan {
     }
 }
 
-/// What comes next of a hole. Pecks count from 1.
+/// Next stage of a hole; pecks count from 1.
 #[derive(Clone, Copy, Debug)]
 enum Stage {
-    /// Up to R, from below it: before the first hole alone.
+    /// Lift to R from below, before the first hole only.
     Lift,
-    /// Over the hole.
+    /// Move over the hole.
     Over,
-    /// Down to R.
+    /// Move down to R.
     Approach,
-    /// What must not change while a thread is cut: the operator's overrides do not count.
+    /// Disable the operator's overrides, because speeds must not change while a thread is cut.
     Secure,
-    /// Cut to where this peck ends.
+    /// Cut to the bottom of this peck.
     Cut(u32),
-    /// Back after this peck, as far as the cycle says.
+    /// Draw back after this peck, as far as the cycle says.
     Out(u32),
-    /// Down again to just above where this peck ended.
+    /// Go down again to just above this peck's bottom.
     Back(u32),
-    /// The spindle turns the other way.
+    /// Reverse the spindle's direction.
     Reverse,
-    /// Wait at the bottom.
+    /// Dwell at the bottom.
     Dwell,
-    /// The spindle stops.
+    /// Stop the spindle's rotation.
     Stop,
-    /// The operator draws the tool out.
+    /// Have the operator draw the tool out.
     ByHand,
-    /// What he has left of the way.
+    /// Complete the way out that the operator has begun.
     DrawnOut,
-    /// Leave the bottom.
+    /// Leave the bottom of the hole.
     Leave,
-    /// Up to where the hole is left to.
+    /// Move up to the height to which the hole is left.
     Clear,
-    /// The spindle turns as before.
+    /// Restore the spindle's direction.
     Restore,
-    /// Overrides are as before.
+    /// Restore the operator's overrides.
     Release,
 }
 
-/// What a stage is.
+/// Effect of a stage.
 enum Step {
     Rapid(PerAxis<f64>),
     Feed(PerAxis<f64>),
@@ -148,39 +148,39 @@ enum Step {
     Nothing,
 }
 
-/// What comes next of a block.
+/// Next step of a block.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Next {
-    /// This.
+    /// Action for the machine.
     Action(Action<'static>),
-    /// The spindle turns like this: what listens to its codes is switched.
+    /// Change of the spindle's direction, by switching the outputs that listen to its codes.
     Turn(Spindle),
 }
 
-/// The holes of a block, and what of them is still to be done.
+/// Holes of a block, and the progress of drilling them.
 #[derive(Clone, Debug)]
 pub(crate) struct Holes {
     plan: Plan,
-    /// Where the last action ends.
+    /// End position of the last action.
     at: PerAxis<f64>,
-    /// Holes that are done.
+    /// Number of finished holes.
     done: u32,
     stage: Stage,
 }
 
 impl Holes {
-    /// All of them, the machine being here.
+    /// Starts with the first hole, from the machine's position.
     pub(crate) const fn new(plan: Plan, here: PerAxis<f64>) -> Self {
         Self { plan, at: here, done: 0, stage: Stage::Lift }
     }
 
-    /// The tool was drawn out of this hole by hand, and is here now.
+    /// Goes on from the position to which the operator has drawn the tool out of this hole.
     pub(crate) const fn drawn_out(&mut self, here: PerAxis<f64>) {
         self.at = here;
         self.stage = Stage::DrawnOut;
     }
 
-    /// What comes next. Moves of no length are left out.
+    /// Returns the next step. Moves of no length are left out.
     pub(crate) fn next(&mut self) -> Option<Next> {
         while self.done < self.plan.count {
             let Rates { rapid, feed, power, corner } = self.plan.rates;
@@ -201,7 +201,7 @@ impl Holes {
         None
     }
 
-    /// What this stage is; then it is the next one.
+    /// Returns the effect of the current stage and advances to the next stage.
     fn step(&mut self) -> Step {
         let plan = &self.plan;
         let height = self.at[plan.along];
@@ -240,7 +240,8 @@ impl Holes {
             }
             Stage::ByHand => (Stage::Leave, Step::Nothing),
             Stage::DrawnOut => {
-                // Straight up from wherever he left it, and never down: it may be over a clamp.
+                // Straight up from the operator's position and never down, because the tool may be over a
+                // clamp.
                 let mut up = self.at;
                 up[plan.along] = height.max(plan.clear);
                 (Stage::Restore, Step::Rapid(up))
@@ -270,8 +271,8 @@ impl Holes {
         step
     }
 
-    /// Places from where it is on, in order, between which all that is still to be done lies: holes are on a
-    /// straight line, and nothing of one is below its bottom or above where it is left to.
+    /// Returns positions, in order, whose path bounds all remaining motion: holes are on a straight line, and
+    /// motion stays between the bottom and the height to which a hole is left.
     pub(crate) fn reach(&self) -> Vec<PerAxis<f64>, 7> {
         let plan = &self.plan;
         if self.done >= plan.count {
@@ -286,7 +287,7 @@ impl Holes {
         [self.at].into_iter().chain(holes.map(|(number, height)| plan.hole(number, height))).collect()
     }
 
-    /// The same of holes about a centre: the corners of the box that they lie in.
+    /// Returns the corners of the box around holes about a centre, for the same purpose.
     fn reach_about(&self) -> Vec<PerAxis<f64>, 7> {
         let plan = &self.plan;
         let mut corners = [plan.hole(self.done, plan.clear); 2];

@@ -1,5 +1,5 @@
-//! What a program has set, and what it has done: the state that each block is read in. What blocks mean is in
-//! [`crate::meaning`], which block means what in [`crate::codes`].
+//! State of a program, in which each block is read: modes and offsets set so far, and the position reached.
+//! [`crate::meaning`] has the meaning of blocks, [`crate::codes`] the table that assigns meanings to codes.
 
 use gcode::Code;
 use heapless::{Deque, Vec};
@@ -22,14 +22,14 @@ use crate::splines::Splines;
 use crate::tool_table::ToolTable;
 use crate::tools::Tools;
 
-/// How deep M120 saves.
+/// Greatest depth of states saved by M120.
 const SAVED_STATES: usize = 8;
-/// What a block does beside its action: a code is claimed so often, and M72 has the switches of four.
+/// Most effects of a block beside its action: all claims of a code, or the switches of four codes (M72).
 const MOST_EFFECTS: usize = MOST_CLAIMS + 16;
-/// Actions that can wait behind the first one of a block.
+/// Most actions that can wait behind the first action of a block.
 const FOLLOWING: usize = 4;
 
-/// The state of a program.
+/// State of a program.
 #[derive(Clone, Debug)]
 pub struct Interpreter {
     pub(crate) modal: Modal,
@@ -38,7 +38,7 @@ pub struct Interpreter {
     pub(crate) cycles: Cycles,
     pub(crate) park: ParkPosition,
     pub(crate) second_park: Option<ParkPosition>,
-    /// Machine position where the last action ends.
+    /// Machine position at the end of the last action.
     pub(crate) position: PerAxis<f64>,
     pub(crate) saved: Vec<Saved, SAVED_STATES>,
     pub(crate) compliant_seek_rate: bool,
@@ -48,11 +48,11 @@ pub struct Interpreter {
     pub(crate) memory: Memory,
     pub(crate) flow: Flow,
     pub(crate) frames: SavedFrames,
-    /// What the last M66 has found: `#5399`.
+    /// Result of the last M66: `#5399`.
     pub(crate) input_result: f64,
-    /// `#5599`: `(DEBUG, ...)` is said.
+    /// Whether `(DEBUG, ...)` is printed (`#5599`).
     pub(crate) debugs: bool,
-    /// `#<_line>`: the line of the file that is played; 0 without one.
+    /// Line number of the file that is played (`#<_line>`); 0 without a file.
     pub(crate) line: u32,
     pub(crate) setup: Setup,
     pub(crate) left_out: Option<LeftOut>,
@@ -61,20 +61,20 @@ pub struct Interpreter {
     pub(crate) before: Before,
 }
 
-/// What the last block's moves change of the program, as it was before: the machine may refuse them.
+/// State before the last block's moves, to be restored if the machine refuses them.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Before {
     position: PerAxis<f64>,
     tool_offset: [f64; 3],
     shift: [f64; 3],
     thermal_z: f64,
-    /// E of the active tool, and the lift of Z that it is retracted with.
+    /// E of the active tool, and the lift of Z if the tool is retracted.
     e: f64,
     retracted: Option<f64>,
 }
 
 impl Interpreter {
-    /// A program at its beginning.
+    /// Creates a program at its beginning.
     #[must_use]
     pub fn new(setup: Setup) -> Self {
         let mut modal = Modal::new(setup.feed_rate, setup.seek_rate);
@@ -106,7 +106,7 @@ impl Interpreter {
         }
     }
 
-    /// A block begins: what the one before left to do is forgotten.
+    /// Begins a block and drops what remains of the previous block.
     #[inline]
     pub(crate) fn begin_block(&mut self) {
         self.effects.clear();
@@ -118,18 +118,18 @@ impl Interpreter {
         self.before = Before { position: self.position, tool_offset, shift, thermal_z, e, retracted };
     }
 
-    /// What is to be done before the action of the last block.
+    /// Returns the next effect to apply before the action of the last block.
     pub fn next_effect(&mut self) -> Option<Effect> {
         self.effects.pop_front()
     }
 
-    /// An effect of a block beside its action.
+    /// Queues an effect of a block beside its action.
     pub(crate) fn by_the_way(&mut self, effect: Effect) {
         let fits = self.effects.push_back(effect).is_ok();
         debug_assert!(fits, "a block has {MOST_EFFECTS} effects at most");
     }
 
-    /// What an M-code of spindle or coolant switches: the next effects.
+    /// Queues the switching that an M-code of spindle or coolant causes.
     pub(crate) fn switch(&mut self, number: u16) {
         for place in 0.. {
             let Some(claim) = self.setup.claims.of(Code::m(number)).nth(place) else { return };
@@ -144,8 +144,8 @@ impl Interpreter {
         }
     }
 
-    /// The spindle turns like this: what that switches are the next effects. From one way to the other it
-    /// stops.
+    /// Changes the spindle's direction and queues the switching as effects. Reversing switches the spindle
+    /// off first.
     pub(crate) fn turn_spindle(&mut self, spindle: Spindle) {
         if spindle.is_against(self.modal.auxiliary.spindle) {
             self.switch(Spindle::Stopped.code());
@@ -154,8 +154,8 @@ impl Interpreter {
         self.switch(spindle.code());
     }
 
-    /// What is to be done behind the action of the last block, or behind what this gave before, which has
-    /// been taken.
+    /// Returns the next action behind the last block's first action. The previous action must have been
+    /// carried out.
     pub fn next_action(&mut self) -> Option<Action<'static>> {
         if let Some(action) = self.following.pop_front() {
             return Some(action);
@@ -182,14 +182,13 @@ impl Interpreter {
         Some(action)
     }
 
-    /// The operator draws the tool out of a hole (G88): nothing of its block goes on until
-    /// [`Self::return_to`] it.
+    /// Suspends the block while the operator draws the tool out of a hole (G88), until [`Self::return_to`].
     pub const fn leave_hole(&mut self) -> LeftHole {
         self.cycles.leave_hole(self.modal.cycle)
     }
 
-    /// He has, and the machine is where the program was told last. False when he has drilled other holes
-    /// meanwhile: then nothing goes on.
+    /// Goes on with a hole from the last reported position, once the operator has drawn the tool out. Returns
+    /// false, and does nothing, when the operator has drilled other holes meanwhile.
     #[must_use]
     pub fn return_to(&mut self, left: &LeftHole) -> bool {
         if !self.cycles.return_to(left, self.position) {
@@ -200,14 +199,14 @@ impl Interpreter {
         true
     }
 
-    /// The program has then made this move of a cycle.
+    /// Moves the program's position to the end of this move of a cycle.
     pub(crate) const fn follow(&mut self, action: &Action<'_>) {
         if let Action::Move(request) = action {
             self.position = request.target;
         }
     }
 
-    /// Whether an effect or an action waits that has not been given.
+    /// Whether an effect or an action still waits to be taken.
     #[must_use]
     pub fn has_more(&self) -> bool {
         !self.effects.is_empty() || !self.is_last_action()
@@ -219,27 +218,26 @@ impl Interpreter {
         self.following.is_empty() && self.cycles.is_done()
     }
 
-    /// Places, in order, between which the moves lie that the last block makes behind the one given last. All
-    /// are straight.
+    /// Returns positions, in order, whose path bounds the last block's remaining moves, all of them straight.
     pub fn moves_to_come(&self) -> ToCome {
         let mut places = self.cycles.to_come();
         for action in &self.following {
             if let Action::Move(request) = action {
-                // What follows and a cycle's moves are never of one block: there is room.
+                // A block never has both queued actions and a cycle's moves, so there is room.
                 let _ = places.push(request.target);
             }
         }
         places
     }
 
-    /// Something to do behind what the block does first.
+    /// Queues an action behind the first action of the block.
     pub(crate) fn then(&mut self, action: Action<'static>) {
         let fits = self.following.push_back(action).is_ok();
         debug_assert!(fits, "a block has {FOLLOWING} more actions at most");
     }
 
-    /// The move there, which the program has then made.
-    // On its own the action is made where the caller's caller wants it; else it is copied there.
+    /// Returns the move to a position, and moves the program's position there.
+    // Not inlined, so that the action is built in the outer caller's place instead of being copied there.
     #[inline(never)]
     pub(crate) fn draw<'b>(&mut self, target: PerAxis<f64>, shape: Shape, names_z: bool) -> Action<'b> {
         let rate = match self.modal.motion {
@@ -251,7 +249,7 @@ impl Interpreter {
         Action::Move(Move { target, shape, rate, power: self.modal.power, corner: self.modal.corner })
     }
 
-    /// A rapid move in a straight line, which the program has then made.
+    /// Returns a straight rapid move, and moves the program's position to its end.
     pub(crate) fn rapid_to<'b>(&mut self, target: PerAxis<f64>) -> Action<'b> {
         self.position = target;
         let rate = Rate::Rapid(self.modal.seek_rate);
@@ -259,7 +257,7 @@ impl Interpreter {
         Action::Move(Move { target, shape, rate, power: self.modal.power, corner: self.modal.corner })
     }
 
-    /// A move of one axis at a rate of its own, which the program has then made.
+    /// Returns a move of one axis at its own rate, and moves the program's position to its end.
     pub(crate) fn move_by<'b>(&mut self, axis: Axis, by: f64, rate: MmPerSecond) -> Action<'b> {
         let mut target: PerAxis<f64> = self.position;
         target[axis] += by;
@@ -273,8 +271,8 @@ impl Interpreter {
         })
     }
 
-    /// The last block's action was refused: the program is where it was before. Of a cycle that is where the
-    /// action before it ended.
+    /// Takes back the last action, which the machine refused: the program's position is again that before the
+    /// action.
     pub fn take_back(&mut self) {
         self.following.clear();
         self.cycles.take_back();
@@ -286,9 +284,9 @@ impl Interpreter {
         }
     }
 
-    /// The machine is somewhere else than the program left it: after a stop, homing, probing.
+    /// Adopts the machine's position after a stop, homing or probing.
     pub fn resynchronise(&mut self, position: PerAxis<f64>) {
-        // What is left out has not moved it.
+        // Left-out moves have not moved the machine.
         if let Some(left_out) = &mut self.left_out {
             if left_out.stays_at(&position) {
                 return;
@@ -300,12 +298,12 @@ impl Interpreter {
         self.position = position;
     }
 
-    /// Where it was before the last action that it gave.
+    /// Returns the program's position before the last action.
     pub(crate) const fn before(&self) -> PerAxis<f64> {
         self.before.position
     }
 
-    /// The operator's halt, or a fault: nothing of the program goes on.
+    /// Stops the program for good, after the operator's halt or a fault.
     pub fn halt(&mut self) {
         self.following.clear();
         self.left_out = None;
@@ -320,7 +318,7 @@ impl Interpreter {
         self.splines = Splines::default();
     }
 
-    /// Words without a code drill no more holes.
+    /// Ends cycles, so that words without a code drill no more holes.
     pub fn end_cycles(&mut self) {
         self.cycles.stop();
         self.cycles.set_series(Series::default());
@@ -329,7 +327,7 @@ impl Interpreter {
         }
     }
 
-    /// Modes are as at boot; coordinate systems, tools and the park position stay (GRBL's reset).
+    /// Resets modes as at boot; coordinate systems, tools and the park position stay (GRBL's reset).
     pub fn reset(&mut self) {
         self.halt();
         self.saved.clear();
@@ -338,7 +336,7 @@ impl Interpreter {
         (self.modal.systems, self.modal.rotations) = (systems, rotations);
     }
 
-    /// Coordinate systems, G92 and the park position are as at first.
+    /// Clears coordinate systems, G92 and the park position.
     pub fn clear_offsets(&mut self) {
         self.modal.systems = Default::default();
         self.modal.rotations = Rotations::NONE;
@@ -350,42 +348,42 @@ impl Interpreter {
 
     // --- what it holds ---
 
-    /// Machine position where the last action ends.
+    /// Returns the machine position at the end of the last action.
     #[must_use]
     pub const fn position(&self) -> &PerAxis<f64> {
         &self.position
     }
 
-    /// Modes, offsets and rates.
+    /// Returns the modes, offsets and rates.
     #[must_use]
     pub const fn modal(&self) -> &Modal {
         &self.modal
     }
 
-    /// The extruders.
+    /// Returns the extruders' state and settings.
     #[must_use]
     pub const fn tools(&self) -> &Tools {
         &self.tools
     }
 
-    /// What is known of the tools that go into the spindle.
+    /// Returns the table of the spindle's tools.
     pub const fn tool_table(&mut self) -> &mut ToolTable {
         &mut self.tools.table
     }
 
-    /// The park position.
+    /// Returns the park position of G28.
     #[must_use]
     pub const fn park(&self) -> &ParkPosition {
         &self.park
     }
 
-    /// The park position of G30, where one has been stored.
+    /// Returns the park position of G30, if stored.
     #[must_use]
     pub const fn second_park(&self) -> Option<&ParkPosition> {
         self.second_park.as_ref()
     }
 
-    /// Z of the park position of G28 or G30, where it takes part.
+    /// Returns Z of the park position of G28 or G30, if Z takes part in parking.
     pub(crate) fn parked_z(&self, number: u16) -> Option<f64> {
         if number == 30 { self.second_park.and_then(|place| place.z) } else { self.park.z }
     }
@@ -398,26 +396,27 @@ impl Interpreter {
         }
     }
 
-    /// X Y Z of the last G38, machine position in mm, and whether its contact was found.
+    /// Returns X Y Z of the last G38, machine position in mm, and whether its contact was found.
     #[must_use]
     pub const fn last_probe(&self) -> ([f64; 3], bool) {
         self.last_probe
     }
 
-    /// The control points of the NURBS that the last action draws.
+    /// Returns the control points of the NURBS that the last action draws.
     #[must_use]
     pub fn control_points(&self) -> &[ControlPoint] {
         self.splines.closed()
     }
 
-    /// Modes and E of the program as they are, to come back to.
+    /// Returns modes and E of the program, to be restored later.
     #[must_use]
     pub fn keep(&self) -> Kept {
         let series = *self.cycles.series();
         Kept { series, modal: self.modal.clone(), e: self.tools.active().map_or(0.0, |tool| tool.e) }
     }
 
-    /// Comes back to what was kept. What makes up for temperature is the machine's, and is as it is now.
+    /// Restores modes and E. The compensation of temperature belongs to the machine and keeps its current
+    /// value.
     pub fn come_back_to(&mut self, kept: Kept) {
         let thermal_z = self.modal.thermal_z;
         self.modal = kept.modal;
@@ -428,68 +427,68 @@ impl Interpreter {
         }
     }
 
-    /// Z is so much higher from the next move on that names it, mm.
+    /// Raises Z by this distance, mm, from the next move on that names Z.
     pub fn set_thermal_z(&mut self, mm: f64) {
         self.modal.set_thermal_z(mm);
     }
 
-    /// What is extruded along the path from now on is this much of what the program says, with this extruder.
+    /// Scales the extrusion along later paths of this extruder by a factor.
     pub fn set_width_factor(&mut self, extruder: units::ToolId, factor: f64) {
         self.tools.set_width_factor(extruder, factor);
     }
 
-    /// Counts in mm from now on; what it counted in before.
+    /// Selects millimetres; returns whether inches were selected before.
     pub fn count_in_mm(&mut self) -> bool {
         core::mem::take(&mut self.modal.inches)
     }
 
-    /// Counts in inches, or in mm.
+    /// Selects inches or millimetres.
     pub const fn count_in_inches(&mut self, inches: bool) {
         self.modal.inches = inches;
     }
 
-    /// M203 S: the rate of G0.
+    /// Sets the rate of G0 (M203 S).
     pub const fn set_seek_rate(&mut self, rate: MmPerSecond) {
         self.modal.seek_rate = rate;
     }
 
-    /// G30 Z: a contact at this height of the machine reads as given, both in mm.
+    /// Sets the work offset so that a contact at this machine height reads as given, both in mm (G30 Z).
     pub fn read_contact(&mut self, machine_z: f64, reads: f64) {
         let mut contact = self.position;
         contact[Axis::Z] = machine_z;
         self.modal.set_g92(Axis::Z, reads, &contact);
     }
 
-    /// The operator's overrides count, whatever the program has said of them.
+    /// Enables the operator's overrides, whatever the program has set.
     pub const fn let_overrides_count(&mut self) {
         let modes = &mut self.modal.auxiliary;
         (modes.feed_override, modes.spindle_override) = (true, true);
     }
 
-    /// M66: 1 or 0 as the input was found, -1 where nothing came of it in time.
+    /// Sets the result of M66: 1 or 0 for the input's state, -1 after a time-out.
     pub const fn set_input_result(&mut self, value: f64) {
         self.input_result = value;
     }
 
-    /// The line of the file that is played, counted from 1: `#<_line>`.
+    /// Sets the line number of the file that is played, counted from 1 (`#<_line>`).
     #[inline]
     pub const fn at_line(&mut self, line: u32) {
         self.line = line;
     }
 
-    /// Whether `(DEBUG, ...)` is said (`#5599`).
+    /// Returns whether `(DEBUG, ...)` is printed (`#5599`).
     #[must_use]
     pub const fn debugs(&self) -> bool {
         self.debugs
     }
 
-    /// Where a G38 ended, and whether it found its contact.
+    /// Sets the end position of a G38, and whether its contact was found.
     pub const fn set_last_probe(&mut self, place: [f64; 3], found: bool) {
         self.last_probe = (place, found);
     }
 }
 
-/// Modes and E of a program, to go on with after somebody worked at the machine.
+/// Modes and E of a program, to be restored after a person has worked at the machine.
 #[derive(Clone, Debug)]
 pub struct Kept {
     pub(crate) modal: Modal,

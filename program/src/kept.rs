@@ -1,16 +1,15 @@
-//! Going on with a program after somebody worked at the machine.
+//! Resuming a program after a person has worked at the machine.
 
 use units::{Axis, PerAxis};
 
 use crate::interpreter::{Interpreter, Kept};
 use crate::meaning::modes;
 
-/// Less than this, mm, is rounding.
+/// Rounding tolerance of positions, mm.
 const NOTHING: f64 = 1e-9;
 
-/// Comes back to what was kept, but for offsets: those that were set meanwhile, for another cutter or
-/// another part, stay. Spindle and coolant that somebody has switched meanwhile are switched back: the next
-/// effects.
+/// Restores the saved modes except offsets: offsets that were set meanwhile, for another cutter or another
+/// part, stay. Spindle and coolant return to their former state by the next effects.
 pub fn go_on_from(program: &mut Interpreter, mut kept: Kept) {
     let before = program.modal.auxiliary;
     kept.modal.take_offsets_of(&program.modal);
@@ -19,8 +18,8 @@ pub fn go_on_from(program: &mut Interpreter, mut kept: Kept) {
     modes::switch_from(program, &before);
 }
 
-/// Where a place of the machine lies now that had the same work coordinates, in the coordinate system in
-/// force then, when `kept` was kept.
+/// Returns the machine position that now has the work coordinates that `place` had when `kept` was saved, in
+/// the coordinate system in force then.
 pub fn same_work_place(program: &mut Interpreter, kept: &Kept, place: &PerAxis<f64>) -> PerAxis<f64> {
     let work = kept.modal.work(place);
     let in_force = core::mem::replace(&mut program.modal.system, kept.modal.system);

@@ -1,37 +1,38 @@
-//! Objects that are left out of a print: their moves are followed, and not made. What the machine has to do
-//! before it goes on with what is printed is worked out here.
+//! Objects that are left out of a print: the program follows their moves without making them. This module
+//! computes the machine's way back to the first printed move.
 //!
-//! Filament is pushed and pulled back within an object too, and what follows counts on it. So the machine
-//! ends as far retracted as the file then is, whatever the object would have used. How far the file was
-//! retracted before is what it pushes without a way before its first line of filament.
+//! Filament is pushed and pulled back within an object too, and later lines depend on the state of
+//! retraction. So the machine ends as far retracted as the file is then, regardless of the object's
+//! extrusion. Retraction before the object equals the filament that the file pushes without motion before its
+//! first printed line.
 
 use heapless::Vec;
 use units::{Axis, MmPerSecond, PerAxis};
 
 use crate::action::{Corner, Move, Rate, Shape};
 
-/// An object that is left out, or has been, and the machine has not gone on since.
+/// State of an object that is left out, until the machine has returned to the print.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LeftOut {
-    /// Its lines are read still.
+    /// Whether lines of the object are still being read.
     lasts: bool,
-    /// The block that is read is none of the print's.
+    /// Whether the current block belongs to somebody other than the print.
     is_aside: bool,
-    /// Where the machine has stayed, since something was left out.
+    /// State of the waiting machine, since a move was left out.
     stays: Option<Stay>,
 }
 
-/// Where the machine stays, and what it misses.
+/// Position of the waiting machine, and the moves that have been left out.
 #[derive(Clone, Debug)]
 pub(crate) struct Stay {
     at: PerAxis<f64>,
-    /// Where the file believes it is.
+    /// Position that the file assumes.
     believed: PerAxis<f64>,
-    /// A line of filament has been left out.
+    /// Whether a line of filament has been left out.
     has_printed: bool,
-    /// Pushed or pulled back before that, by extruder, mm.
+    /// Filament pushed or pulled back before that line, by extruder, mm.
     pushed: PerAxis<f64>,
-    /// The furthest that extruders have been.
+    /// Greatest position of each extruder so far.
     furthest: PerAxis<f64>,
 }
 
@@ -40,7 +41,7 @@ impl Stay {
         Self { at, believed: at, has_printed: false, pushed: PerAxis([0.0; units::MAX_AXES]), furthest: at }
     }
 
-    /// A move that is left out.
+    /// Follows a left-out move to its end.
     pub fn follow(&mut self, to: &PerAxis<f64>, extruders: &[Axis]) {
         let from = core::mem::replace(&mut self.believed, *to);
         let has_way = Axis::PRIMARY.into_iter().any(|axis| from[axis] != to[axis]);
@@ -49,14 +50,14 @@ impl Stay {
             if has_way && pushed > 0.0 {
                 self.has_printed = true;
             } else if !self.has_printed {
-                // What a wipe pulls back, too.
+                // Counts filament that a wipe pulls back, too.
                 self.pushed[axis] += pushed;
             }
             self.furthest[axis] = if to[axis] > self.furthest[axis] { to[axis] } else { self.furthest[axis] };
         }
     }
 
-    /// As if what `later` misses had been missed behind this.
+    /// Appends the left-out moves of `later` to those of this state.
     fn and_then(mut self, later: &Self) -> Self {
         for (pushed, more) in self.pushed.0.iter_mut().zip(later.pushed.0).filter(|_| !self.has_printed) {
             *pushed += more;
@@ -67,12 +68,12 @@ impl Stay {
         Self { believed: later.believed, has_printed: self.has_printed || later.has_printed, ..self }
     }
 
-    /// Where the file believes the machine is.
+    /// Returns the position that the file assumes.
     pub const fn believed(&self) -> &PerAxis<f64> {
         &self.believed
     }
 
-    /// Where an extruder has to be, for the file to be as far retracted as it believes.
+    /// Returns the extruder's position that matches the retraction of the file.
     fn due(&self, axis: Axis, believed: f64) -> f64 {
         let retracted = self.furthest[axis] - believed;
         let by = if self.has_printed { self.pushed[axis] - retracted } else { self.pushed[axis] };
@@ -81,37 +82,37 @@ impl Stay {
 }
 
 impl LeftOut {
-    /// It begins, or ends.
+    /// Begins or ends the leaving out of moves.
     pub fn lasts(&mut self, yes: bool) {
         self.lasts = yes;
     }
 
-    /// The block that is read is of the print, or somebody else moves the machine.
+    /// Sets whether the current block belongs to the print, rather than to somebody else.
     pub fn counts(&mut self, yes: bool) {
         self.is_aside = !yes;
     }
 
-    /// Whether nothing is left out, nor to be made up for.
+    /// Whether moves are neither left out nor to be made up for.
     pub const fn is_done(&self) -> bool {
         !self.lasts && self.stays.is_none()
     }
 
-    /// Whether the print goes on.
+    /// Whether the object has ended and the current block belongs to the print.
     pub const fn has_ended(&self) -> bool {
         !self.lasts && !self.is_aside
     }
 
-    /// Whether the machine has stayed there.
+    /// Whether the machine waits at this position.
     pub fn stays_at(&self, position: &PerAxis<f64>) -> bool {
         self.stays.as_ref().is_some_and(|stay| stay.at == *position)
     }
 
-    /// Where the machine has stayed, when it counts no more.
+    /// Ends the machine's wait and returns its position.
     pub fn take_place(&mut self) -> Option<PerAxis<f64>> {
         self.stays.take().map(|stay| stay.at)
     }
 
-    /// Whether this move, from where the program was, is left out.
+    /// Follows the move if it is left out; returns whether it is.
     pub fn follow(&mut self, from: PerAxis<f64>, to: &PerAxis<f64>, extruders: &[Axis]) -> bool {
         let is_left_out = self.lasts && !self.is_aside;
         if is_left_out {
@@ -120,8 +121,7 @@ impl LeftOut {
         is_left_out
     }
 
-    /// Moves that were planned are not made: the machine stays there, and what was left out behind them
-    /// still is.
+    /// Merges planned moves that are cancelled with the moves left out after them.
     pub fn stay(&mut self, earlier: Stay) {
         self.stays = Some(match self.stays.take() {
             Some(stay) => earlier.and_then(&stay),
@@ -129,24 +129,24 @@ impl LeftOut {
         });
     }
 
-    /// Where the machine has stayed, since something was left out.
+    /// Returns the state of the waiting machine, since a move was left out.
     pub const fn stays(&self) -> Option<&Stay> {
         self.stays.as_ref()
     }
 }
 
-/// What a way back depends on beside where it leads.
+/// Parameters of the way back, beside its end.
 #[derive(Clone, Debug)]
 pub(crate) struct Manner<'e> {
     pub extruders: &'e [Axis],
-    /// The extruder in use, and the rate of its retraction.
+    /// Extruder in use, and the rate of its retraction.
     pub pulls: Option<(Axis, MmPerSecond)>,
     pub travel: MmPerSecond,
 }
 
 impl Stay {
-    /// The way to where the file goes on, with a move that `is_straight` and leads to `target`. `place`:
-    /// where the file believes it is before it; `must_arrive`: more of its line follows.
+    /// Returns the way back to the file's next move, which leads to `target` and may be straight. `place` is
+    /// the position that the file assumes; `must_arrive` means that more moves of the line follow.
     pub fn way_back(
         &self,
         place: &PerAxis<f64>,
@@ -162,7 +162,7 @@ impl Stay {
         }
         way.rise(place[Axis::Z]);
         let pushes = due.filter(|(axis, due, _)| due > &way.at[*axis]);
-        // A straight way without filament needs none to where it begins.
+        // A straight travel move needs no way to its own beginning.
         let is_travel = is_straight && extruders.iter().all(|&axis| target[axis] == place[axis]);
         let arrives = pushes.is_some() || !is_travel || must_arrive;
         if arrives {
@@ -179,20 +179,21 @@ impl Stay {
     }
 }
 
-/// The way from where the machine has stayed to where the file goes on.
+/// Way from the waiting machine to the file's next move.
 #[derive(Clone, Debug)]
 pub struct WayBack {
-    /// Moves from where it is, one behind the other.
+    /// Moves to be made in sequence.
     pub moves: Vec<Move, 5>,
-    /// Where it then is, as the file counts: only extruders differ from where the moves lead.
+    /// Position behind the moves, in the file's coordinates; only extruders may differ from the moves' end.
     pub place: PerAxis<f64>,
-    /// It leads to where the file's next move begins; else that move itself leads from its end to its own.
+    /// Whether the moves reach the beginning of the file's next move; otherwise that move starts where they
+    /// end.
     pub arrives: bool,
 }
 
 impl WayBack {
-    /// The same with extruders counted as the file does from its beginning on, which is `at`, and where the
-    /// machine then is before it.
+    /// Shifts the extruders' positions to the file's count at `at`, where the way begins. Returns the way,
+    /// and the machine's position before the way.
     #[must_use]
     pub fn counted_anew(mut self, at: &PerAxis<f64>) -> (Self, PerAxis<f64>) {
         let end = self.moves.last().map_or(*at, |last| last.target);
@@ -206,7 +207,7 @@ impl WayBack {
     }
 }
 
-/// A way in pieces.
+/// Builder of a way, move by move.
 struct Way {
     at: PerAxis<f64>,
     moves: Vec<Move, 5>,
@@ -218,7 +219,7 @@ impl Way {
         if to != self.at {
             self.at = to;
             let shape = Shape::Line { names_xy: true };
-            // There is room: filament twice, up, over, down.
+            // There is room for all moves: filament twice, up, over, down.
             let _ = self.moves.push(Move { target: to, shape, rate, power: 0.0, corner: Corner::Sharp });
         }
     }
@@ -237,7 +238,7 @@ impl Way {
         }
     }
 
-    /// To this place, and down last; extruders stay.
+    /// Appends moves to this position, with the descent last; extruders stay.
     fn over(&mut self, to: &PerAxis<f64>, extruders: &[Axis]) {
         let mut place = *to;
         for &axis in extruders {
@@ -272,7 +273,7 @@ mod tests {
 
     #[test]
     fn the_machine_is_as_far_retracted_as_the_file_is() {
-        // It comes retracted by 1, and the object ends retracted by 3.
+        // The file arrives retracted by 1, and the object ends retracted by 3.
         let stay =
             stay(&[at(0.0, 0.2, 9.0), at(5.0, 0.2, 9.0), at(5.0, 0.2, 10.0), at(50.0, 0.2, 14.0), at(50.0, 0.2, 11.0)]);
         assert_eq!(stay.due(E, 11.0), 7.0, "two more are pulled back");
@@ -286,7 +287,7 @@ mod tests {
 
     #[test]
     fn what_a_wipe_would_have_pulled_back_is_pulled_back() {
-        // Stopped in the middle of a wipe: half a millimetre of two has been pulled back.
+        // The print stopped in the middle of a wipe: half of 2 mm has been pulled back.
         let stay = stay(&[at(50.0, 0.2, 13.5), at(45.0, 0.2, 13.0), at(45.0, 0.2, 12.0)]);
         assert_eq!(stay.due(E, 12.0), 12.0);
     }

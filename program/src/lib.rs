@@ -1,13 +1,13 @@
-//! The interpreter: what a line of G-code means, as [`Action`]s for the machine to carry out.
+//! The interpreter: translates lines of G-code into [`Action`]s for the machine to carry out.
 //!
-//! Text becomes words in `gcode`, words become actions here, and one executor in `machine` carries the
-//! actions out. Nothing here waits, moves or looks at the world: an [`Interpreter`] takes a block and what it
-//! must know of the machine, and gives actions. What an action finds (a contact, a position after a stop) is
-//! told back.
+//! Crate `gcode` parses text into words, this crate turns words into actions, and the executor in `machine`
+//! carries the actions out. No code here waits, moves or does I/O: an [`Interpreter`] takes a block and the
+//! necessary facts about the machine, and returns actions. The machine reports results (a contact, a position
+//! after a stop) back.
 //!
-//! What codes there are, what words they take, when they may run and what they wait for is one table,
-//! [`codes`]; what console commands there are is another, [`commands`]; Klipper's commands by name are a
-//! third, [`extended`]. Dispatch, `help` and the documentation come from these.
+//! A table, [`codes`], lists the codes with their words, permitted states and kinds of waiting; another,
+//! [`commands`], lists the console commands; a third, [`extended`], Klipper's commands by name. Dispatch,
+//! `help` and the documentation use these tables.
 #![cfg_attr(not(any(test, feature = "docs")), no_std)]
 #![forbid(unsafe_code)]
 

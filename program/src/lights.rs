@@ -1,32 +1,32 @@
-//! What is asked of lights.
+//! Changes of lights (M150).
 
 /// A change of the colour of lights (M150).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LightChange {
-    /// The strip, by its place in the configuration's list; none: every one.
+    /// Strip by its index in the configuration's list; `None` means every strip.
     pub strip: Option<u8>,
-    /// Which lights of it.
+    /// Lights of the strip that change.
     pub which: Lights,
-    /// How bright red, green, blue and white are to be, 0 to 255; what is none stays as it is.
+    /// Brightness of red, green, blue and white, 0 to 255; `None` leaves a colour as it is.
     pub parts: [Option<u8>; 4],
-    /// It is seen at once; else with the next change of the strip that is.
+    /// Whether the change is shown at once; otherwise with the strip's next change that is shown.
     pub shown: bool,
-    /// It happens where the path has come to it; else now, whatever moves.
+    /// Whether the change waits for its point of the path; otherwise it happens at once.
     pub rides: bool,
 }
 
-/// Lights of a strip.
+/// Selection of lights of a strip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lights {
-    /// All of them.
+    /// Every light of the strip.
     All,
-    /// The one at this place, from 0.
+    /// Light at this index, from 0.
     One(u16),
-    /// So many, from where the last ones ended; more are to follow, or the next ones begin anew.
+    /// Group of lights that begins at the end of the previous group.
     Next {
-        /// How many.
+        /// Number of lights in the group.
         count: u16,
-        /// Whether more follow.
+        /// Whether the next group continues here; otherwise it begins at the first light.
         more: bool,
     },
 }

@@ -1,57 +1,57 @@
-//! The parameters of a program: `#1` to `#5000`, and those with names.
+//! Parameters of a program: `#1` to `#5000`, and named parameters.
 //!
-//! `#1` to `#30` are a subroutine's own, as are names; `#31` and above, and names that begin with `_`, are
-//! for all. A parameter with a number that was never set is 0. What a line sets counts from the next line on
-//! (NIST RS-274/NGC, section 3.3.2.1), so it waits here until the line has been read.
+//! `#1` to `#30` are local to a subroutine, as are names; `#31` and above, and names that begin with `_`, are
+//! global. A numbered parameter that was never set is 0. Assignments take effect behind their line (NIST
+//! RS-274/NGC, section 3.3.2.1), so they wait here until the line has been read.
 
 use gcode::expression::Name;
 use gcode::{Parameter, Problem};
 use heapless::Vec;
 
-/// Parameters that belong to a subroutine: `#1` to this one.
+/// Number of local parameters: `#1` to `#30`.
 pub(crate) const LOCALS: usize = 30;
-/// The last one that a program may use as it likes.
+/// Highest number that a program may use freely.
 const LAST: u16 = 5_000;
-/// Numbered parameters other than 0, at once.
+/// Capacity for numbered parameters other than 0.
 const MOST_NUMBERED: usize = 256;
-/// Names at once.
+/// Capacity for named parameters.
 const MOST_NAMED: usize = 64;
-/// Parameters that one line sets.
+/// Greatest number of parameters that one line sets.
 const MOST_OF_A_LINE: usize = 16;
 
-/// A subroutine's own numbered parameters.
+/// A subroutine's local numbered parameters.
 pub(crate) type Locals = [f64; LOCALS];
 
-/// A parameter with a name.
+/// Parameter with a name.
 #[derive(Clone, Debug)]
 struct Named {
     name: Name,
-    /// How deep the subroutine is called that it belongs to; 0 for those of all.
+    /// Call depth of the subroutine that owns the parameter; 0 for global parameters.
     level: u8,
     value: f64,
 }
 
-/// The parameters.
+/// Memory of all parameters.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
     locals: Locals,
-    /// Those other than 0, in order.
+    /// Numbered parameters other than 0, in order.
     numbered: Vec<(u16, f64), MOST_NUMBERED>,
     named: Vec<Named, MOST_NAMED>,
-    /// Set by the line that is being read.
+    /// Assignments of the line that is being read.
     waiting: Vec<(Parameter, f64), MOST_OF_A_LINE>,
-    /// How deep the subroutine that runs is called.
+    /// Call depth of the current subroutine.
     level: u8,
-    /// One that is kept over a power cycle has been written.
+    /// Whether a persistent parameter has been written.
     has_changed: bool,
 }
 
 impl Memory {
-    /// Becomes another one, in place: it is the largest part of a program.
+    /// Copies another memory in place, because memory is the largest part of a program.
     pub(crate) fn copy_from(&mut self, other: &Self) {
         fn copy<T: Clone, const N: usize>(to: &mut Vec<T, N>, from: &Vec<T, N>) {
             to.clear();
-            // As many fit as there are.
+            // Both lists have the same capacity.
             let _ = to.extend_from_slice(from);
         }
         self.locals = other.locals;
@@ -61,7 +61,7 @@ impl Memory {
         (self.level, self.has_changed) = (other.level, other.has_changed);
     }
 
-    /// The value of a parameter that programs keep here; `None` when there is none.
+    /// Returns the value of a parameter stored here; `None` when there is none.
     pub(crate) fn get(&self, parameter: &Parameter) -> Option<f64> {
         match parameter {
             Parameter::Numbered(number @ 1..=30) => self.locals.get(usize::from(*number) - 1).copied(),
@@ -73,7 +73,7 @@ impl Memory {
             Parameter::Named(name) => {
                 let level = self.level_of(name);
                 let named = self.named.iter().find(|named| named.level == level && named.name == *name);
-                // No subroutine has given anything yet.
+                // Both names are 0 until a subroutine returns a value.
                 let given = || matches!(name.as_str(), "_value" | "_value_returned").then_some(0.0);
                 named.map(|named| named.value).or_else(given)
             }
@@ -84,30 +84,30 @@ impl Memory {
         if name.starts_with('_') { 0 } else { self.level + 1 }
     }
 
-    /// Keeps what a line sets until it has been read.
+    /// Queues an assignment until its line has been read.
     pub(crate) fn set_later(&mut self, parameter: Parameter, value: f64) -> Result<(), Problem> {
         self.waiting.push((parameter, value)).map_err(|_| Problem::TooManyParameters)
     }
 
-    /// The next parameter that the line has set.
+    /// Returns the next queued assignment of the line.
     pub(crate) fn take_waiting(&mut self) -> Option<(Parameter, f64)> {
         if self.waiting.is_empty() { None } else { Some(self.waiting.remove(0)) }
     }
 
-    /// The line is not carried out.
+    /// Drops the queued assignments, because the line is not carried out.
     pub(crate) fn forget_waiting(&mut self) {
         self.waiting.clear();
     }
 
-    /// Whether the line has set something.
+    /// Whether the line has queued an assignment.
     pub(crate) fn has_waiting(&self) -> bool {
         !self.waiting.is_empty()
     }
 
-    /// Writes a parameter.
+    /// Sets a parameter at once.
     ///
     /// # Errors
-    /// When there is no room, or none with this number.
+    /// When there is no room, or no parameter with this number.
     pub(crate) fn set(&mut self, parameter: &Parameter, value: f64) -> Result<(), Problem> {
         match parameter {
             Parameter::Numbered(number @ 1..=30) => {
@@ -151,13 +151,13 @@ impl Memory {
         self.named.push(named).map_err(|_| Problem::TooManyParameters)
     }
 
-    /// A subroutine begins, with these as its own; those of its caller, to come back to.
+    /// Enters a subroutine with these local parameters; returns the caller's.
     pub(crate) fn enter(&mut self, own: Locals) -> Locals {
         self.level = self.level.saturating_add(1);
         core::mem::replace(&mut self.locals, own)
     }
 
-    /// A subroutine has ended.
+    /// Leaves a subroutine and restores the caller's local parameters.
     pub(crate) fn leave(&mut self, callers: Locals) {
         let own = self.level + 1;
         self.named.retain(|named| named.level != own);
@@ -165,18 +165,18 @@ impl Memory {
         self.locals = callers;
     }
 
-    /// What a subroutine gave: `#<_value>`, and whether it gave any, `#<_value_returned>`.
+    /// Sets the returned value, `#<_value>`, and whether a value was returned, `#<_value_returned>`.
     pub(crate) fn give_back(&mut self, value: Option<f64>) {
         let given = [("_value", value.unwrap_or(0.0)), ("_value_returned", f64::from(u8::from(value.is_some())))];
         for (name, value) in given {
             if let Ok(name) = Name::try_from(name) {
-                // Where there is no room, it is missed where it is asked for.
+                // Without room the parameter is missing, and reading it is the error.
                 let _ = self.set_named(&name, value);
             }
         }
     }
 
-    /// Programs have ended: what belonged to them is forgotten.
+    /// Forgets local parameters at the end of programs.
     pub(crate) fn end(&mut self) {
         self.forget_waiting();
         self.level = 0;
@@ -184,22 +184,22 @@ impl Memory {
         self.named.retain(|named| named.level == 0);
     }
 
-    /// What is kept over a power cycle: of the numbered parameters that are not 0, the one at this place.
+    /// Returns the persistent parameter at this index: a numbered parameter that is not 0.
     pub(crate) fn at(&self, place: usize) -> Option<(u16, f64)> {
         self.numbered.get(place).copied()
     }
 
-    /// How many of them there are.
+    /// Returns the number of persistent parameters.
     pub(crate) fn kept(&self) -> usize {
         self.numbered.len()
     }
 
-    /// Something else that is kept has been written.
+    /// Notes that persistent state outside this memory has been written.
     pub(crate) const fn changed(&mut self) {
         self.has_changed = true;
     }
 
-    /// Whether one of them has been written since the last call.
+    /// Returns whether persistent state has been written since the last call.
     pub(crate) const fn take_changed(&mut self) -> bool {
         core::mem::replace(&mut self.has_changed, false)
     }

@@ -1,8 +1,8 @@
-//! What a program's words mean at this moment: units, plane, distance mode, offsets, rates.
+//! Modal state of a program: units, plane, distance mode, offsets, rates.
 //!
 //! Order of offsets: machine = work + coordinate system - G92 + tool offset. A coordinate system may be
-//! turned: then work and G92 are in its own directions, X and Y of the others in the machine's. Everything
-//! here is in mm and mm/s; inches and minutes end where a word is read.
+//! rotated: then work and G92 are along its own axes, X and Y of the other offsets along the machine's. All
+//! values are in mm and mm/s; reading a word converts inches and minutes.
 
 use gcode::Code;
 use units::{Axis, MmPerSecond, PerAxis, Plane};
@@ -13,41 +13,41 @@ use crate::cycle::{Cycle, Retract};
 use crate::rotation::{Rotations, Turn};
 use crate::words::{Lengths, MM_PER_INCH};
 
-/// Coordinate systems G54 to G59.3.
+/// Number of coordinate systems, G54 to G59.3.
 pub const COORDINATE_SYSTEMS: usize = 9;
 
 /// The modal motion code.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MotionMode {
-    /// G0.
+    /// Rapid move by G0.
     #[default]
     Rapid,
-    /// G1.
+    /// Linear move by G1.
     Linear,
-    /// G2.
+    /// Clockwise arc by G2.
     ArcClockwise,
-    /// G3.
+    /// Counter-clockwise arc by G3.
     ArcCounterClockwise,
-    /// G5.
+    /// Cubic Bezier by G5.
     Cubic,
-    /// G5.1.
+    /// Quadratic Bezier by G5.1.
     Quadratic,
-    /// G5.2.
+    /// Control points of a NURBS (G5.2).
     Nurbs,
-    /// G73, G74, G81 to G89: [`Modal::cycle`] says which.
+    /// Canned cycle, G73, G74, G81 to G89; see [`Modal::cycle`].
     Cycle,
-    /// G33.
+    /// Spindle-synchronised move by G33.
     Synchronised,
-    /// G76.
+    /// Threading cycle by G76.
     Threading,
-    /// G38 with this subcode, in GRBL's dialect.
+    /// Probing by G38 with this subcode, in GRBL's dialect.
     Search(u8),
-    /// G80: none is in force.
+    /// No motion code, after G80.
     Cancelled,
 }
 
 impl MotionMode {
-    /// From the number and subcode of a G-code.
+    /// Returns the mode for the number and subcode of a G-code.
     #[must_use]
     pub const fn from_g(number: u16, subcode: u8) -> Option<Self> {
         Some(match (number, subcode) {
@@ -63,20 +63,20 @@ impl MotionMode {
     }
 }
 
-/// What F says.
+/// Feed mode, the meaning of F.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FeedMode {
-    /// G93: how many such moves a minute has.
+    /// G93, inverse time: number of such moves in a minute.
     InverseTime,
-    /// G94: length a minute.
+    /// G94, units per minute.
     #[default]
     PerMinute,
-    /// G95: length a turn of the spindle.
+    /// G95, units per revolution of the spindle.
     PerRevolution,
 }
 
 impl FeedMode {
-    /// Its G-code.
+    /// Returns the G-code that selects the mode.
     #[must_use]
     pub const fn code(self) -> Code {
         match self {
@@ -88,7 +88,7 @@ impl FeedMode {
 }
 
 impl Corner {
-    /// Its G-code.
+    /// Returns the G-code that selects the mode.
     #[must_use]
     pub const fn code(self) -> Code {
         match self {
@@ -99,7 +99,7 @@ impl Corner {
     }
 }
 
-/// What M120 saves and M121 restores.
+/// Modes that M120 saves and M121 restores.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Saved {
     feed_rate: MmPerSecond,
@@ -110,73 +110,73 @@ pub struct Saved {
     system: usize,
 }
 
-/// The modal state.
+/// Modal state of a program.
 #[derive(Clone, Debug)]
 pub struct Modal {
-    /// Last motion code.
+    /// Motion code in force.
     pub motion: MotionMode,
-    /// The canned cycle, where that is the motion code.
+    /// Canned cycle, if the motion code is one.
     pub cycle: Cycle,
     /// Plane of arcs and cycles.
     pub plane: Plane,
-    /// Corners.
+    /// Treatment of corners (G61, G61.1, G64).
     pub corner: Corner,
-    /// What F says.
+    /// Feed mode (G93, G94, G95).
     pub feed_mode: FeedMode,
-    /// Where cycles leave a hole to.
+    /// Height to which cycles leave a hole (G98, G99).
     pub retract: Retract,
-    /// G90.1: I, J and K are places.
+    /// Whether I, J and K are positions (G90.1) instead of distances.
     pub arc_absolute: bool,
-    /// G20.
+    /// Whether lengths are in inches (G20).
     pub inches: bool,
-    /// G90.
+    /// Whether coordinates are absolute (G90).
     pub absolute: bool,
-    /// Coordinates of the extruder are places: M82, and what the dialect has G90 and G91 say.
+    /// Whether E is absolute: M82, and G90 and G91 as far as the dialect says.
     pub e_absolute: bool,
-    /// M82 was said, not M83.
+    /// Whether M82 came after the last M83.
     pub e_places: bool,
-    /// Rate of G1 to G5.
+    /// Feed rate of G1 to G5.
     pub feed_rate: MmPerSecond,
-    /// F after G95, mm.
+    /// Feed per revolution, F after G95, mm.
     pub feed_per_turn: f64,
-    /// Rate of G0.
+    /// Rapid rate of G0.
     pub seek_rate: MmPerSecond,
-    /// Factor of the rates of moves that are read from now on (M220).
+    /// Factor of the rates of later moves (M220).
     pub speed_factor: f64,
-    /// The factor that was in force at the last M220 B: M220 R brings it back. 1 before any.
+    /// Factor saved by the last M220 B, which M220 R restores; 1 before any.
     pub kept_speed_factor: f64,
-    /// S of laser and spindle.
+    /// S word of laser and spindle.
     pub power: f32,
-    /// Active coordinate system, 0 is G54.
+    /// Active coordinate system; 0 is G54.
     pub system: usize,
     /// Offsets of the coordinate systems, X Y Z in mm.
     pub systems: [[f64; 3]; COORDINATE_SYSTEMS],
-    /// How they are turned.
+    /// Rotations of the coordinate systems.
     pub rotations: Rotations<COORDINATE_SYSTEMS>,
     /// G92 offset, X Y Z in mm.
     pub g92: [f64; 3],
-    /// What G92.2 has taken away, and G92.3 brings back.
+    /// G92 offset that G92.2 has suspended, and G92.3 restores.
     pub(crate) g92_kept: [f64; 3],
-    /// G92 or G92.3 is in force, though it may add nothing: `#5210`.
+    /// Whether G92 or G92.3 is in force, even with an offset of zero: `#5210`.
     pub(crate) g92_is_on: bool,
-    /// Tool offset, shift and what makes up for temperature together, X Y Z in mm.
+    /// Sum of tool offset, shift and thermal compensation, X Y Z in mm.
     pub tool_offset: [f64; 3],
     /// Shift of everything (M290), X Y Z in mm.
     pub shift: [f64; 3],
-    /// What makes up for a frame that grows with its temperature, Z in mm.
+    /// Compensation of the frame's thermal expansion, Z in mm.
     pub(crate) thermal_z: f64,
-    /// G43, G43.1 or G43.2 is in force, not G49.
+    /// Whether G43, G43.1 or G43.2 is in force, rather than G49.
     pub has_tool_length: bool,
-    /// G7: words of X are diameters.
+    /// Whether words of X are diameters (G7).
     pub diameters: bool,
-    /// What turns and flows, and the operator's overrides.
+    /// State of spindle, coolant and the operator's overrides.
     pub auxiliary: Auxiliary,
-    /// G53: the next motion code is in machine coordinates.
+    /// Whether the next motion code is in machine coordinates (G53).
     pub machine_next: bool,
 }
 
 impl Modal {
-    /// The state at boot: G0 G17 G21 G54 G61 G90 G91.1 G94 G98 M82.
+    /// Creates the state at boot: G0 G17 G21 G54 G61 G90 G91.1 G94 G98 M82.
     #[must_use]
     pub const fn new(feed_rate: MmPerSecond, seek_rate: MmPerSecond) -> Self {
         Self {
@@ -213,7 +213,7 @@ impl Modal {
         }
     }
 
-    /// The G-code of the motion code in force.
+    /// Returns the G-code of the motion code in force.
     #[must_use]
     pub const fn motion_code(&self) -> Code {
         match self.motion {
@@ -232,19 +232,19 @@ impl Modal {
         }
     }
 
-    /// How lengths are written.
+    /// Returns the units of lengths in words.
     #[inline]
     pub(crate) const fn lengths(&self) -> Lengths {
         Lengths { inches: self.inches, diameters: self.diameters }
     }
 
-    /// A length in the program's units.
+    /// Converts a length to the program's units.
     #[must_use]
     pub fn in_program_units(&self, mm: f64) -> f64 {
         if self.inches { mm / MM_PER_INCH } else { mm }
     }
 
-    /// Takes over all offsets, and no mode.
+    /// Copies all offsets from another state, and no mode.
     pub(crate) const fn take_offsets_of(&mut self, other: &Self) {
         (self.systems, self.rotations) = (other.systems, other.rotations);
         (self.g92, self.g92_kept, self.g92_is_on) = (other.g92, other.g92_kept, other.g92_is_on);
@@ -252,7 +252,8 @@ impl Modal {
         (self.shift, self.thermal_z) = (other.shift, other.thermal_z);
     }
 
-    /// Sum of all offsets of one of X Y Z, in mm: machine = work + this, where the system is not turned.
+    /// Returns the sum of all offsets of X, Y or Z, mm: machine = work + offset, unless the system is
+    /// rotated.
     #[must_use]
     pub fn offset(&self, axis: Axis) -> f64 {
         let index = axis as usize;
@@ -260,14 +261,14 @@ impl Modal {
         self.systems.get(self.system).map_or(0.0, pick) - pick(&self.g92) + pick(&self.tool_offset)
     }
 
-    /// Another tool offset; what is shifted stays so.
+    /// Sets the tool offset; shifts stay as they are.
     pub fn set_tool_offset(&mut self, offset: [f64; 3]) {
         self.tool_offset = offset;
         let added = self.added();
         self.tool_offset.iter_mut().zip(added).for_each(|(sum, added)| *sum += added);
     }
 
-    /// The tool offset without what is shifted.
+    /// Returns the tool offset without shifts.
     #[must_use]
     pub(crate) fn own_tool_offset(&self) -> [f64; 3] {
         let mut offset = self.tool_offset;
@@ -275,20 +276,20 @@ impl Modal {
         offset
     }
 
-    /// What is no tool's of the tool offset.
+    /// Returns the shifts that `tool_offset` includes.
     pub(crate) fn added(&self) -> [f64; 3] {
         let [x, y, z] = self.shift;
         [x, y, z + self.thermal_z]
     }
 
-    /// Z is so much higher from the next move on that names it, mm: what makes up for temperature.
+    /// Sets the thermal compensation of Z, mm, from the next move on that names Z.
     pub fn set_thermal_z(&mut self, mm: f64) {
         let [.., z] = &mut self.tool_offset;
         *z += mm - self.thermal_z;
         self.thermal_z = mm;
     }
 
-    /// Shifts everything that follows.
+    /// Shifts an axis for everything that follows.
     pub fn add_shift(&mut self, axis: Axis, mm: f64) {
         for offset in [&mut self.shift, &mut self.tool_offset] {
             if let Some(offset) = offset.get_mut(axis as usize) {
@@ -297,12 +298,12 @@ impl Modal {
         }
     }
 
-    /// The turn of the coordinate system in force; none: it is not turned.
+    /// Returns the rotation of the coordinate system in force; `None` without rotation.
     pub(crate) fn turn(&self) -> Option<Turn> {
         if self.rotations.any() { self.rotations.turn(self.system) } else { None }
     }
 
-    /// Work position, in mm, of a machine position.
+    /// Converts a machine position to work coordinates, mm.
     #[must_use]
     pub fn work(&self, machine: &PerAxis<f64>) -> PerAxis<f64> {
         let mut work = *machine;
@@ -317,7 +318,7 @@ impl Modal {
         work
     }
 
-    /// X and Y of the machine, in mm, of a place in work coordinates.
+    /// Converts X and Y from work to machine coordinates, mm.
     #[must_use]
     pub fn machine_xy(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let offsets = [self.offset(Axis::X), self.offset(Axis::Y)];
@@ -332,14 +333,14 @@ impl Modal {
         [x + offsets[0], y + offsets[1]]
     }
 
-    /// A way along X and Y, as it lies in the machine.
+    /// Rotates a distance along X and Y to the machine's axes.
     #[must_use]
     pub fn way_xy(&self, way: [f64; 2]) -> [f64; 2] {
         self.turn().filter(|_| !self.machine_next).map_or(way, |turn| turn.forward(way))
     }
 
-    /// X and Y of the machine that words lead to, in mm, from a place of it. Without a word the coordinate
-    /// stays, in the directions of the words.
+    /// Returns X and Y of the machine for words, mm, from a machine position. A missing word keeps the
+    /// coordinate, in the directions of the words.
     #[must_use]
     pub fn target_xy(&self, [x, y]: [Option<f64>; 2], now: [f64; 2]) -> [f64; 2] {
         if self.machine_next {
@@ -352,20 +353,20 @@ impl Modal {
         self.place_xy([x, y], now)
     }
 
-    /// The same of words that are places whatever the distance mode.
+    /// Returns the same for words that are positions whatever the distance mode.
     #[must_use]
     pub fn place_xy(&self, [x, y]: [Option<f64>; 2], now: [f64; 2]) -> [f64; 2] {
         let mut place = PerAxis([0.0; units::MAX_AXES]);
         (place[Axis::X], place[Axis::Y]) = (now[0], now[1]);
         let work = self.work(&place);
         let to = self.machine_xy([x.unwrap_or(work[Axis::X]), y.unwrap_or(work[Axis::Y])]);
-        // What has no word stays exactly where it is, where a word does not move both.
+        // A coordinate without a word stays exactly the same, unless rotation lets one word move both.
         let stays = self.turn().is_none();
         [if stays && x.is_none() { now[0] } else { to[0] }, if stays && y.is_none() { now[1] } else { to[1] }]
     }
 
-    /// Machine coordinate of a word on X Y Z, in mm, from where the axis is now; of X and Y where the system
-    /// is not turned.
+    /// Returns the machine coordinate for a word on X Y Z, mm, from the axis' position; for X and Y only
+    /// without rotation.
     #[must_use]
     pub(crate) fn machine(&self, axis: Axis, mm: f64, now: f64) -> f64 {
         match (self.machine_next, self.absolute) {
@@ -375,14 +376,14 @@ impl Modal {
         }
     }
 
-    /// Machine coordinate of a word on X Y Z that is a place whatever the distance mode, in mm; of X and Y
-    /// where the system is not turned.
+    /// Returns the machine coordinate for a word on X Y Z that is a position whatever the distance mode, mm;
+    /// for X and Y only without rotation.
     #[must_use]
     pub(crate) fn place(&self, axis: Axis, mm: f64) -> f64 {
         if self.machine_next { mm } else { mm + self.offset(axis) }
     }
 
-    /// G92: makes the work coordinate of an axis read `mm` where the machine is now.
+    /// G92: makes the work coordinate of an axis read `mm` at the machine's position.
     pub fn set_g92(&mut self, axis: Axis, mm: f64, machine: &PerAxis<f64>) {
         let work = self.work(machine)[axis];
         if let Some(g92) = self.g92.get_mut(axis as usize) {
@@ -390,8 +391,8 @@ impl Modal {
         }
     }
 
-    /// G10 L20: moves coordinate system `system` so that the work coordinates of the axes that have a word
-    /// read as it says, and the others as they did.
+    /// G10 L20: moves coordinate system `system` so that the work coordinates of axes with a word read as the
+    /// word says, and the others stay.
     pub fn set_system_here(&mut self, system: usize, words: [Option<f64>; 3], machine: &PerAxis<f64>) {
         let in_force = core::mem::replace(&mut self.system, system);
         let work = self.work(machine);
@@ -416,7 +417,7 @@ impl Modal {
         }
     }
 
-    /// M120.
+    /// M120: returns the modes to save.
     #[must_use]
     pub const fn save(&self) -> Saved {
         Saved {
@@ -429,7 +430,7 @@ impl Modal {
         }
     }
 
-    /// M121.
+    /// M121: restores saved modes.
     pub const fn restore(&mut self, saved: &Saved) {
         self.feed_rate = saved.feed_rate;
         self.seek_rate = saved.seek_rate;

@@ -1,5 +1,5 @@
-//! The parameters that have names of their own: what is in force (LinuxCNC's G-code overview, "Predefined
-//! named parameters" and "System Parameters").
+//! Predefined named parameters, which give the modes in force (LinuxCNC's G-code overview, "Predefined named
+//! parameters" and "System Parameters").
 
 use units::Axis;
 
@@ -9,7 +9,7 @@ use crate::interpreter::Interpreter;
 use crate::modal::{FeedMode, MotionMode};
 use crate::parameters::coordinate;
 
-/// One part of the version, from `Cargo.toml`.
+/// Parses a part of the version from `Cargo.toml`.
 const fn part(text: &str) -> f64 {
     let (bytes, mut value, mut place) = (text.as_bytes(), 0.0, 0);
     while place < bytes.len() {
@@ -21,10 +21,10 @@ const fn part(text: &str) -> f64 {
 
 /// Major and minor version as one number: 0.1.
 const MAJOR: f64 = part(env!("CARGO_PKG_VERSION_MAJOR")) + part(env!("CARGO_PKG_VERSION_MINOR")) / 10.0;
-/// The patch level as tenths.
+/// Patch level of the version, as tenths.
 const MINOR: f64 = part(env!("CARGO_PKG_VERSION_PATCH")) / 10.0;
 
-/// The value of one of them; `None` where there is none with this name.
+/// Returns the value of a predefined parameter; `None` for an unknown name.
 pub(crate) fn predefined(program: &Interpreter, name: &str) -> Option<f64> {
     let modal = &program.modal;
     let auxiliary = &modal.auxiliary;

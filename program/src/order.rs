@@ -1,4 +1,4 @@
-//! The order in which the codes of a line are carried out (NIST RS-274/NGC, table 8), for dialects that read
+//! Order in which the codes of a line are carried out (NIST RS-274/NGC, table 8), for dialects that read
 //! lines so.
 
 use gcode::{Code, Letter, MOST_CODES, WholeLine, letter_bit};
@@ -7,12 +7,12 @@ use heapless::Vec;
 use crate::codes::{self, CodeInfo, Group};
 use crate::fault::{Fault, Problem};
 
-/// What codes that move, or say where things are, share.
+/// Axis words, which several codes of a line could claim.
 const AXES: u32 = bits("XYZABC@^");
-/// What moves by the motion code in force, and what is said of a move.
+/// Words that alone make a move by the motion code in force, and all words that a move takes.
 const PLACE_WORDS: u32 = bits("XYZABCE@^");
 const MOVE_WORDS: u32 = bits("XYZABCEIJKRPQFSL@^");
-/// Feed rate and speed, which need no move.
+/// Words of feed rate and speed, which need no move.
 const RATES: u32 = bits("FS");
 /// Rank of tool offsets.
 const TOOL_OFFSETS: u8 = 14;
@@ -22,16 +22,16 @@ const MODES: [u8; 6] = [2, 11, 12, 15, 17, 18];
 const PLACES: u8 = 19;
 /// Rank of G53, which says how a move reads its words.
 const MACHINE_COORDINATES: u8 = 20;
-/// Rank of G80, which may stand beside another motion code and is done with before it: many programs begin
-/// with such a line.
+/// Rank of G80, which may stand beside another motion code and runs before it: many programs begin with such
+/// a line.
 const CANCEL: u8 = 21;
 /// Rank of motion codes.
 const MOTION: u8 = 22;
-/// Rank of what stops the program.
+/// Rank of codes that stop the program.
 const STOPS: u8 = 23;
 
-/// When a code has its turn; `None` for those that RS-274 does not know, whose lines are carried out as they
-/// stand.
+/// Returns the rank of a code in a line; `None` for codes outside RS-274, whose lines are carried out as
+/// written.
 fn rank(code: Code) -> Option<u8> {
     Some(match (code.letter, code.number) {
         (Letter::G, 93..=95) => 2,
@@ -59,26 +59,26 @@ fn rank(code: Code) -> Option<u8> {
     })
 }
 
-/// One thing of a line: a code, or the motion code in force, and the letters of the words that are its.
+/// Part of a line: a code, or the motion code in force, with the letters of its words.
 #[derive(Clone, Debug)]
 pub struct Part {
-    /// The code.
+    /// Code of the part; `None` for the motion code in force.
     pub code: Option<Code>,
     letters: u32,
 }
 
 impl Part {
-    /// Whether a word is its.
+    /// Whether a word belongs to this part.
     #[must_use]
     pub const fn takes(&self, letter: char) -> bool {
         self.letters & letter_bit(letter) != 0
     }
 }
 
-/// The parts of a line, in order.
+/// Parts of a line, in order.
 pub type Parts = Vec<Part, { MOST_CODES + 1 }>;
 
-/// The bits of these letters.
+/// Returns the set of these letters' bits.
 const fn bits(letters: &str) -> u32 {
     let (mut all, mut left) = (0, letters.as_bytes());
     while let [letter, rest @ ..] = left {
@@ -95,15 +95,15 @@ fn row_of(code: Code) -> Option<&'static CodeInfo> {
     codes::find_in(code, crate::Dialect::Grbl).or_else(|| codes::find(code))
 }
 
-/// Puts the codes of a line in order, and gives each its words. `None` when one of them is none of RS-274's,
-/// or nobody knows it: then the line is carried out as it stands.
+/// Puts the codes of a line in order, and assigns words to each. `None` when a code is unknown or outside
+/// RS-274: then the line is carried out as written.
 ///
 /// # Errors
-/// Two codes of one modal group, two that need the axes, a word that nothing takes.
+/// When two codes share a modal group, two need the axes, or no code takes a word.
 pub fn arrange(line: &WholeLine<'_>) -> Option<Result<Parts, Fault>> {
     let mut ranked: Vec<(u8, Code, &CodeInfo), MOST_CODES> = Vec::new();
     for code in line.codes() {
-        // There is room for as many as a line has.
+        // The list has room for the codes of a line.
         let _ = ranked.push((rank(*code)?, *code, row_of(*code)?));
     }
     if let Some(letter) = line.twice() {
@@ -139,7 +139,7 @@ fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<
     for (rank, code, row) in ranked {
         let mut letters = row.letters & written;
         if *code == Code::g(4) {
-            // There S is the spindle's.
+            // On a line with G4, S belongs to the spindle.
             letters &= !letter_bit('S');
         }
         let may_have_axes = is_place(*rank, row)
@@ -148,12 +148,12 @@ fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<
         if !may_have_axes {
             letters &= !AXES;
         }
-        // A mode takes no words, though its row does for lines that are read as they stand.
+        // A mode takes no words here; its row lists words for lines that are read as written.
         if MODES.contains(rank) || *rank == MACHINE_COORDINATES && motion.is_some() {
             letters = 0;
         }
         left &= !letters;
-        // There is room for as many as a line has.
+        // The list has room for the codes of a line.
         let _ = parts.push(Part { code: Some(*code), letters });
     }
     if left != 0 {
@@ -162,7 +162,7 @@ fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<
     Ok(parts)
 }
 
-/// Words that no code of the line takes are for the motion code in force: a place, a rate.
+/// Gives words that no code of the line takes, a position or a rate, to the motion code in force.
 fn give_rest(
     parts: &mut Parts,
     ranked: &[(u8, Code, &CodeInfo)],
@@ -176,7 +176,7 @@ fn give_rest(
     if let Some(letter) = gcode::WORD_LETTERS.into_iter().find(|letter| strange & letter_bit(*letter) != 0) {
         return Err(Problem::UnusedWord(letter).refused(0));
     }
-    // Before what stops the program, behind everything else.
+    // Moves go before codes that stop the program, behind everything else.
     let place = ranked.iter().take_while(|(rank, ..)| *rank < MOTION).count();
     let _ = parts.insert(place, Part { code: None, letters: left });
     Ok(())

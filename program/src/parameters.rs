@@ -1,6 +1,5 @@
-//! What a program reads and writes as parameters: its own memory, and what the interpreter knows of itself
-//! (NIST RS-274/NGC, table 2; LinuxCNC's G-code overview, "Numbered parameters" and "Predefined named
-//! parameters").
+//! Reading and writing of parameters: the program's memory, and the interpreter's state (NIST RS-274/NGC,
+//! table 2; LinuxCNC's G-code overview, "Numbered parameters" and "Predefined named parameters").
 
 use gcode::{Parameter, Parameters, Problem};
 use units::{Axis, PerAxis};
@@ -9,21 +8,21 @@ use crate::interpreter::Interpreter;
 use crate::modal::Modal;
 use crate::named_parameters::predefined;
 
-/// Between the parameters of two coordinate systems.
+/// Distance between the parameters of two coordinate systems.
 const SYSTEM_STRIDE: u16 = 20;
-/// X of G54.
+/// Number of X of G54, `#5221`.
 const FIRST_SYSTEM: u16 = 5_221;
-/// From X of a system to its rotation.
+/// Distance from X of a system to its rotation.
 const ROTATION: u16 = 9;
 
-/// A parameter that is a field of the program's state, and can be written.
+/// Parameter that is a field of the program's state, and can be written.
 enum Field {
     Value(f64),
-    /// The number of the coordinate system in force, 1 for G54.
+    /// Number of the coordinate system in force, 1 for G54.
     System,
 }
 
-/// Of three numbers, those of X Y Z.
+/// Returns the index 0 to 2 of a number among the three for X Y Z.
 fn of_axis(first: u16, number: u16) -> Option<usize> {
     number.checked_sub(first).filter(|axis| *axis < 3).map(usize::from)
 }
@@ -34,7 +33,7 @@ fn system_and_axis(number: u16) -> Option<(usize, usize)> {
     (axis < 3).then_some((usize::from(system), usize::from(axis)))
 }
 
-/// The coordinate system that this is the rotation of: `#5230` of G54.
+/// Returns the coordinate system whose rotation has this number: `#5230` is that of G54.
 fn turned_system(number: u16) -> Option<usize> {
     let from = number.checked_sub(FIRST_SYSTEM + ROTATION)?;
     let system = usize::from(from / SYSTEM_STRIDE);
@@ -45,7 +44,7 @@ fn field(modal: &Modal, number: u16) -> Option<Field> {
     if number == 5_220 {
         return Some(Field::System);
     }
-    // As LinuxCNC and GRBL count: what is added to a coordinate. Ours is taken away.
+    // LinuxCNC and GRBL add this offset to a coordinate, but `g92` is subtracted.
     let g92 = of_axis(5_211, number).and_then(|axis| Some(0.0 - modal.g92.get(axis)?));
     let system = || {
         let (system, axis) = system_and_axis(number)?;
@@ -55,7 +54,7 @@ fn field(modal: &Modal, number: u16) -> Option<Field> {
     g92.or_else(system).or_else(rotation).map(Field::Value)
 }
 
-/// The nine axes of a table of parameters, as far as the machine has them.
+/// Returns the axis in a table of nine axes, as far as the machine has it.
 fn axis_at(first: u16, number: u16) -> Option<Axis> {
     Axis::ALL.get(usize::from(number.checked_sub(first)?)).copied()
 }
@@ -84,7 +83,7 @@ impl Parameters for Interpreter {
     }
 }
 
-/// The line has been read: what it sets is set.
+/// Carries out the assignments of a line that has been read.
 ///
 /// # Errors
 /// When there is no room for a parameter.
@@ -107,7 +106,7 @@ pub(crate) fn settle(program: &mut Interpreter) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The offset of a coordinate system; false when the number is none's.
+/// Sets the offset of a coordinate system; returns false when the number belongs to none.
 fn set_offset(program: &mut Interpreter, number: u16, value: f64) -> bool {
     if let Some(system) = turned_system(number) {
         program.modal.rotations.set(system, value);
@@ -122,21 +121,21 @@ fn set_offset(program: &mut Interpreter, number: u16, value: f64) -> bool {
     true
 }
 
-/// A coordinate system or the park position is another one.
+/// Notes that a coordinate system or the park position has changed.
 pub(crate) const fn offsets_changed(program: &mut Interpreter) {
     if program.setup.keeps_offsets {
         program.memory.changed();
     }
 }
 
-/// The park position of G28: X, Y, and Z where it takes part.
+/// Number of the first parameter of G28's park position: X, Y, and Z if it takes part.
 const PARK: u16 = 5_161;
-/// That of G30.
+/// Number of the first parameter of G30's park position.
 const SECOND_PARK: u16 = 5_181;
-/// Further offsets that outlast a power cycle: the park positions, and X Y Z and rotation of each system.
+/// Number of further persistent offsets: the park positions, and X Y Z and rotation of each system.
 const KEPT_OFFSETS: usize = 6 + 4 * crate::COORDINATE_SYSTEMS;
 
-/// Of the parameters that outlast a power cycle and are not 0, the one at this place.
+/// Returns the persistent parameter at this index, counting only those that are not 0.
 pub(crate) fn kept_at(program: &Interpreter, place: usize) -> Option<(u16, f64)> {
     let own = program.memory.at(place);
     if own.is_some() || !program.setup.keeps_offsets {
@@ -153,7 +152,7 @@ pub(crate) fn kept_at(program: &Interpreter, place: usize) -> Option<(u16, f64)>
     let offsets = (0..KEPT_OFFSETS).filter_map(|place| {
         let number = offset(place);
         let value = match (of_axis(PARK, number), of_axis(SECOND_PARK, number)) {
-            // A Z of 0 that takes part is another thing than none, and so is a place of G30 at the origin.
+            // A Z of 0 that takes part differs from no Z, and a park position of G30 at the origin from none.
             (Some(2), _) => program.park.z,
             (_, Some(2)) => program.second_park?.z,
             (_, Some(0)) => Some(program.second_park?.x),
@@ -165,13 +164,13 @@ pub(crate) fn kept_at(program: &Interpreter, place: usize) -> Option<(u16, f64)>
     rest.next()
 }
 
-/// One of them is as it was before a power cycle. False when there is none with this number, or no room.
+/// Restores a persistent parameter after a power cycle. Returns false for an unknown number, or without room.
 pub(crate) fn restore(program: &mut Interpreter, number: u16, value: f64) -> bool {
     if number <= 5_000 {
         return program.memory.set(&Parameter::Numbered(number), value).is_ok();
     }
     if !program.setup.keeps_offsets {
-        // Another machine's, or from before the dialect was changed.
+        // The value is from another machine, or older than a change of dialect, so ignore it.
         return true;
     }
     let (park, axis) = match (of_axis(PARK, number), of_axis(SECOND_PARK, number)) {
@@ -221,13 +220,13 @@ fn system(program: &Interpreter, number: u16) -> Option<f64> {
         (5_399, _) => Some(program.input_result),
         (5_400, _) => Some(f64::from(program.tools.number())),
         (5_401..=5_413, _) => Some(of_tool(program, number)),
-        // What nothing here fills: further axes and offsets, as LinuxCNC's file of parameters has them.
+        // Further axes and offsets of LinuxCNC's parameter file, which are always 0 here.
         (5_021..=5_602, _) => Some(0.0),
         _ => None,
     }
 }
 
-/// What the table knows of the tool in the spindle, in mm as the file does; of the extruder in use its
+/// Returns a value from the entry of the tool in the spindle, in mm as in the file; for an extruder, its
 /// offset.
 fn of_tool(program: &Interpreter, number: u16) -> f64 {
     let axis = usize::from(number - 5_401);
@@ -246,7 +245,7 @@ fn of_tool(program: &Interpreter, number: u16) -> f64 {
     }
 }
 
-/// A place as a program writes it.
+/// Returns a coordinate in the program's units.
 pub(crate) fn coordinate(modal: &Modal, axis: Axis, place: &PerAxis<f64>) -> f64 {
     if axis.is_primary() { modal.in_program_units(place[axis]) } else { place[axis] }
 }

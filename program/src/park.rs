@@ -2,19 +2,19 @@
 
 use units::Axis;
 
-/// A place in machine coordinates, mm. Z takes part only where it was stored.
+/// Position in machine coordinates, mm. Z takes part only if it was stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ParkPosition {
-    /// X.
+    /// X in machine coordinates, mm.
     pub x: f64,
-    /// Y.
+    /// Y in machine coordinates, mm.
     pub y: f64,
-    /// Z, where it can be homed.
+    /// Z in machine coordinates, mm, if Z can be homed.
     pub z: Option<f64>,
 }
 
 impl ParkPosition {
-    /// What was stored for an axis.
+    /// Returns the stored coordinate of an axis.
     pub(crate) fn of(&self, axis: Axis) -> Option<f64> {
         match axis {
             Axis::X => Some(self.x),

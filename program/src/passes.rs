@@ -1,5 +1,5 @@
-//! The passes of a thread (G76), one action at a time: [`Passes`] knows where it is, and what comes next. The
-//! words and the geometry are LinuxCNC's.
+//! Passes of a thread (G76), one action at a time: [`Passes`] computes the next action from the current
+//! stage. Words and geometry are LinuxCNC's.
 
 use heapless::Vec;
 use units::{Axis, PerAxis};
@@ -7,56 +7,56 @@ use units::{Axis, PerAxis};
 use crate::action::{Action, Corner, Move, Rate, Shape};
 use crate::auxiliary::Auxiliary;
 
-/// A thread. Places are machine positions in mm, depths are seen from the drive line along X.
+/// Thread to be cut. Positions are machine positions in mm, depths count from the drive line along X.
 #[derive(Clone, Debug)]
 pub(crate) struct Thread {
-    /// On the drive line, where the thread begins.
+    /// Beginning of the thread on the drive line.
     pub start: PerAxis<f64>,
-    /// Z where it ends.
+    /// Z at the end of the thread.
     pub end: f64,
-    /// 1 when it is cut towards greater X, an internal thread; else -1.
+    /// Direction of cutting: 1 towards greater X, an internal thread; else -1.
     pub side: f64,
     /// Travel of a turn, mm.
     pub pitch: f64,
-    /// Depth of its crest.
+    /// Depth of the thread's crest.
     pub crest: f64,
-    /// First cut below the crest.
+    /// Depth of the first cut below the crest.
     pub first_cut: f64,
-    /// Its height.
+    /// Height of the thread.
     pub height: f64,
-    /// How cuts become less: pass n ends at the n-th power of one by this.
+    /// Degression of the cuts: pass n is as deep as the first cut times n to the power of 1 / degression.
     pub degression: f64,
-    /// How far Z moves back for each mm of depth below the crest: the slope of the compound slide, with the
-    /// sign of the way along Z.
+    /// Distance that Z moves back for each mm of depth below the crest: the slope of the compound slide, with
+    /// the sign of the way along Z.
     pub slope: f64,
-    /// Passes at full depth.
+    /// Number of passes at full depth.
     pub last_passes: u32,
-    /// Length of the tapers along Z, with the sign of the way; the thread may begin and end with one.
+    /// Length of the tapers along Z, with the sign of the way; begin and end may have tapers.
     pub taper: f64,
     pub taper_in: bool,
     pub taper_out: bool,
     pub rapid: Rate,
     pub power: f32,
-    /// Whether overrides count, behind every pass.
+    /// State of the operator's overrides behind every pass.
     pub auxiliary: Auxiliary,
 }
 
 impl Thread {
-    /// How deep pass n cuts, counted from 1, below the drive line.
+    /// Returns the depth of pass n, counted from 1, below the drive line.
     fn depth(&self, pass: u32) -> f64 {
         let below = self.first_cut * libm::pow(f64::from(pass), 1.0 / self.degression);
         self.crest + if below < self.height { below } else { self.height }
     }
 
-    /// Passes before those at full depth.
+    /// Returns the number of passes before those at full depth.
     fn rough_passes(&self) -> u32 {
-        // Each pass is deeper than the one before it: degression is bounded by whoever made this.
+        // Each pass is deeper than the previous; the caller bounds the degression.
         let passes = libm::pow(self.height / self.first_cut, self.degression);
         let floor = libm::floor(passes);
         if floor >= passes && floor > 0.0 { floor as u32 - 1 } else { floor as u32 }
     }
 
-    /// All passes.
+    /// Returns the number of all passes.
     pub(crate) fn passes(&self) -> u32 {
         self.rough_passes() + self.last_passes
     }
@@ -68,7 +68,7 @@ impl Thread {
         place
     }
 
-    /// Travel of a turn along a taper, so that Z keeps its own.
+    /// Returns the pitch along a taper that keeps the travel of Z in a turn.
     fn taper_pitch(&self) -> f64 {
         if self.taper == 0.0 {
             self.pitch
@@ -78,40 +78,40 @@ impl Thread {
     }
 }
 
-/// What comes next of a pass.
+/// Next stage of a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// Out of the thread, where it begins.
+    /// Move over the beginning, clear of the thread.
     Over,
-    /// Before the first cut: the operator's overrides do not count.
+    /// Disable the operator's override of feed rates before the first cut.
     Secure,
-    /// With a taper: to the crest, and down the taper; else down to the depth.
+    /// Move to the crest before a taper (`In` goes down the taper), or straight down to the depth.
     ToCrest,
     In,
-    /// Along the thread.
+    /// Cut along the thread.
     Cut,
-    /// Up the taper at its end.
+    /// Cut up the taper at the end.
     Out,
-    /// Out of the thread.
+    /// Move clear of the thread.
     Clear,
-    /// Overrides are as before.
+    /// Restore the operator's overrides.
     Release,
 }
 
-/// What a stage is.
+/// Effect of a stage.
 enum Step {
     Go(PerAxis<f64>, Rate),
     Do(Action<'static>),
     Nothing,
 }
 
-/// The passes, and what of them is still to be done.
+/// Passes of a thread, and the progress of cutting them.
 #[derive(Clone, Debug)]
 pub(crate) struct Passes {
     thread: Thread,
-    /// Where the last action ends.
+    /// End position of the last action.
     at: PerAxis<f64>,
-    /// Counted from 1; one more than there are: back to the drive line.
+    /// Number of the pass from 1; the number behind the last pass returns to the drive line.
     pass: u32,
     stage: Stage,
     is_done: bool,
@@ -123,7 +123,7 @@ impl Passes {
         Self { thread, at, pass: 1, stage: Stage::Over, is_done: false }
     }
 
-    /// The next action. Moves of no length are left out.
+    /// Returns the next action. Moves of no length are left out.
     pub(crate) fn next(&mut self) -> Option<Action<'static>> {
         while !self.is_done {
             let (target, rate) = match self.step() {
@@ -138,7 +138,7 @@ impl Passes {
         None
     }
 
-    /// What this stage is; then it is the next one.
+    /// Returns the effect of the current stage and advances to the next stage.
     fn step(&mut self) -> Step {
         let thread = &self.thread;
         if self.pass > thread.passes() {
@@ -149,7 +149,7 @@ impl Passes {
         let back = (depth - thread.crest) * thread.slope;
         let end = thread.end + thread.height * thread.slope - back;
         let begin = thread.start[Axis::Z] - back;
-        // Clear of the thread by its full depth.
+        // Position clear of the thread by its full depth.
         let clear = depth - thread.crest - thread.height;
         let along = Rate::PerRevolution(thread.pitch);
         let on_taper = Rate::PerRevolution(thread.taper_pitch());
@@ -182,8 +182,8 @@ impl Passes {
         step
     }
 
-    /// Places from where it is on, in order, between which all that is still to be done lies: the corners of
-    /// the first and the deepest pass.
+    /// Returns positions, in order, whose path bounds all remaining motion: the corners of the first and the
+    /// deepest pass.
     pub(crate) fn reach(&self) -> Vec<PerAxis<f64>, 7> {
         let thread = &self.thread;
         if self.is_done {
@@ -209,8 +209,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// Whatever the thread: every pass is deeper than the one before it, the last ones are at full depth,
-        /// nothing leaves the corners, and it ends on the drive line.
+        /// For every thread, passes become deeper, the last ones are at full depth, motion stays between the
+        /// corners, and the end is on the drive line.
         #[test]
         fn passes_become_deeper_and_stay_between_the_corners(
             height in 0.1_f64..3.0, share in 0.1_f64..0.99, degression in 1.0_f64..3.0, crest in 0.1_f64..5.0,

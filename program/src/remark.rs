@@ -1,4 +1,4 @@
-//! Comments that say something: `(MSG, hello)`, `(PRINT, X is #<x>)`.
+//! Comments with a meaning: `(MSG, hello)`, `(PRINT, X is #<x>)`.
 
 use core::fmt::{self, Write};
 
@@ -6,36 +6,36 @@ use gcode::expression::value_at;
 
 use crate::interpreter::Interpreter;
 
-/// What a comment is for.
+/// Meaning of a comment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Remark<'t> {
-    /// The operator is told this, as it stands.
+    /// Text for the operator, unchanged.
     Message(&'t str),
-    /// The operator is told this, parameters as their values: see [`write_values`].
+    /// Text for the operator, with parameters replaced by their values: see [`write_values`].
     Values(&'t str),
-    /// The same, for whoever watches the program run.
+    /// Text with values, for the console that watches the program run.
     Printed(&'t str),
-    /// The same as a message, while `#5599` is not 0.
+    /// Text with values, shown as a message while `#5599` is not 0.
     Debug(&'t str),
-    /// The log file is opened and emptied, or what follows is added to it.
+    /// Open the log file, emptied or for appending.
     OpenLog {
-        /// Its name.
+        /// Name of the log file.
         name: &'t str,
-        /// What it has stays.
+        /// Whether the file keeps its contents.
         appends: bool,
     },
-    /// A line of the log file, parameters as their values.
+    /// Line for the log file, with parameters replaced by their values.
     Log(&'t str),
-    /// The log file is closed.
+    /// Close the log file.
     CloseLog,
-    /// The file is opened that each contact found is written to.
+    /// Open the file for the positions of probe contacts.
     OpenProbe(&'t str),
-    /// It is closed.
+    /// Close the file of probe contacts.
     CloseProbe,
 }
 
 impl<'t> Remark<'t> {
-    /// From the text between the brackets; `None` for a plain comment, or one that is no text.
+    /// Reads the text between the brackets; `None` for a plain comment, or for invalid UTF-8.
     #[must_use]
     pub fn read(comment: &'t [u8]) -> Option<Self> {
         let comment = core::str::from_utf8(comment).ok()?.trim();
@@ -65,12 +65,12 @@ impl<'t> Remark<'t> {
     }
 }
 
-/// Writes a text with the values of its parameters, six decimals each. One that has none is written as it
-/// stands. `%d`, `%f` and `%.3f` say with how many decimals those that follow are written: none, four, three
+/// Writes a text with the values of its parameters, six decimals each. A parameter without a value is written
+/// unchanged. `%d`, `%f` and `%.3f` set the number of decimals for later values: none, four, three
 /// (LinuxCNC's).
 ///
 /// # Errors
-/// Those of `out`.
+/// When `out` returns an error.
 pub fn write_values(program: &Interpreter, text: &str, out: &mut impl Write) -> fmt::Result {
     let (mut rest, mut decimals) = (text, 6);
     while let Some(begin) = rest.find(['#', '%']) {
@@ -91,7 +91,7 @@ pub fn write_values(program: &Interpreter, text: &str, out: &mut impl Write) -> 
     out.write_str(rest)
 }
 
-/// The number of decimals that a format at the beginning of a text asks for, and how long it is.
+/// Returns the number of decimals that a format at the beginning of a text selects, and the format's length.
 fn decimals_at(text: &str) -> Option<(usize, usize)> {
     for (format, decimals) in [("%d", 0), ("%f", 4), ("%lf", 4)] {
         if text.starts_with(format) {

@@ -1,5 +1,5 @@
-//! What M70 saves and M72 restores: the modes, one set for each subroutine that runs (LinuxCNC, "M70 Save
-//! Modal State"). After M73 they come back by themselves when it ends.
+//! Modes that M70 saves and M72 restores, one set for each running subroutine (LinuxCNC, "M70 Save Modal
+//! State"). Modes saved by M73 are restored automatically when the subroutine ends.
 
 use heapless::Vec;
 use units::{MmPerSecond, Plane};
@@ -9,10 +9,10 @@ use crate::auxiliary::Auxiliary;
 use crate::cycle::Retract;
 use crate::modal::{FeedMode, Modal};
 
-/// The main program, and every subroutine that can be called.
+/// Capacity for the main program and every nested subroutine.
 const MOST: usize = crate::flow::MOST_CALLS + 1;
 
-/// Modes as they were. Motion codes are none of them.
+/// Saved modes, without motion codes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SavedModes {
     plane: Plane,
@@ -53,7 +53,8 @@ impl SavedModes {
         }
     }
 
-    /// The modes are these again. What turns and flows stays in `modal` as it is: it is not only a mode.
+    /// Restores the modes. Spindle, coolant and overrides in `modal` stay, because outputs must be switched
+    /// to change them.
     pub(crate) fn restore(&self, modal: &mut Modal) {
         modal.plane = self.plane;
         modal.corner = self.corner;
@@ -74,38 +75,39 @@ impl SavedModes {
 
 #[derive(Clone, Copy, Debug)]
 struct Frame {
-    /// How many subroutines run.
+    /// Number of running subroutines.
     depth: u8,
-    /// M73: they come back when it ends.
+    /// Whether the modes are restored when the subroutine ends (M73).
     returns: bool,
     modes: SavedModes,
 }
 
-/// All that is saved.
+/// Saved modes of all running subroutines.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SavedFrames {
     frames: Vec<Frame, MOST>,
 }
 
 impl SavedFrames {
-    /// M70, M73: saves at this depth; what was saved there is forgotten.
+    /// M70, M73: saves the modes at this call depth, in place of modes saved there before.
     pub(crate) fn save(&mut self, depth: usize, returns: bool, modal: &Modal) {
         self.forget(depth);
-        // There is one for each depth.
+        // Each depth has at most one frame, so there is room.
         let _ = self.frames.push(Frame { depth: depth as u8, returns, modes: SavedModes::of(modal) });
     }
 
-    /// M71.
+    /// M71: forgets the modes saved at this depth.
     pub(crate) fn forget(&mut self, depth: usize) {
         self.frames.retain(|frame| usize::from(frame.depth) != depth);
     }
 
-    /// M72: what was saved at this depth.
+    /// M72: returns the modes saved at this depth.
     pub(crate) fn at(&self, depth: usize) -> Option<SavedModes> {
         self.frames.iter().find(|frame| usize::from(frame.depth) == depth).map(|frame| frame.modes)
     }
 
-    /// Subroutines have ended down to this depth: what comes back now, the outermost's.
+    /// Drops the modes of subroutines that have ended, down to this depth; returns those to restore, the
+    /// outermost.
     pub(crate) fn end_down_to(&mut self, depth: usize) -> Option<SavedModes> {
         let mut back = None;
         while let Some(frame) = self.frames.last().copied().filter(|frame| usize::from(frame.depth) > depth) {
@@ -115,7 +117,7 @@ impl SavedFrames {
         back
     }
 
-    /// The program has ended.
+    /// Forgets all saved modes at the end of the program.
     pub(crate) fn clear(&mut self) {
         self.frames.clear();
     }

@@ -1,13 +1,13 @@
-//! Modes around a script of the configuration: it begins with the same ones whatever the program has left,
-//! and leaves the program's as they were.
+//! Modes around a script of the configuration: scripts begin with fixed modes, regardless of the program's,
+//! and leave the program's modes unchanged.
 
 use units::{MmPerSecond, Plane};
 
 use crate::interpreter::Interpreter;
 use crate::modal::{FeedMode, Modal, MotionMode};
 
-/// The program's modes while a script runs. Offsets and coordinate systems are none of them: a script may be
-/// there to set them.
+/// Modes of the program while a script runs. Offsets and coordinate systems are not included, because a
+/// script may be there to set them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ScriptModes {
     motion: MotionMode,
@@ -40,7 +40,7 @@ impl ScriptModes {
         }
     }
 
-    /// A person works at the machine beside the program.
+    /// Saves the modes while a person works at the machine beside the program.
     #[must_use]
     pub fn beside(program: &Interpreter) -> OperatorModes {
         OperatorModes {
@@ -50,9 +50,9 @@ impl ScriptModes {
         }
     }
 
-    /// A script begins: in G17, G21, G90 and G94, with E in distances. (`G1 E-5` draws back 5 mm then,
-    /// whether the program counts E in places or not; read as a place it would be all the filament that was
-    /// fed.)
+    /// Begins a script: in G17, G21, G90 and G94, with relative E. (`G1 E-5` then draws back 5 mm, whether
+    /// the program's E is absolute or not; as an absolute position, -5 would draw back all filament fed so
+    /// far.)
     pub const fn begin(program: &mut Interpreter) -> Self {
         let modal = &mut program.modal;
         let modes = Self::of(modal);
@@ -64,10 +64,10 @@ impl ScriptModes {
         modes
     }
 
-    /// The script has ended.
+    /// Ends the script and restores the program's modes.
     pub const fn end(&self, program: &mut Interpreter) {
         let modal = &mut program.modal;
-        // A series of holes that the script has ended stays ended.
+        // A series of holes ended by the script stays ended.
         if !matches!(self.motion, MotionMode::Cycle | MotionMode::Synchronised | MotionMode::Threading) {
             modal.motion = self.motion;
         }
@@ -80,8 +80,8 @@ impl ScriptModes {
     }
 }
 
-/// The modes, the coordinate system and E of a program while a person works at the machine beside it (M0,
-/// M6): what he types is not the program's. Offsets that he sets stay.
+/// Modes, coordinate system and E of a program while a person works at the machine beside it (M0, M6): modes
+/// set at the console do not affect the program, but offsets set there stay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OperatorModes {
     modes: ScriptModes,
@@ -90,7 +90,7 @@ pub struct OperatorModes {
 }
 
 impl OperatorModes {
-    /// The program goes on.
+    /// Restores the program's modes, because the program goes on.
     pub fn end(&self, program: &mut Interpreter) {
         self.modes.end(program);
         program.modal.system = self.system;

@@ -1,4 +1,4 @@
-//! What the interpreter is told about the machine once, when it starts.
+//! Facts about the machine that the interpreter gets at start-up.
 
 use heapless::Vec;
 use units::{Axis, Celsius, MmPerSecond, SwitchId, ToolId};
@@ -6,87 +6,87 @@ use units::{Axis, Celsius, MmPerSecond, SwitchId, ToolId};
 use crate::claims::Claims;
 use crate::tools::MAX_TOOLS;
 
-/// The machine as the interpreter sees it.
+/// Machine configuration as the interpreter sees it.
 #[derive(Clone, Debug, Default)]
 pub struct Setup {
-    /// Rate of G1 until an F word.
+    /// Feed rate of G1 before the first F word.
     pub feed_rate: MmPerSecond,
-    /// Rate of G0 until it is changed.
+    /// Rapid rate of G0 until a code changes it.
     pub seek_rate: MmPerSecond,
-    /// F always sets the rate of G1, also on a line of G0.
+    /// Whether F always sets the rate of G1, even on a line of G0.
     pub compliant_seek_rate: bool,
     /// G92 offset at the start, X Y Z in mm.
     pub g92: [f64; 3],
-    /// The extruders.
+    /// Extruders and their settings.
     pub tools: Vec<ToolSettings, MAX_TOOLS>,
-    /// The temperature controls, in the description's order.
+    /// Temperature controls, in the configuration's order.
     pub heaters: Vec<HeaterSetup, { units::MAX_HEATERS }>,
     /// Codes that heaters and switches listen to.
     pub claims: Claims,
-    /// Offsets of coordinate systems and the park position outlast a power cycle as parameters do.
+    /// Whether coordinate systems and park positions are persistent, as parameters are.
     pub keeps_offsets: bool,
     /// Switches whose codes give the width of pulses, or an angle.
     pub pulses: Vec<PulseSetup, MOST_IO>,
-    /// Switches that codes name by a number.
+    /// Switches that codes address by number.
     pub io: Vec<IoSetup, MOST_IO>,
-    /// Strips of lights, in the description's order.
+    /// Strips of lights, in the configuration's order.
     pub strips: Vec<StripSetup, MOST_STRIPS>,
-    /// Nothing is carried out: programs are only looked at.
+    /// Whether programs are only checked, without carrying anything out.
     pub is_preview: bool,
-    /// What the spindle can do.
+    /// Capabilities of the spindle.
     pub spindle: SpindleSetup,
-    /// Canned cycles.
+    /// Settings of canned cycles.
     pub cycles: CycleSetup,
-    /// In GRBL's dialect G30 parks at the second park position (`nist_G30`).
+    /// Whether G30 parks at the second park position in GRBL's dialect (`nist_G30`).
     pub g30_parks: bool,
 }
 
 impl Setup {
-    /// What S asks of a switch: percent of one on a timer.
+    /// Returns the value of a switch for S; an output on a timer takes percent.
     pub(crate) fn value_of_s(&self, switch: SwitchId, s: f32) -> f32 {
         let pulses = self.pulses.iter().find(|pulses| pulses.switch == switch);
         pulses.map_or(s, |pulses| pulses.percent_of_s(s))
     }
 }
 
-/// Switches at most.
+/// Greatest number of switches.
 const MOST_IO: usize = 16;
 
-/// Strips of lights at most.
+/// Greatest number of strips of lights.
 const MOST_STRIPS: usize = 4;
 
-/// A strip of lights, as M150 addresses it.
+/// Strip of lights, as M150 addresses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StripSetup {
-    /// Its number.
+    /// Number of the strip.
     pub number: u8,
-    /// Lights that it has.
+    /// Number of lights in the strip.
     pub lights: u16,
 }
 
-/// A switch on a timer: what its pulses are.
+/// Pulse settings of a switch on a timer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PulseSetup {
-    /// The switch.
+    /// Switch with these pulses.
     pub switch: SwitchId,
-    /// Percent of the timer's period that a microsecond is.
+    /// Percent of the timer's period in a microsecond.
     pub percent_per_us: f32,
-    /// What angles mean, where it turns a servo.
+    /// Meaning of angles, if the switch turns a servo.
     pub servo: Option<ServoSetup>,
 }
 
-/// A servo: pulses from the least to the widest turn it from 0 to the greatest angle.
+/// Servo, turned from 0 to the greatest angle by pulses from the least to the widest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoSetup {
-    /// The greatest angle, degrees.
+    /// Greatest angle of the servo, degrees.
     pub max_angle: f32,
-    /// Width of its pulses at angle 0 and at the greatest, microseconds.
+    /// Pulse widths at angle 0 and at the greatest angle, microseconds.
     pub pulse_us: [f32; 2],
 }
 
 impl PulseSetup {
-    /// Percent that S asks for: an angle of a servo, or the width of its pulses where that is more than any
-    /// angle; of every other output S is percent.
+    /// Returns the percent for S: an angle of a servo, or a pulse width if S exceeds every angle; S of every
+    /// other output is percent.
     #[must_use]
     pub fn percent_of_s(&self, s: f32) -> f32 {
         let Some(ServoSetup { max_angle, pulse_us: [least, most] }) = self.servo else { return s };
@@ -94,7 +94,7 @@ impl PulseSetup {
         self.percent_per_us * width.clamp(least, most)
     }
 
-    /// Percent that a width of pulses is, in microseconds.
+    /// Returns the percent for a pulse width in microseconds.
     #[must_use]
     pub fn percent_of_width(&self, us: f32) -> f32 {
         let us = self.servo.map_or(us, |servo| us.clamp(servo.pulse_us[0], servo.pulse_us[1]));
@@ -102,80 +102,80 @@ impl PulseSetup {
     }
 }
 
-/// A switch that M62 to M68 name by a number.
+/// Switch that M62 to M68 address by number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IoSetup {
-    /// Its number.
+    /// Number that codes use.
     pub number: u8,
-    /// The switch.
+    /// Switch of that number.
     pub switch: SwitchId,
-    /// What it is.
+    /// Kind of the switch.
     pub kind: IoKind,
 }
 
-/// What a switch with a number is.
+/// Kind of a numbered switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IoKind {
-    /// An output that is on or off.
+    /// Output that is on or off.
     Digital,
-    /// An output that takes a value.
+    /// Output that takes a value.
     Analog,
-    /// An input.
+    /// Input that codes read.
     Input,
 }
 
-/// What the spindle can do.
+/// Capabilities of the spindle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SpindleSetup {
-    /// It says where it is: moves follow it, and it can be turned to an angle.
+    /// Whether an encoder reports the angle, for synchronised moves and for orienting.
     pub has_encoder: bool,
-    /// Its speed follows the radius (G96).
+    /// Whether spindle speed can follow the radius (G96).
     pub has_speed_control: bool,
 }
 
-/// What the machine's description says of canned cycles.
+/// Settings of canned cycles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CycleSetup {
-    /// They are switched off.
+    /// Whether canned cycles are switched off.
     pub is_off: bool,
-    /// P is in milliseconds, not in seconds.
+    /// Whether P is in milliseconds instead of seconds.
     pub dwell_in_ms: bool,
 }
 
-/// A temperature control, as codes address it.
+/// Temperature control, as codes address it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HeaterSetup {
-    /// Its number.
+    /// Tool number of the heater.
     pub id: ToolId,
-    /// What targets 1 and 2 stand for.
+    /// Temperatures that targets 1 and 2 stand for.
     pub presets: [Celsius; 2],
 }
 
-/// What can be said of an extruder at run time.
+/// Settings of an extruder that codes can change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToolSettings {
-    /// Its number.
+    /// Tool number of the extruder.
     pub id: ToolId,
-    /// The axis that its motor is.
+    /// Axis of the extruder's motor.
     pub axis: Axis,
-    /// X Y Z of its nozzle, seen from tool 0, mm.
+    /// Offset of the nozzle from tool 0, X Y Z in mm.
     pub offset: [f64; 3],
-    /// Diameter of the filament, mm, where E counts in mm3.
+    /// Diameter of the filament, mm, if E counts in mm3.
     pub filament_diameter: Option<f64>,
-    /// G10 pulls back by this, mm.
+    /// Length that G10 retracts, mm.
     pub retract_length: f64,
-    /// How fast.
+    /// Rate of the retraction.
     pub retract_rate: MmPerSecond,
-    /// G11 pushes this much more than G10 pulled, mm.
+    /// Length that G11 pushes beyond the retraction, mm.
     pub recover_length: f64,
-    /// How fast.
+    /// Rate of the recovery.
     pub recover_rate: MmPerSecond,
-    /// G10 then lifts Z by this, mm.
+    /// Lift of Z after a retraction, mm.
     pub z_lift: f64,
-    /// How fast.
+    /// Rate of the lift.
     pub z_lift_rate: MmPerSecond,
-    /// The greatest flow of G1 where E counts in mm3, mm3/s (M203 V).
+    /// Greatest flow of G1 if E counts in mm3, mm3/s (M203 V).
     pub flow_limit: Option<f64>,
-    /// An error in the configuration keeps it off.
+    /// Whether an error in the configuration keeps the extruder off.
     pub is_off: bool,
 }

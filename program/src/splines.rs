@@ -1,23 +1,23 @@
-//! Splines of several lines: what G5 and G5.2 leave for the lines that follow.
+//! State of splines between lines: data of G5 and G5.2 for later lines.
 
 use heapless::Vec;
 
 use crate::action::{ControlPoint, MOST_POINTS};
 
-/// What a spline needs to know of the lines before it.
+/// State that a spline needs from earlier lines.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Splines {
-    /// From the end of the last move, if that was a G5, to where its direction goes on: the next one's I and
-    /// J.
+    /// Default I and J of the next G5: the direction in which the previous G5 ended. `None` behind other
+    /// moves.
     pub onward: Option<(f64, f64)>,
-    /// Order of the NURBS whose control points come in.
+    /// Order of the NURBS whose control points are being read.
     pub open: Option<u8>,
-    /// Its control points; those of the last one until the next begins.
+    /// Control points of the current or last NURBS, kept until the next begins.
     pub points: Vec<ControlPoint, MOST_POINTS>,
 }
 
 impl Splines {
-    /// The control points of the NURBS that was closed last.
+    /// Returns the control points of the last completed NURBS.
     pub fn closed(&self) -> &[ControlPoint] {
         &self.points
     }

@@ -1,6 +1,6 @@
-//! The states a machine can be in, and sets of them.
+//! States of a machine, and sets of states.
 
-/// What the machine is doing, as far as it decides what may be asked of it.
+/// State of the machine, which decides the commands that are permitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum State {
     /// Nothing moves and nothing is queued.
@@ -8,11 +8,11 @@ pub enum State {
     Idle,
     /// Moves are being executed.
     Run,
-    /// The operator has stopped the motion, which goes on when he says so.
+    /// The operator has stopped the motion by feed hold, and can resume.
     Hold,
-    /// Switches are being searched for.
+    /// Axes are being homed.
     Homing,
-    /// A contact is being searched for.
+    /// The machine is probing for a contact.
     Probing,
     /// The operator moves the machine by hand.
     Jog,
@@ -31,7 +31,7 @@ pub enum State {
 }
 
 impl State {
-    /// Every state, in this order.
+    /// All states, in the order of the bits of [`States`].
     pub const ALL: [Self; 12] = [
         Self::Idle,
         Self::Run,
@@ -47,7 +47,7 @@ impl State {
         Self::Invalid,
     ];
 
-    /// The name in status reports, in GRBL's words where it has one.
+    /// Returns the name in status reports, GRBL's if GRBL has the state.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -64,39 +64,39 @@ impl State {
     }
 }
 
-/// A set of states.
+/// Set of states, one bit each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct States(u16);
 
 impl States {
-    /// Every state.
+    /// Set of all states.
     pub const ALL: Self = Self(0x0FFF);
-    /// A machine that works: all but alarm, sleep and an invalid configuration.
+    /// States of a working machine: all but alarm, sleep and an invalid configuration.
     pub const WORKING: Self = Self::ALL.without(State::Alarm).without(State::Sleep).without(State::Invalid);
-    /// The same, and alarm.
+    /// States of a working machine, and alarm.
     pub const WORKING_OR_ALARM: Self = Self::WORKING.with(State::Alarm);
-    /// What needs neither motion nor heat: a machine that works, or whose configuration cannot be used.
+    /// States for commands that need neither motion nor heat: a working machine, or an invalid configuration.
     pub const WORKING_OR_INVALID: Self = Self::WORKING.with(State::Invalid);
 
-    /// One state.
+    /// Returns the set of a single state.
     #[must_use]
     pub const fn of(state: State) -> Self {
         Self(1 << state as u16)
     }
 
-    /// This set and a state.
+    /// Returns this set with a state added.
     #[must_use]
     pub const fn with(self, state: State) -> Self {
         Self(self.0 | 1 << state as u16)
     }
 
-    /// This set but for a state.
+    /// Returns this set with a state removed.
     #[must_use]
     pub const fn without(self, state: State) -> Self {
         Self(self.0 & !(1 << state as u16))
     }
 
-    /// Whether a state is in it.
+    /// Whether the set contains a state.
     #[must_use]
     pub const fn has(self, state: State) -> bool {
         self.0 & 1 << state as u16 != 0

@@ -1,49 +1,49 @@
-//! The tool table: what is known of each tool beside its number, as in a file of LinuxCNC's format, a tool a
-//! line: `T1 P1 Z12.5 D6 ;end mill` (LinuxCNC, "Tool Table Format").
+//! The tool table: properties of tools by number, in a file of LinuxCNC's format, a tool a line: `T1 P1 Z12.5
+//! D6 ;end mill` (LinuxCNC, "Tool Table Format").
 //!
-//! One owner, the program; the machine reads and writes the file.
+//! The program owns the table; the machine reads and writes the file.
 
 use core::fmt;
 
 use heapless::Vec;
 use units::Axis;
 
-/// Tools of a table at most.
+/// Greatest number of tools in a table.
 pub const MOST_TOOLS: usize = 64;
-/// Orientations of a lathe's tool (G10 L1 Q).
+/// Greatest orientation of a lathe's tool (G10 L1 Q).
 pub(crate) const MOST_ORIENTATION: u8 = 9;
 
-/// A tool of the table. Lengths are mm, angles degrees.
+/// Tool of the table. Lengths are mm, angles degrees.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToolEntry {
-    /// Its number, above 0.
+    /// Tool number, above 0.
     pub number: u16,
-    /// P: where it is kept; nothing here fetches it.
+    /// Pocket of a tool changer, P; kept in the table but without effect here.
     pub pocket: Option<u16>,
-    /// Its offset along X Y Z.
+    /// Tool offset along X Y Z, mm.
     pub offset: [f64; 3],
-    /// The same of A B C, which nothing here acts on: such an offset is refused where it is asked for.
+    /// Tool offset along A B C, which is not supported: using such an offset is refused.
     pub rotary: [f32; 3],
-    /// D.
+    /// Diameter of the tool, D word, mm.
     pub diameter: f64,
-    /// I and J: front and back angle of a lathe's tool.
+    /// Front and back angle of a lathe's tool, I and J, degrees.
     pub angles: [f32; 2],
-    /// Q: orientation of a lathe's tool, 0 to 9.
+    /// Orientation of a lathe's tool, Q, 0 to 9.
     pub orientation: u8,
 }
 
-/// Why a line of the file is no tool.
+/// Reason why a line of the file is no tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToolLineFlaw {
-    /// Its T is missing, or none from 1 to 65535.
+    /// T word missing, or outside 1 to 65535.
     Number,
-    /// A word of this letter is twice there, has a value that it cannot have, or is not known.
+    /// Word of this letter repeated, out of range, or unknown.
     Word(char),
-    /// An offset of an axis that no machine here has.
+    /// Offset of an axis that no supported machine has.
     NoAxis(char),
-    /// A tool with this number stands further up.
+    /// Tool number that appears earlier in the file.
     Twice(u16),
-    /// There are more tools than the table holds.
+    /// More tools than the table holds.
     Full,
 }
 
@@ -60,7 +60,7 @@ impl fmt::Display for ToolLineFlaw {
 }
 
 impl ToolEntry {
-    /// Reads a line of the file; `None` for one that holds no tool: blank, or a comment.
+    /// Reads a line of the file; `None` for a line without a tool: blank, or a comment.
     #[must_use]
     pub fn read(line: &str) -> Option<Result<Self, ToolLineFlaw>> {
         let words = line.split_once(';').map_or(line, |(words, _)| words);
@@ -108,14 +108,14 @@ impl ToolEntry {
         Ok(())
     }
 
-    /// The first of A B C along which it has an offset.
+    /// Returns the first of A B C with an offset.
     #[must_use]
     pub(crate) fn rotary_axis(&self) -> Option<char> {
         ['A', 'B', 'C'].into_iter().zip(self.rotary).find(|(_, offset)| *offset != 0.0).map(|(letter, _)| letter)
     }
 }
 
-/// As a line of the file, without its end. What is zero is left out.
+/// Formats the tool as a line of the file, without line end. Zero values are left out.
 impl fmt::Display for ToolEntry {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "T{}", self.number)?;
@@ -139,31 +139,31 @@ impl fmt::Display for ToolEntry {
     }
 }
 
-/// The table, and which of its tools are not on the card as they are here.
+/// Tool table, with marks for tools that differ from the file on the card.
 #[derive(Clone, Debug, Default)]
 pub struct ToolTable {
     tools: Vec<ToolEntry, MOST_TOOLS>,
-    /// One bit for each.
+    /// Marks of unsaved tools, one bit each by index.
     unsaved: u64,
 }
 
 impl ToolTable {
-    /// The tool with this number.
+    /// Returns the tool with this number.
     #[must_use]
     pub fn get(&self, number: u16) -> Option<&ToolEntry> {
         self.tools.iter().find(|tool| tool.number == number)
     }
 
-    /// All tools, in the order of the file.
+    /// Returns all tools, in the order of the file.
     #[must_use]
     pub fn all(&self) -> &[ToolEntry] {
         &self.tools
     }
 
-    /// Adds a tool as the file has it.
+    /// Adds a tool read from the file.
     ///
     /// # Errors
-    /// When it is there already, or there is no room.
+    /// When the number exists already, or there is no room.
     pub fn add(&mut self, tool: ToolEntry) -> Result<(), ToolLineFlaw> {
         if self.get(tool.number).is_some() {
             return Err(ToolLineFlaw::Twice(tool.number));
@@ -171,12 +171,12 @@ impl ToolTable {
         self.tools.push(tool).map_err(|_| ToolLineFlaw::Full)
     }
 
-    /// Forgets every tool: the file is read anew.
+    /// Forgets every tool, because the file is read again.
     pub fn clear(&mut self) {
         *self = Self::default();
     }
 
-    /// A program has this known of a tool from now on. False when there is no room for one more.
+    /// Adds or replaces a tool and marks it as unsaved. Returns false when there is no room.
     pub(crate) fn set(&mut self, tool: ToolEntry) -> bool {
         let place = match self.tools.iter().position(|known| known.number == tool.number) {
             Some(place) => place,
@@ -190,24 +190,24 @@ impl ToolTable {
         true
     }
 
-    /// Whether something is to be written.
+    /// Whether a tool is not saved.
     #[must_use]
     pub const fn is_unsaved(&self) -> bool {
         self.unsaved != 0
     }
 
-    /// The tools that are to be written, by their places.
+    /// Returns the marks of unsaved tools, one bit each by index.
     #[must_use]
     pub const fn unsaved(&self) -> u64 {
         self.unsaved
     }
 
-    /// They have been written.
+    /// Marks all tools as saved.
     pub const fn saved(&mut self) {
         self.unsaved = 0;
     }
 
-    /// The place of a tool among those that are to be written.
+    /// Returns the index of a tool in the table, which is its bit in the marks.
     #[must_use]
     pub fn place_of(&self, number: u16) -> Option<usize> {
         self.tools.iter().position(|tool| tool.number == number)

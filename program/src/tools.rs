@@ -1,4 +1,4 @@
-//! Extruders: which one is active, how far it has fed.
+//! Extruders and spindle tools: the active tool, and the filament fed so far.
 
 use heapless::Vec;
 use units::{Axis, ToolId};
@@ -8,26 +8,26 @@ use crate::setup::ToolSettings;
 use crate::tool_table::{ToolEntry, ToolTable};
 use crate::words::Words;
 
-/// Extruders at most: the motors of A, B and C.
+/// Greatest number of extruders: the motors of A, B and C.
 pub const MAX_TOOLS: usize = 3;
 
-/// One extruder.
+/// State of an extruder.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tool {
-    /// Settings; codes may change them.
+    /// Settings, which codes may change.
     pub settings: ToolSettings,
-    /// E position as the program counts it.
+    /// E position in the program's count.
     pub e: f64,
-    /// Flow factor (M221), 1 is as programmed.
+    /// Flow factor (M221); 1 is as programmed.
     pub flow: f64,
-    /// What the measured width of the filament makes of the flow along the path, 1 where nothing is known.
+    /// Correction of the flow for the measured filament width; 1 without a measurement.
     pub width_factor: f64,
-    /// Retracted by G10, with this lift of Z in mm.
+    /// Lift of Z, mm, if retracted by G10.
     pub(crate) retracted: Option<f64>,
 }
 
 impl Tool {
-    /// Millimetres of filament for one unit of E.
+    /// Returns the millimetres of filament in one unit of E.
     #[must_use]
     pub fn scale(&self) -> f64 {
         let volumetric = match self.settings.filament_diameter {
@@ -41,21 +41,21 @@ impl Tool {
     }
 }
 
-/// All extruders.
+/// All tools of the machine.
 #[derive(Clone, Debug, Default)]
 pub struct Tools {
     pub(crate) tools: Vec<Tool, MAX_TOOLS>,
     pub(crate) active: usize,
-    /// T on a machine without extruders: the tool that M6 puts in.
+    /// Tool number of T on a machine without extruders, for the next M6.
     pub(crate) selected: u16,
-    /// The one that it has put in.
+    /// Number of the tool that M6 put in.
     pub(crate) in_spindle: u16,
-    /// What is known of the tools that go into the spindle.
+    /// Table of spindle tools.
     pub(crate) table: ToolTable,
 }
 
 impl Tools {
-    /// As configured; the one with the lowest number is active.
+    /// Creates the extruders; the one with the lowest number is active.
     pub(crate) fn new(settings: &[ToolSettings]) -> Self {
         let new = |settings: &ToolSettings| Tool {
             settings: settings.clone(),
@@ -69,20 +69,19 @@ impl Tools {
         Self { tools, active: 0, selected: 0, in_spindle: 0, table: ToolTable::default() }
     }
 
-    /// All extruders, in order of their numbers.
+    /// Returns all extruders, in order of their numbers.
     #[must_use]
     pub fn all(&self) -> &[Tool] {
         &self.tools
     }
 
-    /// The active extruder.
+    /// Returns the active extruder.
     #[must_use]
     pub fn active(&self) -> Option<&Tool> {
         self.tools.get(self.active)
     }
 
-    /// What is extruded along the path from now on is this much of what the program says, with the extruder
-    /// of this number: its filament is thicker or thinner than meant.
+    /// Sets the flow correction of an extruder whose filament is thicker or thinner than nominal.
     pub(crate) fn set_width_factor(&mut self, id: ToolId, factor: f64) {
         if let Some(tool) = self.tools.iter_mut().find(|tool| tool.settings.id == id) {
             tool.width_factor = factor;
@@ -93,47 +92,47 @@ impl Tools {
         self.tools.get_mut(self.active)
     }
 
-    /// Whether tools are extruders.
+    /// Whether tools are extruders, rather than spindle tools.
     #[must_use]
     pub fn has_extruders(&self) -> bool {
         !self.tools.is_empty()
     }
 
-    /// Number of the tool in the spindle, 0 when there is none; of the active extruder.
+    /// Returns the number of the active extruder, or of the tool in the spindle, 0 when there is none.
     #[must_use]
     pub fn number(&self) -> u32 {
         if self.has_extruders() { u32::from(self.active_id().0) } else { u32::from(self.in_spindle) }
     }
 
-    /// What is known of the tools that go into the spindle.
+    /// Returns the table of spindle tools.
     #[must_use]
     pub const fn table(&self) -> &ToolTable {
         &self.table
     }
 
-    /// What the table knows of the tool in the spindle.
+    /// Returns the table's entry of the tool in the spindle.
     pub(crate) fn spindle_entry(&self) -> Option<&ToolEntry> {
         self.table.get(self.in_spindle).filter(|_| !self.has_extruders())
     }
 
-    /// The pocket of a tool as the table has it, 0 where it says nothing.
+    /// Returns the pocket of a tool in the table, 0 without an entry.
     pub(crate) fn pocket(&self, number: u16) -> f64 {
         self.table.get(number).and_then(|tool| tool.pocket).map_or(0.0, f64::from)
     }
 
-    /// M6: the selected tool is in the spindle.
+    /// M6: puts the selected tool in the spindle, and returns its number.
     pub(crate) fn change(&mut self) -> u32 {
         self.in_spindle = self.selected;
         u32::from(self.in_spindle)
     }
 
-    /// Number of the active extruder; 0 when there is none.
+    /// Returns the number of the active extruder; 0 when there is none.
     #[must_use]
     pub fn active_id(&self) -> ToolId {
         self.active().map_or(ToolId(0), |tool| tool.settings.id)
     }
 
-    /// What the extruders turn.
+    /// Returns the axes of the extruders.
     pub(crate) fn axes(&self) -> Vec<Axis, MAX_TOOLS> {
         self.tools.iter().map(|tool| tool.settings.axis).collect()
     }
@@ -144,19 +143,19 @@ impl Tools {
         self.tools.iter().any(|tool| tool.settings.axis == axis)
     }
 
-    /// The extruder that a P word names by its number, else the active one.
+    /// Returns the extruder whose number a P word gives, else the active extruder.
     ///
     /// # Errors
-    /// When there is none with that number.
+    /// When no extruder has that number.
     pub fn selected(&self, words: &Words<'_>) -> Result<&Tool, Fault> {
         let place = self.place(words, &['P'])?;
         self.tools.get(place).ok_or(Problem::NoExtruder.refused(0))
     }
 
-    /// The extruder that a word names by its number, else the active one.
+    /// Returns the extruder whose number a word gives, else the active extruder.
     ///
     /// # Errors
-    /// When there is none with that number.
+    /// When no extruder has that number.
     pub fn named_by(&self, words: &Words<'_>, letter: char) -> Result<&Tool, Fault> {
         let place = match words.get(letter) {
             Some(word) => self.numbered(word).ok_or(Problem::NoSuchTool(word).refused(words.column_of(letter)))?,
@@ -169,7 +168,7 @@ impl Tools {
         self.selected_by(words, &['P'])
     }
 
-    /// The tool that one of these letters names; the one in use where none does.
+    /// Returns the tool whose number one of these letters gives, else the active tool.
     pub(crate) fn selected_by(&mut self, words: &Words<'_>, letters: &[char]) -> Result<&mut Tool, Fault> {
         let place = self.place(words, letters)?;
         self.tools.get_mut(place).ok_or(Problem::NoExtruder.refused(0))
@@ -186,7 +185,7 @@ impl Tools {
         self.tools.iter().position(|tool| tool.settings.id == id)
     }
 
-    /// A move was made; one of Z undoes the lift of a retraction.
+    /// Notes a move; motion of Z cancels the lift of a retraction.
     pub(crate) fn moved(&mut self, along_z: bool) {
         if let Some(lift) = self.active_mut().filter(|_| along_z).and_then(|tool| tool.retracted.as_mut()) {
             *lift = 0.0;

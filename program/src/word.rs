@@ -1,58 +1,58 @@
-//! What a row of the table of codes says of each word.
+//! Words in a row of the table of codes.
 
-/// A word that a code takes. There are hundreds, with few different bounds: those are behind a reference.
+/// Word that a code takes. Rows have hundreds of words with few distinct bounds, so bounds are references.
 #[derive(Clone, Copy, Debug)]
 pub struct WordInfo {
     letter: u8,
-    /// What its number is.
+    /// Unit of the word's number.
     pub unit: Unit,
-    /// What numbers are allowed.
+    /// Permitted numbers of the word.
     pub bounds: &'static Bounds,
-    /// What it is for.
+    /// Meaning of the word, for documentation.
     pub text: Doc,
 }
 
-/// What the number of a word is, as it is written; [`crate::Words`] gives it in mm, s, mm/s and A.
+/// Unit of a word's number as written; [`crate::Words`] converts to mm, s, mm/s and A.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
-    /// mm, or inches where the program counts in them.
+    /// Length in mm, or in inches if the program uses inches.
     Length,
-    /// The same, a minute.
+    /// Length per minute, in mm or inches.
     Feed,
     /// Steps for each mm or inch.
     StepsPerLength,
-    /// mm, whatever the program counts in.
+    /// Length in mm, whatever the program's unit.
     Mm,
-    /// mm/min.
+    /// Speed in mm/min, never inches.
     MmPerMinute,
-    /// mm/s.
+    /// Speed in mm/s, never inches.
     MmPerSecond,
-    /// mm/s2.
+    /// Acceleration in mm/s2, never inches.
     MmPerSecond2,
-    /// s.
+    /// Time in seconds, s.
     Seconds,
-    /// ms.
+    /// Time in milliseconds, ms.
     Milliseconds,
     /// The dialect's unit of time.
     Dwell,
-    /// Degrees Celsius.
+    /// Temperature in degrees Celsius.
     Celsius,
-    /// Percent.
+    /// Percent, converted to a factor.
     Percent,
-    /// A.
+    /// Current in amperes, A.
     Amps,
-    /// mA.
+    /// Current in milliamperes, mA.
     Milliamps,
-    /// A plain number.
+    /// Plain number without unit.
     Number,
     /// The number of a tool or heater.
     Id,
-    /// Nothing: that it is there is enough.
+    /// Presence of the letter alone, without a number.
     Flag,
 }
 
 impl Unit {
-    /// As a reader knows it; empty for plain numbers.
+    /// Returns the unit's name for readers; empty for plain numbers.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -75,29 +75,29 @@ impl Unit {
     }
 }
 
-/// What numbers a word may have, as written.
+/// Range of a word's number, as written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bounds {
-    /// Any.
+    /// Any number is permitted.
     Any,
-    /// This or more.
+    /// At least this number.
     AtLeast(f64),
-    /// More than this.
+    /// Greater than this number.
     Above(f64),
-    /// From this to that.
+    /// From the first number to the second.
     Within(f64, f64),
-    /// Whole, from this to that.
+    /// Whole numbers from the first to the second.
     Whole(f64, f64),
 }
 
-/// Text that only documentation needs. The image does not carry it.
+/// Text for documentation only, which the firmware image leaves out.
 #[derive(Clone, Copy, Debug)]
 pub struct Doc {
     #[cfg(feature = "docs")]
     text: &'static str,
 }
 
-/// Text for the documentation.
+/// Creates text for the documentation.
 #[cfg_attr(not(feature = "docs"), allow(unused_variables, reason = "then nobody reads it"))]
 pub(crate) const fn doc(text: &'static str) -> Doc {
     Doc {
@@ -108,30 +108,30 @@ pub(crate) const fn doc(text: &'static str) -> Doc {
 
 #[cfg(feature = "docs")]
 impl Doc {
-    /// The text.
+    /// Returns the documentation text.
     #[must_use]
     pub const fn text(self) -> &'static str {
         self.text
     }
 }
 
-/// A word of any value.
+/// Creates a word without bounds.
 ///
 /// # Panics
-/// When its letter is none: as rows are constants, the compiler says it.
+/// When the letter is not ASCII; rows are constants, so the compiler reports this.
 pub(crate) const fn word(letter: char, unit: Unit, text: &'static str) -> WordInfo {
     assert!(letter.is_ascii());
     WordInfo { letter: letter as u8, unit, bounds: &Bounds::Any, text: doc(text) }
 }
 
 impl WordInfo {
-    /// Its letter.
+    /// Returns the word's letter.
     #[must_use]
     pub const fn letter(&self) -> char {
         self.letter as char
     }
 
-    /// A word of these values alone.
+    /// Returns the word with bounds.
     pub(crate) const fn bounds(mut self, bounds: &'static Bounds) -> Self {
         self.bounds = bounds;
         self

@@ -1,4 +1,4 @@
-//! The words of a code as its row of the table reads them: in mm, seconds and amperes, within their bounds.
+//! Words of a code, converted as its row of the table says: in mm, seconds and amperes, within their bounds.
 
 use core::fmt;
 
@@ -15,23 +15,23 @@ pub(crate) const MM_PER_INCH: f64 = 25.4;
 #[derive(Clone, Copy, Debug)]
 pub struct Words<'b> {
     block: &'b Block<'b>,
-    /// How they are read.
+    /// Descriptions of the words in the code's row.
     known: &'static [WordInfo],
     code: Code,
     lengths: Lengths,
 }
 
-/// How the program writes lengths.
+/// Units of lengths in the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Lengths {
-    /// Lengths are in inches (G20).
+    /// Whether lengths are in inches (G20).
     pub inches: bool,
-    /// Those along X are diameters (G7).
+    /// Whether lengths along X are diameters (G7).
     pub diameters: bool,
 }
 
 impl Lengths {
-    /// mm, and radii.
+    /// Millimetres and radii, the default.
     const PLAIN: Self = Self { inches: false, diameters: false };
 
     fn mm(self, letter: char, value: f64) -> f64 {
@@ -41,23 +41,23 @@ impl Lengths {
 }
 
 impl<'b> Words<'b> {
-    /// The words of a block as the row of this code reads them.
+    /// Creates the words of a block for the row of this code.
     pub(crate) const fn new(block: &'b Block<'b>, code: Code, known: &'static [WordInfo], lengths: Lengths) -> Self {
         Self { block, known, code, lengths }
     }
 
-    /// No words of a code, where a dialect says the same by another one.
+    /// Creates an empty list of words, where a dialect's code equals a code without words.
     pub(crate) const fn bare(code: Code) -> Self {
         static BARE: Block<'static> = Block::new(None, 1);
         Self { block: &BARE, known: &[], code, lengths: Lengths::PLAIN }
     }
 
-    /// The same words, read in other units.
+    /// Returns the same words, read in other units.
     pub(crate) const fn read_as(self, known: &'static [WordInfo]) -> Self {
         Self { known, ..self }
     }
 
-    /// The code they belong to.
+    /// Returns the code that the words belong to.
     #[must_use]
     pub const fn code(&self) -> Code {
         match self.block.code {
@@ -66,14 +66,13 @@ impl<'b> Words<'b> {
         }
     }
 
-    /// Whether a code is written, not only words for the one in force.
+    /// Whether the block has a code, rather than words for the motion code in force.
     #[must_use]
     pub(crate) const fn has_code(&self) -> bool {
         self.block.code.is_some()
     }
 
-    /// The number of a word, in the internal unit of what it means; as it is written where the row does not
-    /// know it.
+    /// Returns the number of a word in the internal unit; as written if the row does not list the word.
     #[must_use]
     pub fn get(&self, letter: char) -> Option<f64> {
         let value = self.block.get(letter)?;
@@ -81,8 +80,8 @@ impl<'b> Words<'b> {
         Some(self.converted(letter, value, unit))
     }
 
-    /// A length in mm, where the row says that it is one: without a look at the row, for every line of a
-    /// program has some.
+    /// Returns a length in mm, for words that the row reads as lengths. Skips looking at the row for speed,
+    /// because every line of a program has lengths.
     #[must_use]
     #[inline]
     pub(crate) fn length(&self, letter: char) -> Option<f64> {
@@ -91,14 +90,14 @@ impl<'b> Words<'b> {
         Some(if self.lengths == Lengths::PLAIN { value } else { self.lengths.mm(letter, value) })
     }
 
-    /// A plain number, where the row says that it is one.
+    /// Returns a plain number, for words that the row reads as numbers.
     #[must_use]
     pub(crate) fn number(&self, letter: char) -> Option<f64> {
         debug_assert!(self.known(letter).is_none_or(|word| word.unit == Unit::Number), "{letter}");
         self.block.get(letter)
     }
 
-    /// A feed rate in mm/s, where the row says that it is one.
+    /// Returns a feed rate in mm/s, for words that the row reads as feed rates.
     #[must_use]
     pub(crate) fn feed(&self, letter: char) -> Option<f64> {
         debug_assert!(self.known(letter).is_none_or(|word| word.unit == Unit::Feed), "{letter}");
@@ -106,13 +105,13 @@ impl<'b> Words<'b> {
         Some(self.converted(letter, value, Unit::Feed))
     }
 
-    /// The number as it is written, whatever it is.
+    /// Returns the number as written, in any unit.
     #[must_use]
     pub(crate) fn as_written(&self, letter: char) -> Option<f64> {
         self.block.get(letter)
     }
 
-    /// How a letter is read here.
+    /// Returns the row's description of a letter.
     fn known(&self, letter: char) -> Option<&'static WordInfo> {
         self.known.iter().find(|word| word.letter() == letter.to_ascii_uppercase())
     }
@@ -130,78 +129,79 @@ impl<'b> Words<'b> {
         }
     }
 
-    /// A word as a length in mm, where a row reads it as a number because it is a length in some cases only.
+    /// Returns a word as a length in mm, for rows that read it as a number because only some uses are
+    /// lengths.
     #[must_use]
     pub fn as_length(&self, letter: char) -> Option<f64> {
         self.block.get(letter).map(|value| self.converted(letter, value, Unit::Length))
     }
 
-    /// Whether a word is there, with or without a number.
+    /// Whether a word is present, with or without a number.
     #[must_use]
     pub fn has(&self, letter: char) -> bool {
         self.block.has(letter)
     }
 
-    /// See [`Block::has_rare_coordinate`].
+    /// Whether a word is A, B, C or polar, see [`Block::has_rare_coordinate`].
     #[inline]
     pub(crate) const fn has_rare_coordinate(&self) -> bool {
         self.block.has_rare_coordinate()
     }
 
-    /// Whether there is no word beside the code.
+    /// Whether the code has no words.
     #[must_use]
     pub const fn is_bare(&self) -> bool {
         self.block.is_bare()
     }
 
-    /// Whether nothing is written but rates, which need no move: the code is the one in force.
+    /// Whether the block has only rates, which need no move, and no code.
     pub(crate) fn are_rates_alone(&self) -> bool {
         self.block.code.is_none() && !self.is_bare() && self.other_than("FS").is_none()
     }
 
-    /// How many words there are.
+    /// Returns the number of words.
     #[must_use]
     pub fn count(&self) -> usize {
         self.block.words().count()
     }
 
-    /// The text after a code that takes text.
+    /// Returns the text after a code that takes text.
     #[must_use]
     pub const fn text(&self) -> Option<&'b str> {
         self.block.text
     }
 
-    /// The axes that are named.
+    /// Returns the axes that are named.
     #[must_use]
     pub fn axes(&self) -> AxisSet {
         AxisSet::collect(Axis::ALL.into_iter().filter(|axis| self.has(axis.letter())))
     }
 
-    /// The value of an axis' word.
+    /// Returns the value of an axis' word.
     #[must_use]
     pub fn axis(&self, axis: Axis) -> Option<f64> {
         self.get(axis.letter())
     }
 
-    /// A letter that is written and not among these.
+    /// Returns a written letter that is not among these.
     #[must_use]
     pub fn other_than(&self, letters: &str) -> Option<char> {
         self.block.words().map(|(letter, _)| letter).find(|letter| !letters.contains(*letter))
     }
 
-    /// Letters that are written and none of these: [`gcode::letter_bit`] each.
+    /// Returns the written letters outside this set, [`gcode::letter_bit`] each.
     pub(crate) fn strange(&self, known: u32) -> impl Iterator<Item = char> + 'b {
         let is_strange = move |letter: &char| gcode::letter_bit(*letter) & known == 0;
         self.block.words().map(|(letter, _)| letter).filter(is_strange)
     }
 
-    /// Whether one is, in no time.
+    /// Whether a written letter is outside this set; faster than [`Self::strange`].
     #[inline]
     pub(crate) const fn has_strange(&self, known: u32) -> bool {
         self.block.has_beside(known)
     }
 
-    /// A letter that is written and that the row does not take.
+    /// Returns a written letter that the row does not take.
     pub(crate) fn not_taken(&self) -> Option<char> {
         self.block.words().map(|(letter, _)| letter).find(|letter| !self.takes(*letter))
     }
@@ -212,22 +212,22 @@ impl<'b> Words<'b> {
         self.known(letter).is_some()
     }
 
-    /// Column of a word, from 1; the code's own when the word is not there.
+    /// Returns the column of a word, from 1; the code's column if the word is missing.
     #[must_use]
     pub fn column_of(&self, letter: char) -> u16 {
         self.block.column_of(letter)
     }
 
-    /// Column of the code.
+    /// Returns the column of the code.
     #[must_use]
     pub const fn column(&self) -> u16 {
         self.block.column
     }
 
-    /// Holds every word against the bounds that its row gives it.
+    /// Checks every word against the bounds in its row.
     ///
     /// # Errors
-    /// The first word that is out of them.
+    /// When a word is out of bounds, the first such word.
     pub(crate) fn check(&self) -> Result<(), Fault> {
         for word in self.known {
             if let Some(value) = self.block.get(word.letter()).filter(|_| *word.bounds != Bounds::Any) {
@@ -253,7 +253,7 @@ impl<'b> Words<'b> {
     }
 }
 
-/// The words in internal units, each after a blank.
+/// Formats the words in internal units, each after a blank.
 impl fmt::Display for Words<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(text) = self.text() {

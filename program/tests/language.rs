@@ -1,11 +1,11 @@
-//! The language, as a table of text and the actions it means, in `language/*.txt`.
+//! Tests of the language as pages of text, `language/*.txt`: program lines, and the actions they mean.
 //!
-//! `# title` begins a program; the interpreter is new there. A line at the margin is a line of the program;
-//! the indented lines below it are what the machine is asked to do, or `error:` or `alarm:` with what is
-//! wrong. `@` lines say what the machine is like or has found. The machine has extruders 0 (A) and 1 (B, 20
-//! mm to the right, its filament 1.75 mm thick and counted in mm3), heater 0 of tool 0, heater 1 with id 254,
-//! switch 0 on M106 and M107 (and its number is 0), switch 1 on M3 and M5 (its number is 1), input 3 is
-//! number 1, switch 4 on M7, 5 on M8, both off by M9, switch 2 on M106 alone, heater 2 that reads only.
+//! `# title` begins a program with a new interpreter. A line at the margin is a line of the program; the
+//! indented lines below it are the expected actions of the machine, or `error:` or `alarm:` with the message.
+//! `@` lines describe the machine or its findings. The machine has extruders 0 (A) and 1 (B, 20 mm to the
+//! right, its filament 1.75 mm thick and counted in mm3), heater 0 of tool 0, heater 1 with id 254, switch 0
+//! on M106 and M107 (and its number is 0), switch 1 on M3 and M5 (its number is 1), input 3 is number 1,
+//! switch 4 on M7, 5 on M8, both off by M9, switch 2 on M106 alone, heater 2 that reads only.
 
 use gcode::{Block, Blocks, Code, Decoder, Line, WholeLine};
 use program::extended::{Asked, CodeLine, NamedSwitch, Names, translate};
@@ -64,7 +64,7 @@ fn setup() -> Setup {
     setup
 }
 
-/// One program of a page.
+/// Single program of a page.
 struct Session {
     interpreter: Interpreter,
     facts: Facts,
@@ -147,13 +147,13 @@ impl Session {
         }
     }
 
-    /// A new program on a machine that says this of cycles.
+    /// Starts a new program on a machine with these settings of cycles.
     fn cycles_are(&mut self, cycles: CycleSetup) {
         self.interpreter = Interpreter::new(Setup { cycles, ..setup() });
     }
 
-    /// Runs the lines of a program, from the first to the last one or as its O words say; what the machine is
-    /// asked for by each.
+    /// Runs the lines of a program, in sequence or as its O words say. Returns the actions asked for by each
+    /// line.
     fn run_program(&mut self, lines: &[&str]) -> Vec<Vec<String>> {
         let mut asked = vec![Vec::new(); lines.len()];
         let mut at = 0;
@@ -185,7 +185,7 @@ impl Session {
         asked
     }
 
-    /// What the machine is asked for by a line of the program, and which line comes next.
+    /// Runs a line of the program. Adds the actions asked for, and returns the next line.
     fn run(&mut self, line: &str, here: Place, after: Place, asked: &mut Vec<String>) -> Next {
         let mut codes = CodeLine::new();
         match Decoder::new().decode(line.as_bytes()) {
@@ -250,7 +250,7 @@ impl Session {
         self.end_line(asked);
     }
 
-    /// What M73 brings back at the end of a subroutine.
+    /// Adds the changes by which M73's modes are restored at the end of a subroutine.
     fn say_what_returns(&mut self, asked: &mut Vec<String>) {
         let from = *self.interpreter.position();
         while let Some(effect) = self.interpreter.next_effect() {
@@ -267,7 +267,7 @@ impl Session {
         }
     }
 
-    /// False when it was refused.
+    /// Returns false when the block was refused.
     fn run_block(&mut self, block: &Block<'_>, asked: &mut Vec<String>) -> bool {
         let Some(row) = self.interpreter.row(block, self.dialect) else {
             asked.push("unknown".into());
@@ -327,13 +327,13 @@ impl Names for Session {
     }
 }
 
-/// Runs a page; the page as it is, beside the page as it should be written.
+/// Runs a page and returns the page with the actual actions.
 fn run_page(text: &str) -> String {
     let lines: Vec<&str> = text.lines().filter(|line| !line.starts_with("    ")).collect();
     let mut page = String::new();
     let mut begin = 0;
     while begin < lines.len() {
-        // A program is what stands below its title.
+        // A program comprises the lines below its title.
         let length = lines[begin + 1..].iter().take_while(|line| !line.starts_with("# ")).count() + 1;
         let program = &lines[begin..begin + length];
         let first = usize::from(program[0].starts_with("# "));
@@ -358,7 +358,7 @@ fn place(line: usize) -> Place {
 #[test]
 fn every_line_means_what_the_pages_say() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/language");
-    // `WRITE_LANGUAGE=1` writes down what is, to be read before it is committed.
+    // `WRITE_LANGUAGE=1` writes the actual actions into the pages, to be reviewed before a commit.
     let mut pages = 0;
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

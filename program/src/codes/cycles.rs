@@ -23,7 +23,7 @@ const HOLE: &[WordInfo] = &[
     word('S', Unit::Number, "laser or spindle power from now on"),
 ];
 
-/// Of the motion code in force, a cycle's among them.
+/// Words whose meaning depends on the motion code in force, a cycle's included.
 const BY_CODE: &[WordInfo] = &[
     word('X', Unit::Length, FORCE),
     word('Y', Unit::Length, FORCE),
@@ -47,7 +47,7 @@ const BY_CODE: &[WordInfo] = &[
 
 const FORCE: &str = "as in the motion code in force";
 
-/// Of the cycles that turn a contour.
+/// Words of the cycles that turn a contour.
 const CONTOUR: &[WordInfo] = &[
     word('X', Unit::Length, "where it begins"),
     word('Z', Unit::Length, "where it begins"),

@@ -1,4 +1,4 @@
-//! Extruders and filament.
+//! Codes of extruders and filament.
 
 use gcode::Code;
 
@@ -10,7 +10,7 @@ use crate::word::{Unit, WordInfo, word};
 
 const TOOL_WORD: WordInfo = word('P', Unit::Number, "of this tool; of the one in use where it is left out");
 
-/// T0, T1, ...
+/// Row of T0, T1 and so on.
 pub const TOOL: CodeInfo = CodeInfo::tool("select an extruder, and its offset").waits(Waits::Path);
 
 pub const ROWS: &[CodeInfo] = &[

@@ -1,4 +1,4 @@
-//! Jobs, files on the card, saved settings.
+//! Codes of jobs, files on the card and saved settings.
 
 use gcode::Code;
 
@@ -9,7 +9,7 @@ use crate::meaning::program;
 use crate::word::Bounds::{AtLeast, Within};
 use crate::word::{Unit, WordInfo, word};
 
-/// How M600 changes filament this time, in Marlin's words; what is not given is as `[filament change]` says.
+/// Words of M600 for this change of filament, as in Marlin; the rest is as `[filament change]` says.
 const CHANGE: [WordInfo; 9] = [
     word('E', Unit::Mm, "drawn back first"),
     word('Z', Unit::Mm, "the tool rises by this").bounds(&AtLeast(0.0)),

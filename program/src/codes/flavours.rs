@@ -1,6 +1,6 @@
-//! Codes that the firmwares of other printers, and mills, read otherwise than Smoothieware.
+//! Codes that other printer firmwares, and mills, read otherwise than Smoothieware.
 //!
-//! A code that has no row here means the same to all of them. Sources: Marlin's "G-code Index", the Duet
+//! Codes without a row here mean the same in all dialects. Sources: Marlin's "G-code Index", the Duet
 //! project's "GCode dictionary", Klipper's "G-Codes".
 
 use gcode::Code;
@@ -13,12 +13,12 @@ use crate::meaning::{lights, modes, printers, spindle};
 use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
 
-/// A row that is for some dialects alone.
+/// Row that applies to some dialects only.
 #[derive(Clone, Copy, Debug)]
 pub struct Otherwise {
-    /// Which.
+    /// Dialects that the row applies to.
     pub dialects: Dialects,
-    /// How they read the code.
+    /// Reading of the code in those dialects.
     pub row: CodeInfo,
 }
 
@@ -115,7 +115,7 @@ const TUNE_TOOL: &[WordInfo] = &[
     word('P', Unit::Number, "largest output: has nothing to do"),
 ];
 
-/// The rows, and who reads them so.
+/// Rows of codes with another meaning in some dialects, and those dialects.
 pub static READ_OTHERWISE: &[Otherwise] = &[
     reads(
         REPRAP,
@@ -134,7 +134,7 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     reads(Dialects::PRINTERS, level(Code::g(29))),
     reads(REPRAP, sets_up(Code::g(31), "refused: where the probe triggers")),
     reads(MARLIN, CodeInfo::missing(Code::g(61), "go to the place that G60 has saved")),
-    // Prusa's, of the MK2 and MK3.
+    // G-codes of Prusa's firmware for the MK2 and MK3.
     reads(
         GRBL,
         CodeInfo::means(Code::m(48), spindle::overrides, "the operator's overrides of feed and spindle count")
@@ -254,14 +254,15 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
             .waits(Waits::Result)
             .part(Part::Player),
     ),
-    // Prusa's, and its slicer writes it for every firmware. To Marlin itself it means nothing.
+    // Prusa's code, which its slicer writes for every firmware. Marlin itself gives the code no meaning.
     reads(
         Dialects::PRINTERS,
         CodeInfo::means(Code::m(601), printers::pause_print, "suspend the job; heaters stay on, as M600.1")
             .waits(Waits::Result)
             .part(Part::Player),
     ),
-    // Marlin's are numbers of a potentiometer, the others have none of them: a current must not change by it.
+    // Marlin's values are potentiometer numbers, and the other firmwares have no such code: a current must
+    // not change by it.
     reads(Dialects::PRINTERS, CodeInfo::passed_over(Code::m(907), "motor current as a number of a potentiometer")),
     reads(Dialects::PRINTERS, CodeInfo::passed_over(Code::m(909), "says the numbers of a potentiometer")),
 ];

@@ -1,5 +1,5 @@
-//! Heaters and switches. The codes that set and switch them are those that the configuration gives them; the
-//! rows below say how such codes are read, and what stands in the samples.
+//! Codes of heaters and switches. The configuration assigns these codes; the rows below say how such codes
+//! are read, and match the sample configurations.
 
 use gcode::Code;
 
@@ -20,17 +20,17 @@ const TARGET_AND_WAIT_WORDS: &[WordInfo] = &[
     word('T', Unit::Id, "of this tool; of the one in use where it is left out"),
 ];
 
-/// How a code is read that sets a heater's target.
+/// Row for a code that sets a heater's target.
 pub const TARGET: CodeInfo = target(Code::m(104));
-/// How a code is read that also waits.
+/// Row for a code that sets a heater's target and waits.
 pub const TARGET_AND_WAIT: CodeInfo = target_and_wait(Code::m(109));
-/// How a code is read that asks for temperatures.
+/// Row for a code that reports temperatures.
 pub const TEMPERATURE: CodeInfo = CodeInfo::asks(Code::m(105), Function::ReportTemperatures, "say temperatures")
     .waits(Waits::Question)
     .states(EVERYWHERE_BUT_INVALID);
-/// How a code is read that a switch listens to.
+/// Row for a code that sets a switch.
 pub const SWITCH: CodeInfo = switch(Code::m(106));
-/// How a code is read that arms a rule of `[temperature switch]`.
+/// Row for a code that arms a rule of `[temperature switch]`.
 pub const ARM: CodeInfo = CodeInfo::claimed(Code::m(1001), "arm a rule, as [temperature switch] says")
     .takes(&[word('S', Unit::Number, "0: disarm it")])
     .waits(Waits::Path)

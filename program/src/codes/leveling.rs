@@ -1,4 +1,4 @@
-//! Homing, probing, leveling.
+//! Codes of homing, probing and leveling.
 
 use gcode::Code;
 
@@ -309,7 +309,7 @@ pub const ROWS: &[CodeInfo] = &[
         .differs("not known"),
 ];
 
-/// Axes alone: of all where none is named.
+/// Axis letters without values; naming no axis means all axes.
 const FLAGS: &[WordInfo] = &[
     word('X', Unit::Flag, "of this axis"),
     word('Y', Unit::Flag, "of this axis"),

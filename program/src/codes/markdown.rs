@@ -1,4 +1,4 @@
-//! The tables of codes and console commands for `docs/commands.md`.
+//! Writers of the tables of codes and console commands for `docs/commands.md`.
 
 use core::fmt::{self, Write};
 
@@ -21,7 +21,7 @@ pub fn write_codes(out: &mut impl Write) -> fmt::Result {
     Ok(())
 }
 
-/// Rows that differ in their code alone.
+/// Whether two rows differ in nothing but their code.
 fn reads_the_same(a: &CodeInfo, b: &CodeInfo) -> bool {
     let same_words = core::ptr::eq(a.words, b.words) || a.words.is_empty() && b.words.is_empty();
     a.help == b.help && same_words && a.waits == b.waits && a.difference.text() == b.difference.text()
@@ -48,7 +48,7 @@ fn write_all_words(out: &mut impl Write, row: &CodeInfo) -> fmt::Result {
     Ok(())
 }
 
-/// Words that are the same but for their letter.
+/// Writes words that differ in their letter alone.
 fn write_words(out: &mut impl Write, words: &[WordInfo]) -> fmt::Result {
     let Some(word) = words.first() else { return Ok(()) };
     words.iter().try_for_each(|word| write!(out, "{} ", word.letter()))?;
@@ -128,7 +128,7 @@ fn write_read(out: &mut impl Write, row: &CodeInfo, mark: &str) -> fmt::Result {
     writeln!(out, " |")
 }
 
-/// What becomes of a code that is not carried out.
+/// Returns a remark on a code that is not carried out.
 fn kept(row: &CodeInfo) -> &'static str {
     match (row.is_missing(), row.is_passed_over()) {
         (true, _) => "missing: ",
@@ -162,7 +162,7 @@ pub fn write_commands(out: &mut impl Write) -> fmt::Result {
     writeln!(out)
 }
 
-/// A table's cell.
+/// Returns text escaped for a table's cell.
 pub(super) fn escaped(text: &str) -> std::string::String {
     text.replace('|', "\\|").replace('[', "\\[").replace('<', "\\<")
 }
@@ -175,7 +175,7 @@ pub(super) mod tests {
 
     const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/commands.md");
 
-    /// The page with what stands between two marks replaced.
+    /// Returns the page with the text between two marks replaced.
     fn with(page: &str, mark: &str, text: &str) -> String {
         let (begin, end) =
             (std::format!("<!-- {mark}: from program/src/codes -->\n"), std::format!("<!-- end of {mark} -->"));
@@ -186,7 +186,7 @@ pub(super) mod tests {
 
     const DIALECTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/dialects.md");
 
-    /// Writes a page, or holds it against what it is to be.
+    /// Writes a page, or asserts that the page on disk is up to date.
     pub(in crate::codes) fn settle(path: &str, page: &str, is: String) {
         if std::env::var_os("WRITE_DOCS").is_some() {
             return fs::write(path, is).unwrap();
@@ -216,7 +216,8 @@ pub(super) mod tests {
         }
     }
 
-    /// `WRITE_DOCS=1 cargo test -p program --features docs` writes it.
+    /// Compares the page with the tables; `WRITE_DOCS=1 cargo test -p program --features docs` writes the
+    /// page.
     #[test]
     fn the_page_of_commands_is_that_of_the_tables() {
         let page = fs::read_to_string(PAGE).unwrap();

@@ -1,4 +1,4 @@
-//! What mills and lathes have: their spindle, outputs and inputs by number, modes that are saved.
+//! Codes of mills and lathes: spindle, outputs and inputs by number, saved modes.
 
 use gcode::Code;
 

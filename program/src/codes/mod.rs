@@ -1,8 +1,8 @@
-//! The table of codes: what each is called, which words it takes, when it may run, what it waits for, who
-//! does it.
+//! The table of codes: each code's help text, words, states in which it may run, kind of waiting, and
+//! handler.
 //!
-//! Everything that must know which codes there are asks here: dispatch, `help`, the documentation, the tests
-//! that look whether each has one. To add a code, add its row to the topic it belongs to.
+//! Dispatch, `help`, the documentation and the test for completeness all read this table. To add a code, add
+//! its row to the file of its topic.
 
 mod cycles;
 mod extruder;
@@ -32,7 +32,7 @@ pub use markdown::{write_codes, write_commands, write_dialect, write_named, writ
 pub(crate) use row::Handler;
 pub use row::{CodeInfo, Group, Waits};
 
-/// The rows by topic, each with its title.
+/// Rows by topic, each topic with its title.
 pub const TOPICS: [(&str, &[CodeInfo]); 11] = [
     ("Moves", motion::ROWS),
     ("Canned cycles and feed modes", cycles::ROWS),
@@ -49,13 +49,13 @@ pub const TOPICS: [(&str, &[CodeInfo]); 11] = [
 
 pub use flavours::{Otherwise, READ_OTHERWISE};
 
-/// G-codes below this are read alike in all dialects.
+/// Lowest number of G-codes that some dialect reads otherwise.
 const FIRST_G_READ_OTHERWISE: u16 = 10;
 
-/// The row of a code that one dialect reads otherwise than Smoothieware.
+/// Returns the row of a code that a dialect reads otherwise than Smoothieware.
 #[inline]
 pub(crate) fn find_in(code: Code, dialect: Dialect) -> Option<&'static CodeInfo> {
-    // Moves mean the same to all: most lines are not looked for.
+    // Moves mean the same in all dialects, so most lines need no search.
     if !dialect.reads_otherwise() || code.letter != Letter::M && code.number < FIRST_G_READ_OTHERWISE {
         return None;
     }
@@ -63,15 +63,15 @@ pub(crate) fn find_in(code: Code, dialect: Dialect) -> Option<&'static CodeInfo>
     READ_OTHERWISE.iter().find(reads).map(|other| &other.row)
 }
 
-/// Every row.
+/// Returns every row of the table.
 pub fn all() -> impl Iterator<Item = &'static CodeInfo> {
     TOPICS.iter().flat_map(|(_, rows)| rows.iter())
 }
 
-/// How T is read.
+/// Row of T, the tool selection.
 pub(crate) const TOOL: &CodeInfo = &extruder::TOOL;
 
-/// How a code is read that only the configuration gives a meaning to.
+/// Returns the row for a code that only the configuration gives a meaning to.
 pub(crate) const fn claimed(claim: Claim) -> &'static CodeInfo {
     match claim {
         Claim::Target(_) => &heat::TARGET,
@@ -82,12 +82,12 @@ pub(crate) const fn claimed(claim: Claim) -> &'static CodeInfo {
     }
 }
 
-/// Numbers below this are found by one look.
+/// Numbers below this are found in the index by one look.
 const G_NUMBERS: usize = 128;
 const M_NUMBERS: usize = 1_024;
 const NO_ROW: u16 = u16::MAX;
 
-/// Where the rows of a number begin: topic in the high byte, place in the low one.
+/// First row of each number: topic in the high byte, index in the low byte.
 struct Index {
     g: [u16; G_NUMBERS],
     m: [u16; M_NUMBERS],
@@ -129,7 +129,7 @@ const fn is_same(a: Letter, b: Letter) -> bool {
     matches!((a, b), (Letter::G, Letter::G) | (Letter::M, Letter::M) | (Letter::T, Letter::T))
 }
 
-/// The row of a code.
+/// Returns the row of a code.
 #[must_use]
 pub fn find(code: Code) -> Option<&'static CodeInfo> {
     let numbers: &[u16] = match code.letter {

@@ -6,7 +6,7 @@ use super::row::{CodeInfo, Group, Waits};
 use crate::meaning::{moves, splines};
 use crate::word::{Unit, WordInfo, word};
 
-/// Where a move ends, and how fast it goes.
+/// Builds the words for the target and speed of a move, and more words.
 macro_rules! target_words {
     ($($more:expr),*) => {
         &[

@@ -1,4 +1,4 @@
-//! Motors, their limits, the machine's geometry.
+//! Codes of motors, their limits, and the machine's geometry.
 
 use gcode::Code;
 
@@ -8,7 +8,7 @@ use crate::meaning::{extruders, printers};
 use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
 
-/// A word for each axis, of one unit.
+/// Builds a word for each axis, all of one unit.
 macro_rules! by_axis {
     ($unit:expr, $text:literal $(, $more:expr)*) => {
         const { &[

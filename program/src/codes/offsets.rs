@@ -1,4 +1,5 @@
-//! What coordinates mean: units, planes, distance modes, coordinate systems, tool offsets, corners.
+//! Codes for the meaning of coordinates: units, planes, distance modes, coordinate systems, tool offsets,
+//! corners.
 
 use gcode::Code;
 

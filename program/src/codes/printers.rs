@@ -1,6 +1,6 @@
-//! Codes that printers' firmwares share and Smoothieware has not: what is carried out; what makes no
-//! difference here, and is counted while a file is played and listed at its end; what would make one and is
-//! not carried out, and pauses the file.
+//! Codes of other printer firmwares that Smoothieware lacks, of three kinds: carried out; harmless here, so
+//! counted while a file plays and listed at its end; harmful if ignored and not carried out, so that the file
+//! pauses.
 
 use gcode::Code;
 

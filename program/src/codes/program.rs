@@ -1,4 +1,4 @@
-//! The program as a whole, and the machine.
+//! Codes of the program as a whole, and of the machine.
 
 use gcode::Code;
 
@@ -54,7 +54,7 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::m(999), program::release, "clear a halt").states(EVERYWHERE_BUT_INVALID),
 ];
 
-/// The row of a program stop, M0 or M1.
+/// Returns the row of a program stop, M0 or M1.
 const fn pause(number: u16) -> CodeInfo {
     const HELP: &str = "wait until the operator goes on (~ or M24); text behind it is shown to the operator";
     const WORDS: &[crate::word::WordInfo] =

@@ -1,4 +1,4 @@
-//! What a row of the table says of a code.
+//! A row of the table of codes, and its parts.
 
 use gcode::{Block, Code, letter_bit};
 
@@ -10,60 +10,61 @@ use crate::state::States;
 use crate::word::{Bounds, Doc, WordInfo, doc};
 use crate::words::{Lengths, Words};
 
-/// A part of the interpreter that says what a code means.
+/// Interpreter function that gives the meaning of a code's block.
 pub(crate) type Interpret = for<'b> fn(&mut Interpreter, &Context<'b>) -> Result<Meaning<'b>, Fault>;
 
-/// A row of the table.
+/// Row of the table: everything known about a code.
 #[derive(Clone, Copy, Debug)]
 pub struct CodeInfo {
-    /// The code, subcode included.
+    /// Code of the row, subcode included.
     pub code: Code,
-    /// Other subcodes of its number that have no row are read by this one.
+    /// Whether the row also reads subcodes of its number that have no row.
     pub any_subcode: bool,
-    /// The words it takes.
+    /// Words that the code takes.
     pub words: &'static [WordInfo],
-    /// Their letters, [`gcode::letter_bit`] each.
+    /// Set of the words' letters, [`gcode::letter_bit`] each.
     pub(crate) letters: u32,
-    /// One of them has bounds.
+    /// Whether any of the words has bounds.
     pub(crate) is_bounded: bool,
-    /// Its modal group: of two codes of one group, the later holds.
+    /// Modal group of the code: the later of two codes of a group replaces the earlier.
     pub group: Group,
-    /// What it waits for.
+    /// Condition that the code waits for.
     pub waits: Waits,
-    /// States in which it runs; in others it is refused.
+    /// States in which the code runs; other states refuse the code.
     pub states: States,
-    /// A part that it cannot do without.
+    /// Part of the machine that the code needs.
     pub part: Option<Part>,
-    /// A file in which it is not carried out makes another part, or harms somebody: the file waits for a
+    /// Whether a file that loses this code makes another part, or harms somebody: the file waits for a
     /// person.
     pub is_needed: bool,
-    /// It levels the bed, or prepares that: a job leaves it out on a machine with no probe and no leveling.
+    /// Whether the code levels the bed or prepares that; a job on a machine without probe and leveling skips
+    /// the code.
     pub levels: bool,
-    /// What it does, in one line.
+    /// Help text of one line.
     pub help: &'static str,
-    /// What Smoothieware v2 does instead; empty where it does the same.
+    /// Difference from Smoothieware v2; empty without one.
     pub difference: Doc,
     pub(crate) handler: Handler,
 }
 
-/// Who does what a code asks for.
+/// Executor of a code.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Handler {
-    /// The interpreter says what it means.
+    /// Interpreter function for the meaning.
     Interpret(Interpret),
-    /// The machine does it.
+    /// Function of the machine.
     Function(Function),
-    /// The interpreter does it, and has the machine do something in some cases.
+    /// Interpreter function that passes some cases on to the machine.
     Both(Interpret, Function),
-    /// A tool is selected.
+    /// Selection of a tool (T).
     Tool,
-    /// What the configuration says; nobody knows it where that says nothing.
+    /// Effect that the configuration assigns; without one, the code is unknown.
     Claimed,
-    /// It is accepted, and there is nothing to do.
+    /// Accepted code with nothing to do.
     Nothing,
-    /// It is accepted and not carried out; a file that is played makes the same part.
+    /// Accepted code that is not carried out, and whose loss does not change the part.
     PassedOver,
-    /// It is known, and not carried out.
+    /// Known code that is refused.
     Missing,
 }
 
@@ -71,7 +72,7 @@ pub(crate) enum Handler {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names are the meaning")]
 pub enum Group {
-    /// It holds for its own line.
+    /// Non-modal code, for its own line only.
     NonModal,
     Motion,
     Plane,
@@ -94,23 +95,23 @@ pub enum Group {
     Spindle,
 }
 
-/// What a code waits for before its next one is looked at.
+/// Condition that a code waits for before the next code is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Waits {
-    /// Nothing: it only says or sets something.
+    /// No wait: the code only reports or sets something.
     Nothing,
-    /// Room in the look-ahead queue: it is a move, or it acts where the path has come this far.
+    /// Room in the look-ahead queue, for a move or a change at the current end of the path.
     Path,
-    /// Standstill, before it acts.
+    /// Standstill before the code acts.
     Standstill,
-    /// Standstill, and its own end: what it finds decides what follows.
+    /// Standstill, and the code's own end, because its result decides how the program goes on.
     Result,
-    /// It is a question, and answered whatever the machine waits for.
+    /// No wait: a question, answered whatever the machine waits for.
     Question,
 }
 
 impl Waits {
-    /// In one word.
+    /// Returns a name for the tables of the documentation.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -123,11 +124,11 @@ impl Waits {
     }
 }
 
-/// Runs in every state but with a configuration that cannot be used: ends, power, reports.
+/// States of ends, power and reports: all but an unusable configuration.
 pub(crate) const EVERYWHERE_BUT_INVALID: States = States::WORKING_OR_ALARM;
-/// Runs in every state.
+/// All states, without exception.
 pub(crate) const ANYWHERE: States = States::ALL;
-/// Needs the card alone.
+/// States of codes that need only the card.
 pub(crate) const FILES: States = States::WORKING_OR_INVALID;
 
 impl CodeInfo {
@@ -150,54 +151,54 @@ impl CodeInfo {
         }
     }
 
-    /// A code that the interpreter knows the meaning of.
+    /// Row of a code whose meaning the interpreter knows.
     pub(crate) const fn means(code: Code, interpret: Interpret, help: &'static str) -> Self {
         Self::new(code, Handler::Interpret(interpret), help)
     }
 
-    /// A code that the machine carries out.
+    /// Row of a code that the machine carries out.
     pub(crate) const fn asks(code: Code, function: Function, help: &'static str) -> Self {
         Self::new(code, Handler::Function(function), help)
     }
 
-    /// A code that the interpreter carries out, and the machine in some cases.
+    /// Row of a code that the interpreter carries out, or the machine in some cases.
     pub(crate) const fn either(code: Code, interpret: Interpret, function: Function, help: &'static str) -> Self {
         Self::new(code, Handler::Both(interpret, function), help)
     }
 
-    /// A code that does what the configuration says: see [`crate::Claims`].
+    /// Row of a code that the configuration gives a meaning to; see [`crate::Claims`].
     pub(crate) const fn claimed(code: Code, help: &'static str) -> Self {
         Self::new(code, Handler::Claimed, help)
     }
 
-    /// A code that is accepted and does nothing.
+    /// Row of a code that is accepted and does nothing.
     pub(crate) const fn accepted(code: Code, help: &'static str) -> Self {
         Self::new(code, Handler::Nothing, help)
     }
 
-    /// A code that is accepted and not carried out, which leaves the part as it is.
+    /// Row of a code that is accepted but not carried out, without change to the part.
     pub(crate) const fn passed_over(code: Code, help: &'static str) -> Self {
         Self::new(code, Handler::PassedOver, help)
     }
 
-    /// A code that is known and not carried out, which makes another part or harms somebody.
+    /// Row of a known code that is refused, because its loss makes another part or harms somebody.
     pub(crate) const fn missing(code: Code, help: &'static str) -> Self {
         Self::new(code, Handler::Missing, help).needed()
     }
 
-    /// Whether it is known, and not carried out.
+    /// Whether the code is known but refused.
     #[must_use]
     pub const fn is_missing(&self) -> bool {
         matches!(self.handler, Handler::Missing)
     }
 
-    /// Whether it is accepted and not carried out, which leaves the part as it is.
+    /// Whether the code is accepted but not carried out, without change to the part.
     #[must_use]
     pub const fn is_passed_over(&self) -> bool {
         matches!(self.handler, Handler::PassedOver)
     }
 
-    /// How T is read.
+    /// Row of T, the tool selection.
     pub(crate) const fn tool(help: &'static str) -> Self {
         Self::new(Code::t(0), Handler::Tool, help)
     }
@@ -253,7 +254,7 @@ impl CodeInfo {
         self
     }
 
-    /// The words of a block as this row reads them.
+    /// Returns the words of a block as the row reads them.
     pub(crate) const fn words_of<'b>(&self, block: &'b Block<'b>, lengths: Lengths) -> Words<'b> {
         Words::new(block, self.code, self.words, lengths)
     }

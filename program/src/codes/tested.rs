@@ -1,6 +1,6 @@
-//! Which test carries a code or a command out, found by reading the tests: `docs/tested.md`.
+//! Finds the test of each code and command by reading the sources of the tests, for `docs/tested.md`.
 //!
-//! `WRITE_DOCS=1 cargo test -p program --features docs` writes it.
+//! `WRITE_DOCS=1 cargo test -p program --features docs` writes that page.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -18,21 +18,20 @@ use super::{CodeInfo, Handler, TOPICS, all, find};
 use crate::commands::{self, COMMANDS};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-/// What lines mean, as text.
+/// Folder of pages that state the meaning of lines as text.
 const LANGUAGE: &str = "program/tests/language";
-/// Whole machines, on the host and on the virtual board.
+/// Folders of tests of whole machines, on the host and on the virtual board.
 const MACHINES: [&str; 2] = ["tests/tests", "virtual-prime/tests"];
 
-/// A test and what it types.
+/// A test, with everything that its text sends.
 #[derive(Debug)]
 struct Test {
-    /// File and name.
     name: String,
-    /// Codes and words of commands.
+    /// Codes, and first words of commands.
     types: BTreeSet<String>,
 }
 
-/// The tests that type things, by what they type.
+/// All tests that send lines, by kind.
 #[derive(Debug)]
 struct Tests {
     meanings: Vec<Test>,
@@ -60,22 +59,21 @@ impl Tests {
         Self { meanings, machines }
     }
 
-    /// The program of the language's pages that has this code, and the test on a whole machine that has it.
-    /// What its row named before stays.
+    /// Returns the language page and the whole-machine test for a code. Names in the old row are preferred.
     fn of(&self, name: &str, row: &str) -> (Option<&str>, Option<&str>) {
         (narrowest(&self.meanings, name, row), narrowest(&self.machines, name, row))
     }
 }
 
-/// Of the tests that type it, the one that its row names, or else the one that types least else: a new test
-/// somewhere leaves the page as it is.
+/// Returns the test that the old row names, or else the test with the fewest other codes, so that new tests
+/// elsewhere leave the page unchanged.
 fn narrowest<'t>(tests: &'t [Test], name: &str, row: &str) -> Option<&'t str> {
     let with = tests.iter().filter(|test| test.types.contains(name));
     let is_named = |test: &Test| row.contains(&format!("| {} |", escaped(&test.name)));
     with.min_by_key(|test| (!is_named(test), test.types.len(), &test.name)).map(|test| test.name.as_str())
 }
 
-/// Every file below these folders whose name ends so, in order.
+/// Returns every file below these folders with the ending, in order.
 fn files(folders: &[&str], ending: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut left: Vec<PathBuf> = folders.iter().map(|folder| Path::new(ROOT).join(folder)).collect();
@@ -93,7 +91,7 @@ fn files(folders: &[&str], ending: &str) -> Vec<PathBuf> {
     found
 }
 
-/// The tests of a source file.
+/// Returns the tests of a source file.
 fn tests_of(path: &Path) -> Vec<Test> {
     let text = fs::read_to_string(path).unwrap();
     let file = path.strip_prefix(ROOT).unwrap_or(path).with_extension("");
@@ -103,7 +101,7 @@ fn tests_of(path: &Path) -> Vec<Test> {
     for test in text.split("#[test]").skip(1) {
         let Some((_, rest)) = test.split_once("fn ") else { continue };
         let name = rest.split('(').next().unwrap_or_default();
-        // It ends where the next item at the margin does.
+        // A test's body ends with the next closing brace at the margin.
         let body = rest.split("\n}\n").next().unwrap_or(rest);
         let types = literals(body).iter().flat_map(|text| text.lines().flat_map(typed)).collect();
         tests.push(Test { name: format!("{file} `{name}`"), types });
@@ -111,7 +109,7 @@ fn tests_of(path: &Path) -> Vec<Test> {
     tests
 }
 
-/// The string literals of a piece of source, their line ends as such.
+/// Returns the string literals of a piece of source, with escaped line ends as line ends.
 fn literals(source: &str) -> Vec<String> {
     let (mut literals, mut rest) = (Vec::new(), source);
     while let Some((_, from)) = rest.split_once('"') {
@@ -126,7 +124,7 @@ fn literals(source: &str) -> Vec<String> {
     literals
 }
 
-/// Codes in a line, and its first word where it may be a command.
+/// Returns the codes in a line, and its first word, which may be a command.
 fn typed(line: &str) -> Vec<String> {
     let mut all: Vec<String> = line.split_whitespace().next().map(ToString::to_string).into_iter().collect();
     let bytes = line.as_bytes();
@@ -141,7 +139,7 @@ fn typed(line: &str) -> Vec<String> {
             all.push(format!("{letter}{number}"));
         }
     }
-    // `$H` and `$J=X1` are commands too.
+    // Commands such as `$H` and `$J=X1` have no blank behind their name.
     let sign: Option<String> = line.strip_prefix('$').map(|rest| rest.chars().take(1).collect());
     all.extend(sign.map(|letter| format!("${letter}")));
     all
@@ -157,7 +155,7 @@ instead, where that differs.
 
 ";
 
-/// The page, and what it was before.
+/// Returns the new page, given the old page.
 fn page(tests: &Tests, before: &str) -> String {
     let row_of = |name: &str| before.lines().find(|line| line.starts_with(&format!("| {name} |"))).unwrap_or("");
     let mut out = String::from(HEAD);
@@ -200,7 +198,7 @@ fn a_row_keeps_its_test_while_that_types_its_code() {
     assert_eq!(narrowest(&tests, "M28", "| M28 | store | | wide | |"), Some("narrow"));
 }
 
-/// What a machine does has a test on one; what is about the program alone has one that reads it.
+/// Every code of the machine has a test on a whole machine, and every code of the program alone a page.
 #[test]
 fn every_code_and_command_has_a_test() {
     let tests = Tests::read();
@@ -216,7 +214,7 @@ fn every_code_and_command_has_a_test() {
     assert!(without.is_empty(), "no test types {without:?}");
 }
 
-/// Codes and commands of Smoothieware v2 are known, or the list says why they are not.
+/// Every code and command of Smoothieware v2 is known, or the list says why not.
 #[test]
 fn nothing_of_smoothieware_s_language_is_forgotten() {
     let list = fs::read_to_string(Path::new(ROOT).join("program/tests/v2-language.txt")).unwrap();
@@ -236,7 +234,7 @@ fn nothing_of_smoothieware_s_language_is_forgotten() {
     assert!(known.is_empty(), "known, and still with a reason: {known:?}");
 }
 
-/// A code by its name.
+/// Parses the name of a code.
 fn code(name: &str) -> Option<Code> {
     let letter = match name.chars().next()? {
         'G' => Letter::G,

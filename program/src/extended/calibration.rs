@@ -60,7 +60,7 @@ pub(super) const COMMANDS: &[ExtendedInfo] = &[
     codes("Z_ENDSTOP_CALIBRATE", "", "where Z homes, by paper, as M851.1 P1", |_, _, line| put(line, "M851.1 P1")),
 ];
 
-/// Of an axis by its letter, or by Klipper's name of its stepper, which calls the towers of a delta a, b, c.
+/// Selects an axis by its letter or by Klipper's name of its stepper; the towers of a delta are a, b, c.
 fn endstop_phase(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
     const STEPPERS: [(&str, &str); 6] = [
         ("stepper_x", "X"),
@@ -88,7 +88,7 @@ fn skew_profile(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> R
     [code, " P\"", name.trim(), "\""].into_iter().try_for_each(|part| put(line, part))
 }
 
-/// Lists may come one by one, as Klipper takes them; CALIBRATE uses what has come.
+/// Accepts the lists one by one, as Klipper does; CALIBRATE uses the lists received so far.
 fn delta_analyze(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
     let lists = [
         ("CENTER_DISTS", " M665.4 P0", 6),

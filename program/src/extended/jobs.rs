@@ -111,7 +111,7 @@ fn exclude_object(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) ->
 fn text(command: &Extended<'_>, code: &str, line: &mut CodeLine) -> Result<(), ExtendedFault> {
     put(line, code)?;
     put(line, " ")?;
-    // A comment would begin with it.
+    // A semicolon would begin a comment.
     let parts = command.get("MSG").unwrap_or("").split(';');
     parts.enumerate().try_for_each(|(place, part)| {
         put(line, if place == 0 { "" } else { "," })?;
@@ -119,7 +119,7 @@ fn text(command: &Extended<'_>, code: &str, line: &mut CodeLine) -> Result<(), E
     })
 }
 
-/// Which tool Klipper's `extruder`, `extruder1` and so on are.
+/// Returns the tool number of Klipper's `extruder`, `extruder1` and so on.
 fn tool_of(name: &str) -> Option<u8> {
     let number = name.get(..8).filter(|start| start.eq_ignore_ascii_case("extruder")).and_then(|_| name.get(8..))?;
     if number.is_empty() { Some(0) } else { number.parse().ok() }
@@ -158,9 +158,9 @@ fn output(
     let name = command.get(which).ok_or(ExtendedFault::MustSupply(which))?;
     let share = number(command, value)?.ok_or(ExtendedFault::MustSupply(value))?;
     let NamedSwitch { on, number: place, off, full } = names.switch(name).ok_or(ExtendedFault::NoFan)?;
-    // A tenth of a percent, or a whole step of 255.
+    // Resolution is a tenth of a percent, or a whole step of 255.
     let fine = if full <= 100.0 { 10.0 } else { 1.0 };
-    // What is on or off takes any S for on.
+    // A plain on/off switch takes any S for on.
     let value = libm::round(share.clamp(0.0, 1.0) * full * fine) / fine;
     let written = match (off.filter(|_| share <= 0.0), place) {
         (Some(off), _) => write!(line, "{off}"),
@@ -170,7 +170,7 @@ fn output(
     written.map_err(|_| ExtendedFault::TooLong)
 }
 
-/// `ANGLE=` in degrees or `WIDTH=` in seconds, as the switch of a servo takes them as S.
+/// Translates `ANGLE=` in degrees or `WIDTH=` in seconds to the S of a servo's switch.
 fn servo(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
     let name = command.get("SERVO").ok_or(ExtendedFault::MustSupply("SERVO"))?;
     let NamedSwitch { on, number: place, .. } = names.switch(name).ok_or(ExtendedFault::NoFan)?;
@@ -187,8 +187,8 @@ fn servo(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Resu
     written.map_err(|_| ExtendedFault::TooLong)
 }
 
-/// Shares of full brightness, and the place of a light from 1 on. On a machine without strips M150 is passed
-/// over, whatever it names.
+/// Translates shares of full brightness, and the place of a light from 1 on. A machine without strips ignores
+/// M150, whatever name is given.
 fn set_led(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
     let name = command.get("LED").ok_or(ExtendedFault::MustSupply("LED"))?;
     put(line, "M150")?;
@@ -211,7 +211,7 @@ fn set_led(command: &Extended<'_>, names: &dyn Names, line: &mut CodeLine) -> Re
     Ok(())
 }
 
-/// `Z=` is where the shift is to be, `Z_ADJUST=` by how much it is to change.
+/// Translates `Z=`, the absolute shift, and `Z_ADJUST=`, the change of the shift.
 fn gcode_offset(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
     let moves = number(command, "MOVE")?.is_some_and(|moves| moves != 0.0);
     for (keys, code) in [(["X", "Y", "Z"], " M290 R0"), (["X_ADJUST", "Y_ADJUST", "Z_ADJUST"], " M290")] {
@@ -285,7 +285,7 @@ fn velocity_limit(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) ->
     }
     let ratio = match (number(command, "MINIMUM_CRUISE_RATIO")?, number(command, "ACCEL_TO_DECEL")?, acceleration) {
         (Some(ratio), _, _) => Some(ratio),
-        // Klipper before 0.12 said it so.
+        // Klipper before 0.12 gave the ratio by `ACCEL_TO_DECEL`.
         (_, Some(to_decelerate), Some(acceleration)) if acceleration > 0.0 => {
             Some((1.0 - to_decelerate / acceleration).clamp(0.0, 0.95))
         }

@@ -73,12 +73,12 @@ fn offset(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<
     number(command, "Y")?.map_or(Ok(()), |mm| put_number(line, " Y", mm))
 }
 
-/// A code of the mesh with this name.
+/// Writes a code for the mesh with this name.
 fn named(line: &mut CodeLine, code: &str, name: &str) -> Result<(), ExtendedFault> {
     ["", code, " P\"", name, "\""].into_iter().try_for_each(|part| put(line, part))
 }
 
-/// Two numbers with a comma between, or one for both.
+/// Parses two numbers with a comma between, or a single number for both.
 fn pair(command: &Extended<'_>, key: &'static str) -> Result<Option<[f64; 2]>, ExtendedFault> {
     let Some(text) = command.get(key) else { return Ok(None) };
     let (one, other) = text.split_once(',').unwrap_or((text, text));

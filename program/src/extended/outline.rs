@@ -1,4 +1,4 @@
-//! What Klipper's `EXCLUDE_OBJECT_DEFINE` says of an object.
+//! Outline of an object in Klipper's `EXCLUDE_OBJECT_DEFINE`.
 
 use core::fmt::Write as _;
 
@@ -6,8 +6,8 @@ use gcode::Extended;
 
 use super::row::{CodeLine, ExtendedFault, Names, label};
 
-/// M486 O with the rectangle around its outline; M486 D where it has none, or a broken one, for an object can
-/// be left out without.
+/// Writes M486 O with the rectangle around the outline, or M486 D for a missing or broken outline, because an
+/// object can be left out without an outline.
 pub(super) fn define(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine) -> Result<(), ExtendedFault> {
     let around = command.get("POLYGON").and_then(around);
     let (Some(name), Some([left, near, right, far])) = (command.get("NAME"), around) else {
@@ -16,7 +16,7 @@ pub(super) fn define(command: &Extended<'_>, _: &dyn Names, line: &mut CodeLine)
     write!(line, "M486 O{left},{near},{right},{far} {name}").map_err(|_| ExtendedFault::TooLong)
 }
 
-/// Least X and Y, greatest X and Y of `[[x,y],[x,y],...]`.
+/// Returns least X and Y, greatest X and Y of `[[x,y],[x,y],...]`.
 fn around(polygon: &str) -> Option<[f64; 4]> {
     let inner = polygon.trim().strip_prefix('[')?.strip_suffix(']')?;
     let mut around: Option<[f64; 4]> = None;

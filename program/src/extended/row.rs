@@ -1,68 +1,68 @@
-//! A row of the table of Klipper's commands, and the pieces of the line that one comes to.
+//! Row of the table of Klipper's commands, and helpers to write a line of codes.
 
 use core::fmt::{self, Write};
 
 use gcode::{Code, Extended};
 use heapless::String;
 
-/// A line of codes.
+/// Buffer for a line of codes.
 pub type CodeLine = String<{ gcode::MAX_LINE_LENGTH }>;
 
-/// What the machine calls its parts.
+/// Names that the machine's configuration gives to its parts.
 pub trait Names {
-    /// How codes switch an output of this name.
+    /// Returns the codes that set the output of this name.
     fn switch(&self, name: &str) -> Option<NamedSwitch>;
-    /// The code that sets the target of a heater of this name, and the heater's id.
+    /// Returns the code that sets the target of the heater of this name, and the heater's id.
     fn heater(&self, name: &str) -> Option<(Code, u8)>;
-    /// The number of a strip of lights of this name.
+    /// Returns the number of the strip of lights of this name.
     fn strip(&self, name: &str) -> Option<u8>;
-    /// Whether there is any strip.
+    /// Whether the machine has any strip of lights.
     fn has_strips(&self) -> bool;
-    /// The same of the heaters in turn.
+    /// Returns code and id, as `heater` does, of the heater at this index.
     fn heater_at(&self, place: usize) -> Option<(Code, u8)>;
 }
 
-/// How codes switch an output.
+/// Codes that set an output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NamedSwitch {
-    /// The code that switches it on.
+    /// Code that switches the output on.
     pub on: Code,
-    /// P of that code, where it is the one of all outputs with numbers.
+    /// P word of that code, if the code is shared by all numbered outputs.
     pub number: Option<u8>,
-    /// The code that switches it off, where there is one.
+    /// Code that switches the output off, if there is one.
     pub off: Option<Code>,
-    /// What S of full power is: 255, 100 for percent.
+    /// Value of S for full power: 255, or 100 for percent.
     pub full: f64,
 }
 
-/// A row of the table.
+/// Row of the table: a Klipper command.
 #[derive(Clone, Copy, Debug)]
 pub struct ExtendedInfo {
-    /// Its name; one that ends in `*` is the beginning of a name.
+    /// Name of the command; a name that ends in `*` is a prefix.
     pub name: &'static str,
-    /// The parameters that it looks at.
+    /// Parameters that the command reads.
     pub takes: &'static str,
-    /// What it does here, in one line.
+    /// Help text of one line.
     pub help: &'static str,
     pub(super) becomes: Becomes,
 }
 
-/// What a command comes to.
+/// Translation of a command.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Becomes {
-    /// A line of codes.
+    /// Line of codes, written by a function.
     Codes(Translate),
-    /// A console command.
+    /// Console command to run instead.
     Console(&'static str),
-    /// A setting that changes with the height of the part.
+    /// Setting that changes with the height of the part (tuning tower).
     Tower,
-    /// Nothing, and the part is the same.
+    /// Nothing, without change to the part.
     PassedOver,
 }
 
 pub(super) type Translate = fn(&Extended<'_>, &dyn Names, &mut CodeLine) -> Result<(), ExtendedFault>;
 
-/// Why a command is not carried out.
+/// Reason why a command is not carried out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "their texts say it")]
 pub enum ExtendedFault {
@@ -99,7 +99,7 @@ impl fmt::Display for ExtendedFault {
 
 #[cfg(feature = "docs")]
 impl ExtendedInfo {
-    /// Whether it is carried out, for a table.
+    /// Returns a remark for a table when the command is not carried out.
     pub(crate) const fn kept(&self) -> &'static str {
         match self.becomes {
             Becomes::PassedOver => "left out: ",
@@ -127,7 +127,7 @@ pub(super) fn put(line: &mut CodeLine, text: &str) -> Result<(), ExtendedFault> 
     line.push_str(text).map_err(|_| ExtendedFault::TooLong)
 }
 
-/// A parameter that is to be a number.
+/// Parses a parameter as a number.
 pub(super) fn number(command: &Extended<'_>, key: &'static str) -> Result<Option<f64>, ExtendedFault> {
     let Some(text) = command.get(key) else { return Ok(None) };
     let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
@@ -139,9 +139,9 @@ pub(super) fn put_number(line: &mut CodeLine, before: &str, value: f64) -> Resul
     write!(line, "{before}{value}").map_err(|_| ExtendedFault::TooLong)
 }
 
-/// What is said of an object, by its name.
+/// Appends M486 with a letter and the object's name.
 pub(super) fn label(command: &Extended<'_>, what: &str, line: &mut CodeLine) -> Result<(), ExtendedFault> {
-    // Klipper: a definition without a name lists the objects.
+    // A definition without a name lists the objects, as in Klipper.
     let Some(name) = command.get("NAME") else { return put(line, "M486") };
     put(line, "M486 ")?;
     put(line, what)?;

@@ -9,10 +9,10 @@ use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::words::Words;
 
-/// No program has more turns.
+/// Upper limit of P: no real program has more turns.
 const MOST_TURNS: f64 = 10_000.0;
 
-/// The word of the centre's distance along an axis.
+/// Returns the letter of the centre's distance along an axis.
 const fn centre_word(axis: Axis) -> char {
     match axis {
         Axis::X => 'I',
@@ -21,12 +21,12 @@ const fn centre_word(axis: Axis) -> char {
     }
 }
 
-/// Whether words describe an arc, and not a rate alone.
+/// Whether words describe an arc, rather than a rate alone.
 pub(crate) fn is_drawn_by(words: &Words<'_>) -> bool {
     words.other_than("FS").is_some()
 }
 
-/// The centre where coordinate systems are turned. Other planes than that of X and Y are refused.
+/// Returns the centre in a rotated coordinate system.
 #[cold]
 fn turned(program: &Interpreter, words: &Words<'_>, centre: Centre) -> Centre {
     let (Centre::At(i, j), modal) = (centre, &program.modal) else { return centre };
@@ -43,7 +43,7 @@ fn turned(program: &Interpreter, words: &Words<'_>, centre: Centre) -> Centre {
     Centre::At(x, y)
 }
 
-/// I J K (from the start, or places after G90.1) or R, and P.
+/// Builds an arc from I J K (distances from the start, or positions after G90.1) or R, and P.
 pub(crate) fn arc(program: &Interpreter, context: &Context<'_>, clockwise: bool) -> Result<Shape, Fault> {
     let words = &context.words;
     let plane = program.modal.plane;
@@ -67,13 +67,13 @@ pub(crate) fn arc(program: &Interpreter, context: &Context<'_>, clockwise: bool)
     if plane != Plane::Xy && program.modal.turn().is_some() {
         return Err(Problem::TurnedPlane.alarm(words.column()));
     }
-    // Marlin's P are full circles before the arc, that of RS-274 counts the arc.
+    // P counts full circles before the arc in Marlin; P of RS-274 counts the arc, too.
     let before = if context.dialect == Dialect::Marlin { 1.0 } else { 0.0 };
     let turns = words.number('P').map_or(1.0, |turns| turns + before);
     if !(1.0..=MOST_TURNS).contains(&turns) || libm::floor(turns) != turns {
         return Err(Problem::Turns.alarm(words.column_of('P')));
     }
-    // Seen from where the third axis points to, Z comes before X in their plane (NIST RS-274/NGC, 3.5.3).
+    // Seen from the positive third axis, Z comes before X in their plane (NIST RS-274/NGC, 3.5.3).
     let clockwise = clockwise != (plane == Plane::Xz);
     Ok(Shape::Arc { plane, centre, clockwise, turns: turns as u32, column: words.column_of(word) })
 }

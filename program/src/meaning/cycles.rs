@@ -1,5 +1,5 @@
-//! Canned cycles: from words to holes. As in RS-274/NGC (NIST, section 3.5.16), with LinuxCNC's choices where
-//! that leaves some: the initial height is that before the first hole of a series.
+//! Canned cycles: from words to holes. As in RS-274/NGC (NIST, section 3.5.16), with LinuxCNC's choice where
+//! the standard leaves one: the initial height is that before the first hole of a series.
 
 use gcode::Code;
 use units::{Axis, Micros, PerAxis};
@@ -16,14 +16,14 @@ use crate::meaning::moves;
 use crate::modal::{FeedMode, MotionMode};
 use crate::words::Words;
 
-/// More pecks than this are a slip in Q.
+/// Limit of pecks; more indicate a mistake in Q.
 const MOST_PECKS: f64 = 10_000.0;
-/// More holes than this about a centre are a slip.
+/// Limit of holes about a centre; more indicate a mistake.
 const MOST_ABOUT: f64 = 360.0;
-/// This share of a peck is rounding: a Q that divides the depth makes no peck more.
+/// Share of a peck that counts as rounding, so that a Q that divides the depth adds no peck.
 const SHARE_OF_PECK: f64 = 1e-6;
 
-/// G73, G74, G81 to G86, G88, G89, and words without a code behind one of them.
+/// Drills by G73, G74, G81 to G86, G88, G89, or words without a code behind one of them.
 pub(crate) fn cycle<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     match Cycle::from_g(context.words.code().number) {
         Some(cycle) => drill(program, context, cycle),
@@ -31,13 +31,13 @@ pub(crate) fn cycle<'b>(program: &mut Interpreter, context: &Context<'b>) -> Res
     }
 }
 
-/// G98 and G99; words behind it are those of the motion code in force.
+/// Sets the retract mode (G98, G99); words behind the code are those of the motion code in force.
 pub(crate) fn retract_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     program.modal.retract = if context.words.code().number == 98 { Retract::Initial } else { Retract::RPlane };
     by_motion_code(program, context)
 }
 
-/// Words behind a modal code are those of the motion code in force.
+/// Reads words behind a modal code as those of the motion code in force.
 pub(crate) fn by_motion_code<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     match program.modal.motion {
         _ if context.words.is_bare() => NOTHING,
@@ -46,7 +46,8 @@ pub(crate) fn by_motion_code<'b>(program: &mut Interpreter, context: &Context<'b
     }
 }
 
-/// G80, and words without a code behind it. In Smoothieware's dialect a series of G99 is left upwards.
+/// Cancels cycles by G80, and reads words behind it. In Smoothieware's dialect a series of G99 ends with a
+/// lift.
 pub(crate) fn cancel<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let is_series = program.modal.motion == MotionMode::Cycle;
@@ -66,9 +67,9 @@ pub(crate) fn cancel<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     NOTHING
 }
 
-/// G87, and G70 to G72: the machine lacks something for them.
+/// Refuses G87, and G70 to G72, for which the machine lacks something.
 pub(crate) fn missing<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
-    // Words on the next lines are meant for it, and for no cycle before it.
+    // Words on the next lines belong to the refused cycle, so no earlier cycle may read them.
     program.end_cycles();
     program.modal.motion = MotionMode::Cancelled;
     let code = context.words.code();
@@ -76,7 +77,7 @@ pub(crate) fn missing<'b>(program: &mut Interpreter, context: &Context<'b>) -> R
     Err(Problem::Needs(code, what).refused(context.words.column()))
 }
 
-/// A block of a cycle.
+/// Drills a block of a cycle.
 fn drill<'b>(program: &mut Interpreter, context: &Context<'b>, cycle: Cycle) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let by_words = context.dialect.drills_by_words() && matches!(cycle.g(), 81..=83);
@@ -85,7 +86,7 @@ fn drill<'b>(program: &mut Interpreter, context: &Context<'b>, cycle: Cycle) -> 
     may_turn(program, words, cycle)?;
     moves::take_rates(program, context)?;
     if !"XYZ@^".chars().any(|letter| words.has(letter)) {
-        // Alone it says what the lines mean that follow.
+        // A cycle code without a position only sets the words for later lines.
         let word = "RQPL".chars().find(|letter| words.has(*letter));
         return word.map_or(NOTHING, |letter| Err(Problem::CycleNowhere(cycle.g()).refused(words.column_of(letter))));
     }
@@ -101,8 +102,8 @@ fn drill<'b>(program: &mut Interpreter, context: &Context<'b>, cycle: Cycle) -> 
     Ok(Meaning::Action(first))
 }
 
-/// The cycle is in force. What holds begins anew behind a code that was no cycle and in another plane; Q and
-/// P do with each code.
+/// Puts a cycle in force. The words that hold are cleared behind a code that was no cycle and in another
+/// plane; Q and P with each new code.
 fn enter(program: &mut Interpreter, cycle: Cycle, by_words: bool) {
     let plane = program.modal.plane;
     let series = *program.cycles.series();
@@ -120,7 +121,7 @@ fn enter(program: &mut Interpreter, cycle: Cycle, by_words: bool) {
     (program.modal.motion, program.modal.cycle) = (MotionMode::Cycle, cycle);
 }
 
-/// Whether cycles can be drilled as things are.
+/// Checks that the current modes permit drilling.
 fn may_drill(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> {
     let in_machine_coordinates = core::mem::take(&mut program.modal.machine_next);
     if program.setup.cycles.is_off {
@@ -138,7 +139,7 @@ fn may_drill(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> 
     Ok(())
 }
 
-/// Whether the spindle turns as a cycle wants it, and outputs listen to the codes that have it do so.
+/// Checks that the spindle turns as the cycle needs, and that outputs listen to the spindle codes involved.
 fn may_turn(program: &Interpreter, words: &Words<'_>, cycle: Cycle) -> Result<(), Fault> {
     if !(cycle.taps() || cycle.stops_spindle()) {
         return Ok(());
@@ -159,7 +160,7 @@ fn may_turn(program: &Interpreter, words: &Words<'_>, cycle: Cycle) -> Result<()
     }
 }
 
-/// What holds with this block.
+/// Returns the series with this block's words added.
 fn series(program: &Interpreter, words: &Words<'_>, cycle: Cycle, by_words: bool) -> Result<Series, Fault> {
     let mut series = *program.cycles.series();
     let along = drilling_axis(series.plane).letter();
@@ -191,12 +192,12 @@ fn dwell(program: &Interpreter, time: f64) -> Option<Micros> {
     (0.0..=moves::LONGEST_DWELL).contains(&seconds).then_some(Micros((seconds * 1e6) as u64))
 }
 
-/// The holes of this block, in machine positions.
+/// Plans the holes of this block, in machine positions.
 fn plan(program: &Interpreter, words: &Words<'_>, cycle: Cycle, series: &Series) -> Result<Plan, Fault> {
     let (modal, here) = (&program.modal, &program.position);
     let along = drilling_axis(series.plane);
-    // After G91 R is seen from where the series began, as in LinuxCNC: lines that do without a code drill as
-    // deep as the first one.
+    // After G91, R counts from the beginning of the series, as in LinuxCNC, so that repeated lines drill
+    // equally deep.
     let retract = modal.machine(along, series.retract.unwrap_or_default(), series.initial);
     let bottom = modal.machine(along, series.depth.unwrap_or_default(), retract);
     if retract < bottom {
@@ -226,7 +227,7 @@ fn plan(program: &Interpreter, words: &Words<'_>, cycle: Cycle, series: &Series)
         turn = about(program, words, &first)?;
     }
     let plan = Plan {
-        // Where the words say how a hole is drilled, Q makes it pecks.
+        // A cycle that drills by its words pecks when Q is given.
         cycle: if cycle == Cycle::BreakChips || series.peck.is_none() { cycle } else { Cycle::Peck },
         along,
         first,
@@ -251,7 +252,7 @@ fn plan(program: &Interpreter, words: &Words<'_>, cycle: Cycle, series: &Series)
     if plan.is_finite() { Ok(plan) } else { Err(Problem::NoPlace.refused(words.column())) }
 }
 
-/// Holes at polar coordinates after G91: distance and angle add from hole to hole.
+/// Returns the polar step after G91: distance and angle add from hole to hole.
 fn about(program: &Interpreter, words: &Words<'_>, first: &PerAxis<f64>) -> Result<Option<Turn>, Fault> {
     let modal = &program.modal;
     let count = words.get('L').unwrap_or(1.0);
@@ -267,7 +268,7 @@ fn about(program: &Interpreter, words: &Words<'_>, first: &PerAxis<f64>) -> Resu
     Ok(Some(Turn { centre, first: [libm::hypot(x, y), libm::atan2(y, x)], step }))
 }
 
-/// How many pecks a depth takes, mm both.
+/// Returns the number of pecks for a depth, both in mm.
 fn pecks(depth: f64, peck: Option<f64>) -> Option<u32> {
     let Some(peck) = peck else { return Some(1) };
     let count = libm::ceil(depth / peck - SHARE_OF_PECK);

@@ -1,4 +1,4 @@
-//! Extruders: T, firmware retraction, their settings.
+//! Extruders: tool selection (T), firmware retraction, and their settings.
 
 use gcode::NO_TOOL;
 use units::Axis;
@@ -8,7 +8,7 @@ use crate::fault::{Fault, Part, Problem};
 use crate::interpreter::Interpreter;
 use crate::words::{MM_PER_INCH, Words};
 
-/// Tn.
+/// Selects a tool by its number (T).
 pub(crate) fn select_tool<'b>(program: &mut Interpreter, number: u16, column: u16) -> Result<Meaning<'b>, Fault> {
     if number == NO_TOOL {
         return Err(Problem::NoSuchTool(-1.0).refused(column));
@@ -25,7 +25,7 @@ pub(crate) fn select_tool<'b>(program: &mut Interpreter, number: u16, column: u1
     NOTHING
 }
 
-/// G10 without L: pull the filament back, then lift.
+/// G10 without L: pulls the filament back, then lifts.
 pub(crate) fn retract<'b>(program: &mut Interpreter) -> Result<Meaning<'b>, Fault> {
     needs_extruder(program)?;
     let Some(tool) = program.tools.active_mut() else { return Ok(Meaning::Unknown) };
@@ -42,7 +42,7 @@ pub(crate) fn retract<'b>(program: &mut Interpreter) -> Result<Meaning<'b>, Faul
     Ok(Meaning::Action(pull))
 }
 
-/// G11: down again, then push the filament forward.
+/// G11: lowers the tool, then pushes the filament forward.
 pub(crate) fn recover<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     needs_extruder(program)?;
     let Some(tool) = program.tools.active_mut() else { return Ok(Meaning::Unknown) };
@@ -58,7 +58,7 @@ pub(crate) fn recover<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<
     Ok(Meaning::Action(program.move_by(settings.axis, length, settings.recover_rate)))
 }
 
-/// The E word: mm of filament or mm3, in G20 too but for the firmwares of other printers.
+/// Returns the E word: mm of filament or mm3, also after G20; other printer firmwares use inches then.
 #[inline]
 pub(crate) fn e_word(program: &Interpreter, context: &Context<'_>) -> Option<f64> {
     let is_inches = program.modal.inches && context.dialect.is_other_printers();
@@ -70,14 +70,14 @@ fn needs_extruder(program: &Interpreter) -> Result<(), Fault> {
     off.map_or(Ok(()), |tool| Err(Problem::PartIsOff(Part::Extruder(tool.settings.id)).refused(0)))
 }
 
-/// G10 L1 Pn: offset of tool n - 1.
+/// G10 L1 Pn: sets the offset of tool n - 1.
 pub(crate) fn set_tool_offset<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
     let place = words.get('P').and_then(|p| program.tools.numbered(p - 1.0));
     offset_tool(program, words, place, 'P')?;
     NOTHING
 }
 
-/// X Y and Z are the offset of a tool, which a word names.
+/// Sets the offset of a tool, whose number a word gives, by X, Y and Z.
 pub(crate) fn offset_tool(
     program: &mut Interpreter,
     words: &Words<'_>,
@@ -103,7 +103,7 @@ pub(crate) fn offset_tool(
     Ok(())
 }
 
-/// M200.
+/// M200: sets the filament diameter.
 pub(crate) fn filament_diameter<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let tool = program.tools.selected_by(words, &['P', 'T'])?;
@@ -118,7 +118,7 @@ pub(crate) fn filament_diameter<'b>(program: &mut Interpreter, context: &Context
     NOTHING
 }
 
-/// M207.
+/// M207: sets the retraction of G10.
 pub(crate) fn retraction<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let settings = &mut program.tools.selected_mut(words)?.settings;
@@ -130,7 +130,7 @@ pub(crate) fn retraction<'b>(program: &mut Interpreter, context: &Context<'b>) -
     NOTHING
 }
 
-/// M208.
+/// M208: sets the recovery of G11.
 pub(crate) fn recovery<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let settings = &mut program.tools.selected_mut(words)?.settings;
@@ -139,7 +139,7 @@ pub(crate) fn recovery<'b>(program: &mut Interpreter, context: &Context<'b>) -> 
     NOTHING
 }
 
-/// M203 V: the greatest flow; the rest is the machine's.
+/// M203 V: sets the greatest flow; the machine handles the other words.
 pub(crate) fn flow_limit<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     if let Some(most) = words.get('V') {
@@ -152,12 +152,12 @@ pub(crate) fn flow_limit<'b>(program: &mut Interpreter, context: &Context<'b>) -
     Ok(context.function())
 }
 
-/// M221.
+/// M221: sets the flow factor.
 pub(crate) fn flow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     if context.words.has('R') {
         return Err(Problem::Needs(context.words.code(), "a laser").refused(context.words.column_of('R')));
     }
-    // Marlin's T and RepRapFirmware's D mean what P does.
+    // Marlin's T and RepRapFirmware's D select the tool, as P does.
     let tool = program.tools.selected_by(&context.words, &['P', 'T', 'D'])?;
     let Some(factor) = context.words.get('S') else { return Ok(context.function()) };
     tool.flow = factor;

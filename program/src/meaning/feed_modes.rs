@@ -1,4 +1,4 @@
-//! G93, G94 and G95: what F says.
+//! G93, G94 and G95: feed modes, the meaning of F.
 
 use units::MmPerSecond;
 
@@ -10,10 +10,10 @@ use crate::meaning::{cycles, moves};
 use crate::modal::{FeedMode, MotionMode};
 use crate::words::Words;
 
-/// Words of a move.
+/// Letters of words that make a move.
 const WAY: &str = "XYZABCEIJKR@^";
 
-/// G93, G94, G95; words behind it are those of the motion code in force.
+/// Sets the feed mode (G93, G94, G95); words behind the code are those of the motion code in force.
 pub(crate) fn feed_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     program.modal.feed_mode = match context.words.code().number {
         93 => FeedMode::InverseTime,
@@ -23,15 +23,15 @@ pub(crate) fn feed_mode<'b>(program: &mut Interpreter, context: &Context<'b>) ->
     cycles::by_motion_code(program, context)
 }
 
-/// A move where F is not length a minute. It is drawn as if F were that, and then takes as long as F says;
-/// what F was before G93 and G95 holds again after G94.
+/// Makes a move in inverse time or per revolution. The move is planned as if F were length a minute, and then
+/// takes the rate of its mode; after G94 the F before G93 and G95 holds again.
 #[cold]
 pub(crate) fn motion_block<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let rate = rate(program, &context.words)?;
     let (mode, feed_rate, seek_rate) = (program.modal.feed_mode, program.modal.feed_rate, program.modal.seek_rate);
     program.modal.feed_mode = FeedMode::PerMinute;
     if let Some(Rate::PerRevolution(_)) = rate {
-        // Some rate is in force, whatever G94 had.
+        // A motion block needs a valid rate, whatever F was under G94.
         program.modal.feed_rate = MmPerSecond(1.0);
     }
     let mut done = moves::motion_block(program, context);
@@ -42,7 +42,7 @@ pub(crate) fn motion_block<'b>(program: &mut Interpreter, context: &Context<'b>)
     done
 }
 
-/// How fast the move of a block goes; none for rapid moves, and where there is no move.
+/// Returns the rate of a block's move; `None` for rapid moves and blocks without a move.
 fn rate(program: &mut Interpreter, words: &Words<'_>) -> Result<Option<Rate>, Fault> {
     let mode = program.modal.motion;
     let per_turn = program.modal.feed_mode == FeedMode::PerRevolution;

@@ -1,4 +1,4 @@
-//! Codes that heaters listen to: which heater is meant, and which temperature.
+//! Codes claimed by heaters: selection of the heater and its target temperature.
 
 use gcode::Code;
 use units::{Celsius, HeaterId, ToolId};
@@ -10,10 +10,10 @@ use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 
-/// Temperature controls numbered from here are always addressed, whatever tool is selected.
+/// Lowest number of temperature controls that are addressed whatever tool is selected.
 const ALWAYS_ACTIVE: ToolId = ToolId(250);
 
-/// A code that heaters claim.
+/// Carries out a code that heaters claim.
 pub(crate) fn heat<'b>(
     program: &mut Interpreter,
     claim: Claim,
@@ -27,16 +27,16 @@ pub(crate) fn heat<'b>(
     if let Some(letter) = other_name(context) {
         return Err(Problem::NotTaken(words.code(), letter).refused(words.column_of(letter)));
     }
-    // R is Marlin's word for a target that is waited for from above too.
+    // Marlin's R is a target that also waits for cooling.
     let waits = claims.iter().any(|claim| matches!(claim, Claim::TargetAndWait(_)));
     let dialect = context.dialect;
     let takes_r = waits || dialect == Dialect::RepRapFirmware && words.code().number == 104;
-    // Klipper's S is 0 where nothing is said.
+    // Klipper's S defaults to 0.
     let left_out = (dialect == Dialect::Klipper).then_some(0.0);
     let celsius = words.get('S').or(words.get('R').filter(|_| takes_r)).or(left_out);
     let Some(celsius) = celsius else { return NOTHING };
     let (heater, waits) = match addressed(program, claims, context) {
-        // Slicers switch off what other machines have.
+        // Slicers switch off heaters that only other machines have.
         Err(_) if celsius == 0.0 && context.dialect.is_other_printers() => return Ok(Meaning::PassedOver),
         addressed => addressed?,
     };
@@ -49,8 +49,8 @@ pub(crate) fn heat<'b>(
     NOTHING
 }
 
-/// A letter that says in another firmware's way which heater, or how warm: without it another one heats, or
-/// none. RepRapFirmware's first bed and chamber are P0.
+/// Returns a letter by which other firmware selects the heater or the temperature: ignoring the letter would
+/// set a wrong heater, or none. RepRapFirmware's first bed and chamber are P0.
 fn other_name(context: &Context<'_>) -> Option<char> {
     let words = &context.words;
     let is_one = |letter: &char| match letter {
@@ -62,8 +62,8 @@ fn other_name(context: &Context<'_>) -> Option<char> {
     ['H', 'P', 'I'].into_iter().find(is_one)
 }
 
-/// The heater that a code addresses, and whether it waits: by T, else that of the active tool, else one
-/// that is always active.
+/// Returns the heater that a code addresses, and whether the code waits: by T, else the active tool's, else a
+/// heater that is always active.
 fn addressed(program: &Interpreter, claims: &[Claim], context: &Context<'_>) -> Result<(HeaterId, bool), Fault> {
     let active = program.tools.active_id();
     let word = context.words.get('T');
@@ -85,7 +85,7 @@ fn addressed(program: &Interpreter, claims: &[Claim], context: &Context<'_>) -> 
     })
 }
 
-/// A target of the heater that a tool has by its number.
+/// Returns heater and target for a tool number.
 pub(crate) fn of_tool(
     program: &Interpreter,
     code: Code,
@@ -99,7 +99,7 @@ pub(crate) fn of_tool(
     Ok((heater, meant(program, heater, celsius)))
 }
 
-/// What a target means: 1 and 2 stand for the presets.
+/// Resolves a target: 1 and 2 stand for the presets.
 fn meant(program: &Interpreter, heater: HeaterId, celsius: f64) -> Celsius {
     match (celsius, program.heaters.get(heater.index()).map(|heater| heater.presets)) {
         (1.0, Some([first, _])) => first,

@@ -11,7 +11,7 @@ use crate::meaning::moves;
 use crate::meaning::probing;
 use crate::park::ParkPosition;
 
-/// G28 and G28.2: of the two, one homes and one parks, as the dialect says.
+/// Homes or parks (G28, G28.2); the dialect says which of the two codes homes.
 pub(crate) fn home_or_park<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     if context.dialect.parks(words.code().subcode) {
@@ -24,8 +24,7 @@ pub(crate) fn home_or_park<'b>(program: &mut Interpreter, context: &Context<'b>)
     Ok(Meaning::Action(Action::Home(words.axes())))
 }
 
-/// G30: searches for the bed, or parks at the second position where that is what it means; with P it searches
-/// everywhere.
+/// G30: probes the bed, or parks at the second position if so configured; with P the code always probes.
 pub(crate) fn probe_or_park<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     if program.setup.g30_parks && context.dialect == Dialect::Grbl && !context.words.has('P') {
         let Some(place) = program.second_park else { return Err(Problem::NoSecondPark.refused(0)) };
@@ -34,7 +33,7 @@ pub(crate) fn probe_or_park<'b>(program: &mut Interpreter, context: &Context<'b>
     probing::probe_down(program, context)
 }
 
-/// G28.1 and G30.1: stores where the machine is, or with X and Y (and Z) that place.
+/// G28.1 and G30.1: stores the machine's position, or the position given by X and Y (and Z).
 pub(crate) fn store_park<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let (words, homes_z) = (&context.words, context.facts.can_home.has(Axis::Z));
     if words.is_bare() {
@@ -49,7 +48,7 @@ pub(crate) fn store_park<'b>(program: &mut Interpreter, context: &Context<'b>) -
     }
     let x = words.axis(Axis::X).ok_or(Problem::MustSupply('X').refused(0))?;
     let y = words.axis(Axis::Y).ok_or(Problem::MustSupply('Y').refused(0))?;
-    // Without a word Z stays as it was stored: who moves the place aside does not mean to park lower.
+    // Without a Z word the stored Z stays: moving the place aside must not lower the parking height.
     let z = words.axis(Axis::Z).or(program.parked_z(words.code().number)).filter(|_| homes_z);
     program.store_park(words.code().number, ParkPosition { x, y, z });
     keep_park(program);
@@ -59,7 +58,7 @@ pub(crate) fn store_park<'b>(program: &mut Interpreter, context: &Context<'b>) -
     Ok(program.next_action().map_or(Meaning::Nothing, Meaning::Action))
 }
 
-/// Where parameters keep the park position, it is written behind this line.
+/// Queues writing the park position to the card, if parameters keep offsets there.
 fn keep_park(program: &mut Interpreter) {
     crate::parameters::offsets_changed(program);
     if program.setup.keeps_offsets {
@@ -67,8 +66,8 @@ fn keep_park(program: &mut Interpreter) {
     }
 }
 
-/// Goes to the park position: first by the words, which are distances whatever the distance mode, but in
-/// GRBL's dialect as the mode says; then Z, then X and Y. With words only the axes they name take part.
+/// Moves to the park position: first by the words, which are distances, except in GRBL's dialect, where G90
+/// and G91 apply; then Z, then X and Y. With words only the named axes take part.
 fn go_to_park<'b>(program: &mut Interpreter, context: &Context<'b>, place: ParkPosition) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     if let Some(letter) = words.other_than("XYZ") {
@@ -88,7 +87,7 @@ fn go_to_park<'b>(program: &mut Interpreter, context: &Context<'b>, place: ParkP
     }
     let bare = words.is_bare();
     if place.z.is_none() && words.has('Z') {
-        // A retraction that does not happen is followed by a rapid.
+        // A rapid move follows, and without the retraction it could collide.
         return Err(Problem::NoParkZ(words.code().number).refused(words.column_of('Z')));
     }
     let parked = |mut target: PerAxis<f64>, axes: &[Axis]| {
@@ -107,7 +106,7 @@ fn go_to_park<'b>(program: &mut Interpreter, context: &Context<'b>, place: ParkP
     Ok(program.next_action().map_or(Meaning::Nothing, Meaning::Action))
 }
 
-/// G28.5.
+/// G28.5: forgets that axes are homed.
 pub(crate) fn forget_homing<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let axes = if words.is_bare() { AxisSet::ALL } else { words.axes() };

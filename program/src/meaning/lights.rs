@@ -1,4 +1,4 @@
-//! M150: the colour of lights, as Marlin's and as RepRapFirmware's files say it.
+//! M150: the colour of lights, with the words of Marlin and of RepRapFirmware.
 
 use crate::action::Effect;
 use crate::context::{Context, Meaning, NOTHING};
@@ -9,10 +9,10 @@ use crate::lights::{LightChange, Lights};
 use crate::setup::StripSetup;
 use crate::words::Words;
 
-/// Red, green and blue (U in both firmwares), white.
+/// Letters of red, green and blue (U in both firmwares), white.
 const PARTS: [char; 4] = ['R', 'U', 'B', 'W'];
 
-/// Sets one light, the next ones, or all of a strip or of the machine.
+/// Sets one light, the next lights, or all lights of a strip or of the machine.
 pub(crate) fn colour<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let strips = &program.setup.strips;
@@ -51,8 +51,8 @@ fn place_of(strips: &[StripSetup], number: f64) -> Option<u8> {
     place.and_then(|place| u8::try_from(place).ok())
 }
 
-/// How bright a colour is to be: full where its word has no number, and dark where it is not there, unless K
-/// keeps what is not named. P is by how much all of them are dimmed.
+/// Returns the brightness of a colour: full if its word has no number, dark if the word is absent, or
+/// unchanged if K is given. P scales all colours.
 fn part(words: &Words<'_>, letter: char) -> Option<u8> {
     if !words.has(letter) {
         return (!words.has('K')).then_some(0);
@@ -61,12 +61,12 @@ fn part(words: &Words<'_>, letter: char) -> Option<u8> {
     Some(libm::round(words.get(letter).unwrap_or(255.0) * brightness / 255.0) as u8)
 }
 
-/// Marlin's I is the place of a light.
+/// Reads Marlin's I, the index of a light.
 fn one_or_all(words: &Words<'_>) -> Lights {
     words.get('I').map_or(Lights::All, |place| Lights::One(place as u16))
 }
 
-/// RepRapFirmware's S is how many lights, from where the last line with F1 has left off.
+/// Reads RepRapFirmware's S, a number of lights, from the end of the last line with F1.
 fn next_ones(words: &Words<'_>) -> Lights {
     let more = words.get('F') == Some(1.0);
     match words.get('S') {

@@ -1,4 +1,5 @@
-//! What blocks mean, by topic: from words, read in the program's state, to actions and a changed state.
+//! Meaning of blocks, by topic: translates words, read in the program's state, into actions and changes of
+//! state.
 
 pub(crate) mod arcs;
 pub(crate) mod cycles;

@@ -1,4 +1,4 @@
-//! M70 to M73: modes that are saved, and come back.
+//! M70 to M73: saving and restoring modes.
 
 use crate::auxiliary::{Auxiliary, Spindle};
 use crate::context::{Context, Meaning, NOTHING};
@@ -6,7 +6,7 @@ use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::saved_modes::SavedModes;
 
-/// M70, M71, M72, M73.
+/// Saves, forgets or restores modes (M70, M71, M72, M73).
 pub(crate) fn saved_modes<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let (depth, number) = (program.flow.depth(), context.words.code().number);
     match number {
@@ -21,8 +21,8 @@ pub(crate) fn saved_modes<'b>(program: &mut Interpreter, context: &Context<'b>) 
     NOTHING
 }
 
-/// Subroutines have ended: what M73 has saved in them comes back. What is to be done for it are the next
-/// effects and actions.
+/// Restores the modes that M73 saved in subroutines that have ended. The changes are the next effects and
+/// actions.
 pub(crate) fn subroutines_ended(program: &mut Interpreter) {
     let depth = program.flow.depth();
     if let Some(modes) = program.frames.end_down_to(depth) {
@@ -42,8 +42,7 @@ fn bring_back(program: &mut Interpreter, saved: &SavedModes) {
     }
 }
 
-/// Spindle and coolant as the modes say, which were these before: what is to be done for it are the next
-/// effects.
+/// Switches spindle and coolant from the modes `before` to the current modes, as the next effects.
 pub(crate) fn switch_from(program: &mut Interpreter, before: &Auxiliary) {
     let modes = program.modal.auxiliary;
     program.modal.auxiliary.spindle = before.spindle;
@@ -51,7 +50,7 @@ pub(crate) fn switch_from(program: &mut Interpreter, before: &Auxiliary) {
         program.turn_spindle(modes.spindle);
     }
     if (modes.mist, modes.flood) != (before.mist, before.flood) {
-        // M9 turns both off; what stays is turned on again.
+        // M9 turns both off, so coolant that stays on is turned on again.
         for (number, wanted) in [(9, true), (7, modes.mist), (8, modes.flood)] {
             if wanted {
                 program.switch(number);
@@ -60,7 +59,7 @@ pub(crate) fn switch_from(program: &mut Interpreter, before: &Auxiliary) {
     }
 }
 
-/// The spindle stops, and coolant does: M5 and M9.
+/// Stops spindle and coolant, as M5 and M9 do.
 pub(crate) fn stop(program: &mut Interpreter) {
     let modes = &mut program.modal.auxiliary;
     (modes.spindle, modes.mist, modes.flood) = (Spindle::Stopped, false, false);

@@ -1,4 +1,4 @@
-//! G0, G1 and G4, and what all motion codes share: from words to places in machine space.
+//! G0, G1 and G4, and the parts common to all motion codes: from words to machine positions.
 
 use units::{Axis, Micros, MmPerSecond, PerAxis};
 
@@ -14,7 +14,7 @@ use crate::words::Words;
 /// Longest dwell, s: a day.
 pub(crate) const LONGEST_DWELL: f64 = 86_400.0;
 
-/// G0 to G3, G5 to G5.2, and words without a code.
+/// Moves by G0 to G3, G5 to G5.2, or words without a code.
 pub(crate) fn motion<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let code = context.words.code();
     if let Some(mode) = MotionMode::from_g(code.number, code.subcode) {
@@ -23,7 +23,7 @@ pub(crate) fn motion<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     motion_block(program, context)
 }
 
-/// A move by the motion code in force. Machine coordinates end with it.
+/// Moves by the motion code in force, which ends the effect of G53.
 pub(crate) fn motion_block<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     if program.modal.feed_mode != FeedMode::PerMinute {
         return feed_modes::motion_block(program, context);
@@ -46,7 +46,7 @@ fn draw_block<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Me
         MotionMode::Rapid | MotionMode::Linear => Shape::Line { names_xy: words.has('X') || words.has('Y') },
         MotionMode::Cubic => splines::cubic(program, words)?,
         MotionMode::Quadratic => splines::quadratic(program, words)?,
-        // A rate alone draws nothing.
+        // A line with a rate alone draws no arc.
         MotionMode::ArcClockwise | MotionMode::ArcCounterClockwise if !arcs::is_drawn_by(words) => return NOTHING,
         MotionMode::ArcClockwise => arcs::arc(program, context, true)?,
         MotionMode::ArcCounterClockwise => arcs::arc(program, context, false)?,
@@ -78,8 +78,8 @@ fn draw_block<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Me
     Ok(Meaning::Action(program.draw(target, shape, words.has('Z'))))
 }
 
-/// A move that feeds so much filament, mm3, at most so fast that its flow stays within a limit, mm3/s. Of E
-/// in mm nothing is known.
+/// Returns a move that feeds this volume of filament, mm3, with the rate limited so that the flow stays
+/// within a limit, mm3/s. E in mm has no known volume.
 fn draw_within_flow<'b>(
     program: &mut Interpreter,
     target: PerAxis<f64>,
@@ -99,7 +99,7 @@ fn draw_within_flow<'b>(
     action
 }
 
-/// The S word.
+/// Reads the S word, power or speed.
 #[inline]
 fn take_power(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault> {
     let Some(power) = words.number('S') else { return Ok(()) };
@@ -110,8 +110,8 @@ fn take_power(program: &mut Interpreter, words: &Words<'_>) -> Result<(), Fault>
     Ok(())
 }
 
-/// S1 to S4 of RepRapFirmware's moves stop at a switch, as H1 to H4 do: no power is meant. Alone it is the
-/// spindle's, as everywhere.
+/// Refuses S1 to S4 of RepRapFirmware's moves, which stop at a switch as H1 to H4 do instead of setting a
+/// power. S on its own is the spindle's, as everywhere.
 fn is_no_search(context: &Context<'_>) -> Result<(), Fault> {
     let words = &context.words;
     let is_search = context.dialect == Dialect::RepRapFirmware
@@ -123,7 +123,7 @@ fn is_no_search(context: &Context<'_>) -> Result<(), Fault> {
     Ok(())
 }
 
-/// F and S words.
+/// Reads the F and S words.
 #[inline]
 pub(crate) fn take_rates(program: &mut Interpreter, context: &Context<'_>) -> Result<(), Fault> {
     is_no_search(context)?;
@@ -135,7 +135,7 @@ fn take_feed(program: &mut Interpreter, context: &Context<'_>) -> Result<(), Fau
     let words = &context.words;
     let Some(rate) = words.feed('F') else { return Ok(()) };
     if rate <= 0.0 && context.dialect.is_other_printers() {
-        // Marlin and RepRapFirmware keep the rate that they have.
+        // Marlin and RepRapFirmware keep the rate in force.
         let is_refused = context.dialect == Dialect::Klipper;
         let fault = Problem::MustExceed(words.code(), 'F', 0.0).refused(words.column_of('F'));
         return if is_refused { Err(fault) } else { Ok(()) };
@@ -155,7 +155,7 @@ fn take_feed(program: &mut Interpreter, context: &Context<'_>) -> Result<(), Fau
     Ok(())
 }
 
-/// Where a motion block leads, in machine space, and where E then is.
+/// Returns the end of a motion block as a machine position, and E at the end.
 #[inline(always)]
 pub(crate) fn target_of(program: &Interpreter, context: &Context<'_>) -> Result<(PerAxis<f64>, Option<f64>), Fault> {
     let words = &context.words;
@@ -178,7 +178,7 @@ pub(crate) fn target_of(program: &Interpreter, context: &Context<'_>) -> Result<
     }
     let to = if program.modal.e_absolute { word } else { tool.e + word };
     let mut fed = (to - tool.e) * tool.scale();
-    // A volume that is laid along a path. What is drawn back, or pushed again in place, is a length.
+    // The width factor scales a volume laid along a path; retraction and recovery in place are lengths.
     if tool.width_factor != 1.0
         && fed > 0.0
         && Axis::PRIMARY.into_iter().any(|axis| target[axis] != program.position[axis])
@@ -189,7 +189,7 @@ pub(crate) fn target_of(program: &Interpreter, context: &Context<'_>) -> Result<
     Ok((target, Some(to)))
 }
 
-/// X and Y where coordinate systems are turned: a word alone moves both.
+/// Applies a rotated coordinate system to X and Y: a single word moves both axes.
 #[cold]
 pub(crate) fn turned(program: &Interpreter, words: &Words<'_>, target: &mut PerAxis<f64>) {
     let now = [program.position[Axis::X], program.position[Axis::Y]];
@@ -199,7 +199,7 @@ pub(crate) fn turned(program: &Interpreter, words: &Words<'_>, target: &mut PerA
     }
 }
 
-/// A, B, C and polar coordinates.
+/// Reads A, B, C and polar coordinates.
 #[cold]
 fn rare_coordinates(program: &Interpreter, words: &Words<'_>, target: &mut PerAxis<f64>) -> Result<(), Fault> {
     for axis in [Axis::A, Axis::B, Axis::C] {
@@ -212,8 +212,8 @@ fn rare_coordinates(program: &Interpreter, words: &Words<'_>, target: &mut PerAx
     if words.has('@') || words.has('^') { polar(program, words, target) } else { Ok(()) }
 }
 
-/// `@` and `^`: distance and angle from the origin of X and Y. What is not written stays; after G91 both add
-/// (LinuxCNC, "Polar Coordinates").
+/// Reads `@` and `^`, distance and angle from the origin of X and Y. An omitted word keeps its value; after
+/// G91 both add (LinuxCNC, "Polar Coordinates").
 pub(crate) fn polar(program: &Interpreter, words: &Words<'_>, target: &mut PerAxis<f64>) -> Result<(), Fault> {
     let modal = &program.modal;
     if let Some(letter) = ['X', 'Y'].into_iter().find(|letter| words.has(*letter)) {
@@ -224,7 +224,7 @@ pub(crate) fn polar(program: &Interpreter, words: &Words<'_>, target: &mut PerAx
     let (distance, angle) = (words.length('@'), words.number('^').map(f64::to_radians));
     let is_relative = !modal.absolute && !modal.machine_next;
     let (now, direction) = (libm::hypot(x, y), libm::atan2(y, x));
-    // At the origin there is no direction to go on with.
+    // At the origin the current direction is undefined.
     if now == 0.0 && (is_relative || angle.is_none()) {
         return Err(Problem::PolarAtOrigin.refused(words.column()));
     }
@@ -235,14 +235,14 @@ pub(crate) fn polar(program: &Interpreter, words: &Words<'_>, target: &mut PerAx
     Ok(())
 }
 
-/// G4: P in the dialect's unit, S in seconds.
+/// G4: dwells for P in the dialect's unit, or S in seconds.
 pub(crate) fn dwell<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let time = time_of(context, context.dialect.dwell_unit())?;
     Ok(Meaning::Action(Action::Dwell(time)))
 }
 
-/// How long P, of so many seconds each, and S say. Both add; the firmwares of other printers take S alone
-/// where both are there.
+/// Returns the time given by P, in units of so many seconds, plus S. Other printer firmwares take S alone
+/// when both are given.
 pub(crate) fn time_of(context: &Context<'_>, unit: f64) -> Result<Micros, Fault> {
     let words = &context.words;
     let (p, s) = (words.get('P').map(|p| p * unit), words.get('S'));
@@ -254,8 +254,8 @@ pub(crate) fn time_of(context: &Context<'_>, unit: f64) -> Result<Micros, Fault>
     Ok(Micros((seconds * 1e6) as u64))
 }
 
-/// G53: the next motion code is in machine coordinates; with words it is that move, by the motion code in
-/// force.
+/// G53: puts the next motion code in machine coordinates; words on the line move at once, by the motion code
+/// in force.
 pub(crate) fn machine_coordinates<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     program.modal.machine_next = true;
     if context.words.is_bare() {

@@ -7,7 +7,7 @@ use crate::interpreter::Interpreter;
 pub use crate::left_out::WayBack;
 use crate::left_out::{Manner, Stay};
 
-/// From now on moves of the program are left out, or are made again.
+/// Begins or ends leaving out the program's moves.
 pub fn leave_out(program: &mut Interpreter, yes: bool) {
     if yes || program.left_out.is_some() {
         program.left_out.get_or_insert_default().lasts(yes);
@@ -19,7 +19,7 @@ fn forget_if_done(program: &mut Interpreter) {
     program.left_out = program.left_out.take().filter(|left_out| !left_out.is_done());
 }
 
-/// The next block is of the print, or somebody else's: then it begins where the machine is.
+/// Sets whether the next block belongs to the print; any other block begins at the machine's position.
 pub fn counts(program: &mut Interpreter, yes: bool) {
     if let Some(left_out) = &mut program.left_out {
         left_out.counts(yes);
@@ -36,7 +36,7 @@ pub const fn is_apart(program: &Interpreter) -> bool {
     program.left_out.is_some()
 }
 
-/// Somebody else moves the machine, or the print ends: the program is where the machine is.
+/// Sets the program's position to the machine's, because somebody else moves the machine or the print ends.
 #[cold]
 pub fn stand_here(program: &mut Interpreter) {
     if let Some(place) = program.left_out.as_mut().and_then(crate::left_out::LeftOut::take_place) {
@@ -52,12 +52,12 @@ pub fn leaves_out(program: &mut Interpreter, request: &Move) -> bool {
     program.left_out.as_mut().is_some_and(|left_out| left_out.follow(from, &request.target, &extruders))
 }
 
-/// What is made again begins with this move, which the program has made; the way to it. None when nothing was
-/// left out.
+/// Returns the way to the first move that is made again, which the program has made already. `None` when
+/// nothing was left out.
 #[cold]
 pub fn way_back(program: &mut Interpreter, request: &Move) -> Option<WayBack> {
     let left_out = program.left_out.take_if(|left_out| left_out.has_ended())?;
-    // As the file counts, before this move.
+    // Position before this move, in the file's count.
     let place: PerAxis<f64> = program.before();
     let next = (&request.target, matches!(request.shape, Shape::Line { .. }));
     let must_arrive = !program.is_last_action();
@@ -69,30 +69,31 @@ fn with_manner<R>(program: &Interpreter, f: impl FnOnce(&Manner<'_>) -> R) -> R 
     f(&Manner { extruders: &program.tools.axes(), pulls, travel: program.modal.seek_rate })
 }
 
-/// Moves that the program has made, one behind the other, and that are not made after all.
+/// Sequence of moves that the program has made, and that are cancelled after all.
 #[derive(Clone, Debug)]
 pub struct TakenOut(Stay);
 
 impl TakenOut {
-    /// The machine stands there, where the first of them goes on or begins.
+    /// Starts at the machine's position, where the first cancelled move goes on or begins.
     #[must_use]
     pub fn from(at: PerAxis<f64>) -> Self {
         Self(Stay::new(at))
     }
 
-    /// The next of them leads there.
+    /// Adds a move that leads to this position.
     pub fn follow(&mut self, program: &Interpreter, to: &PerAxis<f64>) {
         self.0.follow(to, &program.tools.axes());
     }
 }
 
-/// Behind these moves the machine was to make no others.
+/// Cancels these moves when no other moves are planned behind them.
 #[cold]
 pub fn stay(program: &mut Interpreter, taken_out: TakenOut) {
     program.left_out.get_or_insert_default().stay(taken_out.0);
 }
 
-/// The way round these moves to the next one, which is planned too, leads to `target`, and may be straight.
+/// Returns the way round the cancelled moves to the next planned move, which leads to `target` and may be
+/// straight.
 #[cold]
 #[must_use]
 pub fn way_round(program: &Interpreter, taken_out: &TakenOut, next: (&PerAxis<f64>, bool)) -> WayBack {

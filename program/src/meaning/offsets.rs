@@ -11,7 +11,7 @@ use crate::meaning::{extruders, tool_table};
 use crate::modal::COORDINATE_SYSTEMS;
 use crate::parameters;
 
-/// G17, G18, G19.
+/// G17, G18, G19: selects the plane.
 pub(crate) fn plane<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     program.modal.plane = match context.words.code().number {
         17 => Plane::Xy,
@@ -21,19 +21,19 @@ pub(crate) fn plane<'b>(program: &mut Interpreter, context: &Context<'b>) -> Res
     NOTHING
 }
 
-/// G20, G21.
+/// G20, G21: selects inches or millimetres.
 pub(crate) fn length_unit<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     program.modal.inches = context.words.code().number == 20;
     NOTHING
 }
 
-/// G7, G8.
+/// G7, G8: selects diameters or radii for X.
 pub(crate) fn diameter_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     program.modal.diameters = context.words.code().number == 7;
     NOTHING
 }
 
-/// G90, G91.
+/// G90, G91: selects absolute or relative coordinates.
 pub(crate) fn distance_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let modal = &mut program.modal;
     modal.absolute = context.words.code().number == 90;
@@ -45,20 +45,20 @@ pub(crate) fn distance_mode<'b>(program: &mut Interpreter, context: &Context<'b>
     NOTHING
 }
 
-/// G90.1, G91.1.
+/// G90.1, G91.1: selects absolute or relative arc centres.
 pub(crate) fn arc_distance_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     program.modal.arc_absolute = context.words.code().number == 90;
     NOTHING
 }
 
-/// G17.1 to G19.1, G41 and G42.
+/// G17.1 to G19.1, G41 and G42: refuses the code, naming the missing feature.
 pub(crate) fn missing<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let code = context.words.code();
     let what = if code.number < 20 { "axes U, V and W" } else { "cutter compensation" };
     Err(Problem::Needs(code, what).refused(context.words.column()))
 }
 
-/// M82, M83.
+/// M82, M83: selects absolute or relative E.
 pub(crate) fn extruder_distance_mode<'b>(
     program: &mut Interpreter,
     context: &Context<'b>,
@@ -70,14 +70,14 @@ pub(crate) fn extruder_distance_mode<'b>(
     NOTHING
 }
 
-/// G54 to G59.3.
+/// G54 to G59.3: selects the coordinate system.
 pub(crate) fn coordinate_system<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let code = context.words.code();
     program.modal.system = usize::from(code.number.saturating_sub(54)) + usize::from(code.subcode);
     NOTHING
 }
 
-/// G61, G61.1, G64: P is how far the rounding of a corner may leave it.
+/// G61, G61.1, G64: sets the corner mode; P is the tolerance of rounding.
 pub(crate) fn path_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let code = words.code();
@@ -98,12 +98,12 @@ pub(crate) fn path_mode<'b>(program: &mut Interpreter, context: &Context<'b>) ->
     NOTHING
 }
 
-/// G10 L0, L1, L2, L10, L11 and L20; without L firmware retraction.
+/// G10 L0, L1, L2, L10, L11 and L20: sets offsets; G10 without L retracts filament.
 pub(crate) fn set_offsets<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let here = match words.get('L') {
         None if !words.has('L') => {
-            // What is of RepRapFirmware's tools is no retraction.
+            // G10 with words of RepRapFirmware's tools is no retraction.
             let other = words.other_than("S");
             return match other {
                 Some(letter) => Err(Problem::NotTaken(words.code(), letter).refused(words.column_of(letter))),
@@ -122,7 +122,7 @@ pub(crate) fn set_offsets<'b>(program: &mut Interpreter, context: &Context<'b>) 
         Some(0.0) => in_force,
         Some(p) if p >= 1.0 && p <= COORDINATE_SYSTEMS as f64 => p as usize - 1,
         None if context.dialect.is_other_printers() => in_force,
-        // Another one than was meant would be moved in silence.
+        // A default for P would silently move the wrong coordinate system.
         None => return Err(Problem::MustSupply('P').refused(words.column())),
         Some(_) => return Err(Problem::CoordinateSystem.refused(words.column_of('P'))),
     };
@@ -190,7 +190,7 @@ fn set_work_position<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     NOTHING
 }
 
-/// Klipper's G92 alone: all of them read 0 here.
+/// Makes all axes read 0, as Klipper's G92 without words does.
 fn zero_here<'b>(program: &mut Interpreter) -> Result<Meaning<'b>, Fault> {
     program.modal.g92_kept = [0.0; 3];
     program.modal.g92_is_on = true;
@@ -201,18 +201,18 @@ fn zero_here<'b>(program: &mut Interpreter) -> Result<Meaning<'b>, Fault> {
     NOTHING
 }
 
-/// G52: the origin is at this place of every coordinate system. It is G92's offset, as in LinuxCNC: each
-/// ends the other.
+/// G52: puts the origin at this position of every coordinate system. G52 and G92 share an offset, as in
+/// LinuxCNC, so each replaces the other.
 pub(crate) fn local_origin<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     for (axis, offset) in Axis::PRIMARY.into_iter().zip(&mut program.modal.g92) {
-        // What G92 keeps is taken away from a place.
+        // G92's offset is subtracted, so the sign of the position is reversed.
         *offset = context.words.axis(axis).map_or(*offset, |mm| -mm);
     }
     NOTHING
 }
 
-/// G92.3: the offset itself, mm, zero for axes that are not named; without words, the offset that G92.2 has
-/// suspended, if any.
+/// G92.3: sets the offset itself, mm, zero for axes that are not named; without words, restores the offset
+/// suspended by G92.2, if any.
 pub(crate) fn g92_offset<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let modal = &mut program.modal;
     modal.g92_is_on = true;
@@ -224,8 +224,8 @@ pub(crate) fn g92_offset<'b>(program: &mut Interpreter, context: &Context<'b>) -
     NOTHING
 }
 
-/// G92.4 and G28.3: where the machine is. G28.3 counts as homing, and without words all axes are at zero;
-/// G92.4 without words is G92.1.
+/// G92.4 and G28.3: declares the machine's position. G28.3 counts as homing, and without words sets all axes
+/// to zero; G92.4 without words is G92.1.
 pub(crate) fn declare_position<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let homed = words.code().number == 28;
@@ -240,7 +240,7 @@ pub(crate) fn declare_position<'b>(program: &mut Interpreter, context: &Context<
     Ok(Meaning::Action(Action::SetPosition { to: PerAxis(to), homed }))
 }
 
-/// M120 keeps units, distance modes, rates and the coordinate system; M121 comes back to them.
+/// M120 saves units, distance modes, rates and the coordinate system; M121 restores them.
 pub(crate) fn save_or_restore<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let column = context.words.column();
     if context.words.code().number == 120 {

@@ -1,5 +1,5 @@
-//! M42, M62 to M68, M226: outputs that a program switches by their numbers, and inputs that it reads and
-//! waits for. Which switch has which number, `io_number` says.
+//! M42, M62 to M68, M226: outputs that a program sets by number, and inputs that a program reads or waits
+//! for. The setting `io_number` assigns numbers to switches.
 
 use units::{Micros, SwitchId};
 
@@ -9,7 +9,7 @@ use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::setup::IoKind;
 
-/// M42, M62 to M65, M67 and M68. What is synchronised rides on the path, the rest waits until nothing moves.
+/// M42, M62 to M65, M67 and M68: sets an output, either in step with the path or after motion has stopped.
 pub(crate) fn output<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let effect = match words.code().number {
@@ -37,7 +37,7 @@ pub(crate) fn output<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     Ok(Meaning::Action(Action::Finish))
 }
 
-/// M66: reads an input once nothing moves, or waits for it.
+/// M66: reads an input once all motion has stopped, or waits for the input.
 pub(crate) fn await_input<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let event = match words.get('L') {
@@ -59,7 +59,7 @@ pub(crate) fn await_input<'b>(program: &mut Interpreter, context: &Context<'b>) 
     Ok(Meaning::Action(Action::AwaitInput(AwaitInput { input, event, patience: Micros((seconds * 1e6) as u64) })))
 }
 
-/// M226: waits for an input once nothing moves, as long as it takes where Q does not say how long.
+/// M226: waits for an input once all motion has stopped, without a time limit unless Q is given.
 pub(crate) fn await_level<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let event = match words.get('S') {
@@ -72,7 +72,7 @@ pub(crate) fn await_level<'b>(program: &mut Interpreter, context: &Context<'b>) 
     Ok(Meaning::Action(Action::AwaitInput(AwaitInput { input, event: Some(event), patience })))
 }
 
-/// The switch of a number that the configuration gives to one of this kind.
+/// Returns the switch that has a number and fits the purpose.
 fn numbered(
     program: &Interpreter,
     context: &Context<'_>,

@@ -1,4 +1,4 @@
-//! What printers' firmwares say otherwise than Smoothieware, in its terms.
+//! Codes of other printer firmwares, translated to Smoothieware's meaning.
 
 use gcode::Code;
 use units::{Axis, Celsius, HeaterId};
@@ -18,20 +18,20 @@ macro_rules! speeds {
     };
 }
 
-/// Speeds of axes as RepRapFirmware writes them, and with S1.
+/// Words of axis speeds in RepRapFirmware; the other list is for S1.
 const SPEEDS: &[WordInfo] = speeds!(Unit::MmPerMinute);
 const SPEEDS_A_SECOND: &[WordInfo] = speeds!(Unit::MmPerSecond);
 
-/// A function with another code's meaning, and none of this one's words.
+/// Returns a function with another code's meaning and without words.
 const fn as_code<'b>(function: Function, code: Code) -> Result<Meaning<'b>, Fault> {
     Ok(Meaning::Action(Action::Function(function, Words::bare(code))))
 }
 
-/// G29, and Prusa's G80: G31, or what its words say of the grid.
+/// G29, and Prusa's G80: probes the bed as G31 does, or handles the grid as the words say.
 pub(crate) fn level<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let (phase, what) = (words.get('P').unwrap_or(1.0), words.get('S').unwrap_or(0.0));
-    // The name of a mesh goes along.
+    // The name of a mesh is among the words.
     let with_words = |function| Ok(Meaning::Action(Action::Function(function, *words)));
     if context.dialect == Dialect::RepRapFirmware {
         return match what {
@@ -47,18 +47,18 @@ pub(crate) fn level<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Me
         () if words.has('D') => as_code(Function::LevelingOff, Code::m(370)),
         () if has_all("XYWH") || has_all("LRFB") => with_words(Function::MeasureBed),
         () if words.has('L') => as_code(Function::LoadGrid, Code::m(375)),
-        // Prusa's later steps: more points, filling in, putting it into force. All of that has happened.
+        // Prusa's later steps (more points, filling in, putting into force) are already done.
         () if phase != 1.0 || words.has('C') || words.has('A') && !words.has('P') => NOTHING,
         () => as_code(Function::ProbeStrategy, Code::g(31)),
     }
 }
 
-/// M18 and M84: with S they set a time that motors stay on for, and turn nothing off. Smoothieware's M84
-/// knows no S, and its M18 turns nothing off with it but what is named.
+/// M18 and M84: turns motors off. With S the codes set a time-out for motors, and turn nothing off;
+/// Smoothieware's M84 ignores S, and its M18 with S turns off only named motors.
 pub(crate) fn motors_off<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let acts = match context.dialect {
-        // Klipper's turn everything off, whatever stands behind them.
+        // Klipper's codes turn everything off, whatever words follow.
         Dialect::Klipper => true,
         Dialect::Marlin | Dialect::RepRapFirmware => false,
         _ => words.code().number == 84 || words.has('E') || !words.axes().is_empty(),
@@ -66,11 +66,11 @@ pub(crate) fn motors_off<'b>(_: &mut Interpreter, context: &Context<'b>) -> Resu
     Ok(if words.has('S') && !acts { Meaning::PassedOver } else { context.function() })
 }
 
-/// M204: P and T are of moves that print and of those that do not. Here all moves have one: that of moves
-/// that print, and in Klipper the lesser.
+/// M204: P and T are for printing and travel moves. All moves share an acceleration here: that of printing
+/// moves, or in Klipper the lesser.
 pub(crate) fn accelerations<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
-    // Start codes of some slicers have P0 and T0, which Marlin takes for its least.
+    // Start codes of some slicers have P0 and T0, which Marlin replaces by its minimum.
     let above_zero = |letter| words.get(letter).filter(|acceleration| *acceleration > 0.0);
     let (print, travel) = (above_zero('S').or(above_zero('P')), above_zero('T'));
     let both = match (print, travel) {
@@ -80,7 +80,7 @@ pub(crate) fn accelerations<'b>(_: &mut Interpreter, context: &Context<'b>) -> R
     Ok(both.map_or(Meaning::PassedOver, |acceleration| Meaning::Action(Action::Acceleration(acceleration))))
 }
 
-/// M73: slicers write how far the job is, and hosts ask, without words.
+/// M73: accepts the progress that slicers write; without words, reports progress to hosts.
 pub(crate) fn progress<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     if !context.words.is_bare() {
         return Ok(Meaning::PassedOver);
@@ -88,7 +88,7 @@ pub(crate) fn progress<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result
     Ok(Meaning::Action(Action::Function(Function::ReportProgress, context.words)))
 }
 
-/// RepRapFirmware's G10 P and M568: the temperature and the offset of a tool.
+/// RepRapFirmware's G10 P and M568: sets the temperature and the offset of a tool.
 pub(crate) fn tool_settings<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let is_offset = words.code().number == 10;
@@ -101,7 +101,7 @@ pub(crate) fn tool_settings<'b>(program: &mut Interpreter, context: &Context<'b>
     let id = words.get('P').unwrap_or(f64::from(program.tools.active_id().0));
     let (code, column) = (words.code(), words.column_of('P'));
     let target = match words.get('S').map(|celsius| heat::of_tool(program, code, id, celsius, column)) {
-        // Slicers switch off what other machines have.
+        // Slicers switch off heaters that only other machines have.
         Some(Err(_)) if words.get('S') == Some(0.0) => return Ok(Meaning::PassedOver),
         target => target.transpose()?,
     };
@@ -114,7 +114,7 @@ pub(crate) fn tool_settings<'b>(program: &mut Interpreter, context: &Context<'b>
     NOTHING
 }
 
-/// Marlin's M218: the offset of tool T.
+/// Marlin's M218: sets the offset of tool T.
 pub(crate) fn hotend_offset<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let tool = words.get('T').map_or(Some(program.tools.active), |id| program.tools.numbered(id));
@@ -122,7 +122,8 @@ pub(crate) fn hotend_offset<'b>(program: &mut Interpreter, context: &Context<'b>
     NOTHING
 }
 
-/// A code whose letters name heaters in the dialect's own way: a letter that it does not take names another.
+/// Runs a code whose letters name heaters in the dialect's own way; any other letter is refused, because it
+/// would name another heater.
 pub(crate) fn by_its_letters<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     match words.not_taken() {
@@ -131,13 +132,13 @@ pub(crate) fn by_its_letters<'b>(_: &mut Interpreter, context: &Context<'b>) -> 
     }
 }
 
-/// A code that sets up the hardware, with letters and units of its own.
+/// Refuses a code that sets up the hardware, with letters and units of its own.
 pub(crate) fn sets_up<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     Err(Problem::SetsUp(context.words.code()).refused(0))
 }
 
-/// RepRapFirmware's M0, M1 and M2: the job ends, and nothing stays hot. Whoever writes a text behind it asks
-/// a person.
+/// RepRapFirmware's M0, M1 and M2: ends the job and turns all heaters off. A text behind the code is a
+/// question to a person, so the job pauses instead.
 pub(crate) fn end_job<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     if context.words.text().is_some() {
         return program::pause(program, context);
@@ -148,20 +149,21 @@ pub(crate) fn end_job<'b>(program: &mut Interpreter, context: &Context<'b>) -> R
     program::end(program, context)
 }
 
-/// RepRapFirmware's M203: mm/min, with S1 mm/s.
+/// RepRapFirmware's M203: sets axis speeds in mm/min, or in mm/s with S1.
 pub(crate) fn axis_speeds<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let by_second = context.words.get('S') == Some(1.0);
     let words = context.words.read_as(if by_second { SPEEDS_A_SECOND } else { SPEEDS });
     Ok(Meaning::Action(Action::Function(Function::AxisSpeeds, words)))
 }
 
-/// Prusa's M601: as M600.1, whatever its letters.
+/// Prusa's M601: suspends as M600.1 does, ignoring all words.
 pub(crate) fn pause_print<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = Words::bare(Code::m(600).sub(1));
     Ok(Meaning::Action(Action::Suspend { heaters_stay: true, words }))
 }
 
-/// M290: what follows lies so much higher. It begins with a move there, so that it can be seen at once.
+/// M290: shifts everything that follows. A move by the same distance comes first, so that the shift is
+/// visible at once.
 pub(crate) fn babystep<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let moves = words.get('Q') != Some(0.0);
@@ -180,8 +182,9 @@ pub(crate) fn babystep<'b>(program: &mut Interpreter, context: &Context<'b>) -> 
     Ok(Meaning::Action(program.rapid_to(target)))
 }
 
-/// The text of an M118, and its prefix: `// ` with Marlin's A1, which hosts read as an action command,
-/// `echo:` with E1. The words that say on which port (P, L, E and A with a number) are no part of the text.
+/// Returns the prefix and the text of an M118: the prefix is `// ` with Marlin's A1, which hosts read as an
+/// action command, and `echo:` with E1. Words that select a port (P, L, E and A with a number) are not part
+/// of the text.
 #[must_use]
 pub fn said_by_m118(text: &str) -> (&'static str, &str) {
     let (mut text, mut prefix) = (text.trim(), "");

@@ -1,4 +1,4 @@
-//! G30 and G38: from words to searches.
+//! G30 and G38: from words to probing moves.
 
 use units::{Axis, MmPerSecond, PerAxis};
 
@@ -11,8 +11,8 @@ use crate::meaning::moves;
 use crate::modal::{FeedMode, MotionMode};
 use crate::words::Words;
 
-/// G30: searches for the bed and returns to where it began; with Z or L it stays where the contact was,
-/// and Z makes that height read as given.
+/// G30: probes for the bed and returns to the start; with Z or L stays at the contact, and Z makes that
+/// height read as given.
 pub(crate) fn probe_down<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     if let Some(instead) = means_more(context) {
@@ -26,10 +26,10 @@ pub(crate) fn probe_down<'b>(program: &mut Interpreter, context: &Context<'b>) -
     })))
 }
 
-/// What is to be written instead of another firmware's G30 that does more than search below the nozzle.
-/// Sources: Marlin's G30.cpp; RepRapFirmware's "G30: Single Z-Probe".
+/// Returns the codes to write instead of another firmware's G30, if that does more than probe below the
+/// nozzle. Sources: Marlin's G30.cpp; RepRapFirmware's "G30: Single Z-Probe".
 fn means_more(context: &Context<'_>) -> Option<&'static str> {
-    /// RepRapFirmware's Z of a point that is to be measured: below this.
+    /// Bound of Z below which RepRapFirmware measures a point.
     const MEASURES: f64 = -9_999.0;
     let words = &context.words;
     let has = |letters: &str| letters.chars().any(|letter| words.has(letter));
@@ -43,20 +43,20 @@ fn means_more(context: &Context<'_>) -> Option<&'static str> {
     }
 }
 
-/// G38.2 to G38.5, and words without a code behind one of them.
+/// Probes along a line: G38.2 to G38.5, and words without a code behind one of them.
 pub(crate) fn probe_along<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let subcode = context.words.code().subcode;
     if context.words.has_code() { search(program, context, subcode) } else { search_on(program, context, subcode) }
 }
 
-/// Words while a search is the motion code in force: a rate alone searches nothing.
+/// Reads words while a probing code is the motion code in force; a rate alone does not probe.
 fn search_on<'b>(program: &mut Interpreter, context: &Context<'b>, subcode: u8) -> Result<Meaning<'b>, Fault> {
     moves::take_rates(program, context)?;
     if "XYZ".chars().any(|letter| context.words.has(letter)) { search(program, context, subcode) } else { NOTHING }
 }
 
-/// Searches along the line that the words describe. In GRBL's dialect it is the motion code from now on, and
-/// its F is that of later moves too, as in RS-274.
+/// Probes along the line that the words describe. In GRBL's dialect the code becomes the motion code, and its
+/// F applies to later moves too, as in RS-274.
 fn search<'b>(program: &mut Interpreter, context: &Context<'b>, subcode: u8) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let (until, must_find) = match subcode {
@@ -77,8 +77,8 @@ fn search<'b>(program: &mut Interpreter, context: &Context<'b>, subcode: u8) -> 
     Ok(Meaning::Action(Action::ProbeAlong(ProbeAlong { target, rate, until, must_find })))
 }
 
-/// The words of G38. In GRBL's dialect they are read as those of any move; else they are distances,
-/// whatever the distance mode, as in Smoothieware.
+/// Returns the end of a G38. In GRBL's dialect the words are read as in any move; otherwise the words are
+/// distances, whatever the distance mode, as in Smoothieware.
 fn probing_target(program: &Interpreter, words: &Words<'_>, dialect: Dialect) -> Result<PerAxis<f64>, Fault> {
     let by_mode = dialect.probes_by_distance_mode();
     let mut target = program.position;
@@ -107,7 +107,7 @@ fn probing_target(program: &Interpreter, words: &Words<'_>, dialect: Dialect) ->
     Ok(target)
 }
 
-/// F, for this search alone.
+/// Returns the F word, which applies to this probing move alone.
 fn probing_rate(program: &Interpreter, words: &Words<'_>) -> Result<Option<MmPerSecond>, Fault> {
     match words.get('F') {
         Some(_) if program.modal.feed_mode != FeedMode::PerMinute => {

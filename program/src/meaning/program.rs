@@ -1,4 +1,4 @@
-//! The program as a whole: its end, messages, suspending, halting.
+//! Codes of the program as a whole: end, messages, suspending, halting.
 
 use crate::action::{Action, Pause};
 use crate::auxiliary::Spindle;
@@ -8,7 +8,7 @@ use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, modes, moves};
 use crate::modal::{FeedMode, MotionMode};
 
-/// M2, and M30 where it ends programs.
+/// M2, and M30 in dialects where M30 ends programs: resets modes and ends the program.
 pub(crate) fn end<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     program.modal.system = 0;
     program.modal.absolute = true;
@@ -29,7 +29,7 @@ pub(crate) fn end<'b>(program: &mut Interpreter, context: &Context<'b>) -> Resul
     Ok(Meaning::Action(Action::EndProgram))
 }
 
-/// M0, M1, M60. Marlin's S and P, seconds and milliseconds, are how long it waits.
+/// M0, M1, M60: pauses. Marlin's S and P, seconds and milliseconds, give the longest wait.
 pub(crate) fn pause<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let why = match words.code().number {
@@ -41,7 +41,8 @@ pub(crate) fn pause<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Me
     Ok(Meaning::Action(Action::Pause { why, time, text: words.text() }))
 }
 
-/// M6: nothing turns where somebody reaches in. A machine with extruders changes them by T alone.
+/// M6: stops the spindle, for the operator's safety, and changes the tool. Machines with extruders change by
+/// T alone.
 pub(crate) fn change_tool<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     if let Some(tool) = words.get('T') {
@@ -56,7 +57,7 @@ pub(crate) fn change_tool<'b>(program: &mut Interpreter, context: &Context<'b>) 
     Ok(Meaning::Action(Action::ChangeTool(program.tools.change())))
 }
 
-/// M98.
+/// M98: calls a subroutine by number.
 pub(crate) fn call<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     if words.has('P') && words.get('P').is_none() {
@@ -67,12 +68,12 @@ pub(crate) fn call<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Mea
     Ok(Meaning::Action(Action::Call { number: number as u32, times: times as u32 }))
 }
 
-/// M99.
+/// M99: returns from a subroutine.
 pub(crate) fn end_call<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     Ok(Meaning::Action(Action::Return))
 }
 
-/// M30 ends the program, or removes a file, as the dialect says; without a name it ends the program.
+/// M30: ends the program or removes a file, as the dialect says; without a name, ends the program.
 pub(crate) fn m30<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     match context.words.text() {
         _ if context.dialect.ends_by_m30() => end(program, context),
@@ -81,38 +82,38 @@ pub(crate) fn m30<'b>(program: &mut Interpreter, context: &Context<'b>) -> Resul
     }
 }
 
-/// M20.
+/// M20: lists the files of the card.
 pub(crate) fn list_files<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     Ok(if context.dialect.lists_by_m20() { context.function() } else { Meaning::Unknown })
 }
 
-/// M112.
+/// M112: halts the machine at once.
 pub(crate) fn halt_now<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     Ok(Meaning::Action(Action::Halt))
 }
 
-/// M999.
+/// M999: clears a halt.
 pub(crate) fn release<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     Ok(Meaning::Action(Action::Release))
 }
 
-/// M117.
+/// M117: shows a message to the operator.
 pub(crate) fn message<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     Ok(context.words.text().map_or(Meaning::Nothing, |text| Meaning::Action(Action::Message(text))))
 }
 
-/// M400.
+/// M400: waits until all motion has stopped.
 pub(crate) fn finish<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     Ok(Meaning::Action(Action::Finish))
 }
 
-/// M600, M600.1.
+/// M600, M600.1: suspends the job.
 pub(crate) fn suspend<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = context.words;
     Ok(Meaning::Action(Action::Suspend { heaters_stay: words.code().subcode == 1, words }))
 }
 
-/// M601.
+/// M601: resumes the suspended job.
 pub(crate) fn resume<'b>(_: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     Ok(Meaning::Action(Action::Resume))
 }

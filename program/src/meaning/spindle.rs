@@ -1,4 +1,4 @@
-//! What turns and flows: spindle, coolant, and the operator's overrides of speeds.
+//! Codes of spindle, coolant, and the operator's overrides of speeds.
 
 use gcode::Code;
 use units::Micros;
@@ -9,8 +9,8 @@ use crate::context::{Context, Meaning, NOTHING};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 
-/// S is this from now on, for moves and for the spindle. One that turns is told where the path has come this
-/// far, and nothing stops for it.
+/// Sets S for moves and for the spindle. A turning spindle changes speed at the current end of the path,
+/// without a stop of motion.
 pub(crate) fn set_speed(program: &mut Interpreter, speed: f32) {
     (program.modal.power, program.modal.auxiliary.speed) = (speed, Some(speed));
     let spindle = program.modal.auxiliary.spindle;
@@ -19,8 +19,8 @@ pub(crate) fn set_speed(program: &mut Interpreter, speed: f32) {
     }
 }
 
-/// M3, M4 and M5: how the spindle turns, and the S of moves that follow. What listens to them has been
-/// switched.
+/// M3, M4 and M5: sets the spindle's direction, and the S of later moves. Outputs that listen to the codes
+/// have already been switched.
 pub(crate) fn power<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let code = context.words.code();
     if context.words.get('S').is_some_and(|speed| speed < 0.0) {
@@ -34,12 +34,12 @@ pub(crate) fn power<'b>(program: &mut Interpreter, context: &Context<'b>) -> Res
     let modes = &mut program.modal.auxiliary;
     modes.spindle = Spindle::of(code).unwrap_or_default();
     modes.speed = context.words.get('S').map(|speed| speed as f32).or(modes.speed);
-    // M5 keeps S for the next M3; moves behind it have none.
+    // M5 keeps S for the next M3; moves behind M5 have no power.
     program.modal.power = if modes.spindle == Spindle::Stopped { 0.0 } else { modes.speed.unwrap_or(0.0) };
     NOTHING
 }
 
-/// M7, M8 and M9.
+/// M7, M8 and M9: switches coolant.
 pub(crate) fn coolant<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let code = context.words.code();
     if program.setup.claims.of(code).next().is_none() {
@@ -54,7 +54,7 @@ pub(crate) fn coolant<'b>(program: &mut Interpreter, context: &Context<'b>) -> R
     NOTHING
 }
 
-/// M48 to M51: whether the operator's overrides count.
+/// M48 to M51: enables or disables the operator's overrides.
 pub(crate) fn overrides<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let on = words.get('P') != Some(0.0);
@@ -68,7 +68,7 @@ pub(crate) fn overrides<'b>(program: &mut Interpreter, context: &Context<'b>) ->
     Ok(Meaning::Action(modes.overrides()))
 }
 
-/// M52 and M53: the first needs an input, the second cannot be switched off.
+/// M52 and M53: refuses M52, which needs an input, and switching M53 off.
 pub(crate) fn feed_inputs<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let (code, on) = (words.code(), words.get('P') != Some(0.0));
@@ -79,7 +79,7 @@ pub(crate) fn feed_inputs<'b>(_: &mut Interpreter, context: &Context<'b>) -> Res
     }
 }
 
-/// M19: turn the spindle to an angle, and hold it.
+/// M19: turns the spindle to an angle, and holds it there.
 pub(crate) fn orient<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let degrees = words.get('R').ok_or(Problem::MustSupply('R').refused(words.column()))?;
@@ -94,7 +94,7 @@ pub(crate) fn orient<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     Ok(Meaning::Action(Action::Orient { degrees, turning, patience }))
 }
 
-/// Refuses by name what no machine can do without an encoder at its spindle.
+/// Refuses codes that need an encoder on a spindle without one, by the name of the code.
 pub(crate) fn needs_encoder(program: &Interpreter, context: &Context<'_>) -> Result<(), Fault> {
     if program.setup.spindle.has_encoder {
         return Ok(());
@@ -102,7 +102,7 @@ pub(crate) fn needs_encoder(program: &Interpreter, context: &Context<'_>) -> Res
     Err(Problem::Needs(context.words.code(), "a spindle encoder").refused(context.words.column()))
 }
 
-/// G96 and G97: what S is.
+/// G96 and G97: sets whether S is surface speed or spindle speed.
 pub(crate) fn speed_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let speed = words.get('S');
@@ -117,7 +117,7 @@ pub(crate) fn speed_mode<'b>(program: &mut Interpreter, context: &Context<'b>) -
     if !program.setup.spindle.has_speed_control {
         return Err(Problem::Needs(words.code(), "control of the spindle's speed").refused(words.column()));
     }
-    // It is no speed of the spindle.
+    // S is a surface speed now, so the spindle's output is not switched.
     (program.modal.power, program.modal.auxiliary.speed) = (speed as f32, Some(speed as f32));
     program.modal.auxiliary.surface_speed = true;
     Ok(Meaning::Action(Action::SurfaceSpeed(Some(words.get('D').unwrap_or(f64::INFINITY)))))

@@ -1,7 +1,7 @@
 //! G5 (cubic), G5.1 (quadratic) and G5.2 with G5.3 (NURBS): from words to the shapes of splines.
 //!
-//! The words are those of LinuxCNC, and of Marlin for G5. Splines lie in the plane of X and Y; every other
-//! axis goes along evenly.
+//! The words are LinuxCNC's, and Marlin's for G5. Splines lie in the plane of X and Y; every other axis moves
+//! linearly along.
 
 use core::ops::RangeInclusive;
 
@@ -14,12 +14,12 @@ use crate::interpreter::Interpreter;
 use crate::modal::MotionMode;
 use crate::words::Words;
 
-/// Orders of a NURBS.
+/// Permitted orders of a NURBS.
 const ORDERS: RangeInclusive<u8> = 2..=6;
 /// Order of a NURBS without L.
 const USUAL_ORDER: u8 = 3;
 
-/// A word and its partner: both or none.
+/// Returns a word and its partner; either both or neither must be given.
 fn pair(words: &Words<'_>, first: char, second: char) -> Result<Option<(f64, f64)>, Fault> {
     match (words.get(first), words.get(second)) {
         (Some(a), Some(b)) => Ok(Some((a, b))),
@@ -31,7 +31,7 @@ fn pair(words: &Words<'_>, first: char, second: char) -> Result<Option<(f64, f64
     }
 }
 
-/// What any motion code does to a spline that is under way.
+/// Prepares splines for a motion code: refuses codes that interrupt a NURBS.
 pub(crate) fn begin_motion(program: &mut Interpreter, mode: MotionMode, column: u16) -> Result<(), Fault> {
     if mode != MotionMode::Nurbs && program.splines.open.take().is_some() {
         return Err(Problem::NurbsIsOpen.alarm(column));
@@ -46,8 +46,8 @@ pub(crate) fn begin_motion(program: &mut Interpreter, mode: MotionMode, column: 
     Ok(())
 }
 
-/// G5: I J from the start to the first control point, P Q from the end to the second. Without I J it goes
-/// on as the last G5 ended.
+/// G5: reads I J from the start to the first control point, P Q from the end to the second. Without I J the
+/// curve continues the previous G5 smoothly.
 pub(crate) fn cubic(program: &mut Interpreter, words: &Words<'_>) -> Result<Shape, Fault> {
     let onward = program.splines.onward.take();
     let first = pair(words, 'I', 'J')?.or(onward).ok_or(Problem::CubicStart.alarm(words.column()))?;
@@ -56,7 +56,7 @@ pub(crate) fn cubic(program: &mut Interpreter, words: &Words<'_>) -> Result<Shap
     Ok(Shape::Cubic([turned(program, first), turned(program, (p, q))]))
 }
 
-/// G5.1: I J from the start to the control point.
+/// G5.1: reads I J from the start to the control point.
 pub(crate) fn quadratic(program: &Interpreter, words: &Words<'_>) -> Result<Shape, Fault> {
     if !(words.has('I') || words.has('J')) {
         return Err(Problem::QuadraticPoint.alarm(words.column()));
@@ -64,14 +64,14 @@ pub(crate) fn quadratic(program: &Interpreter, words: &Words<'_>) -> Result<Shap
     Ok(Shape::Quadratic(turned(program, (words.get('I').unwrap_or(0.0), words.get('J').unwrap_or(0.0)))))
 }
 
-/// A way to a control point, as it lies in the machine.
+/// Returns a distance to a control point, rotated to the machine's axes.
 fn turned(program: &Interpreter, (x, y): (f64, f64)) -> (f64, f64) {
     let [x, y] = program.modal.way_xy([x, y]);
     (x, y)
 }
 
-/// G5.2 and the lines that follow it: a control point X Y with its weight P. The first one is where the
-/// tool is; P alone on the line of G5.2 is its weight. L is the order.
+/// G5.2 and the lines that follow: adds a control point X Y with its weight P. The first point is the tool's
+/// position, with a P that stands alone on the line of G5.2 as its weight. L is the order.
 pub(crate) fn control_point<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
     if let Some(letter) = words.other_than("XYPLFS") {
         return Err(Problem::NurbsWord(letter).alarm(words.column_of(letter)));
@@ -86,7 +86,7 @@ pub(crate) fn control_point<'b>(program: &mut Interpreter, words: &Words<'b>) ->
         program.splines.open = Some(order_of(words)?);
         program.splines.points.clear();
         let own = if has_place { 1.0 } else { weight };
-        // There is room for one.
+        // The list is empty, so there is room for one point.
         let _ = program.splines.points.push(ControlPoint { x, y, weight: own });
     }
     if has_place {
@@ -101,7 +101,7 @@ pub(crate) fn control_point<'b>(program: &mut Interpreter, words: &Words<'b>) ->
     NOTHING
 }
 
-/// G5.3: draws what G5.2 began.
+/// G5.3: draws the curve that G5.2 began.
 pub(crate) fn close_nurbs<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let column = context.words.column();
     program.modal.motion = MotionMode::Linear;

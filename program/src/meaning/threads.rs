@@ -1,4 +1,4 @@
-//! Moves that follow the spindle: G33, G33.1 and the threading cycle G76, with the words LinuxCNC gives them.
+//! Moves that follow the spindle: G33, G33.1 and the threading cycle G76, with LinuxCNC's words.
 
 use units::{Axis, Plane};
 
@@ -11,10 +11,10 @@ use crate::modal::{FeedMode, MotionMode};
 use crate::passes::{Passes, Thread};
 use crate::words::Words;
 
-/// More passes than this are a slip in J or R.
+/// Limit of passes; more indicate a mistake in J or R.
 const MOST_PASSES: f64 = 1_000.0;
 
-/// G33 and G33.1.
+/// G33 and G33.1: moves in step with the spindle, or taps rigidly.
 pub(crate) fn follow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     if words.are_rates_alone() {
@@ -29,7 +29,7 @@ pub(crate) fn follow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     let (target, _) = moves::target_of(program, context)?;
     program.modal.machine_next = false;
     if taps {
-        // It ends where it began.
+        // Rigid tapping ends at its beginning, so the position stays.
         let faster = words.get('I').unwrap_or(1.0);
         return Ok(Meaning::Action(Action::RigidTap {
             target,
@@ -46,7 +46,7 @@ pub(crate) fn follow<'b>(program: &mut Interpreter, context: &Context<'b>) -> Re
     Ok(Meaning::Action(Action::Move(Move { target, shape, rate, power, corner: Corner::Sharp })))
 }
 
-/// What holds for all of them.
+/// Checks the conditions common to all moves that follow the spindle.
 fn begin(program: &mut Interpreter, context: &Context<'_>, mode: MotionMode) -> Result<(), Fault> {
     spindle::needs_encoder(program, context)?;
     program.end_cycles();
@@ -61,7 +61,7 @@ fn begin(program: &mut Interpreter, context: &Context<'_>, mode: MotionMode) -> 
     Ok(())
 }
 
-/// G76.
+/// G76: cuts a thread in passes.
 pub(crate) fn cycle<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     if words.are_rates_alone() {
@@ -89,7 +89,7 @@ pub(crate) fn cycle<'b>(program: &mut Interpreter, context: &Context<'b>) -> Res
 fn thread(program: &Interpreter, words: &Words<'_>) -> Result<Thread, Fault> {
     let modal = &program.modal;
     let needed = |letter: char| words.get(letter).ok_or(Problem::CycleNeeds(76, letter).refused(words.column()));
-    // After G7 these are diameters, as X is.
+    // After G7, words I, J and K are diameters, as X is.
     let half = if modal.diameters { 0.5 } else { 1.0 };
     let (pitch, end, peak) = (needed('P')?, needed('Z')?, needed('I')? * half);
     let (first_cut, height) = (needed('J')? * half, needed('K')? * half);

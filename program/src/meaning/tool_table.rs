@@ -1,5 +1,5 @@
-//! Tools in a spindle: their offsets (G43, G49), their table (G10 L1, L10, L11), which one is in the spindle
-//! (M61). Machines with extruders have none of it: there T selects a tool and its offset.
+//! Spindle tools: their offsets (G43, G49), their table (G10 L1, L10, L11), and the number of the tool in the
+//! spindle (M61). Machines with extruders lack all of these: T selects a tool and its offset there.
 
 use units::Axis;
 
@@ -10,10 +10,10 @@ use crate::interpreter::Interpreter;
 use crate::tool_table::{MOST_ORIENTATION, ToolEntry};
 use crate::words::Words;
 
-/// G59.3: where G10 L11 measures.
+/// Index of G59.3, the coordinate system in which G10 L11 measures.
 const FIXTURE: usize = 8;
 
-/// G43, G43.1 and G43.2. G43 does nothing on a machine with extruders.
+/// G43, G43.1 and G43.2: sets the tool offset. G43 does nothing on a machine with extruders.
 pub(crate) fn tool_length<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let subcode = words.code().subcode;
@@ -25,7 +25,7 @@ pub(crate) fn tool_length<'b>(program: &mut Interpreter, context: &Context<'b>) 
         return about.map_or(NOTHING, Err);
     }
     if subcode == 0 && !words.has('H') && !context.dialect.replaces_offsets() && program.tools.table.all().is_empty() {
-        // A machine without a table, as Smoothieware knows it.
+        // A machine without a tool table accepts G43, as Smoothieware does.
         return NOTHING;
     }
     let axes = Axis::PRIMARY.map(|axis| words.axis(axis));
@@ -53,7 +53,7 @@ pub(crate) fn tool_length<'b>(program: &mut Interpreter, context: &Context<'b>) 
     NOTHING
 }
 
-/// G43.1 and G43.2 in dialects that add both to the offset; G43.2 also moves by as much.
+/// G43.1 and G43.2 in dialects where both add to the offset; G43.2 also moves by the same distance.
 fn shift<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
     let mut target = program.position;
     for (axis, offset) in Axis::PRIMARY.into_iter().zip(&mut program.modal.tool_offset) {
@@ -68,7 +68,7 @@ fn shift<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>
     NOTHING
 }
 
-/// The offset of the tool that H names, or of the one in the spindle.
+/// Returns the offset of the tool that H names, or of the tool in the spindle.
 fn offset_of(program: &Interpreter, words: &Words<'_>) -> Result<[f64; 3], Fault> {
     let number = match words.get('H') {
         Some(number) if number != 0.0 => number as u16,
@@ -85,20 +85,20 @@ fn offset_of(program: &Interpreter, words: &Words<'_>) -> Result<[f64; 3], Fault
     }
 }
 
-/// G49.
+/// G49: cancels the tool offset.
 pub(crate) fn no_tool_length<'b>(program: &mut Interpreter, _: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     program.modal.set_tool_offset([0.0; 3]);
     program.modal.has_tool_length = false;
     NOTHING
 }
 
-/// G10 L0: the table is read anew from the card.
+/// G10 L0: reads the table again from the card.
 pub(crate) fn reload<'b>(program: &Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
     may_have_table(program, words)?;
     Ok(Meaning::Action(Action::ReadTools))
 }
 
-/// G10 L1, L10 and L11: what the table knows of a tool.
+/// G10 L1, L10 and L11: sets a tool's entry in the table.
 pub(crate) fn set_tool<'b>(program: &mut Interpreter, words: &Words<'b>) -> Result<Meaning<'b>, Fault> {
     may_have_table(program, words)?;
     let number = words.get('P').ok_or(Problem::MustSupply('P').refused(words.column()))?;
@@ -123,7 +123,7 @@ pub(crate) fn set_tool<'b>(program: &mut Interpreter, words: &Words<'b>) -> Resu
             None => {}
         }
     }
-    // A radius is programmed, and a diameter kept.
+    // The program gives a radius, the table has a diameter.
     tool.diameter = words.as_length('R').map_or(tool.diameter, |radius| 2.0 * radius);
     for (letter, angle) in ['I', 'J'].into_iter().zip(&mut tool.angles) {
         *angle = words.as_written(letter).map_or(*angle, |degrees| degrees as f32);
@@ -142,13 +142,13 @@ pub(crate) fn set_tool<'b>(program: &mut Interpreter, words: &Words<'b>) -> Resu
     Ok(Meaning::Action(Action::Keep))
 }
 
-/// What an axis reads without a tool offset: in the system in force, or in G59.3 without G92.
+/// Returns an axis' coordinate without a tool offset: in the system in force, or in G59.3 without G92.
 fn reading(program: &Interpreter, axis: Axis, in_fixture: bool) -> f64 {
     let (modal, place) = (&program.modal, axis as usize);
     let system = if in_fixture { FIXTURE } else { modal.system };
     let of = |offsets: &[f64; 3]| offsets.get(place).copied().unwrap_or_default();
     let g92 = if in_fixture { 0.0 } else { of(&modal.g92) };
-    // What M290 has shifted, and temperature, is no tool's.
+    // Shifts by M290 and by temperature are not part of the tool's offset.
     program.position[axis] - modal.systems.get(system).map_or(0.0, of) + g92 - of(&modal.added())
 }
 
@@ -156,7 +156,7 @@ fn may_have_table(program: &Interpreter, words: &Words<'_>) -> Result<(), Fault>
     if program.tools.has_extruders() { Err(Problem::NoSpindleTools.refused(words.column_of('L'))) } else { Ok(()) }
 }
 
-/// M61: this tool is in the spindle.
+/// M61: sets the number of the tool in the spindle.
 pub(crate) fn set_current_tool<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     let number = words.get('Q').ok_or(Problem::MustSupply('Q').refused(words.column()))?;

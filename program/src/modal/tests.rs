@@ -1,4 +1,4 @@
-//! What must hold for any offsets.
+//! Properties that hold for all offsets.
 
 use super::*;
 use proptest::prelude::*;
@@ -8,7 +8,7 @@ fn modal() -> Modal {
 }
 
 proptest! {
-    /// Whatever the offsets, a work coordinate goes to the machine and comes back.
+    /// Work and machine coordinates convert back and forth for all offsets.
     #[test]
     fn work_and_machine_coordinates_are_inverse(
         offsets in proptest::array::uniform3(-500.0..500.0_f64), word in -500.0..500.0_f64,
@@ -23,7 +23,7 @@ proptest! {
         prop_assert!((back - word).abs() < 1e-9, "{word} came back as {back}");
     }
 
-    /// After G92 and after G10 L20 the position reads as given, wherever the machine is.
+    /// After G92 and after G10 L20 the position reads as given, at every machine position.
     #[test]
     fn g92_and_g10_l20_make_the_position_read_as_given(
         place in -500.0..500.0_f64, reading in -500.0..500.0_f64, before in -500.0..500.0_f64,
@@ -48,7 +48,7 @@ proptest! {
         }
     }
 
-    /// Whatever the turn: places go to the machine and come back, and lengths stay what they are.
+    /// Positions convert back and forth under every rotation, and lengths stay the same.
     #[test]
     fn a_turned_system_goes_to_the_machine_and_back(
         offsets in proptest::array::uniform6(-500.0..500.0_f64), words in proptest::array::uniform2(-500.0..500.0_f64),
@@ -64,7 +64,7 @@ proptest! {
         let machine = modal.target_xy(words.map(Some), [3.0, 4.0]);
         let [x, y, ..] = modal.work(&place(machine)).0;
         prop_assert!((x - words[0]).abs() < 1e-8 && (y - words[1]).abs() < 1e-8);
-        // One word alone leaves the other coordinate as it was.
+        // A single word leaves the other coordinate as it was.
         let along = modal.target_xy([Some(words[0] + 10.0), None], machine);
         let [x, y, ..] = modal.work(&place(along)).0;
         prop_assert!((x - words[0] - 10.0).abs() < 1e-8 && (y - words[1]).abs() < 1e-8);

@@ -1,4 +1,4 @@
-//! What must hold for any canned cycle.
+//! Properties that hold for every canned cycle.
 
 use gcode::{Code, Decoder, Line};
 use proptest::prelude::*;
@@ -12,7 +12,7 @@ const FACTS: Facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY
 fn program() -> Interpreter {
     let mut setup = Setup { feed_rate: MmPerSecond(5.0), seek_rate: MmPerSecond(50.0), ..Setup::default() };
     for code in [3, 4, 5] {
-        // Two outputs: one has the spindle turn, the other one lets go of its brake.
+        // Two outputs: one turns the spindle, the other releases its brake.
         for switch in [0, 1].map(SwitchId) {
             let claim = if code == 5 { Claim::SwitchOff(switch) } else { Claim::SwitchOn(switch) };
             assert!(setup.claims.add(Code::m(code), claim));
@@ -21,7 +21,7 @@ fn program() -> Interpreter {
     Interpreter::new(setup)
 }
 
-/// The first action of a line that has one; the actions of the codes before it are taken.
+/// Returns the first action of a line; the actions of earlier codes of the line are taken.
 fn begin(program: &mut Interpreter, line: &str) -> Result<Option<Action<'static>>, Fault> {
     let mut decoder = Decoder::new();
     let Ok(Line::Code(blocks)) = decoder.decode(line.as_bytes()) else { panic!("{line}") };
@@ -38,7 +38,7 @@ fn begin(program: &mut Interpreter, line: &str) -> Result<Option<Action<'static>
     Ok(first)
 }
 
-/// All actions of a line.
+/// Returns all actions of a line.
 fn run(program: &mut Interpreter, line: &str) -> Vec<Action<'static>> {
     let first = begin(program, line).unwrap_or_else(|fault| panic!("{line}: {fault}"));
     first.into_iter().chain(std::iter::from_fn(|| program.next_action())).collect()
@@ -53,7 +53,7 @@ const fn is_rapid(request: &Move) -> bool {
     matches!(request.rate, Rate::Rapid(_))
 }
 
-/// The smallest box around places.
+/// Returns the smallest box around positions.
 fn around(places: impl IntoIterator<Item = PerAxis<f64>>) -> [PerAxis<f64>; 2] {
     let mut ends = [PerAxis([f64::INFINITY; 6]), PerAxis([f64::NEG_INFINITY; 6])];
     for place in places {
@@ -72,7 +72,7 @@ struct Any {
     retract: u16,
     is_relative: bool,
     start: f64,
-    /// R, and depth below it.
+    /// R, and the depth below it.
     r: f64,
     depth: f64,
     peck: f64,
@@ -80,7 +80,7 @@ struct Any {
 }
 
 impl Any {
-    /// From where the program is, as a line.
+    /// Writes the cycle as a line, for a program at the start.
     fn line(&self) -> String {
         let along = drilling_axis(self.plane).letter();
         let [over, beside] = match self.plane {
@@ -119,20 +119,20 @@ impl Any {
         if matches!(self.code, 73 | 83) { (self.depth / self.peck - 1e-6).ceil().max(1.0) as usize } else { 1 }
     }
 
-    /// Where a hole is left to.
+    /// Returns the height to which a hole is left.
     fn clear(&self) -> f64 {
         if self.retract == 98 { self.r.max(self.start) } else { self.r }
     }
 }
 
-/// Depths are far more than a peck is ever rounded by.
+/// Generates cycles whose depths far exceed the rounding of a peck.
 fn any_cycle() -> impl Strategy<Value = Any> {
     let codes = prop::sample::select(vec![73_u16, 74, 81, 82, 83, 84, 85, 86, 88, 89]);
     let planes = prop::sample::select(vec![Plane::Xy, Plane::Xz, Plane::Yz]);
     let heights = (-20.0..20.0_f64, -20.0..20.0_f64, 0.01..30.0_f64, 0.3..10.0_f64);
     (codes, planes, 98..=99_u16, any::<bool>(), heights, 1..4_u32).prop_map(
         |(code, plane, retract, is_relative, (start, r, depth, peck), holes)| {
-            // To a hundredth, as programs are written: so Q divides depths too.
+            // Rounds to a hundredth, as programs are written, so that Q divides depths too.
             let [start, r, depth, peck] = [start, r, depth, peck].map(|mm| (mm * 100.0).round() / 100.0);
             Any { code, plane, retract, is_relative, start, r, depth, peck, holes }
         },
@@ -142,8 +142,8 @@ fn any_cycle() -> impl Strategy<Value = Any> {
 const ROUNDING: f64 = 1e-9;
 
 proptest! {
-    /// It cuts to Z in every hole, and no deeper; leaves each to where it should; and no rapid move goes
-    /// where nothing has been cut.
+    /// Cycles cut to Z in every hole and no deeper, leave each hole to the right height, and never move
+    /// rapidly into uncut material.
     #[test]
     fn every_hole_is_cut_to_its_bottom_and_left_as_it_should_be(cycle in any_cycle()) {
         let (mut program, along) = (cycle.started(), drilling_axis(cycle.plane));
@@ -173,18 +173,19 @@ proptest! {
         prop_assert_eq!(finished, cycle.holes as usize);
     }
 
-    /// As many moves as the standard says, those of no length left out.
+    /// Cycles have as many moves as the standard says, apart from moves of no length.
     #[test]
     fn it_has_the_moves_of_the_standard(cycle in any_cycle()) {
         let mut program = cycle.started();
         let actions = run(&mut program, &cycle.line());
         let pecks = cycle.pecks();
         let lift = usize::from(cycle.start < cycle.r);
-        // Over the hole, unless the same is drilled again; down to R, unless it is there.
+        // Moves over the hole, unless the same hole is drilled again; then down to R, unless the tool is
+        // there.
         let over = if cycle.is_relative { cycle.holes as usize } else { 1 };
         let clear_is_r = cycle.clear() <= cycle.r;
         let down = if cycle.start <= cycle.r { 0 } else if clear_is_r { 1 } else { cycle.holes as usize };
-        // Each peck but the last: out and back, or back alone.
+        // Each peck but the last adds a move out and a move back, or the move back alone.
         let back = |peck: usize| usize::from(cycle.peck * peck as f64 > 0.254 + ROUNDING);
         let cut = match cycle.code {
             83 => pecks + (1..pecks).map(|peck| 1 + back(peck)).sum::<usize>(),
@@ -195,7 +196,7 @@ proptest! {
             85 if !clear_is_r => 2,
             _ => 1,
         };
-        // For each hole: waits; the spindle's outputs, overrides, the operator.
+        // Each hole has dwells, and changes of the spindle's outputs, overrides and operator.
         let others = match cycle.code {
             82 | 89 => 1,
             74 | 84 => 10,
@@ -210,8 +211,8 @@ proptest! {
         prop_assert_eq!(program.modal().auxiliary.spindle, spindle);
     }
 
-    /// What is said to come is what comes, at every action: no place of a move is outside, and the box is as
-    /// small as it can be.
+    /// The predicted bounds match the moves at every action: no position lies outside, and the box is as
+    /// small as possible.
     #[test]
     fn what_is_to_come_is_known_before_it_begins(cycle in any_cycle()) {
         let mut program = cycle.started();
@@ -236,7 +237,7 @@ proptest! {
         }
     }
 
-    /// Refused at any move, the program is where the move before it ended.
+    /// A refused move leaves the program's position at the end of the move before.
     #[test]
     fn a_refused_move_leaves_the_program_where_the_one_before_it_ended(cycle in any_cycle(), at in 0..20_usize) {
         let mut program = cycle.started();
@@ -266,7 +267,7 @@ fn a_block_refused_at_its_first_move_leaves_the_words_that_held() {
     program.take_back();
     let all = moves(&run(&mut program, "G98 X3"));
     assert_eq!(all.iter().map(|request| request.target[Axis::Z]).collect::<Vec<_>>(), [2.0, -5.0, 10.0]);
-    // Taken in part, the words hold.
+    // A block that was carried out in part leaves its words in force.
     begin(&mut program, "X4 Z-50").unwrap();
     program.next_action().unwrap();
     program.take_back();
