@@ -14,45 +14,44 @@ use crate::microsoft::MicrosoftOs;
 use crate::standard::Standard;
 use crate::storage::{MassStorage, Medium};
 
-/// What the functions are called; computers show these names.
+/// Names of the functions, which computers show.
 const FIRST_PORT: &str = "Velvet console";
 const SECOND_PORT: &str = "Velvet second console";
 const DISK: &str = "Velvet SD card";
 const DOWNLOAD: &str = "Velvet firmware download";
 
-/// More than all functions and what stands before them.
+/// Capacity for all functions and the handlers before them.
 const MAX_CLASSES: usize = 8;
 
-/// How many packets of the host the controller holds at an endpoint, acknowledged and not fetched. Between
-/// two looks at the bus.
+/// Function that returns the number of the host's packets that the controller holds at an endpoint,
+/// acknowledged but not fetched. Called between two polls of the bus.
 pub type Held<B> = fn(&B, EndpointAddress) -> usize;
 
-/// What the functions are connected to; without, there is no such function.
+/// Connections of the functions; a function without a connection is left out.
 pub struct Functions<L, M, D> {
-    /// The first serial port, which is always there.
+    /// First serial port, which is always there.
     pub first: L,
-    /// The second serial port.
+    /// Second serial port, if any.
     pub second: Option<L>,
-    /// The disk.
+    /// Medium of the disk.
     pub disk: Option<M>,
-    /// The way into the firmware download.
+    /// Machine's handler for entering the firmware download.
     pub detach: Option<D>,
 }
 
-/// How the device stands with its host.
+/// Relation of the device to its host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Presence {
-    /// There is none, as far as can be seen: it says nothing.
+    /// No host, as far as the silent bus tells.
     Silent,
-    /// There is one, which has not configured the device.
+    /// Host that has not configured the device.
     Attached,
-    /// It uses the device.
+    /// Host that uses the device.
     Configured,
 }
 
-/// A device in the making: class and identity that all of ours share. Endpoint 0 takes packets of 64 bytes.
-/// USB 2.1 means that there is a BOS descriptor (link power management ECN of USB 2.0), which is there for
-/// Windows.
+/// Starts to build a device: class and identity that all our devices share. Endpoint 0 takes packets of 64
+/// bytes. USB 2.1 announces a BOS descriptor (link power management ECN of USB 2.0), which Windows needs.
 pub(crate) fn builder<'a, B: UsbBus>(
     bus: &'a UsbBusAllocator<B>,
     name: &'a str,
@@ -67,15 +66,15 @@ pub(crate) fn builder<'a, B: UsbBus>(
     Ok(builder.device_release(RELEASE).self_powered(true).usb_rev(revision))
 }
 
-/// Enables the bus. Nothing can be added behind this.
+/// Enables the bus, so that nothing can be added any more.
 pub(crate) fn finish<B: UsbBus>(builder: UsbDeviceBuilder<'_, B>) -> UsbDevice<'_, B> {
     let mut device = builder.build();
-    // What GET_STATUS says; the descriptor alone has it from the builder.
+    // GET_STATUS needs the flag set here; the builder sets it in the descriptor only.
     device.set_self_powered(true);
     device
 }
 
-/// The device.
+/// The machine's device with all its functions.
 pub struct Composite<'a, B: UsbBus, L, M, D> {
     device: UsbDevice<'a, B>,
     held: Held<B>,
@@ -88,10 +87,11 @@ pub struct Composite<'a, B: UsbBus, L, M, D> {
 }
 
 impl<'a, B: UsbBus, L: Line, M: Medium, D: Detach> Composite<'a, B, L, M, D> {
-    /// Connects to the bus. `serial`: [`SerialNumber::new`]. `held`: what the bus tells of itself.
+    /// Connects to the bus. `serial`: [`SerialNumber::new`]. `held`: reports packets that the controller
+    /// holds.
     ///
     /// # Errors
-    /// The bus does not have the endpoints.
+    /// When the bus lacks the endpoints.
     pub fn new(
         bus: &'a UsbBusAllocator<B>,
         held: Held<B>,
@@ -120,9 +120,9 @@ impl<'a, B: UsbBus, L: Line, M: Medium, D: Detach> Composite<'a, B, L, M, D> {
         Ok(Self { device, held, standard, microsoft, first, second, disk, runtime })
     }
 
-    /// Handles one event of the bus, and moves what can be moved: whenever the controller interrupts, the
-    /// lines have got room or bytes, or the medium has ended what it did. A bounded piece of work. True when
-    /// some is left that nothing will announce: then it is to be called again.
+    /// Handles one event of the bus and moves data as far as possible, in a bounded piece of work. Call after
+    /// each interrupt of the controller, and when lines have room or bytes, or the medium has finished.
+    /// Returns true when work remains that no event will announce, so that another call is needed.
     pub fn run(&mut self) -> bool {
         self.poll();
         let suspended = self.device.state() == UsbDeviceState::Suspend;
@@ -137,7 +137,7 @@ impl<'a, B: UsbBus, L: Line, M: Medium, D: Detach> Composite<'a, B, L, M, D> {
     fn poll(&mut self) {
         let Self { device, standard, microsoft, first, second, disk, runtime, .. } = self;
         let mut classes: Vec<&mut dyn UsbClass<B>, MAX_CLASSES> = Vec::new();
-        // There is room for all.
+        // The list has room for all classes.
         let _fits = classes.push(standard);
         let _fits = classes.push(first);
         let _fits = second.as_mut().map(|second| classes.push(second));
@@ -147,7 +147,7 @@ impl<'a, B: UsbBus, L: Line, M: Medium, D: Detach> Composite<'a, B, L, M, D> {
         device.poll(&mut classes);
     }
 
-    /// Whether there is a host.
+    /// Returns whether there is a host.
     pub fn presence(&self) -> Presence {
         match self.device.state() {
             UsbDeviceState::Suspend => Presence::Silent,
@@ -156,17 +156,17 @@ impl<'a, B: UsbBus, L: Line, M: Medium, D: Detach> Composite<'a, B, L, M, D> {
         }
     }
 
-    /// The first serial port.
+    /// Returns the first serial port.
     pub const fn first(&mut self) -> &mut SerialPort<'a, B, L> {
         &mut self.first
     }
 
-    /// The second serial port.
+    /// Returns the second serial port.
     pub const fn second(&mut self) -> Option<&mut SerialPort<'a, B, L>> {
         self.second.as_mut()
     }
 
-    /// The disk.
+    /// Returns the disk function.
     pub const fn disk(&mut self) -> Option<&mut MassStorage<'a, B, M>> {
         self.disk.as_mut()
     }

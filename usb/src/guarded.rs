@@ -1,5 +1,5 @@
-//! A bus that answers for what `usb-device` leaves open on endpoint 0, and does for serial ports what their
-//! class leaves to it.
+//! Bus wrapper that answers requests which `usb-device` leaves unanswered on endpoint 0, and corrects the
+//! serial class.
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -11,37 +11,37 @@ use usb_device::{Result, UsbDirection, UsbError};
 use crate::PACKET_BYTES;
 use crate::cdc::Ports;
 
-/// The longest data stage from the host that `usb-device` takes, with its feature `control-buffer-256`.
+/// Longest data stage from the host that `usb-device` takes, with its feature `control-buffer-256`.
 pub const CONTROL_BYTES: u16 = 256;
-/// Endpoint 0, both ways.
+/// Addresses of endpoint 0, both ways.
 const CONTROL_OUT: u8 = 0x00;
 const CONTROL_IN: u8 = 0x80;
 
-/// A bus, and two refusals on top: `usb-device` 0.3 neither answers a request whose data stage is longer than
-/// its buffer, nor data of the host where none is due; the host would wait out its five seconds. Both are
-/// request errors, which is a stall until the next request (USB 2.0 section 9.2.7).
+/// Bus with two refusals added: `usb-device` 0.3 ignores a request whose data stage is longer than its
+/// buffer, and data of the host when none is due; the host would wait for its time-out of five seconds. Both
+/// are request errors, answered by a stall until the next request (USB 2.0 section 9.2.7).
 ///
-/// Serial ports have their endpoints numbered and their descriptors mended (`cdc/guard.rs`).
+/// The wrapper also numbers the endpoints of serial ports and corrects their descriptors (`cdc/guard.rs`).
 pub struct Guarded<B> {
     bus: B,
-    /// What is read next from endpoint 0 is a request.
+    /// Whether the next packet of endpoint 0 is a request.
     is_setup: AtomicBool,
     ports: Ports,
 }
 
 impl<B> Guarded<B> {
-    /// Nothing has come yet.
+    /// Wraps a bus before its first request.
     pub const fn new(bus: B) -> Self {
         Self { bus, is_setup: AtomicBool::new(false), ports: Ports::new() }
     }
 
-    /// The bus itself.
+    /// Returns the wrapped bus.
     pub const fn bus(&self) -> &B {
         &self.bus
     }
 }
 
-/// The length of the data stage from the host that a request announces.
+/// Returns the length of the data stage from the host that a request announces.
 fn announced(request: &[u8]) -> u16 {
     match *request {
         [kind, _, _, _, _, _, low, high] if kind & UsbDirection::In as u8 == 0 => u16::from_le_bytes([low, high]),
@@ -55,7 +55,7 @@ impl<B: UsbBus> Guarded<B> {
         self.bus.set_stalled(CONTROL_IN.into(), true);
     }
 
-    /// A packet of endpoint 0 for the host. Not where others go by.
+    /// Sends a packet of endpoint 0. Cold, to keep the path of other packets short.
     #[cold]
     fn answer(&self, packet: &[u8]) -> Result<usize> {
         let mut mended = Vec::<u8, PACKET_BYTES>::from_slice(packet).map_err(|_| UsbError::BufferOverflow)?;
@@ -79,7 +79,7 @@ impl<B: UsbBus> UsbBus for Guarded<B> {
     ) -> Result<EndpointAddress> {
         let numbered = address.map_or_else(|| self.ports.number(direction, kind), Ok)?;
         if address.is_none() && kind == EndpointType::Interrupt {
-            // The port has this one itself.
+            // The port allocates its own notification endpoint.
             return Ok(numbered);
         }
         self.bus.alloc_ep(direction, Some(numbered), kind, packet, interval)
@@ -124,7 +124,7 @@ impl<B: UsbBus> UsbBus for Guarded<B> {
             return read;
         }
         self.refuse();
-        // To `usb-device` as if nothing had come.
+        // For `usb-device`, nothing has arrived.
         Err(UsbError::WouldBlock)
     }
 

@@ -1,56 +1,56 @@
-//! Who the device says to be.
+//! Identity of the device: vendor, product and serial numbers, and names.
 
 use core::fmt::Write;
 
-/// Openmoko, who give out numbers to open hardware.
+/// Vendor id of Openmoko, which gives out product ids to open hardware.
 pub const VENDOR: u16 = 0x1D50;
-/// Smoothieboard; Smoothieware v2 has the same.
+/// Product id of the Smoothieboard, as in Smoothieware v2.
 pub const PRODUCT: u16 = 0x6015;
-/// Who made the firmware.
+/// Maker of the firmware.
 pub const MANUFACTURER: &str = "Velvet";
-/// What it is, while the machine runs.
+/// Product name while the machine runs.
 pub const PRODUCT_NAME: &str = "Smoothieboard v2 Prime";
-/// What it is, while the boot stage waits for firmware.
+/// Product name while the boot stage waits for firmware.
 pub(crate) const DOWNLOAD_NAME: &str = "Smoothieboard v2 Prime firmware download";
 /// Release of the device in binary-coded decimals.
 pub(crate) const RELEASE: u16 = 0x0200;
-/// What it may draw from the bus: as Smoothieware v2. The 5 V of the socket feed the board's logic through a
-/// diode where nothing else does.
+/// Greatest current from the bus, mA, as in Smoothieware v2. The 5 V of the socket feed the board's logic
+/// through a diode if no other supply does.
 pub(crate) const MILLIAMPERES: usize = 100;
 
 /// Hexadecimal digits of three words.
 const DIGITS: usize = 24;
 
-/// The serial number: the chip's unique id. A computer gives the same port the same name for it.
+/// Serial number from the chip's unique id. Computers name the ports of a board by it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SerialNumber(heapless::String<{ DIGITS + DOWNLOAD_SUFFIX.len() }>);
 
-/// What sets the boot stage's serial number apart. Windows keeps the driver of a vendor, product and serial
-/// number that it has seen; without this it would give the download the driver of the composite device.
+/// Suffix of the boot stage's serial number. Windows remembers drivers by vendor, product and serial number,
+/// so without a suffix the download would get the driver of the composite device.
 const DOWNLOAD_SUFFIX: &str = "-DFU";
 
 impl SerialNumber {
-    /// Of the machine.
+    /// Returns the machine's serial number.
     #[must_use]
     pub fn new(unique_id: [u32; 3]) -> Self {
         let mut text = heapless::String::new();
         for word in unique_id {
-            // Eight digits each: there is room.
+            // Each word has eight digits, so there is room.
             let _fits = write!(text, "{word:08X}");
         }
         Self(text)
     }
 
-    /// Of the boot stage.
+    /// Returns the boot stage's serial number.
     #[must_use]
     pub fn for_download(unique_id: [u32; 3]) -> Self {
         let Self(mut text) = Self::new(unique_id);
-        // There is room.
+        // The capacity includes the suffix.
         let _fits = text.push_str(DOWNLOAD_SUFFIX);
         Self(text)
     }
 
-    /// As text.
+    /// Returns the serial number as text.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0

@@ -1,52 +1,51 @@
-//! What Windows asks beyond the standard, so that it gives the firmware download the driver WinUSB by itself
-//! (Microsoft OS 2.0 Descriptors Specification, April 2018). Windows 8.1 and later.
+//! Microsoft OS 2.0 descriptors, by which Windows 8.1 and later chooses the driver WinUSB for the firmware
+//! download automatically (Microsoft OS 2.0 Descriptors Specification, April 2018).
 //!
-//! The older version 1.0 is left out: it serves Windows Vista to 8 only, which have no driver of their own
-//! for serial ports either.
+//! Version 1.0 is left out: only Windows Vista to 8 need it, and those lack a driver for serial ports anyway.
 
 use usb_device::class_prelude::{ControlIn, UsbBus, UsbClass};
 use usb_device::control::{Recipient, Request, RequestType};
 use usb_device::descriptor::descriptor_type;
 
-/// The vendor request that reads the descriptors; any number.
+/// Vendor request that reads the descriptors; the number is arbitrary.
 const VENDOR_CODE: u8 = 0x20;
-/// Its index for the descriptor set (section "Microsoft OS 2.0 descriptor requests").
+/// Index of the descriptor set in that request (section "Microsoft OS 2.0 descriptor requests").
 const DESCRIPTOR_INDEX: u16 = 0x07;
-/// Windows 8.1, the first that knows them.
+/// Windows 8.1, the first version with these descriptors.
 const WINDOWS_VERSION: [u8; 4] = [0x00, 0x00, 0x03, 0x06];
-/// D8DD60DF-4589-4CC7-9CD2-659D9E648A9F, the platform capability of these descriptors.
+/// UUID D8DD60DF-4589-4CC7-9CD2-659D9E648A9F, the platform capability of these descriptors.
 const PLATFORM: [u8; 16] =
     [0xDF, 0x60, 0xDD, 0xD8, 0x89, 0x45, 0xC7, 0x4C, 0x9C, 0xD2, 0x65, 0x9D, 0x9E, 0x64, 0x8A, 0x9F];
 /// Descriptor type DEVICE CAPABILITY, and the capability's type PLATFORM (USB 3.1 tables 9-6 and 9-14).
 const DEVICE_CAPABILITY: u8 = 16;
 const CAPABILITY_PLATFORM: u8 = 5;
-/// The BOS descriptor, and the one capability in it.
+/// Size of the BOS descriptor with its single capability.
 const BOS_BYTES: usize = 5 + CAPABILITY_BYTES;
 const CAPABILITY_BYTES: usize = 4 + 16 + 8;
 
-/// By this name programs find the interface: libusb looks at whatever stands there. Ours alone.
+/// GUID by which programs find the interface; libusb accepts any. This GUID is Velvet's own.
 const INTERFACE_GUID: &str = "{5C2D8B1E-7A0F-4E63-9B44-D0F1A6C3E972}";
 const PROPERTY: &str = "DeviceInterfaceGUIDs";
 
-/// The longest set: for one function of a composite device.
+/// Size of the longest set: for a function of a composite device.
 const SET_BYTES: usize = 10 + 8 + 8 + FEATURE_BYTES;
-/// Compatible id, and the property with both texts and their ends, as UTF-16.
+/// Size of the compatible id, and of the property with both texts and their ends, as UTF-16.
 const FEATURE_BYTES: usize = 20 + 10 + 2 * (PROPERTY.len() + 1) + 2 * (INTERFACE_GUID.len() + 2);
 
-/// The descriptors for one interface.
+/// Microsoft's descriptors for an interface of the device.
 #[derive(Debug)]
 pub struct MicrosoftOs {
-    /// The number of the interface among several functions; none where the device has just one.
+    /// Interface number in a composite device; `None` for a device with a single function.
     function: Option<u8>,
 }
 
 impl MicrosoftOs {
-    /// WinUSB for this interface of a composite device.
+    /// Selects WinUSB for this interface of a composite device.
     pub const fn for_function(interface: u8) -> Self {
         Self { function: Some(interface) }
     }
 
-    /// WinUSB for a device that is nothing else.
+    /// Selects WinUSB for a device without other functions.
     pub const fn for_device() -> Self {
         Self { function: None }
     }
@@ -55,9 +54,9 @@ impl MicrosoftOs {
         if self.function.is_some() { SET_BYTES } else { 10 + FEATURE_BYTES }
     }
 
-    /// Where Windows learns that there is a set: the BOS descriptor (USB 3.1 section 9.6.2). `usb-device`
-    /// would put a "USB 2.0 extension" before the capability, which is for devices with link power
-    /// management and says that there is none of it: `lsusb` calls that an error.
+    /// Returns the BOS descriptor, which announces the set (USB 3.1 section 9.6.2). The one from `usb-device`
+    /// would also have a "USB 2.0 extension", which is for devices with link power management and would deny
+    /// having any: `lsusb` calls that an error.
     fn bos(&self) -> heapless::Vec<u8, BOS_BYTES> {
         let mut bos = Bytes(heapless::Vec::new());
         bos.bytes(&[5, descriptor_type::BOS]).half(BOS_BYTES as u16).bytes(&[1]);
@@ -87,12 +86,12 @@ impl MicrosoftOs {
     }
 }
 
-/// Descriptors in the making; there is room for the longest.
+/// Builder of descriptors, with room for the longest.
 struct Bytes<const N: usize>(heapless::Vec<u8, N>);
 
 impl<const N: usize> Bytes<N> {
     fn bytes(&mut self, bytes: &[u8]) -> &mut Self {
-        // There is room.
+        // The capacity fits the longest set.
         let _fits = self.0.extend_from_slice(bytes);
         self
     }
@@ -116,7 +115,7 @@ impl<B: UsbBus> UsbClass<B> for MicrosoftOs {
             return;
         }
         let (kind, number) = request.descriptor_type_index();
-        // Each waits for an answer, and this one fits its buffer.
+        // Both requests wait for an answer, which fits their buffer.
         let _ = match (request.request_type, request.request) {
             (RequestType::Standard, Request::GET_DESCRIPTOR) if (kind, number) == (descriptor_type::BOS, 0) => {
                 transfer.accept_with(&self.bos())
@@ -133,7 +132,7 @@ impl<B: UsbBus> UsbClass<B> for MicrosoftOs {
 mod tests {
     use super::*;
 
-    /// Walks a set and gives its descriptors' types; every length must lead to the next.
+    /// Returns the types of a set's descriptors; every length must lead to the next descriptor.
     fn types(set: &[u8]) -> Vec<u16> {
         let half = |at: usize| u16::from_le_bytes([set[at], set[at + 1]]);
         let (mut at, mut types) = (0, Vec::new());

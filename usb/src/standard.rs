@@ -1,22 +1,24 @@
-//! Standard requests that `usb-device` answers for things that are not there (USB 2.0 section 9.4).
+//! Refusal of standard requests that `usb-device` would answer for missing interfaces, endpoints or features
+//! (USB 2.0 section 9.4).
 
 use usb_device::class_prelude::{ControlIn, ControlOut, UsbBus, UsbClass};
 use usb_device::control::{Recipient, Request, RequestType};
 use usb_device::descriptor::descriptor_type;
 
-/// Refuses them. The first of a device's classes, so that no other sees what it refuses.
+/// Handler that refuses such requests. Must be the first of a device's classes, so that no other sees a
+/// refused request.
 #[derive(Debug, Default)]
 pub struct Standard {
-    /// How many interfaces there are, numbered from 0.
+    /// Number of interfaces, numbered from 0.
     interfaces: u8,
-    /// Endpoints that there are beside 0, one bit a number, from the host.
+    /// Endpoints from the host, beside endpoint 0, one bit each.
     from_host: u16,
-    /// The same, to the host.
+    /// Endpoints to the host, beside endpoint 0, one bit each.
     to_host: u16,
     is_configured: bool,
 }
 
-/// What a request does to the configuration: whether the device is configured behind it.
+/// Returns whether the device is configured behind a SET_CONFIGURATION request; `None` for other requests.
 pub fn configures(request: &Request) -> Option<bool> {
     let is_set_configuration = request.request_type == RequestType::Standard
         && request.recipient == Recipient::Device
@@ -28,7 +30,7 @@ pub fn configures(request: &Request) -> Option<bool> {
     }
 }
 
-/// The endpoint whose halt a request of the host ends.
+/// Returns the endpoint whose halt a request of the host ends.
 pub fn clears_halt(request: &Request) -> Option<u8> {
     let is_clear = request.request_type == RequestType::Standard
         && request.recipient == Recipient::Endpoint
@@ -38,7 +40,7 @@ pub fn clears_halt(request: &Request) -> Option<u8> {
 }
 
 impl Standard {
-    /// One more function: so many interfaces, and its endpoints.
+    /// Adds a function with this number of interfaces, and its endpoints.
     pub const fn add(&mut self, interfaces: u8, from_host: u16, to_host: u16) {
         self.interfaces += interfaces;
         self.from_host |= from_host;
@@ -54,7 +56,7 @@ impl Standard {
         }
     }
 
-    /// Whether what a request is about is there.
+    /// Whether the subject of a request exists.
     fn knows(&self, request: &Request) -> bool {
         if request.request_type != RequestType::Standard {
             return true;
@@ -65,10 +67,10 @@ impl Standard {
                 let (kind, index) = request.descriptor_type_index();
                 kind == descriptor_type::STRING || index == 0
             }
-            // Remote wake-up and the test modes, of which there is none.
+            // Remote wake-up and the test modes are not supported.
             (Recipient::Device, Request::SET_FEATURE | Request::CLEAR_FEATURE) => false,
             (Recipient::Interface, _) => self.is_configured && request.index < u16::from(self.interfaces),
-            // Halting endpoint 0 is neither asked for nor of use (section 9.4.5).
+            // Halting endpoint 0 is neither required nor useful (section 9.4.5).
             (Recipient::Endpoint, Request::SET_FEATURE) if is_control => false,
             (Recipient::Endpoint, _) => self.has_endpoint(request.index) && (is_control || self.is_configured),
             _ => true,
@@ -83,7 +85,7 @@ impl<B: UsbBus> UsbClass<B> for Standard {
 
     fn control_in(&mut self, transfer: ControlIn<'_, '_, '_, B>) {
         if !self.knows(transfer.request()) {
-            // It waits for an answer, so this is one.
+            // The transfer waits for an answer, so rejecting cannot fail.
             let _ = transfer.reject();
         }
     }
@@ -93,7 +95,7 @@ impl<B: UsbBus> UsbClass<B> for Standard {
             self.is_configured = configured;
         }
         if !self.knows(transfer.request()) {
-            // It waits for an answer, so this is one.
+            // The transfer waits for an answer, so rejecting cannot fail.
             let _ = transfer.reject();
         }
     }

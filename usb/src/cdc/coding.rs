@@ -1,13 +1,14 @@
-//! What a host sets a serial port to. Nothing here has a rate or a parity; a host reads back what it has set.
+//! Line coding of a serial port. These ports have no real rate or parity; a host only reads back its own
+//! setting.
 
-/// A line coding as it goes over the bus (PSTN 1.2, table 17): bits a second in four bytes, stop bits,
-/// parity, bits of data.
+/// Line coding as sent over the bus (PSTN 1.2, table 17): bits a second in four bytes, stop bits, parity,
+/// bits of data.
 pub type LineCoding = [u8; 7];
 
-/// Before a host sets one, as the debug UART: 115200 baud, one stop bit, no parity, 8 bits.
+/// Default, as the debug UART: 115200 baud, one stop bit, no parity, 8 bits.
 pub const DEFAULT: LineCoding = [0x00, 0xC2, 0x01, 0x00, 0, 0, 8];
 
-/// Reads what a host sets; `None` for what is no line coding.
+/// Parses a host's setting; `None` for an invalid line coding.
 pub fn parse(bytes: &[u8]) -> Option<LineCoding> {
     let coding: LineCoding = *bytes.first_chunk()?;
     matches!(coding, [.., 0..=2, 0..=4, 5..=8 | 16]).then_some(coding)

@@ -1,10 +1,11 @@
-//! A bus for the class of `usbd-serial` 0.2 that numbers its endpoints and mends its descriptors.
+//! Bus wrapper for the class of `usbd-serial` 0.2, which numbers the class's endpoints and corrects its
+//! descriptors.
 //!
-//! The class takes whatever numbers it gets, and says that it knows neither line coding nor serial state. It
-//! names the interface and not the association. Nothing can be written to its notification endpoint, which
-//! takes 8 bytes each 255 ms where SERIAL_STATE has 10: [`super::SerialPort`] has one of its own under the
-//! same number. None of this can be set, and `usb-device` lets nobody change a descriptor that another class
-//! has written, so bytes are changed on their way to the host.
+//! The class accepts any endpoint numbers, and declares support for neither line coding nor serial state. The
+//! descriptors name the interface instead of the association. The notification endpoint cannot be written,
+//! and takes 8 bytes each 255 ms although SERIAL_STATE has 10: [`super::SerialPort`] has its own endpoint
+//! under the same number. None of this is configurable, and `usb-device` does not permit changing a
+//! descriptor of another class, so bytes are changed on their way to the host.
 
 use core::sync::atomic::{AtomicUsize, Ordering};
 
@@ -13,57 +14,58 @@ use usb_device::descriptor::descriptor_type;
 use usb_device::endpoint::{EndpointAddress, EndpointType};
 use usb_device::{Result, UsbDirection, UsbError};
 
-/// Numbers of a port. Those of endpoints are as Smoothieware v2 has them.
+/// Interface and endpoint numbers of a port. Endpoint numbers are those of Smoothieware v2.
 #[derive(Clone, Copy)]
 pub struct Numbers {
-    /// The interface for its requests; the one for its bytes is the next.
+    /// Interface for control requests; the data interface is the next number.
     pub control: u8,
-    /// Bulk, to the host.
+    /// Bulk endpoint to the host.
     pub to_host: u8,
-    /// Bulk, from the host.
+    /// Bulk endpoint from the host.
     pub from_host: u8,
-    /// Interrupt, to the host.
+    /// Interrupt endpoint to the host.
     pub notify: u8,
 }
 
 impl Numbers {
-    /// Of the first port.
+    /// Numbers of the first port.
     pub const FIRST: Self = Self { control: 0, to_host: 0x81, from_host: 0x01, notify: 0x82 };
-    /// Of the second one.
+    /// Numbers of the second port.
     pub const SECOND: Self = Self { control: 2, to_host: 0x83, from_host: 0x02, notify: 0x84 };
 }
 
-/// A notification endpoint with room for SERIAL_STATE, and how often a host asks for one, ms.
+/// Notification endpoint: packet size with room for SERIAL_STATE, and polling interval, ms.
 pub const NOTIFICATION_PACKET: u8 = 16;
 pub const NOTIFICATION_INTERVAL: u8 = 32;
 
-/// Bytes of a configuration descriptor before the first port, which no other function precedes, and of each.
+/// Bytes of a configuration descriptor before the first port, which no other function precedes, and of each
+/// port.
 const HEAD_BYTES: u8 = 9;
 const PORT_BYTES: u8 = 66;
 /// Strings before a port's name: languages, maker, product, serial number.
 const STRINGS: u8 = 4;
-/// The port knows line coding, control lines and serial state (PSTN 1.2, table 4); it sends no break.
+/// Capabilities of the port: line coding, control lines and serial state (PSTN 1.2, table 4), but no break.
 const CAPABILITIES: u8 = 0x02;
-/// No configuration descriptor is on its way.
+/// No configuration descriptor is being sent.
 const NOWHERE: usize = usize::MAX;
 
-/// What a bus knows of its ports.
+/// Ports of a bus, and the progress of a configuration descriptor.
 pub struct Ports {
-    /// How many there are.
+    /// Number of ports allocated so far.
     count: u8,
-    /// The byte of a configuration descriptor that goes next.
+    /// Offset of the configuration descriptor's next byte.
     place: AtomicUsize,
 }
 
-/// Places in a configuration descriptor, and what a host is to read there, of each port.
+/// Offsets in a configuration descriptor, and the corrected bytes, of each port.
 const MENDED: [[(u8, u8); 4]; 2] = [mended(0), mended(1)];
 
 const fn mended(port: u8) -> [(u8, u8); 4] {
     let begin = HEAD_BYTES + PORT_BYTES * port;
     [
-        // iFunction of the association: what iInterface has.
+        // iFunction of the association gets the class's iInterface string.
         (begin + 7, STRINGS + port),
-        // bmCapabilities.
+        // bmCapabilities of the port's functional descriptor.
         (begin + 25, CAPABILITIES),
         // wMaxPacketSize and bInterval of the notification endpoint.
         (begin + 40, NOTIFICATION_PACKET),
@@ -76,7 +78,8 @@ impl Ports {
         Self { count: 0, place: AtomicUsize::new(NOWHERE) }
     }
 
-    /// The number of an endpoint that the class asks for. Its first one is for notifications.
+    /// Returns the number for the next endpoint that the class allocates. The first of a port is for
+    /// notifications.
     pub fn number(&mut self, direction: UsbDirection, kind: EndpointType) -> Result<EndpointAddress> {
         self.count += u8::from(kind == EndpointType::Interrupt);
         let numbers = match self.count {
@@ -92,14 +95,14 @@ impl Ports {
         Ok(number.into())
     }
 
-    /// A request has come.
+    /// Notes a request, to detect one for the configuration descriptor.
     pub fn look_at(&self, request: &[u8]) {
         let is_configuration =
             matches!(request, &[0x80, Request::GET_DESCRIPTOR, _, descriptor_type::CONFIGURATION, ..]);
         self.place.store(if is_configuration { 0 } else { NOWHERE }, Ordering::Relaxed);
     }
 
-    /// Mends what goes to the host from endpoint 0.
+    /// Corrects a packet of endpoint 0 to the host.
     pub fn mend(&self, packet: &mut [u8]) {
         let place = self.place.load(Ordering::Relaxed);
         for (at, value) in MENDED.iter().take(self.count.into()).flatten() {
@@ -109,7 +112,7 @@ impl Ports {
         }
     }
 
-    /// So many bytes have gone from there.
+    /// Notes that this number of bytes has been sent.
     pub fn pass(&self, bytes: usize) {
         let place = self.place.load(Ordering::Relaxed);
         self.place.store(place.saturating_add(bytes), Ordering::Relaxed);

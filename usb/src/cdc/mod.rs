@@ -1,5 +1,5 @@
-//! Serial ports: communications device class, abstract control model (CDC 1.2, PSTN 1.2). `usbd-serial` is
-//! the class; who is there, and what it lacks, is here.
+//! Serial ports: communications device class, abstract control model (CDC 1.2, PSTN 1.2). `usbd-serial`
+//! implements the class; this module adds connection tracking and the class's missing parts.
 
 mod coding;
 mod guard;

@@ -1,17 +1,18 @@
-//! A serial port.
+//! Serial port of the device.
 //!
-//! Both directions hold their sender back. A packet of the host is only fetched when the line has room for
-//! it; until then the endpoint answers NAK and the host waits. A packet for the host is taken from the line
-//! when the one before has gone.
+//! Both directions have flow control. A packet of the host is only fetched when the line has room for it;
+//! until then the endpoint answers NAK and the host waits. A packet for the host is taken from the line when
+//! the previous packet has been sent.
 //!
-//! Somebody is there from the moment a host sets DTR, or, of a host that never does, from its first byte on;
-//! until DTR falls, the bus is reset, or it falls silent: an unplugged cable is a silent bus on this board,
-//! which has no way to look at the bus voltage. After a silence without a reset (a computer that has slept)
-//! whoever was there is there again.
+//! A visit is the time of one program at the host's end. Visits begin when the host sets DTR or, for a host
+//! that never does, with its first byte, and end when DTR falls, the bus is reset, or the bus falls silent:
+//! this board cannot measure the bus voltage, so an unplugged cable is a silent bus. After a silence without
+//! a reset (a computer that has slept) the same visit goes on.
 //!
-//! Whatever a host was told has arrived reaches the line, as his, when there is room for it, though he has
-//! gone by then and others have come and gone behind him (`for line in ...; do echo $line > /dev/ttyACM0`
-//! does that): whoever comes is met when all that those before him have left in the controller is fetched.
+//! All bytes that a host was told have arrived reach the line as part of their visit, once there is room,
+//! even if that visit has ended and others have followed (`for line in ...; do echo $line > /dev/ttyACM0`
+//! causes this). So a visit begins only after all earlier visits' packets have been fetched from the
+//! controller.
 
 use usb_device::Result;
 use usb_device::bus::{InterfaceNumber, StringIndex};
@@ -29,84 +30,83 @@ use super::guard::{NOTIFICATION_INTERVAL, NOTIFICATION_PACKET, Numbers};
 use crate::standard;
 use crate::{PACKET_BYTES, PACKETS_HELD};
 
-/// What a port is connected to.
+/// Other end of a port, at the machine's side.
 pub trait Line {
-    /// How many more bytes surely fit.
+    /// Returns a number of bytes that certainly fit.
     fn room(&self) -> usize;
 
-    /// Takes bytes of the host, a packet at most, for which there was room. Those of somebody who has gone
-    /// may come when that has been said.
+    /// Takes bytes of the host, at most a packet, for which there was room. Bytes of a finished visit may
+    /// still come after `set_open(false)`.
     fn receive(&mut self, bytes: &[u8]);
 
-    /// Fetches bytes for the host; how many there were.
+    /// Fetches bytes for the host and returns their number.
     fn fetch(&mut self, into: &mut [u8]) -> usize;
 
-    /// Somebody has come to the other end, or gone. Bytes for the one who has gone are dropped.
+    /// Begins or ends a visit. Bytes for a finished visit are dropped.
     fn set_open(&mut self, open: bool);
 
-    /// Whoever has gone is there again, and goes on with what he was sending, in the middle of a line
-    /// perhaps.
+    /// Resumes the previous visit, perhaps in the middle of a line that was being sent.
     fn come_back(&mut self);
 }
 
-/// Requests (PSTN 1.2, table 13).
+/// Requests of the class (PSTN 1.2, table 13).
 const SET_LINE_CODING: u8 = 0x20;
 const GET_LINE_CODING: u8 = 0x21;
 const SET_CONTROL_LINE_STATE: u8 = 0x22;
 
-/// Notification SERIAL_STATE (PSTN 1.2, section 6.5.4): carrier and data set ready. They are always there; a
-/// program that waits for a carrier when it opens a port goes on.
+/// Notification SERIAL_STATE (PSTN 1.2, section 6.5.4): carrier and data set ready. Both are always on, so
+/// that a program that waits for a carrier when opening a port can go on.
 const SERIAL_STATE_BYTES: usize = 10;
 const DCD_AND_DSR: u8 = 0b11;
 
-/// Visits that may have ended behind different packets in the controller, or before the first.
+/// Greatest number of ended visits behind different packets in the controller, or before the first.
 const ENDS: usize = PACKETS_HELD + 1;
 
-/// The end of a visit.
+/// End of a visit.
 #[derive(Clone, Copy)]
 struct End {
-    /// Packets in the controller that are still his, or of those before him.
+    /// Packets in the controller that belong to this visit or earlier ones.
     packets: u8,
-    /// He has come back since then: whoever is met next is he.
+    /// Whether the visit was resumed since then, so that the next visit is its continuation.
     is_undone: bool,
 }
 
-/// A serial port over a line.
+/// Serial port that connects the bus to a line.
 pub struct SerialPort<'a, B: UsbBus, L> {
     class: CdcAcmClass<'a, B>,
-    /// The interface for its requests.
+    /// Interface for control requests.
     control: u8,
     notify: EndpointIn<'a, B>,
     line: L,
-    /// What the host has set it to, which the class forgets when the bus is reset.
+    /// Line coding set by the host, kept here because the class forgets it at a reset of the bus.
     coding: LineCoding,
-    /// Whoever was there let DTR fall. What comes behind that may still be his: a computer that gives up on
-    /// what it has not sent takes it back when it has let DTR fall.
+    /// Whether DTR fell. Later bytes may still belong to the visit: a computer that gives up unsent data
+    /// takes the data back only after DTR has fallen.
     dtr_fell: bool,
     is_open: bool,
     is_configured: bool,
     is_suspended: bool,
-    /// Somebody was there when the bus fell silent.
+    /// Whether a visit was in progress when the bus fell silent.
     may_come_back: bool,
-    /// Whoever was there goes, which is seen to in this run.
+    /// Whether the visit ends, which the next run handles.
     goes: bool,
-    /// Visits that have ended, and of which packets are still to be fetched, in order.
+    /// Ended visits with packets still to be fetched, in order.
     ends: heapless::Vec<End, ENDS>,
-    /// A packet that the endpoint has not taken yet.
+    /// Packet that the endpoint has not taken yet.
     packet: heapless::Vec<u8, PACKET_BYTES>,
-    /// The last packet was full: an empty one says that nothing follows, so that a host does not wait.
+    /// Whether an empty packet must follow a full one, so that a host does not wait for more.
     owes_end: bool,
     owes_notification: bool,
 }
 
 impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
-    /// A port with these numbers, at a [`crate::Guarded`] bus that has made those before it.
+    /// Creates a port with these numbers, at a [`crate::Guarded`] bus that already has the earlier ports.
     ///
     /// # Errors
-    /// The bus does not have the endpoint for notifications.
+    /// When the bus lacks the endpoint for notifications.
     ///
     /// # Panics
-    /// It does not have the others.
+    /// When the bus lacks the other endpoints.
     pub fn new(bus: &'a UsbBusAllocator<B>, numbers: Numbers, name: &'static str, line: L) -> Result<Self> {
         let (notify, kind) = (Some(numbers.notify.into()), EndpointType::Interrupt);
         Ok(Self {
@@ -128,20 +128,20 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         })
     }
 
-    /// What it is connected to.
+    /// Returns the line at the machine's side.
     pub const fn line(&mut self) -> &mut L {
         &mut self.line
     }
 
-    /// The endpoint at which packets of the host arrive.
+    /// Returns the endpoint at which packets of the host arrive.
     #[must_use]
     pub fn from_host(&self) -> EndpointAddress {
         self.class.read_ep().address()
     }
 
-    /// Moves what can be moved, a packet each way, so that a run is bounded; all that somebody has left when
-    /// he goes. `held`: packets of the host that the controller holds. True when there is room for one more
-    /// of them.
+    /// Moves a packet each way, if possible, so that a run is bounded; at the end of a visit moves all its
+    /// packets. `held`: packets of the host that the controller holds. Returns true when there is room for
+    /// another of them.
     pub fn run(&mut self, held: usize) -> bool {
         if core::mem::take(&mut self.goes) {
             self.end_visit(held);
@@ -159,7 +159,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         self.is_configured && !self.is_suspended
     }
 
-    /// The bus has fallen silent, or is back.
+    /// Notes that the bus has fallen silent, or is active again.
     pub fn set_suspended(&mut self, suspended: bool) {
         if self.is_suspended == suspended {
             return;
@@ -176,7 +176,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         }
     }
 
-    /// Whether somebody is there, met or not.
+    /// Whether a visit is in progress, begun at the line or not.
     fn has_somebody(&self) -> bool {
         match self.ends.last() {
             Some(end) => end.is_undone || self.class.dtr(),
@@ -202,7 +202,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         self.set_open(true);
     }
 
-    /// Whoever is there goes. What he has sent is his: it is fetched now as far as there is room, else later.
+    /// Ends the visit. The visit's packets are fetched now as far as there is room, the rest later.
     fn end_visit(&mut self, held: usize) {
         let mut packets = held as u8;
         if self.ends.is_empty() {
@@ -210,43 +210,43 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
                 packets -= 1;
             }
             if packets > 0 {
-                // He may not have been met: nothing of his had been fetched.
+                // The visit may not have begun at the line, if none of its packets had been fetched.
                 self.set_open(true);
             }
             self.set_open(false);
         }
         match self.ends.last_mut() {
-            // He has left nothing.
+            // The visit has left no packets.
             Some(end) if end.packets == packets => end.is_undone = false,
             None if packets == 0 => {}
             _ => {
-                // There are no more places behind packets than this has.
+                // The list has a place for each number of packets, so there is room.
                 let _fits = self.ends.push(End { packets, is_undone: false });
             }
         }
     }
 
-    /// Sees to visits that ended before the next packet.
+    /// Ends visits at the line whose packets have all been fetched.
     fn turn_to_next(&mut self) {
         while let Some(&End { packets: 0, is_undone }) = self.ends.first() {
             self.ends.remove(0);
             self.set_open(false);
             if !self.ends.is_empty() || is_undone && self.can_talk() {
-                // One who has come back, or one who is gone as well and has left something.
+                // The next visit is a resumed one, or one that has ended but left packets.
                 self.open(is_undone);
             }
             self.meet();
         }
     }
 
-    /// Meets whoever has come, when all that was left by those before him is fetched.
+    /// Begins the visit at the line, once all packets of earlier visits have been fetched.
     fn meet(&mut self) {
         if self.class.dtr() && self.can_talk() && !self.goes && self.ends.is_empty() {
             self.set_open(true);
         }
     }
 
-    /// Fetches a packet, if one is wanted and there is room for it. Whether it has.
+    /// Fetches a packet, if one is wanted and there is room. Returns whether a packet was fetched.
     fn receive(&mut self) -> bool {
         let is_wanted = self.can_talk() || !self.ends.is_empty();
         is_wanted && self.line.room() >= PACKET_BYTES && self.receive_packet()
@@ -263,7 +263,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
             }
             self.line.receive(bytes);
         }
-        // Without a packet there is none of theirs either: the host has halted the endpoint.
+        // Without a packet, earlier visits have no packets left either: the host has halted the endpoint.
         let left = |packets: u8| if read.is_ok() { packets.saturating_sub(1) } else { 0 };
         self.ends.iter_mut().for_each(|end| end.packets = left(end.packets));
         self.turn_to_next();
@@ -275,14 +275,14 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
             return;
         }
         if !self.ends.is_empty() {
-            // For one who has gone.
+            // Bytes for a visit that has ended are dropped.
             while self.line.fetch(&mut [0; PACKET_BYTES]) > 0 {}
             return;
         }
         if self.packet.is_empty() {
             let mut bytes = [0; PACKET_BYTES];
             let count = self.line.fetch(&mut bytes);
-            // It has room for all of them.
+            // The packet has room for all bytes.
             let _fits = self.packet.extend_from_slice(bytes.get(..count).unwrap_or_default());
         }
         if (!self.packet.is_empty() || self.owes_end) && self.class.write_packet(&self.packet).is_ok() {
@@ -298,7 +298,7 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         }
     }
 
-    /// Everything as behind a reset of the bus; what the host has set stays.
+    /// Resets everything as after a reset of the bus, except settings made by the host.
     fn begin_anew(&mut self, configured: bool) {
         self.goes |= self.is_configured;
         self.class.reset();
@@ -308,17 +308,18 @@ impl<'a, B: UsbBus, L: Line> SerialPort<'a, B, L> {
         self.owes_notification = configured;
     }
 
-    /// DTR has risen or fallen. Not where a host that never sets it sets RTS: that one has not gone.
+    /// Handles a change of DTR. RTS alone, from a host that never sets DTR, does not end a visit.
     fn dtr_changed(&mut self) {
         let dtr = self.class.dtr();
         self.dtr_fell = !dtr;
-        // Whoever was there without it is not the one who sets it now.
+        // A visit that began without DTR is not the one that sets DTR now.
         self.goes |= !dtr || self.is_open;
         self.meet();
         self.owes_notification |= dtr;
     }
 
-    /// Whether a request is one of a port. The class takes words for a modem too, and codings that are none.
+    /// Whether a port supports the request. The class would also accept modem commands and invalid line
+    /// codings.
     fn takes(&mut self, request: &Request, data: &[u8]) -> bool {
         match request.request {
             SET_LINE_CODING => {
@@ -364,8 +365,8 @@ impl<B: UsbBus, L: Line> UsbClass<B> for SerialPort<'_, B, L> {
     fn control_in(&mut self, transfer: ControlIn<'_, '_, '_, B>) {
         let request = transfer.request();
         if self.is_for_us(request) && request.request == GET_LINE_CODING {
-            // The class has forgotten it at a reset, and answers no host that asks for less or for more. It
-            // waits for an answer, and this one fits its buffer.
+            // The class forgets the coding at a reset, and ignores hosts that ask for another length. The
+            // transfer waits for an answer, and the coding fits its buffer.
             let _ = transfer.accept_with(&self.coding);
         } else {
             self.class.control_in(transfer);
@@ -382,7 +383,7 @@ impl<B: UsbBus, L: Line> UsbClass<B> for SerialPort<'_, B, L> {
             self.notify.unstall();
         }
         if self.is_for_us(&request) && !self.takes(&request, transfer.data()) {
-            // It waits for an answer, so this is one.
+            // The transfer waits for an answer, so rejecting cannot fail.
             let _ = transfer.reject();
             return;
         }

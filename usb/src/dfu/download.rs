@@ -1,4 +1,4 @@
-//! The download: what the boot stage is as a USB device.
+//! The firmware download: the boot stage as a USB device.
 
 use usb_device::Result;
 use usb_device::bus::{InterfaceNumber, StringIndex};
@@ -16,49 +16,49 @@ use crate::identity::{DOWNLOAD_NAME, SerialNumber};
 use crate::microsoft::MicrosoftOs;
 use crate::standard::Standard;
 
-/// What the host calls the one memory that can be written.
+/// Name of the only writable memory, for the host.
 const MEMORY_NAME: &str = "Firmware image (make firmware)";
 
-/// Where firmware goes. Its methods may take as long as they say.
+/// Destination of firmware. Methods may block for as long as the `_ms` methods say.
 pub trait Firmware {
-    /// Takes the next piece, of [`TRANSFER_BYTES`] at most; at 0 it begins anew.
+    /// Writes the next piece, of [`TRANSFER_BYTES`] at most; position 0 begins anew.
     ///
     /// # Errors
-    /// It is not taken.
+    /// When the piece is refused.
     fn write(&mut self, at: u32, piece: &[u8]) -> core::result::Result<(), Refused>;
 
-    /// How long taking this piece takes at most, ms.
+    /// Returns the longest time for writing this piece, ms.
     fn write_ms(&self, at: u32, bytes: usize) -> u32;
 
-    /// That was all: is it good?
+    /// Checks the complete firmware.
     ///
     /// # Errors
-    /// It is not.
+    /// When the firmware is not good.
     fn finish(&mut self) -> core::result::Result<(), Refused>;
 
-    /// How long that takes at most, ms.
+    /// Returns the longest time for the check, ms.
     fn finish_ms(&self) -> u32;
 
-    /// Reads back what is there; fewer bytes than asked for are the last ones.
+    /// Reads back the firmware; fewer bytes than asked for are the last ones.
     ///
     /// # Errors
-    /// There is nothing.
+    /// When there is nothing to read.
     fn read(&mut self, at: u32, into: &mut [u8]) -> core::result::Result<usize, Refused>;
 }
 
-/// What is to be done as soon as the host has heard that it will be.
+/// Progress of work that starts as soon as the host has been told to wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Work {
     None,
-    /// The host is being told.
+    /// The answer to the host is being prepared.
     Answering,
-    /// The controller has what the host is told.
+    /// The controller holds the answer to the host.
     Announced,
-    /// The host has heard.
+    /// The host has received the answer.
     Due,
 }
 
-/// The interface.
+/// DFU interface in download mode.
 struct Download<F> {
     interface: InterfaceNumber,
     name: StringIndex,
@@ -68,11 +68,11 @@ struct Download<F> {
     refused: Option<Refused>,
     work: Work,
     block: heapless::Vec<u8, { TRANSFER_BYTES as usize }>,
-    /// Bytes taken or given.
+    /// Offset of the next byte to write or read.
     at: u32,
-    /// The number of the block that comes next.
+    /// Number of the next block.
     number: u16,
-    /// The bus was reset with the firmware whole.
+    /// Whether the bus was reset with the firmware complete.
     is_left: bool,
 }
 
@@ -113,7 +113,7 @@ impl<F: Firmware> Download<F> {
         (self.at, self.number) = (0, 0);
     }
 
-    /// DNLOAD: false for what the state does not allow.
+    /// DNLOAD: takes a block; returns false when the state does not permit it.
     fn download(&mut self, number: u16, piece: &[u8]) -> bool {
         match (self.state, piece.is_empty()) {
             (State::Idle, false) => (self.at, self.number) = (0, number),
@@ -125,14 +125,14 @@ impl<F: Firmware> Download<F> {
             _ => return false,
         }
         self.block.clear();
-        // No request is longer than that.
+        // Requests are never longer than the block's capacity.
         let _fits = self.block.extend_from_slice(piece);
         self.number = number.wrapping_add(1);
         self.state = State::DownloadSync;
         true
     }
 
-    /// GETSTATUS: what is said, and what follows.
+    /// GETSTATUS: returns the status and begins the work announced by it.
     fn status(&mut self) -> [u8; 6] {
         let poll_ms = match self.state {
             State::DownloadSync | State::DownloadBusy => {
@@ -156,7 +156,7 @@ impl<F: Firmware> Download<F> {
         }
     }
 
-    /// UPLOAD: how many bytes; `None` for what the state does not allow.
+    /// UPLOAD: returns the number of bytes read; `None` when the state does not permit it.
     fn upload(&mut self, into: &mut [u8]) -> Option<usize> {
         if !matches!(self.state, State::Idle | State::UploadIdle) {
             return None;
@@ -219,7 +219,7 @@ impl<B: UsbBus, F: Firmware> UsbClass<B> for Download<F> {
     }
 
     fn poll(&mut self) {
-        // Comes behind each event: behind the request itself, and when its answer has gone.
+        // Called after each event: after the request itself, and when its answer has been sent.
         self.work = match self.work {
             Work::Answering => Work::Announced,
             Work::Announced => Work::Due,
@@ -232,7 +232,7 @@ impl<B: UsbBus, F: Firmware> UsbClass<B> for Download<F> {
         if !self.is_for_us(&request) {
             return;
         }
-        // It waits for an answer, and these fit its buffer.
+        // The transfer waits for an answer, and these fit its buffer.
         let _ = match request.request {
             request::GETSTATUS => {
                 let status = self.status();
@@ -276,7 +276,7 @@ impl<B: UsbBus, F: Firmware> UsbClass<B> for Download<F> {
             _ => false,
         };
         if accepted {
-            // It waits for an answer, so this is one.
+            // The transfer waits for an answer, so accepting cannot fail.
             let _ = transfer.accept();
         } else {
             self.refuse(Refused::StalledRequest);
@@ -285,7 +285,7 @@ impl<B: UsbBus, F: Firmware> UsbClass<B> for Download<F> {
     }
 }
 
-/// The boot stage as a device: the download and nothing else.
+/// The boot stage as a device, with the download as its only function.
 pub struct DownloadDevice<'a, B: UsbBus, F> {
     device: UsbDevice<'a, B>,
     standard: Standard,
@@ -297,7 +297,7 @@ impl<'a, B: UsbBus, F: Firmware> DownloadDevice<'a, B, F> {
     /// Connects to the bus. `serial`: [`SerialNumber::for_download`].
     ///
     /// # Errors
-    /// The bus does not have what it takes.
+    /// When the bus lacks the resources.
     pub fn new(bus: &'a UsbBusAllocator<B>, serial: &'a SerialNumber, firmware: F) -> Result<Self> {
         let download = Download::new(bus, firmware);
         let device = composite::builder(bus, DOWNLOAD_NAME, serial, UsbRev::Usb210)?;
@@ -306,38 +306,38 @@ impl<'a, B: UsbBus, F: Firmware> DownloadDevice<'a, B, F> {
         Ok(Self { device: composite::finish(device), standard, microsoft: MicrosoftOs::for_device(), download })
     }
 
-    /// Handles one event of the bus: whenever the controller interrupts, or all the time.
+    /// Handles one event of the bus. Call after each interrupt of the controller, or continuously.
     pub fn run(&mut self) {
         self.device.poll(&mut [&mut self.standard, &mut self.microsoft, &mut self.download]);
     }
 
-    /// Erases and writes what the host has been told to wait for. Between two runs, in a place that may take
-    /// so long.
+    /// Erases and writes as announced to the host. Call between two runs, in a context that may block for so
+    /// long.
     pub fn work(&mut self) {
         self.download.work();
     }
 
-    /// The host has handed over firmware, which is good, and wants it started.
+    /// Whether the host has handed over good firmware and wants it started.
     pub const fn is_left(&self) -> bool {
         self.download.is_left
     }
 
-    /// Whether a host that is there has firmware under way, or reads it: it is not the time to leave.
+    /// Whether a host is downloading or reading firmware, so that the boot stage must not be left.
     pub fn is_in_use(&self) -> bool {
         self.is_addressed() && !matches!(self.download.state, State::Idle | State::Error | State::ManifestWaitReset)
     }
 
-    /// Whether a host is there: it has given the device an address, and the bus lives.
+    /// Whether a host is present: the device has an address, and the bus is active.
     pub fn is_addressed(&self) -> bool {
         matches!(self.device.state(), UsbDeviceState::Addressed | UsbDeviceState::Configured)
     }
 
-    /// Whether the firmware is whole and good; a host that does not reset the bus then is not waited for.
+    /// Whether the firmware is complete and good, so that a missing reset of the bus need not be waited for.
     pub fn is_whole(&self) -> bool {
         self.download.state == State::ManifestWaitReset
     }
 
-    /// Where the firmware goes.
+    /// Returns the destination of the firmware.
     pub const fn firmware(&mut self) -> &mut F {
         &mut self.download.firmware
     }

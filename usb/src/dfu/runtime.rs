@@ -1,4 +1,4 @@
-//! The way from the machine into the download.
+//! Entry from the running machine into the firmware download.
 
 use usb_device::Result;
 use usb_device::bus::{InterfaceNumber, StringIndex};
@@ -9,13 +9,14 @@ use usb_device::device::DEFAULT_ALTERNATE_SETTING;
 
 use super::protocol::{CLASS, FUNCTIONAL, PROTOCOL_RUNTIME, SUBCLASS, State, functional, request, status};
 
-/// Who decides whether the machine may be left.
+/// Handler that decides whether the machine may enter the download.
 pub trait Detach {
-    /// Asks the machine to end itself and to start the download. False when it moves or heats, and goes on.
+    /// Asks the machine to stop and to start the download. Returns false when the machine moves or heats, and
+    /// goes on.
     fn detach(&mut self) -> bool;
 }
 
-/// The interface by which a host asks for it.
+/// Interface by which a host requests the download.
 pub struct DfuRuntime<D> {
     interface: InterfaceNumber,
     name: (StringIndex, &'static str),
@@ -24,12 +25,12 @@ pub struct DfuRuntime<D> {
 }
 
 impl<D: Detach> DfuRuntime<D> {
-    /// Asks this machine.
+    /// Creates the interface for this machine.
     pub fn new<B: UsbBus>(bus: &UsbBusAllocator<B>, name: &'static str, machine: D) -> Self {
         Self { interface: bus.interface(), name: (bus.string(), name), machine, state: State::AppIdle }
     }
 
-    /// Its number.
+    /// Returns the interface number.
     pub fn interface(&self) -> u8 {
         self.interface.into()
     }
@@ -61,7 +62,7 @@ impl<B: UsbBus, D: Detach> UsbClass<B> for DfuRuntime<D> {
         if !self.is_for_us(request) {
             return;
         }
-        // It waits for an answer, and these fit its buffer.
+        // The transfer waits for an answer, and these fit its buffer.
         let _ = match request.request {
             request::GETSTATUS => transfer.accept_with(&status(None, 0, self.state, 0)),
             request::GETSTATE => transfer.accept_with(&[self.state as u8]),
@@ -78,7 +79,7 @@ impl<B: UsbBus, D: Detach> UsbClass<B> for DfuRuntime<D> {
         if accepted {
             self.state = State::AppDetach;
         }
-        // It waits for an answer, so this is one.
+        // The transfer waits for an answer, so answering cannot fail.
         let _ = if accepted { transfer.accept() } else { transfer.reject() };
     }
 }

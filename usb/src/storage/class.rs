@@ -1,5 +1,5 @@
-//! Bulk-only transport: command, data, status, and what becomes of hosts that do not agree (BOT section 6.7,
-//! the thirteen cases).
+//! Bulk-only transport: command, data, status, and the handling of hosts that disagree about the data (BOT
+//! section 6.7, the thirteen cases).
 
 use usb_device::Result;
 use usb_device::bus::{InterfaceNumber, StringIndex};
@@ -23,46 +23,47 @@ use crate::{PACKET_BYTES, PACKETS_HELD, standard};
 const CLASS_MASS_STORAGE: u8 = 0x08;
 const SUBCLASS_SCSI: u8 = 0x06;
 const PROTOCOL_BULK_ONLY: u8 = 0x50;
-/// Class requests (BOT section 3).
+/// Codes of class requests (BOT section 3).
 const RESET: u8 = 0xFF;
 const GET_MAX_UNIT: u8 = 0xFE;
-/// Endpoints, behind those of the serial ports.
+/// Endpoint numbers, behind those of the serial ports.
 const TO_HOST: u8 = 0x85;
 const FROM_HOST: u8 = 0x03;
 /// Steps of one run, so that a run is bounded. A step moves a packet at most.
 const STEPS_A_RUN: usize = 4;
 
-/// Where a command is.
+/// Stage of the command in progress.
 enum Stage {
-    /// Waits for one.
+    /// Waits for a command.
     Command,
-    /// What came was none: both pipes are halted until the host has reset the transport (BOT section 6.6.1).
+    /// Received an invalid command: both pipes are halted until the host has reset the transport (BOT section
+    /// 6.6.1).
     Invalid,
-    /// Sends an answer, from this place on.
+    /// Sends an answer, from this offset on.
     Answer(Reply, usize),
-    /// Moves blocks.
+    /// Moves blocks between bus and medium.
     Blocks(Transfer),
-    /// Its data has been moved, or will not be. What the host was ready for beyond that ends with a halt.
+    /// Ends the data stage. A halt ends data that the host expects beyond the data moved.
     End,
-    /// Sends the status.
+    /// Sends the command's status.
     Status,
-    /// The status is on its way.
+    /// Waits for the status to be sent.
     Sent,
 }
 
-/// The command under way.
+/// Command in progress, from its wrapper.
 #[derive(Clone, Copy)]
 struct Current {
     tag: u32,
-    /// Bytes that the host was ready for, and which way.
+    /// Bytes that the host expects to move, and the direction.
     expected: u32,
     is_to_host: bool,
-    /// Bytes that have been moved.
+    /// Bytes moved so far.
     moved: u32,
     outcome: Outcome,
 }
 
-/// The disk.
+/// Mass storage function, the disk.
 pub struct MassStorage<'a, B: UsbBus, M> {
     interface: InterfaceNumber,
     name: (StringIndex, &'static str),
@@ -72,11 +73,11 @@ pub struct MassStorage<'a, B: UsbBus, M> {
     medium: M,
     stage: Stage,
     current: Current,
-    /// A packet for the host has not gone yet.
+    /// Whether a packet for the host has not been sent yet.
     is_sending: bool,
-    /// The pipe to the host is halted.
+    /// Whether the pipe to the host is halted.
     is_halted: bool,
-    /// An operation of a command that was broken off is still under way at the medium.
+    /// Whether the medium still carries out an operation of an aborted command.
     is_draining: bool,
     is_configured: bool,
     sense: Sense,
@@ -86,10 +87,10 @@ pub struct MassStorage<'a, B: UsbBus, M> {
 }
 
 impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
-    /// A disk with this medium.
+    /// Creates a disk with this medium.
     ///
     /// # Errors
-    /// The bus does not have the endpoints.
+    /// When the bus lacks the endpoints.
     pub fn new(bus: &'a UsbBusAllocator<B>, name: &'static str, serial: SerialNumber, medium: M) -> Result<Self> {
         let packet = PACKET_BYTES as u16;
         let address = |number: u8| Some(EndpointAddress::from(number));
@@ -113,17 +114,17 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
         })
     }
 
-    /// What it shows.
+    /// Returns the medium of the disk.
     pub const fn medium(&mut self) -> &mut M {
         &mut self.medium
     }
 
-    /// Goes on as far as it can, a few packets at most. Whether there is more to do at once.
+    /// Moves a few packets at most. Returns whether there is more to do at once.
     pub fn run(&mut self) -> bool {
         (0..STEPS_A_RUN).all(|_| self.is_configured && self.step())
     }
 
-    /// False when there is nothing more to do before something happens.
+    /// Does one step; returns false when nothing can be done before an event.
     fn step(&mut self) -> bool {
         match &mut self.stage {
             Stage::Invalid => false,
@@ -162,7 +163,7 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
         true
     }
 
-    /// Drops what has arrived, and has the endpoint begin anew.
+    /// Drops received packets, and makes the endpoint ready again.
     fn forget_received(&mut self) {
         for _ in 0..PACKETS_HELD {
             let _nobodys = self.from_host.read(&mut [0; PACKET_BYTES]);
@@ -191,7 +192,7 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
         };
     }
 
-    /// Notes that the medium has changed.
+    /// Notes a change of the medium.
     fn look_at_medium(&mut self) {
         let now = self.medium.state();
         if now == self.seen {
@@ -220,7 +221,7 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
         scsi::interpret(&wrapper.command, &unit)
     }
 
-    /// What is to be done next. Where host and command disagree about the data, nothing is (BOT section 6.7,
+    /// Returns the next stage. If host and command disagree about the data, nothing is done (BOT section 6.7,
     /// cases 2, 3, 7, 8, 10, 13).
     fn carry_out(&mut self, asked: Asked) -> Stage {
         let Current { expected, is_to_host, .. } = self.current;
@@ -274,7 +275,7 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
     fn move_blocks(&mut self) -> bool {
         let can_send = self.can_send();
         if self.medium.state() != self.seen {
-            // Its buffers may be somebody else's by now.
+            // The medium's buffers may have another owner by now.
             self.fail(Fault::Gone);
             return true;
         }
@@ -284,7 +285,7 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
             return true;
         }
         if transfer.is_over() {
-            // The last packet has to go before the pipe may be halted.
+            // The last packet has to be sent before the pipe may be halted.
             self.stage = Stage::End;
             return true;
         }
@@ -309,7 +310,7 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
                 let Ok(count) = self.from_host.read(&mut packet) else { return false };
                 let bytes = packet.get(..count).unwrap_or_default();
                 self.current.moved += count as u32;
-                // A whole number of packets is a block: a short one says that the host has given up.
+                // A block is a whole number of packets, so a short packet means that the host has given up.
                 if count == PACKET_BYTES {
                     transfer.store(&mut self.medium, bytes);
                 } else {
@@ -325,7 +326,7 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
         self.break_off(Outcome::Failed);
     }
 
-    /// Ends the command; what the medium has under way comes to its end.
+    /// Ends the command; an operation of the medium runs to its end.
     fn break_off(&mut self, outcome: Outcome) {
         if let Stage::Blocks(transfer) = &self.stage {
             self.is_draining = transfer.is_at_medium();
@@ -334,8 +335,8 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
         self.stage = Stage::End;
     }
 
-    /// Data that the host still expects, or still has, will not be moved: the pipe says so (cases 4, 5, 9,
-    /// 11, and all that end early).
+    /// Halts the pipe when data that the host expects or still has will not be moved (cases 4, 5, 9, 11, and
+    /// all that end early).
     fn end(&mut self) -> bool {
         let Current { expected, moved, is_to_host, .. } = self.current;
         if moved < expected && is_to_host {
@@ -363,7 +364,7 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
         self.is_sending
     }
 
-    /// No command is under way. Pipes that are halted stay so: the host ends that itself.
+    /// Drops the command in progress. Halted pipes stay halted until the host ends the halt.
     fn reset_transport(&mut self) {
         if let Stage::Blocks(transfer) = &self.stage {
             self.is_draining = transfer.is_at_medium();
@@ -386,7 +387,7 @@ impl<'a, B: UsbBus, M: Medium> MassStorage<'a, B, M> {
             && request.value == 0
     }
 
-    /// Whether the host may end this halt now; what that means for us.
+    /// Returns whether the host may end this halt now, and follows the change.
     fn halt_ends(&mut self, endpoint: u8) -> bool {
         let is_ours = matches!(endpoint, TO_HOST | FROM_HOST);
         if is_ours && matches!(self.stage, Stage::Invalid) {
@@ -414,7 +415,7 @@ impl<B: UsbBus, M: Medium> UsbClass<B> for MassStorage<'_, B, M> {
     }
 
     fn reset(&mut self) {
-        // What the controller has kept belongs to a command that nobody waits for any more.
+        // Packets in the controller belong to a command that has been given up.
         self.forget_received();
         self.begin_anew(false);
     }
@@ -438,7 +439,7 @@ impl<B: UsbBus, M: Medium> UsbClass<B> for MassStorage<'_, B, M> {
     fn control_in(&mut self, transfer: ControlIn<'_, '_, '_, B>) {
         let request = transfer.request();
         if self.is_for_us(request) && request.request == GET_MAX_UNIT && request.length == 1 {
-            // It waits for an answer, and this one fits its buffer: the highest unit's number.
+            // The transfer waits for an answer, and the highest unit's number fits its buffer.
             let _ = transfer.accept_with(&[0]);
         }
     }
@@ -453,13 +454,13 @@ impl<B: UsbBus, M: Medium> UsbClass<B> for MassStorage<'_, B, M> {
         if let Some(endpoint) = standard::clears_halt(&request)
             && !self.halt_ends(endpoint)
         {
-            // It waits for an answer, so this is one; the halt goes on.
+            // The transfer waits for an answer, so accepting cannot fail; the halt goes on.
             let _ = transfer.accept();
             return;
         }
         if self.is_for_us(&request) && request.request == RESET && request.length == 0 {
             self.reset_transport();
-            // It waits for an answer, so this is one.
+            // The transfer waits for an answer, so accepting cannot fail.
             let _ = transfer.accept();
         }
     }

@@ -1,19 +1,19 @@
-//! The medium behind the disk.
+//! The medium behind the disk: the trait, and its types.
 
-/// Bytes of a block.
+/// Size of a block in bytes.
 pub const BLOCK_BYTES: usize = 512;
 
-/// One of the two buffers that a medium brings: one is filled while the other is emptied.
+/// Selects one of a medium's two buffers: one is filled while the other is emptied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Half {
-    /// The one used first.
+    /// Buffer that is used first.
     First,
-    /// The other.
+    /// Buffer that is used second.
     Second,
 }
 
 impl Half {
-    /// The other one.
+    /// Returns the other buffer of the two.
     #[must_use]
     pub const fn other(self) -> Self {
         match self {
@@ -23,73 +23,73 @@ impl Half {
     }
 }
 
-/// Whether there is a medium.
+/// Presence of a medium, and its properties.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// None, or none that the host may see.
+    /// No medium, or none that the host may see.
     Absent,
-    /// There is one.
+    /// Medium that the host may use.
     Ready {
-        /// How many blocks it has.
+        /// Number of blocks of the medium.
         blocks: u32,
-        /// It may only be read.
+        /// Whether the medium is write-protected.
         is_read_only: bool,
-        /// Another number than the last time there was one: it may be another one, or have changed. The host
-        /// forgets what it remembers of the one before.
+        /// Number that changes whenever the medium may have been exchanged or changed, so that the host drops
+        /// its cache.
         visit: u32,
     },
 }
 
-/// What became of reading or writing.
+/// Failure of reading or writing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// The medium is gone.
+    /// The medium has been removed.
     Gone,
-    /// It may not be written.
+    /// The medium is write-protected.
     ReadOnly,
-    /// Its blocks cannot be read.
+    /// Blocks cannot be read.
     Unreadable,
-    /// Its blocks could not be written.
+    /// Blocks could not be written.
     NotWritten,
-    /// It does not answer.
+    /// The medium does not answer.
     Silent,
 }
 
-/// How far an operation is.
+/// Progress of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// Under way.
+    /// Operation still in progress.
     Busy,
-    /// At its end.
+    /// Operation completed without error.
     Done,
-    /// It failed.
+    /// Operation ended with an error.
     Failed(Fault),
 }
 
-/// A medium with two buffers. One operation at a time: it is begun, and looked at until it is not busy any
-/// more. None of this waits. Whoever implements it calls [`crate::Composite::run`] when an operation ends.
+/// A medium with two buffers. Operations run one at a time: begin one, and poll `progress` until it is no
+/// longer busy. No method waits. Implementers call [`crate::Composite::run`] when an operation ends.
 pub trait Medium {
-    /// How many blocks a buffer holds.
+    /// Number of blocks in a buffer.
     const BUFFER_BLOCKS: u32;
 
-    /// Whether there is a medium.
+    /// Returns the presence and properties of the medium.
     fn state(&self) -> State;
 
-    /// Begins to read blocks into a buffer: one at least, as many as it holds at most, none behind the end.
+    /// Begins to read blocks into a buffer: at least one, at most a buffer full, none behind the end.
     fn begin_read(&mut self, block: u32, count: u32, buffer: Half);
 
-    /// Begins to write blocks from a buffer, as many.
+    /// Begins to write blocks from a buffer, with the same limits.
     fn begin_write(&mut self, block: u32, count: u32, buffer: Half);
 
-    /// How the operation that was begun last stands.
+    /// Returns the progress of the last operation.
     fn progress(&mut self) -> Progress;
 
-    /// Copies bytes of a buffer.
+    /// Copies bytes out of a buffer.
     fn fetch(&self, buffer: Half, at: usize, into: &mut [u8]);
 
     /// Copies bytes into a buffer.
     fn store(&mut self, buffer: Half, at: usize, bytes: &[u8]);
 
-    /// The host is done with the medium and gives it back. It is absent from now on.
+    /// Ends the host's use of the medium, which is absent from now on.
     fn eject(&mut self);
 }

@@ -1,4 +1,4 @@
-//! SCSI commands: what each asks for. Pure: no bus, no medium.
+//! SCSI commands and their meaning. Pure: no bus, no medium.
 
 use super::medium::{BLOCK_BYTES, State};
 use super::reply::Reply;
@@ -30,51 +30,51 @@ const VENDOR: &str = "Velvet";
 const PRODUCT: &str = "SD card";
 const REVISION: &str = "1.0";
 
-/// Consecutive blocks.
+/// Range of consecutive blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Blocks {
-    /// The first one.
+    /// Number of the first block.
     pub first: u32,
-    /// How many: perhaps none.
+    /// Number of blocks, which may be 0.
     pub count: u32,
 }
 
 impl Blocks {
-    /// Bytes of all of them. A command names 65,535 blocks at most.
+    /// Returns the size in bytes. A command names 65,535 blocks at most.
     pub const fn bytes(self) -> u32 {
         self.count * BLOCK_BYTES as u32
     }
 }
 
-/// What a command asks for.
+/// Meaning of a command.
 #[derive(Clone, Debug)]
 pub enum Asked {
-    /// Nothing that moves data.
+    /// No data to move.
     Nothing,
-    /// This answer.
+    /// Answer to be sent.
     Answer(Reply),
-    /// These blocks of the medium.
+    /// Blocks to be read.
     Read(Blocks),
-    /// To write these blocks.
+    /// Blocks to be written.
     Write(Blocks),
-    /// To see whether these blocks can be read.
+    /// Blocks to be checked for readability.
     Verify(Blocks),
-    /// Allows to remove the medium, or forbids it.
+    /// Allows or forbids removal of the medium.
     PreventRemoval(bool),
-    /// To let the medium go.
+    /// Medium to be ejected.
     Eject,
 }
 
-/// The state of the unit, as commands see it.
+/// State of the unit, as commands see it.
 #[derive(Clone, Copy, Debug)]
 pub struct Unit<'u> {
     /// Whether there is a medium.
     pub medium: State,
-    /// Why the last command failed.
+    /// Reason for the last command's failure.
     pub sense: Sense,
-    /// The host has forbidden to remove the medium.
+    /// Whether the host has forbidden removal of the medium.
     pub is_removal_prevented: bool,
-    /// The board's serial number.
+    /// Serial number of the board.
     pub serial: &'u str,
 }
 
@@ -86,21 +86,21 @@ fn word(command: &[u8; 16], at: usize) -> u32 {
     u32::from_be_bytes(part(command, at))
 }
 
-/// So many bytes from a place on.
+/// Returns the bytes at an offset.
 fn part<const N: usize>(command: &[u8; 16], at: usize) -> [u8; N] {
     command.get(at..).and_then(|rest| rest.first_chunk()).copied().unwrap_or([0; N])
 }
 
-/// Whether a command is carried out before the host has heard of a unit attention (SPC-4 section 5.14, SAM-5
+/// Whether a command is carried out before the host has received a unit attention (SPC-4 section 5.14, SAM-5
 /// section 5.14).
 pub const fn comes_before_attention(command: &[u8; 16]) -> bool {
     matches!(command[0], operation::INQUIRY | operation::REQUEST_SENSE | operation::REPORT_LUNS)
 }
 
-/// What a command asks for.
+/// Returns the meaning of a command.
 ///
 /// # Errors
-/// It cannot be done.
+/// When the command cannot be carried out.
 pub fn interpret(command: &[u8; 16], unit: &Unit<'_>) -> Result<Asked, Sense> {
     let blocks = || match unit.medium {
         State::Absent => Err(Sense::NO_MEDIUM),
@@ -110,7 +110,7 @@ pub fn interpret(command: &[u8; 16], unit: &Unit<'_>) -> Result<Asked, Sense> {
     let &[operation, first, second, ..] = command;
     match operation {
         operation::TEST_UNIT_READY | operation::SYNCHRONIZE_CACHE_10 => {
-            // Written is what a command has written when it ends: there is no cache to empty.
+            // Data is on the medium when a write command ends, so there is no cache to empty.
             blocks().map(|_| Asked::Nothing)
         }
         operation::REQUEST_SENSE => {
@@ -119,7 +119,7 @@ pub fn interpret(command: &[u8; 16], unit: &Unit<'_>) -> Result<Asked, Sense> {
         }
         operation::INQUIRY => answer(inquiry(first & 1 != 0, second, unit)?, half(command, 3).into()),
         operation::REPORT_LUNS => {
-            // One entry of 8 bytes, unit 0 (SPC-4 table 215).
+            // A single entry of 8 bytes, unit 0 (SPC-4 table 215).
             answer(Reply::new().add(&[0, 0, 0, 8, 0, 0, 0, 0]).add(&[0; 8]), word(command, 6))
         }
         operation::MODE_SENSE_6 | operation::MODE_SENSE_10 => {
@@ -127,10 +127,10 @@ pub fn interpret(command: &[u8; 16], unit: &Unit<'_>) -> Result<Asked, Sense> {
             mode_sense(command, is_read_only).map(Asked::Answer)
         }
         operation::START_STOP_UNIT => match command[4] & 0b11 {
-            // LOEJ without START: out with it.
+            // LOEJ without START ejects the medium.
             0b10 if unit.is_removal_prevented => Err(Sense::REMOVAL_PREVENTED),
             0b10 => Ok(Asked::Eject),
-            // Only a person at the board brings it in.
+            // Only a person at the board can load a medium.
             _ => blocks().map(|_| Asked::Nothing),
         },
         operation::PREVENT_ALLOW_MEDIUM_REMOVAL => Ok(Asked::PreventRemoval(command[4] & 1 != 0)),
@@ -144,7 +144,7 @@ pub fn interpret(command: &[u8; 16], unit: &Unit<'_>) -> Result<Asked, Sense> {
             let (count, _) = blocks()?;
             let last = u64::from(count).saturating_sub(1);
             let reply = Reply::new().add(&last.to_be_bytes()).add(&(BLOCK_BYTES as u32).to_be_bytes());
-            // SBC-3 table 66: no protection, one logical block a physical one.
+            // SBC-3 table 66: no protection, and logical blocks equal physical blocks.
             answer(reply.add(&[0; 20]), word(command, 10))
         }
         operation::READ_10 => within(blocks()?.0, command).map(Asked::Read),
@@ -152,29 +152,29 @@ pub fn interpret(command: &[u8; 16], unit: &Unit<'_>) -> Result<Asked, Sense> {
             let (count, is_read_only) = blocks()?;
             if is_read_only { Err(Sense::READ_ONLY) } else { within(count, command).map(Asked::Write) }
         }
-        // BYTCHK: the host would send what it expects.
+        // BYTCHK, where the host would send the expected data, is not supported.
         operation::VERIFY_10 if first & 0b110 != 0 => Err(Sense::BAD_FIELD),
         operation::VERIFY_10 => within(blocks()?.0, command).map(Asked::Verify),
         _ => Err(Sense::NO_SUCH_COMMAND),
     }
 }
 
-/// The blocks that a ten-byte command names.
+/// Returns the blocks that a ten-byte command names.
 fn within(medium_blocks: u32, command: &[u8; 16]) -> Result<Blocks, Sense> {
     let (first, count) = (word(command, 2), u32::from(half(command, 7)));
     let is_within = first.checked_add(count).is_some_and(|end| end <= medium_blocks);
     if is_within { Ok(Blocks { first, count }) } else { Err(Sense::OUT_OF_RANGE) }
 }
 
-/// INQUIRY: the standard data, or one of two pages about the product (SPC-4 sections 6.6.2, 7.8).
+/// INQUIRY: returns the standard data, or one of two pages about the product (SPC-4 sections 6.6.2, 7.8).
 fn inquiry(is_page: bool, page: u8, unit: &Unit<'_>) -> Result<Reply, Sense> {
     match (is_page, page) {
-        // A direct-access device with a medium that can be removed, of SPC-2's kind, 31 more bytes.
+        // Direct-access device with a removable medium, SPC-2, and 31 more bytes.
         (false, 0) => {
             let head = Reply::new().add(&[0x00, 0x80, 0x04, 0x02, 31, 0, 0, 0]);
             Ok(head.text(VENDOR, 8).text(PRODUCT, 16).text(REVISION, 4))
         }
-        // Which pages there are.
+        // Page 0 lists the supported pages.
         (true, 0x00) => Ok(Reply::new().add(&[0, 0x00, 0, 2, 0x00, 0x80])),
         (true, 0x80) => {
             let length = unit.serial.len().min(32) as u8;
@@ -184,18 +184,18 @@ fn inquiry(is_page: bool, page: u8, unit: &Unit<'_>) -> Result<Reply, Sense> {
     }
 }
 
-/// MODE SENSE: the header, and the caching page where it is asked for (SPC-4 sections 6.13, 7.5; SBC-3
-/// section 6.5.6): neither reads nor writes are cached.
+/// MODE SENSE: returns the header, and the caching page if requested (SPC-4 sections 6.13, 7.5; SBC-3 section
+/// 6.5.6): neither reads nor writes are cached.
 fn mode_sense(command: &[u8; 16], is_read_only: bool) -> Result<Reply, Sense> {
     const CACHING: u8 = 0x08;
     const ALL: u8 = 0x3F;
     let is_short = command[0] == operation::MODE_SENSE_6;
     let (control, page) = (command[2] >> 6, command[2] & 0x3F);
-    // Values that were saved; there are none.
+    // Saved values are not supported.
     if control == 0b11 {
         return Err(Sense { key: 0x5, code: [0x39, 0x00] });
     }
-    // RCD, the caching page's bit 0 of byte 2: reads are not served from a cache. Nothing can be changed.
+    // RCD, bit 0 of byte 2 of the caching page, says that reads are not cached. No value can be changed.
     let caching = [CACHING, 0x12, if control == 0b01 { 0 } else { 0x01 }];
     let pages = match page {
         CACHING | ALL => Reply::new().add(&caching).add(&[0; 17]),
@@ -212,7 +212,7 @@ fn mode_sense(command: &[u8; 16], is_read_only: bool) -> Result<Reply, Sense> {
     Ok(head.add(pages.bytes()).at_most(most))
 }
 
-/// READ FORMAT CAPACITIES (MMC-6 section 6.23): formatted, or no medium.
+/// READ FORMAT CAPACITIES (MMC-6 section 6.23): returns formatted media, or no medium.
 fn format_capacities(medium: State) -> Reply {
     let (blocks, kind) = match medium {
         State::Ready { blocks, .. } => (blocks, 0b10),

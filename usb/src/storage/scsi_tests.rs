@@ -66,7 +66,7 @@ fn the_largest_card_has_its_capacity() {
 }
 
 proptest! {
-    /// Whatever bytes a command has: blocks that it moves are on the medium.
+    /// Blocks that a command moves are on the medium, for every command.
     #[test]
     fn no_command_reaches_behind_the_end(command in prop::array::uniform16(any::<u8>()), blocks in 0_u32..5_000) {
         let medium = State::Ready { blocks, is_read_only: false, visit: 1 };
@@ -75,7 +75,7 @@ proptest! {
         }
     }
 
-    /// The same for the commands that move blocks.
+    /// Commands that move blocks are refused exactly when blocks are behind the end.
     #[test]
     fn no_transfer_reaches_behind_the_end(
         operation in prop::sample::select(vec![0x28_u8, 0x2A, 0x2F]),

@@ -1,13 +1,13 @@
-//! Why a command failed, in SCSI's words (SPC-4 section 4.5, annex D).
+//! SCSI sense data, the reason why a command failed (SPC-4 section 4.5, annex D).
 
 use super::medium::Fault;
 
 /// Sense key, additional sense code and its qualifier.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sense {
-    /// What kind of reason.
+    /// Sense key, the kind of error.
     pub key: u8,
-    /// The reason, and its qualifier.
+    /// Additional sense code, and its qualifier.
     pub code: [u8; 2],
 }
 
@@ -19,11 +19,11 @@ impl Sense {
         Self { key, code: [code, qualifier] }
     }
 
-    /// Nothing failed.
+    /// No error to report.
     pub const NONE: Self = Self::new(0x0, 0x00, 0x00);
     /// Not ready: there is no medium.
     pub const NO_MEDIUM: Self = Self::new(0x2, 0x3A, 0x00);
-    /// Medium error: what was written is not known to be there.
+    /// Medium error: written data may be missing on the medium.
     pub const WRITE_FAULT: Self = Self::new(0x3, 0x03, 0x00);
     /// Medium error: a block cannot be read.
     pub const READ_ERROR: Self = Self::new(0x3, 0x11, 0x00);
@@ -33,21 +33,21 @@ impl Sense {
     pub const NO_SUCH_COMMAND: Self = Self::new(0x5, 0x20, 0x00);
     /// Illegal request: a block behind the end.
     pub const OUT_OF_RANGE: Self = Self::new(0x5, 0x21, 0x00);
-    /// Illegal request: a field of the command asks for what there is not.
+    /// Illegal request: a field of the command has an unsupported value.
     pub const BAD_FIELD: Self = Self::new(0x5, 0x24, 0x00);
     /// Illegal request: no such unit.
     pub const NO_SUCH_UNIT: Self = Self::new(0x5, 0x25, 0x00);
-    /// Illegal request: the host itself has forbidden to remove the medium.
+    /// Illegal request: the host itself has forbidden removal of the medium.
     pub const REMOVAL_PREVENTED: Self = Self::new(0x5, 0x53, 0x02);
-    /// Unit attention: the medium may be another one.
+    /// Unit attention: the medium may have been exchanged.
     pub const MEDIUM_CHANGED: Self = Self::new(0x6, 0x28, 0x00);
-    /// Data protect: the medium may only be read.
+    /// Data protect: the medium is write-protected.
     pub const READ_ONLY: Self = Self::new(0x7, 0x27, 0x00);
 
-    /// Sense data in the fixed format (SPC-4 section 4.5.3).
+    /// Returns sense data in the fixed format (SPC-4 section 4.5.3).
     pub const fn data(self) -> [u8; SENSE_BYTES] {
         let [code, qualifier] = self.code;
-        // Current error; 10 more bytes follow the first 8.
+        // Byte 0 means current error; 10 more bytes follow the first 8.
         [0x70, 0, self.key, 0, 0, 0, 0, 10, 0, 0, 0, 0, code, qualifier, 0, 0, 0, 0]
     }
 }

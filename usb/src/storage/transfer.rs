@@ -1,20 +1,20 @@
-//! Blocks on their way between bus and medium: while one buffer is at the bus the other is at the medium.
+//! Transfer of blocks between bus and medium: while the bus uses one buffer, the medium uses the other.
 
 use super::medium::{BLOCK_BYTES, Fault, Half, Medium, Progress};
 use super::scsi::Blocks;
 
-/// Which way the blocks go.
+/// Direction of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
     /// From the medium to the host.
     ToHost,
     /// From the host to the medium.
     FromHost,
-    /// From the medium to nowhere: only whether they can be read matters.
+    /// From the medium only, to check that blocks can be read.
     Nowhere,
 }
 
-/// A command's blocks.
+/// Transfer of a command's blocks.
 #[derive(Clone, Copy, Debug)]
 pub struct Transfer {
     way: Way,
@@ -24,33 +24,33 @@ pub struct Transfer {
     bytes: u32,
     /// Bytes that each buffer holds for the other side.
     held: [usize; 2],
-    /// The buffer that the bus is at, and the place in it.
+    /// Buffer used by the bus, and the offset in it.
     at_bus: (Half, usize),
-    /// The buffer for the medium's next operation.
+    /// Buffer for the medium's next operation.
     at_medium: Half,
-    /// Bytes of the medium's operation under way.
+    /// Size of the medium's operation in progress, bytes.
     operation: Option<usize>,
 }
 
 impl Transfer {
-    /// These blocks, that way.
+    /// Creates a transfer of these blocks.
     pub const fn new(way: Way, blocks: Blocks) -> Self {
         let bytes = if matches!(way, Way::Nowhere) { 0 } else { blocks.bytes() };
         let (at_bus, at_medium) = ((Half::First, 0), Half::First);
         Self { way, rest: blocks, bytes, held: [0; 2], at_bus, at_medium, operation: None }
     }
 
-    /// Which way.
+    /// Returns the direction of the transfer.
     pub const fn way(&self) -> Way {
         self.way
     }
 
-    /// Every block has crossed the bus, and is where it belongs.
+    /// Whether all blocks have been moved to their destination.
     pub const fn is_over(&self) -> bool {
         self.bytes == 0 && self.rest.count == 0 && self.operation.is_none() && self.held[0] == 0 && self.held[1] == 0
     }
 
-    /// Whether the medium has an operation under way.
+    /// Whether the medium carries out an operation.
     pub const fn is_at_medium(&self) -> bool {
         self.operation.is_some()
     }
@@ -62,10 +62,10 @@ impl Transfer {
         }
     }
 
-    /// Takes what the medium has done, and gives it what it can do next.
+    /// Handles the end of the medium's operation, and begins the next if possible.
     ///
     /// # Errors
-    /// The medium's.
+    /// When the medium reports a fault.
     pub fn advance<M: Medium>(&mut self, medium: &mut M) -> Result<(), Fault> {
         if let Some(bytes) = self.operation {
             match medium.progress() {
@@ -94,7 +94,7 @@ impl Transfer {
     fn begin<M: Medium>(&mut self, medium: &mut M) {
         let held = *self.held(self.at_medium);
         let blocks = match self.way {
-            // A buffer whose bytes the bus has not taken is not filled anew.
+            // The bus still needs the bytes of a full buffer, so do not fill it again.
             Way::ToHost if held > 0 => return,
             Way::ToHost | Way::Nowhere => self.rest.count.min(M::BUFFER_BLOCKS),
             Way::FromHost => (held / BLOCK_BYTES) as u32,
@@ -110,7 +110,7 @@ impl Transfer {
         self.rest = Blocks { first: self.rest.first + blocks, count: self.rest.count - blocks };
     }
 
-    /// The next bytes for the host; none while the medium has not read them.
+    /// Returns the next bytes for the host; `None` while the medium has not read them.
     pub fn fetch<'p, M: Medium>(&self, medium: &M, packet: &'p mut [u8]) -> Option<&'p [u8]> {
         let (half, at) = self.at_bus;
         let held = self.held[half as usize];
@@ -122,7 +122,7 @@ impl Transfer {
         Some(packet)
     }
 
-    /// The bus has taken so many bytes.
+    /// Notes that the bus has taken this number of bytes.
     pub fn taken(&mut self, count: usize) {
         let (half, at) = self.at_bus;
         self.bytes -= count as u32;
@@ -133,20 +133,20 @@ impl Transfer {
         }
     }
 
-    /// How many bytes of the host have a place: up to the end of a buffer, none while the medium has not
-    /// written what is in it.
+    /// Returns the number of bytes that the host may send: up to the end of a buffer, none while the medium
+    /// has not written the buffer.
     pub fn room<M: Medium>(&self) -> usize {
         let (half, at) = self.at_bus;
         if self.held[half as usize] > 0 { 0 } else { self.capacity::<M>() - at }
     }
 
-    /// Bytes that the buffer at the bus takes before the medium gets it.
+    /// Returns the number of bytes after which the buffer at the bus goes to the medium.
     fn capacity<M: Medium>(&self) -> usize {
         let (_, at) = self.at_bus;
         (M::BUFFER_BLOCKS as usize * BLOCK_BYTES).min(at + self.bytes as usize)
     }
 
-    /// Bytes of the host, no more than there is room for.
+    /// Stores bytes of the host, no more than there is room for.
     pub fn store<M: Medium>(&mut self, medium: &mut M, bytes: &[u8]) {
         let (half, at) = self.at_bus;
         let capacity = self.capacity::<M>();

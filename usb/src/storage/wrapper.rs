@@ -1,30 +1,30 @@
-//! What a command comes in and its status goes in (BOT section 5).
+//! Command and status wrappers (BOT section 5).
 
-/// Bytes of a command block wrapper.
+/// Size of a command block wrapper, bytes.
 pub const COMMAND_BYTES: usize = 31;
-/// Bytes of a command status wrapper.
+/// Size of a command status wrapper, bytes.
 pub const STATUS_BYTES: usize = 13;
 const COMMAND_SIGNATURE: [u8; 4] = *b"USBC";
 const STATUS_SIGNATURE: [u8; 4] = *b"USBS";
 
-/// A command block wrapper (BOT table 5.1).
+/// Command block wrapper (BOT table 5.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wrapper {
-    /// Comes back with the status.
+    /// Tag that the status returns to the host.
     pub tag: u32,
-    /// Bytes of data that the host is ready for.
+    /// Bytes of data that the host expects to move.
     pub bytes: u32,
-    /// They are to go to the host.
+    /// Whether data goes to the host.
     pub is_to_host: bool,
-    /// Which unit; there is only 0.
+    /// Number of the logical unit; only 0 exists.
     pub unit: u8,
-    /// The command, zeros behind it.
+    /// SCSI command, padded with zeros.
     pub command: [u8; 16],
 }
 
 impl Wrapper {
-    /// Reads a packet; `None` for what is not valid (BOT section 6.2.1), nor meaningful by its reserved bits
-    /// and its length (section 6.2.2).
+    /// Parses a packet; `None` for a packet that is not valid (BOT section 6.2.1), or not meaningful by its
+    /// reserved bits and its length (section 6.2.2).
     pub fn parse(packet: &[u8]) -> Option<Self> {
         let packet: &[u8; COMMAND_BYTES] = packet.try_into().ok()?;
         let (head, command) = packet.split_first_chunk::<15>()?;
@@ -41,19 +41,19 @@ impl Wrapper {
     }
 }
 
-/// How a command ended (BOT table 5.3).
+/// Status of a finished command (BOT table 5.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// As asked.
+    /// Command was carried out as requested.
     Passed = 0,
-    /// Not; the sense data say why.
+    /// Command failed; the sense data give the reason.
     Failed = 1,
-    /// Host and device do not agree about the data: the host resets the transport.
+    /// Host and device disagree about the data, so the host must reset the transport.
     PhaseError = 2,
 }
 
-/// A command status wrapper (BOT table 5.2). `residue`: bytes that the host was ready for and that were not
-/// moved.
+/// Returns a command status wrapper (BOT table 5.2). `residue`: bytes that the host expected and that were
+/// not moved.
 pub fn status(tag: u32, residue: u32, outcome: Outcome) -> [u8; STATUS_BYTES] {
     let mut bytes = [0; STATUS_BYTES];
     let parts = STATUS_SIGNATURE.into_iter().chain(tag.to_le_bytes()).chain(residue.to_le_bytes());

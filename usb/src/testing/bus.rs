@@ -1,10 +1,10 @@
-//! A bus in memory, by transactions: what the controller of the board does, without registers.
+//! Bus in memory, by transactions: the behaviour of the board's controller, without registers.
 //!
-//! What classes may rely on of any bus of ours is here too: a request drops whatever endpoint 0 had before;
-//! halting an endpoint drops what it holds, and it takes nothing until the halt ends; ending a halt, even of
-//! an endpoint that is not halted, sets its data toggle back, and drops what is to be sent; a packet that is
-//! too long for whoever reads it is dropped; a reset leaves what bulk endpoints have acknowledged; what waits
-//! to be fetched does not wake a device on a silent bus.
+//! The guarantees that all buses give to classes hold here too: a request drops the data of endpoint 0;
+//! halting an endpoint drops its packets, and it takes nothing until the halt ends; ending a halt, even of an
+//! endpoint that is not halted, resets its data toggle and drops packets to be sent; a packet that is too
+//! long for its reader is dropped; a reset keeps packets that bulk endpoints have acknowledged; packets that
+//! wait to be fetched do not wake a device on a silent bus.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -16,35 +16,35 @@ use usb_device::{Result, UsbDirection, UsbError};
 /// Packets of the host that an endpoint holds before it answers NAK.
 const BUFFERS: usize = 2;
 
-/// One endpoint.
+/// State of an endpoint.
 #[derive(Debug, Default)]
 pub struct Endpoint {
-    /// Packets on their way, oldest first.
+    /// Packets in the endpoint, oldest first.
     pub packets: VecDeque<Vec<u8>>,
-    /// It is halted.
+    /// Whether the endpoint is halted.
     pub is_halted: bool,
-    /// The data toggle of the next packet.
+    /// Data toggle of the next packet.
     pub toggle: bool,
 }
 
-/// What both ends of the bus see.
+/// State that both ends of the bus share.
 #[derive(Debug, Default)]
 pub struct Wire {
-    /// By address.
+    /// Endpoints by their address.
     pub endpoints: BTreeMap<u8, Endpoint>,
-    /// A request that the device has not fetched.
+    /// Request that the device has not fetched.
     pub setup: Option<[u8; 8]>,
-    /// The device's address.
+    /// Address of the device.
     pub address: u8,
     /// Endpoints whose packet the host has taken, one bit each.
     complete: u16,
     events: VecDeque<Event>,
     is_silent: bool,
-    /// The device has connected.
+    /// Whether the device has connected.
     pub is_enabled: bool,
 }
 
-/// What happens on the bus beside packets.
+/// Events of the bus beside packets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     Reset,
@@ -52,11 +52,11 @@ pub enum Event {
     Resume,
 }
 
-/// The device's end.
+/// Device's end of the bus.
 #[derive(Clone, Default)]
 pub struct Bus(Arc<Mutex<Wire>>);
 
-/// What a device answers.
+/// Answer of a device to a token.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Handshake {
     Data(Vec<u8>),
@@ -70,7 +70,7 @@ impl Bus {
         self.0.lock().unwrap()
     }
 
-    /// Packets that an endpoint holds.
+    /// Returns the number of packets that an endpoint holds.
     pub fn held(&self, endpoint: EndpointAddress) -> usize {
         self.wire().endpoint(endpoint.into()).map_or(0, |endpoint| endpoint.packets.len())
     }
@@ -101,7 +101,7 @@ impl Wire {
         self.address = 0;
     }
 
-    /// A request: always taken.
+    /// Sends a request, which a device always takes.
     pub fn setup(&mut self, request: [u8; 8]) {
         self.is_silent = false;
         for address in [0x00, 0x80] {
@@ -111,7 +111,7 @@ impl Wire {
         self.setup = Some(request);
     }
 
-    /// The host asks for a packet; `toggle` is the one that it expects.
+    /// Asks for a packet; `toggle` is the expected data toggle.
     pub fn token_in(&mut self, number: u8, toggle: bool) -> Handshake {
         self.is_silent = false;
         let is_control = number == 0;
@@ -129,7 +129,7 @@ impl Wire {
         Handshake::Data(packet)
     }
 
-    /// The host sends a packet with this toggle.
+    /// Sends a packet with this data toggle.
     pub fn token_out(&mut self, number: u8, packet: &[u8], toggle: bool) -> Handshake {
         self.is_silent = false;
         let is_control = number == 0;

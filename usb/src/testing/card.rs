@@ -1,35 +1,35 @@
-//! A card in memory.
+//! Simulated card in memory.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use crate::storage::{BLOCK_BYTES, Fault, Half, Medium, Progress, State};
 
-/// What a card is told to do, and what it has done.
+/// State of a card, with settings and a record of operations.
 #[derive(Debug)]
 pub struct Inside {
     pub blocks: Vec<u8>,
     pub state: State,
-    /// How often an operation is looked at before it has ended.
+    /// Number of polls before an operation ends.
     pub slowness: u32,
-    /// A block that fails, and how.
+    /// Block that fails, with the fault.
     pub bad: Option<(u32, Fault)>,
-    /// Operations begun.
+    /// Operations begun: kind, first block, count.
     pub operations: Vec<(char, u32, u32)>,
     pub ejected: u32,
 }
 
-/// A card.
+/// Card that tests and the device share.
 #[derive(Clone)]
 pub struct Card {
     inside: Arc<Mutex<Inside>>,
     buffers: [Vec<u8>; 2],
-    /// What is to be done when it ends, and how many looks that takes.
+    /// Operation in progress (read, block, count, buffer), and the number of polls left.
     under_way: Option<(bool, u32, u32, Half, u32)>,
     outcome: Progress,
 }
 
 impl Card {
-    /// So many blocks, each filled with its own pattern.
+    /// Creates a card with this number of blocks, each filled with its own pattern.
     pub fn new(blocks: u32) -> Self {
         let bytes = (0..blocks).flat_map(|block| (0..BLOCK_BYTES).map(move |at| (block as usize * 7 + at) as u8));
         let inside = Inside {

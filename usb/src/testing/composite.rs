@@ -1,4 +1,4 @@
-//! The machine's device at a host.
+//! The machine's device, connected to a simulated host.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -12,12 +12,12 @@ use super::host::Host;
 use super::line::Memory;
 use crate::{Composite, Detach, Functions, Guarded, SerialNumber};
 
-/// Who is asked whether the machine may be left.
+/// Simulated machine, which decides whether the download may be entered.
 #[derive(Clone, Default)]
 pub struct Machine {
-    /// It moves or heats.
+    /// Whether the machine moves or heats.
     pub is_busy: Arc<AtomicBool>,
-    /// How often it was asked.
+    /// Number of requests to detach so far.
     pub asked: Arc<AtomicU32>,
 }
 
@@ -32,14 +32,14 @@ pub type Machines = Composite<'static, Guarded<Bus>, Memory, Card, Machine>;
 
 impl Device for Machines {
     fn run(&mut self) {
-        // More than any transaction needs.
+        // Three runs are more than any transaction needs.
         for _ in 0..3 {
             let _more = Composite::run(self);
         }
     }
 }
 
-/// Which functions there are.
+/// Optional functions of the device.
 #[derive(Clone, Copy)]
 pub struct Options {
     pub second: bool,
@@ -51,7 +51,7 @@ impl Options {
     pub const ALL: Self = Self { second: true, disk: true, download: true };
 }
 
-/// A board at a host.
+/// Board that is connected to a host.
 pub struct Board {
     pub host: Host<Machines>,
     pub lines: [Memory; 2],
@@ -60,7 +60,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// Connected, and not enumerated.
+    /// Connects a board without enumerating the device.
     pub fn new(options: Options) -> Self {
         let (bus, lines, card, machine) =
             (Bus::default(), [Memory::default(), Memory::default()], Card::new(64), Machine::default());
@@ -78,7 +78,7 @@ impl Board {
         Self { host: Host::new(bus, device), lines, card, machine }
     }
 
-    /// Enumerated, with every function.
+    /// Connects and enumerates a board with every function.
     pub fn enumerated() -> Self {
         let mut board = Self::new(Options::ALL);
         board.host.enumerate();

@@ -1,10 +1,10 @@
 //! Descriptors as a host reads them.
 
-/// One descriptor.
+/// Descriptor split into type and body.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Descriptor {
     pub kind: u8,
-    /// Behind length and type.
+    /// Bytes behind length and type.
     pub body: Vec<u8>,
 }
 

@@ -1,7 +1,7 @@
-//! A device that a host plays with.
+//! Device under test, as a simulated host sees it.
 
-/// Whatever handles the bus's events.
+/// Handler of the bus's events.
 pub trait Device {
-    /// Handles what is there.
+    /// Handles all pending events.
     fn run(&mut self);
 }

@@ -1,24 +1,24 @@
-//! A host's storage driver: commands, and what it does when one ends otherwise than expected.
+//! Storage driver of a host: commands, and recovery from unexpected results.
 
 use super::{Board, Failure, Request};
 use crate::storage::BLOCK_BYTES;
 
 const TO_HOST: u8 = 5;
 const FROM_HOST: u8 = 3;
-/// The disk's interface among all functions.
+/// Interface of the disk among all functions.
 const INTERFACE: u16 = 4;
 
-/// How a command ended.
+/// Result of a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ended {
     pub data: Vec<u8>,
-    /// The data stage ended with a halt.
+    /// Whether the data stage ended with a halt.
     pub was_halted: bool,
     pub status: u8,
     pub residue: u32,
 }
 
-/// Which way the host expects data.
+/// Direction in which the host expects data.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Expects<'d> {
     Nothing,
@@ -42,7 +42,7 @@ pub fn command(tag: u32, expects: Expects<'_>, command: &[u8]) -> Vec<u8> {
 }
 
 impl Board {
-    /// A command as Linux' driver makes it: a halt in the data stage is ended, then comes the status.
+    /// Runs a command as Linux' driver does: ends a halt in the data stage, then reads the status.
     pub fn disk(&mut self, expects: Expects<'_>, bytes: &[u8]) -> Ended {
         let tag = 0x1234_5678;
         self.host.bulk_out(FROM_HOST, &command(tag, expects, bytes)).unwrap();
@@ -65,7 +65,7 @@ impl Board {
                 }
             }
         }
-        // A halt behind a short packet is met here (BOT figure 2).
+        // A halt behind a short packet appears here (BOT figure 2).
         let status = match self.host.bulk_in(TO_HOST, 13) {
             Ok(status) => status,
             Err((nothing, failure)) => {
@@ -84,14 +84,14 @@ impl Board {
         Ended { data, was_halted, status: status[12], residue }
     }
 
-    /// The reset of the transport with which a host recovers (BOT section 5.3.4).
+    /// Resets the transport, by which a host recovers (BOT section 5.3.4).
     pub fn recover_disk(&mut self) {
         self.host.out(Request::new(0x21, 0xFF, 0, INTERFACE, 0), &[]).unwrap();
         self.host.clear_halt(0x80 | TO_HOST);
         self.host.clear_halt(FROM_HOST);
     }
 
-    /// Hears that there is a medium, as every host does first.
+    /// Creates a board, and takes the unit attention for the new medium, as every host does first.
     pub fn with_disk() -> Self {
         let mut board = Self::enumerated();
         assert_eq!(board.disk(Expects::Nothing, &[0; 6]).status, 1, "unit attention: a medium has come");
@@ -100,7 +100,7 @@ impl Board {
         board
     }
 
-    /// Key, code and qualifier of why the last command failed.
+    /// Returns key, code and qualifier of the last command's failure.
     pub fn sense(&mut self) -> [u8; 3] {
         let ended = self.disk(Expects::In(18), &[0x03, 0, 0, 0, 18, 0]);
         assert_eq!((ended.data.len(), ended.status), (18, 0));
@@ -116,7 +116,7 @@ impl Board {
     }
 }
 
-/// A command of ten bytes about blocks.
+/// Builds a ten-byte command that names blocks.
 pub fn ten(operation: u8, first: u32, count: u16) -> [u8; 10] {
     let [a, b, c, d] = first.to_be_bytes();
     let [h, l] = count.to_be_bytes();

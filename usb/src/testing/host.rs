@@ -1,14 +1,14 @@
-//! A host: control and bulk transfers as a host controller makes them, toggles and all.
+//! Simulated host: control and bulk transfers as a host controller makes them, including data toggles.
 
 use std::collections::BTreeMap;
 
 use super::bus::{Bus, Event, Handshake};
 use super::device::Device;
 
-/// Tokens that are answered with NAK before a transfer is given up.
+/// Number of NAKs before a transfer is given up.
 const PATIENCE: usize = 300;
 
-/// Why a transfer did not come to its end.
+/// Failure of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Failure {
     /// The endpoint is halted.
@@ -17,7 +17,7 @@ pub enum Failure {
     Timeout,
 }
 
-/// A request on endpoint 0.
+/// Request on endpoint 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Request {
     pub kind: u8,
@@ -45,11 +45,11 @@ impl Request {
     }
 }
 
-/// A host with one device at its port.
+/// Host with a single device at its port.
 pub struct Host<D> {
     pub bus: Bus,
     pub device: D,
-    /// Toggles that the host keeps, by endpoint address.
+    /// Data toggles that the host keeps, by endpoint address.
     toggles: BTreeMap<u8, bool>,
 }
 
@@ -88,7 +88,7 @@ impl<D: Device> Host<D> {
         self.event(Event::Reset);
     }
 
-    /// As a host that finds a device: reset, address, configuration.
+    /// Enumerates the device as a host does: reset, address, configuration.
     pub fn enumerate(&mut self) {
         self.reset();
         self.out(Request::new(0x00, 5, 9, 0, 0), &[]).unwrap();
@@ -98,7 +98,7 @@ impl<D: Device> Host<D> {
 
     // --- control transfers ---
 
-    /// A request without data, or with data for the device.
+    /// Sends a request without data, or with data for the device.
     pub fn out(&mut self, request: Request, data: &[u8]) -> Result<(), Failure> {
         assert!(!request.is_in());
         self.bus.wire().setup(request.bytes());
@@ -115,7 +115,7 @@ impl<D: Device> Host<D> {
         Ok(())
     }
 
-    /// A request for data.
+    /// Sends a request for data, and returns the data.
     pub fn ask(&mut self, request: Request) -> Result<Vec<u8>, Failure> {
         assert!(request.is_in());
         self.bus.wire().setup(request.bytes());
@@ -135,12 +135,12 @@ impl<D: Device> Host<D> {
         Ok(data)
     }
 
-    /// What a host does by itself behind a request.
+    /// Resets data toggles as a host does behind certain requests.
     fn follow(&mut self, request: Request) {
         match request {
             Request { kind: 0x02, request: 1, value: 0, index, .. } => *self.toggle(index as u8) = false,
             Request { kind: 0x00, request: 9, .. } => self.toggles.clear(),
-            // Endpoints of the interfaces that have bytes: of both ports, and the disk.
+            // Bulk endpoints of the interfaces of both ports and the disk.
             Request { kind: 0x01, request: 11, index, .. } => {
                 let endpoints: &[u8] = match index {
                     1 => &[0x81, 0x01],
@@ -169,7 +169,7 @@ impl<D: Device> Host<D> {
 
     // --- packets ---
 
-    /// One packet of the device.
+    /// Fetches a packet from the device.
     pub fn in_packet(&mut self, number: u8) -> Result<Vec<u8>, Failure> {
         for _ in 0..PATIENCE {
             if let Some(packet) = self.try_in(number)? {
@@ -179,7 +179,7 @@ impl<D: Device> Host<D> {
         Err(Failure::Timeout)
     }
 
-    /// One attempt: `None` for NAK.
+    /// Tries to fetch a packet; `None` for NAK.
     pub fn try_in(&mut self, number: u8) -> Result<Option<Vec<u8>>, Failure> {
         let toggle = *self.toggle(0x80 | number);
         let handshake = self.bus.wire().token_in(number, toggle);
@@ -194,7 +194,7 @@ impl<D: Device> Host<D> {
         }
     }
 
-    /// One packet for the device.
+    /// Sends a packet to the device.
     pub fn out_packet(&mut self, number: u8, packet: &[u8]) -> Result<(), Failure> {
         for _ in 0..PATIENCE {
             if self.try_out(number, packet)? {
@@ -204,7 +204,7 @@ impl<D: Device> Host<D> {
         Err(Failure::Timeout)
     }
 
-    /// One attempt: false for NAK.
+    /// Tries to send a packet; false for NAK.
     pub fn try_out(&mut self, number: u8, packet: &[u8]) -> Result<bool, Failure> {
         let toggle = *self.toggle(number);
         let handshake = self.bus.wire().token_out(number, packet, toggle);
@@ -221,7 +221,7 @@ impl<D: Device> Host<D> {
 
     // --- bulk transfers ---
 
-    /// Sends everything; how much went before it failed.
+    /// Sends all data; a failure includes the number of bytes sent before.
     pub fn bulk_out(&mut self, number: u8, data: &[u8]) -> Result<(), (usize, Failure)> {
         for (index, packet) in data.chunks(64).enumerate() {
             self.out_packet(number, packet).map_err(|failure| (index * 64, failure))?;
@@ -229,7 +229,7 @@ impl<D: Device> Host<D> {
         Ok(())
     }
 
-    /// Fetches so many bytes, or up to a short packet; what came before it failed comes with the failure.
+    /// Fetches this number of bytes, or up to a short packet; a failure includes the bytes received before.
     pub fn bulk_in(&mut self, number: u8, length: usize) -> Result<Vec<u8>, (Vec<u8>, Failure)> {
         let mut data = Vec::new();
         while data.len() < length {

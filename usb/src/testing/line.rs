@@ -1,28 +1,28 @@
-//! A line in memory.
+//! Line of a serial port, in memory.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use crate::cdc::Line;
 
-/// What the machine's side sees of a line.
+/// Machine's side of a line.
 #[derive(Debug)]
 pub struct State {
-    /// What the host has sent.
+    /// Bytes that the host has sent.
     pub received: Vec<u8>,
-    /// How many more bytes there is room for.
+    /// Number of further bytes that fit.
     pub room: usize,
-    /// What the host is to get.
+    /// Bytes for the host.
     pub to_send: VecDeque<u8>,
-    /// Who came and went.
+    /// Begins (true) and ends (false) of visits.
     pub visits: Vec<bool>,
-    /// How much had been received when somebody came or went.
+    /// Number of received bytes at each begin or end of a visit.
     pub received_at: Vec<usize>,
-    /// How often somebody came back.
+    /// Number of visits that were resumed.
     pub come_back: usize,
 }
 
-/// A line.
+/// Line that tests and the device share.
 #[derive(Clone, Debug)]
 pub struct Memory(Arc<Mutex<State>>);
 

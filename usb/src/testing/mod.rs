@@ -1,4 +1,4 @@
-//! A desk to test devices on: a bus in memory with a host at its other end, a line, a card.
+//! Test bench for devices: a bus in memory with a host at its other end, a line, a card.
 
 mod bus;
 mod card;

@@ -1,4 +1,4 @@
-//! Requests on endpoint 0: good ones, bad ones, and any.
+//! Requests on endpoint 0: valid, invalid, and random requests.
 
 use proptest::prelude::*;
 
@@ -100,7 +100,7 @@ fn data_that_do_not_fit_are_refused_at_once() {
         assert_eq!(host.out(request, &[0; 300]), Err(Failure::Stall), "{length} bytes");
     }
     let host = &mut Board::enumerated().host;
-    // More than it has announced.
+    // The host sends more data than announced.
     let request = Request::new(0x21, 0x20, 0, 0, 7);
     let sent = host.out(request, &[0; 64]);
     assert!(sent.is_err() || host.ask(Request::new(0xA1, 0x21, 0, 0, 7)).is_ok());
@@ -110,14 +110,14 @@ fn data_that_do_not_fit_are_refused_at_once() {
 #[test]
 fn a_request_breaks_off_the_one_before() {
     let host = &mut Board::enumerated().host;
-    // The host gives a long answer up in its middle.
+    // The host aborts a long answer in its middle.
     host.bus.wire().setup(Request::new(0x80, GET_DESCRIPTOR, 0x0200, 0, 200).bytes());
     host.device_runs();
     assert_eq!(host.in_packet(0).unwrap().len(), 64);
-    // Exactly a packet: nothing of the empty one behind it may be left for the next request.
+    // The answer is exactly a packet: the empty packet behind it must not remain for the next request.
     assert_eq!(host.descriptor(2, 0, 64).unwrap().len(), 64);
     assert_eq!(host.descriptor(1, 0, 18).unwrap().len(), 18);
-    // Data that the host does not send.
+    // The host announces data and does not send any.
     host.bus.wire().setup(Request::new(0x21, 0x20, 0, 0, 7).bytes());
     host.device_runs();
     assert_eq!(host.descriptor(1, 0, 18).unwrap().len(), 18);
@@ -139,7 +139,7 @@ fn a_reset_may_come_at_any_moment() {
 
 prop_compose! {
     fn any_request()(
-        // The kinds that mean something, more often than others.
+        // Request types with a meaning occur more often than others.
         kind in prop_oneof![
             4 => prop::sample::select(vec![0x00_u8, 0x01, 0x02, 0x21, 0x80, 0x81, 0x82, 0xA1, 0xC0]),
             1 => any::<u8>(),
@@ -156,7 +156,7 @@ prop_compose! {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2_000, ..ProptestConfig::default() })]
 
-    /// Whatever a host asks: no panic, an answer or a stall at once, and afterwards the device can be
+    /// Random requests cause no panic and are answered or stalled at once; afterwards the device can be
     /// enumerated and its ports carry bytes.
     #[test]
     fn any_requests_are_answered_or_refused(requests in prop::collection::vec(any_request(), 1..12), fill in any::<u8>()) {

@@ -103,7 +103,8 @@ fn every_serial_port_is_one_function() {
     }
 }
 
-/// It is mended on its way to the host: wherever a host ends the answer, or asks for something else.
+/// Corrections of the configuration descriptor are the same if a host ends the answer early or asks for
+/// something else.
 #[test]
 fn every_part_of_the_configuration_is_of_the_same_one() {
     let mut board = Board::new(Options::ALL);
@@ -161,7 +162,7 @@ fn windows_finds_its_descriptors() {
     assert_eq!(usize::from(u16::from_le_bytes([bos[2], bos[3]])), bos.len());
     let capabilities = walk(&bos);
     assert_eq!(usize::from(bos[4]), capabilities.len() - 1, "bNumDeviceCaps");
-    // Alone: a "USB 2.0 extension" without link power management is what `lsusb -v` calls an error.
+    // No other capability: a "USB 2.0 extension" without link power management is an error for `lsusb -v`.
     let platform = &capabilities[1].body;
     assert_eq!((bos[4], platform[0]), (1, 5), "the capability PLATFORM");
     let length = u16::from_le_bytes([platform[22], platform[23]]);
@@ -182,7 +183,7 @@ fn windows_finds_its_descriptors() {
 fn descriptors_that_there_are_not_are_refused() {
     let mut board = Board::new(Options::ALL);
     board.host.reset();
-    // Qualifier and other speed, of devices that know high speed; a second device, a second configuration.
+    // Qualifier and other speed, of high-speed devices; a second device, a second configuration.
     for (kind, index) in [(6, 0), (7, 0), (DEVICE, 1), (CONFIGURATION, 1), (0, 0), (0x29, 0), (BOS, 1)] {
         assert_eq!(board.host.descriptor(kind, index, 64), Err(Failure::Stall), "descriptor {kind} {index}");
     }

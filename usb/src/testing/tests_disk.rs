@@ -6,7 +6,7 @@ use super::disk::{Expects, ten};
 use super::{Board, Failure, Options, Request};
 use crate::storage::{BLOCK_BYTES, Fault, State};
 
-/// The card's bytes, as a computer would see them.
+/// Returns bytes of the card, as a computer would see them.
 fn blocks(board: &Board, first: u32, count: u32) -> Vec<u8> {
     board.card.inside().blocks[first as usize * BLOCK_BYTES..(first + count) as usize * BLOCK_BYTES].to_vec()
 }
@@ -246,7 +246,7 @@ fn without_a_disk_there_is_none() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
 
-    /// Whatever a host writes and reads: it gets what it wrote last.
+    /// Reads return the data written last, for random reads and writes.
     #[test]
     fn the_disk_is_the_card(
         accesses in prop::collection::vec((any::<bool>(), 0_u32..64, 1_u16..20, any::<u8>()), 1..12),

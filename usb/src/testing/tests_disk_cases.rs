@@ -1,5 +1,5 @@
-//! Hosts and commands that do not agree: the thirteen cases of the bulk-only transport (BOT section 6.7), and
-//! what is no command at all (section 6.6).
+//! Hosts and commands that disagree: the thirteen cases of the bulk-only transport (BOT section 6.7), and
+//! invalid commands (section 6.6).
 
 use proptest::prelude::*;
 
@@ -12,49 +12,49 @@ const FAILED: u8 = 1;
 const PHASE_ERROR: u8 = 2;
 const BLOCK: [u8; 512] = [0x5A; 512];
 
-/// A case: what the host expects, the command, status, residue, halt, bytes that came.
+/// Case: number, the host's expectation, the command, status, residue, halt, number of received bytes.
 pub type Case<'c> = (u8, Expects<'c>, Vec<u8>, u8, u32, bool, usize);
 
-/// All of them.
+/// Returns all thirteen cases (BOT section 6.7: H host, D device; n no data, i in, o out).
 pub fn cases() -> Vec<Case<'static>> {
     let two = [0x5A; 1024].as_slice();
     vec![
-        // Hn = Dn
+        // Case 1: Hn = Dn.
         (1, Expects::Nothing, vec![0; 6], PASSED, 0, false, 0),
-        // Hn < Di
+        // Case 2: Hn < Di.
         (2, Expects::Nothing, vec![0x12, 0, 0, 0, 36, 0], PHASE_ERROR, 0, false, 0),
         (2, Expects::Nothing, ten(0x28, 0, 1).to_vec(), PHASE_ERROR, 0, false, 0),
-        // Hn < Do
+        // Case 3: Hn < Do.
         (3, Expects::Nothing, ten(0x2A, 0, 1).to_vec(), PHASE_ERROR, 0, false, 0),
-        // Hi > Dn
+        // Case 4: Hi > Dn.
         (4, Expects::In(36), vec![0; 6], PASSED, 36, true, 0),
         (4, Expects::In(512), ten(0x28, 0, 0).to_vec(), PASSED, 512, true, 0),
         (4, Expects::In(8), vec![0x77; 6], FAILED, 8, true, 0),
-        // Hi > Di
+        // Case 5: Hi > Di.
         (5, Expects::In(64), vec![0x12, 0, 0, 0, 64, 0], PASSED, 28, true, 36),
         (5, Expects::In(1024), ten(0x28, 0, 1).to_vec(), PASSED, 512, true, 512),
-        // Hi = Di
+        // Case 6: Hi = Di.
         (6, Expects::In(36), vec![0x12, 0, 0, 0, 36, 0], PASSED, 0, false, 36),
         (6, Expects::In(512), ten(0x28, 0, 1).to_vec(), PASSED, 0, false, 512),
-        // Hi < Di
+        // Case 7: Hi < Di.
         (7, Expects::In(512), ten(0x28, 0, 2).to_vec(), PHASE_ERROR, 512, true, 0),
-        // Hi <> Do
+        // Case 8: Hi <> Do.
         (8, Expects::In(512), ten(0x2A, 0, 1).to_vec(), PHASE_ERROR, 512, true, 0),
-        // Ho > Dn
+        // Case 9: Ho > Dn.
         (9, Expects::Out(&BLOCK), vec![0; 6], PASSED, 512, true, 0),
         (9, Expects::Out(&BLOCK), vec![0x77; 6], FAILED, 512, true, 0),
-        // Ho <> Di
+        // Case 10: Ho <> Di.
         (10, Expects::Out(&BLOCK), ten(0x28, 0, 1).to_vec(), PHASE_ERROR, 512, true, 0),
-        // Ho > Do
+        // Case 11: Ho > Do.
         (11, Expects::Out(two), ten(0x2A, 2, 1).to_vec(), PASSED, 512, true, 0),
-        // Ho = Do
+        // Case 12: Ho = Do.
         (12, Expects::Out(&BLOCK), ten(0x2A, 2, 1).to_vec(), PASSED, 0, false, 0),
-        // Ho < Do
+        // Case 13: Ho < Do.
         (13, Expects::Out(&BLOCK), ten(0x2A, 2, 2).to_vec(), PHASE_ERROR, 512, true, 0),
     ]
 }
 
-/// Tries one.
+/// Runs a single case.
 #[track_caller]
 pub fn run_case((number, expects, bytes, status, residue, halted, length): &Case<'_>) {
     let mut board = Board::with_disk();
@@ -184,7 +184,7 @@ prop_compose! {
         is_near in any::<bool>(),
     ) -> Vec<u8> {
         if is_near {
-            // Blocks that there are.
+            // Restrict the command to existing blocks.
             rest[1..4].fill(0);
             rest[4] %= 40;
             rest[6] = 0;
@@ -197,7 +197,7 @@ prop_compose! {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 1_500, ..ProptestConfig::default() })]
 
-    /// Whatever a host asks and expects: every command has its status, and the disk goes on.
+    /// Every command has its status, and the disk goes on, for random commands and expectations.
     #[test]
     fn any_command_has_its_status(
         commands in prop::collection::vec(

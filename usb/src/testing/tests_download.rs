@@ -1,4 +1,4 @@
-//! Firmware download: the way in, and the download itself.
+//! Firmware download: the entry from the machine, and the download itself.
 
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
@@ -65,14 +65,14 @@ fn the_running_machine_takes_no_firmware() {
 
 // --- the boot stage's side ---
 
-/// What a memory holds, and what it refuses.
+/// Contents of a memory, and its refusals.
 #[derive(Debug, Default)]
 struct Inside {
     bytes: Vec<u8>,
     whole: Option<Vec<u8>>,
     refuses_at: Option<(u32, Refused)>,
     refuses_whole: Option<Refused>,
-    /// The host has been told to wait.
+    /// Whether the host has been told to wait.
     told: bool,
 }
 
@@ -158,7 +158,7 @@ fn send(host: &mut Host<Downloads>, number: u16, piece: &[u8]) -> Result<(), Fai
     host.out(Request::new(0x21, DNLOAD, number, 0, piece.len() as u16), piece)
 }
 
-/// As dfu-util does it; the status and state that it ends with.
+/// Downloads an image as dfu-util does; returns the final status and state.
 fn download(host: &mut Host<Downloads>, image: &[u8]) -> (u8, u8) {
     for (number, piece) in image.chunks(256).enumerate() {
         send(host, number as u16, piece).unwrap();
@@ -258,7 +258,7 @@ fn firmware_that_is_refused_can_be_sent_again() {
     assert_eq!(download(&mut host, &[4; 100]), (0, MANIFEST_WAIT_RESET));
 }
 
-/// errVENDOR says its reason in a string (DFU 1.1 section 6.1.2, iString).
+/// errVENDOR gives its reason in a string (DFU 1.1 section 6.1.2, iString).
 #[test]
 fn what_has_no_copy_to_come_back_to_says_so_in_a_string() {
     let (mut host, memory) = boot_stage();
@@ -300,7 +300,7 @@ fn requests_out_of_their_order_are_refused() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 500, ..ProptestConfig::default() })]
 
-    /// Any order of requests: none is left unanswered, and a download behind them is whole.
+    /// After any order of requests, all of which are answered, a download is complete.
     #[test]
     fn any_order_of_requests_leads_back(requests in prop::collection::vec((0_u8..8, 0_u16..4, 0_u16..300), 0..20)) {
         let (mut host, memory) = boot_stage();

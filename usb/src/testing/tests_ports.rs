@@ -1,4 +1,4 @@
-//! Serial ports: who comes and goes, and who holds whom back.
+//! Serial ports: begin and end of visits, and flow control.
 
 use proptest::prelude::*;
 
@@ -11,7 +11,7 @@ const GET_LINE_CODING: u8 = 0x21;
 const SET_CONTROL_LINE_STATE: u8 = 0x22;
 const SEND_BREAK: u8 = 0x23;
 
-/// DTR and RTS of the port at this interface.
+/// Sets DTR and RTS of the port at this interface.
 fn set_lines(board: &mut Board, interface: u16, lines: u16) {
     board.host.out(Request::new(0x21, SET_CONTROL_LINE_STATE, lines, interface, 0), &[]).unwrap();
 }
@@ -42,7 +42,8 @@ fn every_length_arrives_and_ends() {
         assert_eq!(board.lines[0].state().received, text);
         board.lines[0].say(&text);
         board.host.device_runs();
-        // The host asks for more than there is: a short packet ends it, an empty one where the last was full.
+        // The host asks for more than there is, so a short packet ends the transfer, or an empty packet
+        // behind a full one.
         assert_eq!(board.host.bulk_in(1, 65_536).unwrap(), text, "{length} bytes");
         assert_eq!(board.host.try_in(1), Ok(None), "and nothing comes behind");
     }
@@ -58,7 +59,7 @@ fn a_full_line_holds_the_host_back() {
     assert_eq!(failure, Failure::Timeout);
     assert_eq!(board.lines[0].state().received.len(), 256, "whole packets");
     assert_eq!(sent, 256 + 2 * 64, "two packets wait in the controller");
-    // The rest of the device goes on.
+    // Other functions of the device still work.
     assert!(board.host.descriptor(1, 0, 18).is_ok());
     board.host.bulk_out(2, b"M112\n").unwrap();
     assert_eq!(board.lines[1].state().received, b"M112\n");
@@ -108,8 +109,8 @@ fn a_host_without_dtr_is_there_from_its_first_byte_on() {
     assert_eq!(board.lines[0].state().visits, [true, false]);
 }
 
-/// A computer that gives up on what it has not sent lets DTR fall first: until it has taken that back, more
-/// may come.
+/// A computer that gives up unsent data lets DTR fall first: until the computer has taken the data back, more
+/// bytes may come.
 #[test]
 fn what_comes_behind_a_fallen_dtr_is_no_line_of_its_own_and_nobody_the_next_one_is_taken_for() {
     let mut board = Board::enumerated();
@@ -121,7 +122,7 @@ fn what_comes_behind_a_fallen_dtr_is_no_line_of_its_own_and_nobody_the_next_one_
     assert_eq!(board.lines[0].state().received, b"G1 X200\n");
     set_lines(&mut board, 0, 3);
     assert_eq!(board.lines[0].state().visits, [true, false, true, false, true], "the next one is another one");
-    // Plugged in anew, who never sets it goes on with nobody's line.
+    // After a new plug-in, a host that never sets DTR continues nobody's line.
     board.host.enumerate();
     board.host.bulk_out(1, b"M115\n").unwrap();
     assert_eq!(board.lines[0].state().come_back, 1);
@@ -134,11 +135,11 @@ fn a_silent_bus_is_an_unplugged_cable() {
     set_lines(&mut board, 2, 1);
     board.host.event(Event::Suspend);
     assert!(!board.lines[0].is_open() && !board.lines[1].is_open());
-    // The computer had slept.
+    // The bus resumes without a reset, because the computer had slept.
     board.host.event(Event::Resume);
     assert!(board.lines[0].is_open() && board.lines[1].is_open());
     assert_eq!(board.lines[0].state().come_back, 1, "in the middle of a line perhaps");
-    // Plugged in again.
+    // The bus resumes with a reset, because the cable was plugged in again.
     board.host.event(Event::Suspend);
     board.host.enumerate();
     assert!(!board.lines[0].is_open() && !board.lines[1].is_open());
@@ -148,7 +149,7 @@ fn a_silent_bus_is_an_unplugged_cable() {
     assert_eq!(board.host.bulk_in(1, 64).unwrap(), b"Welcome\n");
 }
 
-/// Ways to go.
+/// Ways to end a visit.
 #[derive(Clone, Copy, Debug)]
 enum Going {
     Silence,
@@ -250,7 +251,7 @@ fn whoever_comes_next_does_not_get_what_waited_for_the_one_before() {
     set_lines(&mut board, 0, 1);
     board.lines[0].say(b"Welcome\n");
     board.host.device_runs();
-    // One packet had left for the controller, which nothing can take back.
+    // A packet is already in the controller, and cannot be taken back.
     assert_eq!(board.host.in_packet(1).unwrap(), [b'o'; 64]);
     assert_eq!(board.host.bulk_in(1, 64).unwrap(), b"Welcome\n");
 }
@@ -323,7 +324,7 @@ fn nothing_is_taken_before_the_device_is_configured() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 
-    /// However fast the line is emptied and the host reads: every byte arrives, in order, once.
+    /// Every byte arrives once and in order, at any speed of line and host.
     #[test]
     fn every_byte_arrives_once(
         steps in prop::collection::vec((0_usize..200, 0_usize..300, 0_usize..6, 0_usize..400), 1..60),
@@ -365,8 +366,8 @@ proptest! {
         prop_assert_eq!(heard, sent_back);
     }
 
-    /// However people come and go, fall asleep and are slow: every byte that was acknowledged arrives, in
-    /// order, and never one of two people between two comings.
+    /// Through any sequence of visits, silences and delays, every acknowledged byte arrives in order, and no
+    /// visit gets bytes of another.
     #[test]
     fn nobodys_bytes_are_lost_or_another_ones(
         steps in prop::collection::vec((0_usize..7, 0_usize..400), 1..60),

@@ -1,5 +1,5 @@
-//! The table of requests and transfers: what a host may do to the device, one row each, and what comes of it.
-//! Behind each row the device must still be one: its descriptor is read, and a port carries bytes.
+//! Table of requests and transfers: one row for each thing that a host may do to the device, with the result.
+//! Behind each row the device must still work: its descriptor is read, and a port carries bytes.
 
 use std::collections::BTreeMap;
 
@@ -8,18 +8,18 @@ use super::disk::ten;
 use super::tests_disk_cases::{cases, run_case};
 use super::{Board, Failure, Request};
 
-/// What is expected of a request.
+/// Expected result of a request.
 #[derive(Clone, Debug)]
 enum Expects {
-    /// So many bytes, or none where there is no data for the host.
+    /// Data of this length, or success without data for the host.
     Bytes(usize),
-    /// These.
+    /// Data equal to these bytes.
     Exactly(Vec<u8>),
     Stall,
 }
 use Expects::{Bytes, Exactly, Stall};
 
-/// What happens on the bus in the middle of something.
+/// Event of the bus in the middle of a transfer.
 #[derive(Clone, Copy, Debug)]
 enum Happening {
     Reset,
@@ -30,15 +30,16 @@ enum Happening {
 }
 
 enum Row {
-    /// A request, with data where it sends some.
+    /// Request, with data if the request sends some.
     Request(Request, Vec<u8>, Expects),
-    /// So many bytes to a port, and whether an empty packet ends them.
+    /// Bytes to a port: their number, and whether an empty packet ends them.
     ToPort(usize, bool),
-    /// So many bytes from a port, of which the host asks for this many at a time.
+    /// Bytes from a port: their number, and the number that the host asks for at a time.
     FromPort(usize, usize),
-    /// Case of the bulk-only transport, by its place in their table.
+    /// Case of the bulk-only transport, by its index in the table of cases.
     Disk(usize),
-    /// Behind so many packets of a transfer to a port, of a control answer, and of a read of the disk.
+    /// Event behind this number of packets of a transfer to a port, of a control answer, and of a read of the
+    /// disk.
     InPort(usize, Happening),
     InControl(usize, Happening),
     InDisk(usize, Happening),
@@ -78,7 +79,7 @@ fn descriptors(table: &mut Table) {
             ask(table, group, GET, [value, 0, length as u16], Exactly(part));
         }
     }
-    // Languages; maker, product, serial number; both ports, disk, download.
+    // Strings: languages; maker, product, serial number; both ports, disk, download.
     for index in 0..=7 {
         let whole = board.host.descriptor(3, index, 255).unwrap();
         let language = if index == 0 { 0 } else { 0x0409 };
@@ -106,7 +107,7 @@ fn chapter_9(table: &mut Table) {
         tell(table, "halt ends", [0x02, 1], [0, endpoint], &[], Bytes(0));
         tell(table, "no such feature", [0x02, 3], [1, endpoint], &[], Stall);
     }
-    // Remote wake-up and test modes: the device has neither, and says so.
+    // Remote wake-up and test modes are not supported, and requests for them stall.
     for (request, value, index) in [(3, 1, 0), (1, 1, 0), (3, 2, 0x0100), (3, 2, 0x0400), (3, 0, 0), (3, 3, 0)] {
         tell(table, "remote wake-up", [0x00, request], [value, index], &[], Stall);
     }
@@ -176,7 +177,8 @@ fn transfers(table: &mut Table) {
             table.push(("to a port, with an empty packet", Row::ToPort(length, true)));
         }
     }
-    // The host asks for exactly so many, or fewer than there are: never more than it asks for.
+    // The host asks for exactly the available bytes, or fewer; the device must never send more than
+    // requested.
     for asked in [64, 128, 192, 256, 512] {
         table.push(("from a port, no babble", Row::FromPort(512, asked)));
     }
@@ -218,7 +220,7 @@ fn to_port(board: &mut Board, length: usize, ends_empty: bool) -> Result<(), Str
 }
 
 fn from_port(board: &mut Board, length: usize, asked: usize) -> Result<(), String> {
-    // Whoever is there has shown it.
+    // Setting DTR begins a visit, as a host program does.
     board.host.out(Request::new(0x21, 0x22, 1, 0, 0), &[]).map_err(|why| format!("{why:?}"))?;
     board.lines[0].say(&text(length));
     board.host.device_runs();
@@ -237,7 +239,7 @@ fn happens(board: &mut Board, happening: Happening) {
             board.host.event(Event::Suspend);
             board.host.enumerate();
         }
-        // The cable is seen as silence, and what is new as a reset.
+        // The device sees an unplugged cable as silence, and a new one as a reset.
         Happening::Unplug => {
             board.host.event(Event::Suspend);
             board.host.device_runs();
@@ -254,12 +256,12 @@ fn in_disk(board: &mut Board, packets: usize, happening: Happening) {
     (0..packets).for_each(|_| drop(board.host.in_packet(5)));
     happens(board, happening);
     if matches!(happening, Happening::Sleep | Happening::NewRequest) {
-        // It goes on where it was.
+        // The transfer goes on from its position.
         let rest = board.host.bulk_in(5, 4 * 512 - packets * 64).unwrap();
         assert_eq!(rest.len(), 4 * 512 - packets * 64);
         assert_eq!(board.host.bulk_in(5, 13).unwrap()[12], 0);
     }
-    // A medium that a new host has not met yet is told first.
+    // A new host gets a unit attention for the medium first.
     let is_met = board.read_blocks(0, 1).data.len() == 512;
     assert!(is_met || board.read_blocks(0, 1).data.len() == 512, "the disk works");
 }
@@ -284,7 +286,7 @@ fn carry_out(row: &Row) -> Result<(), String> {
         }
         Row::InDisk(packets, happening) => in_disk(&mut board, *packets, *happening),
     }
-    // It is a device still, and its ports carry bytes once it is set up anew.
+    // The device still works, and its ports carry bytes after a new enumeration.
     if board.host.descriptor(1, 0, 18).map_err(|why| format!("{why:?}"))?.len() != 18 {
         return Err("the device descriptor has another length".into());
     }
