@@ -1,4 +1,5 @@
-//! The chopper and coolStep in a person's terms, checked before they become register fields.
+//! Chopper and coolStep settings under the names of the datasheet, range-checked and packed into register
+//! fields.
 
 use crate::register::{ChopConf, SmartEn};
 
@@ -8,9 +9,9 @@ pub use fit::{ChopperFit, Coil, Regulated};
 /// A setting the chip cannot take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SettingError {
-    /// What was set, as documentation names it.
+    /// Name of the setting, as in the documentation.
     pub setting: &'static str,
-    /// What it must be.
+    /// Allowed values, to be read after "must be".
     pub must_be: &'static str,
 }
 
@@ -43,7 +44,7 @@ impl BlankTime {
         })
     }
 
-    /// In chip clocks.
+    /// Returns the time in chip clocks.
     #[must_use]
     pub const fn clocks(self) -> u8 {
         match self {
@@ -55,7 +56,7 @@ impl BlankTime {
     }
 }
 
-/// How often the hysteresis shrinks by one step during the decay, in chip clocks.
+/// Time between two steps by which the hysteresis shrinks during the decay, in chip clocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names are the meaning")]
 pub enum HysteresisDecrement {
@@ -65,29 +66,29 @@ pub enum HysteresisDecrement {
     Clocks64,
 }
 
-/// How coil current is regulated.
+/// Method of coil current regulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chopper {
-    /// Cycle-by-cycle with hysteresis: the quiet and exact one.
+    /// Cycle-by-cycle regulation with hysteresis: quiet and exact.
     SpreadCycle {
         /// Slow decay phase, 24 + 32 n clocks. 1 to 15.
         off_time: u8,
-        /// Comparator blanking.
+        /// Blanking time of the comparator.
         blank_time: BlankTime,
-        /// Added to `hysteresis_end` to begin with. 1 to 8.
+        /// Amount added to `hysteresis_end` at the start of the decay. 1 to 8.
         hysteresis_start: u8,
-        /// Where the hysteresis ends, in 1/512 of full current. -3 to 12.
+        /// Hysteresis at its end, in 1/512 of full current. -3 to 12.
         hysteresis_end: i8,
-        /// How fast it gets there.
+        /// Time of one step down from the start to the end.
         decrement: HysteresisDecrement,
         /// Vary the off time a little at random, to spread audible tones.
         random_off_time: bool,
     },
-    /// Fixed off time with a fast decay part: the classic one.
+    /// Fixed off time with a fast decay part: the classic chopper.
     ConstantOffTime {
         /// Slow decay phase, 24 + 32 n clocks. 1 to 15.
         off_time: u8,
-        /// Comparator blanking.
+        /// Blanking time of the comparator.
         blank_time: BlankTime,
         /// Fast decay phase, 32 n clocks. 0 to 15.
         fast_decay: u8,
@@ -101,7 +102,7 @@ pub enum Chopper {
 }
 
 impl Chopper {
-    /// What a Smoothieboard v2 loads: spreadCycle, off time 5, blank 54, hysteresis start 5, end 0, fastest
+    /// Default of a Smoothieboard v2: spreadCycle, off time 5, blank 54, hysteresis start 5, end 0, fastest
     /// decrement.
     pub const DEFAULT: Self = Self::SpreadCycle {
         off_time: 5,
@@ -172,7 +173,7 @@ pub(crate) fn in_range(setting: &'static str, must_be: &'static str, holds: bool
     if holds { Ok(()) } else { Err(SettingError { setting, must_be }) }
 }
 
-/// What a chip that measures no load says to a question for it.
+/// Returns the error for a load reading asked of a chip that has no load measurement.
 pub(crate) const fn no_load_measurement() -> SettingError {
     SettingError { setting: "load measurement", must_be: "asked of a chip that has one" }
 }
@@ -182,7 +183,7 @@ pub(crate) const fn no_load_measurement() -> SettingError {
 pub struct CoolStep {
     /// Current rises when the stallGuard2 value is below 32 n. 1 to 15.
     pub lower_threshold: u8,
-    /// Current falls when it is at or above 32 (lower + n + 1). 0 to 15.
+    /// Current falls when the stallGuard2 value is at or above 32 (lower + n + 1). 0 to 15.
     pub threshold_width: u8,
     /// Current steps up per low reading: 1, 2, 4, 8 as 0 to 3.
     pub increment: u8,

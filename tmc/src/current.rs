@@ -1,5 +1,5 @@
-//! Amperes to current scale. TMC2590 datasheet section 7.8 (`CS`) and 7.9 (`VSENSE`), TMC2660 sections 6.8
-//! and 6.9: peak current = (`CS` + 1) / 32 * full-scale sense voltage / sense resistor.
+//! Conversion of amperes to the current scale. TMC2590 datasheet section 7.8 (`CS`) and 7.9 (`VSENSE`),
+//! TMC2660 sections 6.8 and 6.9: peak current = (`CS` + 1) / 32 * full-scale sense voltage / sense resistor.
 
 use crate::Chip;
 use units::{Amps, Ohms, Volts};
@@ -10,10 +10,10 @@ const SCALE_STEPS: f32 = 32.0;
 const LOWEST_GOOD_CS: u8 = 16;
 const HIGHEST_CS: u8 = 31;
 
-/// How well the chip can do what was asked.
+/// Match between the requested current and the possible one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CurrentFit {
-    /// In the chip's good range.
+    /// Current scale in the chip's good range.
     Good,
     /// So small for this sense resistor that microsteps lose accuracy; a larger resistor would help.
     Coarse,
@@ -30,12 +30,12 @@ pub struct CurrentSetting {
     pub low_range: bool,
     /// The peak current these two give.
     pub actual: Amps,
-    /// Whether that is what was asked for.
+    /// Match with the requested current.
     pub fit: CurrentFit,
 }
 
 impl CurrentSetting {
-    /// What a scale (0 to 31) and a range give.
+    /// Returns the setting of a current scale (0 to 31) and a sense voltage range.
     #[must_use]
     pub fn new(chip: Chip, sense_resistor: Ohms, cs: u8, low_range: bool) -> Self {
         let fit = if cs < LOWEST_GOOD_CS { CurrentFit::Coarse } else { CurrentFit::Good };

@@ -1,5 +1,6 @@
-//! One driver chip in a person's terms. The chip's registers cannot be read, so the driver keeps a copy,
-//! writes what changes, and can write all of it again after the motor supply was gone.
+//! One TMC2590 or TMC2660, set in amperes, microsteps and chopper settings. The chip's registers cannot be
+//! read, so the driver keeps a copy, writes what changes, and can write all of it again after a loss of the
+//! motor supply.
 
 use crate::Chip;
 use crate::chopper::{Chopper, CoolStep, SettingError, in_range};
@@ -9,7 +10,7 @@ use crate::status::{ReadSelect, Status};
 use embedded_hal::spi::SpiDevice;
 use units::{Amps, Ohms};
 
-/// Why a driver could not be spoken to, or would not do as told.
+/// Failure of the exchange with a driver, or a setting that the chip cannot take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error<E> {
     /// The SPI bus failed.
@@ -17,14 +18,14 @@ pub enum Error<E> {
     /// Nothing drives the data line: only zeros or only ones came back. No chip, no power, or chip select not
     /// connected.
     Absent,
-    /// A UART of one wire hears not even what it sends itself.
+    /// A single-wire UART does not receive even its own bytes.
     NoEcho,
-    /// Something answers, but not as this chip would. The 24 bits that came.
+    /// An answer came, but not in this chip's format. The 24 bits received.
     WrongAnswer(u32),
     /// The chip has been reset since it was set up: all of its registers are as after power-up, its bridges
     /// off.
     Reset,
-    /// The chip cannot be set so; nothing was sent.
+    /// The chip cannot be set as asked; nothing was sent.
     Setting(SettingError),
 }
 
@@ -63,7 +64,7 @@ pub enum Microsteps {
 }
 
 impl Microsteps {
-    /// From a number of microsteps; a power of two from 1 to 256.
+    /// Converts from a number of microsteps; a power of two from 1 to 256.
     #[must_use]
     pub const fn from_count(count: u16) -> Option<Self> {
         Some(match count {
@@ -80,14 +81,14 @@ impl Microsteps {
         })
     }
 
-    /// How many.
+    /// Returns the number of microsteps per full step.
     #[must_use]
     pub const fn count(self) -> u16 {
         256 >> self as u16
     }
 }
 
-/// How the chip reads the STEP input.
+/// Interpretation of the STEP input by the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepInput {
     /// Microsteps per full step.
@@ -98,7 +99,7 @@ pub struct StepInput {
     pub interpolation: bool,
 }
 
-/// Load measurement.
+/// Settings of the load measurement (stallGuard2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StallGuard {
     /// Lower is more sensitive. -64 to 63.
@@ -125,15 +126,15 @@ pub struct Driver<SPI> {
     run: CurrentSetting,
     standstill: Option<CurrentSetting>,
     standing: bool,
-    /// What is set again when a search for a stall ends.
+    /// Settings to restore at the end of a search for a stall.
     before_search: Option<(CurrentSetting, SgCsConf, SmartEn)>,
-    /// The chip has not taken what was set again.
+    /// The restored settings have not reached the chip.
     is_stale: bool,
-    /// What the chip shows in its next answer; it changes one answer after it was asked.
+    /// Reading that the next answer will contain; a changed `RDSEL` shows one answer later.
     shown: ReadSelect,
-    /// What the chip has been sent of its current last.
+    /// Current settings sent to the chip last.
     sent: SentCurrent,
-    /// It was found reset, and has not been set up again.
+    /// The chip was found reset, and has not been set up again.
     is_reset: bool,
 }
 
@@ -145,9 +146,9 @@ impl<SPI: SpiDevice> Driver<SPI> {
     /// A driver with a Smoothieboard v2's settings, disabled, at the lowest current; and, where the chip has
     /// it, with the low side's short detector on, which is off in a Smoothieboard v2. Sends nothing.
     ///
-    /// TMC2590 data sheet, section 12.1: "enable detection for normal use". It trips between 1.3 V and 1.8 V
-    /// across the low-side MOSFET and the sense resistor. At the most that the chip can regulate, 6.5 A with
-    /// 50 mOhm, a hot MOSFET of 50 mOhm makes that 0.65 V.
+    /// TMC2590 data sheet, section 12.1: "enable detection for normal use". The detector trips between 1.3 V
+    /// and 1.8 V across the low-side MOSFET and the sense resistor. At the most that the chip can regulate,
+    /// 6.5 A with 50 mOhm, a hot MOSFET of 50 mOhm has 0.65 V across both.
     ///
     /// # Errors
     /// A sense resistor that is not above 0.
@@ -309,7 +310,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.write(self.chopconf()).map(drop)
     }
 
-    /// Sets load measurement.
+    /// Sets the load measurement.
     ///
     /// # Errors
     /// [`Error::Setting`] for a threshold out of range, else as [`Self::status`].
@@ -398,7 +399,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
         &self.registers
     }
 
-    /// Which chip this is.
+    /// Returns the type of the chip.
     #[must_use]
     pub const fn chip(&self) -> Chip {
         self.chip

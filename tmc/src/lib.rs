@@ -1,9 +1,9 @@
-//! Trinamic stepper motor drivers over SPI: TMC2590 and TMC2660, which are on the board, and in [`stealth`]
-//! the chips of driver boards outside.
+//! Trinamic stepper motor drivers: TMC2590 and TMC2660 on the board over SPI, and in [`stealth`] the chips of
+//! external driver boards.
 //!
-//! [`register`] holds what the chip says: five write-only registers and the answer, every field under its
-//! datasheet name. [`Driver`] holds what a person wants: amperes, microsteps, a chopper, is the motor hot.
-//! The two chips share one register map; where they differ, [`Chip`] knows.
+//! [`register`] lists the five write-only registers and the answer, every field under its datasheet name.
+//! [`Driver`] offers the settings: amperes, microsteps, chopper, and the chip's state. The two chips share
+//! one register map; [`Chip`] holds their differences.
 //!
 //! | | TMC2590 | TMC2660 |
 //! |---|---|---|
@@ -59,12 +59,12 @@ pub const SPI_MODE: spi::Mode = spi::MODE_3;
 /// margin.
 pub const SPI_CLOCK_HZ: u32 = 500_000;
 
-/// Which chip is fitted.
+/// Type of the driver chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chip {
     /// External MOSFETs, full diagnostics.
     Tmc2590,
-    /// Internal MOSFETs.
+    /// Internal MOSFETs, no full diagnostics.
     Tmc2660,
 }
 
@@ -90,13 +90,13 @@ impl Chip {
         }
     }
 
-    /// How hard the gates are driven unless told otherwise, 0 the gentlest.
+    /// Returns the default strength of the gate drive, 0 the gentlest.
     ///
-    /// A TMC2590 drives the board's Si4542DY pairs, whose gates take few nanocoulombs. Its data sheet calls
+    /// A TMC2590 drives the board's Si4542DY pairs, whose gates take few nanocoulombs. The data sheet calls
     /// `SLPH` = `SLPL` = 3 with `SLP2` clear "medium" (section 7.11, strength 3 of 7 in section 7.9: 36 mA
-    /// and 42 mA); the maker's own code starts with it (TMC-API, DRVCONF EF040), and so are these boards run.
-    /// The MOSFETs inside a TMC2660 are run with the gentlest slopes, on these boards and on others that
-    /// carry it.
+    /// and 42 mA); the maker's own code starts with this strength (TMC-API, DRVCONF EF040), as do these
+    /// boards. The MOSFETs inside a TMC2660 run with the gentlest slopes, on these boards and on others with
+    /// that chip.
     #[must_use]
     pub const fn default_gate_drive(self) -> u8 {
         match self {
@@ -114,7 +114,7 @@ impl Chip {
         }
     }
 
-    /// The chip's name.
+    /// Returns the chip's name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

@@ -1,23 +1,23 @@
 //! The five write-only registers and their fields, as the TMC2590 datasheet V1.0 section 7.4.1 lays them out
 //! (TMC2660 datasheet Rev. 1.05 section 6.4.1: the same, less the fields marked "TMC2590 only").
 //!
-//! A register is a 20-bit word; bits 19 to 17 are its address. Bits no field names must be written as 0.
+//! A register is a 20-bit word; bits 19 to 17 are its address. Bits without a field must be written as 0.
 
 /// Bits of one register word.
 pub const WORD_BITS: u32 = 20;
 /// All bits of a register word.
 pub const WORD_MASK: u32 = (1 << WORD_BITS) - 1;
-/// Where the address sits in the word.
+/// Position of the address in the word.
 pub const ADDRESS: Field = Field { name: "address", lsb: 17, width: 3 };
 
-/// A named run of bits.
+/// Named bit field of a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Field {
-    /// The datasheet's name.
+    /// Field name in the datasheet.
     pub name: &'static str,
-    /// Lowest bit.
+    /// Number of the lowest bit.
     pub lsb: u32,
-    /// Number of bits.
+    /// Width in bits.
     pub width: u32,
 }
 
@@ -71,11 +71,11 @@ macro_rules! register {
         pub struct $name(u32);
 
         impl $name {
-            /// The datasheet's name.
+            /// Register name in the datasheet.
             pub const NAME: &'static str = $datasheet;
             /// Bits 19 to 17 of the word.
             pub const ADDRESS: u32 = $address;
-            /// Every field.
+            /// All fields of the register.
             pub const FIELDS: &'static [Field] =
                 &[$(Field { name: $field, lsb: $lsb, width: $width }),+];
             /// The register with every field zero, as after power-up.
@@ -198,7 +198,7 @@ register! {
     "SDOFF" sdoff with_sdoff [7; 1]
     /// Full-scale sense voltage: 0 the higher, 1 the lower.
     "VSENSE" vsense with_vsense [6; 1]
-    /// What bits 19 to 10 of the answer show.
+    /// Reading shown in bits 19 to 10 of the answer.
     "RDSEL" rdsel with_rdsel [4; 2]
     /// Overtemperature shutdown: 0 at 150 C, 1 at 136 C. TMC2590 only.
     "OTSENS" otsens with_otsens [3; 1]
@@ -214,7 +214,7 @@ impl SgCsConf {
     /// `SGT` as the number it stands for, -64 to 63.
     #[must_use]
     pub const fn threshold(self) -> i8 {
-        // Its sign bit brought to the top and back.
+        // Sign extension: the sign bit goes to the top and back.
         ((self.sgt() << 1) as u8).cast_signed() >> 1
     }
 }

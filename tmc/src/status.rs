@@ -2,13 +2,13 @@
 
 use crate::register::Field;
 
-/// What bits 19 to 10 of the answer show (`RDSEL`).
+/// Selection of the reading in bits 19 to 10 of the answer (`RDSEL`).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ReadSelect {
     /// Position in the sine table.
     #[default]
     Microstep = 0,
-    /// stallGuard2 value.
+    /// Load value of stallGuard2.
     StallGuard = 1,
     /// Top half of the stallGuard2 value and the coolStep current.
     StallGuardAndCurrent = 2,
@@ -27,7 +27,7 @@ impl ReadSelect {
     }
 }
 
-/// How hot the chip is, as its four detectors tell.
+/// Range of the chip temperature, by its four detectors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "the names are the meaning, in degrees Celsius")]
 pub enum Temperature {
@@ -53,7 +53,7 @@ pub struct Diagnostics {
     pub short_to_supply_a: bool,
     /// Coil A shorted to ground.
     pub short_to_ground_a: bool,
-    /// Chip temperature.
+    /// Range of the chip temperature.
     pub temperature: Temperature,
 }
 
@@ -66,16 +66,16 @@ pub enum Reading {
     StallGuard(u16),
     /// stallGuard2 value in steps of 32, and coolStep's current scale (0 to 31).
     StallGuardAndCurrent {
-        /// 0 to 992.
+        /// Load value, 0 to 992.
         stall_guard: u16,
-        /// 0 to 31.
+        /// Current scale, 0 to 31.
         current_scale: u8,
     },
-    /// All detectors.
+    /// Results of all detectors.
     Diagnostics(Diagnostics),
 }
 
-/// The chip's answer.
+/// Decoded answer of the chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Status {
     /// The stallGuard2 threshold is reached.
@@ -94,7 +94,7 @@ pub struct Status {
     pub open_load_b: bool,
     /// No step for 2^20 chip clocks (about 70 ms).
     pub standstill: bool,
-    /// The selected reading.
+    /// Reading selected by `RDSEL`.
     pub reading: Reading,
     /// The 20 bits as they came.
     pub raw: u32,

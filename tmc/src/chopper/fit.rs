@@ -1,84 +1,84 @@
-//! spreadCycle computed for a motor and its supply, as the data sheets say how ("Chopper Operation",
-//! "spreadCycle": the equations for TOFF and for the hysteresis start; the same in all chips).
+//! spreadCycle settings computed for a motor and its supply, by the equations of the data sheets ("Chopper
+//! Operation", "spreadCycle": TOFF and hysteresis start; the same in all chips).
 //!
-//! A chopper cycle is: on, slow decay, fast decay, slow decay. At 25 kHz, above what is heard, with half of
-//! the cycle spent in the two slow decays, one of them takes `t_off` = 10 us. While the comparator is blanked
-//! the current rises by `V t_blank / L` whatever the target is, and in two slow decays it falls by `2 R I
-//! t_off / L`. A hysteresis that is less than both together cannot be regulated: the chopper skips cycles,
-//! which is heard. The hysteresis is counted in 512ths of the amplitude at full scale, of which the sine
-//! table uses 248 of 256, and eight of them are there in any case:
+//! A chopper cycle is: on, slow decay, fast decay, slow decay. At 25 kHz, inaudible, with half of the cycle
+//! spent in the two slow decays, one of them takes `t_off` = 10 us. While the comparator is blanked the
+//! current rises by `V t_blank / L` whatever the target is, and in two slow decays it falls by `2 R I t_off /
+//! L`. A hysteresis below the sum of both cannot be regulated: the chopper skips cycles audibly. The
+//! hysteresis is counted in 512ths of the amplitude at full scale, of which the sine table uses 248 of 256,
+//! and eight of them are always present:
 //!
 //! ```text
 //! start + end >= 0.5 + (rise + fall) * 2 * 248 * (CS + 1) / 32 / I - 8
 //! ```
 //!
-//! The blanking time covers the ringing behind a switching, of which coil and supply say nothing; it is taken
-//! as it is.
+//! The blanking time is an input: it covers the ringing after a switching event, which does not depend on
+//! coil and supply.
 
 use units::{Amps, Ohms, Volts};
 
-/// What a motor's data sheet says of one of its coils.
+/// Data sheet figures of one motor coil.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coil {
-    /// Its resistance.
+    /// Resistance of the coil.
     pub resistance: Ohms,
-    /// Its inductance, henry.
+    /// Inductance of the coil, henry.
     pub henries: f32,
 }
 
-/// What regulates its current.
+/// Supply, target current and chip settings under which a coil is driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regulated {
-    /// Motor supply.
+    /// Motor supply voltage.
     pub supply: Volts,
-    /// Peak current.
+    /// Peak coil current.
     pub peak: Amps,
-    /// `CS` (`IRUN`), 0 to 31, that makes it.
+    /// Current scale `CS` (`IRUN`) for that peak current, 0 to 31.
     pub cs: u8,
-    /// The chip's clock, Hz.
+    /// Clock of the chip, Hz.
     pub clock_hz: f32,
-    /// Blanking time, clocks.
+    /// Blanking time, in chip clocks.
     pub blank_clocks: u8,
 }
 
-/// Off time and hysteresis, and why.
+/// Off time and hysteresis for a coil, with the intermediate results of their calculation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChopperFit {
-    /// `TOFF`.
+    /// Register value of `TOFF`.
     pub off_time: u8,
-    /// `HSTRT` + 1.
+    /// Hysteresis start, `HSTRT` + 1.
     pub hysteresis_start: u8,
-    /// `HEND` - 3.
+    /// Hysteresis end, `HEND` - 3.
     pub hysteresis_end: i8,
-    /// What the hysteresis would have to be, not rounded.
+    /// Exact sum of hysteresis start and end, before rounding and clamping.
     pub needed: f32,
     /// Time of one slow decay, s.
     pub off_s: f32,
-    /// Blanking time, s.
+    /// Blanking time of the comparator, s.
     pub blank_s: f32,
-    /// By how much the current rises while the comparator is blanked.
+    /// Rise of the current while the comparator is blanked.
     pub rise: Amps,
-    /// By how much it falls in two slow decays.
+    /// Fall of the current in two slow decays.
     pub fall: Amps,
 }
 
-/// Chopper cycles a second that are not heard.
+/// Chopper frequency above the audible range, Hz.
 const CYCLES_HZ: f32 = 25_000.0;
-/// Of a cycle, what one of two slow decays takes that are half of it together.
+/// Share of one slow decay in a chopper cycle: the two together take half of it.
 const SLOW_DECAY: f32 = 0.25;
-/// `TOFF` n is 24 + 32 n clocks.
+/// Chip clocks of `TOFF` n: 24 + 32 n.
 const OFF_LEAST_CLOCKS: f32 = 24.0;
 const OFF_CLOCKS: f32 = 32.0;
-/// 1 needs a blanking time of its own.
+/// Range of `TOFF`: 1 is left out, as it needs a longer blanking time.
 const OFF_TIMES: [f32; 2] = [2.0, 15.0];
-/// `HSTRT` + 1, and together with the end at most.
+/// Range of `HSTRT` + 1; greatest sum of hysteresis start and end; least end.
 const STARTS: [i32; 2] = [1, 8];
 const MOST_HYSTERESIS: i32 = 15;
 const LEAST_END: i32 = -3;
 
 impl Coil {
-    /// The chopper for this coil; none where the supply cannot drive the current through it, or a figure is
-    /// none.
+    /// Computes the chopper for this coil; `None` if the supply cannot drive the current through the
+    /// resistance, or if a figure is not positive and finite.
     #[must_use]
     pub fn chopper(self, by: Regulated) -> Option<ChopperFit> {
         let figures = [self.resistance.0, self.henries, by.supply.0, by.peak.0, by.clock_hz];
@@ -94,10 +94,10 @@ impl Coil {
         let rise = by.supply.0 * blank_s / self.henries;
         let fall = self.resistance.0 * by.peak.0 * 2.0 * off_s / self.henries;
         let needed = 0.5 + (rise + fall) * 2.0 * 248.0 * (f32::from(by.cs) + 1.0) / 32.0 / by.peak.0 - 8.0;
-        // What is needed, and not less; a float to integer cast saturates.
+        // Rounds up, as less hysteresis would not regulate; a float to integer cast saturates.
         let rounded = needed as i32;
         let whole = (rounded + i32::from(needed > rounded as f32)).clamp(STARTS[0] + LEAST_END, MOST_HYSTERESIS);
-        // As much as possible at the start, from where it falls to the end: finer at the zero crossing.
+        // The start gets as much as possible and shrinks to the end: finer at the zero crossing.
         let start = whole.clamp(STARTS[0], STARTS[1]);
         Some(ChopperFit {
             off_time,
@@ -121,8 +121,8 @@ mod tests {
         Regulated { supply: Volts(24.0), peak: Amps(1.41), cs: 19, clock_hz: 12e6, blank_clocks: 18 };
     const COIL: Coil = Coil { resistance: Ohms(4.5), henries: 7.5e-3 };
 
-    /// By hand: 24 V * 1.5 us / 7.5 mH = 4.8 mA; 10 us are 120 clocks, (120 - 24) / 32 = 3; 4.5 Ohm * 1.41 A
-    /// * 2 * 10 us / 7.5 mH = 16.9 mA; 0.5 + 21.7 mA * 496 * 20 / 32 / 1.41 A - 8 = -2.73.
+    /// Worked out by hand: 24 V * 1.5 us / 7.5 mH = 4.8 mA; 10 us are 120 clocks, (120 - 24) / 32 = 3; 4.5
+    /// Ohm * 1.41 A * 2 * 10 us / 7.5 mH = 16.9 mA; 0.5 + 21.7 mA * 496 * 20 / 32 / 1.41 A - 8 = -2.73.
     #[test]
     fn the_equations_worked_out_by_hand() {
         let fit = COIL.chopper(USUAL).expect("a chopper");
@@ -153,7 +153,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the motor, a chip takes it; and a coil of less inductance never gets less hysteresis.
+        /// A chip accepts the fit for any motor, and half the inductance never needs less hysteresis.
         #[test]
         fn a_chip_takes_it(
             ohms in 0.1_f32..40.0, millihenries in 0.2_f32..60.0, amps in 0.1_f32..6.0, volts in 9.0_f32..30.0,

@@ -1,19 +1,19 @@
-//! Whether the chip still has its settings. These chips have no flag for a reset, as other families do: a dip
-//! of the supply on the chip alone leaves them with all registers 0, which shows in what they answer.
+//! Detection of a chip that lost its settings. TMC2590 and TMC2660 have no flag for a reset, as other
+//! families do: a dip of the supply on the chip alone leaves all registers 0, which shows in the answers.
 //!
-//! - A TMC2590 is set to show all its detectors (`RDSEL` = %11), and answers in no other format. One that was
-//!   reset has `RDSEL` = %00, whose answers have %00 in bits 9 and 8 (data sheet, section 7.10). So the word
-//!   that asks must be none to DRVCONF, which would select the detectors again.
-//! - A TMC2660 has the same format for all it can show. But it can show the current scale that it regulates
-//!   to: with `RDSEL` = %10 `SE` is `CS`, or less of it by coolStep, to a half or a quarter (data sheet,
-//!   sections 6.7 and 6.10). After a reset it is 0. A scale whose least is 0 tells nothing.
+//! - A TMC2590 is set to show all its detectors (`RDSEL` = %11), and answers in no other format. After
+//!   a reset `RDSEL` is %00, whose answers have %00 in bits 9 and 8 (data sheet, section 7.10). So the word
+//!   that asks must not go to DRVCONF, which would select the detectors again.
+//! - A TMC2660 has one format for all readings, but can show the current scale in force: with `RDSEL` = %10
+//!   `SE` is `CS`, lowered by coolStep to a half or a quarter at least (data sheet, sections 6.7 and 6.10),
+//!   and 0 after a reset. If the scale may fall to 0 by itself, nothing can be told.
 
 use super::{Driver, Error};
 use crate::register::{SgCsConf, SmartEn};
 use crate::status::{ReadSelect, Reading, Status};
 use embedded_hal::spi::SpiDevice;
 
-/// The registers that the current scale comes from, as they were last sent.
+/// Registers that determine the current scale, as last sent.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SentCurrent {
     scale: SgCsConf,
@@ -27,7 +27,7 @@ impl Default for SentCurrent {
 }
 
 impl SentCurrent {
-    /// This word was sent.
+    /// Notes the current scale or coolStep setting in a word that was sent.
     pub(super) const fn note(&mut self, word: u32) {
         if let Some(register) = SgCsConf::from_word(word) {
             self.scale = register;
@@ -36,7 +36,7 @@ impl SentCurrent {
         }
     }
 
-    /// The least that a chip that has them regulates to.
+    /// Returns the least current scale that a chip with these settings regulates to.
     const fn least_scale(self) -> u32 {
         match (self.cool_step.semin(), self.cool_step.seimin()) {
             (0, _) => self.scale.cs(),
@@ -46,18 +46,18 @@ impl SentCurrent {
     }
 }
 
-/// Bits 9 and 8 of an answer with all detectors, which has ones there, and of every other.
+/// Mask of bits 9 and 8 of an answer: ones when the answer shows all detectors.
 const FORMAT: u32 = 0b11 << 8;
 
 impl<SPI: SpiDevice> Driver<SPI> {
-    /// One word and its answer.
+    /// Sends one word and decodes the answer.
     pub(super) fn exchange(&mut self, word: u32) -> Result<Status, Error<SPI::Error>> {
         let shown = self.shown;
         let answer = self.transfer(word)?;
         if let Some(status) = Status::decode(answer >> 4, shown) {
             return Ok(status);
         }
-        // A disturbed bit leaves the other one.
+        // A single disturbed bit leaves the other one set.
         if shown == ReadSelect::Diagnostics && answer >> 4 & FORMAT == 0 {
             self.is_reset = true;
             return Err(Error::Reset);

@@ -1,4 +1,4 @@
-//! Raw register words, for expert settings that have no name in [`Driver`].
+//! Raw register words, for expert settings without a method in [`Driver`].
 
 use super::{CurrentSetting, Driver, Error};
 use crate::Chip;
@@ -7,8 +7,8 @@ use crate::register::Registers;
 use embedded_hal::spi::SpiDevice;
 
 impl<SPI: SpiDevice> Driver<SPI> {
-    /// Stores and sends one raw 20-bit word. It cannot enable a disabled motor, leave STEP/DIR mode or change
-    /// the selected reading; current fields in it replace the running current.
+    /// Stores and sends one raw 20-bit word. The word cannot enable a disabled motor, leave STEP/DIR mode or
+    /// change the selected reading; its current fields replace the running current.
     ///
     /// # Errors
     /// [`Error::Setting`] when no register has that address or the off time is 0, else as [`Self::status`].

@@ -1,12 +1,12 @@
-//! Current and load measurement for a search that ends with the motor's stall, and back.
+//! Current and load measurement during a search for a motor stall, and their restoration.
 
 use super::{Driver, Error, StallGuard};
 use embedded_hal::spi::SpiDevice;
 use units::Amps;
 
 impl<SPI: SpiDevice> Driver<SPI> {
-    /// Sets load measurement and, when one is given, the peak current, with coolStep off: it would change
-    /// the current that the measurement depends on. What was set before is kept for [`Self::end_search`].
+    /// Sets the load measurement and, if given, the peak current, with coolStep off, as a change of the
+    /// current would disturb the measurement. The earlier settings are kept for [`Self::end_search`].
     ///
     /// # Errors
     /// [`Error::Setting`] for a threshold out of range, else as [`Self::status`].

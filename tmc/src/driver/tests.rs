@@ -1,4 +1,4 @@
-//! The driver against a model of the chip's SPI port that knows nothing of the driver.
+//! Tests of the driver against an independent model of the chip's SPI port.
 
 use super::*;
 use crate::status::{Reading, Temperature};
@@ -14,9 +14,9 @@ struct FakeChip {
     flags: u32,
     powered: bool,
     line_when_dead: u8,
-    /// The answer in so many frames has these bits wrong.
+    /// Number of a frame whose answer is disturbed, and the mask of its wrong bits.
     disturbed: Option<(u32, u32)>,
-    /// What coolStep has brought the current scale to.
+    /// Current scale as lowered by coolStep.
     scale: Option<u32>,
     /// Every CHOPCONF, SGCSCONF and DRVCONF state in order, as (on, peak current in units of 1/32 V at 1
     /// Ohm).
@@ -222,7 +222,7 @@ fn a_chip_that_lost_its_settings_is_seen_until_started_again() {
     }
 }
 
-/// Whatever is written first selects a reading again, or gives the chip a current.
+/// Every write reveals the reset, whether it selects a reading again or gives the chip a current.
 #[test]
 fn no_setting_hides_that_a_chip_lost_the_others() {
     type Write = fn(&mut Driver<FakeChip>);
@@ -237,7 +237,7 @@ fn no_setting_hides_that_a_chip_lost_the_others() {
             let begun = driver.begin_search(StallGuard { threshold: 3, filter: false }, Some(Amps(0.9)));
             assert_eq!(begun, Err(Error::Reset));
         }),
-        // These select no reading that hides it, and a TMC2660 takes them.
+        // Neither of these selects a reading that hides the reset, and a TMC2660 accepts both.
         ("gate drive", |driver| _ = driver.set_gate_drive(2)),
         ("a reading", |driver| _ = driver.read(ReadSelect::Microstep)),
     ];
@@ -252,7 +252,7 @@ fn no_setting_hides_that_a_chip_lost_the_others() {
     }
 }
 
-/// One bit at a time: of a TMC2660 whose scale has one bit, too.
+/// Disturbs one bit at a time, also in a TMC2660 whose scale has one bit set.
 #[test]
 fn a_disturbed_bit_is_no_reset() {
     for (chip, current) in [(Chip::Tmc2590, 3.0), (Chip::Tmc2660, 3.0), (Chip::Tmc2660, 1.75)] {

@@ -1,5 +1,5 @@
-//! How registers travel over SPI: datagrams of 40 bits, an address and 32 bits of data, most significant bit
-//! first ("SPI datagram structure"). The chip answers with a status byte and what the datagram before asked
+//! Registers over SPI: datagrams of 40 bits, an address and 32 bits of data, most significant bit first ("SPI
+//! datagram structure"). The chip answers with a status byte and the data that the previous datagram asked
 //! for.
 
 use crate::Error;
@@ -10,13 +10,13 @@ const WRITE: u8 = 0x80;
 /// An address of 7 bits and 32 bits of data.
 const DATAGRAM_BYTES: usize = 5;
 
-/// A chip's registers, wherever they are.
+/// Access to a chip's registers over any bus.
 pub trait RegisterBus {
-    /// What can go wrong with the bus.
+    /// Error of the bus.
     type Error: core::fmt::Debug;
 
-    /// Reads registers, one after the other. At least one of them must be one that is never 0, so that a dead
-    /// line can be told from an answer.
+    /// Reads registers, one after the other. At least one of them must never be 0, so that a dead line can be
+    /// told from an answer.
     ///
     /// # Errors
     /// Bus errors; [`Error::Absent`] when nobody answers.
@@ -34,8 +34,8 @@ pub trait RegisterBus {
 pub struct SpiRegisters<SPI>(pub SPI);
 
 impl<SPI: SpiDevice> SpiRegisters<SPI> {
-    /// One datagram; gives the 32 bits that came back behind the status byte, none if every bit was alike:
-    /// nobody drives the line.
+    /// Exchanges one datagram; returns the 32 bits behind the status byte, `None` if all bits were alike, as
+    /// nothing drives the line.
     fn exchange(&mut self, address: u8, value: u32) -> Result<Option<u32>, Error<SPI::Error>> {
         let [a, b, c, d] = value.to_be_bytes();
         let mut datagram: [u8; DATAGRAM_BYTES] = [address, a, b, c, d];

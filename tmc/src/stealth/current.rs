@@ -18,10 +18,10 @@ const LOWEST_GOOD_CS: u8 = 16;
 /// `GLOBALSCALER` of full scale, written as 0, and the least that works.
 const FULL_SCALER: u16 = 256;
 const LEAST_SCALER: u16 = 32;
-/// What leads from the bridge to the sense resistor inside a chip with bridges of its own.
+/// Resistance between bridge and sense resistor inside a chip with internal bridges, Ohm.
 const INTERNAL_OHMS: f32 = 0.020;
 
-/// A current as the chip's fields. Those that a chip does not have do not count.
+/// Fields of the current setting. Fields that a chip does not have are ignored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StealthCurrent {
     /// `IRUN`, 0 to 31.

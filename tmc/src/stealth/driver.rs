@@ -1,5 +1,5 @@
-//! One chip in a person's terms. The driver keeps its settings, so that it can write all of them again after
-//! the chip was without supply.
+//! Driver of one stealthChop chip. The driver keeps its settings, so that it can write all of them again
+//! after a loss of the chip's supply.
 
 use super::bus::RegisterBus;
 use super::current::{StealthCurrent, stealth_current};
@@ -86,7 +86,7 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         Ok(if self.chip == StealthChip::Tmc2130 { chopconf == 0 } else { gstat::RESET.get(global) == 1 })
     }
 
-    /// Reads a register.
+    /// Reads a register of the chip.
     ///
     /// # Errors
     /// As [`Self::status`].
@@ -140,13 +140,13 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         Ok(self.current)
     }
 
-    /// What is set.
+    /// Returns the current that is set.
     #[must_use]
     pub const fn current(&self) -> &StealthCurrent {
         &self.current
     }
 
-    /// Sets the microsteps.
+    /// Sets the microsteps per full step.
     ///
     /// # Errors
     /// As [`Self::status`].
@@ -155,7 +155,7 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         self.write_chopconf()
     }
 
-    /// Sets interpolation.
+    /// Sets interpolation to 256 microsteps.
     ///
     /// # Errors
     /// As [`Self::status`].
@@ -193,13 +193,13 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         }
     }
 
-    /// The settings.
+    /// Returns the settings of the driver.
     #[must_use]
     pub const fn settings(&self) -> &StealthSettings {
         &self.settings
     }
 
-    /// Which chip this is.
+    /// Returns the type of the chip.
     #[must_use]
     pub const fn chip(&self) -> StealthChip {
         self.chip

@@ -1,15 +1,17 @@
-//! The chips with stealthChop: TMC2130, TMC5160 and TMC2240 over SPI, TMC2208 and TMC2209 over a UART of one
-//! wire. They are on driver boards outside, take STEP and DIR, and share one map of 32-bit registers that can
+//! The chips with stealthChop: TMC2130, TMC5160 and TMC2240 over SPI, TMC2208 and TMC2209 over a single-wire
+//! UART. All are on external driver boards, take STEP and DIR, and share one map of 32-bit registers that can
 //! be read.
 //!
 //! | | TMC2130 | TMC5160 | TMC2240 | TMC2208 | TMC2209 |
 //! |---|---|---|---|---|---|
 //! | bus | SPI | SPI | SPI | UART, one driver | UART, up to four |
 //! | bridges | inside | external MOSFETs | inside | inside | inside |
-//! | full scale | 0.32 V or 0.18 V across the sense resistor and 20 mOhm | 0.325 V, times GLOBALSCALER / 256 | by CURRENT_RANGE and a reference resistor, times GLOBALSCALER / 256 | 0.325 V or 0.18 V across the sense resistor and 20 mOhm | the same |
+//! | full scale | 0.32 V, 0.18 V (a) | 0.325 V (b) | by CURRENT_RANGE (b, c) | 0.325 V, 0.18 V (a) | same |
 //! | short to supply told | no | yes | yes | yes | yes |
-//! | GSTAT | cleared by reading | cleared by writing ones | cleared by writing ones | cleared by writing ones | cleared by writing ones |
+//! | GSTAT cleared by | reading | writing ones | writing ones | writing ones | writing ones |
 //! | load | stallGuard2, in spreadCycle | stallGuard2 | stallGuard2 | none | stallGuard4, in stealthChop |
+//!
+//! (a) across the sense resistor and 20 mOhm; (b) times GLOBALSCALER / 256; (c) and a reference resistor.
 //!
 //! TMC2202, TMC2220, TMC2224 and TMC2225 have the registers of a TMC2208, TMC2226 those of a TMC2209, TMC2160
 //! those of a TMC5160.
@@ -38,12 +40,12 @@ pub use wire::{SingleWire, WireFault, WireRegisters};
 use crate::BlankTime;
 use register::Register;
 
-/// Which chip it is.
+/// Type of a stealthChop driver chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StealthChip {
     /// Bridges inside, up to 2.5 A peak.
     Tmc2130,
-    /// External MOSFETs.
+    /// External MOSFETs, current scaled by GLOBALSCALER.
     Tmc5160,
     /// Bridges inside, up to 3 A peak, current measured without sense resistors.
     Tmc2240,
@@ -53,10 +55,10 @@ pub enum StealthChip {
     Tmc2209,
 }
 
-/// How a chip measures the load of its motor.
+/// Method of measuring the motor's load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LoadMeasurement {
-    /// Not at all.
+    /// No load measurement.
     None,
     /// While spreadCycle drives; the threshold `SGT` shifts the reading, and 0 is a stall.
     StallGuard2,
@@ -65,7 +67,7 @@ pub enum LoadMeasurement {
 }
 
 impl LoadMeasurement {
-    /// What thresholds there are.
+    /// Returns the range of stall thresholds.
     #[must_use]
     pub const fn thresholds(self) -> core::ops::RangeInclusive<i16> {
         match self {
@@ -76,10 +78,10 @@ impl LoadMeasurement {
 }
 
 impl StealthChip {
-    /// All of them.
+    /// All supported chips.
     pub const ALL: [Self; 5] = [Self::Tmc2130, Self::Tmc5160, Self::Tmc2240, Self::Tmc2208, Self::Tmc2209];
 
-    /// The chip's name.
+    /// Returns the chip's name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -113,7 +115,7 @@ impl StealthChip {
         }
     }
 
-    /// It is on a UART, and its registers are laid out as [`register::wire`] says.
+    /// Returns whether the chip is on a UART, with the register layout of [`register::wire`].
     #[must_use]
     pub const fn is_on_wire(self) -> bool {
         matches!(self, Self::Tmc2208 | Self::Tmc2209)
@@ -125,7 +127,7 @@ impl StealthChip {
         matches!(self, Self::Tmc5160 | Self::Tmc2240)
     }
 
-    /// How it measures load.
+    /// Returns the method of load measurement.
     #[must_use]
     pub const fn load(self) -> LoadMeasurement {
         match self {
@@ -152,7 +154,7 @@ impl StealthChip {
         [Clocks16, Clocks24, Clocks36, Clocks54].into_iter().find(|time| self.blank_clocks(*time) == clocks)
     }
 
-    /// Where its inputs and its version are read.
+    /// Returns the register that holds the inputs and the version.
     pub(crate) const fn inputs(self) -> Register {
         if self.is_on_wire() { register::wire::IOIN } else { register::IOIN }
     }

@@ -1,4 +1,4 @@
-//! Current and load measurement for a search that ends with the motor's stall, and back.
+//! Current and load measurement during a search for a motor stall, and their restoration.
 
 use super::bus::RegisterBus;
 use super::current::StealthCurrent;
@@ -12,7 +12,7 @@ use units::Amps;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Search {
     threshold: i16,
-    /// What is set again when it ends.
+    /// Current to restore at the end of the search.
     before: StealthCurrent,
 }
 
@@ -36,8 +36,8 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         }
     }
 
-    /// Sets load measurement and, when one is given, the peak current. The motor is to stand. What was set
-    /// before is kept for [`Self::end_search`].
+    /// Sets the load measurement and, if given, the peak current. The motor must stand still. The earlier
+    /// settings are kept for [`Self::end_search`].
     ///
     /// # Errors
     /// [`Error::Setting`] for a threshold that the chip does not have, else as [`Self::status`].

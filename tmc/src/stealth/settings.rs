@@ -1,4 +1,4 @@
-//! A driver's settings in a person's terms, and the register words that they make.
+//! Settings of a stealthChop driver, and the register words made of them.
 
 use super::current::StealthCurrent;
 use super::register::{self, Register, chopconf, coolconf, drv_conf, gconf, ihold_irun, wire};
@@ -7,8 +7,8 @@ use crate::chopper::{BlankTime, Chopper, CoolStep, HysteresisDecrement, SettingE
 use crate::driver::Microsteps;
 use units::Ohms;
 
-/// How long the chip takes for each step down to IHOLD, and what it waits before, as after power-up. IHOLD is
-/// IRUN, so they change nothing.
+/// Time of each step down to IHOLD and the delay before the first step, as after power-up. Both have no
+/// effect, as IHOLD equals IRUN.
 const HOLD_DELAY: u32 = 6;
 const POWER_DOWN: u32 = 10;
 /// Passive fast decay time, as after power-up.
@@ -18,7 +18,7 @@ const SEND_DELAY: u32 = 2;
 /// Registers that are set, at most.
 const MOST_WORDS: usize = 13;
 
-/// How a chip is set up; its current comes beside it.
+/// Settings of a chip, apart from its current.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StealthSettings {
     /// The sense resistor, or the reference resistor of a TMC2240.
@@ -38,15 +38,15 @@ pub struct StealthSettings {
     pub hysteresis_start: u8,
     /// spreadCycle: -3 to 12; the sum with the start at most 16.
     pub hysteresis_end: i8,
-    /// What counts as a stall, see [`LoadMeasurement`].
+    /// Threshold of the stall detection, see [`LoadMeasurement`].
     pub stall_threshold: i16,
-    /// stallGuard2: over four full steps.
+    /// Filter of stallGuard2: measures over four full steps.
     pub stall_filter: bool,
-    /// The outputs DIAG0 and DIAG1 say so, as that of a TMC2209 always does.
+    /// DIAG0 and DIAG1 signal a stall; that of a TMC2209 always does.
     pub stall_output: bool,
-    /// From this speed on load is measured, as [`super::step_time`] counts; none: at any speed.
+    /// Least speed of the load measurement, as a step time (see [`super::step_time`]); `None`: at any speed.
     pub load_from: Option<u32>,
-    /// Current by load.
+    /// Load-dependent current (coolStep).
     pub cool_step: Option<CoolStep>,
 }
 
@@ -72,10 +72,10 @@ impl StealthSettings {
         }
     }
 
-    /// What the chip cannot take.
+    /// Checks that the chip can take the settings.
     ///
     /// # Errors
-    /// The setting, and what it must be.
+    /// The setting, and its allowed values.
     pub fn check(&self, chip: StealthChip) -> Result<(), SettingError> {
         let is_resistor = self.resistor.0 > 0.0 && self.resistor.0.is_finite();
         in_range("sense or reference resistor", "above 0 Ohm", is_resistor)?;
@@ -114,7 +114,7 @@ impl StealthSettings {
         if enabled { word } else { chopconf::TOFF.put(word, 0) }
     }
 
-    /// GCONF.
+    /// Returns the word of GCONF.
     fn gconf(&self, chip: StealthChip) -> u32 {
         if chip.is_on_wire() {
             let word = wire::gconf::EN_SPREADCYCLE.put(0, u32::from(self.stealth_threshold.is_none()));
@@ -128,7 +128,7 @@ impl StealthSettings {
         if chip == StealthChip::Tmc2130 { word } else { gconf::MULTISTEP_FILT.put(word, 1) }
     }
 
-    /// What is set of the load measurement: from which speed on, coolStep, and the threshold.
+    /// Returns the words of the load measurement: least speed, coolStep, and threshold.
     pub(super) fn load_words(&self, chip: StealthChip) -> [Option<(Register, u32)>; 3] {
         let is_used = self.stall_output || self.cool_step.is_some();
         let from = if is_used { self.load_from.unwrap_or(LONGEST_STEP_TIME) } else { 0 };
@@ -151,7 +151,7 @@ impl StealthSettings {
         }
     }
 
-    /// Which chopper drives the motor, and up to which speed.
+    /// Returns the words that select the chopper and the speed up to which it is used.
     pub(super) fn mode_words(&self, chip: StealthChip) -> [(Register, u32); 2] {
         [(register::GCONF, self.gconf(chip)), (register::TPWMTHRS, self.stealth_threshold.unwrap_or(0))]
     }

@@ -1,4 +1,4 @@
-//! What a chip says of itself.
+//! State and faults that a stealthChop chip reports.
 
 use super::StealthChip;
 use super::register::{drv_status, gstat, wire};
@@ -13,7 +13,7 @@ pub struct StealthStatus {
     pub charge_pump_low: bool,
     /// Too hot: bridges are shut.
     pub over_temperature: bool,
-    /// Getting too hot.
+    /// Temperature warning, before a shutdown.
     pub over_temperature_warning: bool,
     /// Coil A, coil B shorted to ground; bridges are shut until disabled and enabled again.
     pub short: [bool; 2],

@@ -1,4 +1,4 @@
-//! Chips of these kinds in memory, as far as datagrams go, and what the drivers make of them.
+//! Tests of the drivers against models of the chips in memory, at the level of datagrams.
 
 use super::register::{self, Register};
 use super::*;
@@ -16,7 +16,7 @@ struct Memory {
     words: [u32; 128],
     asked: usize,
     status: u8,
-    /// What it hears and says, when it is not itself.
+    /// Byte that the line gives instead of the chip's answer, if set.
     line: Option<u8>,
     heard: Vec<[u8; 5]>,
 }
@@ -59,7 +59,7 @@ impl SpiDevice for Bus<'_> {
                 (true, place) => chip.words[place] = data,
                 (false, _) => {}
             }
-            // What was shifted out is gone.
+            // Reading the register cleared it.
             if reads_to_clear && chip.asked == 1 {
                 chip.words[1] = 0;
             }
@@ -269,7 +269,7 @@ fn a_search_measures_load_with_spread_cycle_and_ends_with_what_was_set_before() 
         driver.end_search().unwrap();
         assert_eq!((memory.borrow().words, *driver.current()), (words, current), "{}", chip.name());
         assert!(matches!(driver.begin_search(64, None), Err(Error::Setting(_))));
-        // One that is gone meanwhile gets it when it is enabled.
+        // A chip absent at the end of the search gets the current when it is enabled.
         driver.begin_search(4, Some(Amps(0.4))).unwrap();
         memory.borrow_mut().line = Some(0xFF);
         assert_eq!(driver.end_search(), Err(Error::Absent));

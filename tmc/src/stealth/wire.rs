@@ -1,4 +1,4 @@
-//! How registers travel over the UART of one wire: TMC2209 datasheet Rev. 1.03, chapter 4.
+//! Registers over the single-wire UART: TMC2209 datasheet Rev. 1.03, chapter 4.
 //!
 //! A datagram begins with a byte by which the chip learns the baud rate, and ends with a check sum. To a
 //! request the chip answers after a while, on the same wire. A write is not answered; the chip counts those
@@ -12,15 +12,15 @@ use crate::Error;
 const SYNC: u8 = 0x05;
 /// Set in the address of a datagram that writes.
 const WRITE: u8 = 0x80;
-/// Whom answers are for: the one who asked.
+/// Address of the master, to which answers go.
 const MASTER: u8 = 0xFF;
-/// Times that a datagram is sent until it counts as lost.
+/// Number of tries before a datagram counts as lost.
 const TRIES: u32 = 3;
 
-/// A serial line of 8 bits, no parity, one stop bit, on which what is sent comes back: the sender's output
-/// leads to the wire through a resistor, its input is on the wire.
+/// Serial line of 8 bits, no parity, one stop bit, that receives its own output: the output leads to the wire
+/// through a resistor, the input is on the wire.
 pub trait SingleWire {
-    /// What can go wrong besides.
+    /// Error of the serial port.
     type Error: core::fmt::Debug;
 
     /// Waits until the line has been idle for at least twelve bit times, after which a chip that has lost its
@@ -28,20 +28,20 @@ pub trait SingleWire {
     /// wanted. Every wait is bounded.
     ///
     /// # Errors
-    /// What did not come, or came back otherwise.
+    /// The bytes that did not come, or came back changed.
     fn exchange(&mut self, datagram: &[u8], answer: &mut [u8]) -> Result<(), WireFault<Self::Error>>;
 }
 
-/// Why nothing came back.
+/// Failure of an exchange on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WireFault<E> {
     /// The port itself failed.
     Port(E),
-    /// Not even what was sent: output and input are not on one wire.
+    /// Not even the echo came back: output and input are not on one wire.
     NoEcho,
-    /// Something else than what was sent.
+    /// The echo differs from the bytes sent.
     Disturbed,
-    /// What was sent, and no answer to it.
+    /// The echo came back, but no answer.
     NoAnswer,
 }
 
@@ -62,7 +62,7 @@ fn check_sum(bytes: &[u8]) -> u8 {
 pub struct WireRegisters<LINE> {
     line: LINE,
     address: u8,
-    /// What IFCNT was last.
+    /// Last value of IFCNT.
     count: Option<u8>,
 }
 

@@ -1,4 +1,4 @@
-//! Chips on one wire in memory, from the datasheet's chapter 4, and what the registers make of them.
+//! Tests of the registers on a wire with models of chips, from chapter 4 of the datasheet.
 
 use super::super::{StealthChip, StealthDriver, StealthSettings, register};
 use super::*;
@@ -217,7 +217,7 @@ proptest! {
         prop_assert_eq!(check_sum(&bytes), slow_sum(&bytes));
     }
 
-    /// Whatever two disturbed exchanges in a row do, a write arrives or is told not to have.
+    /// After any two disturbed exchanges in a row, a write has arrived or is reported as lost.
     #[test]
     fn a_write_that_is_said_to_have_arrived_has(
         noise in proptest::collection::vec((0_usize..64, 0_usize..64), 0..3),
