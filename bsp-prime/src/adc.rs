@@ -2,12 +2,12 @@
 //! header input at a time.
 //!
 //! Nobody waits for a conversion and no interrupt is taken: the ring always holds the last [`AVERAGED`]
-//! scans, and heat control averages them when it ticks. Both run from per_ck (64 MHz HSI) / 6, halved again
-//! inside from silicon revision V on: 5.33 MHz. With 810.5 cycles of sampling (the inputs come through 4.7
-//! kOhm) one conversion takes 154 us, so the ring of four inputs is renewed every 20 ms.
+//! scans, and heat control averages them when it ticks. Both converters run from per_ck (64 MHz HSI) / 6,
+//! halved again inside from silicon revision V on: 5.33 MHz. With 810.5 cycles of sampling (the inputs come
+//! through 4.7 kOhm) one conversion takes 154 us, so the ring of four inputs is renewed every 20 ms.
 //!
-//! Both are calibrated for offset and linearity, which takes 31 ms: it is begun when the board comes up and
-//! over long before a configuration has been read. Without linearity, codes are missing near multiples of
+//! Both converters are calibrated for offset and linearity, which takes 31 ms: begun when the board comes up
+//! and over long before a configuration has been read. Without linearity, codes are missing near multiples of
 //! 4096, and temperatures jump by up to 0.8 K there.
 
 use stm32h7xx_hal::pac;
@@ -36,10 +36,10 @@ dma_buffer! {
     static RING: [u16; AVERAGED * MAX_INPUTS]
 }
 
-/// Why a converter does not work.
+/// Failure of an analog-to-digital converter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AdcError {
-    /// Its regulator, calibration or enable did not report ready in time.
+    /// Regulator, calibration or enable of the converter did not report ready in time.
     NotReady,
     /// More than [`MAX_INPUTS`] inputs, none, or one that does not exist.
     BadInputs,
@@ -52,7 +52,7 @@ pub enum AdcError {
 }
 
 /// Powers a converter and begins its calibration, single-ended, of offset and linearity (RM0399 section
-/// 26.4.6 to 26.4.8). Its clock must be set.
+/// 26.4.6 to 26.4.8). The converter's clock must be set.
 fn begin_calibration(adc: &pac::adc3::RegisterBlock) -> Result<(), AdcError> {
     adc.cr.modify(|_, w| w.deeppwd().clear_bit());
     adc.cr.modify(|_, w| w.advregen().set_bit());
@@ -77,7 +77,7 @@ fn enable(adc: &pac::adc3::RegisterBlock) -> Result<(), AdcError> {
     Ok(())
 }
 
-/// The thermistor scan.
+/// Scan of the thermistor inputs, by ADC1.
 pub struct Thermistors {
     adc: pac::ADC1,
     dma: pac::DMA1,
@@ -179,8 +179,8 @@ impl Thermistors {
         Ok((sum / AVERAGED as u32) as u16)
     }
 
-    /// How many samples the DMA has yet to write before it wraps: changes with every conversion while the
-    /// scan is alive.
+    /// Returns the number of samples that the DMA has yet to write before it wraps; changes with every
+    /// conversion while the scan is alive.
     #[must_use]
     pub fn samples_to_wrap(&self) -> u32 {
         self.dma.st[STREAM].ndtr.read().bits()
@@ -301,11 +301,11 @@ impl Supplies {
         self.adc.cr.modify(|_, w| w.adstart().set_bit());
     }
 
-    /// Connects the battery's divider to ADC3, or takes it away (RM0399 section 26.8.2, VBATEN). Sampling
+    /// Connects the battery's divider to ADC3, or disconnects it (RM0399 section 26.8.2, VBATEN). Sampling
     /// for 152 us (810.5 cycles) gives it more than the time it needs (DS12923, "VBAT monitoring
     /// characteristics", tS_vbat: 9 us). The common register is to be written only while the converter is
-    /// disabled (RM0399 section 26.4.10, "Constraints when writing the ADC control bits"); that takes a few
-    /// microseconds. One that does not come back has no readings any more.
+    /// disabled (RM0399 section 26.4.10, "Constraints when writing the ADC control bits"); waiting for that
+    /// takes a few microseconds. A converter that cannot be enabled again gives no more readings.
     fn connect_battery(&mut self, on: bool) {
         self.adc.cr.modify(|_, w| w.addis().set_bit());
         let is_off = wait::until(READY_LIMIT_US, || self.adc.cr.read().aden().bit_is_clear());

@@ -29,10 +29,10 @@ const WATCHDOG_LIMIT_MS: u32 = 900;
 /// Rate of the debug console.
 pub(crate) const DEBUG_BAUD: u32 = 115_200;
 
-/// What can keep the board from coming up.
+/// Failure to bring up the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BoardError {
-    /// See [`ClockError`].
+    /// Failure of the crystal or the clock tree.
     Clock(ClockError),
 }
 
@@ -49,9 +49,9 @@ pub struct Guards {
 
 /// The board, by roles.
 pub struct Board {
-    /// Who and why.
+    /// Board, chip and cause of the reset.
     pub identity: Identity,
-    /// Every pin that has not one fixed use.
+    /// Pins without one fixed use.
     pub pins: &'static mut Pins,
     /// Enables of drivers and power outputs, all off.
     pub guards: Guards,
@@ -65,9 +65,9 @@ pub struct Board {
     pub heat_tick: Ticker,
     /// The debug console, open.
     pub debug: (UartInterrupt, UartPort),
-    /// UART 0, closed.
+    /// Serial port UART 0, closed.
     pub uart0: (UartInterrupt, UartPort),
-    /// UART 1, closed.
+    /// Serial port UART 1, closed.
     pub uart1: (UartInterrupt, UartPort),
     /// SPI1, and SPI4 of the motor drivers.
     pub spi: SpiBuses,
@@ -83,7 +83,7 @@ pub struct Board {
     pub sd: SdCard,
     /// The USB socket, not started.
     pub usb: UsbSocket,
-    /// Date and time.
+    /// Clock of date and time.
     pub rtc: Rtc,
     /// The flash, for the log of updates and copies of the image.
     pub flash: BoardFlash,

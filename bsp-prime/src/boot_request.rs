@@ -1,8 +1,8 @@
-//! What the next start of the boot stage is asked for: by the application, and by a person who presses RESET
-//! twice. In backup registers of the real-time clock, which a reset leaves alone and power-on clears (RM0399
+//! Requests to the next start of the boot stage, by the application and by a person who presses RESET twice.
+//! Stored in backup registers of the real-time clock, which a reset leaves alone and power-on clears (RM0399
 //! rev 4 section 49.3.15); [`crate::last_words`] has the first twenty of them.
 //!
-//! A reset by the button looks like one by a debug probe, and like any other first one. So the boot stage
+//! A reset by the button looks like one by a debug probe, and like any other first reset. So the boot stage
 //! leaves a mark, which the application takes away a second after it has begun: where a button's reset finds
 //! the mark, it was the second within that second, or the application never came so far.
 
@@ -52,7 +52,7 @@ pub(crate) fn leave_flags(flags: u32) {
     register(FLAGS).write(|w| w.bits(flags & 0xFFFF_0000 | LEFT));
 }
 
-/// What the boot stage has left; nothing where no boot stage came first.
+/// Takes the flags that the boot stage left; `None` if no boot stage came first.
 pub(crate) fn take_flags() -> Option<u32> {
     let word = register(FLAGS).read().bits();
     register(FLAGS).write(|w| w.bits(0));

@@ -1,4 +1,4 @@
-//! What the boot stage needs of the board, and how it hands the chip over to what it starts.
+//! The board as far as the boot stage needs it, and the hand-over of the chip to the application.
 
 use cortex_m::peripheral::{NVIC, SCB};
 use stm32h7xx_hal::pac;
@@ -38,11 +38,11 @@ pub struct BootStage {
     pub tick: Ticker,
     /// Running; the application finds it so and sets it up anew.
     pub watchdog: Watchdog,
-    /// Why the chip was reset.
+    /// Cause of the chip's reset.
     pub reset_cause: ResetCause,
     /// The application, or a person by the button, asks for firmware over USB.
     pub download: bool,
-    /// What is needed to let go of the chip.
+    /// Means of releasing the chip to the application.
     pub hand_over: HandOver,
 }
 
@@ -91,19 +91,19 @@ impl BootStage {
     }
 }
 
-/// The board without the clocks that it is built on: it runs at what the chip starts with.
+/// Board whose clock tree failed: the core runs at the clock of a reset.
 pub struct Crippled {
-    /// What is wrong.
+    /// Failure of the clocks.
     pub why: ClockError,
     /// LED1 to LED4, off.
     pub leds: [Output; 4],
-    /// Running.
+    /// Running watchdog, to be fed.
     pub watchdog: Watchdog,
 }
 
 /// The clock of core and buses after a reset, HSI (RM0399 section 9.5.2), in MHz.
 const RESET_MHZ: u32 = 64;
-/// What is asked of [`uart::UartPort::open`], which counts on a bus of 100 MHz, for 115200 baud on this one.
+/// Baud rate to ask of [`uart::UartPort::open`], which assumes a bus of 100 MHz, for 115200 baud on this bus.
 const DEBUG_BAUD_AT_RESET: u32 = DEBUG_BAUD * (clocks::PCLK_HZ / 1_000_000) / RESET_MHZ;
 
 impl Crippled {

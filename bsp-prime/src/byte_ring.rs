@@ -27,7 +27,7 @@ impl<const SIZE: usize> ByteRing<SIZE> {
         SIZE as u32 - 1
     };
 
-    /// An empty ring.
+    /// Returns an empty ring.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -38,25 +38,25 @@ impl<const SIZE: usize> ByteRing<SIZE> {
         }
     }
 
-    /// How many bytes wait.
+    /// Returns the number of bytes that wait.
     #[must_use]
     pub fn len(&self) -> usize {
         self.written.load(Ordering::Acquire).wrapping_sub(self.read.load(Ordering::Acquire)) as usize
     }
 
-    /// Nothing waits.
+    /// Returns whether no byte waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// How many bytes fit now.
+    /// Returns the number of bytes that fit now.
     #[must_use]
     pub fn room(&self) -> usize {
         SIZE - self.len().min(SIZE)
     }
 
-    /// How many bytes were ever refused because the ring was full.
+    /// Returns the number of bytes refused so far because the ring was full.
     #[must_use]
     pub fn refused(&self) -> u32 {
         self.refused.load(Ordering::Relaxed)
@@ -74,8 +74,8 @@ impl<const SIZE: usize> ByteRing<SIZE> {
         true
     }
 
-    /// Writer: appends as much of `bytes` as fits and says how much that was. What did not fit is not counted
-    /// as refused: the caller still has it.
+    /// Writer: appends as much of `bytes` as fits and returns the number of bytes taken. The rest is not
+    /// counted as refused: the caller still has it.
     pub fn push_some(&self, bytes: &[u8]) -> usize {
         let count = bytes.len().min(self.room());
         for &byte in bytes.iter().take(count) {

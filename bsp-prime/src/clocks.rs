@@ -1,9 +1,9 @@
 //! Supply and clock tree: SMPS, VOS1, 25 MHz crystal, 400 MHz core, 200 MHz buses, 100 MHz peripherals, and
-//! the 48 MHz of USB by PLL3. What nothing uses is off: PLL2, HSI48.
+//! the 48 MHz of USB by PLL3. The unused PLL2 and HSI48 are off.
 //!
-//! The HAL computes and switches; what it cannot promise is that a wait ends. So the crystal is started here
-//! first, with a bound, and the watchdog already runs when [`freeze`] is called: should a PLL or the supply
-//! never report ready, the board resets with its outputs off instead of hanging.
+//! The HAL computes and switches, but its waits have no bound. So the crystal is started here first, with a
+//! bound, and the watchdog already runs when [`freeze`] is called: should a PLL or the supply never report
+//! ready, the board resets with its outputs off instead of hanging.
 
 use stm32h7xx_hal::pac;
 use stm32h7xx_hal::prelude::*;
@@ -11,7 +11,7 @@ use stm32h7xx_hal::rcc::{Ccdr, PllConfigStrategy};
 
 use crate::wait;
 
-/// M7 core clock.
+/// Clock of the M7 core.
 pub const CORE_HZ: u32 = 400_000_000;
 /// AXI and AHB clock.
 pub const HCLK_HZ: u32 = 200_000_000;
@@ -37,7 +37,7 @@ const FLASH_PROGRAMMING_DELAY: u8 = 3;
 /// The flash takes its new wait states within a few bus clocks.
 const FLASH_LIMIT_US: u32 = 100;
 
-/// What can be wrong with the clocks.
+/// Failure of the clock tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ClockError {
     /// The 25 MHz crystal did not start.
@@ -175,14 +175,15 @@ fn reset_peripherals(rcc: &pac::rcc::RegisterBlock) {
     let _settled = rcc.apb4enr.read().bits();
 }
 
-/// PLL3's input is the crystal by this: 1 MHz. Its oscillator runs at 336 MHz, and its Q output is that by 7:
-/// the 48 MHz of USB, exactly. As Smoothieware v2 has it.
+/// Divider of the crystal for the input of PLL3: 1 MHz. The oscillator of PLL3 runs at 336 MHz, and its Q
+/// output is a seventh: the 48 MHz of USB, exactly. The values are those of Smoothieware v2.
 const USB_INPUT_DIVIDER: u8 = 25;
 const USB_MULTIPLIER: u16 = 336;
 const USB_OUTPUT_DIVIDER: u8 = 7;
 const _: () =
     assert!(CRYSTAL_HZ / USB_INPUT_DIVIDER as u32 * USB_MULTIPLIER as u32 / USB_OUTPUT_DIVIDER as u32 == 48_000_000);
-/// It locks within 150 us (DS12923, PLL characteristics for inputs of 1 to 2 MHz).
+/// Limit of the wait for PLL3, which locks within 150 us (DS12923, PLL characteristics for inputs of 1 to 2
+/// MHz).
 const PLL_LOCK_LIMIT_US: u32 = 1_000;
 
 /// Starts PLL3 and gives its Q output to the USB cores. The HAL would have it run at 960 MHz, and only with

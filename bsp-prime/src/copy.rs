@@ -1,14 +1,14 @@
 //! Copying and filling memory: `memcpy`, `memmove`, `memset` and the names the ARM run-time ABI gives them
 //! (RTABI32, section 4.3.4).
 //!
-//! The compiler calls these for every value that moves. Those that come with it are portable: a word at a
-//! time with a test after each, and bytes where both pointers are not aligned. They took two fifths of all
-//! instructions of a G-code line. The Cortex-M7 loads and stores eight registers with one instruction, two
-//! words a cycle, when pointers are aligned to words, and single words at any address (ARMv7-M ARM A3.2.1;
-//! `CCR.UNALIGN_TRP` stays clear). Nothing here is for peripherals: those are accessed by volatile words
-//! only.
+//! The compiler calls these for every value that moves. The compiler's own versions are portable: a word at a
+//! time with a test after each, and bytes where both pointers are not aligned. These versions took two fifths
+//! of all instructions of a G-code line. The Cortex-M7 loads and stores eight registers with one instruction,
+//! two words a cycle, when pointers are aligned to words, and single words at any address (ARMv7-M ARM
+//! A3.2.1; `CCR.UNALIGN_TRP` stays clear). Nothing here is for peripherals: those are accessed by volatile
+//! words only.
 //!
-//! The compiler's own are weak symbols, so these replace them by their names.
+//! The compiler's versions are weak symbols, so the definitions here replace them.
 
 core::arch::global_asm!(
     ".syntax unified",
@@ -74,8 +74,8 @@ core::arch::global_asm!(
     "subs r2, #32",
     "bhs 1b",
     "2:",
-    // What is left, 0 to 31 bytes, bit by bit: the shift brings 16 into the carry, 8 into the sign. (Less 32
-    // has the same low bits.)
+    // Copies the last 0 to 31 bytes by the bits of the length: the shift brings 16 into the carry, 8 into the
+    // sign. (The length less 32 has the same low bits.)
     "lsls r2, r2, #28",
     "itt cs",
     "ldmiacs r1!, {{r3, r4, r5, r6}}",

@@ -75,7 +75,7 @@ impl BoardFlash {
         if bank.cr.read().lock().bit_is_set() { Err(Failed) } else { Ok(bank) }
     }
 
-    /// What the operation has come to; and closes the control register.
+    /// Closes the control register and returns the result of the operation.
     fn close(bank: &pac::flash::BANK) -> Result<(), Failed> {
         let status = bank.sr.read().bits();
         // SAFETY: everything off, locked.
@@ -152,7 +152,7 @@ impl Flash for BoardFlash {
     }
 }
 
-/// CR: START.
+/// Control register CR: bit START.
 const START_ERASE: u32 = 1 << 7;
 
 /// Begins an erase and waits for its end. From ITCM: while the bank is busy nothing can be fetched from it.
@@ -171,8 +171,8 @@ unsafe fn start_and_wait(control: *mut u32, start: u32, status: *mut u32) {
     }
 }
 
-/// Copies bytes of the flash, and says whether its error correction could make them out. Where two bits of a
-/// word are wrong the flash answers with a bus error (RM0399 section 4.7.9).
+/// Copies bytes of the flash, and returns whether the error correction could restore them. If two bits of a
+/// word are wrong, the flash answers with a bus error (RM0399 section 4.7.9).
 ///
 /// No exception but the NMI is taken meanwhile: 512 bytes are read at once at most, which takes 2 us.
 fn read_guarded(from: *const u8, into: &mut [u8]) -> bool {

@@ -1,4 +1,4 @@
-//! What the double-precision FPU can do and the compiler does not say in safe Rust without `std`.
+//! Square roots by the double-precision FPU, which safe Rust without `std` does not offer.
 
 /// Correctly rounded square roots, in one instruction.
 pub static SQUARE_ROOT: fn(f64) -> f64 = square_root;

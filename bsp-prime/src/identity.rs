@@ -1,5 +1,5 @@
-//! Who this board is and why it started: unique id, silicon revision, driver chips by the identity resistors,
-//! cause of the last reset.
+//! Identity of the board and cause of its start: unique id, silicon revision, driver chips by the identity
+//! resistors, cause of the last reset.
 
 use core::fmt;
 
@@ -10,16 +10,16 @@ use crate::last_words::Text;
 use crate::pins::{self, Input, Mode, PinSpec, Pull, table};
 use crate::silicon;
 
-/// Which motor drivers are fitted.
+/// Type of the motor drivers fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MotorChips {
-    /// TMC2590, identity 0; also what any unknown identity means.
+    /// TMC2590, identity 0; also assumed for any unknown identity.
     Tmc2590,
-    /// TMC2660, identity 1.
+    /// TMC2660, identity 1 of the resistors.
     Tmc2660,
 }
 
-/// What the board says about itself.
+/// Identity of the board and cause of its start.
 #[derive(Clone, Copy, Debug)]
 pub struct Identity {
     /// The chip's 96-bit unique id, as three words.
@@ -28,22 +28,22 @@ pub struct Identity {
     pub device: (u16, u16),
     /// The four identity resistors as a number.
     pub board: u8,
-    /// What that number means.
+    /// Motor drivers that the board number stands for.
     pub chips: MotorChips,
-    /// Why the last reset happened.
+    /// Cause of the last reset.
     pub reset_cause: ResetCause,
-    /// What the firmware said when it ended itself, where that was the cause.
+    /// Message of a firmware that ended itself, if that was the cause.
     pub last_words: Option<Text>,
-    /// The option bytes have the Cortex-M4 start as well, which must not be.
+    /// The option bytes wrongly start the Cortex-M4 as well.
     pub second_core_starts: bool,
 }
 
-/// Why the chip was reset.
+/// Cause of the chip's reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResetCause {
-    /// Supply came up.
+    /// The supply came up.
     PowerOn,
-    /// Supply sagged.
+    /// The supply sagged below the brown-out threshold.
     BrownOut,
     /// The reset pin: button or debug probe.
     Pin,
@@ -51,7 +51,7 @@ pub enum ResetCause {
     Software,
     /// The independent watchdog was not fed.
     Watchdog,
-    /// The window watchdog.
+    /// Reset by the window watchdog.
     WindowWatchdog,
     /// None of the known flags.
     Unknown,
@@ -74,12 +74,12 @@ impl fmt::Display for ResetCause {
 /// Base of the unique id (RM0399 section 64.1).
 const UNIQUE_ID: *const u32 = 0x1FF1_E800 as *const u32;
 
-/// What the reset was, read once.
+/// Cause of the reset and its effect on memory, read once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reset {
     pub cause: ResetCause,
-    /// The supply was gone, and with it what was in memory. Where it only sagged, memory has kept what it
-    /// held: the core's supply falls later than the brown-out's threshold.
+    /// The supply was gone, and with it what was in memory. After a mere sag, memory has kept its contents:
+    /// the core's supply falls later than the brown-out's threshold.
     pub lost_memory: bool,
 }
 

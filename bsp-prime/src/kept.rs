@@ -1,15 +1,15 @@
 //! Memory that a reset leaves alone, and the ring of events in it.
 //!
-//! It is the whole of SRAM4, in domain D3: the ROM's boot loader keeps nothing there (AN2606), no DMA of
-//! ours reaches it, and its interface has its clock from reset on (RCC_AHB4ENR has no bit for it). A reset of
-//! any kind changes no word of it; the supply's failing does.
+//! The memory is the whole of SRAM4, in domain D3: the ROM's boot loader keeps nothing there (AN2606), no DMA
+//! of ours reaches it, and its interface has its clock from reset on (RCC_AHB4ENR has no bit for it). A reset
+//! of any kind changes no word of it; the supply's failing does.
 //!
-//! Three traps, and what is done about them:
+//! Three traps, and the remedies:
 //! - After power came its contents do not match their check bits (AN5342), so they are written before they
 //!   are read: [`prepare`] is told.
-//! - What is in the data cache is lost in a reset, and so is the last part of a word that was written (RM0399
-//!   section 2.4, "Embedded SRAM"): the MPU has the region non-cacheable (`memory.rs`), and the ring stores
-//!   whole words of 32 bits, which is what this memory checks.
+//! - A reset loses the data cache, and also the last part of a word that was written (RM0399 section 2.4,
+//!   "Embedded SRAM"): the MPU has the region non-cacheable (`memory.rs`), and the ring stores whole words of
+//!   32 bits, the unit of this memory's check.
 //! - Exclusive accesses need a monitor on the bus there: the ring's count is in DTCM.
 
 use core::sync::atomic::AtomicU32;
@@ -18,14 +18,14 @@ use events::{EventRing, Slots};
 
 /// First address of the region; `memory.x` says the same.
 pub(crate) const START: u32 = 0x3800_0000;
-/// Its size in bytes.
+/// Size of the region in bytes.
 pub(crate) const BYTES: u32 = 64 * 1024;
 
 #[unsafe(link_section = ".kept")]
 static SLOTS: Slots = Slots::new();
 static NEXT: AtomicU32 = AtomicU32::new(0);
 
-/// What happened.
+/// Returns the ring of events, which survives a reset.
 #[must_use]
 pub fn events() -> EventRing<'static> {
     EventRing::new(&SLOTS, &NEXT)

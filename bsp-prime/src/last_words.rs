@@ -1,6 +1,6 @@
-//! What a firmware that ends itself leaves for the next start: a line of text in the backup registers of the
-//! real-time clock, which a reset leaves alone (RM0399 rev 4 section 49.3.15). Power-on clears them: no coin
-//! cell is fitted.
+//! The message that a firmware which ends itself leaves for the next start: a line of text in the backup
+//! registers of the real-time clock, which a reset leaves alone (RM0399 rev 4 section 49.3.15). Power-on
+//! clears them: no coin cell is fitted.
 
 use core::fmt;
 
@@ -20,7 +20,7 @@ pub struct Text {
 }
 
 impl Text {
-    /// Nothing yet.
+    /// Returns an empty text.
     #[must_use]
     pub const fn new() -> Self {
         Self { bytes: [0; LENGTH], length: 0 }
@@ -69,7 +69,7 @@ pub fn leave(text: &Text) {
     registers[0].write(|w| w.bits(MARK | text.length as u32));
 }
 
-/// What the firmware left when it last ended itself; the next start finds nothing.
+/// Takes the message of the firmware that last ended itself; the next start finds nothing.
 pub(crate) fn take() -> Option<Text> {
     // SAFETY: see `leave`.
     let registers = unsafe { &(*pac::RTC::ptr()).bkpr };

@@ -2,8 +2,8 @@
 //!
 //! A bit is a pulse, long for 1 and short for 0. The timer makes the pulses; with each of its periods a DMA
 //! brings the compare value of the next one, so each edge is exact whatever the processor does, and nothing
-//! waits. The last two values are 0: the line stays low, which after [`LATCH_US`] has the chips show what
-//! they were sent. The interrupt at the end of the transfer stops the timer; it is the only one.
+//! waits. The last two values are 0: the line stays low, and after [`LATCH_US`] the chips show the colours
+//! sent. The interrupt at the end of the transfer stops the timer; it is the only one.
 //!
 //! The pulses suit all of these chips. Data sheets, high and low times of 0 and of 1 in ns, and the pause:
 //!
@@ -27,13 +27,13 @@ const fn counts(nanoseconds: u32) -> u16 {
     (nanoseconds * (TIMER_HZ / 1_000_000) / 1_000) as u16
 }
 
-/// How long a bit lasts.
+/// Length of a bit, in timer counts.
 const BIT: u16 = counts(1_290);
-/// How long its pulse is.
+/// Length of the pulse of a 0 and of a 1, in timer counts.
 const ZERO: u16 = counts(320);
 const ONE: u16 = counts(700);
 const _: () = assert!(BIT == 258 && ZERO == 64 && ONE == 140, "these times are whole counts of 5 ns");
-/// The line is low for so long before the next transmission.
+/// Least time between two transmissions, in which the line is low, us.
 const LATCH_US: u32 = 300;
 /// Lights of a transmission, and bytes of each.
 const MOST_BYTES: usize = 256 * 4;
@@ -49,7 +49,7 @@ dma_buffer! { in D2,
 
 /// The timer that sends, from 1; 0: none.
 static SENDING: AtomicU8 = AtomicU8::new(0);
-/// When the last transmission began or ended, microseconds.
+/// Begin or end of the last transmission, microseconds.
 static SINCE_US: AtomicU32 = AtomicU32::new(0);
 
 /// DMA2's stream; its channel of the request multiplexer is 8 further on (RM0399 section 18.3.2).
@@ -83,7 +83,7 @@ pub struct LedTimer(pub(crate) usize);
 /// Sends to strips, one after the other.
 pub struct LedSender {
     _dma: pac::DMA2,
-    /// Which timers it may use.
+    /// Timers that may be used, TIM1 and TIM8.
     timers: [bool; 2],
 }
 
@@ -122,7 +122,7 @@ impl LedSender {
     /// happens, while another transmission is on its way or the line has not been low for long enough.
     pub fn send(&mut self, timer: usize, channel: usize, bytes: &[u8]) -> bool {
         if self.timers.get(timer) != Some(&true) || bytes.len() > MOST_BYTES {
-            // It can never be sent, so it is not to be asked for again.
+            // A transmission that can never be sent counts as done, so that nobody asks again.
             return true;
         }
         let since_us = now_us().wrapping_sub(SINCE_US.load(Ordering::Relaxed));
@@ -198,7 +198,7 @@ fn stop() {
         // SAFETY: a half-word store to a compare register of a timer that is this module's alone.
         unsafe { (compare_address(registers, channel) as *mut u16).write_volatile(0) };
     }
-    // Loads them.
+    // UG loads the registers.
     registers.egr.write(|w| w.ug().set_bit());
     dma().st[STREAM].cr.modify(|_, w| w.en().clear_bit());
     // SAFETY: these are flags of this stream alone, cleared by a 1.

@@ -1,8 +1,8 @@
 //! The log: `defmt` over RTT's up channel 0.
 //!
 //! `rtt-target` and `defmt-rtt` bring loggers of their own. Both hold all interrupts off while a line is
-//! formatted, the step interrupt too, and both (`defmt-rtt` by default) wait for the reader where a probe has
-//! told them to. This one masks nothing and waits for nothing:
+//! formatted, the step interrupt too, and both (`defmt-rtt` by default) wait for the reader if a probe has
+//! told them to. The logger here masks nothing and waits for nothing:
 //!
 //! - A line is put together in a buffer here, and handed over whole, or not at all where there is no room.
 //! - A line that begins while another one is being put together is dropped. That can only be a task's that
@@ -86,7 +86,7 @@ fn enter(work: impl FnOnce(&mut Log)) {
 }
 
 fn with(work: impl FnOnce(&mut Log)) {
-    // Borrowed already: a fault in the middle of a step. Its line is lost.
+    // The log is borrowed already after a fault in the middle of a step. The line of that fault is lost.
     if let Ok(mut log) = LOG.0.try_borrow_mut() {
         work(&mut log);
     }

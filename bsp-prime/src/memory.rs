@@ -30,23 +30,23 @@ unsafe extern "C" {
 /// Vectors of the core (16) and of the chip (150; RM0399 section 20.1.2), rounded up to the alignment VTOR
 /// asks for.
 const VECTORS: usize = 256;
-/// Where the vector table is copied to: the bottom of the ITCM, which `memory.x` leaves free.
+/// Address of the copied vector table: the bottom of the ITCM, which `memory.x` leaves free.
 const ITCM_VECTORS: usize = 0x0000_0000;
 /// First address of the DMA arena; `memory.x` says the same and its size is asserted there.
 pub const DMA_ARENA_START: u32 = 0x2406_C000;
 /// Size of the DMA arena in bytes.
 pub const DMA_ARENA_BYTES: u32 = 80 * 1024;
-/// It takes two MPU regions, whose sizes are powers of two and whose bases are multiples of them: this much,
-/// and the rest behind it.
+/// Size of the first of the arena's two MPU regions, whose sizes are powers of two and whose bases are
+/// multiples of their sizes; the rest is the second region.
 const DMA_ARENA_LOWER_BYTES: u32 = 16 * 1024;
 /// First address of the memory for the DMAs of domain D2, SRAM3; `memory.x` says the same.
 pub const D2_DMA_START: u32 = 0x3004_0000;
-/// Its size in bytes.
+/// Size of that memory in bytes.
 pub const D2_DMA_BYTES: u32 = 32 * 1024;
 /// Size of the no-access strip below the stack, in bytes.
 const STACK_GUARD_BYTES: u32 = 256;
 
-/// Who runs, and so what of the flash may be written: never what it runs from.
+/// User of the flash, which determines the writable sectors: never those that the code runs from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FlashUse {
     /// The application, which writes the log of updates in the last sector.
@@ -154,7 +154,7 @@ fn copy_vectors() {
     }
 }
 
-/// Puts a handler into the table in ITCM. Its interrupt must not be active.
+/// Puts a handler into the table in ITCM. The interrupt must not be active.
 pub(crate) fn set_vector(interrupt: stm32h7xx_hal::pac::Interrupt, handler: extern "C" fn()) {
     /// The core's own vectors come first (ARMv7-M ARM B1.5.2).
     const CORE_VECTORS: usize = 16;
@@ -213,7 +213,7 @@ fn protect(mpu: &mut MPU, flash: FlashUse) {
         (0x3000_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(256 * 1024)),
         // Nothing of it may wait in the cache for a reset.
         (kept::START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(kept::BYTES)),
-        // One sector of the flash is not as the others.
+        // The sector of the log, or that of the boot stage, has its own access rights.
         (sector, of_sector | WRITE_THROUGH | size_field(SECTOR_BYTES)),
         // SRAM3, for the DMAs of its domain.
         (D2_DMA_START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(D2_DMA_BYTES)),
@@ -235,8 +235,8 @@ fn protect(mpu: &mut MPU, flash: FlashUse) {
     cortex_m::asm::isb();
 }
 
-/// What the MPU holds of a region: its base and its attributes and size, RASR (ARMv7-M ARM B3.5.9). For
-/// tests: nothing else has to ask.
+/// Returns base and RASR (attributes and size, ARMv7-M ARM B3.5.9) of an MPU region. For tests: nothing else
+/// has to ask.
 #[must_use]
 pub fn protection(region: u8) -> (u32, u32) {
     cortex_m::interrupt::free(|_| {
@@ -257,9 +257,9 @@ pub fn protection_control() -> u32 {
 }
 
 const DTCM_END: u32 = 0x2002_0000;
-/// What unused stack is filled with.
+/// Pattern that fills unused stack.
 const PAINT: u32 = 0x5AFE_57AC;
-/// Left unpainted below the frame that paints, for its own calls.
+/// Bytes left unpainted below the painting function's frame, for its own calls.
 const PAINT_MARGIN_BYTES: u32 = 512;
 
 fn stack_limit() -> u32 {
@@ -275,15 +275,15 @@ pub fn is_stack_guard(address: u32) -> bool {
         .any(|(guard, bytes)| (*guard..guard + bytes).contains(&address))
 }
 
-/// How many bytes the stack may grow to before it meets the guard.
+/// Returns the number of bytes to which the stack may grow before it meets the guard.
 #[must_use]
 pub fn stack_room_bytes() -> u32 {
     DTCM_END.saturating_sub(stack_limit())
 }
 
-/// Fills what is free of the main stack with a pattern, for [`main_stack_unused_bytes`]. Called when all is
-/// up: from then on the stack is the interrupts' alone. They may come meanwhile, and have left it again
-/// before this goes on.
+/// Fills the free part of the main stack with a pattern, for [`main_stack_unused_bytes`]. Called when all is
+/// up: from then on the stack is the interrupts' alone. Interrupts may come meanwhile, and have left the
+/// stack again before painting goes on.
 pub fn paint_main_stack() {
     let top = cortex_m::register::msp::read().saturating_sub(PAINT_MARGIN_BYTES);
     for address in (stack_limit()..top).step_by(4) {
@@ -293,7 +293,7 @@ pub fn paint_main_stack() {
     }
 }
 
-/// How many bytes of the main stack were never touched since [`paint_main_stack`].
+/// Returns the number of bytes of the main stack never touched since [`paint_main_stack`].
 #[must_use]
 pub fn main_stack_unused_bytes() -> u32 {
     // SAFETY: reads of DTCM words between the statics' end and its end.
@@ -301,7 +301,8 @@ pub fn main_stack_unused_bytes() -> u32 {
     4 * (stack_limit()..DTCM_END).step_by(4).take_while(untouched).count() as u32
 }
 
-/// How many bytes the statics take, in DTCM, AXI SRAM, SRAM1, SRAM2, SRAM4 and the DMA arena together.
+/// Returns the size of the statics in bytes, in DTCM, AXI SRAM, SRAM1, SRAM2, SRAM4 and the DMA arena
+/// together.
 #[must_use]
 pub fn static_bytes() -> u32 {
     const DTCM_START: u32 = 0x2000_0000;

@@ -109,7 +109,7 @@ impl Rtc {
     }
 }
 
-/// What the clock says; from [`Rtc::start`] on.
+/// Returns the date and time of the clock; valid from [`Rtc::start`] on.
 #[must_use]
 pub fn now() -> Reading {
     // SAFETY: it is only read; [`Rtc`] alone writes it.

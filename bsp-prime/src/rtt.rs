@@ -9,9 +9,9 @@
 //!
 //! **Nothing here ever waits.** The mode of a channel stands in the control block, and a debug probe that
 //! attaches sets it: probe-rs has the log's channel block while its ring is full, "to avoid losing data"
-//! (probe-rs issues 2184 and 2326). Whoever obeys that stands still when the probe is pulled or the reader is
-//! slow. So a write is never longer than there is room for: then no mode means anything. And the mode is set
-//! back before each write, for a reader that takes its word back.
+//! (probe-rs issues 2184 and 2326). A writer that obeys stands still when the probe is pulled or the reader
+//! is slow. So a write is never longer than there is room for: then no mode means anything. And the mode is
+//! set back before each write, for a reader that takes its word back.
 //!
 //! The rings are in the DMA arena, which is not cached: a probe reads memory behind the cache's back.
 
@@ -24,22 +24,22 @@ const UP_BYTES: usize = 1024;
 /// Of the console's down channel: a long line.
 const DOWN_BYTES: usize = 256;
 
-/// One up channel, written by one owner.
+/// Up channel to the probe, written by one owner.
 pub struct Up {
     channel: UpChannel,
     number: usize,
 }
 
-/// What a probe has written and nobody has read.
+/// Down channels from the probe, whose bytes nobody has read yet.
 pub struct Down([DownChannel; 2]);
 
 /// The ends that the image holds.
 pub struct Ends {
-    /// The log's.
+    /// Channel of the log.
     pub log: Up,
-    /// The console's output.
+    /// Channel of the console's output.
     pub console: Up,
-    /// What is typed.
+    /// Channels of the console's input.
     pub typed: Down,
 }
 
@@ -57,9 +57,9 @@ struct Ring {
     name: u32,
     buffer: u32,
     size: AtomicU32,
-    /// Where the image writes next.
+    /// Place where the image writes next.
     write: AtomicU32,
-    /// Where the probe reads next. Written by the probe.
+    /// Place where the probe reads next. Written by the probe.
     read: AtomicU32,
     mode: AtomicU32,
 }
@@ -121,11 +121,11 @@ impl Up {
             let _empty = self.channel.is_empty();
             return 0;
         }
-        // One place stays free: a full ring would look like an empty one.
+        // A byte stays free, as a full ring would look like an empty one.
         ((read + size - write - 1) % size) as usize
     }
 
-    /// How far the probe has read, to notice whether it does.
+    /// Returns the place up to which the probe has read, to notice whether it does.
     pub fn read_place(&self) -> u32 {
         self.ring().read.load(Ordering::Relaxed)
     }

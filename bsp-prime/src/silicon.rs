@@ -1,5 +1,4 @@
-//! What this silicon needs before it is used, and an option byte that must be right: all of it outside the
-//! HAL.
+//! Workarounds for errors of the silicon, and the check of an option byte: all of it outside the HAL.
 
 use stm32h7xx_hal::pac;
 
@@ -54,8 +53,8 @@ pub(crate) fn compensate_outputs() {
     }
 }
 
-/// The option bytes have the second core start. It would run whatever lies in flash bank 2, into our
-/// peripherals and our memory.
+/// Returns whether the option bytes start the second core. That core would run whatever lies in flash bank 2,
+/// into our peripherals and our memory.
 pub(crate) fn second_core_starts() -> bool {
     // SAFETY: a read-only register.
     unsafe { (*pac::FLASH::ptr()).optsr_cur().read().bits() & BCM4 != 0 }

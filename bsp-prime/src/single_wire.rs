@@ -1,11 +1,11 @@
-//! An auxiliary UART as a line of one wire: TX leads over a resistor (1 kOhm) to the wire, RX is on it, so
-//! that what is sent comes back, and others can pull the wire against the resistor.
+//! An auxiliary UART as a single-wire line: TX leads over a resistor (1 kOhm) to the wire, RX is on it, so
+//! that the port hears its own output, and others can pull the wire against the resistor.
 //!
 //! The port's half-duplex mode (HDSEL, RM0399 section 51.5.15) would spare a pin and the resistor. But its
 //! output then is open drain, and the wires that this is for have nothing that pulls them up but the chip's
 //! own 40 kOhm, which is too slow; and without an echo a broken wire looks like one on which nobody answers.
 //!
-//! No interrupts: who asks waits for the answer, at most so long as is stated here. All handles of a port
+//! No interrupts: the caller waits for the answer, at most for the limit stated here. All handles of a port
 //! belong to one owner; a flag turns a breach of that into an error.
 
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -23,18 +23,18 @@ const IDLE_US: u32 = 64;
 /// For what is sent to come back, and again for the answer: eight bytes and the delay before them take half a
 /// millisecond. Ten times that.
 const LIMIT_US: u32 = 5_000;
-/// What fits the port's FIFO (RM0399 section 51.5.4).
+/// Size of the port's FIFO in bytes (RM0399 section 51.5.4).
 const FIFO_BYTES: usize = 16;
 
 /// An exchange is under way, for each port. Never found set as long as all handles belong to one owner.
 static BUSY: [AtomicBool; 3] = [const { AtomicBool::new(false) }; 3];
 
-/// Why an exchange failed.
+/// Failure of an exchange on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WireError {
-    /// Nothing, or not all, of what was sent came back.
+    /// Not all bytes sent came back as an echo.
     NoEcho,
-    /// Something else came back, or it came garbled.
+    /// The echo differs from the bytes sent, or is garbled.
     Disturbed,
     /// No answer, or not all of it.
     NoAnswer,
@@ -87,8 +87,7 @@ impl SingleWireLine {
 
 fn exchange(uart: &pac::usart1::RegisterBlock, bytes: &[u8], answer: &mut [u8]) -> Result<(), WireError> {
     wait::pause(IDLE_US);
-    // RM0399 section 51.8.8, USART_RQR: RXFRQ empties the receiver. What is there came from nobody who was
-    // asked.
+    // RM0399 section 51.8.8, USART_RQR: RXFRQ empties the receiver, whose bytes answer no request.
     uart.rqr.write(|w| w.rxfrq().set_bit());
     uart.icr.write(|w| w.orecf().set_bit().fecf().set_bit().ncf().set_bit());
     for byte in bytes {
@@ -113,7 +112,7 @@ fn exchange(uart: &pac::usart1::RegisterBlock, bytes: &[u8], answer: &mut [u8]) 
 /// Takes so many bytes off the line; how many came in time.
 fn receive(uart: &pac::usart1::RegisterBlock, into: &mut [u8]) -> usize {
     let mut count = 0;
-    // How many came says whether it timed out.
+    // The number of bytes received shows whether the wait timed out.
     let _timed_out = wait::until(LIMIT_US, || {
         while let Some(place) = into.get_mut(count) {
             if uart.isr.read().rxne().bit_is_clear() {

@@ -27,7 +27,7 @@ const DESELECT_PAUSE_US: u32 = 1;
 /// The bus clock is the kernel clock by 256 at most, in eight powers of two (RM0399 section 53.11.3, MBR).
 const SLOWEST: u8 = 0b111;
 
-/// What can go wrong on the bus.
+/// Failure of an SPI transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpiError {
     /// The frame did not end in time.
@@ -44,7 +44,7 @@ impl embedded_hal::spi::Error for SpiError {
     }
 }
 
-/// The buses.
+/// SPI bus of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Bus {
     Spi1,
@@ -194,7 +194,7 @@ impl SpiBuses {
     }
 }
 
-/// One chip on a bus.
+/// Device on a bus, behind its chip select.
 #[derive(Debug)]
 pub struct SpiChip {
     bus: Bus,
@@ -225,13 +225,13 @@ fn exchange(spi: &pac::spi1::RegisterBlock, words: &mut [u8]) -> Result<(), SpiE
     ended.map_err(|_| SpiError::NotResponding)
 }
 
-/// One byte into the FIFO: the width of the access is the number of bytes (RM0399 section 53.11.9).
+/// Writes a byte into the FIFO: the width of the access is the number of bytes (RM0399 section 53.11.9).
 fn write_byte(spi: &pac::spi1::RegisterBlock, byte: u8) {
     // SAFETY: a byte store to the transmit register of a peripheral this module owns.
     unsafe { spi.txdr.as_ptr().cast::<u8>().write_volatile(byte) };
 }
 
-/// One byte from the FIFO.
+/// Reads a byte from the FIFO.
 fn read_byte(spi: &pac::spi1::RegisterBlock) -> u8 {
     // SAFETY: a byte load from the receive register of a peripheral this module owns.
     unsafe { spi.rxdr.as_ptr().cast_const().cast::<u8>().read_volatile() }

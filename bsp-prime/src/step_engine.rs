@@ -3,16 +3,16 @@
 //!
 //! Compare 1 wakes the interrupt for the next event, compare 2 for the end of a pulse. The interrupt keeps no
 //! position and takes no decision: it writes the pins, and arms the timer for the next event. A motor steps
-//! by toggling: its BSRR word, rotated by 16 after each edge, always holds the opposite level. What the
-//! interrupt needs to know of the motors lies in a static of atomics, written by [`configure`] while nothing
-//! is queued: plain loads for the interrupt, no lock for anybody. The queue lies in the same static, so that
-//! one base register reaches everything.
+//! by toggling: its BSRR word, rotated by 16 after each edge, always holds the opposite level. The
+//! interrupt's data of the motors lie in a static of atomics, written by [`configure`] while nothing is
+//! queued: plain loads for the interrupt, no lock for anybody. The queue lies in the same static, so that one
+//! base register reaches everything.
 //!
-//! Where every motor steps on both edges (all on-board drivers do), a step costs about fifty instructions
-//! from entry to return, twenty when it comes together with another. Where a motor needs pulses a longer
-//! handler stands in the vector table; a pulse's end does not look at the queue. It runs in ITCM from DTCM
-//! data, integers only. When it is entered with nothing due (the feed pends it after writing) it only arms
-//! the timer.
+//! If all motors step on both edges (all on-board drivers do), a step costs about fifty instructions from
+//! entry to return, twenty if another came with it. If a motor needs pulses, a longer handler stands in the
+//! vector table; a pulse's end does not look at the queue. The code runs in ITCM from DTCM data, integers
+//! only. Entered with nothing due (the feed pends the interrupt after writing), the handler only arms the
+//! timer.
 //!
 //! An event later than 250 ns is the sign that something kept the interrupt from running. From then on, until
 //! all is on time again, [`catch_up`] plays: it keeps every motor's events as far apart as its driver needs,
@@ -35,7 +35,7 @@ use crate::pins::FastPin;
 /// An event played later than this counts as late: 250 ns.
 const LATE_TICKS: i32 = 50;
 
-/// What the interrupt has to tell; read by reports, written by the interrupt alone.
+/// Statistics of late events; read by reports, written by the interrupt alone.
 #[derive(Debug)]
 pub struct Statistics {
     late: AtomicU32,
@@ -44,14 +44,14 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// How many events were played more than 250 ns late, ever.
+    /// Returns the number of events played more than 250 ns late so far.
     #[must_use]
     pub fn late_events(&self) -> u32 {
         self.late.load(Ordering::Relaxed)
     }
 
-    /// How many of them had to be delayed further, to more than 10 us: played at once they would have
-    /// followed the motor's last event faster than its driver can.
+    /// Returns the number of late events delayed further, to more than 10 us, since playing them at once
+    /// would have followed the motor's last event faster than its driver can.
     #[must_use]
     pub fn delayed_events(&self) -> u32 {
         self.delayed.load(Ordering::Relaxed)
@@ -81,9 +81,9 @@ pub struct MotorLines {
     /// The direction pin; off is forward. So on this board a low level counts up, and `!` makes that a high
     /// one.
     pub direction: FastPin,
-    /// Every edge is a step (the driver is set so), rather than every pulse.
+    /// Whether every edge is a step (the driver is set so), rather than every pulse.
     pub double_edge: bool,
-    /// What its driver needs between two steps, and between a step and a turn.
+    /// Least time that the driver needs between two steps, and between a step and a turn, ticks.
     pub least_distance_ticks: u32,
 }
 
@@ -93,13 +93,13 @@ impl MotorLines {
         Self { step: FastPin::NONE, direction: FastPin::NONE, double_edge: true, least_distance_ticks: 0 };
 }
 
-/// One motor, as the interrupt sees it: two BSRR registers and the words for them.
+/// Motor data of the interrupt: two BSRR registers and the words for them.
 struct Motor {
     step_register: AtomicPtr<u32>,
     /// Word of the next edge. Rotated by the interrupt.
     next: AtomicU32,
     direction_register: AtomicPtr<u32>,
-    /// Word for forward.
+    /// Word of the forward direction.
     forward: AtomicU32,
 }
 
@@ -121,10 +121,10 @@ impl Motor {
     }
 }
 
-/// What [`catch_up`] knows of a motor.
+/// Data of a motor for [`catch_up`].
 struct Spacing {
     least_distance: AtomicU32,
-    /// When its last event was played. Holds while its bit of [`Shared::caught`] is set.
+    /// Time of the motor's last event. Valid while its bit of [`Shared::caught`] is set.
     acted_at: AtomicU32,
 }
 
@@ -152,19 +152,20 @@ struct Shared {
     /// First: what is looked up for every event needs no offset. Eight, so that a three-bit index needs no
     /// test.
     motors: [Motor; 8],
-    /// Why the shortest way will not do: motors that step by pulses, one bit each, and [`CATCHING_UP`].
+    /// Reasons against the short handler: motors that step by pulses, one bit each, and [`CATCHING_UP`].
     careful: AtomicU32,
     /// Length of a pulse.
     pulse_ticks: AtomicU32,
     /// Motors whose pulse is high now, one bit each. The interrupt's own, as are these pulses.
     raised: AtomicU32,
     pulses: Pulses,
-    /// The interrupt was asked to look at the queue. It may come for a pulse's end in the same moment.
+    /// The interrupt was asked to look at the queue. The end of a pulse may cause the interrupt in the same
+    /// moment.
     woken: AtomicU32,
     spacings: [Spacing; 8],
     /// Motors with an event since catching up began, one bit each.
     caught: AtomicU32,
-    /// When the last late event was played.
+    /// Time at which the last late event was played.
     late_at: AtomicU32,
     /// The greatest of the motors' least distances. Once nothing has been late for so long, nothing to come
     /// can be too close behind it.
@@ -187,7 +188,7 @@ static SHARED: Shared = Shared {
     queue: StepQueue::new(),
 };
 
-/// What the feed writes ahead and the interrupt plays.
+/// Returns the queue that the feed writes and the interrupt plays.
 #[must_use]
 pub fn queue() -> &'static StepQueue {
     &SHARED.queue
@@ -259,8 +260,8 @@ extern "C" fn on_step_timer() {
     });
 }
 
-/// The same where some motors need pulses, or something was late. Where motors need pulses this is the
-/// timer's interrupt itself.
+/// Plays events as `play` does, for motors that need pulses, or after something was late. If motors need
+/// pulses, this is the timer's interrupt handler itself.
 #[inline(never)]
 #[unsafe(link_section = ".itcm.pulses")]
 extern "C" fn play_carefully() {
@@ -354,8 +355,8 @@ fn lower() {
     SHARED.raised.store(raised, Ordering::Relaxed);
 }
 
-/// How late it is for `at`, ticks. Negative: not yet, and the timer is armed for it; when it comes while
-/// arming, it has come.
+/// Returns the delay against `at`, ticks. Negative: not yet, and the timer is armed for it; an event that
+/// comes while arming has come.
 #[inline(always)]
 fn lateness(at: u32) -> i32 {
     let late = now().wrapping_sub(at) as i32;
@@ -366,11 +367,11 @@ fn lateness(at: u32) -> i32 {
     now().wrapping_sub(at) as i32
 }
 
-/// Whether `at` has come, just now. When it was missed, [`catch_up`] takes over.
+/// Returns whether `at` has come just now. A missed event makes [`catch_up`] take over.
 #[inline(always)]
 fn is_due(at: u32) -> bool {
     let late = lateness(at);
-    // One comparison on the way of every step: what is early is a large number.
+    // A single comparison on the way of every step: an early event gives a large number.
     if late as u32 <= LATE_TICKS as u32 {
         return true;
     }

@@ -23,12 +23,12 @@ unsafe impl Sync for Stack {}
 #[unsafe(link_section = ".axisram")]
 static STACK: Stack = Stack(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// Where the guard begins: the lowest address.
+/// Returns the lowest address of the guard.
 pub(crate) fn guard() -> u32 {
     STACK.0.get() as u32
 }
 
-/// How many bytes were never touched since the start, at which the region was zeroed.
+/// Returns the number of bytes never touched since the start, at which the region was zeroed.
 #[must_use]
 pub fn unused_bytes() -> u32 {
     let bottom = guard() + GUARD_BYTES as u32;

@@ -3,9 +3,9 @@
 //! slow outputs.
 //!
 //! The extension counts half turns of the timer. One task calls [`Clock::keep`] more often than a half turn
-//! lasts (10.7 s for TIM2); everybody may then read the 64-bit time from any priority, without a lock:
-//! whichever of the two is read first, a half turn that is not yet counted shows as a top bit that disagrees
-//! with the count's parity.
+//! lasts (10.7 s for TIM2); the 64-bit time may then be read from any priority, without a lock: in either
+//! order of reading, a half turn that is not yet counted shows as a top bit that disagrees with the count's
+//! parity.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -27,7 +27,7 @@ static STEP_CLOCK: Clock = Clock { half_turns: AtomicU32::new(0) };
 static MICRO_CLOCK: Clock = Clock { half_turns: AtomicU32::new(0) };
 
 impl Clock {
-    /// Counts a half turn that has happened since the last call. One caller only.
+    /// Counts a half turn that has happened since the last call. Only a single caller is allowed.
     fn keep(&self, count: u32) {
         let half_turns = self.half_turns.load(Ordering::Relaxed);
         if (count & TOP_BIT != 0) != (half_turns & 1 != 0) {
@@ -171,7 +171,7 @@ impl Ticker {
         let timer = self.registers();
         let ended = timer.sr.read().uif().bit_is_set();
         timer.sr.reset();
-        // After a wait.
+        // The new period takes effect after a wait.
         self.set_period();
         ended
     }

@@ -20,7 +20,7 @@ static PORT: [AtomicU8; LINES] = [const { AtomicU8::new(0) }; LINES];
 /// Edges seen since boot, for the statistics.
 static EDGES: AtomicU32 = AtomicU32::new(0);
 
-/// Why a pin cannot be watched.
+/// Refusal to watch a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WatchError {
     /// The pin of this name has the same number and is watched already.

@@ -4,7 +4,7 @@
 //! The interrupt hands received bytes to its caller's sink and moves bytes to send from a ring to the
 //! hardware FIFO (16 each way); nobody waits. Only the interrupt touches the control registers after set-up:
 //! a writer fills the ring and pends the interrupt, which then switches the transmitter's own interrupt on.
-//! What the line loses (overrun, framing) is counted; the protocols above have checksums for it.
+//! Losses of the line (overrun, framing) are counted; the protocols above have checksums for it.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -20,7 +20,7 @@ const TX_BYTES: usize = 4096;
 /// Bytes moved in one interrupt at most: one hardware FIFO (RM0399 section 51.5.4).
 const FIFO_BYTES: usize = 16;
 
-/// What the two halves of a port share.
+/// Data shared by the two halves of a port.
 #[derive(Debug)]
 struct Shared {
     tx: ByteRing<TX_BYTES>,
@@ -47,14 +47,14 @@ pub(crate) fn say_at_once(port: PortName, bytes: &[u8]) {
         }
         uart.tdr.write(|w| w.tdr().bits(u16::from(*byte)));
     }
-    // TC.
+    // Waits for TC, the end of the transmission.
     let _sent = crate::wait::until(16 * BYTE_LIMIT_US, || uart.isr.read().tc().bit_is_set());
 }
 
-/// A byte is away in a tenth of this.
+/// Limit of the wait for a byte, which takes a tenth of it.
 const BYTE_LIMIT_US: u32 = 1_000;
 
-/// One of the board's ports.
+/// Serial port of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PortName {
     /// USART2 on the debug header.
@@ -99,15 +99,15 @@ impl PortName {
 /// Parity of each word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Parity {
-    /// No parity bit.
+    /// Frames without a parity bit.
     None,
     /// An odd number of ones, parity bit included.
     Odd,
-    /// An even number.
+    /// An even number of ones, parity bit included.
     Even,
 }
 
-/// What a word looks like on the wire.
+/// Format of a word on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
     word_bits: u8,
@@ -254,7 +254,7 @@ impl UartPort {
         count
     }
 
-    /// How many bytes a write would take now.
+    /// Returns the number of bytes that a write would take now.
     #[must_use]
     pub fn room(&self) -> usize {
         self.shared.tx.room()

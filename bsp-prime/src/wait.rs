@@ -20,9 +20,9 @@ const LONGEST_PAUSE: u32 = 4 * CYCLES_PER_MICROSECOND;
 /// Polls `condition` until it holds or `limit_us` microseconds have passed (at most ten seconds: the counter
 /// wraps).
 ///
-/// It is looked at ever more rarely, since every look is an access to a bus that others use: a wait of
-/// milliseconds is no thousands of them. What came true is seen with a delay of at most a fifth of the wait,
-/// and never of more than 12 us. (A turn of the loop in `asm::delay` takes one to three cycles.)
+/// The condition is checked ever more rarely, since every check is an access to a bus that others use: a wait
+/// of milliseconds takes fewer than thousands of checks. The wait ends late by at most a fifth of its length,
+/// and never by more than 12 us. (A turn of the loop in `asm::delay` takes one to three cycles.)
 ///
 /// The counter is the DWT's, started by [`crate::Board::take`].
 ///

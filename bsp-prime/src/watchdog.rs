@@ -14,8 +14,8 @@ pub struct Watchdog {
 const MAX_COUNTS: u32 = 0xFFF;
 
 impl Watchdog {
-    /// Starts it with a limit of up to 32 s (the LSI's tolerance is a few percent), or gives it another one
-    /// when it runs. It stands still while a debugger halts the core.
+    /// Starts the watchdog with a limit of up to 32 s (the LSI's tolerance is a few percent), or changes the
+    /// limit when it runs. The watchdog stands still while a debugger halts the core.
     ///
     /// The prescaler and reload values travel to the LSI's clock domain over the next milliseconds; nobody
     /// needs to wait for that.

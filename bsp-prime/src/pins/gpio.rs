@@ -5,9 +5,9 @@ use stm32h7xx_hal::pac;
 
 use super::name::{PinName, PinSpec, Pull};
 
-/// How steep the edges of a driven pin are (RM0399 section 12.4.3, GPIOx_OSPEEDR), with rise and fall times
-/// at 50 pF (DS12923, output timing characteristics). The gentlest that serves: steeper edges ring on the
-/// headers' cables and disturb the analog inputs.
+/// Slew rate of a driven pin (RM0399 section 12.4.3, GPIOx_OSPEEDR), with rise and fall times at 50 pF
+/// (DS12923, output timing characteristics). The gentlest that serves: steeper edges ring on the headers'
+/// cables and disturb the analog inputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Speed {
     /// 17 ns. For everything below a megahertz whose instant is not critical: heaters, chip selects, the
@@ -21,12 +21,12 @@ pub enum Speed {
     VeryHigh = 0b11,
 }
 
-/// What a pin does (RM0399 section 12.4.1, GPIOx_MODER).
+/// Function of a pin (RM0399 section 12.4.1, GPIOx_MODER).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
-    /// Digital input.
+    /// Input for digital levels.
     Input,
-    /// Digital output.
+    /// Digital output with this slew rate.
     Output(Speed),
     /// Belongs to the peripheral with this alternate function number.
     Alternate(u8, Speed),
@@ -136,7 +136,7 @@ impl Output {
         high == (self.on <= u32::from(u16::MAX))
     }
 
-    /// The pin.
+    /// Returns the name of the pin.
     #[must_use]
     pub fn pin(&self) -> PinName {
         self.pin
@@ -160,7 +160,7 @@ impl embedded_hal::digital::OutputPin for Output {
     }
 }
 
-/// A digital input.
+/// Digital input pin with polarity.
 #[derive(Clone, Debug)]
 pub struct Input {
     pin: PinName,
@@ -186,7 +186,7 @@ impl Input {
         (registers(self.pin).idr.read().bits() & self.pin.bit() != 0) != self.inverted
     }
 
-    /// The pin.
+    /// Returns the name of the pin.
     #[must_use]
     pub fn pin(&self) -> PinName {
         self.pin

@@ -1,4 +1,4 @@
-//! Pins by name: who owns which, and handles to them.
+//! Claims of pins by name: the owner of each pin, and handles to the pins.
 //!
 //! A configuration names pins; two settings that name the same one are a mistake that this table finds and
 //! words. Pins with one fixed use on this board are refused with that use.
@@ -17,31 +17,31 @@ pub use name::{PinName, PinSpec, Pull};
 
 /// Longest owner name kept, in bytes; longer ones are cut.
 const OWNER_BYTES: usize = 40;
-/// How many pins can be owned at once: all that the headers and sockets offer.
+/// Most pins that can be owned at once: all that the headers and sockets offer.
 const CLAIMS: usize = 112;
 
-/// Who owns a pin: the configuration key, or a part of the board.
+/// Owner of a pin: the configuration key, or a part of the board.
 pub type Owner = String<OWNER_BYTES>;
 
-/// Why a pin is not to be had.
+/// Refusal of a pin.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PinError {
     /// Another setting has it already.
     Taken {
-        /// The pin.
+        /// Name of the pin.
         pin: PinName,
-        /// Who has it.
+        /// Present owner of the pin.
         owner: Owner,
-        /// Who asked.
+        /// Refused claimant of the pin.
         wanted_by: Owner,
     },
-    /// It has one fixed use on this board.
+    /// The pin has one fixed use on this board.
     Reserved {
-        /// The pin.
+        /// Name of the pin.
         pin: PinName,
-        /// Its use.
+        /// Fixed use of the pin.
         usage: &'static str,
-        /// Who asked.
+        /// Refused claimant of the pin.
         wanted_by: Owner,
     },
     /// More pins than the board has; cannot happen with distinct pins.
@@ -62,7 +62,7 @@ impl fmt::Display for PinError {
     }
 }
 
-/// The claim table.
+/// Table of claimed pins.
 #[derive(Debug, Default)]
 pub struct Pins {
     claims: Vec<(PinName, Owner), CLAIMS>,
@@ -85,7 +85,7 @@ impl Pins {
         Self { claims: Vec::new() }
     }
 
-    /// Who owns a pin.
+    /// Returns the owner of a pin.
     #[must_use]
     pub fn owner(&self, pin: PinName) -> Option<&str> {
         self.claims.iter().find(|(claimed, _)| *claimed == pin).map(|(_, owner)| owner.as_str())

@@ -2,10 +2,10 @@
 
 use core::fmt;
 
-/// How many ports the package has: A to K.
+/// Number of ports of the package: A to K.
 pub const PORTS: usize = 11;
 
-/// One pin of the chip.
+/// Pin of the chip: port and number.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PinName {
     port: u8,
@@ -71,14 +71,14 @@ pub enum Pull {
     Up,
     /// To ground, about 40 kOhm.
     Down,
-    /// None.
+    /// No pull-up or pull-down resistor.
     Floating,
 }
 
-/// A pin with what a configuration says about it.
+/// Pin with the modifiers of the configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PinSpec {
-    /// Which pin.
+    /// Name of the pin.
     pub pin: PinName,
     /// `!`: on is low.
     pub inverted: bool,

@@ -134,7 +134,7 @@ pub struct AnalogInput {
     pub name: &'static str,
     /// Channel of the converter.
     pub channel: u8,
-    /// Its pin; `None` for PA0_C, a pad of its own without a digital side.
+    /// Pin of the input; `None` for PA0_C, a pad of its own without a digital side.
     pub pin: Option<PinName>,
 }
 
@@ -172,7 +172,7 @@ pub const CHIP_TEMPERATURE: usize = 6;
 pub const VREF: usize = 7;
 /// Index into [`SUPPLIES`] of the pin for a coin cell.
 pub const VBAT: usize = 8;
-/// That comes through a bridge inside the chip (RM0399 section 26.4.36).
+/// Divider of the coin cell's voltage, by a bridge inside the chip (RM0399 section 26.4.36).
 pub const VBAT_DIVIDER: f32 = 4.0;
 /// Both supplies come through 100 k over 10 k.
 pub const SUPPLY_DIVIDER: f32 = 11.0;

@@ -1,4 +1,4 @@
-//! The card by calls that wait.
+//! Access to the SD card by calls that wait.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -10,7 +10,7 @@ use stm32h7xx_hal::pac;
 use super::{CardService, Controller};
 use crate::time;
 
-/// Where the service lives: DTCM is for what steps wait for.
+/// Static memory of the card service, outside the DTCM, which is for motion.
 struct Home(UnsafeCell<MaybeUninit<CardService>>);
 
 // SAFETY: it is reached through the one reference that `into_service` gives.
@@ -51,7 +51,7 @@ impl SdCard {
         }
     }
 
-    /// Reads a block.
+    /// Reads a block from the card.
     ///
     /// # Errors
     /// [`SdError`].
@@ -83,7 +83,7 @@ impl SdCard {
         }
     }
 
-    /// How many blocks the card says it has.
+    /// Returns the number of blocks that the card reports.
     #[must_use]
     pub const fn blocks(&self) -> Option<u32> {
         match self.0.state() {

@@ -89,7 +89,7 @@ impl Controller {
         };
         let from_card = u32::from(data.direction == Direction::FromCard);
         let limit_ms = if from_card == 1 { READ_LIMIT_MS } else { WRITE_LIMIT_MS };
-        // What the core wrote there must be in memory before the controller reads it.
+        // The core's writes to the buffer must reach memory before the controller reads it.
         cortex_m::asm::dsb();
         let sd = &self.registers;
         // DCTRL (RM0399 section 58.10.12): blocks of 2^DBLOCKSIZE bytes, DTDIR is bit 1.
@@ -104,7 +104,7 @@ impl Controller {
         sd.idmactrlr.write(|w| w.idmaen().set_bit());
     }
 
-    /// What the flags say of the command, and then of the data.
+    /// Returns the progress by the flags of the command, and then of the data.
     fn look(&mut self) -> Progress {
         let status = self.registers.star.read().bits();
         if !self.is_answered {

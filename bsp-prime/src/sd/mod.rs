@@ -1,6 +1,6 @@
 //! The SD card on SDMMC1 (4 bits, PC8 to PC12 and PD2).
 //!
-//! What a card is told is the business of [`drivers::sd`]; here is the host controller that does it
+//! The commands to the card come from [`drivers::sd`]; here is the host controller that carries them out
 //! ([`Controller`]), moved on by its interrupt: nothing spins, and the core sleeps while the hardware works.
 //! Data move by the controller's own DMA between the card and the DMA arena, the only memory that both sides
 //! reach without cache care.
@@ -24,7 +24,7 @@
 //!
 //! `begin` is carried out by the next `advance`: call that under the same lock. The end of a transfer comes
 //! with the controller's interrupt: the task of SDMMC1 wakes the user behind `advance`. A card that is pulled
-//! out ends the transfer with an error; `state()` says when there is one again. While it is lent, the
+//! out ends the transfer with an error; `state()` says when there is one again. While the card is lent, the
 //! service's own blocks are free: [`lent_buffer`] has 73 KB. The file system gives its volume back first
 //! (`CardStorage::unmount`, which refuses while files are open) and finds it again with `mount`.
 

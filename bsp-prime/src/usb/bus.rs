@@ -1,4 +1,4 @@
-//! The core as `usb-device`'s bus (RM0399 chapter 60, "OTG_HS programming model").
+//! The USB core as a bus of `usb-device` (RM0399 chapter 60, "OTG_HS programming model").
 
 use core::cell::UnsafeCell;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -24,7 +24,7 @@ const FDMOD: u32 = 1 << 30;
 const MODE_LIMIT_US: u32 = 50_000;
 /// A reset or a flush takes a few clocks of its transceiver.
 const CORE_LIMIT_US: u32 = 1_000;
-/// GRSTCTL.
+/// Bits of the register GRSTCTL.
 const CSRST: u32 = 1 << 0;
 const AHBIDL: u32 = 1 << 31;
 
@@ -55,7 +55,7 @@ pub(super) fn prepare() -> core::result::Result<(), power::UsbError> {
     Ok(())
 }
 
-/// The core.
+/// Running USB core as a bus.
 pub struct OtgBus {
     state: UnsafeCell<State>,
     is_in_use: AtomicBool,

@@ -1,4 +1,4 @@
-//! The core's endpoints: packets both ways, and what the core tells of them (RM0399 chapter 60, "OTG_HS
+//! Endpoints of the USB core: packets both ways, and the core's events (RM0399 chapter 60, "OTG_HS
 //! programming model").
 
 use usb_device::bus::PollResult;
@@ -32,11 +32,11 @@ const BULK_WORDS: u32 = 64;
 const INTERRUPT_WORDS: u32 = 16;
 const _: () = assert!(RECEIVE_WORDS + CONTROL_WORDS + 8 * BULK_WORDS <= FIFO_WORDS, "whatever the endpoints are");
 
-/// GRSTCTL.
+/// Bits of the register GRSTCTL.
 const RXFFLSH: u32 = 1 << 4;
 const TXFFLSH: u32 = 1 << 5;
 const ALL_FIFOS: u32 = 0x10 << 6;
-/// The same within the interrupt, where flushing takes some ten bus clocks.
+/// Limit of a flush within the interrupt, where flushing takes some ten bus clocks.
 const FLUSH_LIMIT_US: u32 = 5;
 
 /// Entries of the receive FIFO handled in one poll: a packet has two.
@@ -44,7 +44,7 @@ const ENTRIES_A_POLL: usize = 6;
 /// More than the FIFO ever holds: a packet at each of four endpoints, three requests in a row, and their
 /// ends.
 const ENTRIES_AT_MOST: usize = 16;
-/// What an entry is (GRXSTSP, PKTSTS in device mode).
+/// Kinds of FIFO entries (GRXSTSP, PKTSTS in device mode).
 const OUT_RECEIVED: u32 = 0b0010;
 const SETUP_RECEIVED: u32 = 0b0110;
 
@@ -72,7 +72,7 @@ impl Waiting {
     }
 }
 
-/// What is known of the endpoints.
+/// State of the endpoints.
 pub(super) struct State {
     /// Types of those to the host, as their control registers have them; none where there is no such
     /// endpoint.
@@ -86,7 +86,8 @@ pub(super) struct State {
     has_setup: bool,
     /// Endpoints whose packet has gone, one bit each.
     complete: u16,
-    /// The bus is silent. What waits is no sign of life, or `usb-device` would take the host to be back.
+    /// The bus is silent. Packets that wait already are no sign of life, or `usb-device` would take the host
+    /// to be back.
     is_silent: bool,
 }
 
@@ -127,7 +128,7 @@ impl State {
         }
     }
 
-    /// One more endpoint.
+    /// Configures another endpoint and returns its address.
     pub(super) fn add(
         &mut self,
         direction: UsbDirection,
@@ -244,8 +245,7 @@ impl State {
                 SETUP_RECEIVED => {
                     self.setup = [registers::receive(), registers::receive()];
                     (self.is_setup_new, self.has_setup) = (true, false);
-                    // What the request before had still to send is of no use any more, and nor is what it
-                    // received.
+                    // Data of the previous request, still to send or received, are of no use any more.
                     if read(registers::diepctl(0)) & EPENA != 0 {
                         take_back(0);
                     }
@@ -279,7 +279,7 @@ impl State {
         waiting.count += 1;
     }
 
-    /// Events of endpoints.
+    /// Handles the events of the endpoints.
     fn serve_endpoints(&mut self) {
         let events = read(registers::DAINT) & read(registers::DAINTMSK);
         for number in 0..ENDPOINTS {
@@ -313,7 +313,7 @@ impl State {
         }
         if events & ENUMDNE != 0 {
             write(registers::GINTSTS, ENUMDNE);
-            // DCTL: CGINAK.
+            // DCTL bit CGINAK: clears the global NAK for IN endpoints.
             modify(registers::DCTL, 0, 1 << 8);
         }
         if events & WKUPINT != 0 {
@@ -328,7 +328,7 @@ impl State {
             self.is_silent = true;
             return PollResult::Suspend;
         }
-        // What was there before the silence has been taken: anything new is a sign of life.
+        // Packets from before the silence have been taken: anything new is a sign of life.
         self.is_silent &= events & (RXFLVL | IEPINT | OEPINT) == 0;
         self.receive(ENTRIES_A_POLL);
         self.serve_endpoints();
@@ -346,7 +346,7 @@ impl State {
         PollResult::Data { ep_out: from_host, ep_in_complete, ep_setup }
     }
 
-    // As its caller.
+    // Inlined like its caller.
     #[inline]
     pub(super) fn send(&mut self, number: usize, packet: &[u8]) -> Result<usize> {
         self.to_host.get(number).copied().flatten().ok_or(UsbError::InvalidEndpoint)?;
@@ -358,7 +358,7 @@ impl State {
         if read(at) & (EPENA | STALL) != 0 || read(registers::dtxfsts(number)) & 0xFFFF < words {
             return Err(UsbError::WouldBlock);
         }
-        // DIEPTSIZx: one packet.
+        // DIEPTSIZx: one packet of this length.
         write(registers::dieptsiz(number), 1 << 19 | packet.len() as u32);
         control(at, 0, CNAK | EPENA);
         for bytes in packet.chunks(4) {

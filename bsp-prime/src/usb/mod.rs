@@ -1,10 +1,10 @@
 //! The USB socket: OTG2 as a full-speed device on PA11 and PA12, behind `usb-device`'s bus trait.
 //!
-//! The core is driven by its FIFOs, without its DMA. Whoever has the device calls it from the interrupt
-//! OTG_FS, and from nowhere else; nothing here masks an interrupt, waits for long, or runs longer than it
-//! takes to move a few packets. `synopsys-usb-otg`, which the HAL brings, masks every interrupt while it
-//! moves a packet, and leaves a packet that nobody fetches at the head of the common FIFO, where it stops
-//! every endpoint: see docs/dependencies.md.
+//! The core is driven by its FIFOs, without its DMA. The owner of the device calls it only from the interrupt
+//! OTG_FS; nothing here masks an interrupt, waits for long, or runs longer than it takes to move a few
+//! packets. `synopsys-usb-otg`, which the HAL brings, masks every interrupt while it moves a packet, and
+//! leaves a packet that nobody fetches at the head of the common FIFO, where it stops every endpoint: see
+//! docs/dependencies.md.
 //!
 //! Each endpoint from the host has buffers for two packets. While one is free the endpoint takes packets,
 //! else it answers NAK; so a port whose bytes nobody fetches stops alone. The cable is not seen: PA9, which
@@ -22,7 +22,7 @@ pub use power::UsbError;
 use registers::{DCTL, GAHBCFG, modify};
 use stm32h7xx_hal::pac;
 
-/// The core, untouched.
+/// USB core before its set-up.
 pub struct UsbSocket {
     _global: pac::OTG2_HS_GLOBAL,
     _device: pac::OTG2_HS_DEVICE,

@@ -1,4 +1,4 @@
-//! What the USB core needs before it can work: its supply, its clocks, its pins.
+//! Preparation of the USB core: supply, clocks and pins.
 
 use stm32h7xx_hal::pac;
 
@@ -10,10 +10,10 @@ const SUPPLY_LIMIT_US: u32 = 1_000;
 /// Alternate function of PA11 and PA12 (DS12923, alternate functions: OTG2_FS).
 const OTG2_FS: u8 = 10;
 
-/// Why there is no USB.
+/// Failure of the USB core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UsbError {
-    /// Its 3.3 V are not there.
+    /// The core's 3.3 V supply is missing.
     NoSupply,
     /// PLL3 does not make its 48 MHz.
     NoClock,
@@ -21,7 +21,7 @@ pub enum UsbError {
     NotReady,
 }
 
-/// Supply, clocks, pins.
+/// Prepares the core's supply, clocks and pins.
 pub(super) fn prepare() -> Result<(), UsbError> {
     // RM0399 section 7.8.4, PWR_CR3: USB33DEN, the detector of the USB supply; both supplies are on 3.3 V, so
     // the chip's own regulator stays off.

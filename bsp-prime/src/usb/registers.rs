@@ -1,39 +1,39 @@
-//! Registers of the OTG core, by their offsets (RM0399 chapter 60, register map): the PAC has one type for
-//! each endpoint's, and they are the same at a stride.
+//! Registers of the OTG core, by their offsets (RM0399 chapter 60, register map): the PAC has a type for each
+//! endpoint's registers, though they repeat at a fixed stride.
 
 use stm32h7xx_hal::pac;
 
-/// Control and status.
+/// Control and status of the core.
 pub const GOTGCTL: usize = 0x000;
-/// AHB configuration.
+/// Configuration of the AHB interface.
 pub const GAHBCFG: usize = 0x008;
-/// USB configuration.
+/// Configuration of the USB core.
 pub const GUSBCFG: usize = 0x00C;
-/// Resets and flushes.
+/// Resets and FIFO flushes.
 pub const GRSTCTL: usize = 0x010;
-/// What has happened.
+/// Pending events of the core.
 pub const GINTSTS: usize = 0x014;
-/// What interrupts.
+/// Mask of the core's interrupts.
 pub const GINTMSK: usize = 0x018;
-/// Takes the head of what was received.
+/// Reading it takes the head of the receive FIFO.
 pub const GRXSTSP: usize = 0x020;
 /// Size of the receive FIFO.
 pub const GRXFSIZ: usize = 0x024;
 /// Place and size of endpoint 0's transmit FIFO.
 pub const DIEPTXF0: usize = 0x028;
-/// Transceiver and what it senses.
+/// Transceiver and voltage sensing.
 pub const GCCFG: usize = 0x038;
-/// Device configuration.
+/// Configuration of the device.
 pub const DCFG: usize = 0x800;
-/// Device control.
+/// Control of the device.
 pub const DCTL: usize = 0x804;
-/// What IN endpoints interrupt for.
+/// Interrupt mask of all IN endpoints.
 pub const DIEPMSK: usize = 0x810;
-/// What OUT endpoints interrupt for.
+/// Interrupt mask of all OUT endpoints.
 pub const DOEPMSK: usize = 0x814;
-/// Which endpoints interrupt.
+/// Endpoints with pending interrupts.
 pub const DAINT: usize = 0x818;
-/// Which endpoints may.
+/// Mask of endpoint interrupts.
 pub const DAINTMSK: usize = 0x81C;
 /// Power and clock gating.
 pub const PCGCCTL: usize = 0xE00;
@@ -48,12 +48,12 @@ pub const fn diepctl(number: usize) -> usize {
     0x900 + 0x20 * number
 }
 
-/// What has happened there.
+/// Pending events of an IN endpoint.
 pub const fn diepint(number: usize) -> usize {
     0x908 + 0x20 * number
 }
 
-/// Packets and bytes to go there.
+/// Packets and bytes to send at an IN endpoint.
 pub const fn dieptsiz(number: usize) -> usize {
     0x910 + 0x20 * number
 }
@@ -68,12 +68,12 @@ pub const fn doepctl(number: usize) -> usize {
     0xB00 + 0x20 * number
 }
 
-/// What has happened there.
+/// Pending events of an OUT endpoint.
 pub const fn doepint(number: usize) -> usize {
     0xB08 + 0x20 * number
 }
 
-/// Packets and bytes to come there.
+/// Packets and bytes to receive at an OUT endpoint.
 pub const fn doeptsiz(number: usize) -> usize {
     0xB10 + 0x20 * number
 }
@@ -87,7 +87,7 @@ const fn fifo(number: usize) -> usize {
 pub mod event {
     /// The core is a host.
     pub const CMOD: u32 = 1 << 0;
-    /// Something was received.
+    /// The receive FIFO is not empty.
     pub const RXFLVL: u32 = 1 << 4;
     /// The bus is silent.
     pub const USBSUSP: u32 = 1 << 11;
@@ -113,7 +113,7 @@ pub mod endpoint {
     pub const SODDFRM: u32 = 1 << 29;
     pub const EPDIS: u32 = 1 << 30;
     pub const EPENA: u32 = 1 << 31;
-    /// What does something when it is written as one, and must not be written back.
+    /// Bits that act when written as 1, and must not be written back.
     pub const ACTIONS: u32 = CNAK | SNAK | SD0PID | SODDFRM | EPDIS | EPENA;
     /// Bits of DIEPINTx and DOEPINTx: the transfer is complete.
     pub const XFRC: u32 = 1 << 0;
@@ -127,14 +127,14 @@ fn address(offset: usize) -> usize {
     pac::OTG2_HS_GLOBAL::ptr() as usize + offset
 }
 
-/// Reads a register.
+/// Reads a register of the core.
 pub fn read(offset: usize) -> u32 {
     // SAFETY: offsets are those of this module, words within OTG2's 256 KiB (RM0399 section 2.3.2), which
     // exist whenever its clock runs; `UsbSocket::start` sees to that first. The bus alone uses them.
     unsafe { (address(offset) as *const u32).read_volatile() }
 }
 
-/// Writes a register.
+/// Writes a register of the core.
 pub fn write(offset: usize, value: u32) {
     // SAFETY: as for `read`; no value of these registers has the core reach memory, as its DMA stays off.
     unsafe { (address(offset) as *mut u32).write_volatile(value) }
