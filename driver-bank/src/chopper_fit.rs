@@ -1,5 +1,4 @@
-//! spreadCycle computed for a motor: from the coil that the machine knows to the chip, and back in words'
-//! terms.
+//! spreadCycle settings computed for a motor: from the configured coil to the chip, and the result in words.
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
@@ -60,7 +59,7 @@ pub fn on_board<SPI: SpiDevice>(
 }
 
 impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
-    /// A driver outside.
+    /// Fits the chopper of an external driver to a coil and its supply.
     pub(crate) fn fit_chopper(&mut self, coil: Coil, supply: Volts) -> Result<Option<ChopperFit>, DriverFault> {
         let (settings, current, kind) = (*self.chip.settings(), *self.chip.current(), self.chip.chip());
         let by = Regulated {

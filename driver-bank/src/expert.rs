@@ -35,7 +35,7 @@ const fn on_off(bit: u32) -> &'static str {
     if bit == 1 { "on" } else { "off" }
 }
 
-/// What the chip says and is told, and at the end the line that would set it so again.
+/// Prints the chip's readings and registers, and at the end the line that would set them again.
 pub fn describe<SPI: SpiDevice>(chip: &mut Driver<SPI>, motor: Actuator, out: &mut dyn Write) -> Result {
     writeln!(out, "Chip type {}", chip.chip().name())?;
     let microstep = chip.read(ReadSelect::Microstep);
@@ -142,7 +142,7 @@ fn chopper_words(conf: ChopConf, constant: bool) -> Option<[i32; 5]> {
     (constant == (conf.chm() != 0)).then_some(words)
 }
 
-/// One group of settings by its number, as M911.3 counts them.
+/// Applies a group of settings by its number, as M911.3 counts them.
 pub fn set_option<SPI: SpiDevice>(
     chip: &mut Driver<SPI>,
     option: u8,
@@ -199,7 +199,7 @@ pub(crate) fn cool_step(number: &dyn Fn(char) -> Option<i32>) -> Option<CoolStep
 pub(crate) fn chopper(constant: bool, number: &dyn Fn(char) -> Option<i32>) -> Option<Chopper> {
     let small = |letter: char| number(letter).and_then(|value| u8::try_from(value).ok());
     let signed = |letter: char| number(letter).and_then(|value| i8::try_from(value).ok());
-    // What the chip does not have is cut.
+    // A value that the chip does not have is rounded down.
     let clocks = [54, 36, 24].into_iter().find(|clocks| number('V').is_some_and(|value| value >= *clocks));
     let blank_time = BlankTime::from_clocks(clocks.map_or(16, |clocks| clocks as u8))?;
     let off_time = small('U')?;

@@ -25,7 +25,7 @@ pub use set_up::{NotSetUp, set_up, switch_off};
 pub use stealth::{CHIP_CLOCK, OUTSIDE_CLOCK, Outside, set_up as set_up_outside};
 pub use tmc::stealth::{SingleWire, SpiRegisters, WireFault, WireRegisters};
 
-/// What moves one actuator's coils. `LINE` is a UART of one wire; `E` enables an external driver: its active
+/// Driver of one actuator's coils. `LINE` is a single-wire UART; `E` enables an external driver: its active
 /// state is the pin's high.
 #[derive(Debug, Default)]
 pub enum MotorDriver<SPI, LINE, E> {
@@ -90,7 +90,7 @@ impl<SPI: SpiDevice, LINE: SingleWire, E: OutputPin> MotorDrivers for DriverBank
         let chip = self.chip(motor)?;
         let answer = if enabled { chip.enable() } else { chip.disable() };
         match answer.map(drop).map_err(fault) {
-            // Its bridges are off after a reset.
+            // The bridges of a chip are off after a reset.
             Err(DriverFault::Reset) if !enabled => Ok(()),
             done => done,
         }
@@ -132,7 +132,7 @@ impl<SPI: SpiDevice, LINE: SingleWire, E: OutputPin> MotorDrivers for DriverBank
             supply_short_b,
             open_a: status.open_load_a,
             open_b: status.open_load_b,
-            // That is [`DriverFault::Reset`] with these chips.
+            // A reset of these chips is reported as [`DriverFault::Reset`].
             reset: false,
         })
     }

@@ -1,4 +1,4 @@
-//! What the chip of a driver outside is on: an SPI bus, or a UART of one wire.
+//! Bus of an external driver's chip: SPI or a single-wire UART.
 
 use embedded_hal::spi::SpiDevice;
 use tmc::Error;
@@ -9,11 +9,11 @@ use tmc::stealth::{RegisterBus, SingleWire, SpiRegisters, WireRegisters};
 pub enum OutsideBus<SPI, LINE> {
     /// Behind a chip select.
     Spi(SpiRegisters<SPI>),
-    /// Behind an address.
+    /// Behind an address on a UART.
     Wire(WireRegisters<LINE>),
 }
 
-/// The bus itself failed; which one, nobody asks.
+/// The bus itself failed; its own error is dropped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BusFailed;
 

@@ -12,7 +12,7 @@ use crate::MotorDriver;
 /// A setting that the chip cannot take; the motor stays without its driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotSetUp<E> {
-    /// What the driver says of it.
+    /// Error of the driver.
     Driver(Error<E>),
     /// Not a power of two up to 256.
     Microsteps(u16),
@@ -95,9 +95,9 @@ pub(crate) fn cool_step(settings: &CoolStepConfig) -> Option<CoolStep> {
     })
 }
 
-/// Switches off the bridges of a chip that no motor of the configuration uses. It keeps what it was told for
-/// as long as the motor supply stays, through a reset of the board too, and the enable line is common to all:
-/// it would hold its motor with an earlier configuration's current.
+/// Switches off the bridges of a chip that no motor of the configuration uses. The chip keeps its settings
+/// for as long as the motor supply stays, through a reset of the board too, and the enable line is common to
+/// all: the chip would hold its motor with an earlier configuration's current.
 ///
 /// # Errors
 /// As [`Driver::disable`]; without motor supply nobody answers, and the chip is off anyway.

@@ -1,5 +1,5 @@
-//! Drivers outside the board with stealthChop chips: from the configuration to the chip, and what a person is
-//! told of it.
+//! External drivers with stealthChop chips: from the configuration to the chip, and the reports of their
+//! state.
 
 use core::fmt::{Result as Written, Write};
 
@@ -116,7 +116,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
         self.chip.current().actual
     }
 
-    /// What the chip says of itself.
+    /// Reads the status of the chip.
     pub(crate) fn status(&mut self) -> Result<DriverStatus, DriverFault> {
         let status = self.chip.status().map_err(fault)?;
         let ([short_a, short_b], [supply_short_a, supply_short_b]) = (status.short, status.supply_short);
@@ -142,7 +142,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
         Ok(before)
     }
 
-    /// Where it is in the electrical cycle.
+    /// Reads the place in the electrical cycle.
     pub(crate) fn phase(&mut self) -> Result<ElectricalPhase, DriverFault> {
         let place = self.chip.read(register::MSCNT).map_err(fault)? as u16;
         Ok(ElectricalPhase { place, microsteps: self.chip.settings().microsteps.count() })
@@ -154,17 +154,17 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
         self.chip.begin_search(search.threshold, peak).map_err(fault)
     }
 
-    /// How little load there is.
+    /// Reads the load reserve: how far the motor is from a stall.
     pub(crate) fn reserve(&mut self) -> Result<u16, DriverFault> {
         self.chip.reserve().map_err(fault)
     }
 
-    /// What was set before a search.
+    /// Restores the settings from before a search.
     pub(crate) fn end_search(&mut self) -> Result<(), DriverFault> {
         self.chip.end_search().map_err(fault)
     }
 
-    /// One group of settings by its number, as M911.3 counts them, of those that these chips have.
+    /// Applies a group of settings by its number, as M911.3 counts them, of the groups that these chips have.
     pub(crate) fn set_option(&mut self, option: u8, word: &dyn Fn(char) -> Option<f64>) -> Result<(), DriverFault> {
         let number = |letter: char| word(letter).map(|value| value as i32);
         let switch = || number('Z').map(|value| value != 0).ok_or(DriverFault::BadSetting);
@@ -209,7 +209,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
         self.chip.set(StealthSettings { stealth_threshold, ..*self.chip.settings() }).map_err(fault)
     }
 
-    /// What the chip says, what it is told, and its registers.
+    /// Prints the chip's status, settings and registers.
     pub(crate) fn describe(&mut self, motor: Actuator, out: &mut dyn Write) -> Written {
         writeln!(out, "Chip type {}, outside the board", self.chip.chip().name())?;
         match self.chip.status() {
