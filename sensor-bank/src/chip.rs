@@ -1,4 +1,4 @@
-//! The chips, as one.
+//! Temperature sensor chips behind a common interface.
 
 use config::{SensorConfig, SensorKind, ThermocoupleType};
 use drivers::max31855::{self, Max31855};
@@ -8,10 +8,10 @@ use drivers::platinum::Platinum;
 use embedded_hal::spi::{MODE_0, MODE_3, Mode, SpiDevice};
 use units::{Celsius, Micros};
 
-/// Why there is no temperature.
+/// Reason for a missing temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Fault {
-    /// What to check.
+    /// Message that says what to check.
     pub(crate) words: &'static str,
     /// The chip has forgotten its settings.
     pub(crate) needs_set_up: bool,
@@ -35,20 +35,20 @@ impl From<max31855::Fault> for Fault {
     }
 }
 
-/// What a bus has to do for a kind of chip.
+/// Requirements of a kind of chip on its bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Chips {
-    /// Polarity and phase of its clock.
+    /// Clock polarity and phase of the bus.
     pub mode: Mode,
     /// The fastest clock, hertz.
     pub most_hz: u32,
 }
 
 impl Chips {
-    /// Smoothieware's clock, a fifth of what the chips take: their wires are long.
+    /// Clock of Smoothieware, a fifth of the chips' limit, as their wires are long.
     const MOST_HZ: u32 = 1_000_000;
 
-    /// Of a kind of sensor; none where no chip reads it.
+    /// Returns the requirements of a kind of sensor; `None` if no chip reads it.
     #[must_use]
     pub const fn of(kind: SensorKind) -> Option<Self> {
         let mode = match kind {
@@ -118,7 +118,8 @@ impl<SPI: SpiDevice> Chip<SPI> {
         }
     }
 
-    /// What that has found. The chip converts again, and has its next reading after its first conversion.
+    /// Reads the result of the test. The chip converts again, and has its next reading after its first
+    /// conversion.
     pub(crate) fn end_test(&mut self) -> Result<(), Fault> {
         match self {
             Self::Max31855(_) | Self::Max31856(..) => Ok(()),

@@ -1,7 +1,7 @@
-//! Temperature sensors behind converter chips: when each is read, what its settings are, what it says.
+//! Temperature sensors behind converter chips: times of reading, settings, and results.
 //!
 //! A crate of its own because `machine` never sees a chip and `drivers` never sees a configuration; the board
-//! and the native runner bring their own bus. Who polls the bank is the one owner of the buses for as long.
+//! and the native runner bring their own bus. During a poll, the caller is the only owner of the buses.
 #![no_std]
 
 mod chip;
@@ -22,24 +22,24 @@ const ASK_AGAIN: Micros = Micros::from_millis(50);
 /// A reading counts for so many of its own periods.
 const LASTS_PERIODS: u64 = 4;
 
-/// A chip that can test its sensor's wires does it this often. It has no reading for the time of one
-/// conversion and a few milliseconds, so that none is left out.
+/// Period of the wire test, for chips that can test their sensor's wires. A test costs a conversion and a few
+/// milliseconds, so that no reading is left out.
 const TEST_PERIOD: Micros = Micros::from_seconds(5);
 
-/// What a chip is doing.
+/// Activity of a chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// It has to be set up.
+    /// Waiting to be set up.
     New,
-    /// It is to test the wires: they are not known to be sound.
+    /// Waiting for a test of the wires, which are not known to be sound.
     Untested,
-    /// It tests them.
+    /// Testing the sensor's wires.
     Tests,
-    /// It converts.
+    /// Converting the temperature continuously.
     Converts,
 }
 
-/// A chip and when it is to be read.
+/// Chip with the time of its next reading.
 #[derive(Debug)]
 struct Sensor<SPI> {
     /// The place of its temperature control in the configuration.
@@ -48,14 +48,14 @@ struct Sensor<SPI> {
     stage: Stage,
     period: Micros,
     due: Micros,
-    /// When it was read last, and when its wires were tested.
+    /// Times of the last reading and of the last test of the wires.
     read: Micros,
     tested: Micros,
 }
 
 impl<SPI: embedded_hal::spi::SpiDevice> Sensor<SPI> {
-    /// What is next: setting the chip up, testing the wires, a reading. None when there is nothing to say
-    /// yet.
+    /// Takes the next step: setting the chip up, testing the wires, or a reading. Returns `None` if there is
+    /// no reading yet.
     fn run(&mut self, now: Micros) -> Option<DatedReading> {
         let done = match self.stage {
             Stage::New => self.set_up(now).map(|()| None),
@@ -67,8 +67,8 @@ impl<SPI: embedded_hal::spi::SpiDevice> Sensor<SPI> {
             Ok(None) => None,
             Ok(Some(celsius)) => Some(self.dated(SensorReading::MilliDegrees((celsius.0 * 1e3) as i32), now)),
             Err(fault) => {
-                // Told as what it is. What it reads until its first conversion is over is nobody's
-                // temperature.
+                // The fault is reported as such: readings up to the end of the first conversion would be no
+                // temperatures.
                 let is_set_up_anew = fault.needs_set_up && self.set_up(now).is_ok();
                 if !is_set_up_anew {
                     self.due = now.plus(ASK_AGAIN);
@@ -111,7 +111,7 @@ impl<SPI: embedded_hal::spi::SpiDevice> Sensor<SPI> {
         Ok(())
     }
 
-    /// It has begun to convert.
+    /// Begins the stage of conversions.
     fn convert(&mut self, now: Micros) {
         self.stage = Stage::Converts;
         let (converted, next) = (now.plus(self.chip.first_conversion()), self.read.plus(self.period));
@@ -157,8 +157,8 @@ impl<SPI: embedded_hal::spi::SpiDevice> SensorBank<SPI> {
         self.sensors.is_empty()
     }
 
-    /// Reads the chip that has been due for longest, if one is: at most one, so that a call is short. Call
-    /// at 100 Hz. What was read, and by the place of its temperature control whose it is.
+    /// Reads the chip that has been due for longest, if any: at most one, so that a call is short. Call at
+    /// 100 Hz. Returns the reading with the place of its temperature control.
     pub fn poll(&mut self, now: Micros) -> Option<(usize, DatedReading)> {
         let sensor = self.sensors.iter_mut().filter(|sensor| sensor.due <= now).min_by_key(|sensor| sensor.due)?;
         Some((sensor.controller, sensor.run(now)?))

@@ -1,4 +1,4 @@
-//! Chips that answer what a test says, by the order and the time in which they are asked.
+//! Tests with chips whose answers depend on the order and the time of the questions.
 
 extern crate std;
 
@@ -72,7 +72,7 @@ fn bank(kind: SensorKind, readings_per_second: u16) -> (SensorBank<Line>, Line) 
     (bank, line)
 }
 
-/// What is read at every hundredth of a second from `from_ms` on: when, and what.
+/// Returns the readings, polled at every hundredth of a second from `from_ms` on, with their times.
 fn readings(bank: &mut SensorBank<Line>, from_ms: u64, to_ms: u64) -> List<(u64, DatedReading)> {
     let run = |ms| bank.poll(Micros::from_millis(ms)).map(|(controller, reading)| (controller, ms, reading));
     let read = (from_ms..to_ms).step_by(10).filter_map(run);
