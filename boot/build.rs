@@ -1,4 +1,4 @@
-//! Linker scripts.
+//! Passes the linker scripts to the linker.
 fn main() {
     for argument in ["--nmagic", "-Tlink.x"] {
         println!("cargo:rustc-link-arg-bins={argument}");

@@ -10,7 +10,7 @@ pub struct CardFiles {
     volume: Option<Volume>,
 }
 
-/// An open file.
+/// File open for reading on the card.
 pub struct OpenFile<'c> {
     card: &'c mut SdCard,
     volume: &'c mut Volume,

@@ -1,5 +1,5 @@
-//! Without its crystal the board has no clocks that anything here is built on, no USB and no application. It
-//! says so, on the debug console and with its LEDs, and tries again.
+//! Without its crystal the board has no clocks that anything here is built on, no USB and no application. The
+//! boot stage reports so on the debug console and with its LEDs, and tries again.
 
 use bsp_prime::boot_stage::{self, Crippled};
 use bsp_prime::clocks::ClockError;

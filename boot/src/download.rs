@@ -6,12 +6,12 @@ use usb::{Firmware, Refused, TRANSFER_BYTES};
 use crate::card::CardFiles;
 use crate::patience::Patience;
 
-/// A host asks again after this while a sector is erased: about as long as it takes (DS12923, "flash memory
-/// programming", parallelism x64). What takes longer keeps the host's next question waiting, which has five
-/// seconds.
+/// Time after which a host asks again while a sector is erased: about the length of an erase (DS12923, "flash
+/// memory programming", parallelism x64). A longer erase keeps the host's next question waiting, which has
+/// five seconds.
 const ERASE_MS: u32 = 1_000;
-/// Before the first sector is erased, a look at the card's copy of what is there: as long as that takes where
-/// the copy is good and the first that is found.
+/// Time to look for a copy of the present image on the card before the first sector is erased, if the copy is
+/// good and the first that is found.
 const LOOK_MS: u32 = 1_500;
 /// The words of a block, 0.1 ms each.
 const WRITE_MS: u32 = 1;
@@ -23,13 +23,13 @@ pub struct Incoming<'f> {
     flash: &'f mut Patience,
     card: &'f mut CardFiles,
     file: Option<Receiving<'static>>,
-    /// What can be read, when that has been looked at.
+    /// Manifest of the present image, once it was looked at.
     there: Option<Manifest>,
     lacks_copy: bool,
 }
 
 impl<'f> Incoming<'f> {
-    /// Nothing has come.
+    /// Creates a download without data so far.
     pub fn new(flash: &'f mut Patience, card: &'f mut CardFiles) -> Self {
         Self { flash, card, file: None, there: None, lacks_copy: false }
     }

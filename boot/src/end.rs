@@ -1,5 +1,5 @@
-//! When the boot stage cannot go on: outputs off, and from the beginning. Whatever it was about is finished
-//! then, as after a power failure.
+//! End of a boot stage that cannot go on: outputs off, then a restart. An interrupted update is finished
+//! after it, as after a power failure.
 
 use core::panic::PanicInfo;
 
@@ -7,7 +7,7 @@ use bsp_prime::board::make_outputs_safe;
 use bsp_prime::boot_stage;
 use cortex_m_rt::exception;
 
-/// Begins again.
+/// Resets the board, outputs off.
 pub fn again() -> ! {
     cortex_m::interrupt::disable();
     make_outputs_safe();

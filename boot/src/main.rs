@@ -1,8 +1,8 @@
-//! The boot stage: what runs first after every reset, from the first sector of the flash. It finishes or
-//! undoes updates (`update` decides, see there), verifies the image behind it and starts it. Where nothing
-//! may run it waits for an image.
+//! The boot stage: the first code after every reset, from the first sector of the flash. The boot stage
+//! finishes or undoes updates (`update` decides, see there), verifies the image behind it and starts it. If
+//! no image may run, it waits for a new one.
 //!
-//! It has no machine and no configuration. Every output is off while it runs.
+//! The boot stage has no machine and no configuration. Every output is off while it runs.
 #![no_std]
 #![no_main]
 #![allow(unsafe_code, reason = "interrupts are let through here")]
@@ -48,7 +48,7 @@ fn main() -> ! {
     board.hand_over.start(PRIME.image_address() + VECTOR_TABLE)
 }
 
-/// How the application's last run ended.
+/// Returns how the application's last run ended, by the cause of the reset.
 const fn ended(cause: ResetCause) -> Ended {
     match cause {
         ResetCause::Watchdog | ResetCause::WindowWatchdog => Ended::Watchdog,

@@ -18,7 +18,7 @@ pub struct Patience {
 }
 
 impl Patience {
-    /// With nothing written.
+    /// Creates the wrapper, with no words written so far.
     pub fn new(flash: BoardFlash, watchdog: Watchdog, leds: [Output; 4]) -> Self {
         Self { flash, watchdog, leds, written: 0 }
     }

@@ -1,6 +1,5 @@
-//! What the boot stage does when it starts no application: it says why, and takes an image over USB, or,
-//! where there is none that may run, from the card. It ends with a reset; the next start starts what has
-//! come.
+//! The boot stage without an application to start: it reports the reason, and takes an image over USB, or, if
+//! none may run, from the card. It ends with a reset; the next start runs the new image.
 
 use bsp_prime::usb::{OtgBus, UsbSocket};
 use bsp_prime::{boot_stage, time};
@@ -22,7 +21,7 @@ const NOBODY_COMES_US: u64 = 300_000_000;
 /// A host that has sent an image has so long to reset the bus, which it need not.
 const LEAVE_US: u64 = 1_000_000;
 
-/// Why it waits.
+/// Reason for waiting in the boot stage.
 #[derive(Clone, Copy)]
 pub enum Why {
     /// Somebody asked for the download.
@@ -41,7 +40,7 @@ impl Why {
     }
 }
 
-/// Waits.
+/// Waits for an image; ends with a reset.
 pub fn run(flash: &mut Patience, card: &mut CardFiles, words: &mut Words, usb: (UsbSocket, [u32; 3]), why: Why) -> ! {
     say(words, why);
     let (socket, unique_id) = usb;
@@ -120,7 +119,7 @@ fn with_usb(
     }
 }
 
-/// What is due when.
+/// Times at which tasks are due.
 struct Watch {
     blink_at: u64,
     phase: bool,

@@ -1,4 +1,4 @@
-//! What the boot stage says on the debug console. On an ordinary start it says nothing.
+//! Messages of the boot stage on the debug console. An ordinary start prints none.
 
 use core::fmt::{self, Write};
 
@@ -19,7 +19,7 @@ impl Words {
         Self { port }
     }
 
-    /// A line. What has no room is lost.
+    /// Prints a line; characters without room are lost.
     pub fn say(&mut self, words: fmt::Arguments<'_>) {
         // A text takes what has room in it.
         let _ = self.write_fmt(words);
