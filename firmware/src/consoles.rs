@@ -33,7 +33,7 @@ pub enum Console {
 }
 
 impl Console {
-    /// All of them.
+    /// All consoles of the board.
     pub const ALL: [Self; 6] = [Self::Debug, Self::Uart0, Self::Uart1, Self::Usb0, Self::Usb1, Self::Rtt];
 
     /// The console of a session.
@@ -41,7 +41,7 @@ impl Console {
         Self::ALL.get(usize::from(session.0)).copied()
     }
 
-    /// What it has received.
+    /// Returns the queue of received bytes.
     pub const fn inbox(self) -> &'static Inbox {
         match self {
             Self::Debug => &DEBUG,
@@ -53,7 +53,7 @@ impl Console {
         }
     }
 
-    /// Who is at its other end.
+    /// Returns the kind of peer at the other end.
     pub const fn profile(self) -> SessionProfile {
         match self {
             Self::Debug | Self::Uart0 | Self::Uart1 => SessionProfile::SERIAL,

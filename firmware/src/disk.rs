@@ -2,8 +2,8 @@
 //!
 //! The disk belongs to the device, and so to its interrupt; the card is behind its lock. Between two events
 //! of the bus the disk is told how the card stands, and what it wants of the card is begun: each takes the
-//! lock for some microseconds, and neither is part of the other's frames. Who has the card is the
-//! dispatcher's business: it lends it, and takes it back once the disk has said that it is given back.
+//! lock for some microseconds, and neither is part of the other's frames. The dispatcher decides on the owner
+//! of the card: it lends the card, and takes it back once the disk has reported its return.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -17,7 +17,7 @@ const BUFFER_BLOCKS: u32 = 32;
 
 /// The computer, or the machine, has ended the loan: the disk is empty, and begins nothing more.
 static IS_OVER: AtomicBool = AtomicBool::new(true);
-/// How often the card was lent: the computer forgets what it remembers of it.
+/// Number of times the card was lent: a change makes the computer forget its copy of the contents.
 static VISIT: AtomicU32 = AtomicU32::new(0);
 
 /// The card has been lent.
@@ -36,7 +36,7 @@ pub fn is_over() -> bool {
     IS_OVER.load(Ordering::Acquire)
 }
 
-/// What the disk wants of the card.
+/// Transfer that the disk wants of the card.
 #[derive(Clone, Copy)]
 struct Wanted {
     direction: Direction,
@@ -53,7 +53,7 @@ pub struct CardMedium {
 }
 
 impl CardMedium {
-    /// No card.
+    /// Creates a medium without a card.
     pub const fn new() -> Self {
         Self { state: State::Absent, wanted: None, direction: Direction::FromCard, progress: Progress::Done }
     }
@@ -102,7 +102,7 @@ impl CardMedium {
     }
 }
 
-/// Where a buffer begins among the blocks that are free while the card is lent.
+/// Returns the byte offset of a buffer within the blocks that are free while the card is lent.
 const fn place(buffer: Half) -> usize {
     match buffer {
         Half::First => 0,
@@ -145,7 +145,7 @@ impl Medium for CardMedium {
     }
 
     fn store(&mut self, buffer: Half, at: usize, bytes: &[u8]) {
-        // When the loan is over these blocks are the machine's again.
+        // After the end of the loan the blocks are the machine's again.
         let _is_within = !is_over() && sd::write_lent(place(buffer) + at, bytes);
     }
 

@@ -1,4 +1,4 @@
-//! Idle: the machine's executor, and what it does while it rests.
+//! Idle task: the machine's executor and its rest.
 
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -15,7 +15,7 @@ use crate::usb;
 /// There may be something to do.
 static AWAKE: AtomicBool = AtomicBool::new(true);
 
-/// How often the executor has rested: for whoever measures what holds it up.
+/// Number of rests of the executor, to measure delays.
 static TURNS: AtomicU32 = AtomicU32::new(0);
 
 /// Ends the executor's rest, or its next one. Called by whoever brings it bytes, and by the feed at each run;
@@ -44,7 +44,8 @@ pub fn run<P: Ports>(ports: impl FnOnce() -> P) -> ! {
 #[unsafe(link_section = ".axisram")]
 static mut LASTING: MaybeUninit<Lasting> = MaybeUninit::uninit();
 
-/// What the executor has beside its stack. Once. Never inlined: parts of it are on the stack meanwhile.
+/// Places the lasting data of the executor outside its stack. Call once. Never inlined: parts of the data are
+/// on the stack meanwhile.
 #[inline(never)]
 fn lasting() -> &'static mut Lasting {
     let lasting = &raw mut LASTING;
@@ -53,8 +54,7 @@ fn lasting() -> &'static mut Lasting {
     unsafe { (*lasting).write(Lasting::new()) }
 }
 
-/// What the executor's rest is made of: the log is told, USB asked for room, and the core sleeps until it is
-/// woken.
+/// Performs the executor's rest: tells the log, asks USB for room, and lets the core sleep until it is woken.
 pub fn rest(wake: Wake, told: &mut Told) {
     told.tell();
     TURNS.store(TURNS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);

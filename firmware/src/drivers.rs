@@ -9,9 +9,9 @@ use driver_bank::{SingleWire, WireFault};
 
 /// The drivers of all actuators.
 pub type DriverBank = driver_bank::DriverBank<SpiChip, Line, Output>;
-/// What moves one actuator's coils.
+/// Driver of one actuator's coils.
 pub type MotorDriver = driver_bank::MotorDriver<SpiChip, Line, Output>;
-/// What a driver outside is on.
+/// Bus of an external driver.
 pub type OutsideBus = driver_bank::OutsideBus<SpiChip, Line>;
 /// The converter chips of temperature sensors.
 pub type SensorBank = sensor_bank::SensorBank<SpiChip>;

@@ -69,7 +69,7 @@ pub fn board_failed(error: BoardError) -> ! {
     end_at(Micros(0), format_args!("board: {error:?}"))
 }
 
-/// Why this start.
+/// Returns the reason for this start.
 pub fn start(identity: &Identity) -> Start {
     match (identity.reset_cause, &identity.last_words) {
         (ResetCause::Watchdog, _) => Start::Watchdog,

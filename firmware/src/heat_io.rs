@@ -1,4 +1,4 @@
-//! What the heat task touches: heater and switch outputs, the two enables of the output stage, the thermistor
+//! Hardware of the heat task: heater and switch outputs, the two enables of the output stage, the thermistor
 //! scan.
 
 use bsp_prime::adc::Thermistors;
@@ -29,11 +29,11 @@ pub struct HeatIo {
     pub thermistors: Thermistors,
     /// For each temperature controller, the place of its input in the scan.
     pub sensors: [Option<usize>; MAX_HEATERS],
-    /// Which controllers are told the chip's temperature.
+    /// Controllers that get the chip's temperature.
     pub of_chip: [bool; MAX_HEATERS],
     /// The chips of some sensors are to be read.
     pub reads_chips: bool,
-    /// What other tasks have read, for each controller.
+    /// Readings of other tasks, for each controller.
     told: [Option<DatedReading>; MAX_HEATERS],
     /// For each input of the filament width sensor, its place in the scan.
     pub filament_width: [Option<usize>; 2],
@@ -76,7 +76,7 @@ impl Heat {
         Self { control, io, task: HeatTask::new() }
     }
 
-    /// One run of the heat task.
+    /// Runs the heat task once.
     pub fn run(&mut self) -> Due {
         let Self { control, io, task } = self;
         task.run(bsp_prime::time::now(), &crate::REACHED, control, io)
@@ -108,7 +108,7 @@ impl HeatIo {
     }
 }
 
-/// What an input of the scan reads on average.
+/// Returns the average reading of an input of the scan.
 fn reading(thermistors: &Thermistors, input: Option<usize>) -> SensorReading {
     match input.map(|input| thermistors.average(input)) {
         Some(Ok(counts)) => SensorReading::Counts(counts),

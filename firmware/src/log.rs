@@ -1,15 +1,15 @@
-//! The log: what the ring of events gets, told to whoever reads RTT, at the lowest priority.
+//! The log: prints the events of the ring over RTT, at the lowest priority.
 
 use bsp_prime::identity::{Identity, ResetCause};
 use bsp_prime::{kept, rtc, time};
 use events::{Cause, Date, Event};
 use machine::ports::DateTime;
 
-/// How far the log has told the ring.
+/// Position of the log in the ring of events.
 pub struct Told(u32);
 
 impl Told {
-    /// What comes from now on is told.
+    /// Starts the log at the next event.
     pub fn from_here() -> Self {
         Self(kept::events().next())
     }

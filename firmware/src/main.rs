@@ -10,7 +10,7 @@
 //! | 6 | `*_bytes` | USART2, USART3, UART4, SDMMC1 | 16 characters of the line |
 //! | 6 | `usb_packets` | OTG_FS | none: until then the host waits |
 //! | 5 | `heat` | TIM7, 2 kHz | half a millisecond |
-//! | 4 | `feed` | TIM6, at the queue's need | 0.125 ms: what is written ahead. Hears the console over RTT too |
+//! | 4 | `feed` | TIM6, at the queue's need | 0.125 ms: steps written ahead. Polls the RTT console |
 //! | 3 | `plan` | the dispatcher | the next corner |
 //! | 2 | `lights_sent` | DMA2, stream 0 | none: it ends a transmission to a strip of lights |
 //! | 1 | `slow` | `heat`, 10 Hz | a second |
@@ -46,17 +46,17 @@ mod usb;
 mod wiring;
 mod workspace;
 
-/// Interrupts of peripherals that the board does not use, for the tasks that software asks for. One that is
-/// asked for while it runs runs once more.
+/// Interrupts of peripherals that the board does not use, for the tasks that software pends. A task pended
+/// while it runs runs once more.
 const PLANNER: Interrupt = Interrupt::LPTIM2;
 const SLOW: Interrupt = Interrupt::LPTIM1;
 const SENSORS: Interrupt = Interrupt::LPTIM3;
 
-/// Where inputs that stop motion leave their tick.
+/// Ticks at which inputs stopped motion.
 static LATCH: Latch = Latch::new();
-/// How far the motors have come, from the feed to the heat task.
+/// Reached positions of the motors, from the feed to the heat task.
 static REACHED: ReachedMark = ReachedMark::new();
-/// Who has shown to be alive since the watchdog was fed.
+/// Reports of live tasks since the watchdog was fed.
 static REPORTS: Reports = Reports::new();
 
 // No task is `async`: what software alone asks for has an interrupt of its own that nothing else uses, and is
@@ -88,8 +88,8 @@ mod app {
     /// The feed looks after others when this has passed: at each of its runs by period, whatever kept one.
     const LOOK_EVERY: Ticks = Ticks::from_micros(400);
 
-    /// What motion keeps that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for what
-    /// the step interrupt, the feed and the planner touch all the time.
+    /// Memory of motion that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for the
+    /// data that the step interrupt, the feed and the planner touch all the time.
     #[unsafe(link_section = ".axizero")]
     static mut STORE: Store = Store::new();
 
@@ -136,11 +136,11 @@ mod app {
             Err(error) => fault::board_failed(error),
         };
         let identity = &board.identity;
-        // It is started here, or by a board that did not come up.
+        // RTT is started only here, or by a board that did not come up.
         let Some(ends) = rtt::start() else { fault::reset_as_asked() };
         bsp_prime::log::start(ends.log);
         log::record_start(identity);
-        // Nobody is there before a byte has come.
+        // Nobody is on the console before a byte has come.
         Console::Rtt.inbox().set_open(false);
         let reset_cause = defmt::Display2Format(&identity.reset_cause);
         defmt::info!("velvet {=str}, board id {=u8}, reset: {}", env!("VELVET_VERSION"), identity.board, reset_cause);
@@ -256,7 +256,7 @@ mod app {
         dispatcher::wake();
     }
 
-    // One event of the bus and a few packets; what is left interrupts again.
+    // Handles an event of the bus and a few packets; anything left interrupts again.
     #[task(binds = OTG_FS, priority = 6, shared = [card], local = [device: Option<&'static mut usb::Device> = None])]
     fn usb_packets(mut cx: usb_packets::Context) {
         usb::on_interrupt(cx.local.device, &mut cx.shared.card);
@@ -301,8 +301,8 @@ mod app {
     }
 
     // Keeps 0.125 to 0.625 ms of steps written ahead, more where jerk is limited; the timer is set anew at
-    // each run. What else is to be done twice a millisecond is not done at each run: short lines have up to
-    // twice as many.
+    // each run. Other work due twice a millisecond is not done at each run: short lines have up to twice as
+    // many.
     #[task(
         binds = TIM6_DAC,
         priority = 4,
@@ -334,14 +334,14 @@ mod app {
         }
     }
 
-    // One slice of look-ahead.
+    // Plans one slice of look-ahead.
     #[task(binds = LPTIM2, priority = 3, shared = [motion])]
     fn plan(mut cx: plan::Context) {
         cx.shared.motion.lock(|motion| motion.plan());
         REPORTS.report(Reporter::Planner);
     }
 
-    // What was sent to a strip of lights is on its way, and the timer is to stand.
+    // The data for a strip of lights are on their way, and the timer must stop.
     #[task(binds = DMA2_STR0, priority = 2)]
     fn lights_sent(_: lights_sent::Context) {
         bsp_prime::led_strip::on_interrupt();
@@ -358,8 +358,9 @@ mod app {
         REPORTS.report(Reporter::Supervisor);
     }
 
-    // One chip of a temperature sensor. Beside `slow`, because they share a bus: neither interrupts the
-    // other. At worst a chip is found reset and set up, four frames of up to 9 bytes: half a millisecond.
+    // Polls one temperature sensor chip. Same priority as `slow`, because both share a bus: neither
+    // interrupts the other. At worst a chip is found reset and set up, four frames of up to 9 bytes: half a
+    // millisecond.
     #[task(binds = LPTIM3, priority = 1, shared = [slow, heat])]
     fn sensors(mut cx: sensors::Context) {
         let read = cx.shared.slow.lock(|slow| slow.sensors.poll(time::now()));
@@ -368,7 +369,7 @@ mod app {
         }
     }
 
-    // Consoles and dispatcher.
+    // Runs consoles and dispatcher.
     #[idle(local = [owned, flash], shared = [motion, heat, slow, triggers, card])]
     fn idle(cx: idle::Context) -> ! {
         bsp_prime::memory::paint_main_stack();
@@ -376,7 +377,7 @@ mod app {
         let shared = ports::Shared { motion, heat, slow, triggers };
         let wake_planner = || rtic::pend(PLANNER);
         let owned = cx.local.owned;
-        // It is there: this is its one taker.
+        // The flash is present, as only this code takes it.
         let Some(flash) = cx.local.flash.take() else { fault::reset_as_asked() };
         let updates = update::start(flash);
         // Made where they will live, on the thread stack: they are large.

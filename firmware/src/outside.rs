@@ -26,7 +26,7 @@ pub fn outside(
     }
 }
 
-/// Its chip on an SPI bus.
+/// Returns an external driver's chip on an SPI bus.
 pub fn spi(
     config: &MachineConfig,
     actuator: Actuator,
@@ -46,7 +46,7 @@ pub fn spi(
     Some(OutsideBus::Spi(SpiRegisters(report.take(chip).flatten()?)))
 }
 
-/// Its chip on an auxiliary UART, which the first one claims and opens.
+/// Returns an external driver's chip on an auxiliary UART, which the first chip claims and opens.
 pub fn wire(
     config: &MachineConfig,
     actuator: Actuator,

@@ -76,7 +76,7 @@ pub struct Owned {
     pub disk_lamp: Option<Output>,
 }
 
-/// What the dispatcher shares with tasks, each behind its RTIC lock.
+/// Data that the dispatcher shares with tasks, each behind its RTIC lock.
 pub struct Shared<M, H, S, T> {
     pub motion: M,
     pub heat: H,
@@ -84,13 +84,13 @@ pub struct Shared<M, H, S, T> {
     pub triggers: T,
 }
 
-/// All ports.
+/// All ports of the machine.
 pub struct BoardPorts<M, H, S, T, K: Mutex<T = &'static mut CardService>> {
     owned: &'static mut Owned,
     storage: CardStorage<K>,
     updates: &'static mut Updates,
     shared: Shared<M, H, S, T>,
-    /// Which of the two auxiliary ports are consoles. One that is not swallows what is written to it.
+    /// Whether each auxiliary port is a console. A port that is none swallows its output.
     open: [bool; 2],
     inputs: Vec<(u8, Input), MAX_INPUTS>,
     /// Timer and channel of each strip of lights.
@@ -99,7 +99,7 @@ pub struct BoardPorts<M, H, S, T, K: Mutex<T = &'static mut CardService>> {
     /// Since when the bus has said nothing to a computer's disk that has the card.
     silent_since: Option<Micros>,
     plan: fn(),
-    /// How far the log is.
+    /// Position of the log in the ring of events.
     told: Told,
 }
 
@@ -265,7 +265,7 @@ impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> LightPort for BoardPort
     fn send_to_strip(&mut self, strip: usize, bytes: &[u8]) -> bool {
         match self.strips.get(strip).copied().flatten() {
             Some((timer, channel)) => self.owned.led_sender.send(timer, channel, bytes),
-            // It is not wired, and never will be.
+            // A strip without wiring never sends, so nobody need ask again.
             None => true,
         }
     }
@@ -345,7 +345,7 @@ impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> PinPort for BoardPorts<
         let pins = &mut *self.owned.pins;
         let level = match drive {
             None => pins.input(wiring::spec(pin), BORROWER).map(|input| {
-                // Its resistor needs its time: 40 kOhm on some 100 pF.
+                // The pull resistor needs time: 40 kOhm on some 100 pF.
                 wait::pause(50);
                 input.is_on()
             }),
@@ -356,7 +356,7 @@ impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> PinPort for BoardPorts<
         };
         level.map_err(|error| {
             let mut why = PinTaken::new();
-            // What does not fit is cut.
+            // Text without room is cut.
             let _cut = match error {
                 PinError::Taken { pin, owner, .. } => write!(why, "{pin} is used by {owner}"),
                 PinError::Reserved { pin, usage, .. } => write!(why, "{pin} belongs to {usage}"),
@@ -458,8 +458,8 @@ where
 
     fn report_alive(&mut self) {
         REPORTS.report(Reporter::Dispatcher);
-        // Who worked on files has had his turn, so what was written may go. Its commands have limits, and
-        // cards come and go.
+        // Work on files has had its turn, so writes may go to the card. The card's commands have time limits,
+        // and cards come and go.
         self.storage.card(|slot| {
             slot.with(|card| {
                 card.hold(false);
@@ -467,7 +467,7 @@ where
                 usb::tell_disk(card);
             });
         });
-        // What was written goes to the card first, unless that takes too long.
+        // Pending writes go to the card before a reset, unless that takes too long.
         let waits = !matches!(self.storage.is_kept(), Ok(true) | Err(_));
         let is_due = |at: Micros| time::now() >= if waits { at.plus(LAST_WRITES) } else { at };
         if self.reset_at.is_some_and(is_due) {

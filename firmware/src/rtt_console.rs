@@ -1,7 +1,7 @@
 //! The console over RTT: a debug probe reads and writes it while everything runs.
 //!
-//! A probe comes and goes without a word. Somebody is there once a byte was typed; nobody is there any more
-//! when what was said to him stays where it is for [`PATIENCE`].
+//! A probe comes and goes without a word. A user counts as present once a byte was typed, and as gone when
+//! output stays unread for [`PATIENCE`].
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -20,7 +20,7 @@ const PATIENCE: Micros = Micros::from_seconds(1);
 /// Nobody reads, for the side that hears.
 static LEFT: AtomicBool = AtomicBool::new(false);
 
-/// What is typed. For the task that looks.
+/// Input of the console, for the task that polls it.
 pub struct Typed {
     down: Down,
     intake: Intake,
@@ -31,8 +31,7 @@ impl Typed {
         Self { down, intake: Intake::new() }
     }
 
-    /// Brings what was typed to the inbox. What finds no room waits at the probe. True when there was
-    /// something.
+    /// Moves typed bytes to the inbox. Bytes without room wait at the probe. Returns whether there were any.
     pub fn look(&mut self, inbox: &Inbox) -> bool {
         if LEFT.swap(false, Ordering::Relaxed) {
             inbox.set_open(false);
@@ -51,10 +50,10 @@ impl Typed {
     }
 }
 
-/// What is said. For the dispatcher.
+/// Output of the console, for the dispatcher.
 pub struct Said {
     up: Up,
-    /// Where the reader was, and since when it has not moved though the ring was full.
+    /// Place of the reader, and the time since which it has not moved though the ring was full.
     stuck: Option<(u32, Micros)>,
 }
 

@@ -1,5 +1,5 @@
-//! What the slow task touches: driver chips, supply voltages, and the supervisor that judges both. And the
-//! chips of sensors, whose bus may be that of the drivers: who holds this holds both buses.
+//! Hardware of the slow task: driver chips, supply voltages, the supervisor that judges both, and sensor
+//! chips, whose bus may be that of the drivers: the owner of this structure owns both buses.
 
 use bsp_prime::adc::{AdcError, Supplies, chip_celsius, pin_volts};
 use bsp_prime::pins::table;
@@ -11,7 +11,7 @@ use units::{Celsius, Volts};
 
 use crate::drivers::{DriverBank, SensorBank};
 
-/// One monitored voltage.
+/// Monitored voltage and its divider.
 struct Monitor {
     name: Name,
     input: usize,

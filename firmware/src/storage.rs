@@ -19,7 +19,7 @@ const SLOW_US: u64 = 10_000;
 /// The card with its file system.
 pub type CardStorage<K> = storage::CardStorage<'static, Slot<K>, Dated>;
 
-/// Not mounted.
+/// Returns the card storage, not mounted.
 pub fn card_storage<K: Mutex<T = &'static mut CardService>>(card: K) -> CardStorage<K> {
     CardStorage::new(Slot(card), Dated, workspace::gathered())
 }
@@ -203,7 +203,7 @@ impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
 #[derive(Clone, Copy)]
 pub struct Dated;
 
-/// What the clock says.
+/// Returns the date and time of the clock.
 pub fn date() -> DateTime {
     let rtc::Reading { year, month, day, hour, minute, second } = rtc::now();
     DateTime { year, month, day, hour, minute, second }

@@ -13,7 +13,7 @@ use motion::Latch;
 /// Endstops, probe, kill button: as many as the machine knows.
 const MAX_INPUTS: usize = 32;
 
-/// One input: its number in the latch's mask, and its pin.
+/// Input that stops motion: its number in the latch's mask, and its pin.
 #[derive(Debug)]
 struct Source {
     number: u8,

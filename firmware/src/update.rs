@@ -36,13 +36,13 @@ pub fn ask_for_download() -> bool {
 #[unsafe(link_section = ".d2ram")]
 static mut PLACE: MaybeUninit<Updates> = MaybeUninit::uninit();
 
-/// What the dispatcher knows of updates.
+/// Data of updates, for the dispatcher.
 pub struct Updates {
     flash: BoardFlash,
     log: Log<'static>,
     /// The image that runs; none where its manifest cannot be read, which no boot stage would have started.
     image: Option<Known>,
-    /// How it came to run, as it was at the start.
+    /// State of the update at the start of the image.
     running: Running,
     look: FileCheck<'static>,
     has_run: bool,
@@ -90,21 +90,21 @@ const fn arrival(arrival: update::Arrival) -> Arrival {
 /// The words of a flaw.
 fn words(flaw: update::Flaw) -> Flaw {
     let mut why = Flaw::new();
-    // It fits.
+    // The message always fits its buffer.
     let _ = write!(why, "{flaw}");
     why
 }
 
 impl Updates {
-    /// How the image came to run.
+    /// Returns the update state at the start of the image.
     pub const fn running(&self) -> Running {
         self.running
     }
 
-    /// It does well.
+    /// Confirms that the image works.
     pub fn confirm(&mut self) {
         if let Some(image) = self.image {
-            // What the flash does not take now is tried again at the next start.
+            // A failed write to the flash is tried again at the next start.
             if self.log.confirm(&mut self.flash, image).is_ok() {
                 self.running.arrival = Arrival::Known;
             }
@@ -132,12 +132,12 @@ impl Updates {
         self.image.map_or(0, |image| image.length)
     }
 
-    /// Reads of it.
+    /// Reads bytes of the running image.
     pub fn read_image(&mut self, at: u32, into: &mut [u8]) -> bool {
         Image::new(&mut self.flash, &PRIME).read(at, into).is_ok()
     }
 
-    /// A file begins.
+    /// Begins the check of a firmware file.
     pub fn begin_look(&mut self) {
         self.look = FileCheck::new(&PRIME);
     }
@@ -147,7 +147,7 @@ impl Updates {
         self.look.take(piece);
     }
 
-    /// What it holds.
+    /// Ends the check and returns the firmware in the file.
     pub fn end_look(&mut self) -> Result<Firmware, Flaw> {
         let check = core::mem::replace(&mut self.look, FileCheck::new(&PRIME));
         let manifest = check.finish(&self.log.state.policy).map_err(words)?;
@@ -161,7 +161,7 @@ impl Updates {
         })
     }
 
-    /// This one is asked for.
+    /// Asks for the installation of this image.
     pub fn ask_for_install(&mut self, image: FirmwareId) -> bool {
         let image = Known { length: image.length, digest: image.digest };
         self.log.append(&mut self.flash, Entry::Requested(Origin::File, image)).is_ok()

@@ -1,8 +1,8 @@
 //! The board as a USB device, for the machine: what its functions are connected to, and who runs it.
 //!
-//! The device belongs to the interrupt of its controller and to nobody else. It is built in idle, when the
-//! configuration is known, and handed over once. From then on idle leaves bytes in a ring, or makes room in
-//! an inbox, and has the interrupt's task run.
+//! The device belongs to the interrupt of its controller and to nobody else. The device is built in idle,
+//! once the configuration is known, and handed over once. From then on idle leaves bytes in a ring, or makes
+//! room in an inbox, and has the interrupt's task run.
 
 use core::mem::MaybeUninit;
 use core::ptr;
@@ -38,15 +38,16 @@ static HANDED_OVER: AtomicPtr<Device> = AtomicPtr::new(ptr::null_mut());
 /// The bus says nothing: there is no computer, or it sleeps.
 static IS_SILENT: AtomicBool = AtomicBool::new(true);
 
-/// Who is asked whether the machine may be left.
+/// Handler of the computer's request for a firmware download (DFU detach).
 pub struct Machine;
 
 type Bus = Guarded<OtgBus>;
 
-/// The device.
+/// USB device with all its functions.
 pub type Device = Composite<'static, Bus, ConsoleLine, CardMedium, Machine>;
 
-/// Where it lives, with what it refers to. In SRAM1, as DTCM is for what motion needs all the time.
+/// Memory of the device and the data that it refers to. In SRAM1, as DTCM is for data that motion needs all
+/// the time.
 struct Place {
     bus: usb::UsbBusAllocator<Bus>,
     serial: SerialNumber,
@@ -81,7 +82,7 @@ impl ConsoleLine {
         self.console.inbox()
     }
 
-    /// What waits is for nobody, or for the one before.
+    /// Unsent output is for nobody, or for the previous user.
     fn drop_unsent(&self) {
         self.to_host.clear();
     }
@@ -99,7 +100,7 @@ impl Line for ConsoleLine {
     }
 
     fn receive(&mut self, bytes: &[u8]) {
-        // There is room.
+        // The inbox has room for the bytes.
         let _taken = self.inbox().receive_all(&mut self.intake, bytes);
         dispatcher::wake();
     }
@@ -193,7 +194,8 @@ pub fn on_interrupt(device: &mut Option<&'static mut Device>, card: &mut impl Mu
     }
 }
 
-/// Has the device run if what its disk wanted of the card has ended. Whoever moves the card on calls it.
+/// Has the device run if what its disk wanted of the card has ended. Called by the code that advances the
+/// card.
 pub fn tell_disk(card: &CardService) {
     if card.has_lent_news() {
         bsp_prime::usb::wake();

@@ -1,7 +1,7 @@
-//! From the configuration to pins and peripherals, once, at the end of boot.
+//! Wiring of the configuration to pins and peripherals, once, at the end of boot.
 //!
-//! Whatever cannot be had (a pin with two owners, a feature the board lacks) is reported as one line and left
-//! inactive; the rest goes on, so that one reading of the console shows all that is wrong.
+//! An item that cannot be had (a pin with two owners, a feature the board lacks) is reported as one line and
+//! left inactive; the rest goes on, so that one reading of the console shows all that is wrong.
 
 use core::fmt::{Display, Write};
 
@@ -72,7 +72,7 @@ pub fn motors(
     let mut bank = DriverBank::default();
     release_reset(config, pins, report);
     // First of all, so that no chip outside, whose select nothing pulls up yet, listens to what others are
-    // told. They are told nothing yet themselves.
+    // told. These chips are told nothing yet themselves.
     let mut open = [false; 2];
     for (actuator, motor) in config.actuators() {
         if config.stealth_driver(actuator).is_none() {
@@ -119,7 +119,7 @@ fn unused_chips(pins: &mut Pins, bus: &bsp_prime::spi::SpiBuses) {
     for socket in &table::MOTORS {
         // A select that has an owner belongs to a chip that is set up, or was refused with a message.
         let Ok(select) = pins.output(PinSpec::inverted(socket.select), "an unused motor driver") else { continue };
-        // Its motor supply may be off, and then so is the chip.
+        // The motor supply of the socket may be off, and then so is the chip.
         let _silent_or_off = driver_bank::switch_off(bus.motor_driver(select));
     }
 }
@@ -376,7 +376,7 @@ pub fn inputs(
         add(MachineInput::ProbeDeployed, config.probe.deployed_pin, "zprobe.deployed_pin", false, report);
     }
     if config.kill_button.enable {
-        // Pressed is low.
+        // A pressed button gives a low level.
         let pin = config.kill_button.pin.map(|pin| Pin { inverted: !pin.inverted, ..pin });
         add(MachineInput::Kill, pin, "kill button.pin", false, report);
     }
@@ -384,7 +384,7 @@ pub fn inputs(
         add(MachineInput::Door, config.safety_door.pin, "safety door.pin", false, report);
     }
     for (motor, pin) in config.watched_for_stalls() {
-        // Where an axis homes by it, it is an endstop's.
+        // An endstop pin is not watched a second time.
         if config.endstop_of_pin(pin).is_none() {
             let owner = owner("actuator", motor.name(), "stall_watch");
             add(MachineInput::Stall(motor as u8), Some(pin), &owner, false, report);

@@ -1,7 +1,6 @@
-//! What the machine looks ahead at files with: a second motion object, of which no step is made, and a second
-//! program.
+//! Memory of the look-ahead at files: a second motion object, which makes no steps, and a second program.
 //!
-//! It lies in SRAM1 and SRAM2. They are slower than AXI SRAM, and nothing that moves waits for them.
+//! The memory is SRAM1 and SRAM2, slower than AXI SRAM, and nothing that moves waits for it.
 
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -35,7 +34,7 @@ pub fn take() -> Option<&'static mut Workspace> {
 #[unsafe(link_section = ".d2ram")]
 static mut GATHERED: MaybeUninit<Gathered> = MaybeUninit::uninit();
 
-/// Where bytes of files that are written gather. Once, with the card's file system.
+/// Returns the memory that gathers writes to files. Called once, with the card's file system.
 pub fn gathered() -> &'static mut Gathered {
     let gathered = &raw mut GATHERED;
     // SAFETY: the file system is made once, by `idle`, so this is the only reference there ever is; the

@@ -17,8 +17,8 @@ use crate::storage::Slot;
 use crate::triggers::TriggerInputs;
 use crate::{disk, usb};
 
-/// A computer whose bus has been silent for so long has gone, or sleeps soundly. What has the same look and
-/// is over sooner: a hub that is reset, a cable that is put in anew.
+/// Time of silence on the bus after which the computer has gone, or sleeps soundly. Shorter silences have
+/// harmless causes: a hub that is reset, a cable that is put in anew.
 const GONE_US: u64 = 5_000_000;
 
 impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> BoardPorts<M, H, S, T, K> {

@@ -1,4 +1,4 @@
-//! What time it is, rest, and where what happens is kept.
+//! Time, rest of the executor, and memory of the event ring.
 
 use bsp_prime::kept;
 use bsp_prime::sd::CardService;
