@@ -4,12 +4,12 @@
 
 use units::Micros;
 
-/// One switch.
+/// Debounced level of a switch.
 #[derive(Clone, Copy, Debug)]
 pub struct Debounce {
     hold: Micros,
     stable: bool,
-    /// When the input last left the stable level, if it is away from it.
+    /// Time at which the input left the stable level, if it is away from it.
     away_since: Option<Micros>,
 }
 

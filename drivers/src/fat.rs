@@ -1,8 +1,8 @@
 //! Names on FAT16 and FAT32 volumes: directories are read and changed here, long file names included.
 //!
 //! Everything works on blocks of 512 bytes through [`Blocks`], allocates nothing, and believes nothing: a
-//! damaged volume gives [`Error::Damaged`], never a hang or a panic. What a file contains is not written
-//! here, and read only by a [`Reader`].
+//! damaged volume gives [`Error::Damaged`], never a hang or a panic. Contents of files are not written here,
+//! and read only by a [`Reader`].
 //!
 //! Source: Microsoft Extensible Firmware Initiative FAT32 File System Specification, "FAT: General Overview
 //! of On-Disk Format", version 1.03 (below: FAT 1.03), which the SD Physical Layer Specification, Part 2 File
@@ -62,10 +62,10 @@ pub type Block = [u8; BLOCK_BYTES];
 
 /// Something with blocks, counted from the beginning of the card.
 pub trait Blocks {
-    /// Why a block could not be moved.
+    /// Error of the device.
     type Error;
 
-    /// Reads a block.
+    /// Reads a block of the device.
     ///
     /// # Errors
     /// The device's own.
@@ -78,7 +78,7 @@ pub trait Blocks {
     fn write(&mut self, number: u32, block: &Block) -> Result<(), Self::Error>;
 }
 
-/// Why it could not be done.
+/// Failure of an operation on the volume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error<E> {
     /// The device's own error.

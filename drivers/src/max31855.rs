@@ -17,12 +17,13 @@ pub const CONVERSION: Micros = Micros::from_millis(100);
 /// From power-up to the first conversion (the same, tCONV_PU).
 pub const FIRST_CONVERSION: Micros = Micros::from_millis(200);
 
-/// What the thermocouple can be, quarter degrees: -270 to 1800 C (datasheet, "General Description").
+/// Possible thermocouple values, quarter degrees: -270 to 1800 C (datasheet, "General Description").
 const POSSIBLE: core::ops::RangeInclusive<i16> = -270 * 4..=1_800 * 4;
-/// Where the chip itself works, sixteenths of a degree: -40 to 125 C ("Recommended Operating Conditions").
+/// Operating range of the chip itself, sixteenths of a degree: -40 to 125 C ("Recommended Operating
+/// Conditions").
 const CHIP_WORKS: core::ops::RangeInclusive<i16> = -40 * 16..=125 * 16;
 
-/// Why there is no temperature.
+/// Reason for a missing temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The bus failed, or nothing drives the data line: all ones.
@@ -42,7 +43,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// In words.
+    /// Returns the message for the user.
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {
@@ -57,7 +58,7 @@ impl Fault {
     }
 }
 
-/// One good frame.
+/// Frame without a fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reading {
     /// Thermocouple, quarter degrees Celsius, -8192 to 8191.
@@ -98,13 +99,13 @@ impl Reading {
         if POSSIBLE.contains(&read.quarters) { Ok(read) } else { Err(Fault::Garbled) }
     }
 
-    /// Thermocouple temperature.
+    /// Returns the thermocouple temperature.
     #[must_use]
     pub fn celsius(self) -> Celsius {
         Celsius(f32::from(self.quarters) * 0.25)
     }
 
-    /// Chip temperature.
+    /// Returns the chip temperature.
     #[must_use]
     pub fn cold_junction(self) -> Celsius {
         Celsius(f32::from(self.cold_junction_sixteenths) / 16.0)
@@ -145,7 +146,7 @@ impl Average {
     }
 }
 
-/// A chip on its bus. It has nothing to set up.
+/// Chip on its bus, without settings.
 #[derive(Debug)]
 pub struct Max31855<SPI> {
     spi: SPI,
@@ -153,7 +154,7 @@ pub struct Max31855<SPI> {
 }
 
 impl<SPI: SpiDevice> Max31855<SPI> {
-    /// Nothing is said to the chip. Its last `averaging` readings make one, 1 to 16.
+    /// Creates a driver without contact to the chip. The last `averaging` readings make one, 1 to 16.
     pub fn new(spi: SPI, averaging: u8) -> Self {
         Self { spi, average: Average::of(averaging) }
     }

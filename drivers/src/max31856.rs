@@ -18,16 +18,16 @@ mod register {
     pub const WRITE: u8 = 0x80;
 }
 
-/// CR0.
+/// Bits of the register CR0.
 mod cr0 {
-    /// Converts continuously.
+    /// Conversions follow each other continuously.
     pub const AUTOMATIC: u8 = 1 << 7;
     /// Looks for an open thermocouple every 16 conversions, with leads below 5 kOhm (OCFAULT 01).
     pub const FIND_OPEN: u8 = 1 << 4;
     pub const NOTCH_50_HZ: u8 = 1 << 0;
 }
 
-/// SR.
+/// Bits of the register SR.
 mod sr {
     pub const TC_RANGE: u8 = 1 << 6;
     pub const CJ_RANGE: u8 = 1 << 7;
@@ -51,7 +51,7 @@ pub enum Thermocouple {
 }
 
 impl Thermocouple {
-    /// What the chip linearises, C (datasheet, table 1).
+    /// Returns the range that the chip linearises, C (datasheet, table 1).
     #[must_use]
     pub const fn range(self) -> [f32; 2] {
         match self {
@@ -66,19 +66,19 @@ impl Thermocouple {
     }
 }
 
-/// How a chip is set up.
+/// Settings of a chip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Settings {
-    /// What is connected.
+    /// Type of the thermocouple.
     pub thermocouple: Thermocouple,
-    /// The filter. It may be changed only while the chip does not convert.
+    /// Mains frequency of the filter, to be changed only while the chip does not convert.
     pub mains: Mains,
     /// Samples that make one reading: 1, 2, 4, 8 or 16; what lies between means the next lower.
     pub averaging: u8,
 }
 
 impl Settings {
-    /// What CR0 and CR1 are to hold.
+    /// Returns the bytes for CR0 and CR1.
     #[must_use]
     pub const fn configuration(&self) -> [u8; 2] {
         let notch = if matches!(self.mains, Mains::Hz50) { cr0::NOTCH_50_HZ } else { 0 };
@@ -116,16 +116,16 @@ impl Settings {
     }
 }
 
-/// Why there is no temperature.
+/// Reason for a missing temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The bus failed, or nothing drives the data line: all ones.
     Absent,
     /// The data line stays low: all zeros.
     Low,
-    /// The chip does not keep what it is told.
+    /// The chip does not keep the settings written.
     Garbled,
-    /// The chip lost its settings: its supply failed. They have to be written again.
+    /// The chip lost its settings: its supply failed. The settings have to be written again.
     Reset,
     /// Thermocouple not connected (OPEN).
     Open,
@@ -138,7 +138,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// In words.
+    /// Returns the message for the user.
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {
@@ -153,8 +153,8 @@ impl Fault {
         }
     }
 
-    /// What SR says, the likeliest cause first; none when it says nothing. The thresholds (bits 5 to 2) are
-    /// not used.
+    /// Returns the fault in SR, the likeliest cause first; `None` if no bit is set. The thresholds (bits 5 to
+    /// 2) are not used.
     #[must_use]
     pub const fn of_status(status: u8) -> Option<Self> {
         if status & sr::VOLTAGE != 0 {
@@ -191,7 +191,7 @@ impl<SPI: SpiDevice> Max31856<SPI> {
         Self { spi, settings }
     }
 
-    /// Tells the chip its settings. Its first reading comes [`Settings::first_conversion`] later.
+    /// Tells the chip its settings. The first reading comes [`Settings::first_conversion`] later.
     ///
     /// # Errors
     /// When it does not read back what was written.
@@ -205,8 +205,8 @@ impl<SPI: SpiDevice> Max31856<SPI> {
         if self.configuration()? == [first, second] { Ok(()) } else { Err(Fault::Garbled) }
     }
 
-    /// What the chip holds. After power-on that is 00h and 03h ("Register Map"), so two alike bytes of zeros
-    /// or ones are a line's.
+    /// Reads CR0 and CR1. After power-on the values are 00h and 03h ("Register Map"), so two alike bytes of
+    /// zeros or ones come from a dead line.
     fn configuration(&mut self) -> Result<[u8; 2], Fault> {
         let mut kept = [0; 2];
         self.read_from(register::CR0, &mut kept)?;

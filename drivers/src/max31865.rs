@@ -1,15 +1,15 @@
 //! MAX31865 converter for platinum sensors: registers over SPI, mode 1 or 3, most significant bit first.
 //!
 //! MAX31865 datasheet (19-6478 Rev 3): table 1 addresses, table 2 configuration, table 3 the test of the
-//! wires, tables 4 and 5 the ratio of sensor to reference resistor, table 7 fault status, tables 10 to 12
-//! what a fault means.
+//! wires, tables 4 and 5 the ratio of sensor to reference resistor, table 7 fault status, tables 10 to 12 the
+//! meaning of faults.
 //!
-//! An open or shorted sensor shows with every conversion. That a single wire is open or at ground may not:
-//! then readings are what the input's capacitor keeps, or look right. The chip's fault detection cycle finds
-//! that, but the converter has to stand meanwhile: [`Max31865::begin_test`], a millisecond later
-//! [`Max31865::end_test`], and [`Settings::first_conversion`] later there are readings again. Its own delays
-//! are for filters of up to 100 us ("Fault Detection Cycle"); the data sheet's capacitors at the sensor (10
-//! nF for 1 kOhm, 100 nF for 100 Ohm) make 10 us.
+//! An open or shorted sensor shows with every conversion. A single wire that is open or at ground may not:
+//! then readings are the voltage kept by the input's capacitor, or look right. The chip's fault detection
+//! cycle finds it, but the converter has to stand meanwhile: [`Max31865::begin_test`], a millisecond later
+//! [`Max31865::end_test`], and [`Settings::first_conversion`] later there are readings again. The delays of
+//! the automatic cycle are for filters of up to 100 us ("Fault Detection Cycle"); the data sheet's capacitors
+//! at the sensor (10 nF for 1 kOhm, 100 nF for 100 Ohm) make 10 us.
 
 use embedded_hal::spi::{Operation, SpiDevice};
 use units::{Celsius, Micros, Ohms};
@@ -36,19 +36,19 @@ mod configuration {
     pub const DETECTING: u8 = 0b11 << 2;
     pub const CLEAR_FAULTS: u8 = 1 << 1;
     pub const NOTCH_50_HZ: u8 = 1 << 0;
-    /// Those that read back as they were written.
+    /// Bits that read back as they were written.
     pub const KEPT: u8 = BIAS | AUTOMATIC | THREE_WIRE | NOTCH_50_HZ;
 }
 
 /// Wires of the sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wires {
-    /// Its leads count as sensor.
+    /// Two leads, whose resistance counts as sensor.
     #[default]
     Two,
-    /// Leads of equal resistance are taken out.
+    /// Three leads of equal resistance, which is subtracted.
     Three,
-    /// Leads carry no current.
+    /// Four leads, of which the sensing two carry no current.
     Four,
 }
 
@@ -61,25 +61,25 @@ pub enum Mains {
     Hz60,
 }
 
-/// How long a test of the wires takes at most (datasheet, "Electrical Characteristics": automatic fault
-/// detection cycle time, 550 us, 600 us at most).
+/// Longest time of a wire test (datasheet, "Electrical Characteristics": automatic fault detection cycle
+/// time, 550 us, 600 us at most).
 pub const TEST: Micros = Micros(600);
 
-/// How a chip is set up.
+/// Settings of a chip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The sensor.
+    /// Resistance curve of the sensor.
     pub platinum: Platinum,
     /// The reference resistor on the chip's board: 430 Ohm for a PT100, 4300 Ohm for a PT1000 on most.
     pub reference: Ohms,
-    /// Its wires.
+    /// Number of the sensor's wires.
     pub wires: Wires,
-    /// The filter.
+    /// Mains frequency of the filter.
     pub mains: Mains,
 }
 
 impl Settings {
-    /// What the configuration register is to hold: bias on and converting continuously.
+    /// Returns the byte for the configuration register: bias on and converting continuously.
     #[must_use]
     pub const fn configuration(&self) -> u8 {
         use configuration::{AUTOMATIC, BIAS, NOTCH_50_HZ, THREE_WIRE};
@@ -105,7 +105,7 @@ impl Settings {
         Micros(if matches!(self.mains, Mains::Hz50) { 66_000 + 10_000 } else { 55_000 + 10_000 })
     }
 
-    /// What the configuration register is to hold while the wires are tested: bias on, the converter off
+    /// Returns the byte for the configuration register during a wire test: bias on, the converter off
     /// (100X010X, "Fault Detection Cycle").
     #[must_use]
     const fn testing(&self) -> u8 {
@@ -123,16 +123,16 @@ impl Settings {
     }
 }
 
-/// Why there is no temperature.
+/// Reason for a missing temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The bus failed, or nothing drives the data line: all ones.
     Absent,
     /// The data line stays low: all zeros.
     Low,
-    /// The chip does not keep what it is told.
+    /// The chip does not keep the settings written.
     Garbled,
-    /// The chip lost its settings: its supply failed. They have to be written again.
+    /// The chip lost its settings: its supply failed. The settings have to be written again.
     Reset,
     /// More resistance than platinum has (D7).
     Open,
@@ -151,7 +151,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// In words.
+    /// Returns the message for the user.
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {
@@ -169,7 +169,7 @@ impl Fault {
         }
     }
 
-    /// What the fault status register says (table 7), the likeliest cause first.
+    /// Returns the fault in the fault status register (table 7), the likeliest cause first.
     #[must_use]
     pub fn of_status(status: u8) -> Self {
         let is = |bit: u8| status >> bit & 1 == 1;
@@ -205,7 +205,7 @@ impl<SPI: SpiDevice> Max31865<SPI> {
         Self { spi, settings }
     }
 
-    /// Tells the chip its settings. Its first reading comes [`Settings::first_conversion`] later.
+    /// Tells the chip its settings. The first reading comes [`Settings::first_conversion`] later.
     ///
     /// # Errors
     /// When it does not read back what was written.
@@ -213,14 +213,14 @@ impl<SPI: SpiDevice> Max31865<SPI> {
         let [high, low] = self.settings.thresholds().map(u16::to_be_bytes);
         let thresholds = [register::HIGH_THRESHOLD | register::WRITE, high[0], high[1], low[0], low[1]];
         self.spi.write(&thresholds).map_err(|_| Fault::Absent)?;
-        // What an earlier fault has left would stand before every reading.
+        // The faults of an earlier conversion are cleared, or they would stand before every reading.
         self.write_configuration(self.settings.configuration() | configuration::CLEAR_FAULTS)?;
         let [configuration, _, _, kept @ .., _] = self.registers()?;
         let is_kept = configuration & configuration::KEPT == self.settings.configuration();
         if is_kept && kept == [high[0], high[1], low[0], low[1]] { Ok(()) } else { Err(Fault::Garbled) }
     }
 
-    /// Has the chip test the wires, for [`TEST`]. It stands meanwhile, and until [`Self::end_test`].
+    /// Has the chip test the wires, for [`TEST`]. Conversions stop until [`Self::end_test`].
     ///
     /// # Errors
     /// When the bus fails.
@@ -228,7 +228,7 @@ impl<SPI: SpiDevice> Max31865<SPI> {
         self.write_configuration(self.settings.testing())
     }
 
-    /// What the test has found; the chip converts again, and has its next reading
+    /// Returns the result of the test; the chip converts again, and has its next reading
     /// [`Settings::first_conversion`] later.
     ///
     /// # Errors
@@ -237,7 +237,7 @@ impl<SPI: SpiDevice> Max31865<SPI> {
     pub fn end_test(&mut self) -> Result<(), Fault> {
         let [configuration, .., status] = self.registers()?;
         let begun = self.settings.testing() & configuration::KEPT;
-        // Whatever it says, it is to convert; what it has found would stand before every reading.
+        // The chip is to convert with any result; the faults found would stand before every reading.
         self.write_configuration(self.settings.configuration() | configuration::CLEAR_FAULTS)?;
         match configuration {
             _ if configuration & configuration::KEPT != begun => Err(Fault::Reset),

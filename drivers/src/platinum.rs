@@ -9,7 +9,7 @@ use crate::thermistor::{self, AdcCode, Divider};
 const A: f64 = 3.9083e-3;
 const B: f64 = -5.775e-7;
 const C: f64 = -4.183e-12;
-/// Where the standard's equation holds.
+/// Range of the standard's equation, C.
 pub const RANGE: core::ops::RangeInclusive<f64> = -200.0..=850.0;
 
 /// Resistance over temperature of platinum.
@@ -25,7 +25,7 @@ fn share(celsius: f64) -> f64 {
     1.0 + celsius * (A + B * celsius) + cold
 }
 
-/// How much that grows with each degree.
+/// Returns the derivative of the resistance ratio over temperature, per degree.
 fn slope(celsius: f64) -> f64 {
     let cold = if celsius < 0.0 { C * (4.0 * celsius - 300.0) * celsius * celsius } else { 0.0 };
     A + 2.0 * B * celsius + cold
@@ -62,7 +62,7 @@ impl Platinum {
     }
 }
 
-/// Why there is no temperature.
+/// Reason for a missing temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// More resistance than at 850 C.
@@ -72,7 +72,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// In words.
+    /// Returns the message for the user.
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {
@@ -84,14 +84,14 @@ impl Fault {
 
 /// A platinum sensor straight on a divider, without an amplifier.
 ///
-/// One count of the converter is 0.03 C for a PT1000 on 4.7 kOhm and 0.2 C for a PT100. The converter and the
+/// A count of the converter is 0.03 C for a PT1000 on 4.7 kOhm and 0.2 C for a PT100. The converter and the
 /// buffer before it may be off by 0.2 % of the range, which is 3.4 C and 26 C at 0 C: a PT100 belongs on a
 /// MAX31865.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlatinumInput {
-    /// The sensor.
+    /// Resistance curve of the sensor.
     pub platinum: Platinum,
-    /// The resistors around it.
+    /// Divider that contains the sensor.
     pub divider: Divider,
 }
 

@@ -1,4 +1,4 @@
-//! SD cards: how one is identified, and its blocks for several users at once, as state machines that never
+//! SD cards: identification, and the card's blocks for several users at once, as state machines that never
 //! wait.
 //!
 //! Source: SD Specifications Part 1, Physical Layer Simplified Specification 6.00 (below: PL 6.00).
@@ -9,30 +9,31 @@
 //! | `registers` | CSD, SCR, CID, card status and the answer of CMD6, read from bits |
 //! | `identify` | from power-on to the transfer state, at the fastest clock that card and host allow |
 //! | `moving` | one transfer of blocks with its commands, tried again where it errs |
-//! | `queue`, `ahead`, `groups` | blocks on their way to the card, read ahead for one reader, and kept for all |
+//! | `queue`, `ahead`, `groups` | blocks queued for the card, read ahead for one reader, kept for all |
 //! | `service` | all of it: who may use the card next, and what is known of it |
 //!
-//! # Who waits for whom
+//! # Waiting
 //!
 //! A [`Service`] is moved on by [`Service::advance`], from the controller's interrupt and from a clock that
-//! ticks at least a few times a millisecond. It never waits, and an `advance` is some hundred instructions.
+//! ticks at least a few times a millisecond. The service never waits, and an `advance` is some hundred
+//! instructions.
 //!
-//! - **Writes** are put into a queue and go to the card strictly in the order they came in, so what a power
-//!   cut leaves is what it leaves of writes that are waited for: all of them up to one. A block that is
+//! - **Writes** are put into a queue and go to the card strictly in the order they came in, so a power
+//!   cut leaves the same as with writes that are waited for: all of them up to one. A block that is
 //!   written again while it is the last of the queue replaces it there. Consecutive blocks go with one
-//!   command. When a write fails for good, those behind it are dropped, as if the power had gone there, and
-//!   nothing is written until [`Service::forgive`].
+//!   command. After a lasting failure of a write, those behind it are dropped, as if the power had gone
+//!   there, and nothing is written until [`Service::forgive`].
 //! - **Reads** are answered from the queue, from what is read ahead and from groups of blocks that were read
-//!   lately. What is not there is asked for, and [`Read::NotYet`] is the answer until it has come.
+//!   lately. A missing block is asked for, and [`Read::NotYet`] is the answer until it has come.
 //! - **Reading ahead** follows stretches of blocks that the reader of a file hands in ([`Service::follow`]):
 //!   so it goes along the chain of a fragmented file as well.
-//! - Of what is to be done next, what somebody asked for comes first, then reading ahead until half of its
+//! - **Order**: first the blocks that somebody asked for, then reading ahead until half of its
 //!   room is filled, then writes, then the rest of reading ahead. While a file is read ahead, writes go one
 //!   block a command: a card may take a quarter of a second for each.
 //! - [`Service::hold`] keeps writes back, so that somebody who reads and writes a few blocks by turns does
 //!   not find the card busy with the first of them.
 //!
-//! # A user of its own
+//! # Mass storage
 //!
 //! Mass storage over USB has the whole card, while the file system has not: [`Service::lend`], then
 //! [`Service::begin`] and [`Service::lent`] for each transfer of blocks between the card and memory that the
@@ -74,7 +75,7 @@ pub const GROUP_BLOCKS: usize = 8;
 /// card and for what is read back.
 pub const SLOTS: usize = QUEUE_BLOCKS + AHEAD_BLOCKS + GROUPS * GROUP_BLOCKS + 1;
 
-/// Where the parts begin in it.
+/// First slots of the parts of that memory.
 const QUEUE_SLOT: usize = 0;
 const AHEAD_SLOT: usize = QUEUE_BLOCKS;
 const GROUP_SLOT: usize = AHEAD_SLOT + AHEAD_BLOCKS;

@@ -31,7 +31,7 @@ impl AdcCode {
     }
 }
 
-/// Why there is no temperature.
+/// Reason for a missing temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The input is at the supply, or the resistance is beyond what the sensor has at any sane temperature: a
@@ -42,7 +42,7 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// In words.
+    /// Returns the message for the user.
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {
@@ -101,9 +101,9 @@ impl Divider {
 /// A thermistor in its divider.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thermistor {
-    /// Resistance over temperature.
+    /// Curve of resistance over temperature.
     pub curve: Curve,
-    /// The resistors around it.
+    /// Divider that contains the thermistor.
     pub divider: Divider,
     /// More than this is an open circuit. Smoothieware's rule: eight times the nominal resistance, which a
     /// 100 k sensor has near -15 C.

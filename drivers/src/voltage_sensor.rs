@@ -14,7 +14,7 @@ const AD849X_VOLTS_PER_KELVIN: f64 = 0.005;
 /// An input this near to an end of the range, as a share of it, is no measurement: see [`AdcCode`].
 const DEAD_SHARE: f64 = 0.002;
 
-/// Why there is no temperature.
+/// Reason for a missing temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The input is at its upper end.
@@ -44,7 +44,7 @@ impl Fault {
     }
 }
 
-/// Why points make no curve.
+/// Reason why points make no curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CurveError {
     /// Fewer than two, or more than [`MAX_POINTS`].
@@ -56,7 +56,7 @@ pub enum CurveError {
 }
 
 impl CurveError {
-    /// In words.
+    /// Returns the message for the user.
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {
@@ -121,7 +121,7 @@ impl VoltageCurve {
         Self { points, count: 2 }
     }
 
-    /// Neighbouring points.
+    /// Iterates over pairs of neighbouring points.
     fn pairs(&self) -> impl DoubleEndedIterator<Item = [[f64; 2]; 2]> + '_ {
         let points = self.points.get(..self.count).unwrap_or_default();
         points.windows(2).filter_map(|pair| <[[f64; 2]; 2]>::try_from(pair).ok())

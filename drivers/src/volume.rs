@@ -1,4 +1,4 @@
-//! A volume of either kind, where on a card it is, and the way along a file on it.
+//! A FAT or exFAT volume: its place on the card, and reading of its files.
 
 mod finding;
 
@@ -13,13 +13,13 @@ use crate::{exfat, fat};
 /// The volume of a card.
 #[derive(Debug)]
 pub enum Volume {
-    /// FAT16 or FAT32.
+    /// FAT16 or FAT32 volume.
     Fat(fat::Volume),
-    /// Only read.
+    /// exFAT volume, only read.
     Exfat(exfat::Volume),
 }
 
-/// The way along a file.
+/// Position along a file.
 #[derive(Clone, Copy, Debug)]
 pub enum FileReader {
     /// Of a FAT volume.
@@ -83,14 +83,14 @@ pub enum Listing {
     Exfat(exfat::Listing),
 }
 
-/// What is said of an entry.
+/// Properties of an entry.
 #[derive(Clone, Copy, Debug)]
 pub struct Facts {
     /// Bytes; of a directory 0.
     pub size_bytes: u32,
-    /// What it is marked with.
+    /// Attribute bits of the entry.
     pub attributes: Attributes,
-    /// When it was written last.
+    /// Time of the last write.
     pub written: Stamp,
 }
 

@@ -23,7 +23,7 @@ pub struct Entry {
     attributes: Attributes,
     written: Stamp,
     place: Place,
-    /// It is larger than 4 GB.
+    /// The file is larger than 4 GB.
     is_too_large: bool,
 }
 
@@ -46,13 +46,13 @@ impl Entry {
         if self.is_directory() { 0 } else { self.reader.size_bytes() }
     }
 
-    /// When it was written last.
+    /// Returns the time of the last write.
     #[must_use]
     pub const fn written(&self) -> Stamp {
         self.written
     }
 
-    /// Where its set begins: no other entry is there.
+    /// Returns the place of the entry's set, unique among the entries.
     #[must_use]
     pub const fn place(&self) -> Place {
         self.place
@@ -135,7 +135,7 @@ impl Listing {
                 continue;
             }
             let Some(open) = &mut set else { continue };
-            // What is not in use, or no secondary entry, ends a set that is not whole.
+            // An unused or non-secondary entry ends a set that is not whole.
             if kind & 0xC0 != 0xC0 {
                 set = None;
                 continue;
@@ -228,7 +228,8 @@ impl Volume {
 
     fn listing_of<E>(&self, directory: Option<&Entry>) -> Result<Listing, Error<E>> {
         match directory {
-            // Its length nobody says: to the end of its chain, or to an entry that is its end.
+            // The length of the root directory is recorded nowhere: it extends to the end of its chain, or to
+            // an end entry.
             None => {
                 let most = self.clusters().saturating_mul(self.cluster_bytes()).min(LARGEST_BYTES);
                 Ok(Listing::of(Reader::of_root(self.root, most)))

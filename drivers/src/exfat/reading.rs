@@ -1,4 +1,4 @@
-//! What files and directories contain: along their clusters.
+//! Reading the contents of files and directories along their clusters.
 
 use super::{Volume, read};
 use crate::fat::{BLOCK_BYTES, Blocks, Error};
@@ -10,11 +10,11 @@ pub struct Reader {
     /// Bytes that there are, and bytes that were written.
     size: u32,
     valid: u32,
-    /// Its clusters are consecutive, and the FAT says nothing of them.
+    /// The clusters are consecutive, without entries in the FAT.
     is_contiguous: bool,
-    /// The cluster that was read last, and which one it is.
+    /// Cluster read last, and its index within the file.
     at: (u32, u32),
-    /// How long it is only its chain says: the root directory.
+    /// The length is given by the chain alone: the root directory.
     ends_with_chain: bool,
 }
 
@@ -78,7 +78,7 @@ impl Reader {
         Ok(Some((volume.block_of(cluster) + passed, (volume.blocks_per_cluster() - passed).min(left))))
     }
 
-    /// One of its clusters; `None` behind the last of the root directory.
+    /// Returns the cluster of this index; `None` behind the last of the root directory.
     fn cluster<B: Blocks>(
         &mut self,
         volume: &Volume,

@@ -1,4 +1,5 @@
-//! A volume that is made here by the specification; `fsck.exfat` of exfatprogs finds nothing wrong with it.
+//! Tests with a volume made here by the specification; `fsck.exfat` of exfatprogs finds nothing wrong with
+//! it.
 
 use proptest::prelude::*;
 
@@ -113,7 +114,7 @@ fn a_damaged_boot_region_is_made_up_for_by_its_backup() {
     let mut card = volume();
     card.0[90] ^= 1;
     assert!(Volume::open(&mut card, FIRST).is_ok());
-    // What changes by itself does not count.
+    // The fields that change in use are outside the checksum.
     card.0[12 * 512 + 106] ^= 2;
     assert!(Volume::open(&mut card, FIRST).is_ok());
     card.0[12 * 512 + 90] ^= 1;
@@ -122,7 +123,7 @@ fn a_damaged_boot_region_is_made_up_for_by_its_backup() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
-    /// Whatever is changed, reading it ends, and nothing panics.
+    /// After any change of bytes, reading ends without a panic.
     #[test]
     fn damage_ends_in_an_error_or_in_something(changes in proptest::collection::vec((any::<u32>(), any::<u8>()), 1..40)) {
         let mut card = volume();

@@ -1,4 +1,4 @@
-//! Where everything is on a volume (section 3), and which cluster follows which (section 4).
+//! Layout of an exFAT volume (section 3), and the chains of its clusters (section 4).
 
 use super::{read, small};
 use crate::fat::{Block, Blocks, Error, half, word};
@@ -8,7 +8,7 @@ const CHECKED: u32 = 11;
 /// Blocks of a boot region; the backup follows.
 const REGION: u32 = 12;
 
-/// A volume's layout.
+/// Layout of a volume.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Volume {
     fat: u32,
@@ -73,7 +73,7 @@ impl Volume {
         self.blocks_per_cluster
     }
 
-    /// How many clusters there are: no chain is longer.
+    /// Returns the number of clusters; no chain is longer.
     pub(super) const fn clusters(&self) -> u32 {
         self.clusters
     }

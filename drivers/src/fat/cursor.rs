@@ -8,7 +8,7 @@ use super::{Blocks, Error};
 /// FAT 1.03 bounds a directory at 2 MiB.
 const MAX_SLOTS: u32 = 65_536;
 
-/// Which directory.
+/// Directory of a volume, by its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Directory {
     /// The root of a FAT16 volume, between tables and clusters.
@@ -53,7 +53,7 @@ impl Cursor {
         Place { block: self.first_block + self.block, slot: self.slot }
     }
 
-    /// What is in the slot.
+    /// Reads the contents of the slot.
     pub fn read<B: Blocks>(&self, disk: &mut Disk<'_, B>) -> Result<Slot, Error<B::Error>> {
         disk.slot(self.place())
     }

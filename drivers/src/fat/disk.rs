@@ -1,9 +1,9 @@
-//! One block of the card at hand.
+//! Access to a volume through a buffer of one block.
 
 use super::record::{Place, SLOT_BYTES, Slot};
 use super::{BLOCK_BYTES, Block, Blocks, Error, Volume};
 
-/// A volume on its device, with the block that was used last. What is changed in it goes to the card with
+/// A volume on its device, with the block that was used last. A change of the block goes to the card with
 /// [`store`](Self::store) or not at all.
 pub(super) struct Disk<'a, B> {
     device: &'a mut B,
@@ -18,7 +18,7 @@ impl<'a, B: Blocks> Disk<'a, B> {
         Self { device, volume, number: None, block: [0; BLOCK_BYTES] }
     }
 
-    /// This block as it is on the card.
+    /// Loads this block as it is on the card.
     pub fn load(&mut self, number: u32) -> Result<&mut Block, Error<B::Error>> {
         if self.number != Some(number) {
             self.number = None;
@@ -28,7 +28,7 @@ impl<'a, B: Blocks> Disk<'a, B> {
         Ok(&mut self.block)
     }
 
-    /// This block as zeros, whatever is on the card.
+    /// Replaces this block by zeros, whatever is on the card.
     pub fn blank(&mut self, number: u32) -> &mut Block {
         self.number = Some(number);
         self.block = [0; BLOCK_BYTES];

@@ -1,17 +1,17 @@
-//! Where everything is on a volume, by the parameters in its boot sector.
+//! Layout of a volume, by the parameters in its boot sector.
 
 use super::cursor::Directory;
 use super::{Block, Blocks, Error, half, word};
 
-/// Why a volume is refused that goes beyond the blocks it may have.
+/// Message that refuses a volume with more blocks than its partition.
 pub(crate) const LARGER_THAN_PARTITION: &str = "the volume is larger than its partition";
 
-/// How wide the entries of the allocation table are.
+/// Kind of allocation table, by the width of its entries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Two bytes.
+    /// Entries of two bytes.
     Fat16,
-    /// Four bytes, of which the upper four bits are left alone.
+    /// Entries of four bytes, of which the upper four bits are left alone.
     Fat32,
 }
 
@@ -38,7 +38,7 @@ pub struct Volume {
     /// Whether a second table follows the first.
     pub(super) mirrored: bool,
     pub(super) root: Directory,
-    /// Where the root directory of a FAT16 volume is, and how many blocks it has.
+    /// First block of a FAT16 volume's root directory, and its number of blocks.
     pub(super) fixed_root: (u32, u32),
     /// First block of cluster 2.
     data: u32,
@@ -122,7 +122,7 @@ impl Volume {
         Ok(volume)
     }
 
-    /// What only FAT32 has, from offset 36 on.
+    /// Reads the parameters of FAT32 alone, from offset 36 on.
     fn take_extended_parameters(&mut self, boot: &Block) -> Result<(), &'static str> {
         const MIRRORING_OFF: u16 = 0x80;
         const ACTIVE_TABLE: u16 = 0x0F;
@@ -152,7 +152,7 @@ impl Volume {
         Self::open(device, self.first_block, self.blocks)
     }
 
-    /// Its first block on the card, and how many it has.
+    /// Returns the volume's first block on the card, and its number of blocks.
     #[must_use]
     pub const fn extent(&self) -> (u32, u32) {
         (self.first_block, self.blocks)
@@ -182,8 +182,8 @@ impl Volume {
         self.info
     }
 
-    /// Which entries of the allocation table this block of a card holds beyond those of the volume's
-    /// clusters: the first such byte. The last block of a table is rarely full.
+    /// Returns the first byte of this block of a card that lies in the allocation table but beyond the
+    /// entries of the volume's clusters. The last block of a table is rarely full.
     #[must_use]
     pub fn unused_table_bytes_from(&self, number: u32) -> Option<usize> {
         let used_bytes = (self.clusters + 2) * self.kind.entry_bytes();

@@ -7,8 +7,8 @@ use super::record::{Attributes, Entry, Place, SlotKind, kind_of, short_name};
 use super::short_name;
 use super::{Blocks, Error, Volume};
 
-/// The entries of a directory, one after the other. It may be kept between calls; the directory may change
-/// meanwhile, then what was changed may be missed or seen twice.
+/// The entries of a directory, one after the other. The listing may be kept between calls; entries that
+/// change meanwhile may be missed or seen twice.
 #[derive(Clone, Copy, Debug)]
 pub struct Listing {
     at: Option<Cursor>,

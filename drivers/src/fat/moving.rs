@@ -1,9 +1,9 @@
-//! Renaming and moving.
+//! Renaming and moving of files and directories.
 //!
-//! Two writes move an entry between blocks: one takes it away, one puts it there. A power cut between them
-//! would lose it, or leave two names for the same clusters. So they stand between two others: an entry in the
-//! root directory that notes both places comes first and goes last. Whoever finds that note when the volume
-//! is mounted, [`Volume::settle`], sees how far it came:
+//! Two writes move an entry between blocks: the first takes it away, the second puts it there. A power cut
+//! between them would lose it, or leave two names for the same clusters. So they stand between two others: an
+//! entry in the root directory that notes both places comes first and goes last. When the volume is mounted,
+//! [`Volume::settle`] finds that note and sees how far the move came:
 //!
 //! | after | what a reader without this sees | settled |
 //! |---|---|---|
@@ -28,7 +28,7 @@ const NOTE: [u8; 11] = *b"~MOVING TMP";
 /// Nobody else makes such an entry of this name: hidden, of the system, and without clusters.
 const NOTE_ATTRIBUTES: u8 = Attributes::HIDDEN.0 | Attributes::SYSTEM.0;
 
-/// What the note says, kept where an entry has its times.
+/// Contents of the note, kept where an entry has its times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Note {
     from: Place,
@@ -163,10 +163,11 @@ impl<B: Blocks> Disk<'_, B> {
         let mut before = taken_away;
         before[0] = note.first_byte;
         let cluster = super::record::cluster(&before, self.volume.kind);
-        // All but the name is the same. What was there and is not now, others have moved on or removed.
+        // An entry moved differs only in its name. A target that was written and is gone was moved on or
+        // removed by others.
         let is_there = kind_of(&to) == SlotKind::Entry && to[11] == before[11] && to[13..] == before[13..];
         let never_was_there = !is_there && sum(&to) == note.sum;
-        // A file system check may have given its clusters back meanwhile.
+        // A file system check may have freed the entry's clusters meanwhile.
         let has_clusters = cluster == 0 || (self.volume.has_cluster(cluster) && self.link(cluster)? != Link::Free);
         if taken_away[0] == FREE && never_was_there && has_clusters && kind_of(&before) == SlotKind::Entry {
             self.change(note.from, |slot| slot[0] = note.first_byte)?;

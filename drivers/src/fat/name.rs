@@ -1,5 +1,4 @@
-//! Names: their units and their case, and the slots that hold long ones (FAT 1.03, "FAT Long Directory
-//! Entries").
+//! Names: UTF-16 units, case, and the slots that hold long names (FAT 1.03, "FAT Long Directory Entries").
 
 use super::cursor::Cursor;
 use super::letter_case::capital;
@@ -14,7 +13,7 @@ const UNITS_PER_SLOT: usize = 13;
 pub(super) const MAX_SLOTS: usize = 20;
 /// In the ordinal of the slot with a name's end, which comes first.
 const LAST: u8 = 0x40;
-/// Where a slot has its units.
+/// Offsets of a slot's UTF-16 units.
 const OFFSETS: [usize; UNITS_PER_SLOT] = [1, 3, 5, 7, 9, 14, 16, 18, 20, 22, 24, 28, 30];
 
 /// A name as directories have it.
@@ -31,7 +30,7 @@ impl Default for Name {
 }
 
 impl Name {
-    /// No name yet.
+    /// Returns an empty name.
     #[must_use]
     pub const fn new() -> Self {
         Self { units: [0; MAX_SLOTS * UNITS_PER_SLOT], length: 0 }
@@ -54,13 +53,14 @@ impl Name {
         }
     }
 
-    /// Its UTF-16 units.
+    /// Returns the UTF-16 units of the name.
     #[must_use]
     pub fn units(&self) -> &[u16] {
         self.units.get(..self.length).unwrap_or(&[])
     }
 
-    /// Its characters. Half a surrogate pair, which others may have left, shows as U+FFFD.
+    /// Returns the characters of the name. Half a surrogate pair, which other systems may have left, shows as
+    /// U+FFFD.
     pub fn chars(&self) -> impl Iterator<Item = char> {
         char::decode_utf16(self.units().iter().copied()).map(|decoded| decoded.unwrap_or(char::REPLACEMENT_CHARACTER))
     }
@@ -84,7 +84,7 @@ impl Name {
     pub(super) fn slot(&self, place: usize, checksum: u8) -> Slot {
         let ordinal = self.slots().saturating_sub(place);
         let mut slot = [0; SLOT_BYTES];
-        // At most 20.
+        // The ordinal is at most 20.
         slot[0] = ordinal as u8 | if place == 0 { LAST } else { 0 };
         slot[11] = 0x0F;
         slot[13] = checksum;

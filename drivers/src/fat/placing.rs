@@ -11,7 +11,7 @@ use super::{Blocks, Error};
 /// that.
 const MAX_ROUNDS: u16 = 100;
 
-/// How a name is going to be written.
+/// Form in which a name will be written.
 pub(super) struct NewName<'a> {
     pub name: &'a Name,
     pub short_name: [u8; 11],
@@ -27,7 +27,7 @@ impl NewName<'_> {
 }
 
 impl<B: Blocks> Disk<'_, B> {
-    /// How this name is written in a directory that does not have it, but for `except`.
+    /// Returns the form of this name in a directory that lacks it, apart from `except`.
     pub fn new_name<'a>(
         &mut self,
         directory: Directory,
@@ -142,8 +142,7 @@ impl<B: Blocks> Disk<'_, B> {
         Ok(Entry::new(self.volume, slot, at.place(), first))
     }
 
-    /// When a directory's end is in these slots, which are about to be written, the slot behind them becomes
-    /// its end.
+    /// Moves the directory's end mark behind these slots, which are about to be written, if it is in them.
     fn move_end_behind(&mut self, first: Cursor, slots: usize) -> Result<(), Error<B::Error>> {
         let (mut at, mut has_end) = (first, false);
         for _ in 0..slots {

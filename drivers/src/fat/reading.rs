@@ -1,7 +1,7 @@
 //! Reading what a file contains, beside whoever else has it open.
 //!
 //! Nothing is kept of the volume but the way along the file's clusters, so any number of readers can be at
-//! work. None of them sees that the file is changed: whoever changes files has to forget its readers.
+//! work. No reader notices a change of the file: the code that changes a file must drop its readers.
 
 use super::disk::Disk;
 use super::record::Entry;
@@ -18,7 +18,7 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// Of this file.
+    /// Creates a reader of this file.
     #[must_use]
     pub fn new(file: &Entry) -> Self {
         Self { first: file.cluster(), size: file.size_bytes(), chain: None }

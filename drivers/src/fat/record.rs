@@ -17,7 +17,7 @@ pub(super) const FREE: u8 = 0xE5;
 /// First byte of a slot that is free like all that follow.
 const END: u8 = 0;
 
-/// What a slot holds.
+/// Contents of a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SlotKind {
     /// Nothing, nor does any slot behind it.
@@ -27,7 +27,7 @@ pub(super) enum SlotKind {
     Entry,
 }
 
-/// What this slot holds. The lower six attribute bits tell a piece of a long name (FAT 1.03,
+/// Returns the contents of this slot. The lower six attribute bits tell a piece of a long name (FAT 1.03,
 /// ATTR_LONG_NAME_MASK).
 pub(super) fn kind_of(slot: &Slot) -> SlotKind {
     match (slot[0], slot[11] & 0x3F) {
@@ -41,9 +41,9 @@ pub(super) fn kind_of(slot: &Slot) -> SlotKind {
 /// A slot's place on the card.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// The block.
+    /// Number of the block.
     pub block: u32,
-    /// Which of its 16 slots.
+    /// Index of the slot in the block, 0 to 15.
     pub slot: u8,
 }
 
@@ -66,9 +66,9 @@ impl Attributes {
     pub const HIDDEN: Self = Self(0x02);
     /// Part of an operating system.
     pub const SYSTEM: Self = Self(0x04);
-    /// The volume's label.
+    /// Label of the volume.
     pub const LABEL: Self = Self(0x08);
-    /// A directory.
+    /// Directory rather than a file.
     pub const DIRECTORY: Self = Self(0x10);
     /// Changed since the last backup.
     pub const ARCHIVE: Self = Self(0x20);
@@ -108,13 +108,13 @@ impl Stamp {
         (self.date & 31) as u8
     }
 
-    /// Hour.
+    /// Returns the hour, 0 to 23.
     #[must_use]
     pub const fn hour(self) -> u8 {
         (self.time >> 11) as u8
     }
 
-    /// Minute.
+    /// Returns the minute, 0 to 59.
     #[must_use]
     pub const fn minute(self) -> u8 {
         (self.time >> 5 & 63) as u8
@@ -126,7 +126,7 @@ impl Stamp {
 pub struct Entry {
     pub(super) slot: Slot,
     pub(super) place: Place,
-    /// Where its slots begin: with its long name, if it has one.
+    /// First slot of the entry: the beginning of its long name, if it has one.
     pub(super) first: Cursor,
     kind: Kind,
 }
@@ -155,7 +155,7 @@ impl Entry {
         self.slot[12]
     }
 
-    /// Attribute bits.
+    /// Returns the attribute bits.
     #[must_use]
     pub const fn attributes(&self) -> Attributes {
         Attributes(self.slot[11])
@@ -173,7 +173,7 @@ impl Entry {
         word(&self.slot, 28)
     }
 
-    /// When it was written last.
+    /// Returns the time of the last write.
     #[must_use]
     pub fn written(&self) -> Stamp {
         Stamp { date: half(&self.slot, 24), time: half(&self.slot, 22) }

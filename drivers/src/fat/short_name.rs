@@ -7,8 +7,8 @@ use super::name::Name;
 pub(super) const TAILS: u8 = 9;
 
 /// Bits of an entry's byte 12 that Windows NT and its successors use, FatFs and Linux too: the name, or the
-/// extension, is meant in small letters. They spare a long name; who does not know them shows capitals. FAT
-/// 1.03 only reserves the byte.
+/// extension, is meant in small letters. The bits spare a long name; a system that does not know them shows
+/// capitals. FAT 1.03 only reserves the byte.
 const SMALL_NAME: u8 = 0x08;
 const SMALL_EXTENSION: u8 = 0x10;
 
@@ -48,7 +48,7 @@ fn decoded(byte: u8) -> u16 {
     letter.map_or(u16::from(byte), |letter| u32::from(letter) as u16)
 }
 
-/// What short names may have besides capitals and digits.
+/// Returns whether a short name may have this character: a capital, a digit, or certain others.
 const fn is_legal(byte: u8) -> bool {
     byte.is_ascii_uppercase()
         || byte.is_ascii_digit()
@@ -98,7 +98,7 @@ pub(super) fn plain(name: &Name) -> Option<([u8; 11], Option<u8>)> {
     Some((short, (!mixed).then_some(bit(cases[0], SMALL_NAME) | bit(cases[1], SMALL_EXTENSION))))
 }
 
-/// What a long name's short name begins with and ends in (FAT 1.03, "The Basis-Name Generation Algorithm").
+/// Beginning and extension of a long name's short name (FAT 1.03, "The Basis-Name Generation Algorithm").
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Basis {
     stem: [u8; 8],

@@ -1,16 +1,16 @@
-//! The allocation table: which cluster follows which, and which are free (FAT 1.03, "FAT Data Structure").
+//! Allocation table: chains of clusters and free clusters (FAT 1.03, "FAT Data Structure").
 
 use super::disk::Disk;
 use super::geometry::Kind;
 use super::{Blocks, Error, Volume, half, put, word};
 
-/// What the table says of a cluster.
+/// Entry of the table for a cluster.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Link {
     Free,
-    /// This one follows.
+    /// The number of the next cluster.
     Next(u32),
-    /// It is the last of its chain.
+    /// Last cluster of its chain.
     End,
     /// A mark for a bad cluster, a reserved value, or a cluster that the volume does not have.
     Bad,
@@ -90,7 +90,7 @@ impl Chain {
 }
 
 impl<B: Blocks> Disk<'_, B> {
-    /// What follows this cluster, which the volume has.
+    /// Returns the link of this cluster, which the volume has.
     pub fn link(&mut self, cluster: u32) -> Result<Link, Error<B::Error>> {
         let (block, offset) = self.volume.entry_of(cluster);
         self.load(block)?;
@@ -166,8 +166,8 @@ impl<B: Blocks> Disk<'_, B> {
         Ok(found >= wanted)
     }
 
-    /// Frees a chain that nothing names any more. One that is damaged is freed up to its damage; a loop ends
-    /// at the first cluster that is free already.
+    /// Frees a chain that nothing names any more. A damaged chain is freed up to its damage; a loop ends at
+    /// the first cluster that is free already.
     pub fn free_chain(&mut self, first: u32) -> Result<(), Error<B::Error>> {
         self.forget_free_count()?;
         let mut rest = Some(first);

@@ -1,5 +1,4 @@
-//! What can be done with the files and directories of a volume. Paths are relative to its root, parts divided
-//! by `/`.
+//! Operations on files and directories of a volume. Paths are relative to its root, parts divided by `/`.
 
 use super::cursor::Directory;
 use super::disk::Disk;
@@ -175,7 +174,7 @@ impl Volume {
         Disk::new(self, device).forget_free_count()
     }
 
-    /// How many clusters are.
+    /// Returns the number of clusters.
     #[must_use]
     pub const fn clusters(&self) -> u32 {
         self.clusters
@@ -213,7 +212,8 @@ impl Volume {
 }
 
 impl<B: Blocks> Disk<'_, B> {
-    /// What `..` of a directory in this one says: the root is zero, also where it has a cluster.
+    /// Returns the cluster that `..` of a directory inside this one must have: 0 for the root, also if the
+    /// root has a cluster.
     pub fn parent_cluster(&self, directory: Directory) -> u32 {
         match directory {
             Directory::Chain(cluster) if directory != self.volume.root => cluster,

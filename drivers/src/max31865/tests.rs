@@ -13,7 +13,7 @@ struct Chip {
     ratio: u16,
     is_there: bool,
     also: u8,
-    /// What a test of the wires finds, and whether it ends.
+    /// Result of a test of the wires, and whether the test ends.
     finds: u8,
     ends: bool,
 }

@@ -1,17 +1,17 @@
-//! What is read ahead for one reader, in the order in which he wants it.
+//! Blocks read ahead for one reader, in the order of the reader's needs.
 
 use super::{AHEAD_BLOCKS, AHEAD_SLOT};
 
-/// Consecutive blocks.
+/// Run of consecutive blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Run {
-    /// The first one's number.
+    /// Number of the first block.
     pub first: u32,
-    /// How many.
+    /// Number of blocks in the run.
     pub count: u32,
 }
 
-/// Runs that can wait.
+/// Most runs that can wait.
 const RUNS: usize = 8;
 
 /// Blocks at hand, and runs that come next.
@@ -95,7 +95,7 @@ impl Ahead {
         // Blocks on the bus keep their slots until they have come.
     }
 
-    /// The slot of a block at hand. What comes before it is not wanted any more.
+    /// Returns the slot of a block at hand and drops the blocks before it.
     pub fn take(&mut self, number: u32) -> Option<usize> {
         let nth = self.position(number)?;
         self.first = (self.first + nth) % AHEAD_BLOCKS;
@@ -115,8 +115,8 @@ impl Ahead {
         self.position(number).map(|nth| self.slot(nth))
     }
 
-    /// Whether a block is on its way. One that waits for a place is not, while every place has a block before
-    /// it: who wants it first takes none of those.
+    /// Returns whether a block is on its way. A block that waits for a place does not count while every place
+    /// has a block before it: a reader who wants it first takes none of those.
     pub fn brings(&self, number: u32) -> bool {
         let within = |run: &Run| number.checked_sub(run.first).is_some_and(|offset| offset < run.count);
         let comes = !self.is_stale && (self.at_hand()..self.count).any(|nth| self.number(nth) == number);
@@ -140,7 +140,7 @@ impl Ahead {
         self.runs.first().is_some_and(|first| first.count > run.count)
     }
 
-    /// They are on the bus from now on.
+    /// Marks the run as on the bus from now on.
     pub fn begin(&mut self, run: Run) {
         for number in run.first..run.first + run.count {
             let place = (self.first + self.count) % AHEAD_BLOCKS;
@@ -158,7 +158,7 @@ impl Ahead {
         }
     }
 
-    /// They have come, or never will.
+    /// Notes the end of the transfer on the bus: its blocks have come, or never will.
     pub const fn finish(&mut self, has_come: bool) {
         if self.is_stale {
             (self.is_stale, self.first, self.count) = (false, 0, 0);

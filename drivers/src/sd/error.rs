@@ -1,23 +1,23 @@
-//! What can go wrong with a card, for a person.
+//! Errors of a card, with messages for the user.
 
 use core::fmt;
 
 use super::host::Fault;
 
-/// What a card is that cannot be used here.
+/// Kinds of cards that cannot be used here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unsupported {
-    /// A MultiMediaCard.
+    /// The card is a MultiMediaCard.
     Mmc,
-    /// It does not work at 3.3 V.
+    /// The card does not work at 3.3 V.
     Voltage,
     /// More than 2 TB (SDUC).
     TooLarge,
-    /// It is locked with a password.
+    /// The card is locked with a password.
     Locked,
 }
 
-/// What can go wrong with the card.
+/// Error of the card.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SdError {
     /// No card answers to identification.
@@ -36,7 +36,7 @@ pub enum SdError {
     Unreadable,
     /// The card takes no writes.
     Protected,
-    /// What was written reads back as something else.
+    /// A block written reads back differently.
     NotKept,
     /// The host could not keep up with the card.
     Host,

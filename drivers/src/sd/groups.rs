@@ -6,11 +6,11 @@ use super::{GROUP_BLOCKS, GROUP_SLOT, GROUPS};
 struct Group {
     first: u32,
     count: u32,
-    /// When it was used last.
+    /// Count of uses at the last use of the group.
     used: u32,
 }
 
-/// All of them.
+/// All groups of blocks.
 #[derive(Clone, Debug)]
 pub(super) struct Groups {
     groups: [Group; GROUPS],
@@ -33,8 +33,9 @@ impl Groups {
         })
     }
 
-    /// The group to read into from this block on: its place, its first slot, and how many blocks; up to the
-    /// next block whose number is a multiple of a group's. What was in it is forgotten.
+    /// Makes room for a group from this block up to the next block whose number is a multiple of a group's,
+    /// and returns the group's index, its first slot, and the number of blocks. The previous contents are
+    /// forgotten.
     pub fn make_room(&mut self, number: u32, end: u32) -> (usize, usize, u32) {
         let uses = self.uses;
         let oldest = self.groups.iter().enumerate().max_by_key(|(_, group)| match group.count {
@@ -49,7 +50,7 @@ impl Groups {
         (place, GROUP_SLOT + place * GROUP_BLOCKS, boundary.min(end).saturating_sub(number).max(1))
     }
 
-    /// They have come.
+    /// Notes the blocks that have come.
     pub fn finish(&mut self, place: usize, first: u32, count: u32) {
         let used = self.uses;
         if let Some(group) = self.groups.get_mut(place) {

@@ -1,11 +1,11 @@
-//! What a host controller has to do: send a command, move blocks by DMA, say how far it is.
+//! Interface to a host controller: send a command, move blocks by DMA, report the progress.
 
 use super::BLOCK_BYTES;
 
-/// A block.
+/// Contents of a block.
 pub type Block = [u8; BLOCK_BYTES];
 
-/// How the interface to the card is powered (PL 6.00 section 6.4.1).
+/// State of the interface's power supply (PL 6.00 section 6.4.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Power {
     /// All lines low, so that the card is not fed through them; the controller as after a reset.
@@ -16,54 +16,54 @@ pub enum Power {
     On,
 }
 
-/// What a command is answered with (PL 6.00 section 4.9).
+/// Kind of answer to a command (PL 6.00 section 4.9).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// Nothing.
+    /// The card does not answer.
     None,
     /// 48 bits with a checksum (R1, R6, R7).
     Short,
-    /// 48 bits without (R3).
+    /// 48 bits without a checksum (R3).
     ShortUnchecked,
-    /// 136 bits (R2).
+    /// 136 bits with a checksum (R2).
     Long,
 }
 
-/// A command.
+/// Command to the card.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command {
-    /// Its number, 0 to 63. 12 ends whatever transfer is under way, in the host too.
+    /// Number of the command, 0 to 63. 12 ends whatever transfer is under way, in the host too.
     pub index: u8,
-    /// Its argument.
+    /// Argument of the command.
     pub argument: u32,
-    /// What is answered.
+    /// Kind of the answer.
     pub answer: Answer,
 }
 
 impl Command {
-    /// With a short answer.
+    /// Creates a command with a short answer.
     #[must_use]
     pub const fn new(index: u8, argument: u32) -> Self {
         Self { index, argument, answer: Answer::Short }
     }
 
-    /// With another answer.
+    /// Changes the kind of answer.
     #[must_use]
     pub const fn answered(self, answer: Answer) -> Self {
         Self { answer, ..self }
     }
 }
 
-/// Which way data go.
+/// Direction of a data transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// The card sends.
+    /// From the card to the host.
     FromCard,
-    /// The card receives.
+    /// From the host to the card.
     ToCard,
 }
 
-/// Where data are in memory.
+/// Place of data in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// From this slot of the service's own memory on.
@@ -75,22 +75,22 @@ pub enum Place {
 /// Data that follow a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Transfer {
-    /// Which way.
+    /// Direction of the transfer.
     pub direction: Direction,
-    /// How many blocks.
+    /// Number of blocks to transfer.
     pub blocks: u32,
-    /// Bytes of each: 512, or 8 or 64 for a register.
+    /// Bytes of each block: 512, or 8 or 64 for a register.
     pub block_bytes: u16,
-    /// Where from, or where to.
+    /// Source or destination in memory.
     pub place: Place,
 }
 
-/// What went wrong on the bus.
+/// Fault on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// No answer to the command.
     NoAnswer,
-    /// Its answer arrived damaged.
+    /// The answer arrived damaged.
     AnswerDamaged,
     /// A block arrived damaged, here or there.
     DataDamaged,
@@ -100,24 +100,23 @@ pub enum Fault {
     Host,
 }
 
-/// How far the host is with what it was told.
+/// Progress of the host with its command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// Not yet at its end.
     Busy,
     /// All of it is done: answered, and data moved.
     Done,
-    /// It has failed, and no more will come of it.
+    /// The command has failed, and ends with that.
     Failed(Fault),
 }
 
-/// A host controller.
+/// Host controller of the card slot.
 ///
-/// It calls whoever moves the [`Service`](super::Service) on when [`progress`](Self::progress) or
-/// [`is_held_busy`](Self::is_held_busy) has something new to say; a clock that ticks makes up for calls that
-/// are missed.
+/// The host calls the code that advances the [`Service`](super::Service) when [`progress`](Self::progress) or
+/// [`is_held_busy`](Self::is_held_busy) changes; a clock that ticks makes up for calls that are missed.
 pub trait Host {
-    /// Powers the interface.
+    /// Sets the power of the interface.
     fn power(&mut self, state: Power);
 
     /// Sets the bus: the highest clock that is not above `hz`, with one data line or four.
@@ -126,7 +125,7 @@ pub trait Host {
     /// Sends a command, with data or without.
     fn begin(&mut self, command: Command, data: Option<Transfer>);
 
-    /// How far it is.
+    /// Returns the progress of the command.
     fn progress(&mut self) -> Progress;
 
     /// The last answer: the first word of a short one, or all four, most significant first.
@@ -135,9 +134,9 @@ pub trait Host {
     /// Whether the card holds D0 low: it is busy.
     fn is_held_busy(&mut self) -> bool;
 
-    /// Reads a slot.
+    /// Reads a slot of the memory.
     fn load(&self, slot: usize, block: &mut Block);
 
-    /// Writes a slot.
+    /// Writes a slot of the memory.
     fn store(&mut self, slot: usize, block: &Block);
 }

@@ -14,9 +14,9 @@ const POWER_STATE_US: u64 = 1_000;
 const FIRST_CLOCKS_US: u64 = 250;
 /// A card may take a second to get ready (section 4.2.3).
 const READY_LIMIT_US: u64 = 1_000_000;
-/// It is asked so often meanwhile.
+/// Period of the question whether the card is ready.
 const READY_PERIOD_US: u64 = 1_000;
-/// It may hold D0 low that long after being selected.
+/// Longest time that a card may hold D0 low after being selected.
 const BUSY_LIMIT_US: u64 = 500_000;
 /// More than a command and its data take at 400 kHz, and than the host's own timeouts.
 const COMMAND_LIMIT_US: u64 = 1_200_000;
@@ -60,7 +60,7 @@ enum Step {
     Cut,
 }
 
-/// What comes of a step.
+/// Result of a step.
 enum Outcome {
     Next(Step),
     Done,
@@ -73,7 +73,7 @@ pub(super) struct Identify {
     step: Step,
     since_us: u64,
     began_us: u64,
-    /// Something has answered.
+    /// The card has answered a command.
     has_answered: bool,
     is_version_two: bool,
     conditions: u32,
@@ -110,7 +110,7 @@ impl Identify {
         }
     }
 
-    /// Goes on as far as it can without waiting. What came of it, once it has ended.
+    /// Advances as far as possible without waiting. Returns the result once the identification has ended.
     pub fn advance(&mut self, host: &mut impl Host, now_us: u64) -> Option<Result<CardInfo, SdError>> {
         if !core::mem::replace(&mut self.has_begun, true) {
             self.enter(Step::PowerCycle, host, now_us);
@@ -160,7 +160,7 @@ impl Identify {
         }
     }
 
-    /// What has become of the step; `None` as long as it goes on.
+    /// Returns the result of the step; `None` as long as it goes on.
     fn outcome(&mut self, host: &mut impl Host, now_us: u64) -> Option<Outcome> {
         let passed = now_us.saturating_sub(self.since_us);
         match self.step {
@@ -198,14 +198,14 @@ impl Identify {
                 self.is_version_two = true;
                 Next(self.first_conditions(now_us))
             }
-            // A MultiMediaCard knows neither this nor CMD8. What has answered before and does not now has
-            // gone.
+            // A MultiMediaCard knows neither of these commands nor CMD8. A card that answered before and does
+            // not now has gone.
             (Step::AnnounceConditions | Step::Conditions, Err(Fault::NoAnswer)) if !self.has_answered => {
                 Next(Step::AskMmc)
             }
             (Step::AskMmc, Ok(())) => Failed(SdError::Unsupported(Unsupported::Mmc)),
             (Step::AskMmc, Err(_)) => Failed(SdError::NoCard),
-            // What the card cannot do fast, or damages, it does at the usual clock.
+            // A card that cannot do the fast mode, or damages data in it, works at the usual clock.
             (
                 Step::AnnounceScr
                 | Step::Scr
@@ -259,10 +259,10 @@ impl Identify {
             (Step::AskHighSpeed | Step::SetHighSpeed, Ok(())) => Outcome::Done,
             (Step::AnnounceScrAgain, Ok(())) => Next(Step::ScrAgain),
             (Step::ScrAgain, Ok(())) => {
-                // What came over at the usual clock comes over at the fast one as well.
+                // The register SCR must read the same at the fast clock as at the usual one.
                 if read(host) == self.scr { Outcome::Done } else { self.stay_slow(host) }
             }
-            // They have no command, and were left above.
+            // Steps without a command were left above.
             (Step::PowerCycle | Step::PowerOff | Step::FirstClocks | Step::WaitForReady, Ok(())) => {
                 Failed(SdError::Host)
             }
@@ -310,7 +310,7 @@ const fn register(bytes: u16) -> Transfer {
     Transfer { direction: Direction::FromCard, blocks: 1, block_bytes: bytes, place: Place::Slot(SCRATCH_SLOT) }
 }
 
-/// What a register transfer has brought.
+/// Returns the bytes of a register transfer.
 #[inline(never)]
 fn read<const BYTES: usize>(host: &impl Host) -> [u8; BYTES] {
     let (mut block, mut bytes) = ([0; BLOCK_BYTES], [0; BYTES]);

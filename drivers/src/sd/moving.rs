@@ -1,4 +1,4 @@
-//! One transfer of blocks with the commands around it, tried again where it errs.
+//! Transfer of blocks with the commands around it, repeated after errors.
 
 use super::error::SdError;
 use super::host::{Command, Direction, Fault, Host, Place, Progress, Transfer};
@@ -11,7 +11,7 @@ const LIMIT_US: u64 = 1_200_000;
 /// A card that answers one of so many commands in a row has not gone.
 const ALIVE_TRIES: u8 = 3;
 
-/// What is moved.
+/// Blocks and memory of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Move {
     pub direction: Direction,
@@ -22,13 +22,13 @@ pub(super) struct Move {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// The command, and the data.
+    /// Read or write command, and the data.
     Data,
     /// CMD12 behind several blocks.
     Stop,
-    /// The card programs.
+    /// The card programs its memory.
     Busy,
-    /// CMD13: how it went.
+    /// CMD13: result of the transfer.
     Status,
     /// After an error: CMD12, whose answer does not matter,
     Cut,
@@ -54,14 +54,14 @@ pub(super) struct Moving {
     pub is_damaged: bool,
 }
 
-/// What has become of it.
+/// State of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Moved {
-    /// It goes on.
+    /// The transfer goes on.
     Not,
-    /// All of it.
+    /// All blocks have been moved.
     Yes,
-    /// It begins anew.
+    /// The transfer begins anew.
     Again,
     /// The last attempt has failed; the card is there.
     Failed(SdError),
@@ -152,7 +152,7 @@ impl Moving {
         Stage::Cut
     }
 
-    /// What follows a command that has ended: another stage, or the end.
+    /// Returns the stage after a command that has ended, or the end.
     fn after(&mut self, done: Result<(), Fault>, host: &mut impl Host) -> Result<Stage, Moved> {
         self.is_damaged |= matches!(done, Err(Fault::AnswerDamaged | Fault::DataDamaged));
         let [answer, ..] = host.answer();
@@ -183,14 +183,14 @@ impl Moving {
         }
     }
 
-    /// The card is there. What it refuses for good is not tried again.
+    /// Repeats the transfer, as the card is there. A transfer refused for good is not repeated.
     fn again(&mut self, told: u32) -> Moved {
         let error = match self.error {
             // The status tells why.
             SdError::Damaged(_) | SdError::StaysBusy(_) if told != 0 => refusal(self.index(), told),
             error => error,
         };
-        // What takes as long as that is not waited for so often.
+        // A transfer that takes as long as that is not repeated as often.
         let most = match error {
             SdError::Protected | SdError::OutOfRange | SdError::Unreadable => 1,
             SdError::StaysBusy(_) => ATTEMPTS / 2,

@@ -6,10 +6,10 @@ use super::{QUEUE_BLOCKS, QUEUE_SLOT};
 #[derive(Clone, Debug)]
 pub(super) struct Queue {
     numbers: [u32; QUEUE_BLOCKS],
-    /// The oldest.
+    /// Place of the oldest block.
     first: usize,
     count: usize,
-    /// Of the oldest, so many are on the bus.
+    /// Number of the oldest blocks that are on the bus.
     sending: usize,
 }
 
@@ -51,13 +51,13 @@ impl Queue {
         Some(slot(place))
     }
 
-    /// Where a block is that waits: as it was written last.
+    /// Returns the slot of a waiting block, as written last.
     pub fn find(&self, number: u32) -> Option<usize> {
         (0..self.count).rev().find(|nth| self.number(*nth) == number).map(|nth| slot(self.first + nth))
     }
 
-    /// The oldest blocks, of consecutive numbers and in consecutive slots, at most so many: the first one's
-    /// number, its slot, and how many there are. They are on the bus from now on.
+    /// Marks the oldest blocks, of consecutive numbers and in consecutive slots, at most so many, as on the
+    /// bus from now on. Returns the number of the first, its slot, and the count.
     pub fn begin(&mut self, most: usize) -> Option<(u32, usize, usize)> {
         if self.count == 0 {
             return None;
@@ -69,8 +69,8 @@ impl Queue {
         Some((number, slot(self.first), count))
     }
 
-    /// Those on the bus have arrived. The last one's number and slot: what is in it stays there until the
-    /// queue has come round.
+    /// Removes the blocks on the bus, which have arrived. Returns the last block's number and slot, whose
+    /// contents stay there until the queue has come round.
     pub fn finish(&mut self) -> (u32, usize) {
         let last = self.sending.saturating_sub(1);
         let arrived = (self.number(last), slot(self.first + last));

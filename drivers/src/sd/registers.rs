@@ -1,8 +1,8 @@
-//! The card's registers, read from bits.
+//! Decoding of the card's registers from bits.
 
 use super::error::{SdError, Unsupported};
 
-/// How a card counts its addresses, and how large its kind may be (PL 6.00 section 3.3.2).
+/// Capacity class of a card: unit of its addresses and greatest size (PL 6.00 section 3.3.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Standard capacity, up to 2 GB: addresses are bytes.
@@ -14,7 +14,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Its name.
+    /// Returns the name of the class.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -25,12 +25,13 @@ impl Kind {
     }
 }
 
-/// Who made the card (PL 6.00 section 5.2). Two cards differ in it.
+/// Identification register of the card, which names the maker (PL 6.00 section 5.2) and differs between two
+/// cards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cid(pub [u32; 4]);
 
 impl Cid {
-    /// Its product name: five characters.
+    /// Returns the product name: five characters.
     #[must_use]
     pub fn name(&self) -> [u8; 5] {
         let [first, second, ..] = self.0;
@@ -39,27 +40,27 @@ impl Cid {
         [a, b, c, d, e].map(|byte| if byte.is_ascii_graphic() { byte } else { b'?' })
     }
 
-    /// Its maker's number.
+    /// Returns the maker's number.
     #[must_use]
     pub const fn maker(&self) -> u8 {
         (self.0[0] >> 24) as u8
     }
 }
 
-/// An identified card.
+/// Properties of an identified card.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CardInfo {
-    /// How it is addressed.
+    /// Capacity class, which gives the unit of addresses.
     pub kind: Kind,
-    /// How many blocks of 512 bytes it says it holds.
+    /// Number of blocks of 512 bytes that the card reports.
     pub blocks: u32,
-    /// It takes no writes: its CSD says so.
+    /// The card takes no writes, according to its CSD.
     pub is_protected: bool,
-    /// It has been set to high speed: it may be clocked with 50 MHz.
+    /// The card has been set to high speed: it may be clocked with 50 MHz.
     pub is_fast: bool,
-    /// Who made it.
+    /// Identification register of the card.
     pub cid: Cid,
-    /// The address it gave itself on the bus, in the upper half.
+    /// Address that the card gave itself on the bus, in the upper half.
     pub(super) relative_address: u32,
 }
 
@@ -88,12 +89,12 @@ pub(super) const fn field(words: [u32; 4], high: u32, low: u32) -> u32 {
     ((whole >> low) & ((1 << (high - low + 1)) - 1)) as u32
 }
 
-/// What is needed of the CSD (PL 6.00 section 5.3).
+/// Fields of the CSD in use (PL 6.00 section 5.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Csd {
     pub blocks: u32,
     pub is_protected: bool,
-    /// It knows command class 10: CMD6.
+    /// The card knows command class 10: CMD6.
     pub can_switch: bool,
 }
 
@@ -109,12 +110,12 @@ impl Csd {
             1 => (field(words, 69, 48) + 1).saturating_mul(1024),
             _ => return Err(SdError::Unsupported(Unsupported::TooLarge)),
         };
-        // PERM_WRITE_PROTECT and TMP_WRITE_PROTECT.
+        // Either of the bits PERM_WRITE_PROTECT and TMP_WRITE_PROTECT protects the card.
         let is_protected = field(words, 13, 12) != 0;
         Ok(Self { blocks, is_protected, can_switch: field(words, 95, 84) & 1 << 10 != 0 })
     }
 
-    /// What kind of card it is, by what its operating conditions say of addresses.
+    /// Returns the kind of card, given whether its addresses count blocks.
     pub const fn kind(&self, counts_blocks: bool) -> Kind {
         match (counts_blocks, self.blocks > LARGEST_SDHC_BLOCKS) {
             (false, _) => Kind::Sdsc,
@@ -150,7 +151,7 @@ pub(super) mod status {
     pub const ERRORS: u32 = 0xFDF9_8008;
 }
 
-/// What error bits of the status mean.
+/// Returns the error for the error bits of a status.
 pub(super) const fn refusal(command: u8, bits: u32) -> SdError {
     if bits & status::WP_VIOLATION != 0 {
         SdError::Protected

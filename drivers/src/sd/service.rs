@@ -1,4 +1,4 @@
-//! The card for all its users: who may use it next, and what is known of it.
+//! Sharing of the card among its users: order of access, and state of the card.
 
 use super::ahead::{Ahead, Run};
 use super::error::SdError;
@@ -11,35 +11,35 @@ use super::registers::CardInfo;
 
 mod going_on;
 
-/// Who asks for a quiet card asks again within this time; until then no write begins.
+/// Time within which a user asks again for a quiet card; until then no write begins.
 const ASKED_US: u64 = 2_000;
 
-/// Whether there is a card.
+/// State of the card.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
-    /// None that can be used, and why.
+    /// No usable card, and the reason.
     Absent(SdError),
-    /// It is being found out.
+    /// The card is being identified.
     Identifying,
-    /// This one.
+    /// The card is ready for use.
     Ready(CardInfo),
 }
 
-/// What became of a read.
+/// Result of a read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Read {
     /// The block is there.
     Done,
-    /// It has been asked for: ask again.
+    /// The block has been asked for: ask again.
     NotYet,
 }
 
-/// What somebody should hear of, once.
+/// Event to be reported, once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     /// A card was put in.
     Inserted,
-    /// It has gone; whether what was to be written is lost with it.
+    /// The card has gone; whether unwritten blocks are lost with it.
     Removed(SdError, bool),
     /// A write has failed for good; what was written behind it is dropped.
     WriteFailed(SdError),
@@ -50,40 +50,40 @@ pub enum Event {
 /// A transfer of the user that has the card for himself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lent {
-    /// None was begun.
+    /// No transfer was begun.
     Idle,
-    /// It goes on.
+    /// The transfer goes on.
     Busy,
-    /// All of it is done.
+    /// All of the transfer is done.
     Done,
-    /// It has failed.
+    /// The transfer has failed.
     Failed(SdError),
 }
 
-/// What the card has done since power-on.
+/// Statistics of the card since power-on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Blocks read.
+    /// Number of blocks read.
     pub reads: u32,
-    /// Blocks written.
+    /// Number of blocks written.
     pub writes: u32,
     /// Transfers that were tried again.
     pub repeated: u32,
-    /// Of these, because something arrived damaged.
+    /// Repeated transfers whose data arrived damaged.
     pub damaged: u32,
-    /// The longest transfer that was read, us.
+    /// Longest duration of a read, us.
     pub slowest_read_us: u32,
-    /// The longest that was written, us.
+    /// Longest duration of a write, us.
     pub slowest_write_us: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Purpose {
-    /// Into this group.
+    /// Read into this group.
     Group(usize),
     Ahead,
     Write,
-    /// What was written last, to be compared with this slot.
+    /// Read back of the last block written, to be compared with this slot.
     ReadBack(usize),
     Lent,
 }
@@ -93,7 +93,7 @@ enum Active {
     Nothing,
     Identify(Identify),
     Move(Moving, Purpose, u64),
-    /// CMD13, so often.
+    /// Check by CMD13; the number of checks so far.
     Look(u8),
 }
 
@@ -108,21 +108,21 @@ pub struct Service<H> {
     groups: Groups,
     /// A block that somebody wants to read.
     wanted: Option<u32>,
-    /// One that could not be read.
+    /// Block that could not be read, and the error.
     unread: Option<(u32, SdError)>,
-    /// These could not be read together: each is read alone.
+    /// Blocks that could not be read together: each is read alone.
     alone: Option<Run>,
     /// Writes are kept back.
     is_held: bool,
     asked_until_us: u64,
     /// Commands of reading ahead since the last write.
     turns: u8,
-    /// What was written last: its number and its slot.
+    /// Last block written: number and slot.
     last_written: Option<(u32, usize)>,
     write_failure: Option<SdError>,
     untold: Untold,
     now_us: u64,
-    /// When the card, or the slot, was looked at last.
+    /// Time of the last check of the card, or of the slot.
     looked_us: u64,
     looks_by_itself: bool,
     is_lent: bool,
@@ -186,7 +186,7 @@ impl<H: Host> Service<H> {
         }
     }
 
-    /// The host.
+    /// Returns the host controller.
     pub const fn host(&mut self) -> &mut H {
         &mut self.host
     }
@@ -198,17 +198,17 @@ impl<H: Host> Service<H> {
         self.state
     }
 
-    /// What it has done.
+    /// Returns the statistics of the card.
     pub const fn counters(&self) -> Counters {
         self.counters
     }
 
-    /// The clock of its bus, Hz.
+    /// Returns the clock of the card's bus, Hz.
     pub const fn bus_hz(&self) -> u32 {
         self.bus_hz
     }
 
-    /// Looks for a card anew. What was queued is lost: see [`is_kept`](Self::is_kept).
+    /// Looks for a card anew. Queued blocks are lost: see [`is_kept`](Self::is_kept).
     pub fn identify(&mut self) {
         self.forget_all();
         self.write_failure = None;
@@ -222,7 +222,7 @@ impl<H: Host> Service<H> {
         self.looks_by_itself = true;
     }
 
-    /// What nobody has heard of.
+    /// Returns the next event not yet reported.
     pub fn take_event(&mut self) -> Option<Event> {
         let untold = &mut self.untold;
         if let Some((error, loses)) = untold.removed.take() {
@@ -251,7 +251,7 @@ impl<H: Host> Service<H> {
             _ => self.unread = None,
         }
         let at_hand = self.queue.find(number).or_else(|| self.ahead.find(number)).or_else(|| self.groups.find(number));
-        // Who reads on does not want what came before.
+        // A reader that reads on does not want the blocks before.
         let _passed = self.ahead.take(number);
         match at_hand {
             Some(slot) => {
@@ -315,7 +315,7 @@ impl<H: Host> Service<H> {
         }
         let Some(slot) = self.queue.push(number) else { return Ok(false) };
         self.host.store(slot, block);
-        // What is at hand is as it is going to be on the card.
+        // Copies at hand must equal the future contents of the card.
         for copy in [self.groups.find(number), self.ahead.slot_of_any(number)].into_iter().flatten() {
             self.host.store(copy, block);
         }
@@ -332,8 +332,8 @@ impl<H: Host> Service<H> {
         self.is_held = is_held;
     }
 
-    /// Whether the card would answer a read at once, and there is room for so many blocks. Who asks has the
-    /// card kept free for him for two milliseconds.
+    /// Whether the card would answer a read at once, and there is room for so many blocks. The card is then
+    /// kept free for the caller for two milliseconds.
     pub fn is_ready(&mut self, room: usize) -> bool {
         if !matches!(self.state, State::Ready(_)) || self.is_lent {
             return self.state != State::Identifying;
@@ -362,7 +362,7 @@ impl<H: Host> Service<H> {
         }
     }
 
-    /// What was written and failed is known to who wrote it: writes are taken again.
+    /// Allows writes again, once the writer knows of the failed ones.
     pub const fn forgive(&mut self) {
         self.write_failure = None;
     }
@@ -431,7 +431,7 @@ impl<H: Host> Service<H> {
         matches!(self.lent_is, Lent::Done | Lent::Failed(_))
     }
 
-    /// How far it is. Its end is told once.
+    /// Returns the progress of the transfer. Its end is told once.
     pub fn lent(&mut self) -> Lent {
         let is = self.lent_is;
         if is != Lent::Busy {

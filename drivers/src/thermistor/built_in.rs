@@ -1,5 +1,5 @@
-//! Sensors known by name. Names, numbers and index as Smoothieware configurations use them; coefficients are
-//! fits to the makers' resistance tables.
+//! Sensors known by name, with names, numbers and index of Smoothieware configurations; coefficients are fits
+//! to the makers' resistance tables.
 
 use super::{Curve, Divider, Thermistor};
 use units::{Celsius, Ohms};
@@ -13,20 +13,20 @@ pub struct BuiltIn {
     pub index: u8,
     /// The maker's part, where known.
     pub part: &'static str,
-    /// How resistance follows temperature.
+    /// Equation of resistance over temperature.
     pub law: Law,
     /// Nominal resistance at 25 C.
     pub r0: Ohms,
-    /// The resistors it is meant for.
+    /// Divider for which the sensor is meant.
     pub divider: Divider,
 }
 
-/// How a sensor is described.
+/// Equation of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Law {
     /// Coefficients of 1, ln R and (ln R)^3.
     SteinhartHart([f64; 3]),
-    /// Kelvin.
+    /// Beta of the beta equation, kelvin.
     Beta(f64),
 }
 
@@ -52,7 +52,7 @@ impl BuiltIn {
         }
     }
 
-    /// Resistance over temperature.
+    /// Returns the curve of resistance over temperature.
     #[must_use]
     pub fn curve(&self) -> Curve {
         match self.law {

@@ -13,7 +13,7 @@ pub struct Curve {
     c3: f64,
 }
 
-/// Why numbers make no thermistor.
+/// Reason why numbers make no thermistor curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CurveError {
     /// A coefficient, resistance or temperature that is not a number in its range.
@@ -23,7 +23,7 @@ pub enum CurveError {
 }
 
 impl CurveError {
-    /// In words.
+    /// Returns the message for the user.
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! Where on the card the volume is: in a partition of a table of either kind, or on the bare card.
+//! Search for the volume on the card: in a partition of a table of either kind, or on the bare card.
 
 use super::Volume;
 use crate::exfat;
@@ -10,7 +10,7 @@ const ENTRIES: usize = 4;
 const ENTRY_BYTES: usize = 16;
 /// A GUID partition table (UEFI specification 2.10, section 5.3) is behind this one.
 const GPT: u8 = 0xEE;
-/// "EFI PART".
+/// Signature "EFI PART" of a GPT header.
 const GPT_SIGNATURE: &[u8; 8] = b"EFI PART";
 /// EBD0A0A2-B9E5-4433-87C0-68B6B72699C7: basic data, which is FAT, exFAT or NTFS.
 pub(super) const BASIC_DATA: [u8; 16] =
@@ -18,22 +18,22 @@ pub(super) const BASIC_DATA: [u8; 16] =
 /// Entries of a GPT that are looked at.
 const MOST_ENTRIES: u32 = 128;
 
-/// Why no volume can be used.
+/// Reason why no volume can be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoVolume<E> {
     /// The device's own error.
     Device(E),
-    /// There is one, and it contradicts itself.
+    /// A volume is there, but contradicts itself.
     Damaged,
     /// There is none that anybody knows.
     Unknown,
     /// FAT12, as cards of a few megabytes have it.
     Fat12,
-    /// NTFS.
+    /// NTFS, which is not supported.
     Ntfs,
     /// exFAT in a form that is not read.
     OddExfat,
-    /// It goes beyond the device, or its partition.
+    /// The volume goes beyond the device, or its partition.
     LargerThanDevice,
 }
 
@@ -77,7 +77,7 @@ fn is_boot_sector(block: &[u8]) -> bool {
 struct Search<'a, B: Blocks> {
     device: &'a mut B,
     blocks: u32,
-    /// Why there is none.
+    /// Reason for the failure so far.
     why: NoVolume<B::Error>,
 }
 

@@ -1,4 +1,4 @@
-//! Cards with tables of both kinds, without one, and with what cannot be used.
+//! Tests with cards that have tables of both kinds, none, or unusable contents.
 
 use fatfs::{FatType, FileSystem, FormatVolumeOptions, FsOptions};
 use std::io::{Cursor, Write};
@@ -7,7 +7,7 @@ use super::{FileReader, NoVolume, Volume, find, find_file};
 use crate::fat::{Block, Blocks};
 
 const BLOCK: usize = 512;
-/// Where the partitions of these cards begin.
+/// First block of the partitions of these cards.
 const FIRST: u32 = 64;
 
 /// A card that nobody may write to.
@@ -92,7 +92,7 @@ fn any_partition_of_a_table_will_do() {
         let mut card = Card::with_volume_at(FIRST).entry(place, 0x0E, FIRST, blocks);
         assert_eq!(card.whole_file(), content(), "place {place}");
     }
-    // One that lies behind the card's end is passed over.
+    // An entry that lies behind the card's end is passed over.
     let mut card = Card::with_volume_at(FIRST).entry(0, 0x0C, 1 << 20, 1 << 10).entry(1, 0x0E, FIRST, blocks);
     assert_eq!(card.whole_file(), content());
 }

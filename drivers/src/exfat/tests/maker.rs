@@ -148,7 +148,7 @@ pub fn volume(others: &[(&str, &[u8])]) -> Vec<u8> {
         root.extend(entries(name, &other));
     }
     let root = maker.store(&root, 1);
-    // What is taken.
+    // The clusters used so far are marked in the bitmap.
     for cluster in 2..maker.next {
         let at = (HEAP + (bitmap - 2) * PER_CLUSTER) * 512 + (cluster - 2) / 8;
         maker.bytes[at as usize] |= 1 << ((cluster - 2) % 8);

@@ -9,10 +9,10 @@ use fatfs::{FatType, FileSystem, FormatVolumeOptions, FsOptions};
 
 use crate::fat::{BLOCK_BYTES, Block, Blocks, Volume};
 
-/// Where the volume begins on the card.
+/// First block of the volume on the card.
 pub const FIRST_BLOCK: u32 = 63;
 
-/// The power is gone.
+/// Error of every access after the power has gone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Off;
 
@@ -28,7 +28,7 @@ pub struct Card {
     pub read_limit: u32,
 }
 
-/// What to format.
+/// Parameters of the volume to make.
 #[derive(Clone, Copy, Debug)]
 pub struct Format {
     pub kind: FatType,
@@ -84,14 +84,14 @@ impl Card {
         Volume::open(self, FIRST_BLOCK, blocks).unwrap()
     }
 
-    /// How many clusters the volume has, as the other tool counts.
+    /// Returns the number of clusters of the volume, as the other tool counts.
     pub fn clusters(&self) -> u32 {
         let mut copy = self.clone();
         let other = FileSystem::new(copy.as_file(), FsOptions::new()).unwrap();
         other.stats().unwrap().total_clusters()
     }
 
-    /// How many of them are free.
+    /// Returns the number of free clusters.
     pub fn free_clusters(&self) -> u32 {
         let mut copy = self.clone();
         let other = FileSystem::new(copy.as_file(), FsOptions::new()).unwrap();

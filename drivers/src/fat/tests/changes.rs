@@ -11,7 +11,7 @@ use super::card::{Card, Format};
 use super::checker::check;
 use super::operations::{Operation, Tree, apply, expected, listed, names_and_content, operation};
 
-/// What the other tool reads: paths with content.
+/// Reads paths and contents with the other tool.
 fn read_back<T: ReadWriteSeek>(directory: &Dir<'_, T>, path: &str, found: &mut Vec<(String, Option<Vec<u8>>)>) {
     for entry in directory.iter().map(Result::unwrap) {
         let name = entry.file_name();

@@ -1,5 +1,5 @@
-//! Reads a whole volume and checks that it makes sense. It shares nothing with the code under test: bytes in,
-//! a tree out.
+//! Reads a whole volume and checks that it makes sense. The checker shares nothing with the code under test:
+//! bytes in, a tree out.
 
 use std::collections::BTreeMap;
 use std::format;
@@ -12,7 +12,7 @@ use super::card::Card;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Node {
     pub short_name: String,
-    /// `None`: a directory.
+    /// Contents of the file; `None`: a directory.
     pub content: Option<Vec<u8>>,
     pub attributes: u8,
 }
@@ -56,10 +56,10 @@ struct Reader<'a> {
     found: Found,
 }
 
-/// Reads the volume.
+/// Reads and checks the volume.
 ///
 /// # Errors
-/// What no power cut may ever cause.
+/// A fault that no power cut may ever cause.
 pub fn check(card: &Card) -> Result<Found, String> {
     let boot = card.block(0);
     let table_blocks = match number(&boot[22..24]) {

@@ -18,7 +18,7 @@ fn same(one: &Tree, other: &Tree) -> bool {
     names_and_content(one) == names_and_content(other)
 }
 
-/// What a reader that knows nothing of notes may see while something is moved: neither name.
+/// Removes the moved entry: a reader without notes may see neither of its names.
 fn without(tree: &Tree, moved: Option<&str>) -> Tree {
     let stays = |path: &str| moved.is_none_or(|moved| path != moved && !path.starts_with(&std::format!("{moved}/")));
     tree.iter().filter(|(path, _)| stays(path)).map(|(path, node)| (path.clone(), node.clone())).collect()

@@ -139,7 +139,7 @@ fn a_chain_that_loops_or_leaves_the_volume_is_an_error() {
         card.read_limit = card.reads + 1_000;
         let file = volume.find(&mut card, path).unwrap();
         assert_eq!(volume.check(&mut card, &file), Err(Error::Damaged), "{next:x}");
-        // It can still be removed, and nothing else goes with it.
+        // The file can still be removed, and nothing else goes with it.
         volume.remove(&mut card, &file).unwrap();
         let found = check(&card).unwrap();
         assert_eq!(found.tree.len(), 7);

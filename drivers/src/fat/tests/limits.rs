@@ -1,4 +1,4 @@
-//! What is full, what is too small, and what is no FAT at all.
+//! Tests of volumes that are full, too small, or no FAT at all.
 
 use std::collections::BTreeSet;
 use std::format;
@@ -140,7 +140,7 @@ fn a_file_is_trimmed_to_its_size() {
     }
 }
 
-/// Slots behind the end of a directory are not always zero. What comes to light when the end moves is
+/// Slots behind the end of a directory are not always zero. A slot that appears when the end moves is
 /// nobody's file.
 #[test]
 fn what_lies_behind_the_end_of_a_directory_stays_there() {

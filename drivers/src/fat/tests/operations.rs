@@ -101,7 +101,7 @@ pub fn operation() -> impl Strategy<Value = Operation> {
     ]
 }
 
-/// Does it.
+/// Applies the operation to the card.
 pub fn apply(card: &mut Card, volume: &mut Volume, operation: &Operation) -> Result<(), Error<Off>> {
     match operation {
         Operation::Create(path) => volume.create(card, path, NOW).map(drop),
@@ -178,7 +178,7 @@ fn directory_of(tree: &Tree, path: &str) -> Result<String, Error<Off>> {
     if !directory.is_empty() && tree[&directory].content.is_some() { Err(Error::IsFile) } else { Ok(directory) }
 }
 
-/// Where a new entry goes and what it is called there; `moved` does not count as taken.
+/// Returns directory and name of a new entry; `moved` does not count as taken.
 fn new_path(tree: &Tree, path: &str, moved: Option<&str>) -> Result<String, Error<Off>> {
     let (directory, name) = parts(path);
     if name.is_empty() {
@@ -251,7 +251,8 @@ pub fn names_and_content(tree: &Tree) -> BTreeMap<&str, (&Option<Vec<u8>>, u8)> 
     tree.iter().map(|(path, node)| (path.as_str(), (&node.content, node.attributes))).collect()
 }
 
-/// What the code under test lists, by path; every entry is found under its name and its short name.
+/// Collects the entries that the code under test lists, by path; every entry is found under its name and its
+/// short name.
 pub fn listed(card: &mut Card, volume: &mut Volume, directory: &str, found: &mut Vec<(String, bool, u32)>) {
     let (mut listing, mut name) = (volume.list(card, directory).unwrap(), Name::new());
     while let Some(entry) = listing.next(volume, card, &mut name).unwrap() {

@@ -1,4 +1,4 @@
-//! What comes next, and what has become of what was begun.
+//! Choice of the next transfer, and the handling of finished ones.
 
 use super::{Active, Counters, Lent, Purpose, Service, State};
 use crate::sd::ahead::Run;
@@ -50,7 +50,7 @@ impl<H: Host> Service<H> {
                 },
                 Active::Move(moving, purpose, since_us) => {
                     let State::Ready(card) = self.state else {
-                        // What was read ahead never comes.
+                        // A card that has gone never delivers the blocks to read ahead.
                         self.ahead.finish(false);
                         self.ahead.forget();
                         return self.rest();
@@ -195,7 +195,7 @@ impl<H: Host> Service<H> {
         });
     }
 
-    /// What was written last has been read back.
+    /// Compares the last block written with its contents read back.
     #[inline(never)]
     fn compare(&mut self, slot: usize) {
         self.last_written = None;
@@ -227,7 +227,7 @@ impl<H: Host> Service<H> {
 
     fn failed(&mut self, what: Move, purpose: Purpose, error: SdError) {
         match purpose {
-            // Which of them it was is found out.
+            // The bad block among them is found by reading each alone.
             Purpose::Group(_) if what.count > 1 => {
                 self.alone = Some(Run { first: what.first, count: what.count });
                 self.wanted = Some(what.first);
@@ -246,7 +246,7 @@ impl<H: Host> Service<H> {
         self.last_written = None;
         self.write_failure = Some(error);
         self.untold.write_failed = Some(error);
-        // They have what was to be written, and the card has not.
+        // Groups and blocks read ahead hold the data that the card lacks.
         self.groups.clear();
         self.ahead.forget();
     }

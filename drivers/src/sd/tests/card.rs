@@ -12,7 +12,7 @@ const ADDRESS: u32 = 0x1234_0000;
 /// From here on `Place::Address` has its memory.
 pub const OUTSIDE: u32 = 0x2000_0000;
 
-/// What the host does with the next transfers, in turn.
+/// Behaviour of the host in the next transfers, in turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
     Good,

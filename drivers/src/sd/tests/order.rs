@@ -1,4 +1,4 @@
-//! What is written, and in which order.
+//! Tests of the contents and the order of writes.
 
 use proptest::prelude::*;
 
@@ -26,8 +26,8 @@ fn step() -> impl Strategy<Value = Step> {
 }
 
 proptest! {
-    /// Whoever reads gets what was written last; what reaches the card is what was written, in that order,
-    /// but for blocks that were replaced while they were the last to wait.
+    /// A reader gets the last write; the card gets the writes in order, except for blocks that were replaced
+    /// while they were the last to wait.
     #[test]
     fn reads_see_writes_and_writes_keep_their_order(steps in proptest::collection::vec(step(), 1..200)) {
         let mut service = identified();
@@ -65,7 +65,7 @@ proptest! {
         prop_assert!(arrived.len() <= written.len());
     }
 
-    /// Whatever goes wrong for good, what is on the card is all that was written up to some moment.
+    /// After any lasting failure, the card holds all writes up to some moment.
     #[test]
     fn a_failed_write_is_the_last_one(count in 1..60_usize, at in 0..60_usize) {
         let mut service = identified();

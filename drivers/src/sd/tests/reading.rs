@@ -1,4 +1,4 @@
-//! What is at hand, and what a card that stalls or errs is to its readers.
+//! Tests of blocks at hand, and of a card that stalls or errs.
 
 use super::card::{identified, read, run, stretch, write};
 use crate::sd::{AHEAD_BLOCKS, Event, SdError, State};
@@ -61,8 +61,8 @@ fn who_asks_for_a_quiet_card_gets_it_behind_one_write() {
     assert_eq!(service.host().written.len(), 10);
 }
 
-/// Who waits for a block asks for it many times while it is on its way. It is read once, and what the other
-/// group holds stays: a table and a directory by turns are at hand.
+/// A waiting reader asks many times for a block that is on its way, yet the block is read once, and the other
+/// group stays: a table and a directory by turns are at hand.
 #[test]
 fn two_groups_by_turns_are_read_once_each() {
     let mut service = identified();
@@ -112,7 +112,7 @@ fn a_card_that_is_pulled_out_is_missed_and_one_that_is_put_in_is_found() {
     service.host().is_there = true;
     run(&mut service, 3_000_000);
     assert_eq!(service.take_event(), Some(Event::Inserted));
-    // One that nobody uses is missed too.
+    // The removal of an unused card is noticed too.
     service.host().is_there = false;
     run(&mut service, 2_000_000);
     assert!(matches!(service.take_event(), Some(Event::Removed(SdError::NotResponding(13), false))));
