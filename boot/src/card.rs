@@ -4,7 +4,7 @@ use bsp_prime::sd::SdCard;
 use drivers::volume::{self, FileReader, Volume};
 use update::{Bytes, Card, Flaw};
 
-/// The card, looked at when somebody asks for a file: an ordinary start does not.
+/// Access to the card, which is mounted on demand: an ordinary start does not read it.
 pub struct CardFiles {
     card: SdCard,
     volume: Option<Volume>,
@@ -18,12 +18,12 @@ pub struct OpenFile<'c> {
 }
 
 impl CardFiles {
-    /// Nothing is known of the card yet.
+    /// Creates the access without mounting the card.
     pub fn new(card: SdCard) -> Self {
         Self { card, volume: None }
     }
 
-    /// Another card may be in the slot.
+    /// Forgets the volume, as another card may be in the slot.
     pub fn forget(&mut self) {
         self.volume = None;
     }

@@ -4,12 +4,12 @@
 use bsp_prime::boot_stage::{self, Crippled};
 use bsp_prime::clocks::ClockError;
 
-/// Blinks between two tries.
+/// Number of blinks between two tries.
 const BLINKS: u32 = 8;
-/// LED1 and LED3, then LED2 and LED4.
+/// Time of each half of a blink, ms: LED1 and LED3, then LED2 and LED4.
 const BLINK_MS: u32 = 250;
 
-/// Says what is wrong, and begins again.
+/// Reports the clock error, blinks, and resets the board.
 pub fn run(mut board: Crippled) -> ! {
     board.say(match board.why {
         ClockError::NoCrystal => {

@@ -1,4 +1,4 @@
-//! Firmware over USB, on its way into flash.
+//! Firmware download over USB into the flash.
 
 use update::{Bytes, Flaw, Image, Manifest, NotInstalled, PRIME, Policy, Receiving, check_flash};
 use usb::{Firmware, Refused, TRANSFER_BYTES};
@@ -13,9 +13,9 @@ const ERASE_MS: u32 = 1_000;
 /// Time to look for a copy of the present image on the card before the first sector is erased, if the copy is
 /// good and the first that is found.
 const LOOK_MS: u32 = 1_500;
-/// The words of a block, 0.1 ms each.
+/// Time to write the words of a block, 0.1 ms each.
 const WRITE_MS: u32 = 1;
-/// The digest of the longest image.
+/// Time to compute the digest of the longest image.
 const CHECK_MS: u32 = 300;
 
 /// The flash as a host sees it: an image, to be replaced or read.
@@ -34,17 +34,17 @@ impl<'f> Incoming<'f> {
         Self { flash, card, file: None, there: None, lacks_copy: false }
     }
 
-    /// The flash, for whoever looks after it meanwhile.
+    /// Returns the flash, for the code that feeds its watchdog meanwhile.
     pub fn flash(&mut self) -> &mut Patience {
         self.flash
     }
 
-    /// The flash and the card, between two downloads.
+    /// Returns the flash and the card, between two downloads.
     pub fn flash_and_card(&mut self) -> (&mut Patience, &mut CardFiles) {
         (self.flash, self.card)
     }
 
-    /// Whether a download was refused since this was last asked, for want of a copy to come back to.
+    /// Returns whether a download was refused since the last call, for want of a copy of the present image.
     pub fn take_lacks_copy(&mut self) -> bool {
         core::mem::take(&mut self.lacks_copy)
     }
@@ -65,7 +65,8 @@ impl Firmware for Incoming<'_> {
 
     fn write_ms(&self, at: u32, bytes: usize) -> u32 {
         let sector = |at: u32| at / PRIME.sector_bytes;
-        // With the first piece of an image; in a file for the whole flash, the first behind the boot stage.
+        // Checked at the first piece of an image, which in a file for the whole flash is the first behind the
+        // boot stage.
         if at == 0 || at == PRIME.image() {
             LOOK_MS + ERASE_MS
         } else if sector(at) != sector(at + bytes as u32) {
@@ -96,7 +97,7 @@ impl Firmware for Incoming<'_> {
     }
 }
 
-/// A flaw in the words of DFU.
+/// Converts a flaw to an error of the DFU protocol.
 const fn refused(why: NotInstalled) -> Refused {
     match why {
         NotInstalled::Flash => Refused::Write,

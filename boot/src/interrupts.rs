@@ -13,7 +13,7 @@ const TICK_US: u32 = 1_000;
 
 static OWNED: Mutex<RefCell<Option<(Ticker, UartInterrupt)>>> = Mutex::new(RefCell::new(None));
 
-/// Starts the tick, and lets all through.
+/// Starts the tick, and enables all interrupts.
 pub fn start(mut tick: Ticker, debug: UartInterrupt) {
     tick.start(TICK_US);
     critical_section::with(|cs| OWNED.borrow(cs).replace(Some((tick, debug))));
@@ -22,9 +22,9 @@ pub fn start(mut tick: Ticker, debug: UartInterrupt) {
     }
 }
 
-/// Waits for something to happen, a millisecond at most: the USB core's interrupt is let through for so long.
+/// Waits for an interrupt, a millisecond at most, with that of the USB core enabled meanwhile.
 pub fn wait() {
-    // With interrupts held back, one that comes before the wait ends it.
+    // With interrupts masked, an interrupt that comes before the wait still ends it.
     cortex_m::interrupt::free(|_| {
         enable_interrupt(Interrupt::OTG_FS);
         cortex_m::asm::wfi();
@@ -49,7 +49,7 @@ fn TIM7() {
 
 #[interrupt]
 fn USART2() {
-    // Nobody is listened to.
+    // Received bytes are dropped.
     with(|_, debug| debug.on_interrupt(|_| {}));
 }
 
@@ -60,6 +60,6 @@ fn SDMMC1() {
 
 #[interrupt]
 fn OTG_FS() {
-    // The device is run in the loop that waits for this.
+    // The USB device is run by the loop that waits here.
     cortex_m::peripheral::NVIC::mask(Interrupt::OTG_FS);
 }

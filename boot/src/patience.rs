@@ -1,15 +1,15 @@
-//! The flash while it is worked on: the watchdog is fed with every word written, of which an image has only
-//! so many, and with every file that is looked at, of which there are few; and the LEDs count.
+//! Flash with watchdog: the watchdog is fed with every word written, of which an image has only so many, and
+//! with every file that is checked, of which there are few; and the LEDs count.
 
 use bsp_prime::flash::BoardFlash;
 use bsp_prime::pins::Output;
 use bsp_prime::watchdog::Watchdog;
 use update::{Failed, Flash, Sector, Unreadable, Word};
 
-/// Words between two steps of the count: 64 KiB.
+/// Words between two steps of the LED count: 64 KiB.
 const STEP: u32 = 2048;
 
-/// The flash, and who shows that it is worked on.
+/// Flash with the watchdog and the LEDs that show the progress.
 pub struct Patience {
     flash: BoardFlash,
     watchdog: Watchdog,
@@ -23,13 +23,12 @@ impl Patience {
         Self { flash, watchdog, leds, written: 0 }
     }
 
-    /// Feeds the watchdog: whoever waits for a person or a card has a bound of its own, or is to wait for
-    /// ever.
+    /// Feeds the watchdog: waits for a person or a card have a bound of their own, or are to last for ever.
     pub fn feed(&mut self) {
         self.watchdog.feed();
     }
 
-    /// Shows a number from 0 to 15.
+    /// Shows a number from 0 to 15 on the LEDs.
     pub fn show(&mut self, number: u32) {
         for (bit, led) in self.leds.iter_mut().enumerate() {
             led.set(number >> bit & 1 != 0);

@@ -12,26 +12,26 @@ use crate::interrupts;
 use crate::patience::Patience;
 use crate::words::Words;
 
-/// Between two looks at the card.
+/// Time between two checks of the card for an image.
 const LOOK_EVERY_US: u64 = 2_000_000;
-/// LEDs on, LEDs off.
+/// Time of the LEDs on, and of the LEDs off.
 const BLINK_US: u64 = 250_000;
-/// A download that was asked for and that nobody begins.
+/// Time after which a requested download that nobody begins is given up.
 const NOBODY_COMES_US: u64 = 300_000_000;
-/// A host that has sent an image has so long to reset the bus, which it need not.
+/// Time that a host which has sent an image has to reset the bus, though it need not.
 const LEAVE_US: u64 = 1_000_000;
 
 /// Reason for waiting in the boot stage.
 #[derive(Clone, Copy)]
 pub enum Why {
-    /// Somebody asked for the download.
+    /// A host or person asked for the download.
     Asked,
-    /// Nothing in flash may run.
+    /// No image in flash may run.
     Nothing(Flaw),
 }
 
 impl Why {
-    /// The LEDs in one half of a blink, and in the other.
+    /// Returns the LED patterns of both halves of a blink.
     const fn patterns(self) -> [u32; 2] {
         match self {
             Self::Asked => [0b0011, 0b1100],
@@ -107,7 +107,7 @@ fn with_usb(
         watch.whole_since = None;
         match why {
             Why::Asked if now >= watch.in_use_until => leave(words),
-            // A host that is there has the floor: a look at the card may take a second.
+            // A connected host has priority, as a check of the card may take a second.
             Why::Nothing(_) if now >= watch.look_at && !device.is_addressed() => {
                 watch.look_at = now + LOOK_EVERY_US;
                 let (flash, card) = device.firmware().flash_and_card();
@@ -143,7 +143,7 @@ impl Watch {
     }
 }
 
-/// Without USB there is the card alone.
+/// Without USB, only the card can bring an image.
 fn alone(flash: &mut Patience, card: &mut CardFiles, why: Why) -> ! {
     let mut watch = Watch::new();
     loop {
@@ -163,7 +163,7 @@ fn alone(flash: &mut Patience, card: &mut CardFiles, why: Why) -> ! {
     }
 }
 
-/// Is there an image on the card by now? The next start installs it.
+/// Resets the board if the card has an image by now, so that the next start installs it.
 fn look(flash: &mut Patience, card: &mut CardFiles) {
     card.forget();
     if may_recover(flash, card, &PRIME) {

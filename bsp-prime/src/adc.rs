@@ -16,23 +16,24 @@ use crate::dma_buffer;
 use crate::pins::table::VBAT;
 use crate::wait;
 
-/// Scans averaged, as Smoothieware does.
+/// Number of scans averaged, as in Smoothieware.
 pub const AVERAGED: usize = 32;
-/// Inputs a scan can have.
+/// Greatest number of inputs in a scan.
 pub const MAX_INPUTS: usize = 7;
-/// Start-up of the regulator: 10 us (DS12923, "ADC characteristics", tADCVREG_STUP); ten times that.
+/// Limit of the regulator's start-up, which takes 10 us (DS12923, "ADC characteristics", tADCVREG_STUP); ten
+/// times that.
 const REGULATOR_LIMIT_US: u32 = 100;
-/// Calibration of offset and linearity takes 165,010 ADC cycles (DS12923, "ADC characteristics", tCAL): 31 ms
-/// at 5.33 MHz. Three times that.
+/// Limit of the calibration of offset and linearity, which takes 165,010 ADC cycles (DS12923, "ADC
+/// characteristics", tCAL): 31 ms at 5.33 MHz. Three times that.
 const CALIBRATION_LIMIT_US: u32 = 100_000;
-/// Enabling takes a few cycles of the converter's clock; a hundred times that.
+/// Limit of the enabling, which takes a few cycles of the converter's clock; a hundred times that.
 const READY_LIMIT_US: u32 = 100;
 /// Longest sampling time, 810.5 cycles (RM0399 section 26.7.7, SMP = 7), for all inputs 0 to 9 of a register
 /// at once.
 const SLOWEST_SAMPLING: u32 = 0o7_777_777_777;
 
 dma_buffer! {
-    /// Scan after scan, as the converter delivers them.
+    /// Ring of scans, as the converter delivers them.
     static RING: [u16; AVERAGED * MAX_INPUTS]
 }
 
@@ -102,7 +103,7 @@ impl Thermistors {
         Self { adc, dma, inputs: 0, calibration_begun }
     }
 
-    /// Scans these converter channels from now on, in this order. Once.
+    /// Starts the scan of these converter channels in this order. Call once.
     ///
     /// # Errors
     /// [`AdcError`].
@@ -155,8 +156,8 @@ impl Thermistors {
         stream.cr.modify(|_, w| w.en().set_bit());
     }
 
-    /// The average of the last 32 readings of the input at `position` in the list given to [`Self::start`], 0
-    /// to 65 535 for full scale.
+    /// Returns the average of the last 32 readings of the input at `position` in the list given to
+    /// [`Self::start`], 0 to 65 535 for full scale.
     ///
     /// # Errors
     /// [`AdcError::NotFilled`] in the first moments, [`AdcError::ScanStopped`] when the DMA has stopped with
@@ -186,7 +187,7 @@ impl Thermistors {
         self.dma.st[STREAM].ndtr.read().bits()
     }
 
-    /// The DMA is still enabled: it switches itself off on a transfer error.
+    /// Returns whether the DMA is still enabled: it switches itself off on a transfer error.
     #[must_use]
     pub fn is_running(&self) -> bool {
         self.inputs > 0 && self.dma.st[STREAM].cr.read().en().bit_is_set()
@@ -201,10 +202,10 @@ pub struct Supplies {
     ready: bool,
     /// The table's index of the input being converted.
     current: usize,
-    /// The input whose turn it was last.
+    /// Index of the input converted last in turn.
     turn: usize,
     readings: [Option<u16>; crate::pins::table::SUPPLIES.len()],
-    /// Inputs to read, one bit each.
+    /// Bit mask of the inputs to read.
     wanted: u16,
 }
 
@@ -212,8 +213,8 @@ impl Supplies {
     pub(crate) fn new(adc: pac::ADC3, common: &pac::ADC3_COMMON) -> Self {
         // SAFETY: as for ADC1.
         common.ccr.modify(|_, w| unsafe { w.ckmode().bits(0).presc().bits(0b0011) });
-        // The chip's temperature sensor and reference. The battery's divider would drain the cell: it is on
-        // only while that is read.
+        // Enables the chip's temperature sensor and reference. The battery's divider would drain the cell: it
+        // is on only during its reading.
         common.ccr.modify(|_, w| w.vsenseen().set_bit().vrefen().set_bit());
         let calibration_begun = begin_calibration(&adc);
         let readings = [None; crate::pins::table::SUPPLIES.len()];
@@ -244,7 +245,8 @@ impl Supplies {
         }
     }
 
-    /// The latest reading of this input, and has it read again: it is the newer the oftener this is asked.
+    /// Returns the latest reading of this input and requests a new one, so that frequent calls get fresh
+    /// values.
     pub fn follow(&mut self, input: usize) -> Option<u16> {
         if self.wanted & 1 << input != 0 && self.collect() {
             self.convert(input);
@@ -252,7 +254,7 @@ impl Supplies {
         self.reading(input)
     }
 
-    /// Whether the converter has finished, with its reading.
+    /// Stores the reading and returns whether the converter has finished.
     fn collect(&mut self) -> bool {
         if !self.ready {
             return false;

@@ -75,7 +75,7 @@ pub struct Board {
     pub thermistors: Thermistors,
     /// Hardware PWM, not started.
     pub pwm: Pwm,
-    /// Strips of lights, none of which it knows yet.
+    /// Sender to strips of lights, none of which has been added yet.
     pub led_sender: LedSender,
     /// Supply voltages, not started.
     pub supplies: Supplies,
@@ -87,7 +87,7 @@ pub struct Board {
     pub rtc: Rtc,
     /// The flash, for the log of updates and copies of the image.
     pub flash: BoardFlash,
-    /// Running since the first microseconds; to be fed.
+    /// Watchdog, running since the first microseconds; to be fed.
     pub watchdog: Watchdog,
 }
 
@@ -109,7 +109,7 @@ pub fn enable_interrupt(interrupt: pac::Interrupt) {
     unsafe { cortex_m::peripheral::NVIC::unmask(interrupt) };
 }
 
-/// All zero, as the section is. Out of the way of `Board`, which is moved about.
+/// All zero, as the section is. Static, because `Board` itself is moved about.
 #[unsafe(link_section = ".axizero")]
 static mut PINS: Pins = Pins::new();
 
@@ -172,7 +172,7 @@ impl Board {
     }
 }
 
-/// The guards belong to the board; a configuration that names one of their pins is told so.
+/// Claims the guards for the board; a configuration that names one of their pins gets an error.
 fn claim_guards(pins: &mut Pins) -> Guards {
     let mut guard = |spec: PinSpec, owner| {
         // The table is empty and the pins differ, so the claim cannot fail.

@@ -10,16 +10,17 @@ use stm32h7xx_hal::pac;
 
 use crate::identity::ResetCause;
 
-/// The register of the request, that of the mark, and that of the reset's causes.
+/// Numbers of the registers of the request, of the mark, and of the reset's causes.
 const REQUEST: usize = 20;
 const PRESSED: usize = 21;
 const FLAGS: usize = 22;
-/// The lower half of the last one, where the boot stage has written it; the flags are in the upper.
+/// Value of the lower half of the register of causes if the boot stage has written it; the flags are in the
+/// upper half.
 const LEFT: u32 = 0x5A5A;
 
-/// Wait for firmware over USB.
+/// Value of the request to wait for firmware over USB.
 const DOWNLOAD: u32 = 0x4446_5521;
-/// The button was pressed.
+/// Value of the mark after the button was pressed once.
 const ONCE: u32 = 0x5052_4553;
 
 /// Has the boot stage wait for firmware over USB, instead of starting the application: at the next reset,
@@ -35,8 +36,8 @@ pub fn forget_button() {
     }
 }
 
-/// Whether firmware is to be waited for; the next start finds nothing. For the boot stage, which opens the
-/// backup domain first.
+/// Returns whether to wait for firmware, and clears the request. For the boot stage, which opens the backup
+/// domain first.
 pub(crate) fn take(cause: ResetCause) -> bool {
     let is_asked = register(REQUEST).read().bits() == DOWNLOAD;
     register(REQUEST).write(|w| w.bits(0));

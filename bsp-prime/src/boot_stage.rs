@@ -19,12 +19,12 @@ use crate::usb::UsbSocket;
 use crate::watchdog::Watchdog;
 
 /// Longest time between two feedings. Erasing a sector takes up to 4 s (data sheet DS12923, "flash memory
-/// programming"), a card that does not answer a second and a half.
+/// programming"), the wait for a silent card a second and a half.
 const WATCHDOG_LIMIT_MS: u32 = 10_000;
 
-/// The board as the boot stage has it: everything off but what installs an image.
+/// The board as set up by the boot stage: only the parts that install an image are on.
 pub struct BootStage {
-    /// All sectors but the first.
+    /// Flash: all sectors but the first.
     pub flash: BoardFlash,
     /// LED1 to LED4, off.
     pub leds: [Output; 4],
@@ -34,21 +34,20 @@ pub struct BootStage {
     pub sd: SdCard,
     /// The USB socket, not started, and the chip's unique id.
     pub usb: (UsbSocket, [u32; 3]),
-    /// A tick for waits to end by, not started.
+    /// Timer that ends waits, not started.
     pub tick: Ticker,
-    /// Running; the application finds it so and sets it up anew.
+    /// Running watchdog; the application finds it so and sets it up anew.
     pub watchdog: Watchdog,
     /// Cause of the chip's reset.
     pub reset_cause: ResetCause,
-    /// The application, or a person by the button, asks for firmware over USB.
+    /// Whether the application, or a person by the button, asks for firmware over USB.
     pub download: bool,
     /// Means of releasing the chip to the application.
     pub hand_over: HandOver,
 }
 
 impl BootStage {
-    /// Brings up what is needed. The causes of the reset are left to the application, and so are its last
-    /// words.
+    /// Brings up the parts needed. The causes of the reset and the last words are left to the application.
     ///
     /// # Errors
     /// The clocks do not come up; outputs are off and the watchdog runs then.
@@ -114,19 +113,19 @@ impl Crippled {
         Self { why, leds: table::LEDS.map(|led| Output::off(PinSpec::plain(led))), watchdog }
     }
 
-    /// Says something on the debug console, and waits until it is out. Nothing else goes on.
+    /// Prints a text on the debug console, and waits until it is out. Nothing else runs meanwhile.
     pub fn say(&mut self, words: &str) {
         uart::say_at_once(PortName::Debug, words.as_bytes());
     }
 
-    /// Lets time pass, about so much of it; the watchdog is fed.
+    /// Waits about so many milliseconds, feeding the watchdog.
     pub fn pause(&mut self, milliseconds: u32) {
         self.watchdog.feed();
         cortex_m::asm::delay(milliseconds * RESET_MHZ * 1_000);
     }
 }
 
-/// The core, to be given up.
+/// Control of the core, to be given up at the start of an image.
 pub struct HandOver {
     core: cortex_m::Peripherals,
 }
@@ -191,7 +190,7 @@ fn forget_interrupts(nvic: &NVIC) {
     }
 }
 
-/// Ends this run of the boot stage; it begins again.
+/// Resets the chip, so that the boot stage begins again.
 pub fn reset() -> ! {
     SCB::sys_reset()
 }

@@ -84,7 +84,7 @@ impl<const SIZE: usize> ByteRing<SIZE> {
         count
     }
 
-    /// Reader: the oldest byte.
+    /// Reader: takes the oldest byte.
     pub fn pop(&self) -> Option<u8> {
         let read = self.read.load(Ordering::Relaxed);
         if read == self.written.load(Ordering::Acquire) {
@@ -95,12 +95,12 @@ impl<const SIZE: usize> ByteRing<SIZE> {
         Some(byte)
     }
 
-    /// Reader: drops what waits.
+    /// Reader: drops the waiting bytes.
     pub fn clear(&self) {
         self.read.store(self.written.load(Ordering::Acquire), Ordering::Release);
     }
 
-    /// Reader: moves waiting bytes into `into` and says how many.
+    /// Reader: moves waiting bytes into `into` and returns their number.
     pub fn pop_into(&self, into: &mut [u8]) -> usize {
         let mut count = 0;
         for slot in into {

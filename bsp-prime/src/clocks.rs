@@ -19,13 +19,13 @@ pub const HCLK_HZ: u32 = 200_000_000;
 pub const PCLK_HZ: u32 = 100_000_000;
 /// Clock of the timers on APB1 and APB2: twice the bus clock (RM0399 section 9.5, TIMPRE = 0).
 pub const TIMER_HZ: u32 = 200_000_000;
-/// The crystal on PH0/PH1.
+/// Frequency of the crystal on PH0/PH1.
 pub const CRYSTAL_HZ: u32 = 25_000_000;
 /// Kernel clock of SDMMC1: PLL1 Q, the reset choice of its multiplexer.
 pub const SDMMC_KERNEL_HZ: u32 = 200_000_000;
 
-/// The crystal should start within 2 ms (data sheet DS12923 table "HSE oscillator characteristics"); ten
-/// times that.
+/// Limit of the crystal's start, which should take 2 ms (data sheet DS12923 table "HSE oscillator
+/// characteristics"); ten times that.
 const CRYSTAL_START_LIMIT_US: u32 = 20_000;
 
 /// Two wait states more than the manual asks for at 200 MHz and VOS1, in a row that ends at 210 MHz (RM0399
@@ -112,7 +112,7 @@ fn stop_hsi48() {
     unsafe { (*pac::RCC::ptr()).cr.modify(|_, w| w.hsi48on().off()) };
 }
 
-/// Gives the flash more time than it needs at this clock.
+/// Sets more wait states for the flash than this clock needs.
 fn slow_flash() -> Result<(), ClockError> {
     // SAFETY: nothing else writes this register; more wait states are safe at any clock.
     let access = unsafe { &(*pac::FLASH::ptr()).acr };
@@ -126,9 +126,10 @@ fn slow_flash() -> Result<(), ClockError> {
 /// The switch of the system clock takes effect within a few of its periods.
 const SWITCH_LIMIT_US: u32 = 1_000;
 
-/// Back to what the clocks are after a reset: the core on the 64 MHz oscillator, the PLL and the crystal off,
-/// every divider one, no peripheral clocked. For the boot stage, so that what it starts finds the chip as
-/// it expects it; supply and voltage scale stay, which a reset leaves alone or the application sets again.
+/// Restores the clocks to their state after a reset: the core on the 64 MHz oscillator, the PLL and the
+/// crystal off, every divider one, no peripheral clocked. For the boot stage, so that the application finds
+/// the chip as it expects it; supply and voltage scale stay, which a reset leaves alone or the application
+/// sets again.
 pub(crate) fn release() {
     // SAFETY: the boot stage's last act with the clocks, interrupts off; nobody else holds the registers.
     let rcc = unsafe { &*pac::RCC::ptr() };
@@ -152,8 +153,8 @@ pub(crate) fn release() {
     reset_peripherals(rcc);
 }
 
-/// Resets what the boot stage has used and closes all gates. Not the pins: what guards the outputs stays as
-/// it is, clock or no clock.
+/// Resets the peripherals that the boot stage has used and closes all gates. Not the pins: those that guard
+/// the outputs stay as they are, clock or no clock.
 fn reset_peripherals(rcc: &pac::rcc::RegisterBlock) {
     // RM0399 section 9.7.27 ff., "peripheral reset register".
     rcc.ahb3rstr.modify(|_, w| w.sdmmc1rst().set_bit());

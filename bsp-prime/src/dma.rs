@@ -40,8 +40,8 @@ impl<W: DmaWord, const LENGTH: usize> DmaBuffer<W, LENGTH> {
         Self(UnsafeCell::new(MaybeUninit::uninit()))
     }
 
-    /// The address for the DMA. `None` when the linker did not put the buffer into the arena, in which case
-    /// it must not be used.
+    /// Returns the address for the DMA. `None` when the linker did not put the buffer into the arena, in
+    /// which case it must not be used.
     pub fn address(&self) -> Option<u32> {
         let address = self.0.get() as u32;
         let in_arena = (DMA_ARENA_START..DMA_ARENA_START + DMA_ARENA_BYTES).contains(&address);
@@ -49,7 +49,7 @@ impl<W: DmaWord, const LENGTH: usize> DmaBuffer<W, LENGTH> {
         (in_arena || in_d2).then_some(address)
     }
 
-    /// The word at `index`, or `None` beyond the end.
+    /// Returns the word at `index`, or `None` beyond the end.
     #[inline]
     pub fn read(&self, index: usize) -> Option<W> {
         // SAFETY: within the array; the arena was zeroed at start-up, so the word is initialised, and any
@@ -57,7 +57,7 @@ impl<W: DmaWord, const LENGTH: usize> DmaBuffer<W, LENGTH> {
         (index < LENGTH).then(|| unsafe { self.0.get().cast::<W>().add(index).read_volatile() })
     }
 
-    /// Writes the word at `index`; beyond the end nothing happens and the answer is false.
+    /// Writes the word at `index`; returns false, and writes nothing, beyond the end.
     #[inline]
     pub fn write(&self, index: usize, word: W) -> bool {
         if index >= LENGTH {

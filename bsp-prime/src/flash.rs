@@ -1,13 +1,13 @@
 //! The chip's flash as updates see it ([`update::Flash`]): two banks of eight sectors, programmed in words of
 //! 32 bytes (RM0399 chapter 4).
 //!
-//! A bank that is erased or programmed answers nobody meanwhile: whoever reads it, code or data, waits
-//! (RM0399 section 4.3.7). A word takes 0.1 ms and the step interrupt needs no flash, so the application may
-//! write a word at any time. An erase takes seconds, and only the boot stage erases: what waits for its end
+//! A bank that is erased or programmed cannot be read meanwhile: any access, of code or data, waits (RM0399
+//! section 4.3.7). A word takes 0.1 ms and the step interrupt needs no flash, so the application may write a
+//! word at any time. An erase takes seconds, and only the boot stage erases: the code that waits for its end
 //! runs from ITCM with interrupts off.
 //!
 //! The waits for the end of an operation have no bound of their own. There is no way to end an operation, and
-//! a bank that never ends one stalls the core with the next fetch from it: what bounds them is the watchdog.
+//! a bank that never ends one stalls the core with the next fetch from it: the watchdog bounds the waits.
 
 use core::ops::Range;
 use core::ptr::addr_of;
@@ -40,14 +40,15 @@ const IGNORE_BUS_FAULTS: u32 = 1 << 8;
 /// CFSR: PRECISERR, IMPRECISERR, BFARVALID (B3.2.15); written ones clear.
 const BUS_FAULT: u32 = 1 << 9 | 1 << 10 | 1 << 15;
 
-/// The flash, to be read and written.
+/// Access to the flash for reading and writing.
 #[derive(Debug)]
 pub struct BoardFlash {
     registers: pac::FLASH,
 }
 
 impl BoardFlash {
-    /// From now on a word that its error correction cannot read is an error, and not the end.
+    /// Takes the flash. From now on a word that its error correction cannot read is an error instead of a
+    /// fault.
     pub(crate) fn new(registers: pac::FLASH, scb: &mut SCB) -> Self {
         // SAFETY: BFHFNMIGN alone changes, which matters where FAULTMASK is set: in `read_guarded`.
         unsafe { scb.ccr.modify(|ccr| ccr | IGNORE_BUS_FAULTS) };
@@ -116,7 +117,7 @@ impl Flash for BoardFlash {
         // hardware programs it.
         unsafe {
             bank.cr.modify(|_, w| w.psize().bits(PARALLELISM).pg().set_bit());
-            // Flash is normal memory, the register a device: nothing else has the one before the other.
+            // Flash is normal memory, the register a device: only a barrier orders their accesses.
             cortex_m::asm::dsb();
             let to = (START + at) as *mut u32;
             for (index, bytes) in word.chunks_exact(4).enumerate() {
@@ -132,7 +133,7 @@ impl Flash for BoardFlash {
     }
 
     fn erase(&mut self, sector: Sector) -> Result<(), Failed> {
-        // Sector 0 has the boot stage.
+        // Sector 0 holds the boot stage and is never erased.
         if sector.0 == 0 || sector.0 >= 2 * SECTORS_OF_A_BANK {
             return Err(Failed);
         }
@@ -192,7 +193,7 @@ fn read_guarded(from: *const u8, into: &mut [u8]) -> bool {
     }
 }
 
-/// Has the data cache forget what it knows of these bytes, from the beginning of the flash.
+/// Invalidates the data cache for these bytes, counted from the beginning of the flash.
 fn forget_cached(bytes: Range<u32>) {
     // SAFETY: the flash is write-through, so no line of it is dirty and nothing is lost; the range is whole
     // lines.

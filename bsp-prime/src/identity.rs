@@ -100,8 +100,8 @@ pub(crate) fn take_reset(rcc: &pac::RCC) -> Reset {
     reset(left.unwrap_or_else(|| take_flags(rcc)))
 }
 
-/// The same for the boot stage, which leaves the flags to the application: who comes to be reset before the
-/// application has cleared them would not know the button from power coming.
+/// Reads the cause of the reset for the boot stage, which leaves the flags to the application: after another
+/// reset before the application has cleared them, the button could not be told from power-on.
 pub(crate) fn hand_on_reset(rcc: &pac::RCC) -> Reset {
     let flags = take_flags(rcc);
     boot_request::leave_flags(flags);
@@ -153,7 +153,7 @@ impl Identity {
     }
 }
 
-/// A resistor to ground is a one. The pins are released afterwards.
+/// Reads the identity resistors: a resistor to ground is a one. The pins are released afterwards.
 fn read_identity_resistors() -> u8 {
     let mut id = 0;
     for pin in table::BOARD_ID {

@@ -31,8 +31,8 @@ pub fn events() -> EventRing<'static> {
     EventRing::new(&SLOTS, &NEXT)
 }
 
-/// Finds what the region holds, or begins anew where it had no power. Once, when its MPU region is set, and
-/// before anybody records an event.
+/// Keeps the region's contents, or clears them after a loss of power. Call once, when the MPU region is set,
+/// and before any event is recorded.
 pub(crate) fn prepare(had_no_power: bool) {
     if had_no_power {
         events().clear();

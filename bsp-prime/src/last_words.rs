@@ -12,7 +12,7 @@ const REGISTERS: usize = 20;
 /// Upper half of the first register where the others hold a text; its length is in the lower half.
 const MARK: u32 = 0x4C57_0000;
 
-/// A text of at most [`LENGTH`] bytes; what is longer loses its end.
+/// Text of at most [`LENGTH`] bytes; a longer one loses its end.
 #[derive(Clone, Copy, Debug)]
 pub struct Text {
     bytes: [u8; LENGTH],
@@ -26,7 +26,7 @@ impl Text {
         Self { bytes: [0; LENGTH], length: 0 }
     }
 
-    /// The text so far, up to the first thing in it that is none.
+    /// Returns the text so far, up to the first invalid character.
     #[must_use]
     pub fn as_str(&self) -> &str {
         let bytes = self.bytes.get(..self.length).unwrap_or_default();
@@ -55,8 +55,8 @@ impl fmt::Write for Text {
     }
 }
 
-/// Leaves these words. Of use from [`crate::Board::take`] on, which opens the backup domain; before that
-/// nothing is kept.
+/// Leaves this text for the next start. Works from [`crate::Board::take`] on, which opens the backup domain;
+/// before that nothing is kept.
 pub fn leave(text: &Text) {
     // SAFETY: written here and in `take`, which runs once and with interrupts off, as this does.
     let registers = unsafe { &(*pac::RTC::ptr()).bkpr };
@@ -65,7 +65,7 @@ pub fn leave(text: &Text) {
         let word = word.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte));
         register.write(|w| w.bits(word));
     }
-    // Last, so that what is half written is not taken for a text.
+    // Written last, so that a half-written text is not taken for one.
     registers[0].write(|w| w.bits(MARK | text.length as u32));
 }
 

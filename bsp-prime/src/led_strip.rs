@@ -22,7 +22,7 @@ use crate::clocks::TIMER_HZ;
 use crate::dma_buffer;
 use crate::time;
 
-/// Periods of the timers' clock in this time.
+/// Converts a time to periods of the timers' clock.
 const fn counts(nanoseconds: u32) -> u16 {
     (nanoseconds * (TIMER_HZ / 1_000_000) / 1_000) as u16
 }
@@ -35,11 +35,11 @@ const ONE: u16 = counts(700);
 const _: () = assert!(BIT == 258 && ZERO == 64 && ONE == 140, "these times are whole counts of 5 ns");
 /// Least time between two transmissions, in which the line is low, us.
 const LATCH_US: u32 = 300;
-/// Lights of a transmission, and bytes of each.
+/// Most bytes of a transmission: 256 lights of 4 bytes.
 const MOST_BYTES: usize = 256 * 4;
-/// Values behind the last bit: one that is loaded when its pulse has ended, and one that is never.
+/// Number of values behind the last bit: the first is loaded when its pulse has ended, the second never.
 const TAIL: usize = 2;
-/// Longer than any transmission (10.6 ms): one that has not ended by then never does.
+/// Limit of a transmission, longer than any takes (10.6 ms): after it, a transmission never ends.
 const LIMIT_US: u32 = 50_000;
 
 dma_buffer! { in D2,
@@ -76,11 +76,11 @@ fn dma() -> &'static pac::dma2::RegisterBlock {
     unsafe { &*pac::DMA2::ptr() }
 }
 
-/// A timer that does nothing else. Made by [`crate::pwm::Pwm::give_away`].
+/// Timer reserved for strips of lights. Made by [`crate::pwm::Pwm::give_away`].
 #[derive(Debug)]
 pub struct LedTimer(pub(crate) usize);
 
-/// Sends to strips, one after the other.
+/// Sender to strips of lights, one after the other.
 pub struct LedSender {
     _dma: pac::DMA2,
     /// Timers that may be used, TIM1 and TIM8.
@@ -139,7 +139,7 @@ impl LedSender {
         let count = bytes.len() * 8 + TAIL;
         let pulses = bits.map(|one| if one { ONE } else { ZERO }).chain([0; TAIL]);
         for (place, value) in pulses.enumerate() {
-            // There is room for all of them.
+            // All values fit into the buffer.
             let _fits = VALUES.write(place, value);
         }
         let compare = compare_address(registers(timer), channel);

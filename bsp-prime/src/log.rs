@@ -25,7 +25,7 @@ struct Log {
     encoder: defmt::Encoder,
     line: [u8; LINE_BYTES],
     length: usize,
-    /// The line is longer than its place.
+    /// The line is longer than its buffer.
     overflowed: bool,
     up: Option<Up>,
 }
@@ -63,21 +63,21 @@ impl Log {
     }
 }
 
-/// From now on lines go there. Before that they are lost.
+/// Sets the channel of the log. Lines before that are lost.
 pub fn start(up: Up) {
     enter(|log| log.up = Some(up));
     leave();
 }
 
-/// The line that was being put together is given up, so that a fault can be told. For a handler that nothing
-/// interrupts and that returns to nobody.
+/// Gives up the line that was being put together, so that a fault can be reported. For a handler that nothing
+/// interrupts and that never returns.
 pub fn take_over() {
     DEPTH.store(0, Ordering::Relaxed);
 }
 
 /// Raises the depth; calls `work` when this is the only line.
 fn enter(work: impl FnOnce(&mut Log)) {
-    // A load and a store: whoever comes between has lowered it again before this goes on.
+    // A load and a store suffice: an interrupt in between has lowered the depth again before this goes on.
     let depth = DEPTH.load(Ordering::Relaxed);
     DEPTH.store(depth + 1, Ordering::Relaxed);
     if depth == 0 {
@@ -114,7 +114,7 @@ unsafe impl defmt::Logger for Logger {
     }
 
     unsafe fn flush() {
-        // Nobody waits for a reader.
+        // Flushing does nothing, as the log never waits for a reader.
     }
 
     unsafe fn release() {
@@ -123,7 +123,7 @@ unsafe impl defmt::Logger for Logger {
                 log.encode(|encoder, out| encoder.end_frame(out));
                 let line = log.line.get(..log.length).unwrap_or_default();
                 if let (false, Some(up)) = (log.overflowed, &mut log.up) {
-                    // A line that does not fit is lost: the next one may.
+                    // A line that does not fit is lost, but the next may fit.
                     let _lost = up.write_whole(line);
                 }
             });

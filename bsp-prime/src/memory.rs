@@ -209,9 +209,9 @@ fn protect(mpu: &mut MPU, flash: FlashUse) {
             thread_stack::guard(),
             EXECUTE_NEVER | NO_ACCESS | NORMAL_NON_CACHEABLE | size_field(thread_stack::GUARD_BYTES as u32),
         ),
-        // SRAM1 and SRAM2. No DMA goes there; one that is to needs a region as the arena's.
+        // SRAM1 and SRAM2. No DMA uses them; a DMA there would need a region like the arena's.
         (0x3000_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(256 * 1024)),
-        // Nothing of it may wait in the cache for a reset.
+        // No event may wait in the cache when a reset comes.
         (kept::START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(kept::BYTES)),
         // The sector of the log, or that of the boot stage, has its own access rights.
         (sector, of_sector | WRITE_THROUGH | size_field(SECTOR_BYTES)),

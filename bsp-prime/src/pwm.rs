@@ -11,26 +11,26 @@ use crate::clocks::TIMER_HZ;
 use crate::led_strip::LedTimer;
 use crate::pins::{PinError, PinSpec, Pins, table};
 
-/// Counts of a period at least, and from [`FINE_BELOW_HZ`] on.
+/// Fewest counts of a period, used from [`FINE_BELOW_HZ`] on.
 const LEAST_PERIOD: u32 = 1_000;
-/// Slower periods have more counts: those of servos.
+/// Rate below which periods have more counts, for servos, Hz.
 const FINE_BELOW_HZ: u32 = 200;
-/// Counts of a period at most: the counters of both timers have 16 bits, and so has a compare value of a full
+/// Most counts of a period: the counters of both timers have 16 bits, and so has a compare value of a full
 /// period (RM0399, TIMx_ARR and TIMx_CCRx of the advanced-control timers).
 const MOST_PERIOD: u32 = 65_535;
 
 /// The two PWM timers.
 pub struct Pwm {
-    /// None: another has it.
+    /// Registers of each timer; `None` after it has been given away.
     timers: [Option<*const pac::tim1::RegisterBlock>; 2],
-    /// Counts of the period of each.
+    /// Counts of the period of each timer.
     periods: [u32; 2],
 }
 
 // SAFETY: pointers to registers of timers whose tokens `new` consumed; this value is their only user.
 unsafe impl Send for Pwm {}
 
-/// By what the timer's clock is divided, and the counts of a period at this rate.
+/// Returns the divider of the timer's clock, and the counts of a period at this rate.
 const fn divided(rate_hz: u32) -> (u32, u32) {
     let rate_hz = if rate_hz == 0 { 1 } else { rate_hz };
     if rate_hz >= FINE_BELOW_HZ {
@@ -42,7 +42,7 @@ const fn divided(rate_hz: u32) -> (u32, u32) {
     (divider, counts / divider)
 }
 
-// The slowest that the configuration takes, a servo, and a fan.
+// The slowest rate that the configuration takes, a servo, and a fan.
 const _: () = {
     assert!(TIMER_HZ == 200_000_000, "the figures below are of this clock");
     let ((slow, slow_counts), (servo, servo_counts)) = (divided(1), divided(50));
@@ -107,7 +107,7 @@ impl Pwm {
     /// Sets a channel's share of on, 0 to 1.
     pub fn set(&mut self, timer: usize, channel: usize, duty: f32) {
         let Some(period) = self.periods.get(timer) else { return };
-        // Half a count more, and the fraction cut: the nearest.
+        // Adding half a count and cutting the fraction rounds to the nearest count.
         let counts = (duty.clamp(0.0, 1.0) * *period as f32 + 0.5) as u16;
         let Some(timer) = self.timer(timer) else { return };
         match channel {

@@ -8,10 +8,10 @@ use stm32h7xx_hal::pac;
 
 use crate::wait;
 
-/// Two periods of the crystal, 61 us, until the calendar may be written (RM0399 section 49.3.9); ten times
-/// that.
+/// Limit of the wait until the calendar may be written, two periods of the crystal, 61 us (RM0399 section
+/// 49.3.9); ten times that.
 const WRITE_LIMIT_US: u32 = 600;
-/// The backup domain opens within a few bus clocks.
+/// Limit of the backup domain's opening, which takes a few bus clocks.
 const OPEN_LIMIT_US: u32 = 100;
 /// The keys of WPR, in order (RM0399 section 49.3.9).
 const KEYS: [u32; 2] = [0xCA, 0x53];
@@ -40,7 +40,7 @@ pub struct Reading {
     pub second: u8,
 }
 
-/// Lets clock and backup registers be written; false where the domain does not open.
+/// Opens clock and backup registers for writing; false if the domain does not open.
 pub(crate) fn open_backup_domain(pwr: &pac::PWR, rcc: &pac::RCC) -> bool {
     // RM0399 section 7.4.4: DBP lets the backup domain be written.
     pwr.cr1.modify(|_, w| w.dbp().set_bit());
@@ -49,14 +49,14 @@ pub(crate) fn open_backup_domain(pwr: &pac::PWR, rcc: &pac::RCC) -> bool {
     opened.is_ok()
 }
 
-/// The clock, to be set.
+/// Real-time clock, to be started and set.
 #[derive(Debug)]
 pub struct Rtc {
     registers: pac::RTC,
 }
 
 impl Rtc {
-    /// Has the clock run. Before the clock tree is frozen: the backup domain belongs to it.
+    /// Starts the clock. Call before the clock tree is frozen, as the backup domain belongs to it.
     pub(crate) fn start(registers: pac::RTC, rcc: &pac::RCC, is_open: bool) -> Self {
         let now = rcc.bdcr.read().bits();
         if is_open && now & RTCEN == 0 {

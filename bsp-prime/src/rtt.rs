@@ -19,9 +19,9 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use rtt_target::{ChannelMode, DownChannel, UpChannel, rtt_init};
 
-/// Of each up channel. A second of the log's usual talk, and the longest answer in one piece.
+/// Size of each up channel: a second of the log's usual lines, and the longest answer in one piece.
 const UP_BYTES: usize = 1024;
-/// Of the console's down channel: a long line.
+/// Size of the console's down channel: a long line.
 const DOWN_BYTES: usize = 256;
 
 /// Up channel to the probe, written by one owner.
@@ -33,7 +33,7 @@ pub struct Up {
 /// Down channels from the probe, whose bytes nobody has read yet.
 pub struct Down([DownChannel; 2]);
 
-/// The ends that the image holds.
+/// Channels that the image holds.
 pub struct Ends {
     /// Channel of the log.
     pub log: Up,
@@ -43,8 +43,8 @@ pub struct Ends {
     pub typed: Down,
 }
 
-/// The beginning of the control block as SEGGER's UM08001 has it, "RTT control block": what is asked here
-/// and `rtt-target` does not say.
+/// Beginning of the control block by SEGGER's UM08001, "RTT control block", for values that `rtt-target` does
+/// not offer.
 #[repr(C)]
 struct ControlBlock {
     id: [u8; 16],
@@ -96,7 +96,7 @@ pub fn start() -> Option<Ends> {
 }
 
 impl Up {
-    /// Writes as much as there is room for, and says how much that was.
+    /// Writes as many bytes as there is room for, and returns their number.
     pub fn write(&mut self, bytes: &[u8]) -> usize {
         let fits = bytes.get(..self.room().min(bytes.len())).unwrap_or_default();
         if fits.is_empty() {
@@ -106,7 +106,7 @@ impl Up {
         self.channel.write(fits)
     }
 
-    /// Writes all of it, or nothing: false.
+    /// Writes all bytes, or none and returns false.
     pub fn write_whole(&mut self, bytes: &[u8]) -> bool {
         bytes.len() <= self.room() && self.write(bytes) == bytes.len()
     }
@@ -117,7 +117,8 @@ impl Up {
         let size = ring.size.load(Ordering::Relaxed);
         let (write, read) = (ring.write.load(Ordering::Relaxed), ring.read.load(Ordering::Acquire));
         if read >= size || write >= size {
-            // No ring any more. Asking begins anew (`rtt-target`), and there is room at the next call.
+            // The ring has vanished. Asking sets it up anew (`rtt-target`), and there is room at the next
+            // call.
             let _empty = self.channel.is_empty();
             return 0;
         }
@@ -138,7 +139,7 @@ impl Up {
 }
 
 impl Down {
-    /// Takes what was typed, as much as there is place for; how much.
+    /// Takes typed bytes, as many as fit, and returns their number.
     pub fn read(&mut self, bytes: &mut [u8]) -> usize {
         let Self([first, second]) = self;
         match first.read(bytes) {

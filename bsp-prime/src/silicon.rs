@@ -9,7 +9,7 @@ const REVISION_X: u32 = 0x2001;
 /// bit no name.
 const BCM4: u32 = 1 << 22;
 
-/// Before anything reads the AXI SRAM or may speculate.
+/// Applies the workarounds. Call before anything reads the AXI SRAM or may speculate.
 pub(crate) fn prepare(rcc: &pac::RCC) {
     serialise_axi_sram_reads();
     close_external_memory(rcc);

@@ -15,13 +15,14 @@ use stm32h7xx_hal::pac;
 use crate::uart::{Frame, PortName, UartPort};
 use crate::wait;
 
-/// Bits a second. Four times as slow as the chips on such lines allow, quick enough that a status takes less
-/// than two milliseconds.
+/// Bits a second: a fourth of the least limit of the chips on such lines, quick enough that a status takes
+/// less than two milliseconds.
 pub const BAUD: u32 = 250_000;
-/// Sixteen bit times: a chip that has lost its way listens again after twelve.
+/// Idle time before a datagram, sixteen bit times: a chip that lost synchronisation listens again after
+/// twelve.
 const IDLE_US: u32 = 64;
-/// For what is sent to come back, and again for the answer: eight bytes and the delay before them take half a
-/// millisecond. Ten times that.
+/// Limit of the wait for the echo, and again for the answer: eight bytes and the delay before them take half
+/// a millisecond. Ten times that.
 const LIMIT_US: u32 = 5_000;
 /// Size of the port's FIFO in bytes (RM0399 section 51.5.4).
 const FIFO_BYTES: usize = 16;
@@ -42,14 +43,14 @@ pub enum WireError {
     Misused,
 }
 
-/// A handle of a port that is such a line.
+/// Handle of a port in use as a single-wire line.
 #[derive(Debug)]
 pub struct SingleWireLine {
     name: PortName,
 }
 
 impl UartPort {
-    /// Opens the port as such a line. Once; its interrupt has nothing to do from then on.
+    /// Opens the port as a single-wire line. Call once; its interrupt has nothing to do from then on.
     pub fn open_single_wire(&mut self) {
         self.open(BAUD, Frame::PLAIN);
         // SAFETY: the port's interrupt, its only other user, has nothing to send, and nothing is received
@@ -59,7 +60,7 @@ impl UartPort {
         uart.cr1.modify(|_, w| w.rxneie().clear_bit());
     }
 
-    /// A handle of this port, once [`Self::open_single_wire`] has been called.
+    /// Returns a handle of this port, once [`Self::open_single_wire`] has been called.
     #[must_use]
     pub const fn line(&self) -> SingleWireLine {
         SingleWireLine { name: self.name() }
@@ -109,7 +110,7 @@ fn exchange(uart: &pac::usart1::RegisterBlock, bytes: &[u8], answer: &mut [u8]) 
     if is_garbled { Err(WireError::Disturbed) } else { Ok(()) }
 }
 
-/// Takes so many bytes off the line; how many came in time.
+/// Takes so many bytes off the line; returns the number that came in time.
 fn receive(uart: &pac::usart1::RegisterBlock, into: &mut [u8]) -> usize {
     let mut count = 0;
     // The number of bytes received shows whether the wait timed out.

@@ -16,7 +16,7 @@ use crate::wait;
 
 /// Bytes that the FIFO of SPI4 holds (RM0399 section 53.3: 8 bytes; SPI1 has 16).
 const FIFO_BYTES: usize = 8;
-/// At 391 kHz eight bytes take 164 us; ten times that.
+/// Limit of a frame: eight bytes take 164 us at 391 kHz; ten times that.
 const FRAME_LIMIT_US: u32 = 1_600;
 /// Longer than one bus clock (2.6 us), within which a new start after the end of a frame may stall (errata
 /// ES0445, "Master data transfer stall").
@@ -73,7 +73,7 @@ impl Bus {
         }
     }
 
-    /// SCK, MISO, MOSI (alternate function 5).
+    /// Returns SCK, MISO and MOSI (alternate function 5).
     const fn pins(self) -> [PinName; 3] {
         match self {
             Self::Spi1 => [PinName::new('A', 5), PinName::new('A', 6), PinName::new('B', 5)],
@@ -90,7 +90,7 @@ impl Bus {
         }
     }
 
-    /// The bus's pins, and what no chip on it differs in.
+    /// Sets up the bus's pins and the settings that all its chips share.
     fn set_up(self, link: Link) {
         for pin in self.pins() {
             pins::configure(pin, pins::Mode::Alternate(5, Speed::Low), Pull::Up, false);
@@ -101,19 +101,19 @@ impl Bus {
     }
 }
 
-/// The clock of a chip.
+/// Clock settings of a chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Link {
     mode: Mode,
-    /// MBR: the kernel clock by two to the power of one more.
+    /// Register field MBR: the kernel clock is divided by two to the power of one more.
     divider: u8,
 }
 
 impl Link {
-    /// Of the motor drivers: 100 MHz / 256 = 391 kHz, the rate these boards have always been run at.
+    /// Clock of the motor drivers: 100 MHz / 256 = 391 kHz, the rate these boards have always been run at.
     const MOTORS: Self = Self { mode: MODE_3, divider: SLOWEST };
 
-    /// The fastest that is not above this, or the slowest there is.
+    /// Returns the fastest clock that is not above `most_hz`, or the slowest there is.
     const fn at_most(bus: Bus, mode: Mode, most_hz: u32) -> Self {
         let mut divider = 0;
         while divider < SLOWEST && bus.kernel_hz() >> (divider + 1) > most_hz {
@@ -122,8 +122,8 @@ impl Link {
         Self { mode, divider }
     }
 
-    /// Sets the clock, while the bus is off and no chip is selected; nothing when it is set so. Words of 8
-    /// bits, master, chip select by software, pins kept while disabled.
+    /// Sets the clock, while the bus is off and no chip is selected; does nothing if it is set already. Words
+    /// of 8 bits, master, chip select by software, pins kept while disabled.
     fn apply(self, spi: &pac::spi1::RegisterBlock) {
         let (polarity, phase) = (self.mode.polarity, self.mode.phase);
         let (high, second) = (polarity == Polarity::IdleHigh, phase == Phase::CaptureOnSecondTransition);

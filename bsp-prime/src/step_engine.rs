@@ -57,7 +57,7 @@ impl Statistics {
         self.delayed.load(Ordering::Relaxed)
     }
 
-    /// The worst lateness of these in ticks of 5 ns; zero when there was none.
+    /// Returns the worst lateness in ticks of 5 ns; zero when no event was late.
     #[must_use]
     pub fn worst_ticks(&self) -> u32 {
         self.worst_ticks.load(Ordering::Relaxed)
@@ -88,7 +88,7 @@ pub struct MotorLines {
 }
 
 impl MotorLines {
-    /// A motor that is not there.
+    /// Entry of a motor that does not exist.
     pub const NONE: Self =
         Self { step: FastPin::NONE, direction: FastPin::NONE, double_edge: true, least_distance_ticks: 0 };
 }
@@ -104,7 +104,7 @@ struct Motor {
 }
 
 impl Motor {
-    /// All zero. [`Self::disconnect`] it before the interrupt runs.
+    /// Creates an entry of zeros. Call [`Self::disconnect`] before the interrupt runs.
     const fn zero() -> Self {
         Self {
             step_register: AtomicPtr::new(core::ptr::null_mut()),
@@ -114,7 +114,7 @@ impl Motor {
         }
     }
 
-    /// Nowhere to write to: the words are zero, which no port takes notice of.
+    /// Disconnects the motor: the words are zero, which no port takes notice of.
     fn disconnect(&self) {
         self.step_register.store(FastPin::NONE.register(), Ordering::Relaxed);
         self.direction_register.store(FastPin::NONE.register(), Ordering::Relaxed);
@@ -128,20 +128,21 @@ struct Spacing {
     acted_at: AtomicU32,
 }
 
-/// Pulses that are high: when each is to end, in the order they began. All are of one length, so this is the
-/// order of their ends as well.
+/// Raised pulses: the end of each, in the order they began. All are of one length, so this is the order of
+/// their ends as well.
 struct Pulses {
     /// Counts of pulses ever ended and begun, wrapping.
     ended: AtomicU32,
     begun: AtomicU32,
-    /// A motor has one at most, so eight are enough. The lowest three bits of the tick are the motor.
+    /// Ends of the pulses. A motor has one pulse at most, so eight are enough. The lowest three bits of the
+    /// tick are the motor.
     ends: [AtomicU32; 8],
 }
 
 /// Bit of [`Shared::careful`]: something was late, [`catch_up`] plays.
 const CATCHING_UP: u32 = 1 << 31;
-/// A step delayed by less does no motor any harm: 10 us. Six motors that turn at one tick take half a
-/// microsecond to play, and each one's first step is due at the least distance behind.
+/// Delay of a step that harms no motor: 10 us. Six motors that turn at one tick take half a microsecond to
+/// play, and each one's first step is due at the least distance behind.
 const HARMLESS_TICKS: u32 = STEP_CLOCK_HZ / 100_000;
 /// Longer than any driver's least distance: 50 ms.
 const LONG_TICKS: u32 = STEP_CLOCK_HZ / 20;
@@ -149,8 +150,8 @@ const LONG_TICKS: u32 = STEP_CLOCK_HZ / 20;
 /// Everything the interrupt reads and writes. All zero until [`start`], so that the image carries none of it.
 #[repr(C)]
 struct Shared {
-    /// First: what is looked up for every event needs no offset. Eight, so that a three-bit index needs no
-    /// test.
+    /// At the start of the structure, so that an access needs no offset. Eight, so that a three-bit index
+    /// needs no test.
     motors: [Motor; 8],
     /// Reasons against the short handler: motors that step by pulses, one bit each, and [`CATCHING_UP`].
     careful: AtomicU32,
@@ -167,10 +168,10 @@ struct Shared {
     caught: AtomicU32,
     /// Time at which the last late event was played.
     late_at: AtomicU32,
-    /// The greatest of the motors' least distances. Once nothing has been late for so long, nothing to come
-    /// can be too close behind it.
+    /// Greatest of the motors' least distances. After so long without a late event, no coming event can
+    /// follow a late one too closely.
     recovery: AtomicU32,
-    /// Last: it is large.
+    /// At the end, as the queue is large.
     queue: StepQueue,
 }
 
@@ -223,7 +224,7 @@ fn write(register: &AtomicPtr<u32>, word: u32) {
     unsafe { register.load(Ordering::Relaxed).write_volatile(word) };
 }
 
-/// The next edge of a motor's step pin.
+/// Outputs the next edge of a motor's step pin.
 #[inline(always)]
 fn toggle(motor: &Motor) {
     let word = motor.next.load(Ordering::Relaxed);
@@ -231,14 +232,14 @@ fn toggle(motor: &Motor) {
     motor.next.store(word.rotate_left(16), Ordering::Relaxed);
 }
 
-/// A new level of a motor's direction pin.
+/// Outputs a new level of a motor's direction pin.
 #[inline(always)]
 fn turn(motor: &Motor, forward: bool) {
     let word = motor.forward.load(Ordering::Relaxed);
     write(&motor.direction_register, if forward { word } else { word.rotate_left(16) });
 }
 
-/// The interrupt: ends pulses, plays what is due, arms for the next.
+/// Interrupt handler: ends pulses, plays due events, arms the timer for the next event.
 #[unsafe(export_name = "TIM2")]
 #[unsafe(link_section = ".itcm.step")]
 extern "C" fn on_step_timer() {
@@ -273,8 +274,8 @@ extern "C" fn play_carefully() {
         timer().sr.write(|w| w.cc1if().set_bit().cc2if().clear_bit());
         lower();
         if flags.cc1if().bit_is_clear() && SHARED.woken.load(Ordering::Relaxed) == 0 {
-            // A pulse's end and nothing else: the timer is armed for the next event, or will be when the feed
-            // has written one.
+            // The interrupt only ended a pulse: the timer is armed for the next event, or will be when the
+            // feed has written one.
             return;
         }
     }
@@ -286,8 +287,8 @@ extern "C" fn play_carefully() {
     SHARED.queue.play_on_this_core(|event| is_due(event.at) && act(event, careful));
 }
 
-/// Plays an event of a motor that may need pulses. False where its last pulse is still high: it is looked at
-/// again after a pulse's length.
+/// Plays an event of a motor that may need pulses. Returns false while its last pulse is still high: the
+/// event is looked at again after a pulse's length.
 #[inline(always)]
 fn act(event: StepEvent, pulsed: u32) -> bool {
     let motor = &SHARED.motors[event.motor()];
@@ -309,12 +310,12 @@ fn act(event: StepEvent, pulsed: u32) -> bool {
     SHARED.raised.store(raised | bit, Ordering::Relaxed);
     let pulses = &SHARED.pulses;
     let begun = pulses.begun.load(Ordering::Relaxed);
-    // Up to the next multiple of eight, 40 ns at most: there is the motor's place.
+    // The end is rounded up to the next multiple of eight, 40 ns at most, as its low bits hold the motor.
     let end = now().wrapping_add(SHARED.pulse_ticks.load(Ordering::Relaxed) + 7) & !7 | event.motor() as u32;
     pulses.ends[(begun & 7) as usize].store(end, Ordering::Relaxed);
     pulses.begun.store(begun.wrapping_add(1), Ordering::Relaxed);
     if raised == 0 {
-        // Otherwise the timer is armed for the end of one that began earlier.
+        // Otherwise the timer is armed for the end of an earlier pulse.
         timer().ccr2().write(|w| w.ccr().bits(end));
     }
     true
@@ -345,7 +346,7 @@ fn lower() {
                 break;
             }
         }
-        // The mask leaves no bound to test.
+        // The mask spares a bounds check.
         let motor = (end & 7) as usize;
         toggle(&SHARED.motors[motor]);
         raised &= !(1 << motor);
@@ -381,7 +382,7 @@ fn is_due(at: u32) -> bool {
     false
 }
 
-/// Something was late: the interrupt comes again at once, to catch up.
+/// Sets the interrupt to catch up: after a late event it comes again at once.
 #[cold]
 #[inline(never)]
 #[unsafe(link_section = ".itcm.late")]
@@ -410,7 +411,7 @@ fn catch_up(careful: u32) {
         let caught = SHARED.caught.load(Ordering::Relaxed);
         let acted_at = spacing.acted_at.load(Ordering::Relaxed);
         let earliest = acted_at.wrapping_add(spacing.least_distance.load(Ordering::Relaxed));
-        // Long ago, the clock has come round since.
+        // Long ago, the clock has come round since, so the time of the last event is unknown.
         let known = caught & bit != 0 && now().wrapping_sub(acted_at) < LONG_TICKS;
         let crowded = known && earliest.wrapping_sub(event.at) as i32 > 0;
         if crowded && lateness(earliest) < 0 {
@@ -461,7 +462,7 @@ fn timer() -> &'static pac::tim2::RegisterBlock {
     unsafe { &*pac::TIM2::ptr() }
 }
 
-/// Lets the interrupt run.
+/// Starts the timer and its interrupt.
 pub(crate) fn start(timer: pac::TIM2, nvic: &mut NVIC) {
     SHARED.motors.iter().for_each(Motor::disconnect);
     SHARED.pulse_ticks.store(STEP_CLOCK_HZ / 1_000_000, Ordering::Relaxed);

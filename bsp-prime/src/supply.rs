@@ -1,5 +1,5 @@
-//! The chip's own supply, VDD: its detector says that the 3.3 V fall, long before the chip itself stops at
-//! 1.6 V.
+//! Supervision of the chip's own supply, VDD: its detector signals that the 3.3 V fall, long before the chip
+//! itself stops at 1.6 V.
 
 use stm32h7xx_hal::pac;
 
@@ -11,8 +11,8 @@ const LEVEL: u8 = 0b110;
 /// Event input of the detector (RM0399 section 21.4, table of event inputs).
 const EVENT: u32 = 16;
 
-/// Has the interrupt `PVD_PVM` come when VDD falls below [`LEVEL`], or is below it already (RM0399 section
-/// 7.5.3).
+/// Enables the interrupt `PVD_PVM`, which comes when VDD falls below [`LEVEL`], or is below it already
+/// (RM0399 section 7.5.3).
 pub(crate) fn watch() {
     // SAFETY: `freeze` consumed the token of PWR; only these two fields of the register are changed, once,
     // before any interrupt is enabled.

@@ -35,7 +35,7 @@ impl Clock {
         }
     }
 
-    /// The 64-bit time; `read` gives the counter.
+    /// Returns the 64-bit time; `read` gives the counter.
     fn extend(&self, read: impl Fn() -> u32) -> u64 {
         let half_turns = self.half_turns.load(Ordering::Relaxed);
         // The counter must be read after the half turns (see the module's text).
@@ -56,20 +56,20 @@ fn tim5() -> &'static pac::tim2::RegisterBlock {
     unsafe { &*pac::TIM5::ptr() }
 }
 
-/// The low half of the step clock now, in ticks of 5 ns.
+/// Returns the low half of the step clock, in ticks of 5 ns.
 #[inline(always)]
 #[must_use]
 pub fn step_ticks() -> u32 {
     tim2().cnt.read().bits()
 }
 
-/// The step clock now. Reads correctly as long as [`keep_clocks`] is called more than once in ten seconds.
+/// Returns the step clock. Correct as long as [`keep_clocks`] is called more than once in ten seconds.
 #[must_use]
 pub fn now_ticks() -> Ticks {
     Ticks(STEP_CLOCK.extend(step_ticks))
 }
 
-/// The coarse clock now.
+/// Returns the coarse clock, microseconds.
 #[must_use]
 pub fn now() -> Micros {
     Micros(MICRO_CLOCK.extend(|| tim5().cnt.read().bits()))
@@ -108,19 +108,19 @@ pub struct Ticker {
 // its timer.
 unsafe impl Send for Ticker {}
 
-/// Has the heat tick's interrupt run now, besides its periods.
+/// Pends the heat tick's interrupt, besides its periods.
 pub fn pend_heat_tick() {
     NVIC::pend(pac::Interrupt::TIM7);
 }
 
 impl Ticker {
-    /// TIM6, the step feed's.
+    /// Returns TIM6, the timer of the step feed.
     #[must_use]
     pub fn feed(_timer: pac::TIM6) -> Self {
         Self { registers: pac::TIM6::ptr(), period_us: 0 }
     }
 
-    /// TIM7, heat control's and the slow outputs'.
+    /// Returns TIM7, the timer of heat control and the slow outputs.
     #[must_use]
     pub fn heat(_timer: pac::TIM7) -> Self {
         Self { registers: pac::TIM7::ptr(), period_us: 0 }
@@ -150,8 +150,9 @@ impl Ticker {
         timer.cr1.write(|w| w.cen().set_bit());
     }
 
-    /// Interrupts so long from now, to the whole microsecond below, and then by its period again. A whole
-    /// period is not counted from now but from the last interrupt, so that periods have no drift.
+    /// Sets the next interrupt to so long from now, rounded down to whole microseconds, with the same period
+    /// after it. A whole period is not counted from now but from the last interrupt, so that periods have no
+    /// drift.
     #[inline]
     pub fn next_in(&mut self, wait: Ticks) {
         let wait_us = wait.0 as u32 / TICKS_PER_US;

@@ -14,7 +14,7 @@ use crate::time::step_ticks;
 const LINES: usize = 16;
 const FREE: u8 = 0xFF;
 
-/// For each line: which input it reports as, and which port it listens to.
+/// Reported input number and watched port of each line.
 static INPUT: [AtomicU8; LINES] = [const { AtomicU8::new(FREE) }; LINES];
 static PORT: [AtomicU8; LINES] = [const { AtomicU8::new(0) }; LINES];
 /// Edges seen since boot, for the statistics.
@@ -33,8 +33,8 @@ fn exti() -> &'static pac::exti::RegisterBlock {
     unsafe { &*pac::EXTI::ptr() }
 }
 
-/// Lets the interrupt of an event through that is no pin's, as it rises (RM0399 section 21.6). Called once,
-/// before interrupts are enabled.
+/// Enables the interrupt of an event other than a pin's, at its rising edge (RM0399 section 21.6). Called
+/// once, before interrupts are enabled.
 pub(crate) fn listen_for_rise(event: u32) {
     let (exti, bit) = (exti(), 1 << event);
     // SAFETY: every pattern of these registers is valid; nobody else has changed them yet.
@@ -73,7 +73,7 @@ pub fn watch(spec: PinSpec, input: u8) -> Result<(), WatchError> {
     Ok(())
 }
 
-/// Stops watching whatever reports as `input`.
+/// Stops watching the pin that reports as `input`.
 pub fn unwatch(input: u8) {
     for (line, watched) in INPUT.iter().enumerate() {
         if watched.load(Ordering::Relaxed) == input {

@@ -15,9 +15,9 @@ use crate::byte_ring::ByteRing;
 use crate::clocks::PCLK_HZ;
 use crate::pins::{self, Mode, PinName, Pull, Speed};
 
-/// Bytes to send: a long status answer fits whole.
+/// Size of the transmit ring: a long status answer fits whole.
 const TX_BYTES: usize = 4096;
-/// Bytes moved in one interrupt at most: one hardware FIFO (RM0399 section 51.5.4).
+/// Most bytes moved in one interrupt: one hardware FIFO (RM0399 section 51.5.4).
 const FIFO_BYTES: usize = 16;
 
 /// Data shared by the two halves of a port.
@@ -25,17 +25,17 @@ const FIFO_BYTES: usize = 16;
 struct Shared {
     tx: ByteRing<TX_BYTES>,
     line_errors: AtomicU32,
-    /// Bits of a received word that are not data: the parity bit arrives with them.
+    /// Mask of the bits of a received word that are not data: the parity bit arrives with them.
     not_data: AtomicU32,
 }
 
-// All zeros, which is what the board fills this region with.
+// All zeros, as the board fills this region with zeros.
 #[unsafe(link_section = ".d2ram")]
 static SHARED: [Shared; 3] =
     [const { Shared { tx: ByteRing::new(), line_errors: AtomicU32::new(0), not_data: AtomicU32::new(0) } }; 3];
 
-/// Sends bytes by an open port with nobody's help, and waits until the last is out; no interrupt of the port
-/// may run. For words of somebody who cannot go on. A line that takes nothing is given up.
+/// Sends bytes by an open port without interrupts, and waits until the last is out; no interrupt of the port
+/// may run. For reports of code that cannot go on. A line that takes nothing is given up.
 pub(crate) fn say_at_once(port: PortName, bytes: &[u8]) {
     // SAFETY: the caller has the port to itself.
     let uart = unsafe { &*port.registers() };
@@ -197,7 +197,7 @@ impl UartInterrupt {
                 uart.tdr.write(|w| w.tdr().bits(u16::from(byte)));
             }
         }
-        // Interrupt when the FIFO has run empty, for as long as there is more to send.
+        // Enables the interrupt of an empty FIFO as long as there is more to send.
         let more = !self.shared.tx.is_empty();
         if uart.cr1.read().txfeie().bit() != more {
             uart.cr1.modify(|_, w| w.txfeie().bit(more));
@@ -210,7 +210,7 @@ impl UartPort {
         self.name
     }
 
-    /// The port's pins, transmit first; to be claimed before [`Self::open`].
+    /// Returns the port's pins, transmit first; to be claimed before [`Self::open`].
     #[must_use]
     pub fn pins(&self) -> [PinName; 2] {
         let (tx, rx, _) = self.name.pins();
@@ -245,7 +245,7 @@ impl UartPort {
         uart.cr1.modify(|_, w| w.fifoen().set_bit().re().set_bit().te().set_bit().rxneie().set_bit().ue().set_bit());
     }
 
-    /// Queues as much of `bytes` as fits and says how much that was.
+    /// Queues as much of `bytes` as fits and returns the number of bytes taken.
     pub fn write(&mut self, bytes: &[u8]) -> usize {
         let count = self.shared.tx.push_some(bytes);
         if count > 0 {

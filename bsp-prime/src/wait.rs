@@ -1,4 +1,4 @@
-//! The only way this crate waits: for a condition, and never longer than stated.
+//! Bounded waits, the only ones of this crate: for a condition, and never longer than stated.
 
 use cortex_m::asm::delay;
 use cortex_m::peripheral::DWT;
@@ -11,10 +11,10 @@ const CYCLES_PER_MICROSECOND: u32 = crate::clocks::CORE_HZ / 1_000_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimedOut;
 
-/// A pause between two looks is a sixteenth of what has been waited for already, ...
+/// Divisor of the time waited already that gives the pause between two checks: a sixteenth.
 const SPACING: u32 = 16;
 
-/// ... and at most 4 us.
+/// Longest pause between two checks: 4 us, in core cycles.
 const LONGEST_PAUSE: u32 = 4 * CYCLES_PER_MICROSECOND;
 
 /// Polls `condition` until it holds or `limit_us` microseconds have passed (at most ten seconds: the counter
@@ -37,7 +37,7 @@ pub fn until(limit_us: u32, mut condition: impl FnMut() -> bool) -> Result<(), T
         }
         let waited = DWT::cycle_count().wrapping_sub(start);
         if waited > limit {
-            // Looked at once more: an interrupt may have taken the whole allowance between the two tests.
+            // A last check: an interrupt may have taken the whole allowance between the two tests.
             return if condition() { Ok(()) } else { Err(TimedOut) };
         }
         delay((waited / SPACING).min(LONGEST_PAUSE));

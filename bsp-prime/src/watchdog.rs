@@ -3,7 +3,7 @@
 
 use stm32h7xx_hal::pac;
 
-/// The feeding hand. There is one.
+/// Running watchdog, to be fed. Exists once.
 #[derive(Debug)]
 pub struct Watchdog {
     registers: pac::IWDG1,

@@ -129,7 +129,7 @@ impl Output {
         self.write(on);
     }
 
-    /// Whether it is on (what we drive, not what the wire does).
+    /// Returns whether the output is on (the driven level, not that of the wire).
     #[must_use]
     pub fn is_on(&self) -> bool {
         let high = registers(self.pin).odr.read().bits() & self.pin.bit() != 0;
@@ -173,13 +173,13 @@ impl Input {
         Self { pin: spec.pin, inverted: spec.inverted }
     }
 
-    /// The same pin the other way round: active while this is not.
+    /// Returns the same input with opposite polarity.
     #[must_use]
     pub const fn opposite(&self) -> Self {
         Self { pin: self.pin, inverted: !self.inverted }
     }
 
-    /// Whether it is active, in the sense of the configuration.
+    /// Returns whether the input is active, in the sense of the configuration.
     #[inline]
     #[must_use]
     pub fn is_on(&self) -> bool {
@@ -193,7 +193,7 @@ impl Input {
     }
 }
 
-/// A pin for the step interrupt: where to write, and the word that switches it on. See [`Output`].
+/// Pin for the step interrupt: the register to write, and the word that switches the pin on. See [`Output`].
 #[derive(Clone, Copy, Debug)]
 pub struct FastPin {
     bsrr: *mut u32,
@@ -206,7 +206,7 @@ unsafe impl Send for FastPin {}
 unsafe impl Sync for FastPin {}
 
 impl FastPin {
-    /// Goes nowhere: writes no bit of a real port.
+    /// Unconnected pin: writes no bit of a real port.
     pub const NONE: Self = Self { bsrr: (0x5802_0000 + 0x18) as *mut u32, on: 0 };
 
     /// Makes `spec` an output that is off, and gives the fast handle to it.

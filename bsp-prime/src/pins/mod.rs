@@ -1,7 +1,7 @@
 //! Claims of pins by name: the owner of each pin, and handles to the pins.
 //!
 //! A configuration names pins; two settings that name the same one are a mistake that this table finds and
-//! words. Pins with one fixed use on this board are refused with that use.
+//! reports. Pins with one fixed use on this board are refused with that use.
 
 mod gpio;
 mod name;

@@ -89,13 +89,13 @@ pub struct PinSpec {
 }
 
 impl PinSpec {
-    /// A plain pin: on is high, push-pull, pull-up as an input.
+    /// Creates a plain pin: on is high, push-pull, pull-up as an input.
     #[must_use]
     pub const fn plain(pin: PinName) -> Self {
         Self { pin, inverted: false, open_drain: false, pull: Pull::Up }
     }
 
-    /// The same with on being low.
+    /// Creates a plain pin with on being low.
     #[must_use]
     pub const fn inverted(pin: PinName) -> Self {
         Self { inverted: true, ..Self::plain(pin) }

@@ -8,7 +8,7 @@ const fn pin(port: char, number: u8) -> PinName {
 }
 
 /// Pins of one on-board driver socket. Step acts high; chip select acts low; the StallGuard output is an
-/// input to us.
+/// input of the processor.
 #[derive(Clone, Copy, Debug)]
 pub struct MotorPins {
     /// Every edge or every rising edge is a step, as the driver is set.
@@ -83,7 +83,7 @@ pub const PWM: [(&str, PinName); 8] = [
     ("PWM2_4", pin('I', 2)),
 ];
 
-/// Pins with one fixed use, which a configuration may not have, and what that use is.
+/// Pins with one fixed use, which a configuration may not have, and the name of that use.
 pub const RESERVED: &[(PinName, &str)] = &[
     (pin('D', 11), "the QSPI flash"),
     (pin('F', 9), "the QSPI flash"),

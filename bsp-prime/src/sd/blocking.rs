@@ -19,7 +19,8 @@ unsafe impl Sync for Home {}
 #[unsafe(link_section = ".axisram")]
 static HOME: Home = Home(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// A card, waited for. Each call ends within some seconds at worst, as every command has its bound.
+/// Card accessed by calls that wait. Each call ends within some seconds at worst, as every command has its
+/// bound.
 pub struct SdCard(CardService);
 
 impl SdCard {
@@ -27,15 +28,15 @@ impl SdCard {
         Self(CardService::new(Controller::new(registers)))
     }
 
-    /// The same as a service, moved on by the controller's interrupt.
+    /// Turns the card into a service, moved on by the controller's interrupt.
     #[must_use]
     pub fn into_service(self) -> &'static mut CardService {
         // SAFETY: there is one controller, so one card, and this takes it: nobody else has a reference.
         unsafe { (*HOME.0.get()).write(self.0) }
     }
 
-    /// Finds the card; again after a change of cards. Some milliseconds, with a card that is slow to start
-    /// up to a second.
+    /// Identifies the card; to be repeated after a change of cards. Takes some milliseconds, with a card that
+    /// is slow to start up to a second.
     ///
     /// # Errors
     /// [`SdError`].

@@ -8,11 +8,11 @@ use crate::clocks;
 use crate::clocks::SDMMC_KERNEL_HZ;
 use crate::pins::{self, Mode, PinName, Pull, Speed};
 
-/// A card may take 100 ms to the first byte of a read, and 500 ms to finish a write (SD physical layer 6.00,
-/// section 4.6.2); DTIMER gives it more, as some take more.
+/// Limit of a read, ms. A card may take 100 ms to the first byte of a read, and 500 ms to finish a write (SD
+/// physical layer 6.00, section 4.6.2); DTIMER gives it more, as some take more.
 const READ_LIMIT_MS: u32 = 500;
 const WRITE_LIMIT_MS: u32 = 1_000;
-/// The slowest clock that anybody asks for.
+/// Slowest clock of the bus, Hz.
 const SLOWEST_HZ: u32 = 400_000;
 
 /// Status flags (RM0399 section 58.10.11, SDMMC_STAR).
@@ -30,13 +30,13 @@ mod flag {
     pub const BUSYD0: u32 = 1 << 20;
     pub const BUSYD0END: u32 = 1 << 21;
     pub const IDMATE: u32 = 1 << 27;
-    /// Everything that can be cleared.
+    /// All flags that can be cleared.
     pub const ALL: u32 = 0x1FE0_0FFF;
     pub const COMMAND_OVER: u32 = CCRCFAIL | CTIMEOUT | CMDREND | CMDSENT;
     pub const DATA_OVER: u32 = DCRCFAIL | DTIMEOUT | TXUNDERR | RXOVERR | DATAEND | DABORT | IDMATE;
 }
 
-/// The controller with what it was told last.
+/// Controller with its last command and transfer.
 pub struct Controller {
     registers: pac::SDMMC1,
     bus_hz: u32,
@@ -47,14 +47,14 @@ pub struct Controller {
     progress: Progress,
 }
 
-/// The controller interrupts: that is seen, and its flags are for whoever moves the service on.
+/// Masks the controller's interrupt, whose flags are left to the code that advances the service.
 pub fn on_interrupt() {
     // SAFETY: the mask register is written with zero here, and set up again by whoever waits for a flag,
     // which happens with the service locked: this interrupt is not among those that run meanwhile.
     unsafe { (*pac::SDMMC1::ptr()).maskr.write(|w| w.bits(0)) };
 }
 
-/// Every register of the block to its reset value.
+/// Resets every register of the block.
 fn reset_block() {
     // RM0399 chapter 9, RCC_AHB3RSTR: SDMMC1RST.
     // SAFETY: this register is written here alone, by the one owner of the card.
@@ -76,7 +76,7 @@ impl Controller {
         Self { registers, bus_hz: SLOWEST_HZ, is_answered: true, has_data: false, stops: false, progress }
     }
 
-    /// Has these flags interrupt, each once.
+    /// Enables the interrupts of these flags, each once.
     fn listen(&self, flags: u32) {
         // SAFETY: any set of flags may interrupt.
         self.registers.maskr.write(|w| unsafe { w.bits(flags) });
@@ -211,7 +211,8 @@ impl Host for Controller {
                 // A transfer that was cut has left something in the FIFO.
                 sd.dctrl.write(|w| w.fiforst().set_bit());
             }
-            // While the data path is active, after an error, these writes do nothing: CMD12 ends that.
+            // While the data path is active, after an error, these writes have no effect: CMD12 ends that
+            // state.
             sd.idmactrlr.reset();
             sd.dctrl.reset();
         }
@@ -232,7 +233,7 @@ impl Host for Controller {
     }
 
     fn load(&self, slot: usize, block: &mut Block) {
-        // The slot is one of the service's.
+        // The slot belongs to the service, so the load is within the buffer.
         let _inside = BLOCKS.load(slot * WORDS, block);
     }
 

@@ -37,7 +37,7 @@ use crate::dma_buffer;
 pub use blocking::SdCard;
 pub use controller::{Controller, on_interrupt};
 
-/// The card for all its users.
+/// Service that shares the card among its users.
 pub type CardService = Service<Controller>;
 
 /// Words of a block.
@@ -47,11 +47,11 @@ dma_buffer! {
     static BLOCKS: [u32; WORDS * SLOTS]
 }
 
-/// The service's blocks in the DMA arena: their address and how many bytes they are. For whoever has the card
-/// lent, and no longer; [`read_lent`] and [`write_lent`] are the processor's way to them.
+/// Address and size in bytes of the service's blocks in the DMA arena, for the user who has the card lent,
+/// and no longer; [`read_lent`] and [`write_lent`] are the processor's access.
 #[must_use]
 pub fn lent_buffer() -> Option<(u32, usize)> {
-    // The last one is for registers of a card that is put in meanwhile.
+    // The last block stays reserved for registers of a card that is put in meanwhile.
     BLOCKS.address().map(|address| (address, (SLOTS - 1) * BLOCK_BYTES))
 }
 

@@ -22,7 +22,7 @@ const PHYSEL: u32 = 1 << 6;
 const FDMOD: u32 = 1 << 30;
 /// Time for the core to change to the forced mode (GUSBCFG: 25 ms).
 const MODE_LIMIT_US: u32 = 50_000;
-/// A reset or a flush takes a few clocks of its transceiver.
+/// Limit of a reset or flush, which takes a few clocks of the transceiver.
 const CORE_LIMIT_US: u32 = 1_000;
 /// Bits of the register GRSTCTL.
 const CSRST: u32 = 1 << 0;
@@ -74,8 +74,8 @@ impl OtgBus {
         self.with(|state| state.held(endpoint.index())).unwrap_or(0)
     }
 
-    /// The state. `None` if somebody has it already: an interrupt that would use the device while it
-    /// interrupts its one user, which does not happen.
+    /// Runs `action` on the state. `None` if the state is in use: by an interrupt that would use the device
+    /// while it interrupts its one user, which does not happen.
     fn with<R>(&self, action: impl FnOnce(&mut State) -> R) -> Option<R> {
         if self.is_in_use.swap(true, Ordering::Acquire) {
             return None;
@@ -105,7 +105,7 @@ impl UsbBus for OtgBus {
         Ok(address)
     }
 
-    /// Nothing: [`super::start`] has prepared the core, and [`super::connect`] connects it.
+    /// Does nothing: [`super::start`] has prepared the core, and [`super::connect`] connects it.
     fn enable(&mut self) {}
 
     fn reset(&self) {

@@ -15,7 +15,7 @@ pub(super) const ENDPOINTS: usize = 9;
 /// The longest packet of bulk and control endpoints at full speed.
 const PACKET_BYTES: usize = 64;
 const PACKET_WORDS: usize = PACKET_BYTES / 4;
-/// Packets of the host that an endpoint holds for whoever fetches them.
+/// Packets of the host that an endpoint buffers until they are fetched.
 const BUFFERS: usize = 2;
 
 /// Words of the core's FIFO memory, 4 KiB.
@@ -24,9 +24,9 @@ const FIFO_WORDS: u32 = 1024;
 /// endpoint and one besides: 10 + 17 + 5. Every endpoint may have a packet in it, and two requests with
 /// theirs.
 const RECEIVE_WORDS: u32 = 256;
-/// Endpoint 0 sends one packet at a time.
+/// FIFO words of endpoint 0, which sends one packet at a time.
 const CONTROL_WORDS: u32 = 32;
-/// Four packets of a bulk endpoint; one is there at a time.
+/// FIFO words of a bulk endpoint: four packets, of which one is there at a time.
 const BULK_WORDS: u32 = 64;
 /// The least that the manual allows; the longest packet of an interrupt endpoint has 16 bytes.
 const INTERRUPT_WORDS: u32 = 16;
@@ -39,7 +39,7 @@ const ALL_FIFOS: u32 = 0x10 << 6;
 /// Limit of a flush within the interrupt, where flushing takes some ten bus clocks.
 const FLUSH_LIMIT_US: u32 = 5;
 
-/// Entries of the receive FIFO handled in one poll: a packet has two.
+/// Most entries of the receive FIFO handled in one poll: a packet has two.
 const ENTRIES_A_POLL: usize = 6;
 /// More than the FIFO ever holds: a packet at each of four endpoints, three requests in a row, and their
 /// ends.
@@ -74,13 +74,13 @@ impl Waiting {
 
 /// State of the endpoints.
 pub(super) struct State {
-    /// Types of those to the host, as their control registers have them; none where there is no such
-    /// endpoint.
+    /// Types of the endpoints to the host, as in their control registers; `None` for an endpoint that does
+    /// not exist.
     to_host: [Option<u8>; ENDPOINTS],
     from_host: [Option<u8>; ENDPOINTS],
     /// Packets of endpoints 0 to 3 from the host. There are no others.
     waiting: [Waiting; 4],
-    /// The last request, whether the core has not said yet that it is whole, and whether it is to be fetched.
+    /// Last request, whether the core has yet to report its end, and whether it is to be fetched.
     setup: [u32; 2],
     is_setup_new: bool,
     has_setup: bool,
@@ -91,7 +91,7 @@ pub(super) struct State {
     is_silent: bool,
 }
 
-/// A number as an endpoint's type in its control register (EPTYP).
+/// Returns the number of an endpoint's type in its control register (EPTYP).
 fn kind(kind: EndpointType) -> u8 {
     kind.to_bm_attributes() & 0b11
 }
@@ -217,7 +217,7 @@ impl State {
         let _flushed = wait::until(FLUSH_LIMIT_US, || read(registers::GRSTCTL) & RXFFLSH == 0);
     }
 
-    /// Nothing goes and nothing comes any more: the bus is reset.
+    /// Stops all endpoints, as the bus is reset.
     fn stop(&mut self) {
         for number in 0..ENDPOINTS {
             if self.to_host[number].is_some() {
@@ -232,7 +232,7 @@ impl State {
         modify(registers::DCFG, 0x7F << 4, 0);
     }
 
-    /// Fetches what the core has received, so many entries at most.
+    /// Fetches entries that the core has received, so many at most.
     fn receive(&mut self, entries: usize) {
         for _ in 0..entries {
             if read(registers::GINTSTS) & RXFLVL == 0 {
@@ -253,7 +253,7 @@ impl State {
                     self.waiting[0].count = 0;
                 }
                 OUT_RECEIVED => self.take_packet(number, bytes as usize),
-                // The end of either, which also comes as an event of the endpoint.
+                // End of a transfer or request, which also comes as an event of the endpoint.
                 _ => {}
             }
         }
@@ -265,7 +265,7 @@ impl State {
             .waiting_at(number)
             .filter(|waiting| bytes <= PACKET_BYTES && usize::from(waiting.count) < BUFFERS && !waiting.is_halted);
         let Some(waiting) = place else {
-            // For nobody; taken all the same, so that what follows is reached.
+            // Packet for no endpoint; taken all the same, so that the entries behind it are reached.
             (0..words).for_each(|_| {
                 registers::receive();
             });
@@ -433,7 +433,7 @@ impl State {
     }
 }
 
-/// So many bytes of a packet.
+/// Copies so many bytes of a packet.
 fn copy(words: &[u32], length: usize, into: &mut [u8]) -> Result<usize> {
     let place = into.get_mut(..length).ok_or(UsbError::BufferOverflow)?;
     for (bytes, word) in place.chunks_mut(4).zip(words) {

@@ -54,13 +54,13 @@ impl UsbSocket {
     }
 }
 
-/// Shows the host that there is a device. Behind this the interrupt comes.
+/// Connects the device to the host. From now on the interrupt comes.
 pub fn connect() {
     modify(GAHBCFG, 0, MAY_INTERRUPT);
     modify(DCTL, DISCONNECTED, 0);
 }
 
-/// Has the interrupt's task run: there are bytes to send, or room for bytes, or the medium has done.
+/// Pends the interrupt: there are bytes to send, or room for bytes, or the medium has finished.
 pub fn wake() {
     cortex_m::peripheral::NVIC::pend(pac::Interrupt::OTG_FS);
 }

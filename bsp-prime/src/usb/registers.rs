@@ -58,7 +58,7 @@ pub const fn dieptsiz(number: usize) -> usize {
     0x910 + 0x20 * number
 }
 
-/// Words free in its FIFO.
+/// Number of free words in an IN endpoint's FIFO.
 pub const fn dtxfsts(number: usize) -> usize {
     0x918 + 0x20 * number
 }
@@ -78,7 +78,7 @@ pub const fn doeptsiz(number: usize) -> usize {
     0xB10 + 0x20 * number
 }
 
-/// The FIFO of an endpoint: written for the host; any of them read gives what was received.
+/// Address of an endpoint's FIFO: written for the host; any of them read gives the received words.
 const fn fifo(number: usize) -> usize {
     0x1000 * (number + 1)
 }
@@ -145,17 +145,17 @@ pub fn modify(offset: usize, clear: u32, set: u32) {
     write(offset, read(offset) & !clear | set);
 }
 
-/// Changes bits of an endpoint's control, and acts.
+/// Changes bits of an endpoint's control register and sets its action bits.
 pub fn control(offset: usize, clear: u32, set: u32) {
     modify(offset, endpoint::ACTIONS | clear, set);
 }
 
-/// The next word that was received.
+/// Returns the next word received.
 pub fn receive() -> u32 {
     read(fifo(0))
 }
 
-/// A word for the host.
+/// Writes a word for the host.
 pub fn transmit(number: usize, word: u32) {
     write(fifo(number), word);
 }
