@@ -14,13 +14,13 @@ pub struct Debounce {
 }
 
 impl Debounce {
-    /// A switch whose level counts after `hold` without a change; `level` counts at once.
+    /// Creates a switch whose level counts after `hold` without a change; `level` counts at once.
     #[must_use]
     pub const fn new(hold: Micros, level: bool) -> Self {
         Self { hold, stable: level, away_since: None }
     }
 
-    /// The level that counts.
+    /// Returns the level that counts.
     #[must_use]
     pub const fn level(&self) -> bool {
         self.stable

@@ -1,4 +1,4 @@
-//! exFAT volumes, read: directories, names and what files contain. Nothing is written, ever.
+//! Reading of exFAT volumes: directories, names and contents of files. Nothing is written, ever.
 //!
 //! Everything works on blocks of 512 bytes through [`Blocks`], allocates nothing, and believes nothing: a
 //! damaged volume gives [`Error::Damaged`], never a hang or a panic.
@@ -31,7 +31,7 @@ use crate::fat::{Block, Blocks, Error, word};
 /// Bytes of a directory's entry.
 const ENTRY_BYTES: usize = 32;
 
-/// Eight bytes, of which only what fits four counts: more is `u32::MAX`.
+/// Returns a number of eight bytes, or `u32::MAX` if it does not fit into four.
 fn small(bytes: &[u8], at: usize) -> u32 {
     if word(bytes, at + 4) == 0 { word(bytes, at) } else { u32::MAX }
 }

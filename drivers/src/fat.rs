@@ -60,7 +60,7 @@ pub const BLOCK_BYTES: usize = 512;
 /// A block of the card.
 pub type Block = [u8; BLOCK_BYTES];
 
-/// Something with blocks, counted from the beginning of the card.
+/// Device with blocks, counted from the beginning of the card.
 pub trait Blocks {
     /// Error of the device.
     type Error;
@@ -83,7 +83,7 @@ pub trait Blocks {
 pub enum Error<E> {
     /// The device's own error.
     Device(E),
-    /// No FAT16 or FAT32 volume with blocks of 512 bytes is there; says what is.
+    /// No FAT16 or FAT32 volume with blocks of 512 bytes; carries a description of the finding.
     NotFat(&'static str),
     /// A chain of clusters loops, ends too soon or leaves the volume, or a directory is longer than FAT
     /// allows.

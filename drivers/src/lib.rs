@@ -1,6 +1,6 @@
-//! Sensors, inputs and cards: what their datasheets say, as pure functions and small state machines. No pin
-//! in here, and no bus but one that is handed in: the caller reads the converter or the SPI frame and hands
-//! over the number, hands over a device on a bus, or moves the card's blocks.
+//! Sensors, inputs and cards by their datasheets, as pure functions and small state machines. No pin in here,
+//! and no bus but one that is handed in: the caller reads the converter or the SPI frame and hands over the
+//! number, hands over a device on a bus, or moves the card's blocks.
 //!
 //! ```
 //! use drivers::thermistor::{AdcCode, Thermistor};

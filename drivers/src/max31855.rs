@@ -9,12 +9,11 @@
 use embedded_hal::spi::SpiDevice;
 use units::{Celsius, Micros};
 
-/// SPI clock the chip takes at most (datasheet, "Serial-Interface Timing Characteristics").
+/// Highest SPI clock of the chip (datasheet, "Serial-Interface Timing Characteristics").
 pub const MAX_SPI_CLOCK_HZ: u32 = 5_000_000;
-/// From one conversion to the next at most (datasheet, "Thermal Characteristics": tCONV, 70 ms, at most 100
-/// ms).
+/// Longest time of a conversion (datasheet, "Thermal Characteristics": tCONV, 70 ms, at most 100 ms).
 pub const CONVERSION: Micros = Micros::from_millis(100);
-/// From power-up to the first conversion (the same, tCONV_PU).
+/// Time from power-up to the first conversion (datasheet, "Thermal Characteristics": tCONV_PU).
 pub const FIRST_CONVERSION: Micros = Micros::from_millis(200);
 
 /// Possible thermocouple values, quarter degrees: -270 to 1800 C (datasheet, "General Description").
@@ -30,7 +29,7 @@ pub enum Fault {
     Absent,
     /// The data line stays low: all zeros.
     Low,
-    /// A bit that must be zero is not, or a temperature is none that there can be.
+    /// A bit that must be zero is not, or a temperature is impossible.
     Garbled,
     /// Thermocouple not connected (OC).
     Open,
@@ -68,7 +67,7 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Takes a frame apart.
+    /// Decodes a frame.
     ///
     /// # Errors
     /// What the chip reports, or that no chip reports.
@@ -125,7 +124,7 @@ struct Average {
 }
 
 impl Average {
-    /// Of so many readings, 1 to [`MOST`].
+    /// Creates an average of so many readings, 1 to [`MOST`].
     fn of(window: u8) -> Self {
         Self { quarters: [0; MOST], window: usize::from(window).clamp(1, MOST), filled: 0, next: 0 }
     }
@@ -140,7 +139,7 @@ impl Average {
         Celsius(sum as f32 * 0.25 / self.filled as f32)
     }
 
-    /// Readings from before a fault say nothing about after it.
+    /// Forgets the readings, as those from before a fault do not count after it.
     const fn forget(&mut self) {
         (self.filled, self.next) = (0, 0);
     }
@@ -159,7 +158,7 @@ impl<SPI: SpiDevice> Max31855<SPI> {
         Self { spi, average: Average::of(averaging) }
     }
 
-    /// The average of the latest conversions: a transfer of four bytes.
+    /// Returns the average of the latest conversions, by a transfer of four bytes.
     ///
     /// # Errors
     /// What the chip reports, or that no chip answers.
@@ -203,7 +202,7 @@ mod tests {
             [Fault::Open, Fault::ShortToGround, Fault::ShortToSupply, Fault::Unknown, Fault::Unknown]
         );
         assert_eq!([0, u32::MAX].map(|dead| Reading::decode(dead).unwrap_err()), [Fault::Low, Fault::Absent]);
-        // Bits that are always zero, a chip at 126 C, a thermocouple at 1801 C.
+        // The frames have bits that must be zero, a chip at 126 C, or a thermocouple at 1801 C.
         for garbled in [100 << 18 | 1 << 17, 100 << 18 | 1 << 3, 100 << 18 | 0x7E0 << 4, 7_204 << 18 | 0x190 << 4] {
             assert_eq!(Reading::decode(garbled), Err(Fault::Garbled), "{garbled:#010x}");
         }
@@ -232,7 +231,7 @@ mod tests {
         }
     }
 
-    /// A chip that has this frame to give.
+    /// Chip that answers with this frame.
     struct Chip(u32);
 
     impl ErrorType for &mut Chip {

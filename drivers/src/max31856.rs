@@ -9,7 +9,7 @@ use units::{Celsius, Micros};
 
 use crate::max31865::Mains;
 
-/// SPI clock the chip takes at most (datasheet, "Serial Interface": fSCL).
+/// Highest SPI clock of the chip (datasheet, "Serial Interface": fSCL).
 pub const MAX_SPI_CLOCK_HZ: u32 = 5_000_000;
 
 mod register {
@@ -73,7 +73,7 @@ pub struct Settings {
     pub thermocouple: Thermocouple,
     /// Mains frequency of the filter, to be changed only while the chip does not convert.
     pub mains: Mains,
-    /// Samples that make one reading: 1, 2, 4, 8 or 16; what lies between means the next lower.
+    /// Samples that make one reading: 1, 2, 4, 8 or 16; a number in between means the next lower.
     pub averaging: u8,
 }
 
@@ -85,7 +85,7 @@ impl Settings {
         [cr0::AUTOMATIC | cr0::FIND_OPEN | notch, self.average_exponent() << 4 | self.thermocouple as u8]
     }
 
-    /// AVGSEL: the power of two.
+    /// Returns the exponent of two for AVGSEL.
     const fn average_exponent(&self) -> u8 {
         match self.averaging {
             0 | 1 => 0,
@@ -96,19 +96,19 @@ impl Settings {
         }
     }
 
-    /// From one conversion to the next at most (datasheet, "Electrical Characteristics": tCONV, conversions 2
-    /// to n, 98 ms and at most 110 ms with the 50 Hz notch, 82 ms and at most 90 ms with that of 60 Hz;
-    /// CR1, AVGSEL: what each sample more takes). The one in sixteen that looks for an open thermocouple
-    /// is up to 15 ms longer.
+    /// Returns the longest time from one conversion to the next (datasheet, "Electrical Characteristics":
+    /// tCONV, conversions 2 to n, 98 ms and at most 110 ms with the 50 Hz notch, 82 ms and at most 90 ms with
+    /// that of 60 Hz; CR1, AVGSEL: what each sample more takes). The one in sixteen that looks for an open
+    /// thermocouple is up to 15 ms longer.
     #[must_use]
     pub const fn conversion(&self) -> Micros {
         let [one, more] = if matches!(self.mains, Mains::Hz50) { [110_000, 20_000] } else { [90_000, 16_670] };
         Micros(one + more * ((1 << self.average_exponent()) - 1))
     }
 
-    /// From [`Max31856::set_up`] to the first conversion at most (the same places: 169 ms and at most 185 ms,
-    /// 143 ms and at most 155 ms), with the look for an open thermocouple (CR0, OCFAULT 01 with the cold
-    /// junction on: 13.3 ms, at most 15 ms).
+    /// Returns the longest time from [`Max31856::set_up`] to the first conversion (the same places: 169 ms
+    /// and at most 185 ms, 143 ms and at most 155 ms), with the look for an open thermocouple (CR0, OCFAULT
+    /// 01 with the cold junction on: 13.3 ms, at most 15 ms).
     #[must_use]
     pub const fn first_conversion(&self) -> Micros {
         let [one, more] = if matches!(self.mains, Mains::Hz50) { [185_000, 40_000] } else { [155_000, 33_330] };
@@ -171,14 +171,14 @@ impl Fault {
     }
 }
 
-/// The thermocouple's temperature in 0Ch to 0Eh: 19 bits with sign, the last 2^-7 C.
+/// Decodes the thermocouple's temperature in 0Ch to 0Eh: 19 bits with sign, the last 2^-7 C.
 #[must_use]
 pub const fn celsius([high, middle, low]: [u8; 3]) -> Celsius {
     let code = i32::from_be_bytes([high, middle, low, 0]) >> 13;
     Celsius(code as f32 / 128.0)
 }
 
-/// A chip on its bus.
+/// Chip on its bus with its settings.
 #[derive(Debug)]
 pub struct Max31856<SPI> {
     spi: SPI,
@@ -186,7 +186,7 @@ pub struct Max31856<SPI> {
 }
 
 impl<SPI: SpiDevice> Max31856<SPI> {
-    /// Nothing is said to the chip yet.
+    /// Creates a driver without contact to the chip.
     pub const fn new(spi: SPI, settings: Settings) -> Self {
         Self { spi, settings }
     }
@@ -197,7 +197,7 @@ impl<SPI: SpiDevice> Max31856<SPI> {
     /// When it does not read back what was written.
     pub fn set_up(&mut self) -> Result<(), Fault> {
         let [first, second] = self.settings.configuration();
-        // The filter is chosen while the chip stands.
+        // The filter must be chosen while the chip does not convert.
         for bytes in [[first & !cr0::AUTOMATIC, second], [first, second]] {
             let frame = [register::CR0 | register::WRITE, bytes[0], bytes[1]];
             self.spi.write(&frame).map_err(|_| Fault::Absent)?;
@@ -222,8 +222,8 @@ impl<SPI: SpiDevice> Max31856<SPI> {
         self.spi.transaction(&mut operations).map_err(|_| Fault::Absent)
     }
 
-    /// The latest conversion: transfers of three and of five bytes. Faults follow the thermocouple by
-    /// themselves (comparator mode), nothing has to be cleared.
+    /// Returns the latest conversion, by transfers of three and of five bytes. Faults follow the thermocouple
+    /// by themselves (comparator mode), nothing has to be cleared.
     ///
     /// # Errors
     /// What the chip reports; that it has forgotten its settings, and has to be set up; or that no chip
@@ -245,14 +245,14 @@ mod tests {
     use embedded_hal::spi::{ErrorKind, ErrorType};
     use proptest::prelude::*;
 
-    /// The chip by its datasheet: sixteen registers at an address that counts on.
+    /// Model of the chip by its datasheet: sixteen registers with an auto-incremented address.
     struct Chip {
         registers: [u8; 16],
         is_there: bool,
     }
 
     impl Chip {
-        /// As it is after power-on ("Register Map", factory defaults).
+        /// Creates a chip after power-on ("Register Map", factory defaults).
         fn new() -> Self {
             let mut registers = [0; 16];
             (registers[1], registers[2]) = (0x03, 0xFF);

@@ -16,10 +16,10 @@ use units::{Celsius, Micros, Ohms};
 
 use crate::platinum::Platinum;
 
-/// SPI clock the chip takes at most (datasheet, "AC Electrical Characteristics").
+/// Highest SPI clock of the chip (datasheet, "AC Electrical Characteristics").
 pub const MAX_SPI_CLOCK_HZ: u32 = 5_000_000;
 
-/// Registers (table 1); written at 80h more.
+/// Addresses of the registers (table 1), for writing plus 80h.
 mod register {
     pub const CONFIGURATION: u8 = 0x00;
     pub const HIGH_THRESHOLD: u8 = 0x03;
@@ -31,7 +31,7 @@ mod configuration {
     pub const BIAS: u8 = 1 << 7;
     pub const AUTOMATIC: u8 = 1 << 6;
     pub const THREE_WIRE: u8 = 1 << 4;
-    /// Fault detection with automatic delays; set for as long as it runs (table 3).
+    /// Fault detection with automatic delays; the bit reads as set while it runs (table 3).
     pub const DETECT: u8 = 0b01 << 2;
     pub const DETECTING: u8 = 0b11 << 2;
     pub const CLEAR_FAULTS: u8 = 1 << 1;
@@ -40,7 +40,7 @@ mod configuration {
     pub const KEPT: u8 = BIAS | AUTOMATIC | THREE_WIRE | NOTCH_50_HZ;
 }
 
-/// Wires of the sensor.
+/// Number of the sensor's wires.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wires {
     /// Two leads, whose resistance counts as sensor.
@@ -52,7 +52,7 @@ pub enum Wires {
     Four,
 }
 
-/// The mains that the chip's filter suppresses.
+/// Mains frequency that the chip's filter suppresses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names are the meaning")]
 pub enum Mains {
@@ -88,18 +88,18 @@ impl Settings {
         BIAS | AUTOMATIC | wires | notch
     }
 
-    /// From one conversion to the next at most (datasheet, "Electrical Characteristics", tCONV: continuous
-    /// conversion, 20 ms and at most 21 ms with the 50 Hz notch, 16.7 ms and at most 17.6 ms with that of 60
-    /// Hz).
+    /// Returns the longest time from one conversion to the next (datasheet, "Electrical Characteristics",
+    /// tCONV: continuous conversion, 20 ms and at most 21 ms with the 50 Hz notch, 16.7 ms and at most 17.6
+    /// ms with that of 60 Hz).
     #[must_use]
     pub const fn conversion(&self) -> Micros {
         Micros(if matches!(self.mains, Mains::Hz50) { 21_000 } else { 17_600 })
     }
 
-    /// From [`Max31865::set_up`] or the end of a test to the first conversion at most (the same place, single
-    /// conversion: 62.5 ms and at most 66 ms, 52 ms and at most 55 ms), and what the input's capacitors take
-    /// once the bias is on: 10.5 time constants and 1 ms ("1-Shot"), within 10 ms for 100 nF at some
-    /// kiloohms.
+    /// Returns the longest time from [`Max31865::set_up`] or the end of a test to the first conversion (the
+    /// same place, single conversion: 62.5 ms and at most 66 ms, 52 ms and at most 55 ms), and the charging
+    /// time of the input's capacitors once the bias is on: 10.5 time constants and 1 ms ("1-Shot"), within 10
+    /// ms for 100 nF at some kiloohms.
     #[must_use]
     pub const fn first_conversion(&self) -> Micros {
         Micros(if matches!(self.mains, Mains::Hz50) { 66_000 + 10_000 } else { 55_000 + 10_000 })
@@ -112,8 +112,8 @@ impl Settings {
         self.configuration() & !configuration::AUTOMATIC | configuration::DETECT
     }
 
-    /// Fault thresholds, high and low, as they stand in their registers: a sensor beyond 850 C or below -200
-    /// C is open or shorted.
+    /// Returns the fault thresholds, high and low, for their registers: a sensor beyond 850 C or below -200 C
+    /// is open or shorted.
     #[must_use]
     pub fn thresholds(&self) -> [u16; 2] {
         [850.0, -200.0].map(|celsius| {
@@ -134,9 +134,9 @@ pub enum Fault {
     Garbled,
     /// The chip lost its settings: its supply failed. The settings have to be written again.
     Reset,
-    /// More resistance than platinum has (D7).
+    /// The resistance is above that of platinum (D7).
     Open,
-    /// Less resistance than platinum has (D6).
+    /// The resistance is below that of platinum (D6).
     Shorted,
     /// REFIN- above 0.85 VBIAS (D5): no current flows through the sensor.
     NoCurrent,
@@ -192,7 +192,7 @@ impl Fault {
     }
 }
 
-/// A chip on its bus.
+/// Chip on its bus with its settings.
 #[derive(Debug)]
 pub struct Max31865<SPI> {
     spi: SPI,
@@ -200,7 +200,7 @@ pub struct Max31865<SPI> {
 }
 
 impl<SPI: SpiDevice> Max31865<SPI> {
-    /// Nothing is said to the chip yet.
+    /// Creates a driver without contact to the chip.
     pub const fn new(spi: SPI, settings: Settings) -> Self {
         Self { spi, settings }
     }
@@ -252,8 +252,8 @@ impl<SPI: SpiDevice> Max31865<SPI> {
         self.spi.write(&frame).map_err(|_| Fault::Absent)
     }
 
-    /// All registers. After power-on the high threshold alone has ones (table 1), so nothing but zeros or
-    /// ones are a line's.
+    /// Reads all registers. After power-on the high threshold alone has ones (table 1), so nothing but zeros
+    /// or ones come from a dead line.
     fn registers(&mut self) -> Result<[u8; 8], Fault> {
         let mut all = [0; 8];
         let mut operations = [Operation::Write(&[register::CONFIGURATION]), Operation::Read(&mut all)];
@@ -265,7 +265,7 @@ impl<SPI: SpiDevice> Max31865<SPI> {
         }
     }
 
-    /// The latest conversion: a transfer of nine bytes, and one of two more after a fault.
+    /// Returns the latest conversion, by a transfer of nine bytes, and one of two more after a fault.
     ///
     /// # Errors
     /// What the chip reports; that it has forgotten its settings, and has to be set up; or that no chip
@@ -284,7 +284,7 @@ impl<SPI: SpiDevice> Max31865<SPI> {
     }
 }
 
-/// The temperature of a ratio in the 15 bits of tables 4 and 5.
+/// Returns the temperature of a ratio in the 15 bits of tables 4 and 5.
 ///
 /// # Errors
 /// A resistance that platinum does not have.

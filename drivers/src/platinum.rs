@@ -12,14 +12,14 @@ const C: f64 = -4.183e-12;
 /// Range of the standard's equation, C.
 pub const RANGE: core::ops::RangeInclusive<f64> = -200.0..=850.0;
 
-/// Resistance over temperature of platinum.
+/// Curve of a platinum sensor's resistance over temperature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Platinum {
     /// Resistance at 0 C.
     pub r0: Ohms,
 }
 
-/// Share of its resistance at 0 C that platinum has at a temperature, C.
+/// Returns the resistance at a temperature, C, as a share of that at 0 C.
 fn share(celsius: f64) -> f64 {
     let cold = if celsius < 0.0 { C * (celsius - 100.0) * celsius * celsius * celsius } else { 0.0 };
     1.0 + celsius * (A + B * celsius) + cold
@@ -37,15 +37,15 @@ impl Platinum {
     /// 1000 Ohm at 0 C.
     pub const PT1000: Self = Self { r0: Ohms(1_000.0) };
 
-    /// Temperature at a resistance; none beyond what platinum has in [`RANGE`].
+    /// Returns the temperature at a resistance; `None` outside the values of [`RANGE`].
     #[must_use]
     pub fn celsius(&self, ohms: Ohms) -> Option<Celsius> {
         let measured = f64::from(ohms.0) / f64::from(self.r0.0);
         if !(share(*RANGE.start())..=share(*RANGE.end())).contains(&measured) {
             return None;
         }
-        // Exact from 0 C on; below, where it is up to 2.4 C off, three of Newton's steps end below a
-        // millikelvin.
+        // The root is exact from 0 C on; below, where it is up to 2.4 C off, three of Newton's steps end
+        // below a millikelvin.
         let mut celsius = (libm::sqrt(A * A - 4.0 * B * (1.0 - measured)) - A) / (2.0 * B);
         if celsius < 0.0 {
             for _ in 0..3 {
@@ -55,7 +55,7 @@ impl Platinum {
         Some(Celsius(celsius as f32))
     }
 
-    /// Resistance at a temperature of [`RANGE`].
+    /// Returns the resistance at a temperature of [`RANGE`].
     #[must_use]
     pub fn ohms(&self, celsius: Celsius) -> Ohms {
         Ohms((f64::from(self.r0.0) * share(f64::from(celsius.0))) as f32)
@@ -82,7 +82,7 @@ impl Fault {
     }
 }
 
-/// A platinum sensor straight on a divider, without an amplifier.
+/// Platinum sensor in a divider, without an amplifier.
 ///
 /// A count of the converter is 0.03 C for a PT1000 on 4.7 kOhm and 0.2 C for a PT100. The converter and the
 /// buffer before it may be off by 0.2 % of the range, which is 3.4 C and 26 C at 0 C: a PT100 belongs on a
@@ -96,7 +96,7 @@ pub struct PlatinumInput {
 }
 
 impl PlatinumInput {
-    /// Temperature at a reading.
+    /// Returns the temperature at a reading.
     ///
     /// # Errors
     /// Open or shorted wires, or another sensor.
@@ -109,7 +109,7 @@ impl PlatinumInput {
         self.platinum.celsius(ohms).ok_or(beyond)
     }
 
-    /// The reading at a temperature.
+    /// Returns the reading at a temperature.
     #[must_use]
     pub fn code(&self, celsius: Celsius) -> AdcCode {
         self.divider.code(self.platinum.ohms(celsius))

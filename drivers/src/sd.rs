@@ -63,16 +63,16 @@ pub const BLOCK_BYTES: usize = 512;
 
 /// Blocks that can wait to be written.
 pub const QUEUE_BLOCKS: usize = 32;
-/// Blocks read ahead for the reader that is followed: 327 ms at 5,000 lines a second of 30 bytes each, and a
-/// card may stall for 250 ms (PL 6.00 section 4.6.2).
+/// Blocks read ahead for the current reader: 327 ms at 5,000 lines a second of 30 bytes each, and a card may
+/// stall for 250 ms (PL 6.00 section 4.6.2).
 pub const AHEAD_BLOCKS: usize = 96;
-/// Blocks kept for everybody: groups of consecutive ones.
+/// Number of groups of consecutive blocks kept for all users.
 pub const GROUPS: usize = 2;
 /// Blocks of a group.
 pub const GROUP_BLOCKS: usize = 8;
 
-/// Blocks of memory that the host's DMA reaches and that a [`Service`] needs; one is for registers of the
-/// card and for what is read back.
+/// Blocks of memory that the host's DMA reaches and that a [`Service`] needs; the last is for registers of
+/// the card and for blocks read back.
 pub const SLOTS: usize = QUEUE_BLOCKS + AHEAD_BLOCKS + GROUPS * GROUP_BLOCKS + 1;
 
 /// First slots of the parts of that memory.

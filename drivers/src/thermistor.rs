@@ -18,13 +18,13 @@ use units::{Celsius, Ohms};
 pub struct AdcCode(pub u16);
 
 impl AdcCode {
-    /// The code of the reference voltage.
+    /// Code at the reference voltage.
     pub const FULL_SCALE: Self = Self(u16::MAX);
     /// Codes this close to an end of the range are no thermistor: 0.2 % of full scale is the converter's
     /// offset and gain error together with the buffer's.
     const DEAD_BAND: u16 = 131;
 
-    /// Share of the reference voltage, 0 to 1.
+    /// Returns the share of the reference voltage, 0 to 1.
     #[must_use]
     pub fn ratio(self) -> f64 {
         f64::from(self.0) / f64::from(Self::FULL_SCALE.0)
@@ -37,7 +37,7 @@ pub enum Fault {
     /// The input is at the supply, or the resistance is beyond what the sensor has at any sane temperature: a
     /// broken wire or nothing plugged in.
     Open,
-    /// The input is at ground.
+    /// The input is at ground level.
     Shorted,
 }
 
@@ -55,17 +55,17 @@ impl Fault {
 /// The resistors around a thermistor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Divider {
-    /// From the reference to the input.
+    /// Resistor from the reference to the input.
     pub pull_up: Ohms,
-    /// In parallel with the thermistor, if fitted.
+    /// Resistor in parallel with the thermistor, if fitted.
     pub parallel: Option<Ohms>,
 }
 
 impl Divider {
-    /// On the Prime's inputs T1 to T3.
+    /// Divider of the Prime's inputs T1 to T3.
     pub const PRIME: Self = Self { pull_up: Ohms(4_700.0), parallel: None };
 
-    /// The thermistor's resistance at a reading.
+    /// Returns the thermistor's resistance at a reading.
     ///
     /// # Errors
     /// Readings at the ends of the range, and those only a thermistor of infinite resistance explains.
@@ -85,7 +85,7 @@ impl Divider {
         if ohms > 0.0 && ohms.is_finite() { Ok(Ohms(ohms as f32)) } else { Err(Fault::Open) }
     }
 
-    /// The reading a resistance gives.
+    /// Returns the reading of a resistance.
     #[must_use]
     pub fn code(&self, thermistor: Ohms) -> AdcCode {
         let ohms = f64::from(thermistor.0);
@@ -105,25 +105,25 @@ pub struct Thermistor {
     pub curve: Curve,
     /// Divider that contains the thermistor.
     pub divider: Divider,
-    /// More than this is an open circuit. Smoothieware's rule: eight times the nominal resistance, which a
-    /// 100 k sensor has near -15 C.
+    /// Resistance above which the circuit is open. Smoothieware's rule: eight times the nominal resistance,
+    /// which a 100 k sensor has near -15 C.
     pub open_above: Ohms,
 }
 
 impl Thermistor {
-    /// A thermistor of nominal resistance `r0` (at 25 C).
+    /// Creates a thermistor of nominal resistance `r0` (at 25 C).
     #[must_use]
     pub fn new(curve: Curve, divider: Divider, r0: Ohms) -> Self {
         Self { curve, divider, open_above: r0 * 8.0 }
     }
 
-    /// The built-in sensor of this name; case counts not.
+    /// Returns the built-in sensor of this name, ignoring case.
     #[must_use]
     pub fn built_in(name: &str) -> Option<Self> {
         BUILT_IN.iter().find(|entry| entry.name.eq_ignore_ascii_case(name)).map(BuiltIn::thermistor)
     }
 
-    /// Temperature at a reading.
+    /// Returns the temperature at a reading.
     ///
     /// # Errors
     /// Open or shorted wires.
@@ -135,7 +135,7 @@ impl Thermistor {
         Ok(self.curve.celsius(ohms))
     }
 
-    /// The reading at a temperature.
+    /// Returns the reading at a temperature.
     #[must_use]
     pub fn code(&self, celsius: Celsius) -> AdcCode {
         self.divider.code(self.curve.ohms(celsius))
@@ -155,7 +155,7 @@ mod tests {
             let thermistor = BUILT_IN[index].thermistor();
             let code = thermistor.code(Celsius(celsius));
             let back = thermistor.celsius(code).unwrap();
-            // Half a count either way, as degrees.
+            // The tolerance is half a count either way, as degrees.
             let next = thermistor.celsius(AdcCode(code.0 + 1)).map_or(10.0, |c| (back.0 - c.0).abs());
             prop_assert!((back.0 - celsius).abs() <= 0.6 * next + 0.01, "{} for {}", back, celsius);
         }
@@ -174,7 +174,7 @@ mod tests {
             let thermistor = BUILT_IN[index].thermistor();
             match thermistor.celsius(AdcCode(code)) {
                 Ok(celsius) => prop_assert!(celsius.0.is_finite() && celsius.0 > -273.15),
-                // No working sensor at room temperature or above is called open.
+                // A working sensor at room temperature or above is never called open.
                 Err(Fault::Open) => prop_assert!(AdcCode(code) > thermistor.code(Celsius(25.0))),
                 Err(Fault::Shorted) => prop_assert!(code < 200),
             }

@@ -4,27 +4,27 @@ use units::{Celsius, Volts};
 
 use crate::thermistor::AdcCode;
 
-/// The converter's reference on the Prime.
+/// Reference voltage of the converter on the Prime.
 pub const REFERENCE: Volts = Volts(3.3);
 /// Most points of a curve.
 pub const MAX_POINTS: usize = 6;
 /// Output of an AD8494, AD8495, AD8496 and AD8497 for each degree, V (AD849x datasheet rev. C,
 /// "Specifications": gain 5 mV/C).
 const AD849X_VOLTS_PER_KELVIN: f64 = 0.005;
-/// An input this near to an end of the range, as a share of it, is no measurement: see [`AdcCode`].
+/// Share of the range at either end in which an input is no measurement: see [`AdcCode`].
 const DEAD_SHARE: f64 = 0.002;
 
 /// Reason for a missing temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// The input is at its upper end.
+    /// The input is at the upper end of the range.
     High,
-    /// The input is at ground.
+    /// The input is at ground level.
     Low,
 }
 
 impl Fault {
-    /// In words, of any sensor.
+    /// Returns the message for any sensor.
     #[must_use]
     pub const fn message(self) -> &'static str {
         match self {
@@ -33,8 +33,8 @@ impl Fault {
         }
     }
 
-    /// In words, of a thermocouple amplifier. A thermocouple that breaks drives an AD849x to its positive end
-    /// ("Thermocouple Break Detection").
+    /// Returns the message for a thermocouple amplifier. A thermocouple that breaks drives an AD849x to its
+    /// positive end ("Thermocouple Break Detection").
     #[must_use]
     pub const fn amplifier_message(self) -> &'static str {
         match self {
@@ -70,13 +70,13 @@ impl CurveError {
 /// Temperature over voltage: straight between the points, and on beyond the outer ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VoltageCurve {
-    /// Volts and degrees, by rising voltage.
+    /// Points of volts and degrees, by rising voltage.
     points: [[f64; 2]; MAX_POINTS],
     count: usize,
 }
 
 impl VoltageCurve {
-    /// Through points of (temperature C, volts), in any order.
+    /// Creates a curve through points of (temperature C, volts), in any order.
     ///
     /// # Errors
     /// Points that make no curve.
@@ -111,7 +111,7 @@ impl VoltageCurve {
         }
     }
 
-    /// Of an AD849x whose output at 0 C, the voltage of its REF pin, is this.
+    /// Creates the curve of an AD849x with this output at 0 C, the voltage of its REF pin.
     #[must_use]
     pub fn ad849x(offset: Volts) -> Self {
         let mut points = [[0.0; 2]; MAX_POINTS];
@@ -127,7 +127,7 @@ impl VoltageCurve {
         points.windows(2).filter_map(|pair| <[[f64; 2]; 2]>::try_from(pair).ok())
     }
 
-    /// Temperature at a reading.
+    /// Returns the temperature at a reading.
     ///
     /// # Errors
     /// An input at an end of its range.

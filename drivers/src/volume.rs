@@ -22,14 +22,14 @@ pub enum Volume {
 /// Position along a file.
 #[derive(Clone, Copy, Debug)]
 pub enum FileReader {
-    /// Of a FAT volume.
+    /// File of a FAT volume.
     Fat(fat::Reader),
-    /// Of an exFAT volume.
+    /// File of an exFAT volume.
     Exfat(exfat::Reader),
 }
 
 impl FileReader {
-    /// Bytes of the file.
+    /// Returns the file's length in bytes.
     #[must_use]
     pub const fn size_bytes(&self) -> u32 {
         match self {
@@ -56,7 +56,7 @@ impl FileReader {
         }
     }
 
-    /// The blocks of its cluster at this offset, and how many; `None` at the end.
+    /// Returns the blocks of the file's cluster at this offset, and their number; `None` at the end.
     ///
     /// # Errors
     /// As [`read`](Self::read).
@@ -74,19 +74,19 @@ impl FileReader {
     }
 }
 
-/// A directory that is listed.
+/// Directory listing in progress.
 #[derive(Clone, Copy, Debug)]
 pub enum Listing {
-    /// Of a FAT volume.
+    /// Directory of a FAT volume.
     Fat(fat::Listing),
-    /// Of an exFAT volume.
+    /// Directory of an exFAT volume.
     Exfat(exfat::Listing),
 }
 
 /// Properties of an entry.
 #[derive(Clone, Copy, Debug)]
 pub struct Facts {
-    /// Bytes; of a directory 0.
+    /// Size in bytes; of a directory 0.
     pub size_bytes: u32,
     /// Attribute bits of the entry.
     pub attributes: Attributes,
@@ -95,7 +95,7 @@ pub struct Facts {
 }
 
 impl Listing {
-    /// The entries of the directory of this path, which begins below the root.
+    /// Lists the directory of this path, which begins below the root.
     ///
     /// # Errors
     /// Those of the volume's own `list`.
@@ -106,7 +106,7 @@ impl Listing {
         }
     }
 
-    /// The next file or directory and its name; `None` behind the last.
+    /// Returns the next file or directory and its name; `None` behind the last.
     ///
     /// # Errors
     /// [`Error::Damaged`], or the device's.
@@ -130,7 +130,7 @@ impl Listing {
     }
 }
 
-/// A file to be read: its way, and where its entry is.
+/// Opens a file for reading: returns its reader, and the place of its entry.
 ///
 /// # Errors
 /// [`Error::NotFound`], [`Error::IsDirectory`], [`Error::ReadOnly`] for one of exFAT's that has more than

@@ -10,10 +10,10 @@ const STREAM: u8 = 0xC0;
 const NAME: u8 = 0xC1;
 /// UTF-16 units of a name's entry.
 const UNITS: usize = 15;
-/// Entries behind the first of a set: a stream and up to 17 of the name (section 7.4.1), and those that
-/// others add.
+/// Most entries behind the first of a set: a stream, up to 17 of the name (section 7.4.1), and additions of
+/// other systems.
 const MOST_SECONDARIES: u8 = 18;
-/// A directory is 256 MB at most (section 7): as long as that it is read.
+/// Greatest length read of a directory, 256 MB (section 7).
 const LARGEST_BYTES: u32 = 256 << 20;
 
 /// A file or a directory.
@@ -34,7 +34,7 @@ impl Entry {
         self.attributes
     }
 
-    /// Whether it is a directory.
+    /// Returns whether the entry is a directory.
     #[must_use]
     pub const fn is_directory(&self) -> bool {
         self.attributes.has(Attributes::DIRECTORY)
@@ -58,13 +58,13 @@ impl Entry {
         self.place
     }
 
-    /// Whether it is too large to be read here.
+    /// Returns whether the file is too large to be read here.
     #[must_use]
     pub const fn is_too_large(&self) -> bool {
         self.is_too_large
     }
 
-    /// The way along it.
+    /// Returns a reader of the entry's contents.
     #[must_use]
     pub const fn reader(&self) -> Reader {
         self.reader
@@ -81,7 +81,7 @@ pub struct Listing {
 /// The bytes of an entry.
 type Bytes = [u8; ENTRY_BYTES];
 
-/// A set on its way.
+/// Set of entries, as far as read.
 struct Set {
     first: Bytes,
     stream: Bytes,
@@ -168,7 +168,7 @@ impl Listing {
     }
 }
 
-/// Section 6.3.3: all bytes of the set, but those of the checksum itself.
+/// Adds bytes to the sum of section 6.3.3: all bytes of the set, but those of the checksum itself.
 fn checksum(sum: u16, bytes: &[u8], is_first: bool) -> u16 {
     bytes
         .iter()

@@ -3,11 +3,11 @@
 use super::{Volume, read};
 use crate::fat::{BLOCK_BYTES, Blocks, Error};
 
-/// The way along the clusters of a file or a directory.
+/// Position along the clusters of a file or a directory.
 #[derive(Clone, Copy, Debug)]
 pub struct Reader {
     first: u32,
-    /// Bytes that there are, and bytes that were written.
+    /// Length in bytes, and number of bytes that were written.
     size: u32,
     valid: u32,
     /// The clusters are consecutive, without entries in the FAT.
@@ -23,7 +23,7 @@ impl Reader {
         Self { first, size, valid, is_contiguous, at: (first, 0), ends_with_chain: false }
     }
 
-    /// Of the root directory, which is as long as its chain, and no longer than this.
+    /// Creates the reader of the root directory, which is as long as its chain, but at most `most`.
     pub(super) const fn of_root(first: u32, most: u32) -> Self {
         Self { ends_with_chain: true, ..Self::new(first, most, most, false) }
     }
@@ -58,8 +58,8 @@ impl Reader {
         Ok(count)
     }
 
-    /// The blocks of the file's cluster that has this offset, from there on, and how many. `None` at the end
-    /// of the file.
+    /// Returns the blocks of the file's cluster at this offset, from there on, and their number. `None` at
+    /// the end of the file.
     ///
     /// # Errors
     /// As [`read`](Self::read).
@@ -96,7 +96,7 @@ impl Reader {
             self.at = (self.first, 0);
         }
         while self.at.1 < wanted {
-            // However far it gets before the device gives up, it need not go there again.
+            // The position is kept after a failure of the device, so the way need not be repeated.
             match volume.next(device, self.at.0)? {
                 Some(next) => self.at = (next, self.at.1 + 1),
                 None if self.ends_with_chain => return Ok(None),

@@ -129,7 +129,7 @@ proptest! {
         let mut card = volume();
         let length = card.0.len() as u32;
         for (at, byte) in changes {
-            // Half of them where it hurts: boot sector aside, the FAT and the directories.
+            // Half of the changes hit where it hurts: boot sector aside, the FAT and the directories.
             let at = if at % 2 == 0 { FAT * 512 + at % (FAT_BLOCKS * 512) } else { (FAT * 512).max(at % length) };
             card.0[at as usize] = byte;
         }

@@ -3,7 +3,7 @@
 use super::{read, small};
 use crate::fat::{Block, Blocks, Error, half, word};
 
-/// Blocks of a boot region that its checksum is of, and the block with the checksum (section 3.4).
+/// Number of the block with the checksum, and of blocks before it, in a boot region (section 3.4).
 const CHECKED: u32 = 11;
 /// Blocks of a boot region; the backup follows.
 const REGION: u32 = 12;
@@ -87,7 +87,7 @@ impl Volume {
         self.heap + cluster.saturating_sub(2) * self.blocks_per_cluster
     }
 
-    /// The cluster behind this one by the FAT; `None` behind the last.
+    /// Returns the cluster behind this one by the FAT; `None` behind the last.
     pub(super) fn next<B: Blocks>(&self, device: &mut B, cluster: u32) -> Result<Option<u32>, Error<B::Error>> {
         let mut block = [0; 512];
         read(device, self.fat + cluster / 128, &mut block)?;
@@ -99,7 +99,7 @@ impl Volume {
     }
 }
 
-/// Whether a boot region is as its checksum says (section 3.4).
+/// Returns whether the checksum of a boot region is right (section 3.4).
 fn is_whole<B: Blocks>(device: &mut B, region: u32) -> Result<bool, Error<B::Error>> {
     let (mut sum, mut block) = (0_u32, [0; 512]);
     for number in 0..CHECKED {

@@ -5,7 +5,7 @@ use super::record::{Place, SLOTS_PER_BLOCK, Slot};
 use super::table::Chain;
 use super::{Blocks, Error};
 
-/// FAT 1.03 bounds a directory at 2 MiB.
+/// Most slots of a directory: FAT 1.03 allows 2 MiB.
 const MAX_SLOTS: u32 = 65_536;
 
 /// Directory of a volume, by its place.
@@ -20,12 +20,12 @@ pub(super) enum Directory {
 /// A slot of a directory.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cursor {
-    /// The cluster; the root of FAT16 has none.
+    /// Chain of clusters with the slot; `None` in the root of FAT16.
     chain: Option<Chain>,
     /// The present stretch of consecutive blocks: a cluster, or the root of FAT16.
     first_block: u32,
     blocks: u32,
-    /// The block within it, and the slot in that.
+    /// Number of the block within that stretch, and of the slot in the block.
     block: u32,
     slot: u8,
     /// Slots passed since the directory's first.
@@ -33,7 +33,7 @@ pub(super) struct Cursor {
 }
 
 impl Cursor {
-    /// At the first slot.
+    /// Creates a cursor at the first slot.
     pub fn start<B: Blocks>(disk: &Disk<'_, B>, directory: Directory) -> Result<Self, Error<B::Error>> {
         let at = |chain, first_block, blocks| Self { chain, first_block, blocks, block: 0, slot: 0, passed: 0 };
         match directory {

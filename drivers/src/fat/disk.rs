@@ -51,7 +51,7 @@ impl<'a, B: Blocks> Disk<'a, B> {
         let Some(number) = self.number else { return Ok(()) };
         let written = self.device.write(number + blocks_further, &self.block);
         if written.is_err() {
-            // Nobody knows what is on the card now.
+            // After a failed write, the block's content on the card is unknown.
             self.number = None;
         }
         written.map_err(Error::Device)

@@ -144,7 +144,7 @@ impl Volume {
         Ok(())
     }
 
-    /// The same volume as it is on the card now, whatever was known of it.
+    /// Reads the volume again from the card, dropping the present state.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -193,7 +193,7 @@ impl Volume {
         (used_bytes < begins + 512).then(|| used_bytes.saturating_sub(begins) as usize)
     }
 
-    /// Whether a file or directory can have this cluster.
+    /// Returns whether a file or directory can have this cluster.
     pub(super) const fn has_cluster(&self, cluster: u32) -> bool {
         cluster >= 2 && cluster - 2 < self.clusters
     }
@@ -203,7 +203,7 @@ impl Volume {
         self.data + cluster.saturating_sub(2) * self.blocks_per_cluster
     }
 
-    /// Whether a directory can have this block.
+    /// Returns whether a directory can have this block.
     pub(super) const fn may_hold_entries(&self, number: u32) -> bool {
         let (root, blocks) = self.fixed_root;
         let in_root = number >= root && number - root < blocks;

@@ -72,7 +72,7 @@ fn is_file_or_directory(entry: &Entry) -> bool {
     !entry.attributes().has(Attributes::LABEL) && entry.slot[0] != b'.'
 }
 
-/// Whether an entry is found under this name: its own, or its short one.
+/// Returns whether an entry has this name, as its own or its short one.
 fn answers_to(entry: &Entry, name: &Name, wanted: &Name) -> bool {
     wanted.same(name.units().iter().copied()) || wanted.same(short_name::units(entry.short_name(), 0))
 }
@@ -113,7 +113,7 @@ impl<B: Blocks> Disk<'_, B> {
         Ok(found)
     }
 
-    /// The directory that an entry is.
+    /// Returns the directory of an entry.
     pub fn directory_of(&self, entry: &Entry) -> Result<Directory, Error<B::Error>> {
         match entry.cluster() {
             _ if !entry.is_directory() => Err(Error::IsFile),
@@ -122,8 +122,8 @@ impl<B: Blocks> Disk<'_, B> {
         }
     }
 
-    /// The directory of this path; the root for an empty one. No part of it may be the directory that begins
-    /// with `outside`.
+    /// Returns the directory of this path; the root for an empty one. No part of the path may be the
+    /// directory that begins with `outside`.
     pub fn directory(&mut self, path: &str, outside: Option<u32>) -> Result<Directory, Error<B::Error>> {
         let mut directory = self.volume.root;
         for part in path.split('/').filter(|part| !part.is_empty()) {
@@ -137,7 +137,7 @@ impl<B: Blocks> Disk<'_, B> {
     }
 }
 
-/// A path's directory and its last part.
+/// Splits a path into its directory and its last part.
 pub(super) fn split<E>(path: &str) -> Result<(&str, &str), Error<E>> {
     let path = path.trim_end_matches('/');
     let (directory, name) = path.rsplit_once('/').unwrap_or(("", path));

@@ -2,7 +2,7 @@
 //!
 //! Two writes move an entry between blocks: the first takes it away, the second puts it there. A power cut
 //! between them would lose it, or leave two names for the same clusters. So they stand between two others: an
-//! entry in the root directory that notes both places comes first and goes last. When the volume is mounted,
+//! entry in the root directory that notes both places comes first and goes last. At mounting,
 //! [`Volume::settle`] finds that note and sees how far the move came:
 //!
 //! | after | what a reader without this sees | settled |
@@ -25,17 +25,17 @@ use super::{Blocks, Error, Listing, Volume, put, word};
 
 /// Short name of the note.
 const NOTE: [u8; 11] = *b"~MOVING TMP";
-/// Nobody else makes such an entry of this name: hidden, of the system, and without clusters.
+/// Attributes of the note, which make it unique: hidden, of the system, and without clusters.
 const NOTE_ATTRIBUTES: u8 = Attributes::HIDDEN.0 | Attributes::SYSTEM.0;
 
 /// Contents of the note, kept where an entry has its times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Note {
     from: Place,
-    /// First byte of the short name there, which freeing the slot overwrites.
+    /// First byte of the short name in the old slot, which freeing the slot overwrites.
     first_byte: u8,
     to: Place,
-    /// Sum of the slot there, as it was before.
+    /// Sum of the new slot's earlier contents.
     sum: u8,
 }
 
@@ -66,8 +66,8 @@ fn sum(slot: &Slot) -> u8 {
 }
 
 impl Volume {
-    /// Gives an entry another name, in the same directory or another one. A change of case alone counts.
-    /// Nobody else may have the entry open.
+    /// Gives an entry another name, in the same directory or another one. A change of case alone counts. No
+    /// other user may have the entry open.
     ///
     /// # Errors
     /// [`Error::Exists`], [`Error::IntoItself`], [`Error::BadName`], [`Error::Full`],

@@ -7,16 +7,16 @@ use super::{half, put};
 
 /// Longest name in UTF-16 units.
 pub(super) const MAX_UNITS: usize = 255;
-/// Units in a slot.
+/// UTF-16 units in a slot.
 const UNITS_PER_SLOT: usize = 13;
 /// Slots that the longest name takes.
 pub(super) const MAX_SLOTS: usize = 20;
-/// In the ordinal of the slot with a name's end, which comes first.
+/// Bit in the ordinal of the slot with a name's end, which comes first.
 const LAST: u8 = 0x40;
 /// Offsets of a slot's UTF-16 units.
 const OFFSETS: [usize; UNITS_PER_SLOT] = [1, 3, 5, 7, 9, 14, 16, 18, 20, 22, 24, 28, 30];
 
-/// A name as directories have it.
+/// Long name in UTF-16 units.
 #[derive(Clone, Debug)]
 pub struct Name {
     units: [u16; MAX_SLOTS * UNITS_PER_SLOT],
@@ -36,15 +36,15 @@ impl Name {
         Self { units: [0; MAX_SLOTS * UNITS_PER_SLOT], length: 0 }
     }
 
-    /// The name that this text stands for: blanks before it, and blanks and periods after it, do not count
-    /// (FAT 1.03, "Name Limits and Character Sets"). `None` when nothing is left or it is too long.
+    /// Parses a name: blanks before it, and blanks and periods after it, do not count (FAT 1.03, "Name Limits
+    /// and Character Sets"). Returns `None` when nothing is left or the name is too long.
     pub(crate) fn parse(text: &str) -> Option<Self> {
         let (mut name, text) = (Self::new(), stripped(text));
         name.set(text.encode_utf16());
         (name.length > 0 && text.encode_utf16().count() <= MAX_UNITS).then_some(name)
     }
 
-    /// Becomes the first [`MAX_UNITS`] of these.
+    /// Sets the name to the first [`MAX_UNITS`] of these.
     pub(crate) fn set(&mut self, units: impl Iterator<Item = u16>) {
         self.length = 0;
         for (place, unit) in self.units.iter_mut().zip(units.take(MAX_UNITS)) {
@@ -65,7 +65,7 @@ impl Name {
         char::decode_utf16(self.units().iter().copied()).map(|decoded| decoded.unwrap_or(char::REPLACEMENT_CHARACTER))
     }
 
-    /// Whether FAT allows a file of this name.
+    /// Returns whether FAT allows a file of this name.
     pub(super) fn is_legal(&self) -> bool {
         self.units().iter().all(|unit| is_legal_unit(*unit))
     }
@@ -80,7 +80,7 @@ impl Name {
         self.length.div_ceil(UNITS_PER_SLOT)
     }
 
-    /// The slot at this place of its long form; the name's end comes first.
+    /// Returns the slot at this place of the long form; the name's end comes first.
     pub(super) fn slot(&self, place: usize, checksum: u8) -> Slot {
         let ordinal = self.slots().saturating_sub(place);
         let mut slot = [0; SLOT_BYTES];
@@ -111,7 +111,8 @@ pub(super) fn checksum(short_name: &[u8; 11]) -> u8 {
 /// behind them, are left aside (FAT 1.03, "Organization and Association of Short & Long Directory Entries").
 pub(super) struct Assembly<'a> {
     name: &'a mut Name,
-    /// Ordinal of the piece that came last, and the checksum that all have; 1 is a whole name.
+    /// Ordinal of the last piece taken, and the checksum that all pieces have; an ordinal of 1 is a whole
+    /// name.
     state: Option<(u8, u8)>,
     first: Option<Cursor>,
 }
@@ -121,7 +122,7 @@ impl<'a> Assembly<'a> {
         Self { name, state: None, first: None }
     }
 
-    /// A slot with a piece of a long name.
+    /// Takes a slot with a piece of a long name.
     pub fn take(&mut self, slot: &Slot, at: Cursor) {
         let (ordinal, sum) = (slot[0] & !LAST, slot[13]);
         let begins = slot[0] & LAST != 0;
@@ -146,26 +147,27 @@ impl<'a> Assembly<'a> {
         self.state = whole.then_some((ordinal, sum));
     }
 
-    /// The entry behind the pieces: where its name begins, if they are its name.
+    /// Ends the pieces at their entry: returns the beginning of its name, if the pieces are its name.
     pub fn finish(&mut self, short_name: &[u8; 11]) -> Option<Cursor> {
         let state = self.state.take();
         self.first.take().filter(|_| state == Some((1, checksum(short_name))))
     }
 
-    /// A slot that is free, or no file's.
+    /// Drops the pieces at a slot that is free, or no file's.
     pub fn forget(&mut self) {
         self.state = None;
     }
 }
 
-/// The text without what does not count in a name: blanks before it, blanks and periods after it.
+/// Returns the text without the characters that do not count in a name: blanks before it, blanks and periods
+/// after it.
 #[must_use]
 pub fn stripped(text: &str) -> &str {
     text.trim_start_matches(' ').trim_end_matches([' ', '.'])
 }
 
-/// FAT 1.03, "Name Limits and Character Sets": what short and long names may have, and everything beyond
-/// ASCII.
+/// Returns whether a name may have this unit: the characters of FAT 1.03, "Name Limits and Character Sets",
+/// and everything beyond ASCII.
 const fn is_legal_unit(unit: u16) -> bool {
     match unit {
         0..0x20 | 0x7F => false,

@@ -1,4 +1,4 @@
-//! Giving an entry its slots, and taking them away.
+//! Allocation and release of a directory entry's slots.
 
 use super::cursor::{Cursor, Directory};
 use super::disk::Disk;
@@ -7,8 +7,8 @@ use super::record::{Entry, FREE, Place, SLOT_BYTES, Slot, SlotKind, kind_of, sho
 use super::short_name::{Basis, TAILS, plain};
 use super::{Blocks, Error};
 
-/// Each gives nine short names for a name, of 65,536 times nine. A directory that has them all was made for
-/// that.
+/// Most rounds of short names for a name: each of 65,536 gives nine. A directory that has them all was made
+/// for that.
 const MAX_ROUNDS: u16 = 100;
 
 /// Form in which a name will be written.
@@ -41,8 +41,8 @@ impl<B: Blocks> Disk<'_, B> {
         for round in 0..MAX_ROUNDS {
             let mut taken = 0_u16;
             let found = self.search(directory, name, except, |entry, name| {
-                // A long name that looks like a short one takes that too: nobody could tell which of both is
-                // meant.
+                // The long form of a name that looks like a short name takes that short name too: otherwise
+                // it would be ambiguous.
                 for short in [Some(entry.short_name()), plain(name).map(|(short, _)| short)].into_iter().flatten() {
                     taken |= u16::from(own.is_some_and(|(own, _)| own == short));
                     taken |= basis.tail_of(&short).map_or(0, |tail| 1 << tail);
@@ -69,7 +69,7 @@ impl<B: Blocks> Disk<'_, B> {
         Err(Error::DirectoryFull)
     }
 
-    /// The first of so many free slots in a row, for which the directory grows if it must.
+    /// Finds so many free slots in a row, growing the directory if needed; returns the first.
     pub fn make_room(&mut self, directory: Directory, slots: usize) -> Result<Cursor, Error<B::Error>> {
         loop {
             match self.find_room(directory, slots)? {
@@ -83,8 +83,8 @@ impl<B: Blocks> Disk<'_, B> {
         }
     }
 
-    /// The first of so many free slots in a row, or the directory's last slot. Pieces of a long name without
-    /// an entry behind them count as free: a power cut, or a system without long names, has left them.
+    /// Finds so many free slots in a row, or the directory's last slot. Pieces of a long name without an
+    /// entry behind them count as free: a power cut, or a system without long names, has left them.
     fn find_room(&mut self, directory: Directory, slots: usize) -> Result<Result<Cursor, Cursor>, Error<B::Error>> {
         let mut at = Cursor::start(self, directory)?;
         let (mut first, mut count, mut behind_end) = (at, 0, false);
@@ -107,7 +107,7 @@ impl<B: Blocks> Disk<'_, B> {
         }
     }
 
-    /// The last of so many slots, where the entry itself comes, behind its long name.
+    /// Returns the last of so many slots, for the entry itself behind its long name.
     pub fn last_of(&mut self, first: Cursor, slots: usize) -> Result<Cursor, Error<B::Error>> {
         let mut at = first;
         for _ in 1..slots {
@@ -173,7 +173,7 @@ impl<B: Blocks> Disk<'_, B> {
         self.free_slots(places.iter().filter(|place| **place != entry.place()))
     }
 
-    /// The slots of an entry, in their order; places without a meaning repeat the entry's own.
+    /// Returns the slots of an entry, in their order; unused places repeat the entry's own.
     fn places_of(&mut self, entry: &Entry) -> Result<[Place; MAX_SLOTS + 1], Error<B::Error>> {
         let mut places = [entry.place(); MAX_SLOTS + 1];
         let mut at = entry.first;

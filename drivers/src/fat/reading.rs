@@ -1,4 +1,4 @@
-//! Reading what a file contains, beside whoever else has it open.
+//! Reading of a file's contents, by any number of readers at once.
 //!
 //! Nothing is kept of the volume but the way along the file's clusters, so any number of readers can be at
 //! work. No reader notices a change of the file: the code that changes a file must drop its readers.
@@ -8,12 +8,12 @@ use super::record::Entry;
 use super::table::Chain;
 use super::{BLOCK_BYTES, Blocks, Error, Volume};
 
-/// A file that is read.
+/// Open file with its position.
 #[derive(Clone, Copy, Debug)]
 pub struct Reader {
     first: u32,
     size: u32,
-    /// The cluster that was read last, and which one of the file it is; none at the beginning.
+    /// Cluster read last, and its index in the file; `None` at the beginning.
     chain: Option<(Chain, u32)>,
 }
 
@@ -30,9 +30,9 @@ impl Reader {
         self.size
     }
 
-    /// Reads from this offset to the end of its block, as much as fits; 0 at the end of the file. Going on
-    /// from where it was read last costs one block, or two where a new cluster begins; going back is as dear
-    /// as the way from the file's beginning.
+    /// Reads from this offset to the end of its block, as much as fits; 0 at the end of the file. Reading on
+    /// from the last place costs one block, or two where a new cluster begins; going back costs the way from
+    /// the file's beginning.
     ///
     /// # Errors
     /// [`Error::Damaged`] when its chain of clusters ends before, or the device's.
@@ -57,8 +57,8 @@ impl Reader {
         Ok(count)
     }
 
-    /// The blocks of the file's cluster that has this offset, from there on, and how many. `None` at the end
-    /// of the file. For whoever reads ahead.
+    /// Returns the blocks of the file's cluster at this offset, from there on, and their number. `None` at
+    /// the end of the file. For reading ahead.
     ///
     /// # Errors
     /// As [`read`](Self::read).
@@ -77,8 +77,7 @@ impl Reader {
         Ok(Some((disk.volume.block_of(chain.at) + passed, count)))
     }
 
-    /// Goes to one of the file's clusters. However far it gets before the device gives up, it need not go
-    /// there again.
+    /// Goes to one of the file's clusters. The position is kept after a failure of the device.
     fn go_to<B: Blocks>(&mut self, disk: &mut Disk<'_, B>, wanted: u32) -> Result<Chain, Error<B::Error>> {
         let (mut chain, mut index) = match self.chain.filter(|(_, index)| *index <= wanted) {
             Some(chain) => chain,

@@ -12,7 +12,7 @@ pub(super) const SLOTS_PER_BLOCK: u8 = 16;
 /// A slot of a directory: an entry, a piece of a long name, or nothing.
 pub(super) type Slot = [u8; SLOT_BYTES];
 
-/// First byte of a slot that is free.
+/// First byte of a free slot.
 pub(super) const FREE: u8 = 0xE5;
 /// First byte of a slot that is free like all that follow.
 const END: u8 = 0;
@@ -20,7 +20,7 @@ const END: u8 = 0;
 /// Contents of a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SlotKind {
-    /// Nothing, nor does any slot behind it.
+    /// Free, like all slots behind it.
     End,
     Free,
     LongName,
@@ -38,7 +38,7 @@ pub(super) fn kind_of(slot: &Slot) -> SlotKind {
     }
 }
 
-/// A slot's place on the card.
+/// Place of a slot on the card.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
     /// Number of the block.
@@ -60,7 +60,7 @@ impl Place {
 pub struct Attributes(pub u8);
 
 impl Attributes {
-    /// Not to be written or removed.
+    /// Must not be written or removed.
     pub const READ_ONLY: Self = Self(0x01);
     /// Not listed by DOS.
     pub const HIDDEN: Self = Self(0x02);
@@ -136,13 +136,13 @@ impl Entry {
         Self { slot, place, first, kind: volume.kind }
     }
 
-    /// The slot with its short name.
+    /// Returns the slot with the short name.
     #[must_use]
     pub const fn place(&self) -> Place {
         self.place
     }
 
-    /// The short name: eight bytes and three, filled up with blanks.
+    /// Returns the short name: eight bytes and three, filled up with blanks.
     #[must_use]
     pub fn short_name(&self) -> [u8; 11] {
         short_name(&self.slot)
@@ -161,13 +161,13 @@ impl Entry {
         Attributes(self.slot[11])
     }
 
-    /// Whether it is a directory.
+    /// Returns whether the entry is a directory.
     #[must_use]
     pub const fn is_directory(&self) -> bool {
         self.attributes().has(Attributes::DIRECTORY)
     }
 
-    /// Size in bytes; of a directory zero.
+    /// Returns the size in bytes; of a directory zero.
     #[must_use]
     pub fn size_bytes(&self) -> u32 {
         word(&self.slot, 28)
@@ -179,7 +179,7 @@ impl Entry {
         Stamp { date: half(&self.slot, 24), time: half(&self.slot, 22) }
     }
 
-    /// The first cluster; zero when there is none.
+    /// Returns the first cluster; zero when there is none.
     pub(super) fn cluster(&self) -> u32 {
         cluster(&self.slot, self.kind)
     }
@@ -191,7 +191,7 @@ pub(super) fn short_name(slot: &Slot) -> [u8; 11] {
     name
 }
 
-/// An entry's first cluster; only FAT32 has the upper half.
+/// Returns an entry's first cluster; only FAT32 has the upper half.
 pub(super) fn cluster(slot: &Slot, kind: Kind) -> u32 {
     let low = u32::from(half(slot, 26));
     match kind {
@@ -205,7 +205,7 @@ pub(super) fn set_cluster(slot: &mut [u8], cluster: u32) {
     put(slot, 26, &(cluster as u16).to_le_bytes());
 }
 
-/// The times of creation and of the last write.
+/// Sets the times of creation and of the last write.
 pub(super) fn set_stamps(slot: &mut [u8], now: Stamp) {
     put(slot, 14, &now.time.to_le_bytes());
     put(slot, 16, &now.date.to_le_bytes());
@@ -218,7 +218,7 @@ pub(super) fn set_written(slot: &mut [u8], now: Stamp) {
     put(slot, 24, &now.date.to_le_bytes());
 }
 
-/// A new entry without clusters.
+/// Creates an entry without clusters.
 pub(super) fn new_slot(short_name: [u8; 11], case_bits: u8, attributes: Attributes, now: Stamp) -> Slot {
     let mut slot = [0; SLOT_BYTES];
     put(&mut slot, 0, &short_name);

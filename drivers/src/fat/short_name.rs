@@ -3,7 +3,7 @@
 use super::letter_case::capital;
 use super::name::Name;
 
-/// Tails from `~1` to `~9`.
+/// Number of tails, from `~1` to `~9`.
 pub(super) const TAILS: u8 = 9;
 
 /// Bits of an entry's byte 12 that Windows NT and its successors use, FatFs and Linux too: the name, or the
@@ -25,7 +25,7 @@ const CODE_PAGE: [char; 128] = [
     '≡', '±', '≥', '≤', '⌠', '⌡', '÷', '≈', '°', '∙', '·', '√', 'ⁿ', '²', '■', '\u{A0}',
 ];
 
-/// A short name's characters as a person reads them.
+/// Returns the characters of a short name for display.
 pub(super) fn units(name: [u8; 11], case_bits: u8) -> impl Iterator<Item = u16> {
     let length = |part: &[u8]| part.iter().rposition(|byte| *byte != b' ').map_or(0, |last| last + 1);
     let (stem, extension) = name.split_at(8);
@@ -72,8 +72,8 @@ const fn is_legal(byte: u8) -> bool {
         )
 }
 
-/// A name that is its own short name but for its case: that short name, and its case bits when they can say
-/// the case.
+/// Returns the short name equal to this name but for its case, with the case bits if they can express the
+/// case.
 pub(super) fn plain(name: &Name) -> Option<([u8; 11], Option<u8>)> {
     let (stem, extension) = match name.units().iter().position(|unit| *unit == u16::from(b'.')) {
         Some(point) => (name.units().get(..point)?, name.units().get(point + 1..)?),
@@ -124,8 +124,8 @@ impl Basis {
         basis
     }
 
-    /// Another basis for the same name, for when the tails are used up: two of its letters and four
-    /// hexadecimal digits, as Windows does it. Each `round` gives another one.
+    /// Makes another basis for the same name, when the tails are used up: two of its letters and four
+    /// hexadecimal digits, as Windows does. Each `round` gives another one.
     pub fn hashed(mut self, name: &Name, round: u16) -> Self {
         // FNV-1a, 32 bits, folded to 16.
         let bytes =
@@ -139,7 +139,8 @@ impl Basis {
         self
     }
 
-    /// With `~1` to `~9` at the end (FAT 1.03, "The Numeric-Tail Generation Algorithm").
+    /// Returns the short name with `~1` to `~9` at the end (FAT 1.03, "The Numeric-Tail Generation
+    /// Algorithm").
     pub fn with_tail(&self, tail: u8) -> [u8; 11] {
         let mut name = [b' '; 11];
         let kept = self.stem_length.min(6);
@@ -149,13 +150,13 @@ impl Basis {
         name
     }
 
-    /// The tail that makes this name.
+    /// Returns the tail that makes this name.
     pub fn tail_of(&self, name: &[u8; 11]) -> Option<u8> {
         (1..=TAILS).find(|tail| self.with_tail(*tail) == *name)
     }
 }
 
-/// A character as short names have it; `None` for what they leave out.
+/// Converts a character for short names; `None` for characters that they leave out.
 fn short(unit: u16) -> Option<u8> {
     const BLANK: u16 = b' ' as u16;
     match u8::try_from(unit).map(|byte| byte.to_ascii_uppercase()) {

@@ -53,19 +53,19 @@ impl Volume {
     }
 }
 
-/// The way along a chain of clusters. A loop is noticed within three times its length (R. P. Brent, An
+/// Position along a chain of clusters. A loop is noticed within three times its length (R. P. Brent, An
 /// Improved Monte Carlo Factorization Algorithm, 1980, section 2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Chain {
     pub at: u32,
-    /// A cluster that was passed, `steps` ago; it moves up each time `steps` reaches `limit`.
+    /// Cluster passed `steps` ago; replaced by the present one each time `steps` reaches `limit`.
     passed: u32,
     steps: u32,
     limit: u32,
 }
 
 impl Chain {
-    /// At the first cluster, which the volume must have.
+    /// Starts at the first cluster, which the volume must have.
     pub fn new<E>(volume: &Volume, first: u32) -> Result<Self, Error<E>> {
         if !volume.has_cluster(first) {
             return Err(Error::Damaged);
@@ -73,7 +73,7 @@ impl Chain {
         Ok(Self { at: first, passed: first, steps: 0, limit: 1 })
     }
 
-    /// Goes on by one cluster; false at the last.
+    /// Goes on by one cluster; returns false at the last.
     pub fn advance<B: Blocks>(&mut self, disk: &mut Disk<'_, B>) -> Result<bool, Error<B::Error>> {
         let next = match disk.link(self.at)? {
             Link::End => return Ok(false),
@@ -97,7 +97,7 @@ impl<B: Blocks> Disk<'_, B> {
         Ok(self.volume.link(&self.block, offset))
     }
 
-    /// Sets what follows a cluster, in all copies of the table.
+    /// Sets the link of a cluster, in all copies of the table.
     pub fn set_link(&mut self, cluster: u32, link: Link) -> Result<(), Error<B::Error>> {
         self.change_link(cluster, link)?;
         self.store_in_tables()
@@ -120,8 +120,8 @@ impl<B: Blocks> Disk<'_, B> {
         self.forget_free_count()?;
         let cluster = self.find_free()?;
         let first = self.volume.block_of(cluster);
-        // Zeroed and filled while it is still free: from the first moment at which it belongs to something it
-        // is right.
+        // Zeroed and filled while still free: so a cluster is right from the first moment at which it belongs
+        // to something.
         for number in (first + 1..first + self.volume.blocks_per_cluster).rev() {
             self.blank(number);
             self.store()?;
@@ -194,8 +194,8 @@ impl<B: Blocks> Disk<'_, B> {
         Ok(next)
     }
 
-    /// Sets the count of free clusters (FSINFO) to "unknown", which is what it is once something has changed
-    /// and nobody counts. FAT 1.03, "FAT32 FSInfo Sector Structure": FSI_Free_Count, all ones.
+    /// Sets the count of free clusters (FSINFO) to "unknown", as changes are not counted. FAT 1.03, "FAT32
+    /// FSInfo Sector Structure": FSI_Free_Count, all ones.
     pub fn forget_free_count(&mut self) -> Result<(), Error<B::Error>> {
         const COUNT: usize = 488;
         let (Some(info), false) = (self.volume.info, self.volume.count_forgotten) else { return Ok(()) };

@@ -1,5 +1,5 @@
-//! Volumes in memory: made by one foreign tool (`fatfs`), changed here, read back by that tool and by a
-//! checker of its own.
+//! Tests with volumes in memory: made by one foreign tool (`fatfs`), changed here, read back by that tool and
+//! by a separate checker.
 
 mod card;
 mod changes;

@@ -9,7 +9,7 @@ use super::table::{Chain, Link};
 use super::{Blocks, Error, Listing, Volume, put, word};
 
 impl Volume {
-    /// The entry of this path, by long names or short ones.
+    /// Finds the entry of this path, by long names or short ones.
     ///
     /// # Errors
     /// [`Error::NotFound`], [`Error::IsFile`] for a part that should be a directory, [`Error::BadName`] for
@@ -75,7 +75,7 @@ impl Volume {
         disk.write_entry(room, &name, slot, None)
     }
 
-    /// Empties a file. Nobody else may have it open.
+    /// Empties a file. No other user may have it open.
     ///
     /// # Errors
     /// [`Error::IsDirectory`], [`Error::ReadOnly`], or the device's.
@@ -97,7 +97,7 @@ impl Volume {
         disk.free_chain(file.cluster())
     }
 
-    /// Removes a file, or a directory that is empty. Nobody else may have it open.
+    /// Removes a file, or a directory that is empty. No other user may have it open.
     ///
     /// # Errors
     /// [`Error::ReadOnly`], [`Error::NotEmpty`], [`Error::Damaged`], or the device's.
@@ -117,7 +117,7 @@ impl Volume {
         disk.free_chain(entry.cluster())
     }
 
-    /// Whether a file has as many clusters as its size needs, in a chain that ends.
+    /// Returns whether a file has as many clusters as its size needs, in a chain that ends.
     ///
     /// # Errors
     /// [`Error::Damaged`] if not, or the device's.
@@ -134,7 +134,7 @@ impl Volume {
         if count < needed { Err(Error::Damaged) } else { Ok(()) }
     }
 
-    /// Frees the clusters behind those that a file's size needs. Nobody else may have it open.
+    /// Frees the clusters behind those that a file's size needs. No other user may have it open.
     ///
     /// # Errors
     /// [`Error::Damaged`], or the device's.
@@ -166,7 +166,7 @@ impl Volume {
         }
     }
 
-    /// Somebody else is about to take clusters: the volume's count of free ones is made to say "unknown".
+    /// Sets the volume's count of free clusters to "unknown", before another user takes clusters.
     ///
     /// # Errors
     /// The device's.
@@ -180,8 +180,8 @@ impl Volume {
         self.clusters
     }
 
-    /// Counts free clusters in so many blocks of the allocation table, from this one on; and the block to go
-    /// on with, unless that was the last.
+    /// Counts free clusters in so many blocks of the allocation table, from this one on; returns the block to
+    /// go on with, unless that was the last.
     ///
     /// # Errors
     /// The device's.
@@ -202,7 +202,7 @@ impl Volume {
         Ok((free, (stop < end).then_some(stop / per_block)))
     }
 
-    /// Whether at least so many clusters are free.
+    /// Returns whether at least so many clusters are free.
     ///
     /// # Errors
     /// The device's.

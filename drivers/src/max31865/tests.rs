@@ -1,4 +1,4 @@
-//! The MAX31865 on a scripted bus.
+//! Tests of the MAX31865 with a model of the chip.
 
 use super::*;
 use embedded_hal::spi::{ErrorKind, ErrorType};
@@ -7,7 +7,8 @@ use proptest::prelude::*;
 const PT100: Settings =
     Settings { platinum: Platinum::PT100, reference: Ohms(430.0), wires: Wires::Two, mains: Mains::Hz50 };
 
-/// The chip by its datasheet: eight registers at an address that counts on, faults by the thresholds.
+/// Model of the chip by its datasheet: eight registers with an auto-incremented address, faults by the
+/// thresholds.
 struct Chip {
     registers: [u8; 8],
     ratio: u16,
@@ -19,7 +20,7 @@ struct Chip {
 }
 
 impl Chip {
-    /// As it is after power-on (table 1).
+    /// Creates a chip after power-on (table 1).
     fn new(ratio: u16) -> Self {
         Self { registers: [0, 0, 0, 0xFF, 0xFF, 0, 0, 0], ratio, is_there: true, also: 0, finds: 0, ends: true }
     }
@@ -79,7 +80,7 @@ impl SpiDevice for &mut Chip {
     }
 }
 
-/// A data line at ground.
+/// Bus whose data line is at ground.
 struct Dead;
 
 impl ErrorType for Dead {
@@ -132,7 +133,7 @@ fn every_fault_has_its_words_and_is_cleared() {
     assert_eq!(Fault::of_status(0), Fault::Unknown);
 }
 
-/// Tables 10 to 12: which bits there are, and the likeliest cause.
+/// Tests the bits of tables 10 to 12, and the likeliest cause.
 #[test]
 fn a_test_of_the_wires_finds_them_one_by_one_and_the_chip_converts_again() {
     for (finds, fault) in [

@@ -18,15 +18,16 @@ const RUNS: usize = 8;
 #[derive(Clone, Debug)]
 pub(super) struct Ahead {
     numbers: [u32; AHEAD_BLOCKS],
-    /// The oldest block at hand; so many follow, of which the last `coming` are still on the bus.
+    /// Place of the oldest block at hand; `count` blocks follow, of which the last `coming` are still on the
+    /// bus.
     first: usize,
     count: usize,
     coming: usize,
     runs: [Run; RUNS],
     waiting: usize,
-    /// Blocks that are on the bus are nobody's any more.
+    /// Blocks on the bus are not wanted any more.
     is_stale: bool,
-    /// The next one cannot be read; who wants it hears why.
+    /// The next block cannot be read; a direct read reports the reason.
     has_failed: bool,
 }
 
@@ -56,17 +57,17 @@ impl Ahead {
         self.count - self.coming
     }
 
-    /// Blocks that could be read on.
+    /// Returns the number of blocks that could be read on.
     pub const fn room(&self) -> usize {
         AHEAD_BLOCKS - self.count
     }
 
-    /// Whether somebody is followed.
+    /// Returns whether a reader is followed.
     pub const fn is_used(&self) -> bool {
         self.count > 0 || self.waiting > 0
     }
 
-    /// Whether there is room for another run.
+    /// Returns whether there is room for another run.
     pub const fn takes_run(&self) -> bool {
         self.waiting < RUNS
     }
@@ -88,7 +89,7 @@ impl Ahead {
         true
     }
 
-    /// Nobody is followed any more.
+    /// Drops the followed reader and its blocks.
     pub const fn forget(&mut self) {
         self.is_stale = self.coming > 0;
         (self.first, self.count, self.waiting, self.has_failed) = (0, self.coming, 0, false);
@@ -110,7 +111,7 @@ impl Ahead {
         (0..self.at_hand()).find(|nth| self.number(*nth) == number)
     }
 
-    /// The slot of a block at hand, which stays.
+    /// Returns the slot of a block at hand, which stays.
     pub fn find(&self, number: u32) -> Option<usize> {
         self.position(number).map(|nth| self.slot(nth))
     }
@@ -123,7 +124,7 @@ impl Ahead {
         comes || !self.has_failed && self.room() > 0 && self.runs.iter().take(self.waiting).any(within)
     }
 
-    /// The next blocks to read, at most so many, in consecutive slots; and the first slot.
+    /// Returns the next blocks to read, at most so many, in consecutive slots, and the first slot.
     pub fn next(&self, most: usize) -> Option<(Run, usize)> {
         if self.waiting == 0 || self.coming > 0 || self.has_failed {
             return None;
@@ -135,7 +136,7 @@ impl Ahead {
         (count > 0).then_some((Run { first: run.first, count }, AHEAD_SLOT + behind))
     }
 
-    /// Whether more is to come where this run ends: with some patience it is a longer one.
+    /// Returns whether the waiting run is longer than this one, so that waiting allows a longer transfer.
     pub fn has_longer(&self, run: Run) -> bool {
         self.runs.first().is_some_and(|first| first.count > run.count)
     }
@@ -169,7 +170,7 @@ impl Ahead {
         self.coming = 0;
     }
 
-    /// The slot of a block at hand or on the bus.
+    /// Returns the slot of a block at hand or on the bus.
     pub fn slot_of_any(&self, number: u32) -> Option<usize> {
         (0..self.count).find(|nth| self.number(*nth) == number).map(|nth| self.slot(nth))
     }

@@ -44,12 +44,13 @@ pub enum SdError {
     OutOfRange,
     /// Another user has the card.
     Lent,
-    /// An earlier write has failed, and nothing is written until that is forgiven.
+    /// An earlier write has failed, and nothing is written until that is forgiven by
+    /// [`Service::forgive`](super::Service::forgive).
     WriteFailed,
 }
 
 impl SdError {
-    /// Of a fault on the bus.
+    /// Converts a fault on the bus.
     pub(super) const fn of(fault: Fault, command: u8) -> Self {
         match fault {
             Fault::NoAnswer => Self::NotResponding(command),

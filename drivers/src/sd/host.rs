@@ -68,7 +68,7 @@ pub enum Direction {
 pub enum Place {
     /// From this slot of the service's own memory on.
     Slot(usize),
-    /// From this address on, which the host's DMA must reach.
+    /// From this address on, within reach of the host's DMA.
     Address(u32),
 }
 
@@ -92,7 +92,7 @@ pub enum Fault {
     NoAnswer,
     /// The answer arrived damaged.
     AnswerDamaged,
-    /// A block arrived damaged, here or there.
+    /// A block arrived damaged at the host or the card.
     DataDamaged,
     /// No data came, or the card stayed busy, for longer than any card may.
     TooLate,
@@ -103,7 +103,7 @@ pub enum Fault {
 /// Progress of the host with its command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// Not yet at its end.
+    /// The command has not ended yet.
     Busy,
     /// All of it is done: answered, and data moved.
     Done,

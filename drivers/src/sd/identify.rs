@@ -1,5 +1,5 @@
-//! From power-on to the transfer state (PL 6.00 sections 4.2, 4.3 and 6.4.1), four bits wide and at the
-//! fastest clock that card and host allow.
+//! Identification of a card: from power-on to the transfer state (PL 6.00 sections 4.2, 4.3 and 6.4.1), four
+//! bits wide and at the fastest clock that card and host allow.
 
 use super::error::{SdError, Unsupported};
 use super::host::{Answer, Command, Direction, Fault, Host, Place, Power, Progress, Transfer};
@@ -12,15 +12,15 @@ const IDENTIFY_HZ: u32 = 400_000;
 const POWER_STATE_US: u64 = 1_000;
 /// Longer than the 74 clocks that a card gets before its first command: 185 us at 400 kHz.
 const FIRST_CLOCKS_US: u64 = 250;
-/// A card may take a second to get ready (section 4.2.3).
+/// Limit of the card's start, which may take a second (section 4.2.3).
 const READY_LIMIT_US: u64 = 1_000_000;
 /// Period of the question whether the card is ready.
 const READY_PERIOD_US: u64 = 1_000;
 /// Longest time that a card may hold D0 low after being selected.
 const BUSY_LIMIT_US: u64 = 500_000;
-/// More than a command and its data take at 400 kHz, and than the host's own timeouts.
+/// Limit of a command, above its time with data at 400 kHz, and above the host's own timeouts.
 const COMMAND_LIMIT_US: u64 = 1_200_000;
-/// 2.7 to 3.6 V (section 5.1, OCR).
+/// Voltage window of the host in the OCR, 2.7 to 3.6 V (section 5.1).
 const OUR_VOLTAGES: u32 = 0x00FF_8000;
 const HIGH_CAPACITY: u32 = 1 << 30;
 const READY: u32 = 1 << 31;
@@ -56,7 +56,7 @@ enum Step {
     SetHighSpeed,
     AnnounceScrAgain,
     ScrAgain,
-    /// CMD12: what a register's transfer has left behind in card and host ends.
+    /// CMD12: ends the remains of a register's transfer in card and host.
     Cut,
 }
 
@@ -67,7 +67,7 @@ enum Outcome {
     Failed(SdError),
 }
 
-/// An identification under way.
+/// Identification in progress.
 #[derive(Clone, Debug)]
 pub(super) struct Identify {
     step: Step,
@@ -80,13 +80,13 @@ pub(super) struct Identify {
     info: CardInfo,
     can_switch: bool,
     scr: [u8; SCR_BYTES as usize],
-    /// The fastest clock that is tried.
+    /// Highest clock that is tried, Hz.
     most_hz: u32,
     has_begun: bool,
 }
 
 impl Identify {
-    /// Begins; the bus is not made faster than `most_hz`.
+    /// Creates an identification; the bus is not made faster than `most_hz`.
     pub const fn new(most_hz: u32) -> Self {
         Self {
             step: Step::PowerCycle,

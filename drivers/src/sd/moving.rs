@@ -4,11 +4,12 @@ use super::error::SdError;
 use super::host::{Command, Direction, Fault, Host, Place, Progress, Transfer};
 use super::registers::{CardInfo, refusal, status};
 
-/// A transfer is tried so often.
+/// Most attempts of a transfer.
 pub(super) const ATTEMPTS: u8 = 4;
-/// A card is given a second after its 250 ms or 500 ms (PL 6.00 section 4.6.2): more is no card any more.
+/// Limit of a wait for the card, which may take 250 ms or 500 ms (PL 6.00 section 4.6.2), and gets a second
+/// more.
 const LIMIT_US: u64 = 1_200_000;
-/// A card that answers one of so many commands in a row has not gone.
+/// Tries to reach the card; an answer to any of them shows that it is there.
 const ALIVE_TRIES: u8 = 3;
 
 /// Blocks and memory of a transfer.
@@ -30,15 +31,15 @@ enum Stage {
     Busy,
     /// CMD13: result of the transfer.
     Status,
-    /// After an error: CMD12, whose answer does not matter,
+    /// After an error: CMD12, whose answer does not matter.
     Cut,
-    /// the end of what the card does,
+    /// After an error: the wait for the end of the card's work.
     Settle,
-    /// and CMD13: whether it is there, and waits for commands.
+    /// After an error: CMD13, whether the card is there, and waits for commands.
     Alive,
 }
 
-/// A transfer under way.
+/// Transfer in progress.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Moving {
     pub what: Move,
@@ -46,11 +47,11 @@ pub(super) struct Moving {
     since_us: u64,
     pub attempt: u8,
     tries: u8,
-    /// Error bits of the answers since something went wrong.
+    /// Error bits of the answers since the first error.
     told: u32,
     error: SdError,
     has_begun: bool,
-    /// Something arrived damaged: the bus may be too fast.
+    /// Data or answers arrived damaged: the bus may be too fast.
     pub is_damaged: bool,
 }
 
@@ -107,7 +108,7 @@ impl Moving {
         }
     }
 
-    /// Goes on as far as it can without waiting.
+    /// Advances as far as possible without waiting.
     pub fn advance(&mut self, card: &CardInfo, host: &mut impl Host, now_us: u64) -> Moved {
         if !core::mem::replace(&mut self.has_begun, true) {
             self.enter(Stage::Data, card, host, now_us);
@@ -167,12 +168,11 @@ impl Moving {
                 self.tries += 1;
                 if self.tries < ALIVE_TRIES { Ok(Stage::Alive) } else { Err(Moved::Gone(self.error)) }
             }
-            // Something answers, and the bus may be too fast for it.
+            // The card answers, but the bus may be too fast for it.
             (Stage::Alive, Err(_)) => Err(self.again(self.told)),
             (Stage::Stop, Err(fault)) => Ok(self.fail(SdError::of(fault, 12))),
             (_, Err(fault)) => Ok(self.fail(SdError::of(fault, self.index()))),
-            // The answer of CMD12 tells of a read that ran on to the card's last block, which is none of
-            // ours.
+            // CMD12 also reports that a read ran on to the card's last block, which is no error here.
             (Stage::Stop, Ok(())) if bits & !status::OUT_OF_RANGE != 0 => {
                 Ok(self.fail(refusal(self.index(), bits & !status::OUT_OF_RANGE)))
             }
@@ -186,7 +186,7 @@ impl Moving {
     /// Repeats the transfer, as the card is there. A transfer refused for good is not repeated.
     fn again(&mut self, told: u32) -> Moved {
         let error = match self.error {
-            // The status tells why.
+            // The status names the reason.
             SdError::Damaged(_) | SdError::StaysBusy(_) if told != 0 => refusal(self.index(), told),
             error => error,
         };

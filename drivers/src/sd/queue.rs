@@ -2,7 +2,7 @@
 
 use super::{QUEUE_BLOCKS, QUEUE_SLOT};
 
-/// A ring of block numbers; what is in the blocks lies in slots of the same places.
+/// Ring of block numbers; the blocks' contents lie in slots of the same places.
 #[derive(Clone, Debug)]
 pub(super) struct Queue {
     numbers: [u32; QUEUE_BLOCKS],
@@ -34,8 +34,8 @@ impl Queue {
         self.numbers.get((self.first + nth) % QUEUE_BLOCKS).copied().unwrap_or(0)
     }
 
-    /// The slot to write a block into, which is queued with that; `None` while there is no room. A block that
-    /// is the last one already is replaced.
+    /// Returns the slot to write a block into, which is queued with that; `None` while there is no room. If
+    /// the block is the last one already, it is replaced.
     pub fn push(&mut self, number: u32) -> Option<usize> {
         if self.count > self.sending && self.number(self.count - 1) == number {
             return Some(slot(self.first + self.count - 1));
@@ -80,13 +80,12 @@ impl Queue {
         arrived
     }
 
-    /// Nothing of it is written any more.
+    /// Drops all waiting blocks.
     pub const fn clear(&mut self) {
         (self.count, self.sending) = (0, 0);
     }
 
-    /// Gives each block within `first..first + count`, oldest first: how far it is from `first`, and its
-    /// slot.
+    /// Gives each block within `first..first + count`, oldest first: its distance from `first`, and its slot.
     pub fn each_within(&self, first: u32, count: u32, mut take: impl FnMut(u32, usize)) {
         for nth in 0..self.count {
             if let Some(offset) = self.number(nth).checked_sub(first).filter(|offset| *offset < count) {

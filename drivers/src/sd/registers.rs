@@ -80,7 +80,7 @@ impl CardInfo {
     }
 }
 
-/// SDHC ends here: 32 GB (PL 6.00 section 3.3.2).
+/// Largest SDHC card in blocks: 32 GB (PL 6.00 section 3.3.2).
 const LARGEST_SDHC_BLOCKS: u32 = 32 << 21;
 
 /// Bits `high` to `low` of a 128-bit register, as the specification numbers them; at most 32.
@@ -131,12 +131,12 @@ pub(super) const fn scr_knows_switch(scr: &[u8]) -> bool {
     matches!(scr, [first, ..] if *first & 0xF >= 1)
 }
 
-/// The answer of CMD6 (PL 6.00 section 4.3.10.4): functions that group 1 has, and the one that is set.
+/// Returns whether group 1 offers high speed, by the answer of CMD6 (PL 6.00 section 4.3.10.4).
 pub(super) fn offers_high_speed(status: &[u8]) -> bool {
     status.get(13).is_some_and(|functions| functions & 1 << 1 != 0)
 }
 
-/// The same, after setting it.
+/// Returns whether high speed is set, by the answer of CMD6 after setting it.
 pub(super) fn has_high_speed(status: &[u8]) -> bool {
     status.get(16).is_some_and(|set| set & 0xF == 1)
 }
@@ -147,7 +147,7 @@ pub(super) mod status {
     pub const CARD_IS_LOCKED: u32 = 1 << 25;
     pub const CARD_ECC_FAILED: u32 = 1 << 21;
     pub const OUT_OF_RANGE: u32 = 1 << 31;
-    /// Everything that is an error of the command, or of one before it.
+    /// Bits that are an error of the command, or of one before it.
     pub const ERRORS: u32 = 0xFDF9_8008;
 }
 

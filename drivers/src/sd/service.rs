@@ -28,7 +28,7 @@ pub enum State {
 /// Result of a read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Read {
-    /// The block is there.
+    /// The block has been read.
     Done,
     /// The block has been asked for: ask again.
     NotYet,
@@ -41,13 +41,13 @@ pub enum Event {
     Inserted,
     /// The card has gone; whether unwritten blocks are lost with it.
     Removed(SdError, bool),
-    /// A write has failed for good; what was written behind it is dropped.
+    /// A write has failed for good; the blocks behind it are dropped.
     WriteFailed(SdError),
-    /// Too much arrived damaged: the bus is slower from now on, Hz.
+    /// Too many transfers arrived damaged: the bus is slower from now on, Hz.
     Slower(u32),
 }
 
-/// A transfer of the user that has the card for himself.
+/// State of a transfer of the user who has the card lent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lent {
     /// No transfer was begun.
@@ -97,7 +97,7 @@ enum Active {
     Look(u8),
 }
 
-/// A card with its users.
+/// Card shared by its users.
 #[derive(Debug)]
 pub struct Service<H> {
     host: H,
@@ -106,7 +106,7 @@ pub struct Service<H> {
     queue: Queue,
     ahead: Ahead,
     groups: Groups,
-    /// A block that somebody wants to read.
+    /// Block that a user wants to read.
     wanted: Option<u32>,
     /// Block that could not be read, and the error.
     unread: Option<(u32, SdError)>,
@@ -115,7 +115,7 @@ pub struct Service<H> {
     /// Writes are kept back.
     is_held: bool,
     asked_until_us: u64,
-    /// Commands of reading ahead since the last write.
+    /// Number of read-ahead commands since the last write.
     turns: u8,
     /// Last block written: number and slot.
     last_written: Option<(u32, usize)>,
@@ -130,14 +130,14 @@ pub struct Service<H> {
     lent_is: Lent,
     bus_hz: u32,
     damaged: u32,
-    /// The card is to be identified as soon as nothing else goes on.
+    /// The card is to be identified as soon as no other work goes on.
     begins_anew: bool,
-    /// Nobody has asked for that.
+    /// The service itself, and no user, starts that identification.
     is_found_by_itself: bool,
     counters: Counters,
 }
 
-/// Events that nobody has heard of.
+/// Events not yet reported.
 #[derive(Clone, Copy, Debug, Default)]
 struct Untold {
     is_inserted: bool,
@@ -147,7 +147,7 @@ struct Untold {
 }
 
 impl<H: Host> Service<H> {
-    /// Of no card yet: see [`identify`](Self::identify).
+    /// Creates a service without a card: see [`identify`](Self::identify).
     pub const fn new(host: H) -> Self {
         Self {
             host,
@@ -193,7 +193,7 @@ impl<H: Host> Service<H> {
 
     // --- the card ---
 
-    /// Whether there is a card.
+    /// Returns the state of the card.
     pub const fn state(&self) -> State {
         self.state
     }
@@ -217,7 +217,7 @@ impl<H: Host> Service<H> {
         self.damaged = 0;
     }
 
-    /// From now on it looks for cards that are put in, and whether the one that is in is still there.
+    /// Makes the service look for cards that are put in, and check that the present one is still there.
     pub const fn look_by_itself(&mut self) {
         self.looks_by_itself = true;
     }
@@ -246,7 +246,7 @@ impl<H: Host> Service<H> {
     pub fn read(&mut self, number: u32, block: &mut Block) -> Result<Read, SdError> {
         self.check(number)?;
         match self.unread {
-            // As often as it is asked for in a row.
+            // The error is reported as often as the block is asked for in a row.
             Some((unread, error)) if unread == number => return Err(error),
             _ => self.unread = None,
         }
@@ -267,8 +267,8 @@ impl<H: Host> Service<H> {
         }
     }
 
-    /// Whether a group with this block is under way: asked for once more it would be read twice, and into the
-    /// place of what the other group holds.
+    /// Returns whether a group with this block is under way: another request would read it twice, and into
+    /// the place of the other group.
     fn is_coming(&self, number: u32) -> bool {
         matches!(&self.active, Active::Move(moving, Purpose::Group(_), _)
             if number.wrapping_sub(moving.what.first) < moving.what.count)
@@ -283,18 +283,18 @@ impl<H: Host> Service<H> {
             || self.groups.find(number).is_some()
     }
 
-    /// Blocks that the reader who is followed wants next, behind those he was said to want before. False
-    /// while there is no room for another stretch.
+    /// Adds blocks that the followed reader wants next, behind those added before. Returns false while there
+    /// is no room for another stretch.
     pub fn follow(&mut self, run: Run) -> bool {
         self.ahead.follow(run)
     }
 
-    /// Whether [`follow`](Self::follow) has room.
+    /// Returns whether [`follow`](Self::follow) has room.
     pub const fn follows_more(&self) -> bool {
         self.ahead.takes_run()
     }
 
-    /// Nobody is followed any more, or somebody else.
+    /// Stops following, or makes way for another reader.
     pub const fn unfollow(&mut self) {
         self.ahead.forget();
     }
@@ -322,7 +322,7 @@ impl<H: Host> Service<H> {
         Ok(true)
     }
 
-    /// Blocks that can be queued.
+    /// Returns the number of blocks that can be queued.
     pub const fn room(&self) -> usize {
         self.queue.room()
     }
@@ -342,7 +342,7 @@ impl<H: Host> Service<H> {
             return false;
         }
         let is_writing = self.is_writing();
-        // Once he has it, his own writes are not to wait.
+        // The user's own writes must not wait once the card is ready.
         self.asked_until_us = if is_writing { self.now_us + ASKED_US } else { 0 };
         !is_writing
     }
@@ -351,7 +351,7 @@ impl<H: Host> Service<H> {
         matches!(&self.active, Active::Move(moving, ..) if moving.what.direction == Direction::ToCard)
     }
 
-    /// Whether everything that was written is on the card.
+    /// Returns whether all writes are on the card.
     ///
     /// # Errors
     /// Why something is not.
@@ -369,8 +369,8 @@ impl<H: Host> Service<H> {
 
     // --- a user of its own ---
 
-    /// Gives the card to one user alone, until it is [taken back](Self::take_back). False while something
-    /// waits to be written, or blocks are under way to where the user will have his own.
+    /// Gives the card to one user alone, until it is [taken back](Self::take_back). Returns false while
+    /// blocks wait to be written, or are under way to the memory lent.
     ///
     /// # Errors
     /// Without a card, or when something could not be written.
@@ -386,8 +386,8 @@ impl<H: Host> Service<H> {
         Ok(true)
     }
 
-    /// The user has done: the card is everybody's again. Not while a transfer of his is under way
-    /// ([`is_lent_busy`](Self::is_lent_busy)): its blocks would come over what others keep there.
+    /// Takes the card back from its single user. Not while a transfer of that user is under way
+    /// ([`is_lent_busy`](Self::is_lent_busy)): its blocks would overwrite those of others.
     pub fn take_back(&mut self) {
         self.is_lent = false;
         self.lent = None;
@@ -395,13 +395,13 @@ impl<H: Host> Service<H> {
         self.forget_all();
     }
 
-    /// Whether somebody has it for himself.
+    /// Returns whether the card is lent to one user.
     pub const fn is_lent(&self) -> bool {
         self.is_lent
     }
 
     /// Begins to move blocks between the card and memory at this address, which the host's DMA must reach and
-    /// which stays the transfer's until it has ended.
+    /// which belongs to the transfer until it has ended.
     ///
     /// # Errors
     /// When another one is under way, the card is not lent or not there, or has no such blocks.
@@ -421,17 +421,17 @@ impl<H: Host> Service<H> {
         Ok(())
     }
 
-    /// Whether a transfer of his is under way.
+    /// Returns whether a transfer of the single user is under way.
     pub const fn is_lent_busy(&self) -> bool {
         matches!(self.lent_is, Lent::Busy)
     }
 
-    /// Whether one of his has ended, which he has not been told.
+    /// Returns whether such a transfer has ended and not been reported.
     pub const fn has_lent_news(&self) -> bool {
         matches!(self.lent_is, Lent::Done | Lent::Failed(_))
     }
 
-    /// Returns the progress of the transfer. Its end is told once.
+    /// Returns the progress of the transfer. The end is told once.
     pub fn lent(&mut self) -> Lent {
         let is = self.lent_is;
         if is != Lent::Busy {

@@ -1,4 +1,4 @@
-//! A service over a card that is only what these tests need; the real model is tried in `sim`.
+//! Tests of the service with a minimal card; a full model is tested in `sim`.
 
 mod card;
 mod order;

@@ -7,11 +7,11 @@ use units::{Celsius, Ohms};
 /// A sensor known by name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuiltIn {
-    /// The name configurations use. A name may stand twice: once as Steinhart-Hart, later as beta.
+    /// Name in configurations. A name may stand twice: once as Steinhart-Hart, later as beta.
     pub name: &'static str,
-    /// The number M305 P uses: from 1 for Steinhart-Hart, from 129 for beta.
+    /// Number for M305 P: from 1 for Steinhart-Hart, from 129 for beta.
     pub index: u8,
-    /// The maker's part, where known.
+    /// Part number of the maker, if known.
     pub part: &'static str,
     /// Equation of resistance over temperature.
     pub law: Law,
@@ -31,19 +31,20 @@ pub enum Law {
 }
 
 impl BuiltIn {
-    /// The sensor of this name; the Steinhart-Hart entry, which comes first, unless only beta is wanted.
+    /// Finds the sensor of this name; the Steinhart-Hart entry, which comes first, unless only beta is
+    /// wanted.
     #[must_use]
     pub fn named(name: &str, only_beta: bool) -> Option<&'static Self> {
         BUILT_IN.iter().find(|entry| entry.name == name && (entry.is_beta() || !only_beta))
     }
 
-    /// Whether the sensor is given by its beta.
+    /// Returns whether the sensor is given by its beta.
     #[must_use]
     pub const fn is_beta(&self) -> bool {
         matches!(self.law, Law::Beta(_))
     }
 
-    /// The sensor's beta, kelvin; `None` where coefficients of Steinhart and Hart describe it.
+    /// Returns the sensor's beta, kelvin; `None` if it has Steinhart-Hart coefficients.
     #[must_use]
     pub const fn beta(&self) -> Option<f64> {
         match self.law {
@@ -62,7 +63,7 @@ impl BuiltIn {
         }
     }
 
-    /// The sensor in the divider it is meant for.
+    /// Returns the sensor in the divider it is meant for.
     #[must_use]
     pub fn thermistor(&self) -> Thermistor {
         Thermistor::new(self.curve(), self.divider, self.r0)

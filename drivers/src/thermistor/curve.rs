@@ -1,5 +1,5 @@
-//! Resistance over temperature by the equation of J. S. Steinhart and S. R. Hart, "Calibration curves for
-//! thermistors", Deep-Sea Research 15 (1968): 1/T = c1 + c2 ln R + c3 (ln R)^3, T in kelvin.
+//! Thermistor curve by the equation of J. S. Steinhart and S. R. Hart, "Calibration curves for thermistors",
+//! Deep-Sea Research 15 (1968): 1/T = c1 + c2 ln R + c3 (ln R)^3, R in ohms, T in kelvin.
 
 use units::{Celsius, Ohms};
 
@@ -34,7 +34,7 @@ impl CurveError {
 }
 
 impl Curve {
-    /// From the three coefficients.
+    /// Creates a curve from the three coefficients.
     ///
     /// # Errors
     /// Coefficients under which resistance would not fall with temperature: c2 must be above 0, c3 not below.
@@ -48,7 +48,7 @@ impl Curve {
         Ok(Self { c1, c2, c3 })
     }
 
-    /// From nominal resistance, the temperature it holds at, and beta in kelvin: 1/T = 1/T0 + ln(R/R0) /
+    /// Creates a curve from nominal resistance, its temperature, and beta in kelvin: 1/T = 1/T0 + ln(R/R0) /
     /// beta.
     ///
     /// # Errors
@@ -61,8 +61,9 @@ impl Curve {
         Ok(Self { c1: 1.0 / kelvin - libm::log(ohms) / beta_kelvin, c2: 1.0 / beta_kelvin, c3: 0.0 })
     }
 
-    /// Through three points, by the usual solution of the three linear equations with divided differences.
-    /// Points that bend the wrong way (c3 below 0) are rounding of a beta curve: beta of the outer two then.
+    /// Creates a curve through three points, by the usual solution of the three linear equations with divided
+    /// differences. Points that bend the wrong way (c3 below 0) are rounding of a beta curve: beta of the
+    /// outer two then.
     ///
     /// # Errors
     /// Points that do not fall.
@@ -94,13 +95,13 @@ impl Curve {
         Self { c1, c2, c3 }
     }
 
-    /// c1, c2 and c3.
+    /// Returns c1, c2 and c3.
     #[must_use]
     pub const fn coefficients(&self) -> [f64; 3] {
         [self.c1, self.c2, self.c3]
     }
 
-    /// Temperature at a resistance above 0.
+    /// Returns the temperature at a resistance above 0.
     #[must_use]
     pub fn celsius(&self, thermistor: Ohms) -> Celsius {
         let ln = libm::log(f64::from(thermistor.0));
@@ -108,8 +109,8 @@ impl Curve {
         Celsius((1.0 / inverse_kelvin - ZERO_CELSIUS_K) as f32)
     }
 
-    /// Resistance at a temperature above absolute zero. With x = ln R this is the real root of
-    /// c3 x^3 + c2 x + (c1 - 1/T) = 0 (Cardano; one real root, since c2 > 0 and c3 > 0).
+    /// Returns the resistance at a temperature above absolute zero. With x = ln R this is the real root of c3
+    /// x^3 + c2 x + (c1 - 1/T) = 0 (Cardano; one real root, since c2 > 0 and c3 > 0).
     #[must_use]
     pub fn ohms(&self, celsius: Celsius) -> Ohms {
         let missing = self.c1 - 1.0 / (f64::from(celsius.0) + ZERO_CELSIUS_K);

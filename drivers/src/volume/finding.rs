@@ -4,18 +4,18 @@ use super::Volume;
 use crate::exfat;
 use crate::fat::{self, Blocks, Error, LARGER_THAN_PARTITION, half, word};
 
-/// The partition table of old (MBR): four entries of 16 bytes.
+/// Offset of the MBR's partition table: four entries of 16 bytes.
 const TABLE: usize = 446;
 const ENTRIES: usize = 4;
 const ENTRY_BYTES: usize = 16;
-/// A GUID partition table (UEFI specification 2.10, section 5.3) is behind this one.
+/// Partition type of the entry that announces a GUID partition table (UEFI specification 2.10, section 5.3).
 const GPT: u8 = 0xEE;
 /// Signature "EFI PART" of a GPT header.
 const GPT_SIGNATURE: &[u8; 8] = b"EFI PART";
-/// EBD0A0A2-B9E5-4433-87C0-68B6B72699C7: basic data, which is FAT, exFAT or NTFS.
+/// Type EBD0A0A2-B9E5-4433-87C0-68B6B72699C7: basic data, that is FAT, exFAT or NTFS.
 pub(super) const BASIC_DATA: [u8; 16] =
     [0xA2, 0xA0, 0xD0, 0xEB, 0xE5, 0xB9, 0x33, 0x44, 0x87, 0xC0, 0x68, 0xB6, 0xB7, 0x26, 0x99, 0xC7];
-/// Entries of a GPT that are looked at.
+/// Most entries of a GPT that are read.
 const MOST_ENTRIES: u32 = 128;
 
 /// Reason why no volume can be used.
@@ -25,20 +25,20 @@ pub enum NoVolume<E> {
     Device(E),
     /// A volume is there, but contradicts itself.
     Damaged,
-    /// There is none that anybody knows.
+    /// No volume of a known kind is there.
     Unknown,
     /// FAT12, as cards of a few megabytes have it.
     Fat12,
     /// NTFS, which is not supported.
     Ntfs,
-    /// exFAT in a form that is not read.
+    /// exFAT in a form that cannot be read here.
     OddExfat,
     /// The volume goes beyond the device, or its partition.
     LargerThanDevice,
 }
 
-/// The first volume that can be used, on a device of so many blocks. Nothing is written: what a power cut has
-/// left half done on a FAT volume is for [`fat::Volume::settle`].
+/// Finds the first usable volume on a device of so many blocks. Nothing is written: [`fat::Volume::settle`]
+/// completes the operations that a power cut has left half done on a FAT volume.
 ///
 /// # Errors
 /// Why there is none.
@@ -68,7 +68,7 @@ pub fn find<B: Blocks>(device: &mut B, blocks: u32) -> Result<Volume, NoVolume<B
     Err(search.why)
 }
 
-/// A jump and a signature, where a partition table has code or nothing.
+/// Returns whether the block has a jump and a signature, where a partition table has code or nothing.
 fn is_boot_sector(block: &[u8]) -> bool {
     let jumps = matches!(block, [0xEB, _, 0x90, ..] | [0xE9, ..]);
     jumps && half(block, 510) == 0xAA55
@@ -82,10 +82,10 @@ struct Search<'a, B: Blocks> {
 }
 
 impl<B: Blocks> Search<'_, B> {
-    /// The volume that begins at this block; `None` when there is none that can be used.
+    /// Opens the volume that begins at this block; `None` if there is none that can be used.
     fn try_open(&mut self, first: u32, blocks: u32) -> Result<Option<Volume>, NoVolume<B::Error>> {
         if first >= self.blocks {
-            // A table that names blocks which the card does not have.
+            // The table names blocks which the card does not have.
             return Ok(None);
         }
         let mut boot = [0; 512];
@@ -114,7 +114,7 @@ impl<B: Blocks> Search<'_, B> {
         if !block.starts_with(GPT_SIGNATURE) {
             return Ok(None);
         }
-        // Behind the first 2 TB there is no card.
+        // No partition begins behind the first 2 TB, as no card is larger.
         let (table, count, bytes) = (word(&block, 72), word(&block, 80).min(MOST_ENTRIES), word(&block, 84));
         if !(bytes.is_power_of_two() && (128..=512).contains(&bytes)) {
             return Ok(None);
@@ -137,7 +137,7 @@ impl<B: Blocks> Search<'_, B> {
     }
 }
 
-/// An error that is none of the kind of volume.
+/// Converts errors that do not depend on the kind of volume.
 fn other<E>(error: Error<E>) -> NoVolume<E> {
     match error {
         Error::Device(error) => NoVolume::Device(error),

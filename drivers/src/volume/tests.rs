@@ -10,7 +10,7 @@ const BLOCK: usize = 512;
 /// First block of the partitions of these cards.
 const FIRST: u32 = 64;
 
-/// A card that nobody may write to.
+/// Card that allows no writes.
 #[derive(Clone)]
 struct Card(Vec<u8>);
 
@@ -29,7 +29,7 @@ impl Blocks for Card {
 }
 
 impl Card {
-    /// So many blocks before a FAT16 volume with one file.
+    /// Makes a card with so many blocks before a FAT16 volume with one file.
     fn with_volume_at(first: u32) -> Self {
         let mut image = Cursor::new(vec![0; 4_300 * BLOCK]);
         let options = FormatVolumeOptions::new().fat_type(FatType::Fat16).bytes_per_cluster(512);

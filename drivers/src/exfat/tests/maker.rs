@@ -10,7 +10,7 @@ const ENTRY: usize = 32;
 /// Blocks of a cluster.
 const PER_CLUSTER: u32 = 2;
 
-/// A volume while it is made.
+/// Volume under construction.
 struct Maker {
     bytes: Vec<u8>,
     next: u32,
@@ -37,7 +37,7 @@ impl Maker {
         self.put(FAT * 512 + cluster * 4, &next.to_le_bytes());
     }
 
-    /// Content in clusters that are `apart` from each other: 1 is side by side.
+    /// Stores content in clusters that are `apart` from each other: 1 is side by side.
     fn store(&mut self, content: &[u8], apart: u32) -> u32 {
         let (first, bytes) = (self.next, (PER_CLUSTER * 512) as usize);
         let pieces: Vec<&[u8]> = content.chunks(bytes).collect();
@@ -98,7 +98,8 @@ pub fn content(size: usize) -> Vec<u8> {
     (0..size).map(|at| (at * 7 + at / 512) as u8).collect()
 }
 
-/// Files side by side, scattered, with a part that was never written, in a directory, and with a long name.
+/// Makes files side by side, scattered, with a part that was never written, in a directory, and with a long
+/// name.
 pub fn volume(others: &[(&str, &[u8])]) -> Vec<u8> {
     let mut maker = Maker::new();
     let bitmap = maker.store(&vec![0; CLUSTERS.div_ceil(8) as usize], 1);
@@ -110,7 +111,7 @@ pub fn volume(others: &[(&str, &[u8])]) -> Vec<u8> {
     let scattered = maker.file(&content(9_000), 3);
     let mut together = maker.file(&content(20_000), 1);
     together.is_contiguous = true;
-    // The FAT of a contiguous file says nothing.
+    // The FAT has no chain for a contiguous file.
     (together.first..maker.next).for_each(|cluster| maker.link(cluster, 0));
     let mut sparse = maker.file(&content(3_000), 1);
     sparse.valid = 700;

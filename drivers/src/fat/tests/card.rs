@@ -24,7 +24,7 @@ pub struct Card {
     pub reads: u32,
     pub writes: u32,
     pub writes_left: Option<u32>,
-    /// More reads than this are a hang.
+    /// Limit of reads; more are a hang.
     pub read_limit: u32,
 }
 
@@ -70,7 +70,7 @@ impl Card {
         Self { formatted, written: BTreeMap::new(), reads: 0, writes: 0, writes_left: None, read_limit: u32::MAX }
     }
 
-    /// The same content with power for so many writes.
+    /// Copies the card, with power for so many writes.
     pub fn powered_for(&self, writes: Option<u32>) -> Self {
         Self { reads: 0, writes: 0, writes_left: writes, ..self.clone() }
     }
@@ -108,7 +108,7 @@ impl Card {
         self.written.insert(number, block);
     }
 
-    /// The volume as other tools want it.
+    /// Returns the volume as a file for other tools.
     pub fn as_file(&mut self) -> CardFile<'_> {
         CardFile { card: self, at: 0 }
     }

@@ -1,4 +1,4 @@
-//! Random sequences of changes, each compared with what it should have done.
+//! Random sequences of changes, each compared with its expected result.
 
 use std::io::Read;
 use std::string::{String, ToString};

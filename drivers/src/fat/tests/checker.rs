@@ -20,22 +20,22 @@ pub struct Node {
 /// A volume whose every cluster belongs to one file or to none.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Found {
-    /// By path, with names as they are on the card.
+    /// Files and directories by path, with names as they are on the card.
     pub tree: BTreeMap<String, Node>,
-    /// Clusters taken by nothing.
+    /// Number of clusters taken by nothing.
     pub lost: usize,
-    /// Pieces of long names that belong to nothing.
+    /// Number of pieces of long names that belong to nothing.
     pub orphans: usize,
-    /// Blocks in which the second table differs.
+    /// Number of blocks in which the second table differs.
     pub tables_differ: usize,
-    /// Directories whose `..` leads elsewhere.
+    /// Number of directories whose `..` leads elsewhere.
     pub wrong_parents: usize,
-    /// Slots behind a directory's end that are not zero.
+    /// Number of slots behind a directory's end that are not zero.
     pub behind_end: usize,
 }
 
 impl Found {
-    /// Nothing at all is left over.
+    /// Returns whether nothing at all is left over.
     pub fn is_clean(&self) -> bool {
         [self.lost, self.orphans, self.tables_differ, self.wrong_parents, self.behind_end] == [0; 5]
     }
@@ -100,7 +100,7 @@ impl Reader<'_> {
         if self.fat32 { self.chain(first, "the root") } else { Ok((first..first + blocks).collect()) }
     }
 
-    /// The blocks of a chain, which becomes its owner's.
+    /// Returns the blocks of a chain, which becomes its owner's.
     fn chain(&mut self, first: u32, owner: &str) -> Result<Vec<u32>, String> {
         let (mut blocks, mut at) = (Vec::new(), first);
         let end = if self.fat32 { 0x0FFF_FFF8 } else { 0xFFF8 };

@@ -1,4 +1,4 @@
-//! The power goes at every single block write of random changes.
+//! Tests that cut the power at every single block write of random changes.
 
 use proptest::prelude::*;
 
@@ -7,7 +7,7 @@ use super::checker::{Found, check};
 use super::operations::{NOW, Operation, Tree, apply, names_and_content, operation, resolve};
 use crate::fat::Error;
 
-/// Of a volume after a cut: everything is in order but for what nobody is harmed by.
+/// Reads a volume after a cut and checks that it has only harmless faults.
 fn read(card: &Card, what: &str) -> Found {
     let found = check(card).unwrap_or_else(|fault| panic!("{what}: {fault}"));
     assert_eq!(found.behind_end, 0, "{what}");
@@ -66,7 +66,7 @@ fn cut_everywhere(card: &Card, operation: &Operation, seen: &mut Seen) {
             again.mount().settle(&mut again).unwrap();
             assert!(same(&read(&again, &what).tree, &tree), "{what}, settled twice");
         }
-        // The card goes on as if nothing had been.
+        // After settling, the card can be used as if no cut had happened.
         let mut volume = settled.mount();
         let entry = volume.create(&mut settled, "a name behind the pieces.txt", NOW).unwrap();
         assert_eq!(read(&settled, &what).tree.len(), tree.len() + 1, "{what}");
@@ -102,7 +102,7 @@ proptest! {
     }
 }
 
-/// Moves between directories of files and directories, with long names over several blocks, back and forth.
+/// Moves files and directories between directories, with long names over several blocks, back and forth.
 #[test]
 fn a_cut_move_is_taken_back_or_completed() {
     let long = |letter: &str| letter.repeat(230);

@@ -1,5 +1,5 @@
-//! Damaged volumes: whatever is on them, every call ends, with an error if need be, and touches nothing
-//! outside the volume.
+//! Tests with damaged volumes: after any damage, every call ends, with an error if need be, and touches
+//! nothing outside the volume.
 
 use std::string::String;
 use std::vec::Vec;
@@ -11,7 +11,7 @@ use super::checker::check;
 use super::operations::{NOW, Operation, apply, operation};
 use crate::fat::{BLOCK_BYTES, Entry, Error, Name, Volume};
 
-/// A volume with files, directories and long names, and the blocks of it that say where they are.
+/// Returns a volume with files, directories and long names, and its blocks with structure.
 fn populated(format: Format) -> (Card, Vec<u32>) {
     let mut card = Card::new(format);
     let mut volume = card.mount();
@@ -88,7 +88,7 @@ fn run(format: Format, damage: &[Damage], operations: &[Operation]) {
     let _may_fail = volume.settle(&mut card);
     visit(&mut volume, &mut card, "", 0);
     for operation in operations {
-        // The other tool is not made for this.
+        // Filling uses the other tool, which is not made for damaged volumes.
         if !matches!(operation, Operation::Fill(..)) {
             let _may_fail = apply(&mut card, &mut volume, operation);
         }
@@ -118,7 +118,7 @@ proptest! {
     }
 }
 
-/// Sets what follows a cluster.
+/// Sets the link of a cluster.
 fn link(card: &mut Card, cluster: u32, next: u16) {
     let mut block = card.block(u32::from(card.block(0)[14]));
     block[cluster as usize * 2..][..2].copy_from_slice(&next.to_le_bytes());

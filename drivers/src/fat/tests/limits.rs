@@ -76,7 +76,7 @@ fn directories_grow_and_keep_everything() {
     }
 }
 
-/// Far more names with one beginning than there are tails.
+/// Creates far more names with one beginning than there are tails.
 #[test]
 fn short_names_stay_different() {
     let mut card = Card::new(Format::FAT32);
@@ -125,7 +125,7 @@ fn a_file_is_trimmed_to_its_size() {
     for (size, left) in [(2_000_u32, 900_u32), (2_000, 1_024), (2_000, 0), (512, 512), (0, 0)] {
         let entry = volume.create(&mut card, "file", NOW).unwrap();
         fill(&mut card, "file", size as usize);
-        // As if the end of the file had never been noted.
+        // The state if the end of the file had never been noted.
         let place = entry.place();
         let mut block = card.block(place.block - FIRST_BLOCK);
         block[place.offset_bytes() as usize + 28..][..4].copy_from_slice(&left.to_le_bytes());

@@ -1,4 +1,4 @@
-//! Names: which are the same, which are allowed, how they stand in slots and what short names they get.
+//! Tests of names: equality, allowed characters, slots and short names.
 
 use std::string::String;
 use std::vec::Vec;

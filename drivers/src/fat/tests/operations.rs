@@ -1,4 +1,4 @@
-//! Changes to a volume, and what each should do to its tree.
+//! Changes to a volume, and the expected effect of each on its tree.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -21,7 +21,7 @@ pub const NOW: Stamp = Stamp { date: 41 << 9 | 5 << 5 | 18, time: 18 << 11 | 20 
 #[derive(Clone, Debug)]
 pub enum Operation {
     Create(String),
-    /// Gives a file new content, by nothing of ours.
+    /// Gives a file new content, by the other tool.
     Fill(String, usize),
     Empty(String),
     Remove(String),
@@ -29,7 +29,7 @@ pub enum Operation {
     Rename(String, String),
 }
 
-/// Names that differ late, in case, in blanks, or in nothing; that fill slots exactly; that short names
+/// Makes names that differ late, in case, in blanks, or in nothing; that fill slots exactly; that short names
 /// cannot have.
 fn name() -> impl Strategy<Value = String> {
     let named = [
@@ -130,7 +130,7 @@ pub fn apply(card: &mut Card, volume: &mut Volume, operation: &Operation) -> Res
     }
 }
 
-/// Content that says whose it is.
+/// Returns content that identifies its file.
 pub fn content(seed: u8, size: usize) -> Vec<u8> {
     (0..size).map(|at| seed.wrapping_mul(31).wrapping_add((at * 7 + at / 512) as u8)).collect()
 }
@@ -156,7 +156,7 @@ fn join(directory: &str, name: &str) -> String {
     if directory.is_empty() { name.to_string() } else { format!("{directory}/{name}") }
 }
 
-/// The node of a path as the tree has it.
+/// Finds the path of a node in the tree.
 pub fn resolve(tree: &Tree, path: &str) -> Result<String, Error<Off>> {
     let mut found = String::new();
     for part in path.split('/').filter(|part| !part.is_empty()) {
@@ -185,7 +185,7 @@ fn new_path(tree: &Tree, path: &str, moved: Option<&str>) -> Result<String, Erro
         return Err(Error::BadName);
     }
     let moved_directory = moved.filter(|moved| tree[*moved].content.is_none());
-    // Part by part: what comes first on the way decides.
+    // The path is checked part by part, as the first error on the way decides.
     for (end, _) in format!("{directory}/").match_indices('/') {
         if Some(&*directory_of(tree, &directory[..end])?) == moved_directory {
             return Err(Error::IntoItself);
@@ -203,7 +203,7 @@ fn new_path(tree: &Tree, path: &str, moved: Option<&str>) -> Result<String, Erro
     }
 }
 
-/// The tree after an operation, but for short names, which are only the code's own business.
+/// Returns the tree after an operation, but for short names, which only the code itself chooses.
 pub fn expected(tree: &Tree, operation: &Operation) -> Result<Tree, Error<Off>> {
     let mut after = tree.clone();
     let find = |path: &str| if parts(path).1.is_empty() { Err(Error::BadName) } else { resolve(tree, path) };
@@ -246,7 +246,7 @@ fn moved(path: &str, from: &str, to: &str) -> String {
     }
 }
 
-/// A tree without its short names.
+/// Returns a tree without its short names.
 pub fn names_and_content(tree: &Tree) -> BTreeMap<&str, (&Option<Vec<u8>>, u8)> {
     tree.iter().map(|(path, node)| (path.as_str(), (&node.content, node.attributes))).collect()
 }

@@ -9,23 +9,24 @@ use crate::sd::moving::{Move, Moved, Moving};
 use crate::sd::registers::CardInfo;
 use crate::sd::{BLOCK_BYTES, SCRATCH_SLOT};
 
-/// The fastest bus that is tried, and the slowest one that is fallen back to, Hz.
+/// Fastest bus clock that is tried, and slowest one after errors, Hz.
 const FASTEST_HZ: u32 = 50_000_000;
 const SLOWEST_HZ: u32 = 12_500_000;
-/// So many damaged transfers since the bus was set make it slower, and so does the second one in a row.
+/// Damaged transfers since the bus was set after which it is made slower; the second one in a row does so
+/// too.
 const MOST_DAMAGED: u32 = 16;
-/// Blocks read ahead with one command, and written with one command while nobody is followed.
+/// Most blocks per command of reading ahead, and of writing while no reader is followed.
 const CHUNK: usize = 16;
-/// Reading ahead has so many commands before a write that waits has one.
+/// Commands of reading ahead before a waiting write gets one.
 const TURNS: u8 = 8;
-/// A card that nobody uses is asked so often whether it is there; an empty slot, whether there is one.
+/// Period of the check whether an unused card is still there, or an empty slot has one.
 const LOOK_PERIOD_US: u64 = 1_000_000;
 const SLOT_PERIOD_US: u64 = 2_000_000;
-/// A card that does not answer so many questions in a row has gone.
+/// Number of unanswered checks in a row after which the card counts as gone.
 const LOOKS: u8 = 3;
 
 impl<H: Host> Service<H> {
-    /// Goes on as far as it can without waiting. From the controller's interrupt, and whenever time passes.
+    /// Advances as far as possible without waiting. Called by the controller's interrupt, and as time passes.
     pub fn advance(&mut self, now_us: u64) {
         self.now_us = now_us;
         loop {
@@ -75,7 +76,7 @@ impl<H: Host> Service<H> {
         self.looked_us = self.now_us;
     }
 
-    /// Begins what comes next; false when there is nothing.
+    /// Begins the next work; returns false when there is none.
     fn start(&mut self) -> bool {
         if core::mem::take(&mut self.begins_anew) {
             self.active = Active::Identify(Identify::new(FASTEST_HZ));
@@ -121,7 +122,7 @@ impl<H: Host> Service<H> {
         let has_write = is_free && !self.queue.is_empty();
         if let Some((run, slot)) = self.ahead.next(CHUNK)
             && !(has_write && self.turns >= TURNS)
-            // Not block by block behind a slow reader.
+            // Blocks are gathered, not read one by one behind a slow reader.
             && (self.ahead.room() >= CHUNK / 2 || !self.ahead.has_longer(run))
         {
             self.turns = self.turns.saturating_add(1);
@@ -184,7 +185,7 @@ impl<H: Host> Service<H> {
     }
 
     /// Blocks that have come are as they were on the card: what waits to be written over them counts.
-    // Not part of whoever calls it: its block is on the stack only while it is at work. The same below.
+    // Kept out of its caller, so that its block is on the stack only while it runs. The same below.
     #[inline(never)]
     fn overlay(&mut self, what: Move) {
         let Place::Slot(slot) = what.place else { return };
@@ -199,7 +200,7 @@ impl<H: Host> Service<H> {
     #[inline(never)]
     fn compare(&mut self, slot: usize) {
         self.last_written = None;
-        // A queue that has filled up meanwhile has something else there.
+        // A queue that has filled up meanwhile has another block in that slot.
         if self.queue.room() == 0 {
             return;
         }
@@ -240,7 +241,7 @@ impl<H: Host> Service<H> {
         self.rest();
     }
 
-    /// As if the power had gone: nothing behind it is written.
+    /// Fails all waiting writes, as after a power cut: nothing behind the failed one is written.
     fn fail_writes(&mut self, error: SdError) {
         self.queue.clear();
         self.last_written = None;

@@ -9,7 +9,7 @@ use crate::sd::{
 
 pub const BLOCKS: u32 = 2048;
 const ADDRESS: u32 = 0x1234_0000;
-/// From here on `Place::Address` has its memory.
+/// First address of the memory for `Place::Address`.
 pub const OUTSIDE: u32 = 0x2000_0000;
 
 /// Behaviour of the host in the next transfers, in turn.
@@ -24,7 +24,7 @@ pub enum Turn {
 pub struct Fake {
     pub now_us: u64,
     pub content: BTreeMap<u32, u8>,
-    /// Every block that was written, in order: its number, and what it was filled with.
+    /// Every block written, in order: its number, and the byte that fills it.
     pub written: Vec<(u32, u8)>,
     pub slots: Vec<Block>,
     pub outside: Vec<u8>,
@@ -32,9 +32,9 @@ pub struct Fake {
     pub write_us: u64,
     pub turns: VecDeque<Turn>,
     pub is_there: bool,
-    /// Blocks that its own error correction has given up.
+    /// Numbers of the blocks with uncorrectable errors.
     pub unreadable: Vec<u32>,
-    /// Writes beyond are taken and lost.
+    /// Number of the first block whose writes are accepted and lost.
     pub keeps_below: u32,
     pub bus_hz: u32,
     pub damages_above_hz: u32,
@@ -211,7 +211,7 @@ pub fn identified() -> Bench {
     service
 }
 
-/// Reads a block, however long it takes: what it is filled with.
+/// Reads a block, however long it takes; returns the byte that fills it.
 #[track_caller]
 pub fn read(service: &mut Bench, number: u32) -> Result<u8, SdError> {
     let mut block = [0; BLOCK_BYTES];
@@ -227,7 +227,7 @@ pub fn read(service: &mut Bench, number: u32) -> Result<u8, SdError> {
     panic!("block {number} never comes");
 }
 
-/// Writes a block, waiting for room: how long that took, us.
+/// Writes a block, waiting for room; returns the time taken, us.
 #[track_caller]
 pub fn write(service: &mut Bench, number: u32, fill: u8) -> Result<u64, SdError> {
     let since_us = service.host().now_us;

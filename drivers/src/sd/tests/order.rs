@@ -73,7 +73,7 @@ proptest! {
         service.host().turns.extend([Turn::Silent; 4]);
         let mut error = None;
         for number in 0..count {
-            // Not side by side, so that each has a command of its own.
+            // The blocks are not adjacent, so that each has a command of its own.
             match write(&mut service, number as u32 * 3, number as u8) {
                 Ok(_) => {}
                 Err(refused) => {

@@ -53,7 +53,7 @@ fn who_asks_for_a_quiet_card_gets_it_behind_one_write() {
     }
     assert!(service.host().now_us - since_us < 260_000);
     assert_eq!(service.host().written.len(), 1);
-    // With it, a read takes no longer than on a card that does nothing else.
+    // Even with reading ahead, a read takes no longer than on an idle card.
     let since_us = service.host().now_us;
     read(&mut service, 700).unwrap();
     assert!(service.host().now_us - since_us < 1_000);
@@ -80,7 +80,7 @@ fn one_block_that_cannot_be_read_is_told_and_its_neighbours_are_read() {
     assert_eq!(read(&mut service, 11), Ok(11 ^ 0x5A));
     assert_eq!(read(&mut service, 13), Err(SdError::Unreadable));
     assert_eq!(read(&mut service, 14), Ok(14 ^ 0x5A));
-    // The same for a reader that is followed.
+    // The same holds for a reader that is followed.
     service.follow(stretch(8, 8));
     assert_eq!(read(&mut service, 12), Ok(12 ^ 0x5A));
     assert_eq!(read(&mut service, 13), Err(SdError::Unreadable));
@@ -127,7 +127,7 @@ fn an_empty_slot_is_told_within_milliseconds() {
     assert_eq!(service.state(), State::Absent(SdError::NoCard));
 }
 
-/// Every place has a block before the one that is wanted, which so never comes by itself.
+/// Every place has a block before the wanted one, which so never comes by itself.
 #[test]
 fn a_followed_reader_that_leaps_gets_its_block() {
     let mut service = identified();
@@ -137,7 +137,7 @@ fn a_followed_reader_that_leaps_gets_its_block() {
     assert!(service.is_at_hand(0), "and loses nothing for it");
 }
 
-/// As M21 does while a file is played.
+/// Reads directories while a file is played, as M21 does.
 #[test]
 fn after_another_identification_blocks_are_read_ahead_again() {
     for us in 0..300 {

@@ -1,4 +1,4 @@
-//! A user that has the card for himself.
+//! Tests of a user that has the card lent.
 
 use super::card::{OUTSIDE, flush, identified, read, run, stretch, write};
 use crate::sd::{Direction, Lent, SdError};
