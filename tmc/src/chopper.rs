@@ -32,7 +32,7 @@ pub enum BlankTime {
 }
 
 impl BlankTime {
-    /// From a number of chip clocks; only the four the chip has.
+    /// Converts from a number of chip clocks; only the four values of the chip.
     #[must_use]
     pub const fn from_clocks(clocks: u8) -> Option<Self> {
         Some(match clocks {
@@ -113,7 +113,7 @@ impl Chopper {
         random_off_time: false,
     };
 
-    /// The register value, off time included (TMC2590 datasheet section 7.6).
+    /// Returns the register value, off time included (TMC2590 datasheet section 7.6).
     pub(crate) fn register(self) -> Result<ChopConf, SettingError> {
         match self {
             Self::SpreadCycle {
@@ -163,7 +163,7 @@ fn common(off_time: u8, blank_time: BlankTime, random_off_time: bool) -> Result<
         .with_rndtf(u32::from(random_off_time)))
 }
 
-/// The chip stores -3 to 12 as 0 to 15.
+/// Adds 3, as the chip stores -3 to 12 as 0 to 15.
 fn offset_by_3(setting: &'static str, value: i8) -> Result<u32, SettingError> {
     in_range(setting, "-3 to 12", (-3..=12).contains(&value))?;
     Ok((i32::from(value) + 3).unsigned_abs())

@@ -6,7 +6,8 @@ use units::{Amps, Ohms, Volts};
 
 /// Steps of the current scale.
 const SCALE_STEPS: f32 = 32.0;
-/// Below half scale the sense voltage is small against the comparator's offset; the lower range is finer.
+/// Least current scale for the high range: below half scale the sense voltage is small against the
+/// comparator's offset, and the lower range is finer.
 const LOWEST_GOOD_CS: u8 = 16;
 const HIGHEST_CS: u8 = 31;
 
@@ -15,20 +16,20 @@ const HIGHEST_CS: u8 = 31;
 pub enum CurrentFit {
     /// Current scale in the chip's good range.
     Good,
-    /// So small for this sense resistor that microsteps lose accuracy; a larger resistor would help.
+    /// Current so small for this sense resistor that microsteps lose accuracy; a larger resistor would help.
     Coarse,
-    /// More than the chip can regulate with this sense resistor; set to the most it can.
+    /// Current above the limit of the chip with this sense resistor; set to that limit.
     Limited,
 }
 
-/// A current as the chip's two fields.
+/// Current as the two register fields of the chip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurrentSetting {
     /// `CS`, 0 to 31.
     pub cs: u8,
     /// `VSENSE`: the lower full-scale voltage.
     pub low_range: bool,
-    /// The peak current these two give.
+    /// Peak current that these fields give.
     pub actual: Amps,
     /// Match with the requested current.
     pub fit: CurrentFit,
@@ -44,7 +45,7 @@ impl CurrentSetting {
 }
 
 impl Chip {
-    /// Sense voltage at full scale, in the high and in the low range (`VSENSE` 0 and 1).
+    /// Returns the sense voltage at full scale, in the high and in the low range (`VSENSE` 0 and 1).
     #[must_use]
     pub const fn full_scale(self, low_range: bool) -> Volts {
         match (self, low_range) {
@@ -55,15 +56,15 @@ impl Chip {
         }
     }
 
-    /// Peak current of a scale and range.
+    /// Returns the peak current of a scale and range.
     #[must_use]
     pub fn current(self, sense_resistor: Ohms, cs: u8, low_range: bool) -> Amps {
         Amps((f32::from(cs) + 1.0) / SCALE_STEPS * self.full_scale(low_range).0 / sense_resistor.0)
     }
 }
 
-/// The nearest setting to a peak current: the high range if it fills at least half of the scale, else the low
-/// range.
+/// Returns the nearest setting to a peak current: the high range if it fills at least half of the scale, else
+/// the low range.
 #[must_use]
 pub fn current_setting(chip: Chip, sense_resistor: Ohms, peak: Amps) -> CurrentSetting {
     let exact = |low_range| SCALE_STEPS * sense_resistor.0 * peak.0 / chip.full_scale(low_range).0 - 1.0;
@@ -77,7 +78,7 @@ pub fn current_setting(chip: Chip, sense_resistor: Ohms, peak: Amps) -> CurrentS
 }
 
 fn nearest(exact: f32) -> u8 {
-    // A float to integer cast saturates, and takes a number that is none as 0.
+    // A float to integer cast saturates, and turns NaN into 0.
     ((exact + 0.5) as u8).min(HIGHEST_CS)
 }
 

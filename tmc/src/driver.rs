@@ -1,6 +1,6 @@
-//! One TMC2590 or TMC2660, set in amperes, microsteps and chopper settings. The chip's registers cannot be
-//! read, so the driver keeps a copy, writes what changes, and can write all of it again after a loss of the
-//! motor supply.
+//! Driver of a TMC2590 or TMC2660, set in amperes, microsteps and chopper settings. The chip's registers
+//! cannot be read, so the driver keeps a copy, writes what changes, and can write all of it again after a
+//! loss of the motor supply.
 
 use crate::Chip;
 use crate::chopper::{Chopper, CoolStep, SettingError, in_range};
@@ -93,18 +93,18 @@ impl Microsteps {
 pub struct StepInput {
     /// Microsteps per full step.
     pub microsteps: Microsteps,
-    /// Every edge is a step, not only the rising one: half the edges for the same speed.
+    /// Whether every edge is a step, not only the rising one: half the edges for the same speed.
     pub double_edge: bool,
-    /// The chip divides each step into 16 by time, for smoothness.
+    /// Whether the chip divides each step into 16 by time, for smoothness.
     pub interpolation: bool,
 }
 
 /// Settings of the load measurement (stallGuard2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StallGuard {
-    /// Lower is more sensitive. -64 to 63.
+    /// Threshold of the stall, -64 to 63; lower is more sensitive.
     pub threshold: i8,
-    /// Average over four full steps.
+    /// Whether to average over four full steps.
     pub filter: bool,
 }
 
@@ -122,7 +122,7 @@ pub struct Driver<SPI> {
     /// `SMARTEN` to use when coolStep is switched on.
     cool_step: SmartEn,
     enabled: bool,
-    /// The current to run with, and the one to stand with if they differ.
+    /// Current in motion, and current at standstill if that differs.
     run: CurrentSetting,
     standstill: Option<CurrentSetting>,
     standing: bool,
@@ -143,8 +143,8 @@ pub struct Driver<SPI> {
 const PADDING: u32 = 0b0101;
 
 impl<SPI: SpiDevice> Driver<SPI> {
-    /// A driver with a Smoothieboard v2's settings, disabled, at the lowest current; and, where the chip has
-    /// it, with the low side's short detector on, which is off in a Smoothieboard v2. Sends nothing.
+    /// Creates a driver with a Smoothieboard v2's settings, disabled, at the lowest current; and, if the chip
+    /// has it, with the low side's short detector on, which is off in a Smoothieboard v2. Sends nothing.
     ///
     /// TMC2590 data sheet, section 12.1: "enable detection for normal use". The detector trips between 1.3 V
     /// and 1.8 V across the low-side MOSFET and the sense resistor. At the most that the chip can regulate,
@@ -184,8 +184,8 @@ impl<SPI: SpiDevice> Driver<SPI> {
         Ok(driver)
     }
 
-    /// Writes every register, then checks that a chip of this kind answers. Also what brings the chip back
-    /// after the motor supply was gone. Takes six transfers.
+    /// Writes every register, then checks that a chip of this kind answers. Restores the chip also after the
+    /// motor supply was gone. Takes six transfers.
     ///
     /// # Errors
     /// Bus errors, [`Error::Absent`], [`Error::WrongAnswer`].
@@ -247,13 +247,13 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.write(self.chopconf())
     }
 
-    /// Whether the bridges were last told to be on.
+    /// Returns whether the bridges were last switched on.
     #[must_use]
     pub const fn is_enabled(&self) -> bool {
         self.enabled
     }
 
-    /// Sets the peak coil current. The answer says what the chip makes of it; see [`crate::CurrentFit`].
+    /// Sets the peak coil current. Returns the current that the chip makes of it; see [`crate::CurrentFit`].
     ///
     /// # Errors
     /// As [`Self::status`].
@@ -264,7 +264,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
         Ok(setting)
     }
 
-    /// The peak current the motor runs with.
+    /// Returns the peak current of the motor in motion.
     #[must_use]
     pub const fn current(&self) -> Amps {
         self.run.actual
@@ -289,7 +289,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
         if changes { self.write_current() } else { Ok(()) }
     }
 
-    /// Sets how STEP is read.
+    /// Sets the interpretation of STEP.
     ///
     /// # Errors
     /// As [`Self::status`].
@@ -322,7 +322,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.write(self.registers.sgcsconf.word()).map(drop)
     }
 
-    /// Sets load-dependent current; none turns it off.
+    /// Sets load-dependent current (coolStep); `None` turns it off.
     ///
     /// # Errors
     /// [`Error::Setting`] for what the chip cannot do, else as [`Self::status`].
@@ -337,7 +337,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.write(self.registers.smarten.word()).map(drop)
     }
 
-    /// Sets how coolStep is to work, and leaves it on or off as it is.
+    /// Sets the parameters of coolStep, and leaves it on or off as it is.
     ///
     /// # Errors
     /// When a value is none that the chip has ([`Error`]), or the chip does not answer.
@@ -349,7 +349,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
         Ok(())
     }
 
-    /// Switches coolStep on, as it was set last.
+    /// Switches coolStep on, with its last parameters.
     ///
     /// # Errors
     /// [`Error::Setting`] when it was never set, else as [`Self::status`].
@@ -393,7 +393,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.write(self.registers.drvconf.word()).map(drop)
     }
 
-    /// The copy of the registers. `CHOPCONF.TOFF` is the one used when enabled.
+    /// Returns the copy of the registers. `CHOPCONF.TOFF` is the one used when enabled.
     #[must_use]
     pub const fn registers(&self) -> &Registers {
         &self.registers
@@ -405,7 +405,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.chip
     }
 
-    /// The sense resistor currents are computed with.
+    /// Returns the sense resistor by which currents are computed.
     #[must_use]
     pub const fn sense_resistor(&self) -> Ohms {
         self.sense_resistor
@@ -417,7 +417,7 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.spi
     }
 
-    /// The reading that says most about health.
+    /// Returns the reading that reveals most faults of this chip.
     const fn health_reading(chip: Chip) -> ReadSelect {
         match chip {
             Chip::Tmc2590 => ReadSelect::Diagnostics,
@@ -448,8 +448,8 @@ impl<SPI: SpiDevice> Driver<SPI> {
         Ok(())
     }
 
-    /// Writes one register. A chip that was found reset is told nothing any more until [`Self::start`]: a
-    /// part of its settings would look as if it had them all.
+    /// Writes one register. A chip that was found reset gets no words until [`Self::start`], as it could not
+    /// be told from a chip with all its settings.
     fn write(&mut self, word: u32) -> Result<Status, Error<SPI::Error>> {
         if self.is_reset {
             return Err(Error::Reset);

@@ -69,7 +69,7 @@ pub enum Chip {
 }
 
 impl Chip {
-    /// Sense resistor fitted on the Smoothieboard v2 Prime.
+    /// Returns the sense resistor fitted on the Smoothieboard v2 Prime.
     #[must_use]
     pub const fn default_sense_resistor(self) -> Ohms {
         match self {
@@ -78,7 +78,7 @@ impl Chip {
         }
     }
 
-    /// Highest peak current the board's power stage may be asked for with this sense resistor.
+    /// Returns the highest peak current allowed for the board's power stage with this sense resistor.
     #[must_use]
     pub fn default_max_current(self, sense_resistor: Ohms) -> Amps {
         let milliohms = sense_resistor.0 * 1_000.0;
@@ -105,7 +105,7 @@ impl Chip {
         }
     }
 
-    /// The strongest there is: three bits (`SLP2` above `SLPH` or `SLPL`), or two.
+    /// Returns the greatest strength of the gate drive: three bits (`SLP2` above `SLPH` or `SLPL`), or two.
     #[must_use]
     pub const fn strongest_gate_drive(self) -> u8 {
         match self {

@@ -28,19 +28,19 @@ impl Field {
         (1 << self.width) - 1
     }
 
-    /// The field's bits in the word.
+    /// Returns the mask of the field's bits in the word.
     #[must_use]
     pub const fn mask(self) -> u32 {
         self.max() << self.lsb
     }
 
-    /// The field's value in `word`.
+    /// Returns the field's value in `word`.
     #[must_use]
     pub const fn get(self, word: u32) -> u32 {
         (word & self.mask()) >> self.lsb
     }
 
-    /// `word` with this field holding `value`; a value the field cannot hold becomes its largest.
+    /// Returns `word` with this field holding `value`; a value the field cannot hold becomes its largest.
     #[must_use]
     pub const fn put(self, word: u32, value: u32) -> u32 {
         let value = if value > self.max() { self.max() } else { value };
@@ -48,7 +48,7 @@ impl Field {
     }
 }
 
-/// Whether no two fields, nor a field and the address, share a bit, and all fit the word.
+/// Returns whether no two fields, nor a field and the address, share a bit, and all fit the word.
 const fn disjoint(fields: &[Field]) -> bool {
     let mut taken = ADDRESS.mask();
     let mut index = 0;
@@ -73,7 +73,7 @@ macro_rules! register {
         impl $name {
             /// Register name in the datasheet.
             pub const NAME: &'static str = $datasheet;
-            /// Bits 19 to 17 of the word.
+            /// Address in bits 19 to 17 of the word.
             pub const ADDRESS: u32 = $address;
             /// All fields of the register.
             pub const FIELDS: &'static [Field] =
@@ -81,8 +81,8 @@ macro_rules! register {
             /// The register with every field zero, as after power-up.
             pub const RESET: Self = Self($address << ADDRESS.lsb);
 
-            /// The register a 20-bit word writes, if the word is addressed to it; bits that no field names
-            /// are dropped.
+            /// Returns the register a 20-bit word writes, if the word is addressed to it; bits that no field
+            /// names are dropped.
             #[must_use]
             pub const fn from_word(word: u32) -> Option<Self> {
                 if ADDRESS.get(word) != $address || word & !WORD_MASK != 0 {
@@ -211,7 +211,7 @@ register! {
 }
 
 impl SgCsConf {
-    /// `SGT` as the number it stands for, -64 to 63.
+    /// Returns `SGT` as a signed number, -64 to 63.
     #[must_use]
     pub const fn threshold(self) -> i8 {
         // Sign extension: the sign bit goes to the top and back.
@@ -220,18 +220,18 @@ impl SgCsConf {
 }
 
 impl DrvConf {
-    /// With both slopes at this strength: two bits for each side, and above them, on a TMC2590, the one that
-    /// they share.
+    /// Sets both slopes to this strength: two bits for each side, and above them, on a TMC2590, the common
+    /// bit.
     #[must_use]
     pub const fn with_slopes(self, strength: u8) -> Self {
         let (low_bits, top_bit) = (strength as u32 & 0b11, strength as u32 >> 2 & 1);
         self.with_slph(low_bits).with_slpl(low_bits).with_slp2(top_bit)
     }
 
-    /// Fields a TMC2660 does not have; it wants them 0.
+    /// Mask of the fields that a TMC2660 does not have and needs as 0.
     const TMC2590_ONLY: u32 = 1 << 11 | 0b1111;
 
-    /// Without the fields a TMC2660 does not have.
+    /// Clears the fields that a TMC2660 does not have.
     #[must_use]
     pub const fn for_tmc2660(self) -> Self {
         Self(self.0 & !Self::TMC2590_ONLY)
@@ -259,13 +259,13 @@ impl Registers {
         drvconf: DrvConf::RESET,
     };
 
-    /// The five words in address order.
+    /// Returns the five words in address order.
     #[must_use]
     pub const fn words(&self) -> [u32; 5] {
         [self.drvctrl.word(), self.chopconf.word(), self.smarten.word(), self.sgcsconf.word(), self.drvconf.word()]
     }
 
-    /// Stores `word` in the register it is addressed to. Says whether a register has that address.
+    /// Stores `word` in the register it is addressed to. Returns whether a register has that address.
     #[must_use = "a word no register takes was not stored"]
     pub const fn store(&mut self, word: u32) -> bool {
         if let Some(register) = DrvCtrl::from_word(word) {

@@ -105,8 +105,8 @@ const READING: Field = Field { name: "reading", lsb: 10, width: 10 };
 const FORMAT: Field = Field { name: "format", lsb: 8, width: 2 };
 
 impl Status {
-    /// Takes a 20-bit answer apart, `select` being what the chip was told to show. None if it is not such an
-    /// answer.
+    /// Decodes a 20-bit answer, `select` being the reading that the chip was set to show. Returns `None` for
+    /// an answer of another format.
     #[must_use]
     pub fn decode(raw: u32, select: ReadSelect) -> Option<Self> {
         let format = if select == ReadSelect::Diagnostics { 0b11 } else { 0b00 };

@@ -65,16 +65,16 @@ impl<SPI: SpiDevice> Driver<SPI> {
         Err(Error::WrongAnswer(answer))
     }
 
-    /// The status of a TMC2590, and what its format says.
+    /// Returns the status of a TMC2590, or a reset found by its format.
     pub(super) fn look_at_format(&mut self) -> Result<Status, Error<SPI::Error>> {
         let was_reset = self.is_reset;
         let status = self.exchange(self.registers.smarten.word());
-        // Words of before may have selected the detectors again.
+        // Earlier words may have selected the detectors again.
         if was_reset && status.is_ok() { Err(Error::Reset) } else { status }
     }
 
-    /// The status of a TMC2660, and what its current scale says. A scale of 0 is looked at twice, for it may
-    /// be a disturbed bit of one that has no other.
+    /// Returns the status of a TMC2660, or a reset found by its current scale. A scale of 0 is read twice, as
+    /// it may come from a disturbed bit of a scale with a single bit.
     pub(super) fn look_at_scale(&mut self) -> Result<Status, Error<SPI::Error>> {
         let (status, scale) = self.read_scale()?;
         if !self.is_reset && self.sent.least_scale() > 0 && scale == 0 {

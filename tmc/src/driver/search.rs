@@ -20,8 +20,9 @@ impl<SPI: SpiDevice> Driver<SPI> {
         self.set_stall_guard(stall_guard)
     }
 
-    /// Sets what was set before [`Self::begin_search`]; nothing when none began. The copy of the registers
-    /// has it whether or not the chip answers; one that does not gets it with the next [`Self::enable`].
+    /// Restores the settings from before [`Self::begin_search`]; does nothing without a search. The copy of
+    /// the registers has them whether or not the chip answers; a silent chip gets them with the next
+    /// [`Self::enable`].
     ///
     /// # Errors
     /// As [`Self::status`].

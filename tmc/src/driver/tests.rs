@@ -7,7 +7,7 @@ use core::convert::Infallible;
 use embedded_hal::spi::{ErrorType, Operation};
 use proptest::prelude::*;
 
-/// A chip as the datasheet tells it: a 20-bit shift register, latched when chip select rises.
+/// Model of the chip by the datasheet: a 20-bit shift register, latched when chip select rises.
 #[derive(Debug)]
 struct FakeChip {
     words: [u32; 8],
@@ -140,7 +140,7 @@ fn a_search_ends_with_what_was_set_before_also_where_the_chip_was_gone_meanwhile
     }
 }
 
-/// The bits as the register tables have them: `SLPH` 15 and 14, `SLPL` 13 and 12, `SLP2` 11.
+/// Positions of the bits in the register tables: `SLPH` 15 and 14, `SLPL` 13 and 12, `SLP2` 11.
 #[test]
 fn gate_drive_reaches_both_slopes_and_nothing_else() {
     const SLOPES: u32 = 0x0_F800;
@@ -197,7 +197,7 @@ fn a_dead_line_is_absent_and_a_strange_answer_is_wrong() {
     assert!(matches!(driver.start(), Err(Error::WrongAnswer(0xA5_A5A5))));
 }
 
-/// A chip that works, and was reset.
+/// Returns a started driver whose chip was reset.
 fn reset(chip: Chip, current: f32) -> (Driver<FakeChip>, [u32; 8]) {
     let mut driver = driver(chip);
     driver.start().unwrap();
@@ -271,7 +271,7 @@ fn a_disturbed_bit_is_no_reset() {
     }
 }
 
-/// coolStep may bring a scale of 1 to 0, which is that of a chip after a reset.
+/// coolStep may lower a scale of 1 to 0, the same as after a reset.
 #[test]
 fn a_scale_that_may_be_0_tells_nothing() {
     let mut driver = driver(Chip::Tmc2660);

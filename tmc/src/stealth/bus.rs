@@ -5,9 +5,9 @@
 use crate::Error;
 use embedded_hal::spi::SpiDevice;
 
-/// Set in the address of a datagram that writes.
+/// Bit in the address of a datagram that writes.
 const WRITE: u8 = 0x80;
-/// An address of 7 bits and 32 bits of data.
+/// Bytes of a datagram: an address, and 32 bits of data.
 const DATAGRAM_BYTES: usize = 5;
 
 /// Access to a chip's registers over any bus.
@@ -22,7 +22,7 @@ pub trait RegisterBus {
     /// Bus errors; [`Error::Absent`] when nobody answers.
     fn read<const N: usize>(&mut self, addresses: [u8; N]) -> Result<[u32; N], Error<Self::Error>>;
 
-    /// Writes a register. Whether it arrived, the next reading tells.
+    /// Writes a register. The next reading shows whether it arrived.
     ///
     /// # Errors
     /// Bus errors.
@@ -51,7 +51,7 @@ impl<SPI: SpiDevice> RegisterBus for SpiRegisters<SPI> {
 
     fn read<const N: usize>(&mut self, addresses: [u8; N]) -> Result<[u32; N], Error<SPI::Error>> {
         let (mut values, mut answers) = ([0; N], false);
-        // Each datagram brings what the one before asked for; the last one asks for nothing new.
+        // Each datagram brings the answer to the one before; the last one asks for nothing new.
         let (mut asked, mut last) = (None, 0);
         for (place, address) in addresses.into_iter().enumerate() {
             self.take(address, asked, &mut values, &mut answers)?;

@@ -15,7 +15,7 @@ const SCALE_STEPS: f32 = 32.0;
 const HIGHEST_CS: u8 = 31;
 /// Below half scale microsteps lose accuracy ("IRUN 16 to 31 for best microstep performance").
 const LOWEST_GOOD_CS: u8 = 16;
-/// `GLOBALSCALER` of full scale, written as 0, and the least that works.
+/// `GLOBALSCALER` of full scale, written as 0, and its least working value.
 const FULL_SCALER: u16 = 256;
 const LEAST_SCALER: u16 = 32;
 /// Resistance between bridge and sense resistor inside a chip with internal bridges, Ohm.
@@ -32,9 +32,9 @@ pub struct StealthCurrent {
     pub scaler: u16,
     /// `CURRENT_RANGE` of a TMC2240, 0 to 2.
     pub range: u8,
-    /// The peak current that these give.
+    /// Peak current of these fields.
     pub actual: Amps,
-    /// Whether that is what was asked for.
+    /// Match with the requested current.
     pub fit: CurrentFit,
 }
 
@@ -58,14 +58,15 @@ impl StealthChip {
         })
     }
 
-    /// The most it can regulate with this resistor.
+    /// Returns the highest peak current with this resistor.
     #[must_use]
     pub fn most(self, resistor: Ohms) -> Amps {
         self.full_scale(resistor, false, 2)
     }
 }
 
-/// The nearest setting to a peak current. A TMC2240's range is `least_range` or the next that is enough.
+/// Returns the nearest setting to a peak current. A TMC2240's range is `least_range` or the next that is
+/// enough.
 #[must_use]
 pub fn stealth_current(chip: StealthChip, resistor: Ohms, peak: Amps, least_range: u8) -> StealthCurrent {
     let low_range =
@@ -75,7 +76,7 @@ pub fn stealth_current(chip: StealthChip, resistor: Ohms, peak: Amps, least_rang
     let scaler = if chip.has_global_scaler() { scaler(peak, full) } else { FULL_SCALER };
     let scaled = Amps(full.0 * f32::from(scaler) / f32::from(FULL_SCALER));
     let exact = scale(peak, scaled);
-    // A float to integer cast saturates, and takes a number that is none as 0.
+    // A float to integer cast saturates, and turns NaN into 0.
     let cs = ((exact + 0.5) as u8).min(HIGHEST_CS);
     let actual = Amps(scaled.0 * (f32::from(cs) + 1.0) / SCALE_STEPS);
     let step = if chip.has_global_scaler() { full.0 / f32::from(FULL_SCALER) } else { full.0 / SCALE_STEPS };
@@ -89,12 +90,12 @@ pub fn stealth_current(chip: StealthChip, resistor: Ohms, peak: Amps, least_rang
     StealthCurrent { cs, low_range, scaler, range, actual, fit }
 }
 
-/// `CS` that would be exact.
+/// Returns the exact `CS`, before rounding.
 fn scale(peak: Amps, full: Amps) -> f32 {
     SCALE_STEPS * peak.0 / full.0 - 1.0
 }
 
-/// The scaler with which all of the current scale is used, if it can.
+/// Returns the scaler with which all of the current scale is used, if possible.
 fn scaler(peak: Amps, full: Amps) -> u16 {
     ((f32::from(FULL_SCALER) * peak.0 / full.0 + 0.5) as u16).clamp(LEAST_SCALER, FULL_SCALER)
 }

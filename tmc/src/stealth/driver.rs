@@ -12,7 +12,7 @@ use crate::Error;
 use crate::driver::Microsteps;
 use units::Amps;
 
-/// A chip with its settings.
+/// Chip on its bus with its settings.
 #[derive(Debug)]
 pub struct StealthDriver<BUS> {
     pub(super) bus: BUS,
@@ -22,14 +22,14 @@ pub struct StealthDriver<BUS> {
     enabled: bool,
     /// A TMC2130 that was found reset, until it is set up again: reading has cleared its flag.
     was_reset: bool,
-    /// A stall is searched for.
+    /// Search for a stall in progress.
     pub(super) search: Option<Search>,
-    /// The chip has not taken what was set again after a search.
+    /// The restored settings have not reached the chip.
     pub(super) is_stale: bool,
 }
 
 impl<BUS: RegisterBus> StealthDriver<BUS> {
-    /// A driver with these settings, disabled, at the lowest current. Sends nothing.
+    /// Creates a driver with these settings, disabled, at the lowest current. Sends nothing.
     ///
     /// # Errors
     /// [`Error::Setting`] for what the chip cannot take.
@@ -39,8 +39,8 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         Ok(Self { bus, chip, settings, current, enabled: false, was_reset: false, search: None, is_stale: false })
     }
 
-    /// Writes every register with the bridges off, clears what the chip has latched, and checks that a chip
-    /// of this kind has taken it. Takes about 20 datagrams; to nobody, two.
+    /// Writes every register with the bridges off, clears the latched flags of the chip, and checks that a
+    /// chip of this kind has taken all. Takes about 20 datagrams; without a chip, two.
     ///
     /// # Errors
     /// Bus errors, [`Error::Absent`], [`Error::WrongAnswer`].
@@ -78,8 +78,8 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         Ok(status)
     }
 
-    /// Whether the reset flag was no disturbed bit: asked once more, or, where reading has cleared it, by
-    /// CHOPCONF, which is 0 after a reset of a TMC2130.
+    /// Returns whether the reset flag was real rather than a disturbed bit: asked once more, or, if reading
+    /// has cleared it, by CHOPCONF, which is 0 after a reset of a TMC2130.
     fn is_reset(&mut self) -> Result<bool, Error<BUS::Error>> {
         let addresses = [register::GSTAT.address, register::CHOPCONF.address, self.chip.inputs().address];
         let [global, chopconf, _] = self.bus.read(addresses)?;
@@ -117,7 +117,7 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         self.write_chopconf()
     }
 
-    /// Whether the bridges were last told to be on.
+    /// Returns whether the bridges were last switched on.
     #[must_use]
     pub const fn is_enabled(&self) -> bool {
         self.enabled
@@ -164,8 +164,8 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         self.write_chopconf()
     }
 
-    /// Sets what these settings say otherwise than those in force: the chopper, the load measurement, the
-    /// speed up to which stealthChop drives. The motor is to stand.
+    /// Sets the differences of these settings to those in force: the chopper, the load measurement, the speed
+    /// up to which stealthChop drives. The motor must stand still.
     ///
     /// # Errors
     /// [`Error::Setting`] for what the chip cannot take, and nothing is sent; else as [`Self::status`].
@@ -176,7 +176,7 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         self.write_chopconf()
     }
 
-    /// Reads how little load the motor has: 0 for a stall, to 1023. A TMC2209's reading is counted from its
+    /// Reads the load reserve of the motor: 0 for a stall, to 1023. A TMC2209's reading is counted from its
     /// threshold on, and doubled to the range of the others.
     ///
     /// # Errors
@@ -205,14 +205,14 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         self.chip
     }
 
-    /// The registers that are set, with what they hold now.
+    /// Returns the registers that are set, with their present values.
     pub fn words(&self) -> impl Iterator<Item = (Register, u32)> + use<BUS> {
         self.in_force().words(self.chip, &self.current, self.enabled)
     }
 
-    /// Several registers make the current. In this order what flows between two writes is below the larger of
-    /// the old and the new current: full scale falls before the scale rises, and rises after the scale has
-    /// fallen.
+    /// Writes the registers that make the current. In this order the current between two writes is below the
+    /// larger of the old and the new one: full scale falls before the scale rises, and rises after the scale
+    /// has fallen.
     pub(super) fn write_current(&mut self, before: StealthCurrent) -> Result<(), Error<BUS::Error>> {
         let full = |current: &StealthCurrent| {
             let of_range = self.chip.full_scale(self.settings.resistor, current.low_range, current.range);
@@ -235,7 +235,7 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         self.answers()
     }
 
-    /// A larger range needs a smaller scaler first.
+    /// Writes the full scale: a larger range needs a smaller scaler first.
     fn write_full_scale(&mut self, before: StealthCurrent) -> Result<(), Error<BUS::Error>> {
         let scaler = scaler(&self.current);
         self.bus.write(scaler.0.address, scaler.1)?;
@@ -253,7 +253,7 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         if taken == word { Ok(()) } else { Err(Error::WrongAnswer(taken)) }
     }
 
-    /// A chip of this kind is there.
+    /// Checks that a chip of this kind answers.
     fn answers(&mut self) -> Result<(), Error<BUS::Error>> {
         let [inputs] = self.bus.read([self.chip.inputs().address])?;
         self.is_of_this_kind(inputs)

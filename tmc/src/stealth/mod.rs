@@ -93,7 +93,7 @@ impl StealthChip {
         }
     }
 
-    /// `VERSION`, bits 31 to 24 of IOIN: tells that a chip answers, and which.
+    /// Returns `VERSION`, bits 31 to 24 of IOIN, by which a chip and its type are recognised.
     #[must_use]
     pub const fn version(self) -> u32 {
         match self {
@@ -105,7 +105,7 @@ impl StealthChip {
         }
     }
 
-    /// Frequency of the internal clock, Hz, typical: what `TSTEP` counts.
+    /// Returns the typical frequency of the internal clock, Hz, the unit of `TSTEP`.
     #[must_use]
     pub const fn clock_hz(self) -> f32 {
         match self {
@@ -121,7 +121,7 @@ impl StealthChip {
         matches!(self, Self::Tmc2208 | Self::Tmc2209)
     }
 
-    /// GLOBALSCALER scales its current, rather than VSENSE.
+    /// Returns whether GLOBALSCALER scales the chip's current, rather than VSENSE.
     #[must_use]
     pub const fn has_global_scaler(self) -> bool {
         matches!(self, Self::Tmc5160 | Self::Tmc2240)
@@ -137,7 +137,7 @@ impl StealthChip {
         }
     }
 
-    /// Comparator blanking, in chip clocks.
+    /// Returns the comparator blanking, in chip clocks.
     #[must_use]
     pub const fn blank_clocks(self, time: BlankTime) -> u8 {
         match (self.is_on_wire(), time) {
@@ -147,7 +147,7 @@ impl StealthChip {
         }
     }
 
-    /// The same from chip clocks; only the four that the chip has.
+    /// Converts the blanking from chip clocks; only the four values of the chip.
     #[must_use]
     pub fn blank_time(self, clocks: u8) -> Option<BlankTime> {
         use BlankTime::{Clocks16, Clocks24, Clocks36, Clocks54};
@@ -159,8 +159,8 @@ impl StealthChip {
         if self.is_on_wire() { register::wire::IOIN } else { register::IOIN }
     }
 
-    /// PWMCONF after power-up: stealthChop finds its amplitude by itself (`pwm_autoscale`, and
-    /// `pwm_autograd` where the chip has it).
+    /// Returns PWMCONF after power-up: stealthChop finds its amplitude by itself (`pwm_autoscale`, and
+    /// `pwm_autograd` if the chip has it).
     pub(crate) const fn pwmconf(self) -> u32 {
         match self {
             Self::Tmc2130 => 0x0005_0480,
@@ -175,7 +175,7 @@ impl StealthChip {
 /// thresholds TPWMTHRS and TCOOLTHRS are such times. 20 bits; standstill is the longest.
 #[must_use]
 pub fn step_time(chip: StealthChip, full_steps_per_s: f32) -> u32 {
-    // A float to integer cast saturates, and takes a number that is none as 0.
+    // A float to integer cast saturates, and turns NaN into 0.
     ((chip.clock_hz() / (full_steps_per_s * 256.0) + 0.5) as u32).min(LONGEST_STEP_TIME)
 }
 

@@ -41,11 +41,11 @@ registers! {
     TPOWERDOWN 0x11
     /// Time between two steps of 1/256.
     TSTEP 0x12
-    /// Up to this speed stealthChop, as TSTEP. Write only.
+    /// Highest speed of stealthChop, as a TSTEP. Write only.
     TPWMTHRS 0x13
-    /// From this speed on coolStep and the stall output, as TSTEP. Write only.
+    /// Least speed of coolStep and of the stall output, as a TSTEP. Write only.
     TCOOLTHRS 0x14
-    /// From this speed on another chopper, as TSTEP; 0 never. Write only.
+    /// Least speed of the chopper for high speeds, as a TSTEP; 0 never. Write only.
     THIGH 0x15
     /// Place in the sine table.
     MSCNT 0x6A
@@ -92,7 +92,7 @@ pub mod coolconf {
 /// Fields of the register GSTAT.
 pub mod gstat {
     use super::{Field, field};
-    /// The chip has been reset since it was cleared: all registers are as after power-up.
+    /// The chip has been reset since the flag was cleared: all registers are as after power-up.
     pub const RESET: Field = field("reset", 0, 1);
     /// Shut down by heat or a short.
     pub const DRV_ERR: Field = field("drv_err", 1, 1);
@@ -213,13 +213,13 @@ pub mod wire {
     }
 
     registers! {
-        /// Writes that have arrived, 8 bits, round and round.
+        /// Number of writes that have arrived, 8 bits, wrapping.
         IFCNT 0x02
         /// Time from a request to its answer.
         SLAVECONF 0x03
         /// Levels of the inputs, and the chip's version.
         IOIN 0x06
-        /// Half of stallGuard4's reading up to which it is a stall. Write only. TMC2209.
+        /// Half of the greatest stallGuard4 reading that is a stall. Write only. TMC2209.
         SGTHRS 0x40
         /// Load reading of stallGuard4. TMC2209.
         SG_RESULT 0x41
@@ -236,7 +236,7 @@ pub mod wire {
         use super::{Field, field};
         /// The current's reference is the voltage at VREF, as after power-up.
         pub const I_SCALE_ANALOG: Field = field("i_scale_analog", 0, 1);
-        /// spreadCycle at any speed. A high level at the pin SPREAD of a TMC2209 turns it round.
+        /// Selects spreadCycle at any speed. A high level at the pin SPREAD of a TMC2209 inverts the bit.
         pub const EN_SPREADCYCLE: Field = field("en_spreadcycle", 2, 1);
         /// The pin PDN_UART is the UART alone.
         pub const PDN_DISABLE: Field = field("pdn_disable", 6, 1);

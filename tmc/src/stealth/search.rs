@@ -8,7 +8,7 @@ use super::{LONGEST_STEP_TIME, LoadMeasurement};
 use crate::Error;
 use units::Amps;
 
-/// A search under way.
+/// Search for a stall in progress.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Search {
     threshold: i16,
@@ -17,12 +17,12 @@ pub(super) struct Search {
 }
 
 impl<BUS: RegisterBus> StealthDriver<BUS> {
-    /// The settings as the chip is to have them now.
+    /// Returns the settings that the chip should have now.
     ///
-    /// In a search load is measured at any speed, for the machine knows when it may look; without a filter,
-    /// which would have the rotor fall out before it has its four full steps together; without coolStep,
-    /// which would change the current that the measurement depends on; and with the chopper that the
-    /// measurement needs.
+    /// During a search, load is measured at any speed, as the machine decides when to look; without a filter,
+    /// with which the rotor would fall out of step before the four full steps of an average; without
+    /// coolStep, which would change the current that the measurement depends on; and with the chopper that
+    /// the measurement needs.
     pub(super) fn in_force(&self) -> StealthSettings {
         let Some(search) = self.search else { return self.settings };
         StealthSettings {
@@ -49,8 +49,8 @@ impl<BUS: RegisterBus> StealthDriver<BUS> {
         peak.map_or(Ok(()), |peak| self.set_current(peak).map(drop))
     }
 
-    /// Sets what was set before [`Self::begin_search`]; nothing when none began. A chip that does not answer
-    /// gets it with the next [`Self::enable`].
+    /// Restores the settings from before [`Self::begin_search`]; does nothing without a search. A silent chip
+    /// gets them with the next [`Self::enable`].
     ///
     /// # Errors
     /// As [`Self::status`].

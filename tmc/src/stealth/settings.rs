@@ -15,7 +15,7 @@ const POWER_DOWN: u32 = 10;
 const FAST_DECAY: u32 = 4;
 /// SENDDELAY, see [`wire::SENDDELAY`].
 const SEND_DELAY: u32 = 2;
-/// Registers that are set, at most.
+/// Most registers that are set.
 const MOST_WORDS: usize = 13;
 
 /// Settings of a chip, apart from its current.
@@ -27,16 +27,16 @@ pub struct StealthSettings {
     pub microsteps: Microsteps,
     /// The chip makes 256 microsteps of each step by time.
     pub interpolation: bool,
-    /// Up to this speed stealthChop, as [`super::step_time`] counts, 0 at any speed; none: spreadCycle at any
-    /// speed.
+    /// Highest speed of stealthChop, as a step time (see [`super::step_time`]), 0 at any speed; `None`:
+    /// spreadCycle at any speed.
     pub stealth_threshold: Option<u32>,
-    /// spreadCycle: slow decay phase, 1 to 15.
+    /// Off time of spreadCycle, 1 to 15: the slow decay phase.
     pub off_time: u8,
     /// spreadCycle: comparator blanking, of which a TMC2208 or TMC2209 makes 16, 24, 32 or 40 clocks.
     pub blank_time: BlankTime,
-    /// spreadCycle: 1 to 8.
+    /// Hysteresis start of spreadCycle, 1 to 8.
     pub hysteresis_start: u8,
-    /// spreadCycle: -3 to 12; the sum with the start at most 16.
+    /// Hysteresis end of spreadCycle, -3 to 12; the sum with the start at most 16.
     pub hysteresis_end: i8,
     /// Threshold of the stall detection, see [`LoadMeasurement`].
     pub stall_threshold: i16,
@@ -87,21 +87,21 @@ impl StealthSettings {
         self.chopper().map(drop)
     }
 
-    /// The chopper's bits of CHOPCONF.
+    /// Returns the chopper's bits of CHOPCONF.
     fn chopper(&self) -> Result<u32, SettingError> {
         let chopper = Chopper::SpreadCycle {
             off_time: self.off_time,
             blank_time: self.blank_time,
             hysteresis_start: self.hysteresis_start,
             hysteresis_end: self.hysteresis_end,
-            // No bits of these chips: fast decay time and mode, which spreadCycle does not use.
+            // Without bits in these chips: fast decay time and mode, which spreadCycle does not use.
             decrement: HysteresisDecrement::Clocks16,
             random_off_time: false,
         };
         Ok(chopper.register()?.word() & chopconf::CHOPPER)
     }
 
-    /// CHOPCONF, with the bridges on or off. A chopper that cannot be leaves them off.
+    /// Returns CHOPCONF, with the bridges on or off. An invalid chopper leaves them off.
     pub(super) fn chopconf(&self, chip: StealthChip, current: &StealthCurrent, enabled: bool) -> u32 {
         let word = self.chopper().unwrap_or(0);
         let word = chopconf::MRES.put(word, self.microsteps as u32);
@@ -156,7 +156,7 @@ impl StealthSettings {
         [(register::GCONF, self.gconf(chip)), (register::TPWMTHRS, self.stealth_threshold.unwrap_or(0))]
     }
 
-    /// Every register that is set, in the order in which it is written: CHOPCONF, as given, comes first.
+    /// Returns all register words in the order in which they are written: CHOPCONF, as given, comes first.
     pub(super) fn words(
         &self,
         chip: StealthChip,
@@ -166,7 +166,7 @@ impl StealthSettings {
         let [gconf, pwm_threshold] = self.mode_words(chip);
         let [load_from, load, threshold] = self.load_words(chip);
         let words: [Option<(Register, u32)>; MOST_WORDS] = [
-            // Before anybody answers on a line that others hear.
+            // Set before any chip answers on a line that others hear.
             chip.is_on_wire().then(|| (wire::SLAVECONF, wire::SENDDELAY.put(0, SEND_DELAY))),
             Some((register::CHOPCONF, self.chopconf(chip, current, enabled))),
             Some(gconf),

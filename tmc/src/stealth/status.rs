@@ -4,7 +4,7 @@ use super::StealthChip;
 use super::register::{drv_status, gstat, wire};
 use crate::register::Field;
 
-/// DRV_STATUS, and what of GSTAT matters.
+/// Contents of DRV_STATUS and of the relevant flags of GSTAT.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct StealthStatus {
     /// The chip was reset since it was set up: it has lost its settings, and its bridges are off.
@@ -25,14 +25,15 @@ pub struct StealthStatus {
     pub standstill: bool,
     /// stealthChop drives the motor now. A TMC2130 does not tell.
     pub stealth: bool,
-    /// stallGuard2: 0 (stalled) to 1023 (no load), for spreadCycle. Chips on a UART have it elsewhere.
+    /// Load reading of stallGuard2: 0 (stalled) to 1023 (no load), for spreadCycle. Chips on a UART have it
+    /// in another register.
     pub stall_guard: u16,
     /// Current scale in force, 0 to 31.
     pub current_scale: u8,
 }
 
 impl StealthStatus {
-    /// From the two registers.
+    /// Decodes the two registers.
     #[must_use]
     pub fn decode(chip: StealthChip, status: u32, global: u32) -> Self {
         if chip.is_on_wire() {
@@ -56,7 +57,7 @@ impl StealthStatus {
         }
     }
 
-    /// The same bits elsewhere.
+    /// Decodes the registers of a chip on a UART, whose bits have other places.
     fn of_wire(status: u32, global: u32) -> Self {
         use wire::drv_status as field;
         let bit = |field: Field| field.get(status) == 1;

@@ -10,7 +10,7 @@ use std::cell::RefCell;
 use std::convert::Infallible;
 use units::{Amps, Ohms};
 
-/// Registers behind a bus: answers with what the datagram before asked for.
+/// Model of the registers behind a bus: answers the question of the datagram before.
 struct Memory {
     chip: StealthChip,
     words: [u32; 128],
@@ -101,7 +101,7 @@ fn a_tmc5160_is_sent_what_its_datasheet_says() {
     driver.enable().unwrap();
     let heard = memory.borrow().heard.clone();
     let writes: Vec<_> = heard.iter().filter(|datagram| datagram[0] & 0x80 != 0).collect();
-    // MRES 4 for 16 microsteps, TPFD 4, and the example's 000100C3.
+    // The write has MRES 4 for 16 microsteps, TPFD 4, and the example's 000100C3.
     assert_eq!(writes.last(), Some(&&[0xEC, 0x04, 0x41, 0x00, 0xC3]));
     for expected in [
         [0xEC, 0x04, 0x41, 0x00, 0xC0],
@@ -281,7 +281,7 @@ fn a_search_measures_load_with_spread_cycle_and_ends_with_what_was_set_before() 
     }
 }
 
-/// Peak current that words on the wire make, by the datasheets' equations.
+/// Returns the peak current of the words on the wire, by the datasheets' equations.
 fn flowing(memory: &RefCell<Memory>, chip: StealthChip, resistor: Ohms) -> f32 {
     let cs = (word(memory, register::IHOLD_IRUN) >> 8 & 31) as f32;
     let scaler = match word(memory, register::GLOBALSCALER) {

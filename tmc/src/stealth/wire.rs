@@ -10,7 +10,7 @@ use crate::Error;
 
 /// "sync + reserved", the least significant bit first on the wire: 1010 tells the bit time.
 const SYNC: u8 = 0x05;
-/// Set in the address of a datagram that writes.
+/// Bit in the address of a datagram that writes.
 const WRITE: u8 = 0x80;
 /// Address of the master, to which answers go.
 const MASTER: u8 = 0xFF;
@@ -67,7 +67,7 @@ pub struct WireRegisters<LINE> {
 }
 
 impl<LINE: SingleWire> WireRegisters<LINE> {
-    /// The chip with this address.
+    /// Creates access to the chip with this address.
     pub const fn new(line: LINE, address: u8) -> Self {
         Self { line, address, count: None }
     }
@@ -127,8 +127,8 @@ impl<LINE: SingleWire> RegisterBus for WireRegisters<LINE> {
         Ok(values)
     }
 
-    /// The counter tells whether it arrived. Should one be counted twice, it was sent twice: no register
-    /// minds.
+    /// The counter shows whether the write arrived. A write counted twice was sent twice, which harms no
+    /// register.
     fn write(&mut self, address: u8, value: u32) -> Result<(), Error<LINE::Error>> {
         let [a, b, c, d] = value.to_be_bytes();
         let mut datagram = [SYNC, self.address, address | WRITE, a, b, c, d, 0];
@@ -137,11 +137,11 @@ impl<LINE: SingleWire> RegisterBus for WireRegisters<LINE> {
             Some(count) => count,
             None => self.counter()?,
         };
-        // Unknown until it has been read again.
+        // The counter is unknown until it has been read again.
         self.count = None;
         for _ in 0..TRIES {
             self.line.exchange(&datagram, &mut []).or_else(|error| match error {
-                // The counter knows whether the chip heard it right.
+                // The counter shows whether the chip received the write.
                 WireFault::Disturbed => Ok(()),
                 error => Err(fault(error)),
             })?;

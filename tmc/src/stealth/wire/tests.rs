@@ -22,7 +22,7 @@ fn slow_sum(bytes: &[u8]) -> u8 {
     sum
 }
 
-/// Datagrams that people have seen on real wires.
+/// Checks datagrams recorded on real wires.
 #[test]
 fn check_sums_are_those_of_real_chips() {
     for datagram in [
@@ -35,12 +35,12 @@ fn check_sums_are_those_of_real_chips() {
     }
 }
 
-/// Chips of one wire.
+/// Chips on one wire.
 #[derive(Default)]
 struct Wire {
     chips: Vec<(u8, [u32; 128])>,
     echoes: bool,
-    /// Bits that the next exchanges have wrong: of what chips hear, and of what they answer.
+    /// Disturbed bits of the next exchanges: of the requests, and of the answers.
     noise: Vec<(usize, usize)>,
     exchanges: u32,
 }
