@@ -2,11 +2,11 @@
 //! (RTABI32, section 4.3.4).
 //!
 //! The compiler calls these for every value that moves. The compiler's own versions are portable: a word at a
-//! time with a test after each, and bytes where both pointers are not aligned. These versions took two fifths
-//! of all instructions of a G-code line. The Cortex-M7 loads and stores eight registers with one instruction,
-//! two words a cycle, when pointers are aligned to words, and single words at any address (ARMv7-M ARM
-//! A3.2.1; `CCR.UNALIGN_TRP` stays clear). Nothing here is for peripherals: those are accessed by volatile
-//! words only.
+//! time with a test after each, and bytes where both pointers are not aligned. The portable versions took two
+//! fifths of all instructions of a G-code line. The Cortex-M7 loads and stores eight registers with one
+//! instruction, two words a cycle, when pointers are aligned to words, and single words at any address
+//! (ARMv7-M ARM A3.2.1; `CCR.UNALIGN_TRP` stays clear). Nothing here is for peripherals: those are accessed
+//! by volatile words only.
 //!
 //! The compiler's versions are weak symbols, so the definitions here replace them.
 

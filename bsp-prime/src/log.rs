@@ -5,7 +5,7 @@
 //! told them to. The logger here masks nothing and waits for nothing:
 //!
 //! - A line is put together in a buffer here, and handed over whole, or not at all where there is no room.
-//! - A line that begins while another one is being put together is dropped. That can only be a task's that
+//! - A line that begins while another one is being put together is dropped. The dropped line is a task's that
 //!   interrupts another one's line, and tasks end in the reverse order, so a depth is all there is to keep.
 //!   Lines come from the lowest priority (events go through the ring first, `kept.rs`), so in practice none
 //!   is.

@@ -53,8 +53,8 @@ pub(crate) fn compensate_outputs() {
     }
 }
 
-/// Returns whether the option bytes start the second core. That core would run whatever lies in flash bank 2,
-/// into our peripherals and our memory.
+/// Returns whether the option bytes start the second core. The second core would run whatever lies in flash
+/// bank 2, into our peripherals and our memory.
 pub(crate) fn second_core_starts() -> bool {
     // SAFETY: a read-only register.
     unsafe { (*pac::FLASH::ptr()).optsr_cur().read().bits() & BCM4 != 0 }

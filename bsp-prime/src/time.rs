@@ -2,10 +2,10 @@
 //! TIM5 at 1 MHz for the rest. And the two interrupts after a time: TIM6 for the step feed, TIM7 for heat and
 //! slow outputs.
 //!
-//! The extension counts half turns of the timer. One task calls [`Clock::keep`] more often than a half turn
-//! lasts (10.7 s for TIM2); the 64-bit time may then be read from any priority, without a lock: in either
-//! order of reading, a half turn that is not yet counted shows as a top bit that disagrees with the count's
-//! parity.
+//! The extension counts half turns of the timer. A single task calls [`Clock::keep`] more often than a half
+//! turn lasts (10.7 s for TIM2); the 64-bit time may then be read from any priority, without a lock: in
+//! either order of reading, a half turn that is not yet counted shows as a top bit that disagrees with the
+//! count's parity.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 

@@ -7,7 +7,7 @@
 //!
 //! There are two faces:
 //!
-//! - [`CardService`], for images with tasks. It is a resource shared between the controller's interrupt
+//! - [`CardService`], for images with tasks: a resource shared between the controller's interrupt
 //!   ([`on_interrupt`] and `advance`) and its users, each of which locks it for microseconds. The file
 //!   system's way to it is `firmware/src/storage.rs`.
 //! - [`SdCard`], for a boot stage and for tests: calls that wait.
