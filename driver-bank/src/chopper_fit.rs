@@ -10,7 +10,7 @@ use units::Volts;
 use crate::fault;
 use crate::stealth::Outside;
 
-/// The internal oscillator of a TMC2590 and of a TMC2660, typical (data sheets, "System clock").
+/// Typical clock of the internal oscillator of a TMC2590 and of a TMC2660 (data sheets, "System clock").
 const ON_BOARD_CLOCK_HZ: f32 = 15e6;
 const BLANK_TIMES: [BlankTime; 4] =
     [BlankTime::Clocks16, BlankTime::Clocks24, BlankTime::Clocks36, BlankTime::Clocks54];
@@ -30,7 +30,7 @@ fn fitted(coil: Coil, by: Regulated) -> Option<ChopperFit> {
     })
 }
 
-/// A driver on the board.
+/// Fits the chopper of an on-board driver to a coil and its supply.
 pub fn on_board<SPI: SpiDevice>(
     chip: &mut Driver<SPI>,
     coil: Coil,
@@ -65,7 +65,8 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
         let by = Regulated {
             supply,
             peak: current.actual,
-            // Of full scale, whatever makes it smaller: the scale, or GLOBALSCALER.
+            // The current scale of full scale counts, whether the scale or GLOBALSCALER makes the current
+            // smaller.
             cs: current.cs,
             clock_hz: kind.clock_hz(),
             blank_clocks: kind.blank_clocks(settings.blank_time),

@@ -12,7 +12,7 @@ use units::Actuator;
 
 use crate::fault;
 
-/// The registers as M911.2 numbers them, from 1, with the bits of their addresses.
+/// Names of the registers as M911.2 numbers them, from 1, with the bits of their addresses.
 const REGISTERS: [(&str, u32); 5] = [
     ("driver control", 0),
     ("chopper config", 0b100 << 17),
@@ -21,10 +21,10 @@ const REGISTERS: [(&str, u32); 5] = [
     ("driver configuration", 0b111 << 17),
 ];
 
-/// `DEDGE` of the first one: the step engine makes a step of every edge, whatever somebody writes.
+/// Bit `DEDGE` of the first register: always set, as the step engine makes a step of every edge.
 const DOUBLE_EDGE: u32 = 1 << 8;
 
-/// The word for a register by its number, with its address.
+/// Returns the word for a register by its number, with its address.
 pub fn addressed(number: u8, value: u32) -> Option<u32> {
     let (_, address) = REGISTERS.get(usize::from(number).checked_sub(1)?)?;
     let fixed = if number == 1 { DOUBLE_EDGE } else { 0 };
@@ -120,8 +120,8 @@ fn settings<SPI: SpiDevice>(chip: &Driver<SPI>, out: &mut dyn Write) -> Result {
     writeln!(out, "Slope control - high: {}, low: {}", drvconf.slph(), drvconf.slpl())
 }
 
-/// Mode, off time, blanking time, then hysteresis start, end and decrement, or fast decay, sine offset and
-/// whether the comparator ends the decay.
+/// Prints mode, off time, blanking time, then hysteresis start, end and decrement, or fast decay, sine offset
+/// and whether the comparator ends the decay.
 pub fn describe_chopper<SPI>(chip: &Driver<SPI>, out: &mut dyn Write) -> Result
 where
     SPI: SpiDevice,
@@ -131,7 +131,7 @@ where
     writeln!(out, "{},{off},{blank},{first},{end},{last}", conf.chm())
 }
 
-/// U V W X and Y of M911.3 S0 or S1, where the chip is in that mode.
+/// Returns U V W X and Y of M911.3 S0 or S1, if the chip is in that mode.
 fn chopper_words(conf: ChopConf, constant: bool) -> Option<[i32; 5]> {
     let blank = [16, 24, 36, 54].get(conf.tbl() as usize).copied().unwrap_or(0);
     let (first, last) = match conf.chm() {
@@ -177,7 +177,7 @@ pub fn set_option<SPI: SpiDevice>(
             filter: number('Q').is_some_and(|value| value != 0),
         }),
         8 => chip.prepare_cool_step(cool_step(&number).ok_or(DriverFault::BadSetting)?),
-        // Double edges (3) are what the step engine counts on.
+        // Double edges (3) cannot be changed, as the step engine relies on them.
         _ => return Err(DriverFault::BadSetting),
     };
     done.map_err(fault)
@@ -185,7 +185,7 @@ pub fn set_option<SPI: SpiDevice>(
 
 pub(crate) fn cool_step(number: &dyn Fn(char) -> Option<i32>) -> Option<CoolStep> {
     let small = |letter: char| number(letter).and_then(|value| u8::try_from(value).ok());
-    // Both are in readings, of which the chip takes 32 at a time.
+    // Both values are in readings, of which the chip takes 32 at a time.
     let steps = |letter: char| number(letter).and_then(|value| u8::try_from(value / 32).ok());
     Some(CoolStep {
         lower_threshold: steps('H')?,

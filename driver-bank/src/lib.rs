@@ -29,14 +29,14 @@ pub use tmc::stealth::{SingleWire, SpiRegisters, WireFault, WireRegisters};
 /// state is the pin's high.
 #[derive(Debug, Default)]
 pub enum MotorDriver<SPI, LINE, E> {
-    /// Nothing, or something that takes no orders.
+    /// No driver, or a driver without an enable pin.
     #[default]
     None,
-    /// A chip on the bus, with the most its power stage may be asked for.
+    /// Chip on the on-board bus, with the highest current allowed for its power stage.
     Chip(Driver<SPI>, Amps),
-    /// A driver outside, enabled by this pin.
+    /// External driver, enabled by this pin.
     External(E),
-    /// A driver outside whose chip is on a bus.
+    /// External driver whose chip is on a bus.
     Outside(Outside<OutsideBus<SPI, LINE>, E>),
 }
 
@@ -74,8 +74,8 @@ impl<SPI: SpiDevice, LINE: SingleWire, E: OutputPin> MotorDrivers for DriverBank
             return driver.initialise();
         }
         let chip = self.chip(motor)?;
-        // Silence is found by `start`, which writes every register; switching off first only changes the copy
-        // it writes.
+        // A silent chip is found by `start`, which writes every register; switching off first only changes
+        // the copy it writes.
         let _silent_or_off = chip.disable();
         chip.start().map(drop).map_err(fault)
     }
@@ -154,7 +154,7 @@ impl<SPI: SpiDevice, LINE: SingleWire, E: OutputPin> MotorDrivers for DriverBank
             return driver.begin_search(search);
         }
         let MotorDriver::Chip(chip, most) = &mut self.0[motor] else { return Err(DriverFault::External) };
-        // A filter would have the rotor fall out before it has its four full steps together.
+        // No filter, as the rotor would fall out of step before the four full steps of an average.
         let threshold = i8::try_from(search.threshold).map_err(|_| DriverFault::BadSetting)?;
         let stall_guard = StallGuard { threshold, filter: false };
         let peak = search.current.map(|peak| if peak.0 > most.0 { *most } else { peak });

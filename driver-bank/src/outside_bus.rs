@@ -4,10 +4,10 @@ use embedded_hal::spi::SpiDevice;
 use tmc::Error;
 use tmc::stealth::{RegisterBus, SingleWire, SpiRegisters, WireRegisters};
 
-/// The registers of a driver outside.
+/// Registers of an external driver.
 #[derive(Debug)]
 pub enum OutsideBus<SPI, LINE> {
-    /// Behind a chip select.
+    /// Behind a chip select on SPI.
     Spi(SpiRegisters<SPI>),
     /// Behind an address on a UART.
     Wire(WireRegisters<LINE>),

@@ -1,4 +1,4 @@
-//! A chip's settings from the configuration into the driver's copy of the registers.
+//! Transfer of a chip's settings from the configuration to the driver's copy of the registers.
 
 use core::fmt;
 
@@ -27,8 +27,8 @@ impl<E: fmt::Debug> fmt::Display for NotSetUp<E> {
     }
 }
 
-/// Only a setting that no chip can take matters here; a chip may be silent, since the motor supply may be
-/// off. All of its registers are written, and silence is reported, by
+/// Keeps only errors about settings that no chip can take; a chip may be silent, since the motor supply may
+/// be off. All of its registers are written, and silence is reported, by
 /// [`machine::ports::MotorDrivers::initialise`].
 fn stored<T, E>(result: Result<T, Error<E>>) -> Result<(), NotSetUp<E>> {
     match result {
@@ -37,7 +37,7 @@ fn stored<T, E>(result: Result<T, Error<E>>) -> Result<(), NotSetUp<E>> {
     }
 }
 
-/// The driver of this motor, with its settings: raw registers first, then what has a name.
+/// Creates the driver of this motor, with its settings: raw registers first, then the named ones.
 ///
 /// # Errors
 /// The setting that the chip cannot take.
@@ -70,7 +70,7 @@ pub fn set_up<SPI: SpiDevice, LINE, E>(
     if let Some(cool_step) = cool_step(&settings.cool_step) {
         stored(driver.set_cool_step(Some(cool_step)))?;
     }
-    // Without a setting of its own: as the raw registers say, or as the chip's driver starts.
+    // Without a setting, the gate drive follows the raw registers, or the chip's default.
     if let Some(strength) = settings.gate_drive {
         stored(driver.set_gate_drive(strength))?;
     }
@@ -82,7 +82,8 @@ pub fn set_up<SPI: SpiDevice, LINE, E>(
     Ok(MotorDriver::Chip(driver, most))
 }
 
-/// Thresholds are in readings, of which the chip takes 32 at a time. None: what the registers say.
+/// Converts the coolStep settings; their thresholds are in readings, of which the chip takes 32 at a time.
+/// `None` keeps the registers.
 pub(crate) fn cool_step(settings: &CoolStepConfig) -> Option<CoolStep> {
     let steps = |reading: u16| (reading / CoolStepConfig::STEP) as u8;
     let (lower, upper) = (steps(settings.lower), steps(settings.falls_from()));

@@ -17,24 +17,24 @@ use crate::outside_bus::{BusFailed, OutsideBus};
 use crate::set_up::{NotSetUp, cool_step};
 use crate::{MotorDriver, expert, fault};
 
-/// SPI mode of the chips, and a clock in Hz that they take however slow their oscillator is, and wires to a
-/// header too: they allow 4 MHz ("SPI timing").
+/// SPI mode of the chips, and a clock in Hz for the slowest oscillator and wires to a header; the chips allow
+/// 4 MHz ("SPI timing").
 pub const OUTSIDE_CLOCK: (Mode, u32) = (tmc::SPI_MODE, 1_000_000);
 
-/// The same of TMC2590 and TMC2660 on a board of their own.
+/// SPI mode and clock of TMC2590 and TMC2660 on external boards.
 pub const CHIP_CLOCK: (Mode, u32) = (tmc::SPI_MODE, tmc::SPI_CLOCK_HZ);
 
-/// A chip outside with what its board has beside it.
+/// External chip with the enable input and current limit of its board.
 #[derive(Debug)]
 pub struct Outside<BUS, E> {
     pub(crate) chip: StealthDriver<BUS>,
     /// The enable input of the driver's board, if a pin leads there.
     enable: Option<E>,
-    /// The most it may be asked for.
+    /// Highest current allowed for the board.
     most: Amps,
 }
 
-/// The driver of this motor outside the board, with its settings. Sends nothing.
+/// Creates the driver of this motor outside the board, with its settings. Sends nothing.
 ///
 /// # Errors
 /// The setting that the chip cannot take.
@@ -75,7 +75,7 @@ pub fn set_up<SPI: SpiDevice, LINE: SingleWire, E>(
     Ok(MotorDriver::Outside(Outside { chip, enable, most: settings.max_current }))
 }
 
-/// The chip of a driver of this kind; a TMC2226 is a TMC2209 in another case.
+/// Returns the chip of a driver of this kind; a TMC2226 is a TMC2209 in another case.
 const fn chip_of(kind: DriverKind) -> Option<StealthChip> {
     match kind {
         DriverKind::Tmc2130 => Some(StealthChip::Tmc2130),
@@ -92,12 +92,12 @@ fn lesser(a: Amps, b: Amps) -> Amps {
 }
 
 impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
-    /// Writes everything again, with the bridges off.
+    /// Writes all settings again, with the bridges off.
     pub(crate) fn initialise(&mut self) -> Result<(), DriverFault> {
         self.chip.start().map_err(fault)
     }
 
-    /// The chip's bridges, and the enable input of its board.
+    /// Switches the chip's bridges, and the enable input of its board.
     pub(crate) fn set_enabled(&mut self, enabled: bool) -> Result<(), DriverFault> {
         let told = if enabled { self.chip.enable() } else { self.chip.disable() };
         let is_on = enabled && told.is_ok();
@@ -106,12 +106,12 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
         pin.map_err(|_| DriverFault::Silent)
     }
 
-    /// Peak current; gives what it becomes.
+    /// Sets the peak current and returns the nearest possible one.
     pub(crate) fn set_current(&mut self, peak: Amps) -> Result<Amps, DriverFault> {
         self.chip.set_current(lesser(peak, self.most)).map(|current| current.actual).map_err(fault)
     }
 
-    /// Peak current that is set.
+    /// Returns the peak current that is set.
     pub(crate) const fn current(&self) -> Amps {
         self.chip.current().actual
     }
@@ -135,7 +135,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
         })
     }
 
-    /// Microsteps; gives what they were.
+    /// Sets the microsteps and returns the previous ones.
     pub(crate) fn set_microsteps(&mut self, microsteps: Microsteps) -> Result<u16, DriverFault> {
         let before = self.chip.settings().microsteps.count();
         self.chip.set_microsteps(microsteps).map_err(fault)?;
@@ -148,7 +148,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
         Ok(ElectricalPhase { place, microsteps: self.chip.settings().microsteps.count() })
     }
 
-    /// Current and load measurement of a search.
+    /// Sets current and load measurement for a search.
     pub(crate) fn begin_search(&mut self, search: StallSearch) -> Result<(), DriverFault> {
         let peak = search.current.map(|peak| lesser(peak, self.most));
         self.chip.begin_search(search.threshold, peak).map_err(fault)
@@ -188,7 +188,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
                 settings = StealthSettings { off_time, blank_time, hysteresis_start, hysteresis_end, ..settings };
             }
             4 => settings.interpolation = switch()?,
-            // S8 has switched it on.
+            // The setting S8 has switched coolStep on.
             5 if switch()? => settings.cool_step = Some(settings.cool_step.ok_or(DriverFault::BadSetting)?),
             5 => settings.cool_step = None,
             7 => {
@@ -202,7 +202,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
         self.chip.set(settings).map_err(fault)
     }
 
-    /// The speed up to which stealthChop drives, full steps a second; none: never.
+    /// Sets the speed up to which stealthChop drives, full steps a second; `None`: never.
     pub(crate) fn set_stealth_threshold(&mut self, full_steps_per_s: Option<f32>) -> Result<(), DriverFault> {
         let chip = self.chip.chip();
         let stealth_threshold = full_steps_per_s.map(|speed| stealth::step_time(chip, speed));
@@ -237,8 +237,8 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
         self.chip.words().try_for_each(|(register, word)| writeln!(out, " {}: {word:08X}", register.name))
     }
 
-    /// Mode, off time, blanking time, then hysteresis start, end and decrement, which these chips do not
-    /// have.
+    /// Prints mode, off time, blanking time, then hysteresis start, end and decrement, which these chips do
+    /// not have.
     pub(crate) fn describe_chopper(&self, out: &mut dyn Write) -> Written {
         let set = self.chip.settings();
         let (start, end) = (set.hysteresis_start, set.hysteresis_end);
