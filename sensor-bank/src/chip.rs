@@ -40,7 +40,7 @@ impl From<max31855::Fault> for Fault {
 pub struct Chips {
     /// Clock polarity and phase of the bus.
     pub mode: Mode,
-    /// The fastest clock, hertz.
+    /// Highest clock of the bus, Hz.
     pub most_hz: u32,
 }
 
@@ -53,7 +53,7 @@ impl Chips {
     pub const fn of(kind: SensorKind) -> Option<Self> {
         let mode = match kind {
             SensorKind::Max31855 => MODE_0,
-            // Mode 1 would do as well; mode 3 is that of the motor drivers, whose bus it may be.
+            // Mode 1 would do as well; mode 3 is that of the motor drivers, which may share the bus.
             SensorKind::Max31856 | SensorKind::Max31865 => MODE_3,
             _ => return None,
         };
@@ -110,7 +110,8 @@ impl<SPI: SpiDevice> Chip<SPI> {
         matches!(self, Self::Max31865(..))
     }
 
-    /// Has the chip test the sensor's wires: for so long it stands. None where it has no such test.
+    /// Starts a test of the sensor's wires and returns the time that the chip then stands. `None` if the chip
+    /// has no such test.
     pub(crate) fn begin_test(&mut self) -> Result<Option<Micros>, Fault> {
         match self {
             Self::Max31855(_) | Self::Max31856(..) => Ok(None),
@@ -135,7 +136,7 @@ impl<SPI: SpiDevice> Chip<SPI> {
         }
     }
 
-    /// From one conversion to the next.
+    /// Returns the time from one conversion to the next.
     pub(crate) const fn conversion(&self) -> Micros {
         match self {
             Self::Max31855(_) => max31855::CONVERSION,
@@ -144,7 +145,8 @@ impl<SPI: SpiDevice> Chip<SPI> {
         }
     }
 
-    /// From being set up, or from power-up where there is nothing to set, to the first conversion.
+    /// Returns the time from the set-up, or from power-up if there is nothing to set, to the first
+    /// conversion.
     pub(crate) const fn first_conversion(&self) -> Micros {
         match self {
             Self::Max31855(_) => max31855::FIRST_CONVERSION,
@@ -171,7 +173,7 @@ const fn thermocouple(kind: ThermocoupleType) -> Thermocouple {
 mod tests {
     use super::*;
 
-    /// The checker's figures are those of the chip.
+    /// The configuration checker must use the same figures as the chip.
     #[test]
     fn every_type_reads_as_high_as_the_checker_says() {
         for kind in ThermocoupleType::ALL {

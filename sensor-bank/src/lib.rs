@@ -13,13 +13,13 @@ use units::Micros;
 use chip::Chip;
 pub use chip::Chips;
 
-/// No chip is read more often: none has more than ten new readings a second for everybody (a MAX31855 takes
+/// Shortest period between two readings: no chip has more than ten new readings a second (a MAX31855 takes
 /// 100 ms), and eight of them leave the bus free most of the time.
 const LEAST_PERIOD: Micros = Micros::from_millis(100);
-/// After a fault the chip is asked again so soon. A frame that noise has spoilt is forgiven by heat safety,
-/// which stops at four bad looks 50 ms apart; a fault that lasts is not.
+/// Time until the chip is read again after a fault. Heat safety forgives a frame spoilt by noise, as it stops
+/// at four bad readings 50 ms apart; a lasting fault is not forgiven.
 const ASK_AGAIN: Micros = Micros::from_millis(50);
-/// A reading counts for so many of its own periods.
+/// Number of its periods for which a reading is valid.
 const LASTS_PERIODS: u64 = 4;
 
 /// Period of the wire test, for chips that can test their sensor's wires. A test costs a conversion and a few
@@ -42,7 +42,7 @@ enum Stage {
 /// Chip with the time of its next reading.
 #[derive(Debug)]
 struct Sensor<SPI> {
-    /// The place of its temperature control in the configuration.
+    /// Index of the temperature control in the configuration.
     controller: usize,
     chip: Chip<SPI>,
     stage: Stage,
@@ -78,7 +78,7 @@ impl<SPI: embedded_hal::spi::SpiDevice> Sensor<SPI> {
         }
     }
 
-    /// A reading that counts until the next one has failed to come a few times.
+    /// Dates a reading, so that it is valid until the next one has failed to come a few times.
     fn dated(&self, reading: SensorReading, now: Micros) -> DatedReading {
         DatedReading { reading, taken: now, lasts: Micros(self.period.0 * LASTS_PERIODS) }
     }
@@ -89,7 +89,7 @@ impl<SPI: embedded_hal::spi::SpiDevice> Sensor<SPI> {
         self.begin_test(now)
     }
 
-    /// A chip without a test converts.
+    /// Begins a test; a chip without a test begins to convert.
     fn begin_test(&mut self, now: Micros) -> Result<(), chip::Fault> {
         self.stage = Stage::Untested;
         match self.chip.begin_test()? {
@@ -103,7 +103,7 @@ impl<SPI: embedded_hal::spi::SpiDevice> Sensor<SPI> {
     }
 
     fn end_test(&mut self, now: Micros) -> Result<(), chip::Fault> {
-        // Wires that are not sound are tested again.
+        // After a failed test the wires are tested again.
         self.stage = Stage::Untested;
         self.chip.end_test()?;
         self.tested = now;
@@ -128,7 +128,7 @@ impl<SPI: embedded_hal::spi::SpiDevice> Sensor<SPI> {
     }
 }
 
-/// The chips of all sensors.
+/// Chips of all temperature sensors.
 #[derive(Debug)]
 pub struct SensorBank<SPI> {
     sensors: Vec<Sensor<SPI>, MAX_HEATERS>,
@@ -141,8 +141,9 @@ impl<SPI> Default for SensorBank<SPI> {
 }
 
 impl<SPI: embedded_hal::spi::SpiDevice> SensorBank<SPI> {
-    /// Adds the sensor of the temperature control at this place of the configuration. Nothing is said to its
-    /// chip before the first [`Self::poll`]. False when its kind has no chip, or there is no room.
+    /// Adds the sensor of the temperature control at this place of the configuration. No message is sent to
+    /// its chip before the first [`Self::poll`]. Returns false when its kind has no chip, or there is no
+    /// room.
     pub fn add(&mut self, controller: usize, config: &config::SensorConfig, spi: SPI) -> bool {
         let Some(chip) = Chip::of(config, spi) else { return false };
         let wanted = Micros(1_000_000 / u64::from(config.readings_per_second.max(1)));

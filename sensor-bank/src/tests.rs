@@ -11,7 +11,8 @@ use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 
 use super::*;
 
-/// A MAX31855 with this frame, or a MAX31865 that keeps its registers, and how often it was asked.
+/// Model of a MAX31855 with this frame, or of a MAX31865 that keeps its registers, with a count of its
+/// requests.
 #[derive(Clone, Default)]
 struct Line {
     frame: Rc<Cell<u32>>,
@@ -19,7 +20,7 @@ struct Line {
     asked: Rc<Cell<u32>>,
     /// Fault bits that a test of the wires finds.
     finds: Rc<Cell<u8>>,
-    /// Nothing drives the line.
+    /// Whether nothing drives the data line.
     is_dead: Rc<Cell<bool>>,
 }
 
@@ -142,7 +143,8 @@ fn a_chip_that_comes_later_is_set_up_when_it_answers() {
     assert!(bank.poll(Micros::from_millis(210)).is_none() && line.registers.borrow()[0] == 0b1100_0001, "it converts");
 }
 
-/// Every five seconds, and no reading comes later for it; a wire that is not sound is told until it is.
+/// The wires are tested every five seconds without delaying a reading; a bad wire is reported until it is
+/// sound.
 #[test]
 fn the_wires_of_platinum_are_tested_again_and_again() {
     let (mut bank, line) = bank(SensorKind::Max31865, 10);
