@@ -1,5 +1,5 @@
 //! The boot stage without an application to start: it reports the reason, and takes an image over USB, or, if
-//! none may run, from the card. It ends with a reset; the next start runs the new image.
+//! none may run, from the card. The wait ends with a reset; the next start runs the new image.
 
 use bsp_prime::usb::{OtgBus, UsbSocket};
 use bsp_prime::{boot_stage, time};
