@@ -1,7 +1,7 @@
 //! Linker scripts, and the version and date of the image.
 use std::process::Command;
 
-/// The first line of git's answer, if it has one.
+/// Returns the first line of git's answer, if it has one.
 fn git(arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").args(arguments).output().ok().filter(|output| output.status.success())?;
     let text = String::from_utf8(output.stdout).ok()?;
@@ -25,7 +25,7 @@ fn main() {
         .map_or(package.to_owned(), |commit| format!("{package}-{commit}"));
     println!("cargo:rustc-env=VELVET_VERSION={version}");
     println!("cargo:rerun-if-changed=build.rs");
-    // Git's own answer: in a worktree these are not below `.git`, which is a file there. `logs/HEAD` grows
+    // Git names the paths: in a worktree these are not below `.git`, which is a file there. `logs/HEAD` grows
     // with each commit.
     for file in ["HEAD", "logs/HEAD"] {
         if let Some(path) = git(&["rev-parse", "--git-path", file]) {

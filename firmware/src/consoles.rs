@@ -1,4 +1,5 @@
-//! The consoles of the board: one variant each, and the compiler names every place that another one needs.
+//! Consoles of the board: an enum, so that a new console makes the compiler name every place that must
+//! change.
 
 use machine::ports::{ConsoleKind, SessionProfile};
 use machine::sessions::{Inbox, SessionId};
@@ -6,12 +7,12 @@ use machine::sessions::{Inbox, SessionId};
 static DEBUG: Inbox = Inbox::new();
 static UART0: Inbox = Inbox::new();
 static UART1: Inbox = Inbox::new();
-// The bus carries 64 bytes at a time; these may lie in slower memory.
+// The bus carries 64 bytes at a time, so these inboxes may lie in slower memory.
 #[unsafe(link_section = ".d2ram")]
 static USB0: Inbox = Inbox::new();
 #[unsafe(link_section = ".d2ram")]
 static USB1: Inbox = Inbox::new();
-/// Nothing fast looks at it, so it need not be in DTCM; and it is all zero, as the section is.
+/// Nothing fast reads this inbox, so it need not be in DTCM; and it is all zero, as the section is.
 #[unsafe(link_section = ".d2ram")]
 static RTT: Inbox = Inbox::new();
 
@@ -36,7 +37,7 @@ impl Console {
     /// All consoles of the board.
     pub const ALL: [Self; 6] = [Self::Debug, Self::Uart0, Self::Uart1, Self::Usb0, Self::Usb1, Self::Rtt];
 
-    /// The console of a session.
+    /// Returns the console of a session.
     pub fn of(session: SessionId) -> Option<Self> {
         Self::ALL.get(usize::from(session.0)).copied()
     }

@@ -11,27 +11,27 @@ use bsp_prime::sd::{self, CardService};
 use drivers::sd::{Direction, Lent, Run, SdError, State as CardState};
 use usb::{BLOCK_BYTES, Fault, Half, Medium, Progress, State};
 
-/// Blocks of a buffer: one command of the card. While one buffer is at the bus, which takes 14 ms for it, the
-/// other is at the card.
+/// Blocks of a buffer, moved by one command of the card. While one buffer is at the bus, which takes 14 ms
+/// for it, the other is at the card.
 const BUFFER_BLOCKS: u32 = 32;
 
-/// The computer, or the machine, has ended the loan: the disk is empty, and begins nothing more.
+/// Whether computer or machine has ended the loan: then the disk is empty, and begins nothing more.
 static IS_OVER: AtomicBool = AtomicBool::new(true);
 /// Number of times the card was lent: a change makes the computer forget its copy of the contents.
 static VISIT: AtomicU32 = AtomicU32::new(0);
 
-/// The card has been lent.
+/// Notes that the card has been lent.
 pub fn lent() {
     VISIT.fetch_add(1, Ordering::Relaxed);
     IS_OVER.store(false, Ordering::Release);
 }
 
-/// The loan ends: nothing more is begun.
+/// Ends the loan: nothing more is begun.
 pub fn end_loan() {
     IS_OVER.store(true, Ordering::Release);
 }
 
-/// Whether it has ended.
+/// Returns whether the loan has ended.
 pub fn is_over() -> bool {
     IS_OVER.load(Ordering::Acquire)
 }
@@ -44,7 +44,7 @@ struct Wanted {
     buffer: Half,
 }
 
-/// The medium of the disk.
+/// Medium of the disk, on the card.
 pub struct CardMedium {
     state: State,
     wanted: Option<Wanted>,
@@ -58,7 +58,7 @@ impl CardMedium {
         Self { state: State::Absent, wanted: None, direction: Direction::FromCard, progress: Progress::Done }
     }
 
-    /// Finds out how the card stands.
+    /// Updates the medium from the state of the card.
     pub fn look(&mut self, card: &mut CardService) {
         self.state = match card.state() {
             CardState::Ready(info) if card.is_lent() && !is_over() => State::Ready {
@@ -78,12 +78,12 @@ impl CardMedium {
         }
     }
 
-    /// Whether something is to be begun at the card.
+    /// Returns whether a transfer of the card waits to begin.
     pub const fn wants_card(&self) -> bool {
         self.wanted.is_some()
     }
 
-    /// Begins what is wanted.
+    /// Begins the waiting transfer of the card.
     pub fn begin(&mut self, card: &mut CardService, now_us: u64) {
         let Some(Wanted { direction, run, buffer }) = self.wanted.take() else { return };
         let begun = match sd::lent_buffer() {
@@ -140,7 +140,7 @@ impl Medium for CardMedium {
     }
 
     fn fetch(&self, buffer: Half, at: usize, into: &mut [u8]) {
-        // Within the buffer, as whoever asks knows how long it is.
+        // The read is within the buffer, as its user knows the length.
         let _is_within = sd::read_lent(place(buffer) + at, into);
     }
 

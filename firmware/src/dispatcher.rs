@@ -12,19 +12,19 @@ use rtic::Mutex;
 use crate::log::Told;
 use crate::usb;
 
-/// There may be something to do.
+/// Whether there may be work for the executor.
 static AWAKE: AtomicBool = AtomicBool::new(true);
 
 /// Number of rests of the executor, to measure delays.
 static TURNS: AtomicU32 = AtomicU32::new(0);
 
-/// Ends the executor's rest, or its next one. Called by whoever brings it bytes, and by the feed at each run;
-/// the step interrupt does not, or every step would cost a turn.
+/// Ends the executor's rest, or its next one. Called by tasks that bring it bytes, and by the feed at each
+/// run; the step interrupt does not, or every step would cost a turn.
 pub fn wake() {
     AWAKE.store(true, Ordering::Release);
 }
 
-/// The motion object behind its RTIC lock, as the feed wants it.
+/// Motion object behind its RTIC lock, for the feed.
 pub struct Locked<'a, M>(pub &'a mut M);
 
 impl<M: Mutex<T = &'static mut Motion>> Access for Locked<'_, M> {

@@ -1,5 +1,5 @@
-//! The end of the line: what a panic, a fault of the processor, a crystal that stops or a board that will not
-//! come up do. Outputs off first, then a report over RTT and for the next start, then a reset.
+//! Fatal errors: a panic, a fault of the processor, a crystal that stops or a board that does not come up.
+//! Outputs off first, then a report over RTT and for the next start, then a reset.
 
 use core::fmt::{Arguments, Write};
 use core::panic::PanicInfo;
@@ -26,7 +26,7 @@ fn end(report: impl FnOnce()) -> ! {
     cortex_m::interrupt::disable();
     make_outputs_safe();
     if !REPORTED.swap(true, Ordering::Relaxed) {
-        // A line of the log may have been under way.
+        // The log may have been in the middle of a line.
         log::take_over();
         report();
         bsp_prime::wait::pause(REPORT_DRAIN_US);
@@ -34,7 +34,7 @@ fn end(report: impl FnOnce()) -> ! {
     SCB::sys_reset()
 }
 
-/// Ends with these words, which the next start tells.
+/// Ends with this message, which the next start reports.
 fn end_with(words: Arguments<'_>) -> ! {
     end_at(time::now(), words)
 }
@@ -42,7 +42,7 @@ fn end_with(words: Arguments<'_>) -> ! {
 fn end_at(now: Micros, words: Arguments<'_>) -> ! {
     end(|| {
         let mut text = Text::new();
-        // A text takes what has room in it.
+        // Text without room is cut.
         let _ = text.write_fmt(words);
         last_words::leave(&text);
         kept::events().record(now, &Event::Ended(events::Text::from(text.as_str())));
@@ -50,17 +50,18 @@ fn end_at(now: Micros, words: Arguments<'_>) -> ! {
     })
 }
 
-/// A reset that a person or a host asked for.
+/// Resets the board on request of a person or a host.
 pub fn reset_as_asked() -> ! {
     end(|| defmt::info!("reset as asked"))
 }
 
-/// The chip's own supply falls: motors cannot be held by drivers that have no logic supply either.
+/// Ends at a fall of the chip's own supply: motors cannot be held by drivers that have no logic supply
+/// either.
 pub fn supply_falls() -> ! {
     end_with(format_args!("the 3.3 V supply fell below 2.8 V: check the 24 V and 5 V supply"))
 }
 
-/// The board did not come up.
+/// Ends with a report that the board did not come up.
 pub fn board_failed(error: BoardError) -> ! {
     if let Some(ends) = rtt::start() {
         log::start(ends.log);
@@ -89,7 +90,7 @@ fn panic(info: &PanicInfo) -> ! {
     }
 }
 
-/// An interrupt that nobody expects.
+/// Ends at an unexpected interrupt.
 #[exception]
 unsafe fn DefaultHandler(number: i16) {
     end_with(format_args!("unexpected interrupt {number}"));
@@ -101,9 +102,9 @@ unsafe fn NonMaskableInt() {
     end_with(format_args!("the 25 MHz crystal stopped"));
 }
 
-/// Hands over where it happened. The stack that overflowed may be the one that this runs on, and then the
-/// processor could not store the frame, and the first push would lock it up (ARMv7-M ARM B1.5.15): so the
-/// main stack begins anew. Nothing returns to what was on it.
+/// Hands over the place of the fault. The overflowed stack may be the one that this handler runs on, and then
+/// the processor could not store the frame, and the first push would lock it up (ARMv7-M ARM B1.5.15): so the
+/// main stack begins anew. Nothing returns to its old contents.
 #[unsafe(naked)]
 // SAFETY: the name is the one that the vector table of `cortex-m-rt` refers to; nobody else defines it.
 #[unsafe(no_mangle)]

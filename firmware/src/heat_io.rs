@@ -12,12 +12,12 @@ use machine::ports::{
 use machine::tasks::{self, Due, HeatTask};
 use units::{Celsius, Micros};
 
-/// A chip temperature older than four runs of the slow task is none.
+/// Age at which a chip temperature is stale: four runs of the slow task.
 const CHIP_STALE: Micros = Micros::from_millis(400);
 
 /// Heat control with its inputs and outputs: one resource, since one is never used without the other.
 pub struct Heat {
-    /// In place from the start: built and moved it would take main stack that bringing up has not.
+    /// Built in place: moving it would take main stack that start-up does not have.
     pub control: &'static mut HeatControl,
     pub io: HeatIo,
     task: HeatTask,
@@ -27,15 +27,15 @@ pub struct HeatIo {
     pub heaters: [Option<Output>; MAX_HEATERS],
     pub switches: [Option<Output>; MAX_SWITCHES],
     pub thermistors: Thermistors,
-    /// For each temperature controller, the place of its input in the scan.
+    /// Places in the scan of the temperature controllers' inputs.
     pub sensors: [Option<usize>; MAX_HEATERS],
     /// Controllers that get the chip's temperature.
     pub of_chip: [bool; MAX_HEATERS],
-    /// The chips of some sensors are to be read.
+    /// Whether the chips of some sensors are to be read.
     pub reads_chips: bool,
     /// Readings of other tasks, for each controller.
     told: [Option<DatedReading>; MAX_HEATERS],
-    /// For each input of the filament width sensor, its place in the scan.
+    /// Places in the scan of the filament width sensor's inputs.
     pub filament_width: [Option<usize>; 2],
     /// Inputs of tachometers, by the place of the fan in the configuration's list.
     pub tachometers: [Option<Input>; MAX_FANS],
@@ -82,7 +82,7 @@ impl Heat {
         task.run(bsp_prime::time::now(), &crate::REACHED, control, io)
     }
 
-    /// A run between two others: see [`bsp_prime::time::pend_heat_tick`].
+    /// Runs the heat task between two periods: see [`bsp_prime::time::pend_heat_tick`].
     pub fn run_early(&mut self) {
         let Self { control, io, task } = self;
         task.run_early(&crate::REACHED, control, io);
@@ -100,7 +100,7 @@ impl HeatIo {
         }
     }
 
-    /// Takes what the chip of a controller's sensor says.
+    /// Takes the reading of a controller's sensor chip.
     pub fn set_reading(&mut self, controller: usize, reading: DatedReading) {
         if let Some(place) = self.told.get_mut(controller) {
             *place = Some(reading);
@@ -112,7 +112,8 @@ impl HeatIo {
 fn reading(thermistors: &Thermistors, input: Option<usize>) -> SensorReading {
     match input.map(|input| thermistors.average(input)) {
         Some(Ok(counts)) => SensorReading::Counts(counts),
-        // Not scanned yet, or a scan that stopped: a missing sensor, which keeps the heater off.
+        // An input not scanned yet, or a scan that stopped, counts as a missing sensor, which keeps the
+        // heater off.
         Some(Err(_)) | None => SensorReading::Missing,
     }
 }

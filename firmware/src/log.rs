@@ -14,7 +14,7 @@ impl Told {
         Self(kept::events().next())
     }
 
-    /// Tells what is new.
+    /// Prints the events since the last call.
     pub fn tell(&mut self) {
         let ring = kept::events();
         let end = ring.next();
@@ -28,7 +28,7 @@ impl Told {
     }
 }
 
-/// The first event of this start.
+/// Records the first event of this start.
 pub fn record_start(identity: &Identity) {
     let cause = match identity.reset_cause {
         ResetCause::PowerOn => Cause::PowerOn,
@@ -41,7 +41,7 @@ pub fn record_start(identity: &Identity) {
     kept::events().record(time::now(), &Event::Started { cause, date: date() });
 }
 
-/// The date, when somebody has set the clock.
+/// Returns the date, once the clock has been set.
 fn date() -> Option<Date> {
     let rtc::Reading { year, month, day, hour, minute, second } = rtc::now();
     (year != DateTime::UNSET.year).then_some(Date { year, month, day, hour, minute, second })

@@ -17,7 +17,7 @@
 //! | 1 | `sensors` | `heat`, 100 Hz, where there are some | 50 ms |
 //! | 0 | `idle` | bytes, and the feed | none: consoles and dispatcher |
 //!
-//! The bodies live in `machine` and `motion`; here is only who runs when, and who owns what.
+//! The task bodies live in `machine` and `motion`; here are only priorities and ownership.
 #![no_std]
 #![no_main]
 #![allow(unsafe_code, reason = "interrupt placement and fault handlers need it")]
@@ -59,8 +59,8 @@ static REACHED: ReachedMark = ReachedMark::new();
 /// Reports of live tasks since the watchdog was fed.
 static REPORTS: Reports = Reports::new();
 
-// No task is `async`: what software alone asks for has an interrupt of its own that nothing else uses, and is
-// pended.
+// No task is `async`: a task that only software asks for has an interrupt of its own that nothing else uses,
+// and is pended.
 #[rtic::app(device = stm32h7xx_hal::pac, peripherals = true)]
 mod app {
     use bsp_prime::flash::BoardFlash;
@@ -85,7 +85,8 @@ mod app {
     use crate::{LATCH, PLANNER, REACHED, REPORTS, SENSORS, SLOW, dispatcher, fault, log, update, usb};
     use machine::heat::HeatControl;
 
-    /// The feed looks after others when this has passed: at each of its runs by period, whatever kept one.
+    /// Least time between two rounds of the feed's other duties: each of its periodic runs, apart from
+    /// delays.
     const LOOK_EVERY: Ticks = Ticks::from_micros(400);
 
     /// Memory of motion that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for the
@@ -96,7 +97,7 @@ mod app {
     /// The look-ahead queue, in DTCM as every static without a section of its own.
     static mut BLOCKS: BlockRing = BlockRing::new();
 
-    /// The one motion object.
+    /// Creates the one motion object.
     const fn motion() -> Motion {
         let (blocks, store) = (&raw mut BLOCKS, &raw mut STORE);
         // SAFETY: called once, for the initial value of the one motion object; the statics have no other
@@ -262,8 +263,8 @@ mod app {
         usb::on_interrupt(cx.local.device, &mut cx.shared.card);
     }
 
-    // Moves the card on: some hundred instructions, up to some thousand where blocks have come in. Then
-    // whoever waits for it looks again: the dispatcher, or the disk of the computer that has it.
+    // Moves the card on: some hundred instructions, up to some thousand if blocks have come in. Then the
+    // waiting users look again: the dispatcher, or the disk of the computer that has it.
     #[task(binds = SDMMC1, priority = 6, shared = [card])]
     fn card(mut cx: card::Context) {
         sd::on_interrupt();
@@ -274,7 +275,7 @@ mod app {
         dispatcher::wake();
     }
 
-    // Heaters and slow outputs. Above planning, so that no job can starve heat safety.
+    // Runs heaters and slow outputs. Above planning, so that no job can starve heat safety.
     #[task(binds = TIM7, priority = 5, shared = [heat], local = [heat_tick, watchdog])]
     fn heat(mut cx: heat::Context) {
         let on_time = cx.local.heat_tick.acknowledge();
@@ -292,7 +293,7 @@ mod app {
         }
         if due.slow {
             rtic::pend(SLOW);
-            // So that it reports, whether or not anything moves.
+            // Pended so that the planner reports, whether or not anything moves.
             rtic::pend(PLANNER);
         }
         if reads_chips {
@@ -327,7 +328,7 @@ mod app {
         }
         cx.local.feed_tick.next_in(feed.wait(time::now_ticks()));
         if looks {
-            // Soon enough for an M112.
+            // The console is polled often enough for an M112.
             let _heard = cx.local.typed.look(Console::Rtt.inbox());
             REPORTS.report(Reporter::StepFeed);
             dispatcher::wake();
@@ -347,7 +348,7 @@ mod app {
         bsp_prime::led_strip::on_interrupt();
     }
 
-    // Driver faults and supply voltages.
+    // Checks driver faults and supply voltages.
     #[task(binds = LPTIM1, priority = 1, shared = [slow, heat])]
     fn slow(mut cx: slow::Context) {
         let celsius = cx.shared.slow.lock(|slow| {
@@ -380,7 +381,7 @@ mod app {
         // The flash is present, as only this code takes it.
         let Some(flash) = cx.local.flash.take() else { fault::reset_as_asked() };
         let updates = update::start(flash);
-        // Made where they will live, on the thread stack: they are large.
+        // Made in place on the thread stack, as the ports are large.
         dispatcher::run(|| BoardPorts::new(owned, updates, card, shared, wake_planner))
     }
 }

@@ -1,4 +1,4 @@
-//! Drivers outside the board, from the configuration to their pins and buses.
+//! External drivers, from the configuration to their pins and buses.
 
 use bsp_prime::pins::{Output, PinSpec, Pins};
 use bsp_prime::uart::UartPort;
@@ -9,7 +9,7 @@ use units::Actuator;
 use crate::drivers::{Line, MotorDriver, OutsideBus};
 use crate::wiring::{Report, owner, spec};
 
-/// A driver outside the board. As with those on the board, it need not answer yet.
+/// Makes an external driver. As with those on the board, it need not answer yet.
 pub fn outside(
     config: &MachineConfig,
     actuator: Actuator,
@@ -36,7 +36,7 @@ pub fn spi(
 ) -> Option<OutsideBus> {
     let kind = config.actuators[actuator].driver;
     let channel = config.stealth_family(kind)?.channel;
-    // The checker has found it; without one the motor has no driver.
+    // The configuration checker reports a missing select; without one the motor has no driver.
     let select = config.stealth_driver(actuator)?.spi_cs_pin?;
     let select = PinSpec { inverted: true, ..spec(select) };
     let claimed = pins.output(select, &owner("driver", actuator.name(), "spi_cs_pin"));

@@ -43,15 +43,15 @@ mod files;
 mod rest;
 mod updates;
 
-/// Inputs the machine can ask for: twelve endstops, sixteen switches, the probe closed, open and whether it
-/// is out, kill button, door, filament and its wheel; the stall outputs of the on-board drivers; buttons.
+/// Number of inputs: twelve endstops, sixteen switches, the probe closed, open and deployed, kill button,
+/// door, filament and its wheel; the stall outputs of the on-board drivers; buttons.
 const MAX_INPUTS: usize = 35 + 4 + config::MAX_BUTTONS;
 /// Time for the last replies to leave before a reset that was asked for.
 const RESET_DELAY: Micros = Micros::from_seconds(1);
-/// Longer than that a reset waits for no card.
+/// Longest wait for the card before a reset.
 const LAST_WRITES: Micros = Micros::from_seconds(5);
 
-/// The LED that is on while something moves: LED 2.
+/// Index of the LED that is on while something moves: LED 2.
 const PLAY_LED: u8 = 1;
 
 /// Peripherals that only the dispatcher uses.
@@ -61,7 +61,7 @@ pub struct Owned {
     pub motors_enable: Output,
     pub leds: [Output; 4],
     pub led_sender: LedSender,
-    /// Shows what LED 2 shows.
+    /// Output that follows LED 2.
     pub second_lamp: Option<Output>,
     pub debug: UartPort,
     pub uarts: [UartPort; 2],
@@ -70,9 +70,9 @@ pub struct Owned {
     pub second_core_starts: bool,
     pub rtc: Rtc,
     pub rtt: Said,
-    /// Until it is connected, with the chip's unique id.
+    /// USB socket until it is connected, with the chip's unique id.
     pub usb: Option<(UsbSocket, [u32; 3])>,
-    /// Says that the computer at the USB socket has the card.
+    /// Lamp that shows that the computer at the USB socket has the card.
     pub disk_lamp: Option<Output>,
 }
 
@@ -96,7 +96,7 @@ pub struct BoardPorts<M, H, S, T, K: Mutex<T = &'static mut CardService>> {
     /// Timer and channel of each strip of lights.
     strips: [Option<(usize, usize)>; config::MAX_STRIPS],
     reset_at: Option<Micros>,
-    /// Since when the bus has said nothing to a computer's disk that has the card.
+    /// Time since which the bus is silent while a computer has the card.
     silent_since: Option<Micros>,
     plan: fn(),
     /// Position of the log in the ring of events.
@@ -110,7 +110,7 @@ where
     S: Mutex<T = Slow>,
     T: Mutex<T = TriggerInputs>,
 {
-    /// `plan` wakes the planner task.
+    /// Creates the ports; `plan` wakes the planner task.
     pub fn new(
         owned: &'static mut Owned,
         updates: &'static mut Updates,
@@ -135,7 +135,7 @@ where
         }
     }
 
-    /// None for a port that is no console.
+    /// Returns the port of a console; `None` if it has none.
     fn port(&mut self, console: Console) -> Option<&mut UartPort> {
         let [uart0, uart1] = &mut self.owned.uarts;
         let [uart0_open, uart1_open] = self.open;
@@ -191,8 +191,8 @@ where
 
     fn wire_heat(&mut self, config: &MachineConfig, report: &mut Report<'_>) {
         let (owned, heat, strips) = (&mut self.owned, &mut self.shared.heat, &mut self.strips);
-        // Longer than other locks, and still some microseconds only: the calibration begun at power-on is
-        // over. Nothing heats yet.
+        // A longer lock than others, and still some microseconds only: the calibration begun at power-on is
+        // over. No heater is on yet.
         heat.lock(|heat| wiring::temperatures(config, owned.pins, &mut heat.io, report));
         heat.lock(|heat| wiring::tachometers(config, owned.pins, &mut heat.io, report));
         heat.lock(|heat| {
@@ -337,7 +337,7 @@ where
     }
 }
 
-/// The owner of a pin that somebody tries out.
+/// Owner of a pin under test.
 const BORROWER: &str = "the command gpio";
 
 impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> PinPort for BoardPorts<M, H, S, T, K> {
@@ -381,7 +381,7 @@ where
     fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool {
         let mut report = Report::new(report);
         wiring::guards(config, &mut report);
-        // First of all, so that no sensor's chip listens to what drivers are told.
+        // Sensor selects come first, so that no sensor's chip listens to messages for drivers.
         let sensors = wiring::sensors(config, self.owned.pins, &mut self.owned.spi, &mut report);
         let reads_chips = !sensors.is_empty();
         let bank = wiring::motors(config, self.owned.pins, &mut self.owned.spi, &mut self.owned.uarts, &mut report);

@@ -10,14 +10,14 @@ use bsp_prime::time;
 use machine::sessions::{Inbox, Intake};
 use units::Micros;
 
-/// Bytes taken at a look, of which there are two thousand a second: so typing costs the step feed's task
+/// Most bytes taken at a poll, of which there are two thousand a second: so typing costs the step feed's task
 /// little, and 32 kB/s are as much as a probe brings.
 const AT_A_LOOK: usize = 16;
-/// Without a byte read for so long while the ring is full, nobody reads. Sooner than sessions forget what
-/// nobody takes: later nothing would ask any more.
+/// Time without a byte read from a full ring after which the reader counts as gone. Shorter than the time
+/// after which sessions drop unread output, as they then would not ask any more.
 const PATIENCE: Micros = Micros::from_seconds(1);
 
-/// Nobody reads, for the side that hears.
+/// Whether the reader has gone, for the input side.
 static LEFT: AtomicBool = AtomicBool::new(false);
 
 /// Input of the console, for the task that polls it.
@@ -44,7 +44,7 @@ impl Typed {
             return false;
         }
         inbox.set_open(true);
-        // There is room: it was asked for.
+        // There is room, as checked before the read.
         let _taken = inbox.receive_all(&mut self.intake, bytes.get(..count).unwrap_or_default());
         true
     }
@@ -62,7 +62,7 @@ impl Said {
         Self { up, stuck: None }
     }
 
-    /// Says as much as there is room for; everything, to nobody.
+    /// Writes as many bytes as there is room for; without a reader, all bytes are dropped.
     pub fn write(&mut self, inbox: &Inbox, bytes: &[u8]) -> usize {
         if !inbox.is_open() {
             self.stuck = None;

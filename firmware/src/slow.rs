@@ -18,7 +18,7 @@ struct Monitor {
     scale: f32,
 }
 
-/// The slow task's resource.
+/// Resource of the slow task.
 pub struct Slow {
     pub drivers: DriverBank,
     pub sensors: SensorBank,
@@ -36,12 +36,12 @@ impl Slow {
     /// Starts reading the configured voltages.
     pub fn monitor(&mut self, config: &MachineConfig) -> Result<(), AdcError> {
         let mut inputs = Vec::<usize, { config::MAX_VOLTAGES + 3 }>::new();
-        // Always there: the chip's own.
+        // The chip's own inputs are always there.
         let _fit = inputs.extend_from_slice(&[table::CHIP_TEMPERATURE, table::VREF, table::VBAT]);
         for voltage in &config.voltages {
             let input = usize::from(voltage.input.0);
             let monitor = Monitor { name: voltage.name.clone(), input, scale: voltage.scale };
-            // As many as the configuration can hold.
+            // Both lists hold as many as the configuration can.
             let _fits = self.monitors.push(monitor).is_ok() && inputs.push(input).is_ok();
         }
         self.supplies.start(&inputs)
@@ -58,18 +58,18 @@ impl Slow {
         Some(source_volts(self.supplies.reading(monitor.input)?, monitor.scale))
     }
 
-    /// The same, as new as the last time it was asked for.
+    /// Returns the voltage of this name and requests a new reading.
     pub fn voltage_now(&mut self, name: &str) -> Option<Volts> {
         let monitor = self.monitors.iter().find(|monitor| monitor.name == name)?;
         Some(source_volts(self.supplies.follow(monitor.input)?, monitor.scale))
     }
 
-    /// Temperature of the chip.
+    /// Returns the temperature of the chip.
     pub fn chip_celsius(&self) -> Option<Celsius> {
         chip_celsius(self.supplies.reading(table::CHIP_TEMPERATURE)?).map(Celsius)
     }
 
-    /// Ten times a second.
+    /// Runs the slow task, ten times a second.
     pub fn tick(&mut self) {
         self.supplies.poll();
         let supply = SupplyVoltages { motor: self.voltage("vmotor"), fets: self.voltage("vfet") };

@@ -13,7 +13,7 @@ use storage::Card;
 
 use crate::workspace;
 
-/// A card that takes longer for a block is slow.
+/// Duration of a block's transfer from which the card counts as slow, us.
 const SLOW_US: u64 = 10_000;
 
 /// The card with its file system.
@@ -24,17 +24,17 @@ pub fn card_storage<K: Mutex<T = &'static mut CardService>>(card: K) -> CardStor
     CardStorage::new(Slot(card), Dated, workspace::gathered())
 }
 
-/// The card in its slot, behind its lock. Each call holds it for microseconds; what has to wait sleeps
-/// between two looks, until the controller's interrupt or the next run of the step feed.
+/// The card in its slot, behind its lock. Each call holds it for microseconds; a call that has to wait sleeps
+/// between two checks, until the controller's interrupt or the next run of the step feed.
 pub struct Slot<K>(K);
 
 impl<K: Mutex<T = &'static mut CardService>> Slot<K> {
-    /// Looks at the card.
+    /// Runs an action on the card under its lock.
     pub fn with<R>(&mut self, action: impl FnOnce(&mut CardService) -> R) -> R {
         self.0.lock(|card| action(card))
     }
 
-    /// Waits until there is an answer.
+    /// Waits until `ask` gives an answer.
     fn wait<R>(&mut self, mut ask: impl FnMut(&mut CardService) -> Option<R>) -> R {
         let since = time::now().0;
         loop {
@@ -48,7 +48,7 @@ impl<K: Mutex<T = &'static mut CardService>> Slot<K> {
             });
             match answer {
                 Some(answer) => {
-                    // Each command has its limit: a card that takes its time is no dispatcher that hangs.
+                    // Each command has its limit: a slow card must not look like a hanging dispatcher.
                     if now.saturating_sub(since) > SLOW_US {
                         crate::REPORTS.report(Reporter::Dispatcher);
                     }
@@ -64,7 +64,7 @@ impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
     type Error = SdError;
 
     fn identify(&mut self) -> Result<(), SdError> {
-        // From the first time on: cards come and go while the machine runs.
+        // Automatic checks start with the first mount: cards come and go while the machine runs.
         let is_lent = self.0.lock(|card| {
             card.look_by_itself();
             if !card.is_lent() {
@@ -105,7 +105,7 @@ impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
         self.wait(|card| match card.write(number, block) {
             Ok(true) => Some(Ok(())),
             Ok(false) => {
-                // More than there is room for: what was held back has to go.
+                // The write needs more than the room left, so held writes have to go.
                 card.hold(false);
                 None
             }
@@ -199,7 +199,7 @@ impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
         }
     }
 }
-/// Files are dated by the clock, once somebody has set it.
+/// Source of file dates: the clock, once it has been set.
 #[derive(Clone, Copy)]
 pub struct Dated;
 
@@ -213,7 +213,7 @@ impl TimeSource for Dated {
     fn get_timestamp(&self) -> Timestamp {
         let FileTime { year, month, day, hour, minute } = date().for_files();
         Timestamp {
-            // Not before 1980, and months and days are counted from one.
+            // The date must not be before 1980, and months and days are counted from one.
             year_since_1970: (year - 1970) as u8,
             zero_indexed_month: month.saturating_sub(1),
             zero_indexed_day: day.saturating_sub(1),

@@ -25,7 +25,7 @@ struct Source {
 #[derive(Debug, Default)]
 pub struct TriggerInputs {
     sources: Vec<Source, MAX_INPUTS>,
-    /// The mask the detectors were last given out for.
+    /// Mask of armed inputs when the detectors were last given out.
     watched: u32,
 }
 
@@ -35,7 +35,7 @@ impl TriggerInputs {
         self.sources.push(Source { number, spec, pin }).is_ok()
     }
 
-    /// At each run of the feed, before it looks at the latch.
+    /// Reads the armed inputs at each run of the feed, before it looks at the latch.
     pub fn look(&mut self, latch: &Latch) {
         let armed = latch.armed();
         if armed != self.watched {

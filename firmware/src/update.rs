@@ -14,16 +14,16 @@ use update::{
 
 use crate::dispatcher;
 
-/// Until then a second press of RESET is a request for the download.
+/// Time after the start in which a second press of RESET requests the download.
 const SECOND_PRESS: Micros = Micros::from_seconds(1);
 
 /// A host has asked for the firmware download.
 static ASKED: AtomicBool = AtomicBool::new(false);
-/// The machine could be left now: nothing moves, heats or plays.
+/// Whether the machine may be left now: nothing moves, heats or plays.
 static MAY_LEAVE: AtomicBool = AtomicBool::new(false);
 
-/// Asks for the firmware download, from any task: the dispatcher does what the command `dfu` does, and the
-/// board is reset into the boot stage. False, and nothing happens, while the machine works.
+/// Asks for the firmware download, from any task: the dispatcher does the same as for the command `dfu`, and
+/// the board is reset into the boot stage. Returns false, and does nothing, while the machine works.
 pub fn ask_for_download() -> bool {
     if !MAY_LEAVE.load(Ordering::Relaxed) {
         return false;
@@ -40,7 +40,8 @@ static mut PLACE: MaybeUninit<Updates> = MaybeUninit::uninit();
 pub struct Updates {
     flash: BoardFlash,
     log: Log<'static>,
-    /// The image that runs; none where its manifest cannot be read, which no boot stage would have started.
+    /// Image that runs; `None` if its manifest cannot be read, with which no boot stage would have started
+    /// it.
     image: Option<Known>,
     /// State of the update at the start of the image.
     running: Running,
@@ -48,7 +49,7 @@ pub struct Updates {
     has_run: bool,
 }
 
-/// Made in place, with what the log says. Once, by the one who has the flash.
+/// Creates the data in place, from the log. Call once, as the owner of the flash.
 pub fn start(mut flash: BoardFlash) -> &'static mut Updates {
     let log = Log::read(&mut flash, &PRIME);
     let image = manifest(&mut flash).as_ref().map(Known::of);
@@ -87,7 +88,7 @@ const fn arrival(arrival: update::Arrival) -> Arrival {
     }
 }
 
-/// The words of a flaw.
+/// Returns the message of a flaw.
 fn words(flaw: update::Flaw) -> Flaw {
     let mut why = Flaw::new();
     // The message always fits its buffer.
@@ -111,13 +112,13 @@ impl Updates {
         }
     }
 
-    /// Writes the owner's policy down, where it is another one.
+    /// Records the owner's policy, if it has changed.
     pub fn set_policy(&mut self, key: Option<[u8; 32]>, is_locked: bool) -> Result<(), Flaw> {
         if key.as_ref().is_some_and(|key| !Policy::is_key(key)) {
             return Err(text("this is no Ed25519 public key: write what velvet key says"));
         }
         let policy = Policy { key, is_locked };
-        // The boot stage would not start it any more.
+        // The boot stage would not start the present image under that policy.
         if manifest(&mut self.flash).is_none_or(|manifest| policy.allows(&manifest).is_err()) {
             return Err(text("the firmware that runs is not signed with it: install one that is first"));
         }
@@ -127,7 +128,7 @@ impl Updates {
         Ok(())
     }
 
-    /// Bytes of the image.
+    /// Returns the size of the image in bytes.
     pub fn image_bytes(&self) -> u32 {
         self.image.map_or(0, |image| image.length)
     }
@@ -142,7 +143,7 @@ impl Updates {
         self.look = FileCheck::new(&PRIME);
     }
 
-    /// The next bytes of it.
+    /// Checks the next bytes of the file.
     pub fn look(&mut self, piece: &[u8]) {
         self.look.take(piece);
     }
@@ -167,8 +168,8 @@ impl Updates {
         self.log.append(&mut self.flash, Entry::Requested(Origin::File, image)).is_ok()
     }
 
-    /// Whether a host has asked for the download; and says for the next one whether he may. At each look of
-    /// the dispatcher's.
+    /// Returns whether a host has asked for the download, and stores whether the next may. Called at each
+    /// turn of the dispatcher.
     pub fn take_download_request(&mut self, may: bool) -> bool {
         if !self.has_run && time::now() > SECOND_PRESS {
             self.has_run = true;

@@ -1,4 +1,4 @@
-//! The board as a USB device, for the machine: what its functions are connected to, and who runs it.
+//! The board as a USB device for the machine: the connections of its functions, and its owner.
 //!
 //! The device belongs to the interrupt of its controller and to nobody else. The device is built in idle,
 //! once the configuration is known, and handed over once. From then on idle leaves bytes in a ring, or makes
@@ -21,21 +21,22 @@ use crate::consoles::Console;
 use crate::disk::CardMedium;
 use crate::{dispatcher, update};
 
-/// Bytes for the host: what the bus takes in 3 ms, more than the dispatcher is ever away for.
+/// Size of the ring to the host, bytes: the data of 3 ms of the bus, more than the dispatcher is ever away
+/// for.
 const TO_HOST_BYTES: usize = 4096;
 
 #[unsafe(link_section = ".d2ram")]
 static TO_HOST: [ByteRing<TO_HOST_BYTES>; 2] = [const { ByteRing::new() }; 2];
 
-/// The consoles at the socket, and whether the port of each has found no room in its inbox: it is to be told
-/// when there is.
+/// Consoles at the socket, and whether the port of each has found no room in its inbox and must be told of
+/// new room.
 static WAIT_FOR_ROOM: [(Console, AtomicBool); 2] =
     [(Console::Usb0, AtomicBool::new(false)), (Console::Usb1, AtomicBool::new(false))];
 
-/// The device on its way from idle to its interrupt.
+/// USB device on its way from idle to its interrupt.
 static HANDED_OVER: AtomicPtr<Device> = AtomicPtr::new(ptr::null_mut());
 
-/// The bus says nothing: there is no computer, or it sleeps.
+/// Whether the bus is silent: there is no computer, or it sleeps.
 static IS_SILENT: AtomicBool = AtomicBool::new(true);
 
 /// Handler of the computer's request for a firmware download (DFU detach).
@@ -57,14 +58,14 @@ struct Place {
 #[unsafe(link_section = ".d2ram")]
 static mut PLACE: MaybeUninit<Place> = MaybeUninit::uninit();
 
-/// A console at a serial port.
+/// Console at a serial port of USB.
 pub struct ConsoleLine {
     console: Console,
     intake: Intake,
     to_host: &'static ByteRing<TO_HOST_BYTES>,
 }
 
-/// The ring of bytes that a console has for the host; none for one that is not at the socket.
+/// Returns the ring of a console's bytes for the host; `None` for one that is not at the socket.
 fn ring(console: Console) -> Option<&'static ByteRing<TO_HOST_BYTES>> {
     match console {
         Console::Usb0 => Some(&TO_HOST[0]),
@@ -127,12 +128,12 @@ impl Line for ConsoleLine {
     }
 }
 
-/// The consoles at the socket have nobody at their other ends yet. Before there are sessions.
+/// Marks the consoles at the socket as unused. Call before there are sessions.
 pub fn begin() {
     [Console::Usb0, Console::Usb1].into_iter().for_each(|console| console.inbox().set_open(false));
 }
 
-/// Builds the device and connects it. Once: there is one socket.
+/// Builds the device and connects it. Call once: there is one socket.
 ///
 /// # Errors
 /// The socket does not work.
@@ -172,7 +173,7 @@ const fn words(error: UsbError) -> &'static str {
     }
 }
 
-/// The interrupt: one event of the bus, and a few packets.
+/// Handles the interrupt: one event of the bus, and a few packets.
 pub fn on_interrupt(device: &mut Option<&'static mut Device>, card: &mut impl Mutex<T = &'static mut CardService>) {
     if device.is_none() {
         let handed_over = HANDED_OVER.swap(ptr::null_mut(), Ordering::Acquire);
@@ -202,13 +203,13 @@ pub fn tell_disk(card: &CardService) {
     }
 }
 
-/// Whether the bus says nothing.
+/// Returns whether the bus is silent.
 pub fn is_silent() -> bool {
     IS_SILENT.load(Ordering::Relaxed)
 }
 
-/// Takes bytes for the host at the other end of a console: as many as fit, all where nobody is there. `None`
-/// for a console that is not at the socket.
+/// Takes bytes for the host at the other end of a console: as many as fit, all if no host listens. `None` for
+/// a console that is not at the socket.
 pub fn write(console: Console, bytes: &[u8]) -> Option<usize> {
     let ring = ring(console)?;
     if !console.inbox().is_open() {
@@ -221,8 +222,7 @@ pub fn write(console: Console, bytes: &[u8]) -> Option<usize> {
     Some(count)
 }
 
-/// Has packets fetched that have waited for room, if there is some now. Called when the machine has taken
-/// bytes.
+/// Fetches packets that have waited for room, if there is some now. Called when the machine has taken bytes.
 pub fn look_for_room() {
     for (console, waits) in &WAIT_FOR_ROOM {
         if waits.load(Ordering::Relaxed) && console.inbox().room() >= usb::PACKET_BYTES {

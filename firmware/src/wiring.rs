@@ -35,13 +35,13 @@ impl<'a> Report<'a> {
         self.clean = false;
     }
 
-    /// The value, or its error as a line.
+    /// Returns the value, or reports its error as a line.
     pub fn take<T, E: Display>(&mut self, result: Result<T, E>) -> Option<T> {
         result.map_err(|error| self.trouble(error)).ok()
     }
 }
 
-/// The name a pin's owner has in messages: section, instance, key.
+/// Returns the name of a pin's owner for messages: section, instance, key.
 pub fn owner(section: &str, instance: &str, key: &str) -> String<64> {
     let mut name = String::new();
     // Long instance names are cut; the message stays readable.
@@ -49,7 +49,7 @@ pub fn owner(section: &str, instance: &str, key: &str) -> String<64> {
     name
 }
 
-/// The configuration's pin as the board package's.
+/// Converts the configuration's pin to that of the board package.
 pub fn spec(pin: Pin) -> PinSpec {
     let name = bsp_prime::pins::PinName::new(pin.port_letter(), pin.number);
     let pull = match pin.pull {
@@ -60,7 +60,7 @@ pub fn spec(pin: Pin) -> PinSpec {
     PinSpec { pin: name, inverted: pin.inverted, open_drain: pin.open_drain, pull }
 }
 
-/// Step, direction and enable pins and driver chips.
+/// Sets up step, direction and enable pins and driver chips.
 pub fn motors(
     config: &MachineConfig,
     pins: &mut Pins,
@@ -72,7 +72,7 @@ pub fn motors(
     let mut bank = DriverBank::default();
     release_reset(config, pins, report);
     // First of all, so that no chip outside, whose select nothing pulls up yet, listens to what others are
-    // told. These chips are told nothing yet themselves.
+    // told. The chips outside are told nothing yet.
     let mut open = [false; 2];
     for (actuator, motor) in config.actuators() {
         if config.stealth_driver(actuator).is_none() {
@@ -106,7 +106,7 @@ pub fn motors(
     bank
 }
 
-/// Raises the reset line of a driver board, for good: the pin has its owner and nobody else to write it.
+/// Raises the reset line of a driver board, for good: the pin has its owner and no other code writes it.
 fn release_reset(config: &MachineConfig, pins: &mut Pins, report: &mut Report<'_>) {
     let Some(pin) = config.tmc2590.reset_pin else { return };
     if let Some(mut line) = report.take(pins.output(spec(pin), "tmc2590.common.reset_pin")) {
@@ -138,7 +138,7 @@ fn motor_lines(
         lines.step = report.take(claimed).unwrap_or(lines.step);
     }
     if let Some(pin) = motor.dir_pin {
-        // Off, which is low without `!`, is forward.
+        // A pin that is off, low without `!`, means forward.
         let spec = PinSpec { inverted: motor.direction_inverted(), ..spec(pin) };
         let claimed = pins.fast_output(spec, &owner("actuator", actuator.name(), "dir_pin"));
         lines.direction = report.take(claimed).unwrap_or(lines.direction);
@@ -146,7 +146,7 @@ fn motor_lines(
     lines
 }
 
-/// The enable output of a driver outside the board, if it has one.
+/// Returns the enable output of an external driver, if it has one.
 fn enable_pin(actuator: Actuator, motor: &ActuatorConfig, pins: &mut Pins, report: &mut Report<'_>) -> Option<Output> {
     let claimed = pins.output(spec(motor.en_pin?), &owner("actuator", actuator.name(), "en_pin"));
     report.take(claimed)
@@ -175,7 +175,7 @@ fn chip(
     let claimed = pins.output(PinSpec { inverted: true, ..select }, &owner("driver", actuator.name(), "spi_cs_pin"));
     let Some(select) = report.take(claimed) else { return MotorDriver::None };
     let chip = if channel == 0 {
-        // On a board of their own, at the other header.
+        // The chip is on a board of its own, at the other header.
         let owner = owner(motor.driver.name(), "common", "spi_channel");
         report.take(buses.chip(channel, driver_bank::CHIP_CLOCK, select, pins, &owner)).flatten()
     } else {
@@ -191,7 +191,7 @@ fn chip(
     }
 }
 
-/// Chips of temperature sensors, each with its select. Nothing is said to them yet.
+/// Sets up the chips of temperature sensors, each with its select. No message is sent to them yet.
 pub fn sensors(
     config: &MachineConfig,
     pins: &mut Pins,
@@ -210,13 +210,13 @@ pub fn sensors(
         let clock = (chips.mode, chips.most_hz);
         let owner = owner("temperature control", &controller.name, "spi_channel");
         let chip = report.take(buses.chip(channel, clock, select, pins, &owner)).flatten();
-        // There are no more of them than controllers.
+        // The bank has room for a chip per controller.
         let _added = chip.is_some_and(|chip| bank.add(index, &controller.sensor, chip));
     }
     bank
 }
 
-/// Thermistor inputs, those of the filament width sensor, and heater outputs.
+/// Sets up thermistor inputs, those of the filament width sensor, and heater outputs.
 pub fn temperatures(config: &MachineConfig, pins: &mut Pins, io: &mut crate::heat_io::HeatIo, report: &mut Report<'_>) {
     let mut channels = Vec::<u8, { bsp_prime::adc::MAX_INPUTS }>::new();
     for (index, controller) in config.temperatures.iter().enumerate() {
@@ -254,7 +254,7 @@ pub fn temperatures(config: &MachineConfig, pins: &mut Pins, io: &mut crate::hea
     }
 }
 
-/// Claims an analog input's pin and has it scanned: its place in the scan.
+/// Claims an analog input's pin, adds it to the scan, and returns its place in the scan.
 fn scanned(
     input: &table::AnalogInput,
     owner: &str,
@@ -269,7 +269,7 @@ fn scanned(
     Some(channels.len() - 1)
 }
 
-/// Inputs of the tachometers of fans.
+/// Sets up the inputs of the fans' tachometers.
 pub fn tachometers(config: &MachineConfig, pins: &mut Pins, io: &mut crate::heat_io::HeatIo, report: &mut Report<'_>) {
     for (slot, fan) in io.tachometers.iter_mut().zip(&config.fans) {
         let Some(pin) = fan.tachometer.pin else { continue };
@@ -277,7 +277,7 @@ pub fn tachometers(config: &MachineConfig, pins: &mut Pins, io: &mut crate::heat
     }
 }
 
-/// Pins of the monitored voltages.
+/// Sets up the pins of the monitored voltages.
 pub fn voltages(config: &MachineConfig, pins: &mut Pins, report: &mut Report<'_>) {
     for voltage in &config.voltages {
         let input = table::SUPPLIES.get(usize::from(voltage.input.0));
@@ -287,7 +287,7 @@ pub fn voltages(config: &MachineConfig, pins: &mut Pins, report: &mut Report<'_>
     }
 }
 
-/// Outputs of switches: pins to the heat task, timer channels to the PWM.
+/// Sets up the outputs of switches: pins to the heat task, timer channels to the PWM.
 pub fn switch_outputs(
     config: &MachineConfig,
     pins: &mut Pins,
@@ -318,7 +318,7 @@ pub fn switch_outputs(
     }
 }
 
-/// Timer and channel of each strip of lights. A timer that sends to strips does nothing else.
+/// Returns timer and channel of each strip of lights. A timer that sends to strips does nothing else.
 pub fn led_strips(
     config: &MachineConfig,
     pins: &mut Pins,
@@ -330,7 +330,7 @@ pub fn led_strips(
     for (place, strip) in places.iter_mut().zip(&config.led_strips) {
         let Some(output) = strip.pin else { continue };
         let (timer, channel) = (usize::from(output.timer).wrapping_sub(1), usize::from(output.channel).wrapping_sub(1));
-        // The first one on it has it set up, so that its lines are low before pins follow them.
+        // The first strip on a timer has it set up, so that its lines are low before pins follow them.
         if let Some(timer) = pwm.give_away(timer) {
             sender.add(timer);
         }
@@ -340,7 +340,7 @@ pub fn led_strips(
     places
 }
 
-/// Every input the machine looks at: calls `place` with its bit's number, its pin, and whether it can stop
+/// Lists every input of the machine: calls `place` with its bit's number, its pin, and whether it can stop
 /// motion.
 pub fn inputs(
     config: &MachineConfig,
@@ -352,7 +352,7 @@ pub fn inputs(
         let Some(pin) = pin else { return };
         if let Some(handle) = report.take(pins.input(spec(pin), owner)) {
             if input == MachineInput::Probe {
-                // Searches may end with its release as well.
+                // Searches may also end with the probe's release.
                 let spec = PinSpec { inverted: !pin.inverted, ..spec(pin) };
                 place(MachineInput::ProbeOpen.number(), spec, handle.opposite(), stops);
             }

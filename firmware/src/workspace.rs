@@ -19,7 +19,7 @@ static mut WORKSPACE: MaybeUninit<Workspace> = MaybeUninit::uninit();
 
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
-/// Gives it away, once. Never inlined: what it is made of is on the stack meanwhile.
+/// Hands out the workspace, once. Never inlined: its parts are on the stack meanwhile.
 #[inline(never)]
 pub fn take() -> Option<&'static mut Workspace> {
     if TAKEN.swap(true, Ordering::Relaxed) {

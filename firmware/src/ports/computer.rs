@@ -49,7 +49,7 @@ where
         if !self.service(CardService::lend).map_err(reason)? {
             return Ok(false);
         }
-        // Last, so that a card that is not lent after all is still the machine's.
+        // Unmounted last, so that a card that is not lent after all is still the machine's.
         if let Err(error) = self.storage.unmount() {
             self.service(CardService::take_back);
             return Err(NotLent::Storage(error));
