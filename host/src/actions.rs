@@ -247,7 +247,7 @@ impl Run {
         let mut text = String::new();
         match remark {
             Remark::Message(said) => text.push_str(said),
-            Remark::Values(said) | Remark::Printed(said) => program::write_values(&self.program, said, &mut text)?,
+            Remark::Printed(said) => program::write_values(&self.program, said, &mut text)?,
             Remark::Debug(said) if self.program.debugs() => program::write_values(&self.program, said, &mut text)?,
             _ => return Ok(()),
         }

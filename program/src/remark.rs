@@ -11,9 +11,8 @@ use crate::interpreter::Interpreter;
 pub enum Remark<'t> {
     /// Text for the operator, unchanged.
     Message(&'t str),
-    /// Text for the operator, with parameters replaced by their values: see [`write_values`].
-    Values(&'t str),
-    /// Text with values, for the console that watches the program run.
+    /// Text for the console that watches the program run, with parameters replaced by their values: see
+    /// [`write_values`].
     Printed(&'t str),
     /// Text with values, shown as a message while `#5599` is not 0.
     Debug(&'t str),

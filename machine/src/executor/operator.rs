@@ -29,7 +29,7 @@ pub(super) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> 
     };
     match Remark::read(comment) {
         Some(Remark::Message(said)) => machine.announce(format_args!("// {said}\n")),
-        Some(Remark::Values(said) | Remark::Printed(said)) => {
+        Some(Remark::Printed(said)) => {
             let text = values(machine, said);
             machine.announce(format_args!("// {text}\n"));
         }
