@@ -32,7 +32,7 @@ pub(super) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Ou
     }
     program::objects::leave_out(&mut machine.program, false);
     program::objects::stand_here(&mut machine.program);
-    // What the file was drilling, words typed now are not.
+    // A drilling cycle of the aborted file must not apply to words typed from now on.
     machine.program.end_cycles();
     machine.say(to, format_args!("Please wait for abort to complete. Turn any heaters off manually\n"));
     drop_queued(machine);

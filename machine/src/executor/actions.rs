@@ -53,7 +53,7 @@ pub(super) fn run_text<P: Ports>(machine: &mut Machine<'_, P>, text: &str, diale
     }
 }
 
-/// What comes back at the end of a subroutine (M73).
+/// Carries out the effects and the action that are left at the end of a subroutine (M73).
 #[cold]
 pub(super) fn what_returned<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     while let Some(what) = machine.program.next_effect() {
@@ -103,7 +103,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
             return Ok(ended);
         }
         Action::ReadTools => return kept::reload_tools(machine),
-        // They stop for it, and go on from there: what a hole is in the middle of stays.
+        // Motion stops for overrides and goes on from the same place: a drilling cycle in progress stays.
         Action::Overrides { feed, spindle, hold } => {
             program_io::enable_overrides(machine, feed, spindle, hold)?;
         }
@@ -126,7 +126,7 @@ const fn is_checked<P: Ports>(machine: &Machine<'_, P>, action: &Action<'_>) -> 
     }
 }
 
-/// What begins from standstill, or ends somewhere that only the machine knows.
+/// Carries out an action that begins from standstill, or ends somewhere that only the machine knows.
 fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
     let done = match *action {
         Action::Home(axes) => apart(|| home::home(machine, axes, to)),
@@ -163,7 +163,7 @@ fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to:
         Action::Function(function, words) => functions::run(machine, function, words, to),
         _ => Ok(Answer::Ok),
     };
-    // What found its own way may have ended anywhere. What is only read goes no way.
+    // Homing, probing and scripts may have ended anywhere. Check mode moves nothing.
     if machine.safety.state() != State::Check {
         machine.resynchronise_if_still();
     }

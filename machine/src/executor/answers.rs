@@ -1,4 +1,4 @@
-//! How a line is answered, once it has come to its end.
+//! Answers to lines that have come to their end: ok, error, alarm, resend.
 
 use gcode::{Code, Refusal, SyntaxError};
 use motion::Tag;
@@ -30,7 +30,7 @@ fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option
         _ => {}
     }
     let carried_out = outcome.is_ok();
-    // Whoever is there now has asked for nothing, and counts his own answers.
+    // A console connected since the line was sent has asked for nothing, and counts its own answers.
     let is_for_him = source.origin != Origin::Session || !machine.sessions.has_left(source.to);
     if !is_for_him && matches!(outcome, Ok(_) | Err(Failure { kind: FailureKind::Refused, .. })) {
         return done(machine, carried_out, source);
@@ -52,7 +52,7 @@ pub(super) fn fail_late<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure
     done(machine, false, source);
 }
 
-/// Whoever waits for the end of a line is told that it has come.
+/// Tells the sender of a line, a session or the job, that the line has ended.
 fn done<P: Ports>(machine: &mut Machine<'_, P>, carried_out: bool, source: Source) {
     match (source.origin, source.to) {
         (Origin::Session, Recipient::Session(id)) => answered(machine, id),
@@ -78,7 +78,7 @@ fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Op
             FailureKind::Halted if machine.urgent.ends() => machine.say(to, format_args!("// NOTE ended\nok\n")),
             FailureKind::Halted => say_locked(machine, to),
             FailureKind::Alarm => alarm(machine, failure, to),
-            // One line, one answer: it stands for ok.
+            // The refusal stands for ok: a line has one answer.
             FailureKind::Refused => machine.refuse(to, failure),
         },
     }
@@ -120,7 +120,7 @@ pub(super) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refus
     if let Refusal::Resend { .. } = refusal {
         return machine.say(to, format_args!("{refusal}\n"));
     }
-    // It has come whole, so that asking for it again is of no use: what follows counts on it.
+    // The line arrived whole, so a resend is of no use; lines after it count on it.
     let session = to.session().and_then(|id| machine.sessions.get(id)).filter(|session| session.decoder.can_resend());
     if session.is_some() && tag_of(line) != Tag::NONE {
         return machine.sessions.refuse(to, Error::of_refusal(&refusal), format_args!("{refusal} - {text}"));
@@ -133,17 +133,17 @@ pub(super) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refus
 /// The line just read cannot be carried out: what comes after it counts on it, so it waits for a person.
 pub(super) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
     if let Some(passed) = &mut machine.passed {
-        // It is only read, and somebody has gone on with the next line then.
+        // A fast-forward only reads the line; in the job somebody went on with the next line here.
         passed.refused = passed.refused.saturating_add(1);
         return;
     }
     if machine.urgent.ends_everything() || machine.urgent.ends() && machine.jobs.wait_again(&mut machine.ports).is_ok()
     {
-        // It ends, or is read again when the job goes on.
+        // The job ends, or reads the line again when it goes on.
         return;
     }
     if machine.stalls.is_under_way() {
-        // It is stopped, and what becomes of it is told.
+        // Stall recovery stops the job and tells what becomes of it.
         return;
     }
     let Machine { jobs, sessions, .. } = machine;

@@ -5,7 +5,7 @@ use program::{Action, Function};
 
 use crate::sessions::SessionId;
 
-/// How much of the work in progress a request ends.
+/// Extent of the work in progress that a request ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ends {
     /// The line in work and everything it has started.
@@ -14,10 +14,10 @@ pub(super) enum Ends {
     Wait,
 }
 
-/// Who has sent a line that comes before all others.
+/// Sender of a line that comes before all others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Requester {
-    /// A session.
+    /// A session, by its number.
     Session(SessionId),
     /// An input switch, a button or the filament detector.
     Input,
@@ -26,7 +26,7 @@ pub(super) enum Requester {
 /// The requests that are still to be carried out.
 #[derive(Debug, Default)]
 pub(super) struct Asked {
-    /// Whose line comes before all others, and what that line ends.
+    /// Requester whose line comes before all others, and the extent of the work that the line ends.
     pub asked: Option<(Requester, Ends)>,
     pub ends: Option<Ends>,
     /// The line in work belongs to the job and is nothing but a wait: a pause may leave it.
@@ -48,7 +48,7 @@ impl Asked {
         self.ends.is_some()
     }
 
-    /// Whose line comes before all others.
+    /// Returns the requester whose line comes before all others.
     pub fn first(&self) -> Option<Requester> {
         self.asked.map(|(id, _)| id)
     }
@@ -80,12 +80,12 @@ impl Asked {
         self.wait_is_over = false;
     }
 
-    /// M108.
+    /// Ends the wait in progress (M108).
     pub const fn end_wait(&mut self) {
         self.wait_is_over = true;
     }
 
-    /// Whether M108 has come since then.
+    /// Whether M108 has come since the wait began.
     pub const fn wait_is_over(&self) -> bool {
         self.wait_is_over
     }

@@ -11,7 +11,7 @@ use crate::heat::HeatControl;
 use crate::ports::Ports;
 use crate::sessions::{Recipient, Reply};
 
-/// Looks at temperatures, and has outputs follow. Whatever the state is: what is hot is cooled in a halt too.
+/// Looks at temperatures and has outputs follow, in every state: hot parts are cooled in a halt too.
 pub(super) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     if !machine.config.temperature_switches.is_empty() {
         follow_temperatures(machine, now);

@@ -99,7 +99,7 @@ pub(super) fn tune_driver<P: Ports>(machine: &mut Machine<'_, P>, arguments: &st
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sweep {
     pub axis: Axis,
-    /// Hz.
+    /// Frequency at the start, Hz.
     pub from: f64,
     pub to: f64,
     /// Seconds for each Hz.
@@ -160,7 +160,7 @@ fn shake<P: Ports>(
         hands.motion(|motion| motion.set_limits(own)).map_err(|error| crate::arms::refused(hands.texts(), error))?;
         let mut far = *here;
         far[test.axis] += way_at(hertz);
-        // One Hz takes so many periods.
+        // Each Hz takes `pace` seconds, so a higher frequency takes more periods.
         let periods = libm::ceil(hertz * test.pace).max(1.0) as u32;
         for _ in 0..periods {
             if hands.stop_requested() {

@@ -13,12 +13,12 @@ use crate::needs::needs;
 use crate::ports::Ports;
 use crate::sessions::{LineBytes, Recipient};
 
-/// What is to be run of a line.
+/// Part of a line that is to be run.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Start {
-    /// All of it.
+    /// The line from its beginning.
     Line,
-    /// What follows this code, as it is written, and what was answered to it.
+    /// The codes behind this one in written order, and the answer to this one.
     Rest(Option<Code>, Answer),
 }
 
@@ -176,7 +176,7 @@ fn run_parts<P: Ports>(
             }
         }
         if machine.frames.len() > height {
-            // It is read again then, and sets its parameters at its end.
+            // The line is read again after the wait, and sets its parameters at its end.
             machine.program.drop_line();
             match wait(machine, height, line, NextCode::Ordered { begins, place: place + 1 }, source, (last, answer)) {
                 Ok(()) => return None,
@@ -204,31 +204,32 @@ fn wait<P: Ports>(
     Err(Failure::refused(&"scripts start each other without end"))
 }
 
-/// Whether a line goes on after such an answer. What a file asks for and the machine does not do is looked
-/// at once more.
+/// Whether a line goes on after such an answer. Codes of a file that the machine does not carry out are
+/// looked at once more.
 const fn is_settled(answer: &Answer, source: Source) -> bool {
     !matches!((answer, source.origin), (Answer::Unknown | Answer::PassedOver, Origin::Job))
 }
 
-/// How far a command has come without waiting.
+/// Progress of a command that has not waited yet.
 enum Begun<'b> {
-    /// It is done.
+    /// The command is done already.
     Done,
-    /// Something else must come to its end before it may begin.
+    /// Something else must come to its end before the command may begin.
     Waits(States),
-    /// This is left to be done.
+    /// The meaning that is left to be carried out.
     Means(Meaning<'b>),
-    /// It has ended.
+    /// The command has ended with this outcome.
     Ended(Outcome),
 }
 
-/// One command: may it run now, what does it mean, do it.
+/// Runs one command: checks whether it may run now, finds its meaning and carries that out.
 pub(super) fn run_block<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, source: Source) -> Outcome {
     let begun = begin(machine, block, source);
     run_begun(machine, begun, block, source)
 }
 
-/// Begins a command: may it run now, what does it mean. The commonest move of all is done at once.
+/// Begins a command: checks whether it may run now, and finds its meaning. The commonest move is done at
+/// once.
 fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, source: Source) -> Begun<'b> {
     let row = machine.program.row(block, source.dialect);
     let allowed = row.map_or(States::WORKING, |row| row.states);

@@ -1,8 +1,8 @@
 //! From reset to a machine that listens: configuration, motion, heat, wiring, drivers, in this order.
 //!
-//! Whatever is wrong with the configuration is said to every session with its line. An error leaves the part
-//! it concerns off; a fatal one leaves the machine safe: nothing is wired, nothing moves or heats, but
-//! sessions and card work, so that the file can be mended over them.
+//! Every fault of the configuration is told to every session with its line. An error switches off the part it
+//! concerns; a fatal one leaves the machine safe: nothing is wired, nothing moves or heats, but sessions and
+//! card work, so that the file can be mended over them.
 
 use config::{BoardId, Diagnostic, MachineConfig, Reader, Summary};
 use events::{Event as Happened, Text};
@@ -27,15 +27,15 @@ use crate::supervisor::{DriverTrouble, MOTOR_SUPPLY_OFF};
 
 /// The motor supply has been read by then: two periods of the slow task, and its conversions.
 const SUPPLY_READING_TIMEOUT: Micros = Micros::from_millis(250);
-/// What whoever comes later is told of a configuration with errors, in Smoothieware's words.
+/// Notice of a configuration with errors for sessions that open later, in Smoothieware's words.
 const CONFIG_NOTICE: &str = "There was an error detected in the config.ini\nPlease check the uart log\n";
 /// Findings that are told one by one; the rest is counted.
 const FINDINGS: usize = 12;
 
-/// What came of reading the configuration.
+/// Result of reading the configuration.
 pub(super) struct Read {
     summary: Result<Summary, StorageError>,
-    /// How long it took, from the card's mounting on.
+    /// Time of the reading, from the card's mounting on.
     pub took: Micros,
 }
 
@@ -177,7 +177,7 @@ pub(super) fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
         machine.sessions.notice = CONFIG_NOTICE;
     }
     for id in machine.sessions.ids() {
-        // Whoever has come meanwhile is greeted at the first look.
+        // A session that has opened meanwhile is greeted at the first look.
         if machine.sessions.is_visited_anew(&machine.ports, id) || !machine.ports.inbox(id).is_open() {
             continue;
         }
@@ -284,7 +284,7 @@ fn configure_drivers<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.ports.set_motor_power(true);
 }
 
-/// What GRBL's dialect keeps. Its startup lines run behind the saved settings.
+/// Reads the stored settings of GRBL's dialect, whose startup lines run behind the saved settings.
 fn read_grbls_own<P: Ports>(machine: &mut Machine<'_, P>) {
     match stored::read(&mut machine.ports) {
         Ok(own) => machine.grbl.own = own,

@@ -79,7 +79,7 @@ fn falls<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool, volts: Volts,
     }
 }
 
-/// It is not there any more, as when somebody pulls its plug.
+/// Handles a supply that is absent altogether, as when somebody pulls its plug.
 fn gone<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool) {
     let is_told = |supervisor: &mut Supervisor| {
         if of_heaters { !supervisor.fet_supply_on() } else { !supervisor.motor_supply_on() }
@@ -96,11 +96,11 @@ fn gone<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool) {
     }
 }
 
-/// What has happened, for the next start.
+/// Returns the text of a brown-out that the next start tells.
 fn event<P: Ports>(machine: &Machine<'_, P>, what: &str) -> ShortText {
     let mut event = ShortText::NONE;
     let date = machine.ports.date();
-    // What does not fit is cut. A clock that nobody has set says nothing.
+    // Text that does not fit is cut. A clock that nobody has set gives no date.
     let _ = if date.year > DateTime::UNSET.year { write!(event, "{date}: {what}") } else { write!(event, "{what}") };
     if let Some(path) = machine.jobs.path() {
         let _ = write!(event, ", in line {} of {path}", machine.jobs.line_now());

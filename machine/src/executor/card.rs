@@ -1,7 +1,7 @@
 //! Waiting for the card without keeping anybody waiting: everybody is served meanwhile.
 //!
-//! A card that writes may take a quarter of a second for a block. Whatever changes files comes here first;
-//! once the card is at rest its own reads are short, and its writes go into a queue.
+//! A card that writes may take a quarter of a second for a block. Every change of files comes here first;
+//! once the card is at rest the change's own reads are short, and its writes go into a queue.
 
 use program::Function;
 
@@ -60,7 +60,7 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     match event {
         CardEvent::Inserted => match machine.ports.mount() {
             Ok(()) => machine.announce(format_args!("// NOTICE an SD card was put in\n")),
-            // It is none of the machine's as long as a computer has it.
+            // A card lent to a computer is none of the machine's.
             Err(StorageError::Lent) => {}
             Err(error) => machine.announce(format_args!("WARNING: {}\n", error.text())),
         },

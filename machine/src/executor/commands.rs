@@ -35,7 +35,7 @@ pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str, sourc
     let height = machine.frames.len();
     let outcome = run(machine, line, source.to);
     if outcome.is_ok() && machine.frames.len() > height {
-        // It is answered when what it started has ended.
+        // The command is answered when the frames it started have ended.
         let answer = outcome.unwrap_or(Answer::Ok);
         let rest = Rest { line: LineBytes::new(), next: NextCode::At(0), source, last: None, answer };
         if machine.frames.push_below(height, Frame::Rest(rest)) {
@@ -100,7 +100,7 @@ fn may_run<P: Ports>(machine: &Machine<'_, P>, info: &CommandInfo) -> Result<(),
 /// Answers a line that is a question. False for every other one.
 pub(super) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> bool {
     if is_grbls(machine, line, to) {
-        // They wait for their turn.
+        // GRBL's own `$` commands wait for their turn.
         return false;
     }
     let (word, arguments) = split(line);
@@ -117,7 +117,7 @@ pub(super) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Rec
     true
 }
 
-/// What never waits.
+/// Runs a command that never waits; `None` for any other.
 fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Option<Outcome> {
     match word {
         "$X" => {
@@ -186,7 +186,7 @@ fn echo<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
     Ok(Answer::Ok)
 }
 
-/// `dialect [name]`
+/// Sets or tells the dialect of a console: `dialect [name]`.
 fn speak<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
     let is_grbl = machine.config.general.grbl_mode;
     let known = Dialect::named(name).filter(|dialect| !is_grbl && *dialect != Dialect::Grbl);
@@ -379,7 +379,7 @@ fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
     if machine.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused(&"the clock does not run")) }
 }
 
-/// What takes time.
+/// Runs a command that takes time.
 fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
     // Read, and not carried out, as the codes for it; but a pause that is asked for behind where the file is.
     let is_place = word == "pause" && !arguments.is_empty() && machine.passed.is_some();
@@ -389,7 +389,7 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
     {
         return Ok(Answer::Ok);
     }
-    // Each with a frame of its own: they wait, and much is called from there.
+    // Each command has a stack frame of its own: commands wait, and much is called from there.
     match word {
         "abort" => apart(|| abort::abort(machine, to)),
         "pause" => apart(|| job_control::pause(machine, arguments, to)),

@@ -1,10 +1,11 @@
-//! How far leaving out moves that are planned has come, and when it has to wait.
+//! Progress of dropping planned moves, and its reasons to wait.
 
-/// Of moves that are planned and are to be left out.
+/// State of dropping planned moves that are to be left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Cut {
-    /// The machine brakes on their way, or stands on it, because of it.
+    /// The machine brakes on the moves to drop, or stands on them, because of the drop.
     pub brakes: bool,
-    /// The moves of a line wait for room behind them, one after the other: where they begin must stay.
+    /// Moves of one line wait one after the other for room behind the dropped ones: their starting point must
+    /// stay.
     pub has_line_behind: bool,
 }

@@ -14,7 +14,7 @@ use crate::sessions::Recipient;
 const NO_COMPUTER: &str = "no computer is at the USB socket, or it sleeps";
 const HAS_IT: &str = "a computer has the SD card already: eject it there, or msc off";
 
-/// `msc [off]`
+/// Lends the card to the computer, or takes it back: `msc [off]`.
 pub(super) fn msc<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let SystemConfig { msc_enable, .. } = machine.config.system;
     match arguments {
@@ -53,8 +53,8 @@ fn lend<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     Ok(Answer::Ok)
 }
 
-/// The card comes back when the computer has ejected it, or has gone. It may be another one by now, and has
-/// changed.
+/// Takes the card back when the computer has ejected it, or has gone. The card may be another one by now, and
+/// its contents have changed.
 pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     let why = match machine.ports.disk() {
         Disk::Kept | Disk::Lent => return,
@@ -64,7 +64,7 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.ports.take_card_back();
     machine.announce(format_args!("// NOTICE the computer has {why}\n"));
     match machine.ports.mount() {
-        // That there is none has been said.
+        // A missing card has been reported already.
         Ok(()) | Err(StorageError::NoCard | StorageError::NotResponding) => {}
         Err(error) => machine.announce(format_args!("WARNING: {}\n", error.text())),
     }

@@ -18,7 +18,7 @@ use crate::sessions::{Recipient, SessionId};
 const BLOCK: usize = 512;
 const TOO_LONG: Trouble = "the line is too long to be edited";
 
-/// `ed in out`
+/// Begins to edit a file: `ed in out`.
 ///
 /// # Errors
 /// When another file is being edited, or one of both cannot be opened.
@@ -39,7 +39,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
     let cannot = |name: &str, error: StorageError| machine.texts.about_file(name, error.text());
     let source = ports.open(&input, OpenMode::Read).map_err(|error| cannot(from, error))?;
     let target = ports.open(&output, OpenMode::Write).map_err(|error| {
-        // It was only opened to be read.
+        // The source was only opened to be read.
         let _ = Storage::close(ports, source);
         cannot(into, error)
     })?;
@@ -49,7 +49,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
     Ok(Answer::Ok)
 }
 
-/// Why a command of the editor was not carried out.
+/// Reason why a command of the editor was not carried out.
 type Trouble = &'static str;
 
 /// A line of the console that edits.
@@ -68,7 +68,7 @@ pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, li
     answered(machine, id);
 }
 
-/// What the editor itself is told; false for what the file is to go through.
+/// Carries out the editor's own commands; false for those that act on the file.
 fn is_told<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> bool {
     let Some(editing) = machine.files.editing.as_mut() else { return true };
     match line {
@@ -114,7 +114,7 @@ fn wanted<P: Ports>(machine: &Machine<'_, P>) -> u32 {
     machine.files.editing.as_ref().map_or(0, |editing| editing.lines_to_get)
 }
 
-/// One of the lines that G takes.
+/// Takes one of the lines that G inserts.
 fn take_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str) -> Result<(), Trouble> {
     loop {
         let Some(editing) = machine.files.editing.as_mut() else { return Ok(()) };

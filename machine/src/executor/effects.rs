@@ -60,8 +60,8 @@ pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> 
     }
 }
 
-/// What has been turned on takes its time to come up (`on_delay`): a power supply. What has been turned off
-/// takes its time to stand (`off_delay`): a spindle.
+/// Waits while a switched output settles: `on_delay` until it has come up (a power supply), `off_delay` until
+/// it stands (a spindle).
 fn settle<P: Ports>(machine: &mut Machine<'_, P>, switch: SwitchId) -> Result<(), Failure> {
     let is_on = machine.outputs.is_on(switch);
     let delay = |switch: &config::SwitchConfig| if is_on { switch.on_delay } else { switch.off_delay };

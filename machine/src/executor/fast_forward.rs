@@ -5,8 +5,8 @@
 //! is set, and what they ask of heaters and switches is noted ([`Passed`]): whoever goes on from there
 //! decides when that is to happen.
 //!
-//! It is a frame of its own, so that nothing else is carried out meanwhile, and sessions are served; what
-//! follows it is the frame below.
+//! A fast-forward is a frame of its own: nothing else is carried out meanwhile, sessions are served, and the
+//! frame below comes next.
 
 use program::Action;
 
@@ -43,7 +43,7 @@ pub(super) fn keep<P: Ports>(machine: &mut Machine<'_, P>) {
 /// The job does not go on: limits, steps and filters are as before the file was read over.
 pub(super) fn put_back<P: Ports>(machine: &mut Machine<'_, P>) {
     if let Some(before) = machine.set_before.take() {
-        // They were in force, so neither is refused. What every step means is none of a halted machine's.
+        // The old values were in force, so neither is refused. A halted machine's steps are not configured.
         let _ = machine.ports.motion(|motion| motion.set_limits(before.limits));
         if !machine.safety.is_halted() {
             let _ = machine.ports.motion(|motion| motion.configure(before));
@@ -51,12 +51,12 @@ pub(super) fn put_back<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// What came of it. The program stands where the file does, the machine anywhere.
+/// Takes the result of the fast-forward. The program stands where the file does, the machine anywhere.
 pub(super) fn take<P: Ports>(machine: &mut Machine<'_, P>) -> Option<Passed> {
     machine.passed.take()
 }
 
-/// Whether it has come to its place; then it ends.
+/// Returns whether the fast-forward has come to its place, and ends it then.
 pub(super) fn is_there<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let (begun, (_, next), layer) = (machine.jobs.begun(), machine.jobs.places(), machine.jobs.layers().current);
     let is_there =
@@ -67,7 +67,7 @@ pub(super) fn is_there<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     is_there
 }
 
-/// It ends here.
+/// Ends the fast-forward at this line.
 pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>, has_arrived: bool) {
     if let Some(passed) = &mut machine.passed {
         passed.has_arrived = has_arrived;

@@ -72,8 +72,8 @@ fn measured_tool<'m, P: Ports>(machine: &'m Machine<'_, P>) -> Option<&'m Tool> 
     machine.program.tools().all().iter().find(|tool| tool.settings.id == machine.config.filament_width.tool)
 }
 
-/// What is extruded along the path from here on is as much more or less as the filament is thinner or thicker
-/// that will be at the nozzle then.
+/// Scales what is extruded from here on to the filament that will be at the nozzle then: more for thinner
+/// filament, less for thicker.
 pub(super) fn correct_flow<P: Ports>(machine: &mut Machine<'_, P>) {
     let sensor = &machine.tuning.filament_width;
     let Some(tool) = measured_tool(machine) else { return };
@@ -118,7 +118,7 @@ fn push<P: Ports>(machine: &mut Machine<'_, P>, length: f64, rate: MmPerSecond) 
     hands.standstill()
 }
 
-/// How M600 changes filament.
+/// Parameters of a filament change (M600).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Change {
     pub lengths: FilamentChangeConfig,
@@ -151,7 +151,7 @@ pub(super) fn change<P: Ports>(machine: &Machine<'_, P>, words: &Words<'_>) -> R
     Ok(Change { lengths, goes_on_with })
 }
 
-/// What M600 does where its nozzle may not feed filament, being too cold: it only goes aside.
+/// Leaves only the parking of M600 if its nozzle is too cold to feed filament.
 pub(super) fn unless_cold<P: Ports>(
     machine: &mut Machine<'_, P>,
     change: FilamentChangeConfig,
@@ -212,7 +212,7 @@ fn park<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -
     hands.standstill()
 }
 
-/// G27.
+/// Lifts and parks the tool (G27).
 pub(super) fn go_aside<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>) -> Outcome {
     if words.get('P') == Some(1.0) {
         return Err(Failure::refused(
@@ -256,8 +256,8 @@ fn load<P: Ports>(machine: &mut Machine<'_, P>, length: Mm) -> Result<(), Failur
     push(machine, change.purge.0, change.purge_rate)
 }
 
-/// M701 `loads`, M702 does not: so far, or as far as M603 says. That the nozzle is hot a person sees to, or
-/// [`cold`], where it was asked for.
+/// Loads (M701, `loads`) or unloads (M702) filament, by `length` or else as M603 says. The operator sees to a
+/// hot nozzle, or [`cold`] does where that was asked for.
 pub(super) fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool, length: Option<f64>) -> Outcome {
     extruder(machine)?;
     machine.standstill()?;

@@ -25,7 +25,7 @@ pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'
     }
 }
 
-/// Outside of files only a subroutine can be called that is a file. It is a job then.
+/// Runs an O word outside of files: only the call of a subroutine that is a file, which becomes a job.
 fn run_elsewhere<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {
     if line.word != FlowWord::Call || source.origin != Origin::Session {
         return Err(Failure::refused(&"here only O<name> call works; other O words belong in a file that is played"));
@@ -53,7 +53,7 @@ fn run_elsewhere<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, so
     Ok(Answer::Ok)
 }
 
-/// M98.
+/// Calls a subroutine by number (M98).
 pub(super) fn call<P: Ports>(machine: &mut Machine<'_, P>, number: u32, times: u32) -> Outcome {
     if !machine.jobs.is_playing() {
         return Err(Failure::refused(&"M98 works in files that are played"));
@@ -65,7 +65,7 @@ pub(super) fn call<P: Ports>(machine: &mut Machine<'_, P>, number: u32, times: u
     }
 }
 
-/// M99.
+/// Returns from a subroutine (M99).
 pub(super) fn end_call<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     if !machine.jobs.is_playing() {
         return Err(Failure::refused(&"M99 works in files that are played"));
@@ -82,7 +82,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, next: Next) -> Outcome {
         Next::FirstOf(name) if jobs.call_file(&name, ports)? => program.enter_file(),
         Next::FirstOf(_) => program.search_sub(),
         Next::Returned if jobs.return_from_file(ports) => {}
-        // It was called from a session, and there is no more to do.
+        // The subroutine was called from a session: nothing follows it.
         Next::Returned => jobs.end_program(ports),
     }
     Ok(Answer::Ok)

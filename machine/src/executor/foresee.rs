@@ -23,7 +23,7 @@ use crate::sessions::{Listing, Recipient, Reply};
 /// While a job waits for a look at its file, that is said after so long, and whenever it has waited twice as
 /// long as when it was said last.
 const TOLD_FIRST: Micros = Micros::from_seconds(1);
-/// What stops a job is said so often.
+/// Greatest number of findings told that stop a job.
 const MOST_WARNINGS: u32 = 5;
 const CHANGED: &str = "the file has changed meanwhile";
 
@@ -47,7 +47,7 @@ pub(super) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Reci
 /// Whether a job begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Start {
-    /// It does.
+    /// The job begins now.
     Now,
     /// Not yet: ask again.
     Later,
@@ -63,7 +63,7 @@ pub(super) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) -> Start {
 
 /// A job that began before a power cut goes on: it waits for nothing.
 pub(super) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>) {
-    // What it does not wait for cannot end it.
+    // A job that does not wait for its forecast cannot be ended by it.
     let _now = start(machine, false);
 }
 
@@ -170,7 +170,7 @@ fn refuse<P: Ports>(machine: &mut Machine<'_, P>, why: Arguments<'_>) -> Start {
     let to = machine.jobs.tells_end();
     machine.jobs.close(&mut machine.ports);
     machine.announce(format_args!("error:the job was not begun: {why}; play --force file begins it all the same\n"));
-    // Whoever waits for its end need not.
+    // Listeners for the end of the job need not wait any longer.
     if to != Recipient::Nobody {
         machine.say(to, format_args!("Done printing file\n"));
     }
@@ -229,7 +229,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     let foresight = machine.foresight;
     if !foresight.is_under_way() {
         if foresight.stage() == Stage::Done && is_heard(machine, foresight.purpose()) {
-            // What its last turn has found.
+            // Findings of the last turn are still untold.
             warn(machine, foresight);
         }
         let Machine { ports, ahead, .. } = machine;
@@ -260,7 +260,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// What stops the job is said, and the job pauses before it.
+/// Tells findings that stop the job, and has the job pause before them.
 fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) {
     if foresight.purpose() != Purpose::Job {
         return;
@@ -270,19 +270,19 @@ fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) {
         let comes = finding.sub.is_some() || finding.line > machine.jobs.line();
         let holds = machine.ahead.holds;
         let waits_for_all = holds && machine.config.player.preflight == JobPreflight::Refuse;
-        // That nothing levels the bed is told beside what stops the job.
+        // A bed without leveling is told beside the findings that stop the job.
         let stops_it = finding.kind != Kind::Unleveled;
         machine.ahead.warned += u32::from(stops_it);
-        // What the machine has come to it says itself.
+        // Findings at lines that the machine has come to are told by the machine itself.
         let is_news = holds || comes;
-        // What follows a first one is read as if that had been made.
+        // Lines behind a first finding are judged as if its move had been made.
         let most = if waits_for_all { MOST_WARNINGS } else { 1 };
         if machine.config.player.preflight == JobPreflight::Time || stops_it && machine.ahead.warned > most || !is_news
         {
             continue;
         }
-        // The machine would stop there by itself, or halt and lose its place. Where what an input or a probe
-        // says decides, or in the file of a subroutine, nobody knows that it comes to that.
+        // The machine would stop there by itself, or halt and lose its place. Findings that depend on an
+        // input or a probe, or lie in the file of a subroutine, may never be reached.
         let why = finding.kind.spoils_the_job();
         let is_sure = !foresight.guesses() && finding.sub.is_none();
         let stops = !waits_for_all && !machine.jobs.is_forced() && why.is_some() && is_sure;
@@ -309,7 +309,7 @@ fn is_heard<P: Ports>(machine: &Machine<'_, P>, purpose: Purpose) -> bool {
     }
 }
 
-/// What the file is written in; `None`: not yet known.
+/// Looks up the dialect that the file is written in; `None`: not yet known.
 fn look(
     lookup: &mut Lookup,
     file: Option<FileHandle>,
@@ -349,7 +349,7 @@ fn bring(
             match storage.open(&sub_path(folder, name), OpenMode::Beside) {
                 Ok(file) => {
                     let caller = foresight.lines(|lines| core::mem::replace(lines, FileLines::new(file)));
-                    // There is room.
+                    // Room for the caller has been checked.
                     let _ = ahead.callers.push(caller);
                     true
                 }
@@ -359,7 +359,7 @@ fn bring(
         Wanted::Caller => match ahead.callers.pop() {
             Some(caller) => {
                 let done = foresight.lines(|lines| core::mem::replace(lines, caller));
-                // It was only read.
+                // The file was only read.
                 let _ = storage.close(done.file());
                 true
             }
@@ -406,7 +406,7 @@ pub(super) fn check_piece<P: Ports>(
     }
 }
 
-/// How much time is left of the job at the present factor of feed rates, as far as is known.
+/// Returns the time left of the job at the present factor of feed rates, as far as is known.
 pub(super) fn outlook<P: Ports>(machine: &mut Machine<'_, P>) -> Outlook {
     let foresight = machine.foresight;
     if !machine.jobs.is_open() {

@@ -1,5 +1,5 @@
-//! What lines have started and that is to be done before the next line: scripts of the configuration, files
-//! of saved settings, and what follows them. A stack: what was started last goes first, so a script may start
+//! Work that lines have started and that comes before the next line: scripts of the configuration, files of
+//! saved settings, and what follows them. A stack: the entry started last goes first, so a script may start
 //! another one.
 
 use gcode::{Code, LineBuffer};
@@ -17,12 +17,12 @@ use crate::sessions::{LineBytes, Recipient};
 /// Frames at most: a script that suspends within a line of a file of settings.
 const MOST: usize = 8;
 
-/// Where a line goes on.
+/// Place at which a line goes on.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum NextCode {
-    /// Its next code is looked for here, bytes from its beginning.
+    /// Offset at which the next code is looked for, bytes from the line's beginning.
     At(usize),
-    /// It is read in RS-274's order: where its codes begin, and the place of its next code in that order.
+    /// Place in RS-274's order of execution: the offset of the line's codes, and the place of the next code.
     Ordered { begins: usize, place: usize },
 }
 
@@ -34,7 +34,7 @@ pub(super) struct Rest {
     pub source: Source,
     /// The last command that was carried out.
     pub last: Option<Code>,
-    /// What is answered when its end is reached; its sender may have his answer already.
+    /// Answer at the end of the line; the sender may have been answered already.
     pub answer: Answer,
 }
 
@@ -43,9 +43,9 @@ pub(super) struct Rest {
 pub(super) struct Replay {
     pub file: FileHandle,
     pub path: Path,
-    /// Who asked, and hears of the end.
+    /// Recipient that asked, and hears of the end.
     pub asked: Recipient,
-    /// He asked by the command `load`, not by M501.
+    /// Asked for by the command `load`, not by M501.
     pub by_load: bool,
     /// The program counts in inches; the file never does.
     pub inches: bool,
@@ -55,21 +55,21 @@ pub(super) struct Replay {
     pub at_end: bool,
 }
 
-/// What is done once a stall has stopped a job.
+/// Step of the recovery after a stall has stopped a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum StallStep {
     /// Z rises, and the file is read up to where the job was.
     Lift,
-    /// That has been done: the job is suspended there.
+    /// The job is suspended where it was, with Z raised and the file read.
     Suspend,
 }
 
-/// What is done when a script has ended.
+/// Step that follows the end of a script.
 #[derive(Clone, Debug)]
 pub(super) enum Then {
     /// The bed is probed by this grid; whoever asked hears how it goes.
     TouchGrid(Plan, Recipient),
-    /// What came before the script ended like this.
+    /// The work before the script ended with this result.
     Ended(Result<(), KeptFailure>),
     /// A job is gone on with after a power cut: the next step of that.
     Recover(Step, Recipient),
@@ -87,13 +87,13 @@ pub(super) enum Then {
 #[derive(Debug)]
 pub(super) struct Script<'c> {
     pub text: &'c str,
-    /// Where its next command is looked for, bytes.
+    /// Offset of the next command in the text, bytes.
     pub next: usize,
     /// The program's modes, from its first command on.
     pub modes: Option<ScriptModes>,
 }
 
-/// One thing to be done.
+/// Entry of the stack: one thing to be done.
 #[derive(Debug)]
 #[expect(
     clippy::large_enum_variant,
@@ -116,7 +116,7 @@ pub(super) enum Frame<'c> {
     ToolChange(u32),
 }
 
-/// The stack.
+/// Stack of work to be done.
 #[derive(Debug, Default)]
 pub(super) struct Frames<'c> {
     frames: Vec<Frame<'c>, MOST>,
@@ -159,18 +159,18 @@ impl<'c> Frames<'c> {
         self.frames.iter().any(|frame| matches!(frame, Frame::Script(script) if core::ptr::eq(script.text, line)))
     }
 
-    /// What is next is a script around a suspension.
+    /// Whether the next frame is a script around a suspension.
     pub fn is_around_suspension(&self) -> bool {
         let below = self.frames.len().checked_sub(2).and_then(|place| self.frames.get(place));
         matches!(below, Some(Frame::Then(Then::Suspended | Then::Resumed)))
     }
 
-    /// What is next waits for the operator.
+    /// Whether the next frame waits for the operator.
     pub fn wait_for_operator(&self) -> bool {
         matches!(self.frames.last(), Some(Frame::Operator(_)))
     }
 
-    /// What is next are lines of the job that are only read.
+    /// Whether the next frame reads lines of the job without carrying them out.
     pub fn fast_forward(&self) -> bool {
         matches!(self.frames.last(), Some(Frame::FastForward))
     }

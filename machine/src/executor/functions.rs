@@ -1,6 +1,6 @@
-//! What machines do beside moving: each function of the table of codes, led to its owner.
+//! Functions of the machine beside moving: each one in the table of codes is led to its owner.
 //!
-//! Those that only say or set something never wait, and questions among them are answered at any waiting
+//! Functions that only say or set something never wait, and questions among them are answered at any waiting
 //! point. The others are sequences.
 
 use events::{Event, Text};
@@ -37,7 +37,7 @@ pub(super) fn run<P: Ports>(
         card::at_rest(machine);
     }
     if function == Function::Mount {
-        // Looking for the card forgets what waits to be written. That some of it failed has been said.
+        // Looking for the card forgets writes that wait. A failure among those has been told.
         let _ = card::kept(machine);
     }
     if let Some(outcome) = say_or_set(machine, function, &words, to) {
@@ -53,7 +53,7 @@ pub(super) fn run<P: Ports>(
     if let Some(outcome) = set_standing(machine, function, &words, to) {
         return outcome;
     }
-    // What is left moves, heats, or counts on having moved.
+    // The remaining functions move, heat, or count on having moved.
     if is_checking {
         return Ok(Answer::Ok);
     }
@@ -63,7 +63,8 @@ pub(super) fn run<P: Ports>(
     sequence(machine, function, &words, to)
 }
 
-/// One that takes time. Each has a frame of its own: they wait, and much is called from there.
+/// Runs a function that takes time. Each has a stack frame of its own: functions wait, and much is called
+/// from there.
 fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &Words<'_>, to: Recipient) -> Outcome {
     let hands = &mut Hands::new(machine, to);
     match function {
@@ -93,7 +94,7 @@ fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &
         Function::Park => apart(|| filament::go_aside(machine, words)),
         Function::LoadFilament => apart(|| filament::by_hand(machine, true, words.get('L'))),
         Function::UnloadFilament => apart(|| filament::by_hand(machine, false, words.get('U'))),
-        // What stands still goes on from where it was.
+        // A suspended job goes on from where it stopped.
         Function::StartJob => suspend::resume(machine, to),
         Function::WaitForHeaters | Function::WaitForTargets => {
             let cools = function == Function::WaitForTargets;
@@ -106,13 +107,13 @@ fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &
     }
 }
 
-/// One that probes, and puts the probe away after it.
+/// Runs a sequence that probes, and stows the probe after it.
 fn stowed<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: impl FnOnce(&mut Hands<'_, '_, P>) -> Outcome) -> Outcome {
     let ended = apart(|| probe(hands));
     probing::stow_after(hands, ended)
 }
 
-/// Those that change what every step or filter means.
+/// Whether a function changes the meaning of every step or filter, so that motion must stand first.
 fn stands_first(function: Function, words: &Words<'_>) -> bool {
     match function {
         Function::StepsPerMm | Function::Microsteps | Function::StealthThresholds => !words.is_bare(),
@@ -125,8 +126,8 @@ fn stands_first(function: Function, words: &Words<'_>) -> bool {
     }
 }
 
-/// One that a fast-forward reads over: what a file sets of speeds, motors, filters, gains and objects counts
-/// from there on too.
+/// Carries out a function that a fast-forward reads over: settings of speeds, motors, filters, gains and
+/// objects count from there on too.
 #[cold]
 fn read_over<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &Words<'_>) -> Outcome {
     let nobody = Recipient::Nobody;
@@ -140,7 +141,7 @@ fn read_over<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: 
     }
 }
 
-/// What is done once nothing moves.
+/// Carries out a function that needs standstill; `None` for any other.
 fn set_standing<P: Ports>(
     machine: &mut Machine<'_, P>,
     function: Function,
@@ -177,7 +178,7 @@ fn set_standing<P: Ports>(
     })
 }
 
-/// What only says or sets something. `None` for what takes time.
+/// Carries out a function that only says or sets something; `None` for any other.
 fn say_or_set<P: Ports>(
     machine: &mut Machine<'_, P>,
     function: Function,
@@ -370,7 +371,7 @@ fn file_or_job<P: Ports>(
         }
         // A suspended job is where its machine is not.
         Function::StartJob if jobs.is_suspended() => return None,
-        // One that has not begun is suspended before its first move.
+        // A job that has not begun is suspended before its first move instead.
         Function::StartJob if jobs.begun() > 0 && filament.is_missing(config).is_some() => {
             filament.must_be_there(machine.texts, config).map(|()| Answer::Ok)
         }
@@ -451,7 +452,7 @@ pub(super) fn answer<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Blocks<
             machine.say(to, format_args!("ok\n"));
             true
         }
-        // What is wrong with it is said in its turn.
+        // Faults of the question are told in its turn.
         _ => false,
     }
 }

@@ -1,4 +1,4 @@
-//! Carries out GRBL's commands: what begins with `$`, and the bytes that act at once.
+//! GRBL's commands: lines that begin with `$`, and the bytes that act at once.
 
 use gcode::realtime::Realtime;
 use gcode::{Blocks, Refusal};
@@ -43,7 +43,7 @@ pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Rec
     say_or_set(machine, command, to)
 }
 
-/// What never waits.
+/// Runs a GRBL command that never waits.
 fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipient) -> Outcome {
     match command {
         "" => machine.say(to, format_args!("{HELP}")),
@@ -69,7 +69,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipie
     Ok(Answer::Ok)
 }
 
-/// What the program and the machine are like.
+/// Reports modes, offsets, startup lines or the build: `$G`, `$#`, `$N`, `$I`.
 fn report<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) {
     let (queue, version) = (machine.ports.motion(|motion| motion.queue_level().1), machine.ports.board().version);
     let Machine { program, outputs, sessions, config, grbl, .. } = machine;
@@ -97,7 +97,7 @@ pub(super) fn tell_all<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     }
 }
 
-/// `?`
+/// Sends GRBL's status report (`?`).
 pub(super) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     machine.follow_job();
     let line = machine.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
@@ -124,7 +124,7 @@ pub(super) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, id: SessionI
 
 // --- settings ---
 
-/// What settings are taken from.
+/// Calls `f` with the sources that settings are read from.
 fn with_sources<P: Ports, R>(
     machine: &mut Machine<'_, P>,
     f: impl FnOnce(&Sources<'_>, &mut Sessions) -> R,
@@ -137,7 +137,7 @@ fn with_sources<P: Ports, R>(
     Ok(f(&Sources { motion: &motion, config, own: &grbl.own, soft_limits, ends: &ends }, sessions))
 }
 
-/// `$$`
+/// Lists all of GRBL's settings (`$$`).
 fn list<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     with_sources(machine, |of, sessions| {
         for setting in Setting::all() {
@@ -177,7 +177,7 @@ fn may_set<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
     }
 }
 
-/// Runs the code that a setting is changed by. Its numbers are in mm.
+/// Runs the code that changes a setting, with numbers in mm.
 fn run_code<P: Ports>(machine: &mut Machine<'_, P>, code: &str) -> Outcome {
     let inches = machine.program.count_in_mm();
     let outcome = actions::run_text(machine, code, Dialect::Grbl, Recipient::Nobody);
@@ -364,8 +364,8 @@ pub(super) fn cancel_jog<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) 
     machine.ports.motion(motion::Motion::stop);
 }
 
-/// Ctrl-X: stops what goes on, drops what was sent, and greets anew. Where nothing goes on, or a hold has
-/// come to rest, it is no alarm.
+/// Resets (Ctrl-X): stops all work, drops lines that were sent, and greets anew. No alarm if nothing goes on,
+/// or a hold has come to rest.
 pub(super) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     machine.follow_motion();
     let Machine { sessions, ports, .. } = machine;

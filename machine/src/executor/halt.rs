@@ -1,8 +1,8 @@
 //! Halting and coming back.
 //!
 //! A halt is one act: heat off, switches to their halt states, motion brought to rest along its path, the job
-//! dropped, one message. When the motors stand still (or after a second, without waiting further) they lose
-//! their current. No halt is left by itself: M999, `$X`, Ctrl-Y or the kill button release it.
+//! dropped, one message. Motors lose their current when they stand still (or after a second, without waiting
+//! further). No halt is left by itself: M999, `$X`, Ctrl-Y or the kill button release it.
 
 use core::fmt::Arguments;
 
@@ -125,7 +125,7 @@ impl<P: Ports> Machine<'_, P> {
         if self.jobs.is_open() {
             self.record(&Happened::JobEnded { complete: false, line: self.jobs.line() });
         }
-        // It is saved when the machine has come to rest.
+        // The statistics are saved when the machine has come to rest.
         let _ = self.jobs.statistics.end_job(false);
         self.jobs.close(&mut self.ports);
         if self.jobs.cancel_suspend() {
@@ -144,7 +144,7 @@ impl<P: Ports> Machine<'_, P> {
         self.finish_release();
     }
 
-    /// `$X` and Ctrl-Y on a halted machine. One whose configuration cannot be used stays locked, and one that
+    /// Releases a halted machine (`$X` and Ctrl-Y), unless its configuration cannot be used or the machine
     /// sleeps.
     pub(super) fn unlock(&mut self, to: Recipient) {
         let locked = match self.safety.state() {
@@ -235,7 +235,7 @@ impl<P: Ports> Machine<'_, P> {
     }
 }
 
-/// M999.
+/// Releases a halt, and waits until that is done (M999).
 pub(super) fn clear_halt<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
     if machine.safety.state() != State::Alarm {
         return;

@@ -1,8 +1,8 @@
-//! What a sequence that takes time may do with the machine: homing, probing, leveling, tuning, jogging.
+//! The machine as sequences that take time may use it: homing, probing, leveling, tuning, jogging.
 //!
-//! A sequence is an `fn` over this, and reads from top to bottom. It sees no session, no program and no
-//! job: it moves, waits, looks at inputs, asks owners for what it needs, and says how it goes to whoever
-//! asked for it.
+//! A sequence is an `fn` over [`Hands`], and reads from top to bottom. Sessions, program and jobs are hidden
+//! from it: it moves, waits, looks at inputs, asks owners for what it needs, and reports to the recipient
+//! that asked for it.
 
 use core::fmt::Arguments;
 
@@ -48,22 +48,22 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.config
     }
 
-    /// What failures say.
+    /// Returns the texts of failures.
     pub const fn texts(&self) -> &'c Texts {
         self.machine.texts
     }
 
-    /// What codes have changed of it.
+    /// Returns the settings that codes have changed.
     pub const fn tuning(&mut self) -> &mut Tuning {
         &mut self.machine.tuning
     }
 
-    /// What probing a bed starts from.
+    /// Returns the bed, which probing starts from.
     pub const fn bed(&mut self) -> &mut Bed {
         &mut self.machine.bed
     }
 
-    /// What was measured of a delta.
+    /// Returns the measurements made of a delta.
     pub const fn delta_records(&mut self) -> &mut DeltaRecords {
         &mut self.machine.delta
     }
@@ -73,41 +73,41 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         &mut self.machine.phases
     }
 
-    /// The motor drivers.
+    /// Calls `f` with the motor drivers.
     pub fn drivers<R>(&mut self, f: impl FnOnce(&mut P::Drivers) -> R) -> R {
         self.machine.ports.drivers(f)
     }
 
-    /// Axes and motors.
+    /// Returns the axes and motors.
     pub const fn axes(&mut self) -> &mut Axes {
         &mut self.machine.axes
     }
 
-    /// Time since boot.
+    /// Returns the time since boot.
     pub fn now(&self) -> Micros {
         self.machine.ports.now()
     }
 
-    /// A monitored voltage.
+    /// Returns a monitored voltage by name.
     pub fn voltage(&mut self, name: &str) -> Option<Volts> {
         self.machine.ports.voltage(name)
     }
 
-    /// The motion object.
+    /// Calls `f` with the motion object.
     pub fn motion<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
         self.machine.ports.motion(f)
     }
 
-    /// What motion is configured with.
+    /// Returns the configuration of motion.
     ///
     /// # Errors
-    /// When it is not.
+    /// When motion is not configured.
     pub fn motion_config(&mut self) -> Result<MotionConfig, Failure> {
         let config = self.motion(|motion| motion.config().copied());
         config.ok_or_else(|| Failure::refused(&"motion is not configured"))
     }
 
-    /// Heat control.
+    /// Calls `f` with heat control.
     pub fn heat<R>(&mut self, f: impl FnOnce(&mut HeatControl) -> R) -> R {
         self.machine.ports.heat(f)
     }
@@ -133,17 +133,17 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.ports.inputs()
     }
 
-    /// The card.
+    /// Returns the storage of the card.
     pub const fn storage(&mut self) -> &mut P {
         &mut self.machine.ports
     }
 
-    /// What the machine is doing.
+    /// Returns the state of the machine.
     pub const fn state(&self) -> State {
         self.machine.safety.state()
     }
 
-    /// Whoever asked for this goes by GRBL's numbers.
+    /// Whether the recipient that asked goes by GRBL's numbers.
     pub fn speaks_grbl(&self) -> bool {
         self.machine.sessions.dialect_of(self.to) == Dialect::Grbl
     }
@@ -182,24 +182,24 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         Reply::new(self.machine.sessions, self.to)
     }
 
-    /// Whoever asked for this wants it to end (Ctrl-Y), once.
+    /// Takes the recipient's request to end the sequence (Ctrl-Y), once.
     pub fn stop_requested(&mut self) -> bool {
         self.machine.sessions.take_stop(self.to)
     }
 
-    /// Whoever asked for this wants it to end, or has gone: what is held by hand ends.
+    /// Whether the recipient wants the sequence to end, or has gone, which ends motion held by hand.
     pub fn is_let_go(&mut self) -> bool {
         self.stop_requested() || self.machine.sessions.has_left(self.to)
     }
 
-    /// It was asked for by a session or a button, which can stop it.
+    /// Whether a session or a button asked for the sequence, and can stop it.
     pub const fn can_be_stopped(&self) -> bool {
         self.to.session().is_some() || self.machine.sessions.button_stop.is_some()
     }
 
     // --- waiting ---
 
-    /// One turn of a wait: serves everybody, and rests.
+    /// Makes one turn of a wait: serves everybody, and rests.
     pub fn wait(&mut self, wake: Wake) -> Waited {
         self.machine.wait(wake)
     }
@@ -242,12 +242,12 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.urgent.begin_wait();
     }
 
-    /// Whether M108 has come since then.
+    /// Whether M108 has come since the wait began.
     pub const fn wait_is_over(&self) -> bool {
         self.machine.urgent.wait_is_over()
     }
 
-    /// What is in work is to end, and the machine is not halted.
+    /// Whether the work in progress is to end, on a machine that is not halted.
     pub const fn is_ended(&self) -> bool {
         self.machine.urgent.ends()
     }
@@ -311,7 +311,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.motion(|motion| motion.commanded_position())
     }
 
-    /// How far axes may be commanded.
+    /// Returns the travel that axes may be commanded within.
     pub fn travel(&mut self) -> &Travel {
         self.machine.travel()
     }
@@ -368,7 +368,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.facts().all_homed()
     }
 
-    /// These axes are homed now.
+    /// Marks these axes as homed.
     pub fn mark_homed(&mut self, axes: AxisSet) {
         self.machine.mark_homed(axes);
     }
@@ -380,7 +380,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.safety.apply(event)
     }
 
-    /// Halts, saying why.
+    /// Halts the machine and says why.
     pub fn halt(&mut self, alarm: Alarm, why: Arguments<'_>) {
         self.machine.halt(alarm, why);
     }
@@ -404,7 +404,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         safety.limits.search_ends(ports.latch(), now);
     }
 
-    /// These axes are where the machine was told, and count as homed.
+    /// Takes these axes' places as the machine was told, and counts them as homed.
     pub fn declare_homed(&mut self, axes: AxisSet) {
         self.machine.declare_homed(axes);
     }
@@ -426,7 +426,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.program.read_contact(machine_z, reads);
     }
 
-    /// Where a search along a line ended, and whether it found its contact.
+    /// Stores the end of a search along a line, and whether it found its contact.
     pub fn set_last_probe(&mut self, place: [f64; 3], found: bool) {
         self.machine.program.set_last_probe(place, found);
         if found {

@@ -3,12 +3,12 @@
 /// Whether a feed hold acts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Hold {
-    /// At once.
+    /// A feed hold acts at once.
     #[default]
     Acts,
     /// Behind the hole that is being tapped.
     Waits,
-    /// The same, and it has been asked for.
+    /// Behind that hole, and a hold has been asked for.
     Asked,
 }
 

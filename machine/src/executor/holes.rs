@@ -7,7 +7,7 @@ use super::{Machine, operator};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::Ports;
 
-/// Has the operator draw the tool out. What follows of its block waits for him.
+/// Has the operator draw the tool out; the rest of the block waits until then.
 pub(super) fn retract_by_hand<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     let left = machine.program.leave_hole();
     machine.standstill()?;
@@ -23,10 +23,10 @@ pub(super) fn retract_by_hand<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome
     Err(Failure::refused(&"scripts start each other without end"))
 }
 
-/// He has: what follows are the program's next actions.
+/// Takes up the program once the operator has drawn the tool out: its next actions follow.
 ///
 /// # Errors
-/// When he has drilled other holes meanwhile.
+/// When other holes have been drilled meanwhile.
 pub(super) fn take_up<P: Ports>(machine: &mut Machine<'_, P>, left: &LeftHole) -> Result<(), Failure> {
     machine.resynchronise();
     if machine.program.return_to(left) {

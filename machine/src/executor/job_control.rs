@@ -1,4 +1,4 @@
-//! Where a job pauses by itself, and which one comes next.
+//! Pauses that a job makes by itself, and the queue of jobs.
 
 use gcode::Extended;
 use program::Part;
@@ -48,8 +48,8 @@ pub(super) fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
     Ok(Answer::Ok)
 }
 
-/// What is to be done before the line just read, which is then read again: a pause, or the next step of a
-/// tower.
+/// Returns the command due before the line just read, which is read again afterwards: a pause, or the next
+/// step of a tower.
 pub(super) fn due_before<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) -> Option<(config::Command, Source)> {
     if machine.jobs.pauses.is_empty() && machine.jobs.tower.is_none() {
         return None;
@@ -76,7 +76,7 @@ pub(super) fn tower<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'
     Ok(Answer::Ok)
 }
 
-/// `queue`.
+/// Runs the command `queue`; `queue next` plays the next job.
 pub(super) fn queue<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     if arguments.trim() == "next" {
         return play_next(machine, to);

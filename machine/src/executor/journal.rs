@@ -1,5 +1,5 @@
-//! What of the job goes into the journal, and when: every few seconds, before Z goes to another height and
-//! when it is there, and where a halt comes to rest. One block at a time.
+//! Journal entries of a job: every few seconds, before Z goes to another height, on arrival there, and where
+//! a halt comes to rest. One block at a time.
 
 use motion::compensation::Bed;
 use program::{BEGINNING_BYTES, State};
@@ -17,7 +17,7 @@ const HEIGHT_PERIOD: Micros = Micros::from_millis(500);
 const SUSPENDED_HEIGHT_PERIOD: Micros = Micros::from_millis(100);
 /// Heights that differ less are one, mm.
 const SAME_HEIGHT: f64 = 0.005;
-/// How far Z may go beyond what was noted, mm: less than what is taken to be the same height afterwards.
+/// Greatest way of Z beyond the noted height, mm: less than the tolerance of equal heights afterwards.
 const UNNOTED: f64 = 0.015;
 /// An entry holds where Z may go within this time, s: longer than the dispatcher is held by a card, so that
 /// another height is noted before Z begins to go there.
@@ -43,7 +43,7 @@ fn note_of_brown_out<P: Ports>(machine: &mut Machine<'_, P>) {
     // Of a block that was not written the next job finds the wrong size.
     let _ = brown_out::prepare(&mut machine.ports, file);
     card::at_rest(machine);
-    // The same.
+    // A failed close shows as a wrong size, too.
     let _ = machine.ports.close(file);
 }
 
@@ -122,7 +122,7 @@ fn make<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     made
 }
 
-/// Whoever plays a file goes on with no other one, whether a journal of this one is kept or not.
+/// Gives up the offer of another job: playing a file ends it, whether a journal is kept or not.
 pub(super) fn give_up_offer<P: Ports>(machine: &mut Machine<'_, P>) {
     if !core::mem::take(&mut machine.journal.has_offer) {
         return;
@@ -172,16 +172,16 @@ pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.journal.end(&mut machine.ports);
 }
 
-/// What a session's line may change of the program.
+/// State of the program that a session's line may change.
 type Standing = ([u8; BEGINNING_BYTES], bool);
 
-/// The same, under a job that is noted.
+/// Returns that state before a session's line, under a job that is noted.
 pub(super) fn before_session<P: Ports>(machine: &mut Machine<'_, P>) -> Option<Standing> {
     let counts = machine.journal.is_noting() || machine.stalls.beginning_of(machine.jobs.count()).is_some();
     counts.then(|| program::standing(&mut machine.program))
 }
 
-/// It has: the file alone does not lead there any more.
+/// Ends the journal if a session's line has changed the program: the file alone does not lead there any more.
 pub(super) fn after_session<P: Ports>(machine: &mut Machine<'_, P>, before: Option<Standing>) {
     if before.is_none() || !machine.jobs.is_open() || machine.jobs.is_suspended() {
         return;
@@ -244,7 +244,7 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 /// The heights that the machine may be at before the next entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Heights {
-    /// Motion knows them.
+    /// Heights that motion knows from its plan.
     Planned,
     /// From here to there, mm.
     Between([f64; 2]),
@@ -315,7 +315,7 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool)
     let (made, doing) = match tag {
         Some(tag) => match machine.jobs.made(tag) {
             Some(made) => (made, Doing::Job),
-            // What a session moves is none of the job.
+            // Moves of a session are no part of the job.
             None => (last.made, Doing::Passes),
         },
         // The last line may still wait for something.
@@ -346,11 +346,11 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool)
     }
 }
 
-/// What the job goes on with, C.
+/// Returns the temperatures that the job goes on with, C.
 fn targets<P: Ports>(machine: &mut Machine<'_, P>, last: &Entry) -> [f64; units::MAX_HEATERS] {
     let mut targets = last.targets;
     if machine.safety.is_halted() {
-        // They have been switched off; those of the entry before are meant.
+        // The halt has switched heaters off: the targets of the entry before are meant.
     } else if let Some(suspended) = machine.jobs.suspended() {
         targets.iter_mut().zip(&suspended.targets).for_each(|(to, target)| *to = f64::from(target.0));
     } else {
@@ -372,7 +372,7 @@ pub(super) fn halts<P: Ports>(machine: &mut Machine<'_, P>) {
         return machine.journal.end(&mut machine.ports);
     }
     if machine.recovery.as_ref().is_some_and(|recovery| !recovery.is_placed) {
-        // It has not moved, and does not know where it is: what was noted stays.
+        // A recovery without a place has not moved: the entry that was noted stays.
         return machine.journal.close(&mut machine.ports);
     }
     if machine.recovery.is_none() && machine.jobs.is_open() {

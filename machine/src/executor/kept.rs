@@ -1,4 +1,4 @@
-//! What programs keep over a power cycle, read at boot and written when it has changed: see
+//! Values that programs keep over a power cycle, read at boot and written when they have changed: see
 //! [`crate::files::kept`].
 
 use super::{Machine, card};
@@ -24,7 +24,7 @@ pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// G10 L0.
+/// Reloads the tool table from its file (G10 L0).
 pub(super) fn reload_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     match read_tools(machine) {
         Ok(()) => Ok(Answer::Ok),
@@ -60,7 +60,7 @@ pub(super) fn save_unless_playing<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Writes what has changed. Whatever moment the power goes, each file is the old one or the new one.
+/// Writes changed parameters and tools. At a power loss each file is the old one or the new one.
 pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.program.take_parameters_changed()
         && let Err(error) = write_parameters(machine)

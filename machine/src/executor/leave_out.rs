@@ -1,7 +1,7 @@
 //! Moves that are planned, of an object that is left out by now: the machine brakes on their way, drops them,
 //! and goes on with what is planned behind them, or with what is read next.
 //!
-//! It is served at every waiting point, so that it is done at once, whatever the executor waits for.
+//! Every waiting point serves it, so that moves are dropped at once, whatever the executor waits for.
 
 use motion::{State as Motion, Waiting};
 use program::State;
@@ -37,7 +37,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// What of such moves waits still.
+/// Finds moves still waiting that are to be left out.
 pub(super) fn find_rest<P: Ports>(machine: &mut Machine<'_, P>) {
     let Machine { jobs, ports, .. } = machine;
     ports.motion(|motion| jobs.objects.has_cut_but(motion.waiting().map(|waiting| waiting.request.part)));

@@ -44,7 +44,7 @@ pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, change: LightChange
     }
 }
 
-/// What has been reached on the path.
+/// Applies the changes of colours that the path has reached.
 fn take_reached<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.riding_lights.is_empty() {
         return;
@@ -55,7 +55,7 @@ fn take_reached<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Looks at them, and sends what is new.
+/// Looks at the strips of lights, and sends new colours.
 pub(super) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     if machine.config.led_strips.is_empty() {
         return;
@@ -112,7 +112,7 @@ fn condition<P: Ports>(machine: &mut Machine<'_, P>) -> Condition {
     }
 }
 
-/// How far the heater is that has the longest way to go; none when all that are on are warm.
+/// Returns the heated share of the coldest heater; none when all heaters that are on are warm.
 fn warming(heat: &mut HeatControl) -> Option<f32> {
     let cold = heat.heaters().filter_map(|(_, heater)| {
         let (target, reading) = (heater.target().0, heater.reading()?.0);

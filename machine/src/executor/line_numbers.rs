@@ -6,7 +6,7 @@ use motion::Tag;
 use crate::failure::short;
 use crate::jobs::of_number;
 
-/// What the moves of a line with a number are made for.
+/// Returns the tag for the moves of a line with a number.
 pub(super) fn tag_of(line: &[u8]) -> Tag {
     number_of(line).and_then(|number| u32::try_from(number).ok()).map_or(Tag::NONE, of_number)
 }

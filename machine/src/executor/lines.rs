@@ -1,4 +1,5 @@
-//! Lines: whose turn is it, is a line whole, and what is it: codes, a command of the console, an O word.
+//! Lines: the turns of their sources, their wholeness, and their kind: codes, a command of the console, an O
+//! word.
 
 use config::ButtonWord;
 use events::{Event, Text};
@@ -44,7 +45,7 @@ pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         let (used, size) = motion.queue_level();
         size > 0 && used >= size
     });
-    // What is read behind moves that are to be dropped waits until they are.
+    // Lines behind moves that are being dropped wait until the drop is done.
     let path_is_full = path_is_full || machine.jobs.objects.is_cutting();
     let measures = machine.config.filament_width.enable;
     let path_is_full = path_is_full || measures && filament::is_planned_ahead(machine);
@@ -67,7 +68,7 @@ pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 
 fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bool {
     let Some(id) = urgent::next_session(machine, path_is_full) else { return false };
-    // Whoever sends a file waits for the card, and nobody else does.
+    // A session that uploads a file waits for the card, and nobody else does.
     if machine.files.uploads_from(id) && !machine.ports.is_ready() {
         return false;
     }
@@ -160,7 +161,7 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if !machine.sessions.have_taken_most(to) {
         return false;
     }
-    // It is suspended before its first move.
+    // With a filament detector about to ask, the job is suspended before its first move.
     let has_begun = machine.jobs.begun() > 0 || machine.safety.state() == State::Check;
     if !has_begun && machine.filament.is_about_to_ask(machine.config) {
         return false;
@@ -176,7 +177,7 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
                 record_begin(machine);
                 journal::begin(machine);
                 stall_recovery::job_begins(machine);
-                // It may have taken a while.
+                // The start of the job may have taken a while.
                 if !machine.jobs.is_playing() {
                     return true;
                 }
@@ -204,7 +205,7 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
             if to != Recipient::Nobody {
                 echo(machine, &line, to);
             }
-            // What is answered to them is nobody's: only what is wrong is said.
+            // Answers to lines of a file go to nobody: only faults are told.
             let to = Recipient::Nobody;
             if machine.program.flow().passes_over() {
                 run_passed_over(machine, &line, to);
@@ -247,7 +248,8 @@ fn run_passed_over<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Reci
 /// The next line of the file that is only read: see [`fast_forward`].
 #[cold]
 fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
-    // Its journal would begin in the middle. Its forecast begins with the file, as the program does.
+    // A journal would begin in the middle of the file, so there is none. The forecast begins with the file,
+    // as the program does.
     if machine.jobs.take_new() {
         match foresee::job_begins(machine) {
             JobStart::Now => {
@@ -361,7 +363,7 @@ fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], source: Sou
     match decoder_expecting(line).decode(line) {
         Ok(decoded) => return run_decoded(machine, decoded, source),
         Err(Refusal::Resend { .. }) => {
-            // Its checksum is wrong: the file is damaged.
+            // A wrong checksum means a damaged file.
             let text = core::str::from_utf8(line).unwrap_or("(not text)");
             let why = machine.texts.refused(format_args!("checksum does not match: {text}"));
             machine.refuse(source.to, why);

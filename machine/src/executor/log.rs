@@ -28,7 +28,7 @@ pub(super) fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, remark: &Remark<
         }
         Remark::Log(text) if logs.text.is_open() => {
             let mut line = heapless::String::<LINE>::new();
-            // What does not fit is cut.
+            // Text that does not fit is cut.
             let _ = program::write_values(program, text, &mut line);
             logs.text.write_line(&line, ports).map_err(|flaw| named(machine.texts, "the log file", flaw))
         }
@@ -53,7 +53,7 @@ pub(super) fn contact_found<P: Ports>(machine: &mut Machine<'_, P>) {
     for number in 5_061..=5_069 {
         let value = machine.program.get(&Parameter::Numbered(number)).unwrap_or(0.0);
         let blank = if line.is_empty() { "" } else { " " };
-        // Nine numbers fit.
+        // Nine numbers fit in a line.
         let _ = write!(line, "{blank}{value:.6}");
     }
     let Machine { logs, ports, .. } = machine;

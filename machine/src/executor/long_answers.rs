@@ -53,7 +53,7 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
         return apart(|| continue_transfer(machine, id));
     }
     if machine.sessions.take_stop(to) {
-        // He waits for its end all the same.
+        // A stopped listing still owes its ending.
         listings::close(&listing, &mut machine.ports);
         machine.say(to, format_args!("{}", listings::ending(&listing)));
         return settle(machine, id);
@@ -103,7 +103,7 @@ pub(super) fn begin_transfer<P: Ports>(machine: &mut Machine<'_, P>, to: Recipie
 fn continue_transfer<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     let to = Recipient::Session(id);
     let now = machine.ports.now();
-    // Whoever comes behind this look sends nothing of the file.
+    // A session that opens behind this look sends nothing of the file.
     let end = machine.ports.inbox(id).received();
     let is_his = !machine.sessions.is_visited_anew(&machine.ports, id);
     let Machine { files, ports, sessions, .. } = machine;

@@ -1,6 +1,6 @@
-//! The machine: who owns what, and what everything that is carried out needs of it: waiting, moving, saying.
+//! The machine: the owners of its parts, and the services that all work needs: waiting, moving, saying.
 //!
-//! It knows nothing of lines, of commands, or of who is served while it waits.
+//! [`Machine`] knows nothing of lines, of commands, or of the parties served while it waits.
 
 use config::MachineConfig;
 use events::Event as Happened;
@@ -49,29 +49,28 @@ use crate::thermal::Thermal;
 use crate::tuning::Tuning;
 use crate::wait::Waited;
 
-/// The machine: who owns what.
+/// The machine, as the owners of its parts.
 pub(crate) struct Machine<'c, P: Ports> {
     pub(super) ports: P,
-    /// As it was read.
+    /// Configuration as it was read.
     pub(super) config: &'c MachineConfig,
-    /// How long reading it took, from the card's mounting on.
+    /// Time of reading the configuration, from the card's mounting on.
     pub(super) config_took: Micros,
-    /// What the lines mean.
+    /// Interpreter of codes and modes.
     pub(super) program: Interpreter,
-    /// What failures say.
+    /// Texts of failure messages.
     pub(super) texts: &'c Texts,
-    /// Who talks to it.
     pub(super) sessions: &'c mut Sessions,
-    /// Whether it may move.
+    /// Whether the machine may move.
     pub(super) safety: Safety,
     pub(super) axes: Axes,
     pub(super) phases: EndstopPhases,
     pub(super) bed: Bed,
-    /// What was measured of a delta.
+    /// Measurements made of a delta.
     pub(super) delta: DeltaRecords,
     /// Whether the probe is out.
     pub(super) deployment: Deployment,
-    /// What makes up for a frame that grows.
+    /// Compensation of a frame that grows with heat.
     pub(super) thermal: Thermal,
     /// The paper test that is under way.
     pub(super) paper: Paper,
@@ -81,29 +80,29 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) fans: Fans,
     /// Whether heaters take what their models explain.
     pub(super) heat_surplus: SurplusWatch,
-    /// Whether supplies fall.
+    /// Watch over falling supplies.
     pub(super) brown_out: BrownOut,
     /// The colours that strips of lights are told to have, those that wait for their places on the path, and
     /// what is shown.
     pub(super) strips: Strips,
     pub(super) riding_lights: Effects<LightChange>,
     pub(super) lights: LightShow,
-    /// What operates outputs by temperatures.
+    /// Outputs switched by temperatures.
     pub(super) temperature_switches: TemperatureSwitches,
     pub(super) filament: Filament,
     pub(super) filament_width: filament::Width,
     pub(super) jobs: Jobs,
     pub(super) files: Files,
-    /// What programs write.
+    /// Files that programs write.
     pub(super) logs: Logs,
     pub(super) tuning: Tuning,
-    /// What lines have started that is to be done before anything else.
+    /// Work that lines have started and that comes before anything else.
     pub(super) frames: Frames<'c>,
-    /// What was read over of the job by a fast-forward, while that goes on and until somebody takes it.
+    /// Record of the lines that a fast-forward reads over, until somebody takes it.
     pub(super) passed: Option<Passed>,
     /// Limits, steps and filters as they were before a file was read over, until its job goes on.
     pub(super) set_before: Option<motion::MotionConfig>,
-    /// What is kept on the card of the job that is played.
+    /// Journal of the played job on the card.
     pub(super) journal: Journal,
     /// A stall has stopped the job.
     pub(super) stalls: StallRecovery,
@@ -113,12 +112,12 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) foresight: &'c Foresight,
     /// The files that it reads.
     pub(super) ahead: Ahead,
-    /// What moves are made for at present.
+    /// Tag of the moves made at present.
     pub(super) tag: Tag,
     /// Axes that have a switch to home with.
     pub(super) can_home: AxisSet,
     pub(super) polls: Polls,
-    /// What the ring of events has been told of.
+    /// State that the ring of events has recorded.
     pub(super) recorded: Recorded,
     /// The operator's factor of feed rates, while the program does not let it count (M49, M50 P0).
     pub(super) feed_waits: Option<f64>,
@@ -126,18 +125,18 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) hold: Hold,
     /// Moves that are planned and are to be left out.
     pub(super) cut: Cut,
-    /// What GRBL's dialect has beside.
+    /// State that only GRBL's dialect has.
     pub(super) grbl: Grbl,
-    /// What is to be done about firmware.
+    /// Watch over firmware updates.
     pub(super) update: Watch,
-    /// What does not wait for the line in work.
+    /// Requests that do not wait for the line in work.
     pub(super) urgent: Asked,
     /// Saved settings were loaded since boot.
     pub(super) settings_loaded: bool,
     pub(super) beside: Beside<'c, P>,
 }
 
-/// What is done while the machine waits. Handed in: it knows the machine, and not the other way round.
+/// Work done while the machine waits. Handed in: it knows the machine, and not the other way round.
 pub(super) struct Beside<'c, P: Ports> {
     /// Serves everybody: sessions, faults, everything that follows time.
     pub serve: fn(&mut Machine<'c, P>),
@@ -212,7 +211,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         }
     }
 
-    /// What the program must know of the machine.
+    /// Returns the facts about the machine that the program must know.
     pub(super) const fn facts(&self) -> Facts {
         Facts { homed: self.axes.homed(), can_home: self.can_home }
     }
@@ -239,7 +238,7 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     // --- waiting ---
 
-    /// Serves everybody once.
+    /// Serves everybody once: sessions, faults, everything that follows time.
     pub(super) fn serve(&mut self) {
         (self.beside.serve)(self);
     }
@@ -250,7 +249,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         self.ports.rest(if has_more { Wake::AtOnce } else { wake });
     }
 
-    /// One turn of a wait: serves everybody, and rests. All waiting is made of this.
+    /// Makes one turn of a wait: serves everybody, and rests. All waiting is made of such turns.
     pub(super) fn wait(&mut self, wake: Wake) -> Waited {
         self.serve();
         let waited = match self.safety.state() {
@@ -268,8 +267,8 @@ impl<'c, P: Ports> Machine<'c, P> {
         waited
     }
 
-    /// Waits while the safety door is open. What a halted machine may do too needs not wait: ends and
-    /// reports.
+    /// Waits while the safety door is open. Commands that a halted machine may do too, ends and reports, need
+    /// not wait.
     pub(super) fn wait_for_door(&mut self, allowed: States) -> Result<(), Failure> {
         while self.safety.state() == State::Door && !allowed.has(State::Alarm) {
             self.wait(Wake::Time).unless_halted()?;
@@ -297,8 +296,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         Ok(())
     }
 
-    /// Waits until whoever listens has taken most of what was said. One that does not take anything is
-    /// forgotten by the sessions.
+    /// Waits until a recipient has taken most of what was said. A session that takes nothing is forgotten.
     pub(super) fn drain(&mut self, who: Recipient) {
         while !self.sessions.have_taken_most(who) {
             self.wait(Wake::Any).whatever_happens();
@@ -333,7 +331,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         Ok(())
     }
 
-    /// How far axes may be commanded.
+    /// Returns the travel that axes may be commanded within.
     pub(super) fn travel(&mut self) -> &Travel {
         self.safety.travel.up_to_date(self.config, &self.tuning)
     }
@@ -399,7 +397,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         Ok(())
     }
 
-    /// These axes are homed now: what Z is shifted by for the frame's temperature counts from here.
+    /// Marks these axes as homed: Z's shift for the frame's temperature counts from here.
     pub(super) fn mark_homed(&mut self, axes: AxisSet) {
         self.axes.mark_homed(axes);
         if axes.has(Axis::Z) {
@@ -408,7 +406,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         }
     }
 
-    /// The same, by somebody's word for where they are.
+    /// Marks axes as homed on somebody's word for their places.
     pub(super) fn declare_homed(&mut self, axes: AxisSet) {
         self.mark_homed(axes);
         self.axes.stray(axes);
@@ -436,12 +434,12 @@ impl<'c, P: Ports> Machine<'c, P> {
             self.safety.apply(Event::Drained);
         }
         if state == State::Jog {
-            // It may have been cancelled on its way.
+            // A jog may have been cancelled on its way.
             self.resynchronise();
         }
     }
 
-    /// What the state is when nothing else says it: the planner's.
+    /// Follows the planner's state where nothing else says the machine's.
     pub(super) fn follow_motion(&mut self) {
         let idle = self.ports.motion(|motion| motion.is_idle());
         let state = self.safety.state();
@@ -452,7 +450,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         }
     }
 
-    /// What of the job the motors make: nothing of it while they rest.
+    /// Tells the jobs which of their moves the motors make: none while they rest.
     pub(super) fn follow_job(&mut self) {
         let executing = self.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
         self.jobs.executing(executing);

@@ -1,4 +1,4 @@
-//! The executor: the one loop over the whole machine. It takes lines from sessions, files and scripts, has
+//! The executor: the one loop over the whole machine, which takes lines from sessions, files and scripts, has
 //! the program say what they mean, carries that out, waits where it must, and serves everybody at each
 //! waiting point.
 //!
@@ -95,7 +95,7 @@ const SERVE_AFTER: Micros = Micros(50);
 /// And when so many have been: a host's clock may stand still while lines are carried out.
 const LINES_IN_A_ROW: u8 = 16;
 
-/// What the executor has beside its stack, for as long as it runs. Large: whoever calls [`run`] says where it
+/// State of the executor beside its stack, for as long as it runs. Large: the caller of [`run`] says where it
 /// lies.
 pub struct Lasting {
     config: MachineConfig,
@@ -118,7 +118,7 @@ impl Lasting {
     }
 }
 
-/// Boots and serves, for ever. It rests whenever it has nothing to do ([`crate::ports::Rest`]).
+/// Boots and serves, for ever, resting whenever there is nothing to do ([`crate::ports::Rest`]).
 pub fn run<P: Ports>(mut ports: P, lasting: &mut Lasting) -> Infallible {
     let Lasting { config, texts, sessions, foresight } = lasting;
     let read = apart(|| boot::read_config(&mut ports, sessions, config));

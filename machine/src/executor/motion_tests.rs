@@ -1,8 +1,8 @@
 //! `test`: moves back and forth, squares and circles, to see a machine run; and so many steps of one motor,
 //! to count them.
 //!
-//! Figures are lines of codes, so they go the way of every program. What they take is looked at before the
-//! first of them.
+//! Figures are lines of codes, so they go the way of every program. Their reach is checked before the first
+//! line.
 
 use core::fmt::Write;
 
@@ -22,7 +22,7 @@ type Line = String<64>;
 /// The modes that figures are drawn in: lengths a minute, distances, also of E, in X and Y.
 const MODES: [&str; 4] = ["G94", "G91", "M83", "G17"];
 
-/// What is drawn, in the program's units.
+/// Figure to be drawn, in the program's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Figure {
     shape: Shape,
@@ -55,13 +55,13 @@ struct Steps {
 enum Test {
     Figure(Figure),
     Steps(Steps),
-    /// How well this axis homes, in so many approaches.
+    /// Homing accuracy of this axis, in so many approaches.
     Endstop(Axis, u8),
-    /// Whether it loses steps.
+    /// Test for lost steps.
     Speed(Speed),
-    /// Where the frame rings.
+    /// Search for the frame's resonance.
     Sweep(Sweep),
-    /// What the way of this axis loses when it turns; so far away the probe's contact is.
+    /// Backlash of this axis, and the distance of the probe's contact.
     Backlash(Axis, f64),
 }
 
@@ -129,16 +129,17 @@ fn parse(arguments: &str) -> Result<Test, &'static str> {
 }
 
 impl Figure {
-    /// Its line of this number; none behind its end. The first ones set the modes that it is drawn in.
+    /// Returns the figure's line of this number; none behind its end. The first lines set the modes that it
+    /// is drawn in.
     fn line(&self, number: u32) -> Option<Line> {
         let mut line = Line::new();
         if let Some(mode) = MODES.get(number as usize) {
-            // They fit.
+            // The mode fits in a line.
             let _ = line.push_str(mode);
             return Some(line);
         }
         let (size, number) = (self.size, number - MODES.len() as u32);
-        // They fit.
+        // Every code fits in a line.
         let _ = match self.shape {
             Shape::Line(_) if number >= self.times => return None,
             Shape::Line(axis) => write!(line, "G1 {axis}{}", if number.is_multiple_of(2) { size } else { -size }),
@@ -158,7 +159,7 @@ impl Figure {
         Some(line)
     }
 
-    /// How far it goes along the axes: where its greatest coordinates are, and its least.
+    /// Returns the figure's reach along the axes: its greatest coordinates and its least.
     fn reach(&self, mm: f64) -> [PerAxis<f64>; 2] {
         let mut reach = [PerAxis([0.0; units::MAX_AXES]); 2];
         let size = self.size * mm;
@@ -181,10 +182,11 @@ impl Figure {
     }
 }
 
-/// `test ...`
+/// Runs `test ...`: figures, steps, and tests of an axis.
 ///
 /// # Errors
-/// What is not understood, leaves the travel or is refused as the codes are; while a file is played.
+/// When the words are not understood, leave the travel or are refused as the codes are; while a file is
+/// played.
 pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let test = parse(arguments).map_err(|error| machine.texts.refused(format_args!("{error}")))?;
     if machine.jobs.is_playing() {
@@ -245,7 +247,7 @@ fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recipient) 
     Ok(())
 }
 
-/// One motor's steps, as a move of its axis.
+/// Makes one motor's steps as a move of its axis.
 fn step<P: Ports>(machine: &mut Machine<'_, P>, steps: &Steps, to: Recipient) -> Result<(), Failure> {
     let config = machine.ports.motion(|motion| motion.config().copied());
     let config = config.ok_or_else(|| Failure::refused(&"motion is not configured"))?;

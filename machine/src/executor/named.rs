@@ -12,17 +12,17 @@ use crate::ports::Ports;
 use crate::program_setup::PartNames;
 use crate::sessions::LineBytes;
 
-/// What a command by name has come to.
+/// Result of a command by name.
 pub(super) enum Named<'a> {
-    /// Its codes come next, and answer it.
+    /// Codes that come next, and answer the command.
     Codes,
-    /// It is this command of the console.
+    /// Command of the console that it means.
     Console(&'a str),
-    /// It has ended: it is not carried out, or cannot be.
+    /// Outcome of a command that is not carried out, or cannot be.
     Ended(Outcome),
 }
 
-/// What a line is that is neither codes nor a flow word: a command of the console, or one by name.
+/// Classifies a line that is neither codes nor a flow word: a command of the console, or one by name.
 #[cold]
 pub(super) fn command_of<'a, P: Ports>(machine: &mut Machine<'_, P>, line: &Line<'a>, source: Source) -> Named<'a> {
     match *line {
@@ -39,7 +39,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>, source:
     let names = PartNames { config: machine.config, dialect: source.dialect };
     match extended::translate(command, &names, &mut codes) {
         Ok(Asked::Codes) => {
-            // They have the same room.
+            // Both buffers have the same room.
             let line = LineBytes::from_slice(codes.as_bytes()).unwrap_or_default();
             let rest = Rest { line, next: NextCode::At(0), source, last: None, answer: Answer::Ok };
             if machine.frames.push(Frame::Rest(rest)) {

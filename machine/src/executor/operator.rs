@@ -1,4 +1,4 @@
-//! What a program tells the operator, and waits for: messages, M0, M1, M60.
+//! Messages to the operator, and pauses that wait for him: M0, M1, M60.
 
 use program::{Pause, Remark, ScriptModes, State};
 use units::Micros;
@@ -18,12 +18,12 @@ use crate::wait::Waited;
 /// When that cannot be written.
 pub(super) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> Result<(), Failure> {
     if machine.passed.is_some() {
-        // Whoever was to hear it has heard it.
+        // The remark was heard when the job ran before.
         return Ok(());
     }
     let values = |machine: &Machine<'_, P>, said: &str| {
         let mut text = ShortText::NONE;
-        // What does not fit is cut.
+        // Text that does not fit is cut.
         let _ = program::write_values(&machine.program, said, &mut text);
         text
     };

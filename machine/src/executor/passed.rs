@@ -1,10 +1,10 @@
-//! What a fast-forward ([`super::fast_forward`]) has read over.
+//! Record of the lines that a fast-forward ([`super::fast_forward`]) has read over.
 
 use config::{MAX_SWITCHES, MAX_TEMPERATURES};
 use program::{Effect, Move, Place, Rate};
 use units::{Axis, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId};
 
-/// Where it ends: behind a line, so that what is read next is the first line to be carried out.
+/// End of a fast-forward: behind a line, so that the next line read is the first to be carried out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Until {
     /// So many lines have begun that are no comments, however often each: `Jobs::begun`.
@@ -15,7 +15,7 @@ pub(super) enum Until {
     Line(u32),
     /// The line that begins at this offset or behind it is next.
     Offset(u32),
-    /// This layer begins.
+    /// The layer of this number begins.
     Layer(u32),
 }
 
@@ -31,27 +31,27 @@ impl Until {
     }
 }
 
-/// What has been read over.
+/// Record of the lines read over.
 #[derive(Debug)]
 pub(super) struct Passed {
     pub until: Until,
     /// The place was reached; else the file or its program has ended before, or could not be read.
     pub has_arrived: bool,
-    /// What was asked of heaters last, by their numbers.
+    /// Last targets asked of heaters, by their numbers.
     pub targets: [Option<Celsius>; MAX_TEMPERATURES],
-    /// What was asked of switches last: on or off, and S.
+    /// Last states asked of switches: on or off, and S.
     pub switches: [Option<(bool, Option<f32>)>; MAX_SWITCHES],
     /// Lines that are not carried out: the file was paused there, and somebody has gone on.
     pub refused: u32,
     /// The program has asked the machine: what a probe or an input answered is not known any more.
     pub has_asked: bool,
-    /// Where the last line that was read has begun: its moves go from here.
+    /// Place where the last line read has begun: its moves go from here.
     pub line_began_at: PerAxis<f64>,
-    /// Where its moves lead.
+    /// Place where the last line's moves lead.
     pub at: PerAxis<f64>,
-    /// How long they take at the speeds of the program, s.
+    /// Duration of the moves at the speeds of the program, s.
     pub seconds: f64,
-    /// The lowest and the highest Z of them, mm.
+    /// Lowest and highest Z of the moves, mm.
     pub z: [f64; 2],
 }
 
@@ -81,7 +81,8 @@ impl Passed {
                     *last = Some((on, value));
                 }
             }
-            // It acts later, when a temperature passes its threshold: it was armed as it was read.
+            // An armed effect acts later, when a temperature passes its threshold: it was armed as it was
+            // read.
             Effect::Arm { .. } => {}
             // Lights are set as they are read.
             Effect::Light(_) | Effect::Ignored { .. } => {}

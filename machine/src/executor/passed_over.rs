@@ -1,4 +1,4 @@
-//! What of a file is not carried out.
+//! Codes of a file that are not carried out.
 
 use gcode::Block;
 use program::{CodeInfo, Dialect};
@@ -10,8 +10,8 @@ use crate::needs::{cannot_level, makes_another_part};
 use crate::ports::Ports;
 use crate::sessions::Recipient;
 
-/// A code of a file that is not carried out. What would make another part pauses the file; the rest is
-/// counted.
+/// Handles a code of a file that is not carried out: pauses the file if it would make another part, else
+/// counts the code.
 #[cold]
 pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, dialect: Dialect) -> Outcome {
     let Some(code) = block.code else { return Ok(Answer::Unknown) };
@@ -40,7 +40,7 @@ pub(super) fn count<P: Ports>(machine: &mut Machine<'_, P>, name: Name) {
     }
 }
 
-/// What of the job was not carried out, said once.
+/// Tells once which codes of the job were not carried out.
 pub(super) fn say<P: Ports>(machine: &mut Machine<'_, P>) {
     let Machine { jobs, sessions, .. } = machine;
     if let Some(noted) = jobs.noted().filter(|noted| !noted.passed_over.is_empty()) {

@@ -1,8 +1,8 @@
 //! `play file --from`: a job that begins in the middle of its file.
 //!
-//! What comes before is read over, so that units, offsets, tools, E and objects are as the file has them
-//! there. Then the machine heats as the file has asked for, rises, goes over the place and down to it, and
-//! the job goes on.
+//! Lines before that place are read over, so that units, offsets, tools, E and objects are as the file has
+//! them there. Then the machine heats as the file has asked for, rises, goes over the place and down to it,
+//! and the job goes on.
 
 use motion::Mode;
 use units::{Axis, MmPerSecond};
@@ -17,14 +17,14 @@ use crate::sessions::Recipient;
 
 /// Above the place, before it is gone down to, mm.
 const LIFT: f64 = 5.0;
-/// Down to it, mm/s.
+/// Speed down to the place, mm/s.
 const DOWN: MmPerSecond = MmPerSecond(10.0);
 const USAGE: &str = "play takes: file --from line N, layer N or byte N";
 
-/// What `play` takes, without `--from`, and where it is to begin.
+/// Splits the arguments of `play` into those before `--from` and the place to begin at.
 ///
 /// # Errors
-/// When that is not understood.
+/// When the place is not understood.
 pub(super) fn split(arguments: &str) -> Result<(&str, Option<Until>), Failure> {
     let Some((before, from)) = arguments.split_once(" --from ") else { return Ok((arguments, None)) };
     let mut words = from.split_whitespace();
@@ -55,7 +55,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) ->
         return Err(Failure::refused(&"home first: a job that begins in the middle goes straight to its place"));
     }
     fast_forward::keep(machine);
-    // It would move from where the job is to go on.
+    // The script before jobs would move away from where the job is to go on.
     machine.jobs.scripts().map(Scripts::take_before);
     if !machine.frames.push(Frame::Then(Then::PlayFrom(to))) {
         return Err(Failure::refused(&"scripts start each other without end"));
@@ -74,7 +74,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) ->
 /// When the job cannot begin there; it is closed then, and what has begun to heat is off.
 pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     if !machine.jobs.is_open() {
-        // It was refused, or aborted, and that was said.
+        // The job was refused, or aborted, and that was said.
         machine.passed = None;
         fast_forward::put_back(machine);
         machine.resynchronise_if_still();
@@ -100,7 +100,7 @@ fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_heated: &
         return Err(Failure::refused(&"the file probes or reads inputs before: what follows depends on what it finds"));
     }
     let (kept, place, line) = (machine.program.keep(), *machine.program.position(), machine.jobs.line() + 1);
-    // Where the tool stands, in the file's count of filament.
+    // The tool's place, with the file's count of filament.
     let mut here = machine.ports.motion(|motion| motion.commanded_position());
     for axis in Axis::ALL.into_iter().filter(|axis| machine.program.tools().uses(*axis)) {
         here[axis] = place[axis];
@@ -120,7 +120,7 @@ fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_heated: &
         place[Axis::Y],
         place[Axis::Z]
     ));
-    // Whatever can be refused is, before anything heats.
+    // Refusals must come before anything heats.
     Hands::new(machine, to).enable_motors()?;
     journal::give_up_offer(machine);
     *has_heated = true;

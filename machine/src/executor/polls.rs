@@ -1,4 +1,4 @@
-//! What the looks at inputs and faults remember from one to the next.
+//! Memory of the looks at inputs and faults, from one look to the next.
 
 use units::Micros;
 
@@ -7,7 +7,7 @@ use crate::melt::Flow;
 use crate::slow_turning::SlowTurning;
 use crate::stall_watch::StallWatch;
 
-/// When what is due, and what is remembered between two looks.
+/// Due times of the looks, and memory between them.
 #[derive(Debug, Default)]
 pub(super) struct Polls {
     pub due: Micros,
@@ -17,11 +17,11 @@ pub(super) struct Polls {
     pub slow_turning: SlowTurning,
     pub flow: Flow,
     pub heat_due: Micros,
-    /// When somebody may next be told what is told by itself.
+    /// Earliest time of the next reports that nobody asks for.
     pub reports_due: Micros,
     pub stalls: StallWatch,
     /// A sequence makes drivers say stall.
     pub ignores_stalls: bool,
-    /// What was wrong with the line of saved settings that just ended.
+    /// Fault of the line of saved settings that just ended.
     pub settings_problem: Option<ShortText>,
 }

@@ -21,7 +21,7 @@ pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &st
     let kept = machine.program.keep();
     // Sequences move past the program.
     machine.resynchronise();
-    // What it changes is kept already.
+    // The modes that the script changes are kept already.
     let _modes = ScriptModes::begin(&mut machine.program);
     let done = lines(machine, key, script);
     let stands = match done {

@@ -1,4 +1,4 @@
-//! What a program asks of switches and of the operator's overrides: M48 to M51, M66, M226.
+//! Requests of a program to switches and to the operator's overrides: M48 to M51, M66, M226.
 
 use program::{AwaitInput, InputEvent, Words};
 use units::SwitchId;
@@ -13,8 +13,8 @@ use crate::ports::{Input, Ports, Wake};
 use crate::safety::Event;
 use crate::sessions::Recipient;
 
-/// M48 to M51, and taps: whether the operator's overrides count and a feed hold acts, once nothing moves.
-/// What he has set stays known.
+/// Sets whether the operator's overrides count and a feed hold acts, once nothing moves (M48 to M51, taps).
+/// Override values that were set stay known.
 ///
 /// # Errors
 /// When the machine halts meanwhile.
@@ -111,7 +111,7 @@ pub(super) fn reset_overrides<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.outputs.override_spindle(100.0);
 }
 
-/// M66, M226: reads an input once nothing moves, or waits for it. What was found is `#5399`.
+/// Reads an input once nothing moves, or waits for it (M66, M226). The result is `#5399`.
 pub(super) fn await_input<P: Ports>(machine: &mut Machine<'_, P>, wait: AwaitInput) -> Outcome {
     machine.standstill()?;
     let found = match wait.event {
@@ -153,7 +153,7 @@ fn await_event<P: Ports>(
     }
 }
 
-/// Has the spindle turn as the operator wants it. What rides on motion was told before: that comes first.
+/// Has the spindle turn as the operator wants it. Changes that ride on motion come first.
 pub(super) fn say_spindle<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.ports.heat(|heat| heat.has_effects()) {
         return;
