@@ -1,8 +1,8 @@
-//! What the executor keeps of what happens, in the ring that survives a reset; and `events`, which tells it.
+//! Records of events in the ring that survives a reset; and `events`, which tells them.
 //!
-//! What has one place where it happens is recorded there, by [`Machine::record`]. What many places change
-//! (the state, heaters' targets, which axes are homed) is looked at every few milliseconds, and what differs
-//! from the last look is recorded: [`follow`].
+//! An event with one place in the code is recorded there, by [`Machine::record`]. Values that many places
+//! change (the state, heaters' targets, homed axes) are looked at every few milliseconds, and differences
+//! from the last look are recorded: [`follow`].
 
 use events::{Event, Text};
 use program::State;
@@ -13,9 +13,9 @@ use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::Ports;
 use crate::sessions::{Listing, Recipient, Reply};
 
-/// How many `events` tells, unless it is asked for more.
+/// Number of entries that `events` tells, unless it is asked for more.
 const TOLD: u32 = 40;
-/// How many `break` tells.
+/// Number of entries that `break` tells.
 const TOLD_AT_A_BREAK: u32 = 8;
 
 /// Records what has changed since the last look.
@@ -95,7 +95,7 @@ pub(super) fn piece<P: Ports>(ports: &P, next: &mut u32, end: u32, reply: &mut R
     }
 }
 
-/// What `break` says where nothing stops for it.
+/// Tells the last events for `break`, where no debugger stops for it.
 pub(super) fn tell_last<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Answer {
     let Machine { ports, sessions, .. } = machine;
     let reply = &mut Reply::new(sessions, to);

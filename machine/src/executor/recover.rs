@@ -25,15 +25,15 @@ use crate::sessions::Recipient;
 
 /// Heights that differ by less than this are the same, mm.
 const SAME_Z: f64 = 0.02;
-/// Where Z may be anywhere within less than this, its middle is near enough: a vase rises all the time, mm.
+/// Greatest uncertainty of Z for which its middle is near enough, mm: a vase rises all the time.
 const NEAR_Z: f64 = 2.0 * SAME_Z;
-/// Another height of Z is noted so soon, s: half a second after the entry before, and as long as a card
-/// takes.
+/// Time within which another height of Z is noted, s: half a second after the entry before, and as long as a
+/// card takes.
 const UNNOTICED_S: f64 = 1.0;
-/// Places may differ by this: corners are rounded, and the feed is ahead of the motors, mm.
+/// Greatest difference of places, mm: corners are rounded, and the feed is ahead of the motors.
 const SAME_PLACE: f64 = 3.0;
 const OTHER_MODES: &str = "modes are in force that the job did not begin with: reset, then M1000";
-/// Down onto the part, mm/s.
+/// Speed down onto the part, mm/s.
 const SLOWLY: MmPerSecond = MmPerSecond(5.0);
 
 /// Says at boot what can be gone on with, and what that would do.
@@ -176,24 +176,24 @@ fn read_on<P: Ports>(machine: &mut Machine<'_, P>, until: Until, then: Step, to:
         return Err(Failure::refused(&"scripts start each other without end"));
     }
     fast_forward::begin(machine, until)?;
-    // It has begun once: its journal is not begun anew, and nothing refuses it.
+    // The job has begun once: its journal is not begun anew, and nothing refuses it.
     if machine.jobs.take_new() {
         foresee::job_goes_on(machine);
     }
     Ok(Answer::Ok)
 }
 
-/// It does not go on: the program and its modes are as before it was asked for, and the offer stays.
+/// Gives up the recovery: the program and its modes are as before the request, and the offer stays.
 pub(super) fn give_up<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.passed = None;
     machine.journal.close(&mut machine.ports);
     machine.jobs.close(&mut machine.ports);
     if let Some(mut recovery) = machine.recovery.take() {
         fast_forward::put_back(machine);
-        // These are its own.
+        // The modes from before are the program's own.
         let _ = program::begin_again(&mut machine.program, &mut recovery.before);
         machine.program.set_thermal_z(machine.thermal.offset());
-        // What somebody else has heated before stays so.
+        // Heaters that somebody else has switched on before stay so.
         if recovery.has_heated {
             restore::cool(machine);
         }
@@ -201,10 +201,10 @@ pub(super) fn give_up<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.resynchronise();
 }
 
-/// The next step.
+/// Carries out the next step of the recovery.
 ///
 /// # Errors
-/// When it cannot be done; then nothing of it is left.
+/// When the step cannot be done; then nothing of the recovery is left.
 pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: Step, to: Recipient) -> Result<(), Failure> {
     let done = match step {
         Step::Compare => compare(machine, to).map(drop),
@@ -218,7 +218,7 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: Step, to: Reci
     done
 }
 
-/// What was read over, when it came to its end.
+/// Returns the record of the lines read over, if the fast-forward came to its place.
 fn arrived<P: Ports>(machine: &mut Machine<'_, P>) -> Result<Passed, Failure> {
     let passed = fast_forward::take(machine).filter(|passed| passed.has_arrived);
     let passed = passed.ok_or_else(|| Failure::refused(&"the file ends before the line that was made"))?;
@@ -256,7 +256,7 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     let up = homes_upwards(machine);
     let Some(recovery) = &mut machine.recovery else { return Err(Failure::HALTED) };
     let entry = &recovery.offer.entry;
-    // What was moved since it was switched on is known.
+    // Movements of axes since the machine was switched on are known.
     let is_lost = |axis: Axis| entry.strayed & 1 << axis as u8 != 0 && !machine.journal.strayed.has(axis);
     let known = machine.axes.homed().or(machine.can_home);
     if let Some(axis) = [Axis::X, Axis::Y].into_iter().find(|axis| is_lost(*axis) && !known.has(*axis)) {

@@ -1,4 +1,4 @@
-//! What a job that goes on in the middle of its file needs as it was there: heaters and outputs.
+//! Heaters and outputs, restored for a job that goes on in the middle of its file.
 
 use units::{Celsius, HeaterId, SwitchId};
 
@@ -8,13 +8,13 @@ use crate::heat_codes;
 use crate::ports::Ports;
 use crate::sessions::Recipient;
 
-/// What was asked of switches last: on or off, and S.
+/// States asked of switches last: on or off, and S.
 pub(super) type Switches = [Option<(bool, Option<f32>)>];
 
 /// Heats what has a target, and waits: bed and chamber first, so that the part holds before the nozzle oozes.
 ///
 /// # Errors
-/// As waiting for a temperature. What was heated stays so: [`cool`] is for whoever gives up then.
+/// As waiting for a temperature. Heaters stay on then: a caller that gives up calls [`cool`].
 pub(super) fn heat<P: Ports>(machine: &mut Machine<'_, P>, targets: &[Celsius], to: Recipient) -> Result<(), Failure> {
     for tools in [false, true] {
         for (id, target) in HeaterId::all().zip(targets) {

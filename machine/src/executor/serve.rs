@@ -1,5 +1,5 @@
-//! What happens at every waiting point, however deep in a sequence: sessions are heard, questions answered,
-//! faults seen, outputs flushed. Never waits.
+//! Service at every waiting point, however deep in a sequence: sessions are heard, questions answered, faults
+//! seen, outputs flushed. Never waits.
 
 use config::HomingDirection;
 use events::{Event as Happened, Text};
@@ -23,17 +23,17 @@ use crate::safety::{Event, Hit};
 use crate::sessions::{Listing, Recipient, Rights, SessionId, Visitor};
 use crate::supervisor::{DriverTrouble, Supervisor, SupervisorEvent};
 
-/// How often inputs and faults are looked at.
+/// Period of the looks at inputs and faults.
 const POLL_PERIOD: Micros = Micros::from_millis(10);
-/// How often the kill button and the filament's wheel are looked at: it is to be as fast as M112, and a look
-/// at all inputs is dear for every turn.
+/// Period of the looks at the kill button and the filament's wheel: the button is to be as fast as M112, and
+/// a look at all inputs is dear for every turn.
 const KILL_PERIOD: Micros = Micros(250);
 /// The one question that begins with a G.
 const G_QUESTION: &[u8] = b"G28.6";
 /// Half period of the life LED.
 const LED_PERIOD: Micros = Micros::from_millis(100);
 
-/// Serves everything once.
+/// Serves sessions, inputs and outputs once.
 pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     let now = machine.ports.now();
     machine.ports.report_alive();
@@ -51,7 +51,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
         brown_out::watch(machine);
         stalls::watch(machine, now);
         if machine.safety.is_halted() {
-            // What is kept of where it stands has to be on the card before a falling supply is gone.
+            // A halted machine's place has to be on the card before a falling supply is gone.
             machine.watch_halt(now);
         }
     }
@@ -92,7 +92,7 @@ impl<P: Ports> Machine<'_, P> {
         long_answers::go_on(self, id);
     }
 
-    /// Whoever comes next has asked for nothing of what the one before asked for.
+    /// Follows sessions that come and go: a newcomer has asked for nothing of the one before.
     fn follow_visitor(&mut self, id: SessionId) {
         let Self { sessions, ports, files, jobs, .. } = self;
         let (visitor, listing) = sessions.follow_visitor(ports, id);
@@ -138,7 +138,7 @@ impl<P: Ports> Machine<'_, P> {
                     }
                 }
                 Realtime::Status => {
-                    // It is the least urgent, so nothing else waits behind it.
+                    // A status request is the least urgent, so nothing else waits behind it.
                     self.ports.inbox(id).request(Realtime::Status);
                     return;
                 }
@@ -156,7 +156,7 @@ impl<P: Ports> Machine<'_, P> {
                     self.abort();
                 }
                 Realtime::QuickStop => urgent::quick_stop(self),
-                // Whoever only watches may stop the machine, and not set it going again.
+                // A session that only watches may stop the machine, and not set it going again.
                 Realtime::Stop | Realtime::Resume | Realtime::EndWait if !self.may_operate(id) => {}
                 Realtime::Stop if self.safety.is_halted() => self.unlock(to),
                 Realtime::Stop | Realtime::JogCancel => {
@@ -352,14 +352,14 @@ impl<P: Ports> Machine<'_, P> {
         self.ports.heat(|heat| heat.set_flow(tool.id, flow, now));
     }
 
-    /// How warm the frame is, and what that means for Z.
+    /// Reads the frame's temperature, and sets the Z offset for it.
     fn watch_frame(&mut self) {
         let Some(sensor) = self.thermal.sensor() else { return };
         let is_homed = self.axes.homed().has(Axis::Z);
         let reading = self.ports.heat(|heat| heat.heater(sensor).and_then(|heater| heater.reading()));
         let celsius = reading.map(|celsius| f64::from(celsius.0));
         let offset = self.thermal.read(celsius, POLL_PERIOD.seconds(), is_homed);
-        // On the way back to a job it is as it was there.
+        // On the way back to a job the offset is as it was there.
         if let Some(offset) = offset.filter(|_| self.recovery.is_none()) {
             self.program.set_thermal_z(offset);
         }
@@ -398,7 +398,7 @@ impl<P: Ports> Machine<'_, P> {
                     let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());
                     let text = trouble.text();
                     if trouble.is_off() {
-                        // It may have turned by itself.
+                        // A driver without current may have let its motor turn.
                         self.axes.lose_place(motor);
                     }
                     if trouble == DriverTrouble::Reset {
@@ -478,7 +478,7 @@ impl<P: Ports> Machine<'_, P> {
         let hot = self.ports.heat(|heat| heat.any_hot());
         self.ports.set_led(2, hot);
         self.ports.set_led(3, self.jobs.is_open());
-        // As often.
+        // The disk's lamp blinks as often.
         let is_lent = self.ports.disk() == Disk::Lent;
         self.ports.set_disk_lamp(is_lent && (phase / 3) & 1 == 0);
     }

@@ -16,7 +16,7 @@ pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to
     Ok(Answer::Ok)
 }
 
-/// M500. Whatever moment the power goes, the file is the old one or the new one.
+/// Saves the settings (M500). At a power loss the file is the old one or the new one.
 pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
     let path = files::override_path(machine.texts, set)?;
     let failed = |error: StorageError| machine.texts.about_file(&path, error.text());
@@ -42,7 +42,7 @@ pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to
     Ok(Answer::Ok)
 }
 
-/// M502.
+/// Deletes the file of saved settings (M502).
 pub(super) fn forget<P: Ports>(
     texts: &Texts,
     ports: &mut P,

@@ -16,7 +16,7 @@ use crate::grbl::numbers::Error;
 use crate::ports::Ports;
 use crate::safety::Event;
 
-/// What motion is to know of a move of the program, without its curve.
+/// Returns a move of the program in motion's terms, without its curve.
 pub(super) fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> motion::Move {
     let (ports, part) = (&mut machine.ports, machine.jobs.objects.part());
     // A tap, and M49, have no speed but their own.
@@ -57,7 +57,7 @@ pub(super) fn submit<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> 
     Ok(())
 }
 
-/// What the machine says of what is to be drawn.
+/// The machine as [`Draws`] sees it while a move is drawn.
 struct Drawing<'a, 'm, P: Ports>(&'a mut Machine<'m, P>);
 
 impl<P: Ports> Draws for Drawing<'_, '_, P> {

@@ -1,4 +1,4 @@
-//! Where a line comes from, who hears what is answered to it, and in which dialect it is read.
+//! Source of a line, recipient of its answers, and the dialect it is read in.
 
 use program::Dialect;
 
@@ -7,14 +7,14 @@ use crate::ports::Ports;
 use crate::program_setup;
 use crate::sessions::Recipient;
 
-/// Where a line comes from.
+/// Kind of place that a line comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Origin {
     /// A session, which is answered.
     Session,
     /// The file being played.
     Job,
-    /// An input switch.
+    /// A switch on an input.
     Switch,
     /// A file of saved settings.
     Settings,
@@ -22,7 +22,7 @@ pub(super) enum Origin {
     Startup(u8),
 }
 
-/// What is to be known of a line besides what it says.
+/// Facts about a line besides its text.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Source {
     pub origin: Origin,

@@ -130,7 +130,7 @@ fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// What follows a script.
+/// Does the work that follows a script.
 fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failure> {
     match then {
         Then::TouchGrid(plan, to) => {
@@ -144,7 +144,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failu
             {
                 return Err(failure);
             }
-            // What came before is undone by the second script, however leveling ended.
+            // The second script undoes the first one's work, however leveling ended.
             let [_, after] = &machine.config.probe_gcode;
             let ended = leveled.map_err(|failure| machine.texts.kept(failure));
             start_script(machine, after, Then::Ended(ended))?;
@@ -165,7 +165,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failu
     Ok(())
 }
 
-/// What was started cannot go on: the line that started it is answered.
+/// Ends everything that was started and cannot go on, and answers the line that started it.
 pub(super) fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
     machine.passed = None;
     while let Some(frame) = machine.frames.pop() {
@@ -182,7 +182,7 @@ pub(super) fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
                 }
                 end_replay(machine, replay, Err("the machine is halted"));
             }
-            // Where the machine is the job cannot be gone on with.
+            // A recovery cannot go on from where the machine is.
             Frame::Then(Then::Recover(..)) if failure.is_refusal() => recover::give_up(machine),
             Frame::Script(script) => end_script(machine, &script),
             Frame::Then(_)
@@ -207,7 +207,7 @@ pub(super) fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
 
 // --- saved settings ---
 
-/// What a file of settings gives next.
+/// Next part of a file of settings.
 #[expect(clippy::large_enum_variant, reason = "it is taken apart at once")]
 enum Piece {
     Line(LineBytes),
@@ -275,7 +275,7 @@ fn replay_line<P: Ports>(machine: &mut Machine<'_, P>, line: &LineBytes) {
     }
 }
 
-/// A line of settings has ended. What cannot be done is said, and the rest goes on.
+/// Handles the end of a line of settings. Lines that are refused are told, and the rest goes on.
 pub(super) fn settings_line_ended<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome) {
     machine.polls.settings_problem = match outcome {
         Ok(Answer::Unknown) => Some(short(format_args!("nobody knows the saved setting"))),
@@ -292,7 +292,7 @@ fn warn_of<P: Ports>(machine: &mut Machine<'_, P>, line: &str) {
 }
 
 fn end_replay<P: Ports>(machine: &mut Machine<'_, P>, replay: Replay, ended: Result<(), &str>) {
-    // It was only read: a failing close loses nothing.
+    // The file was only read: a failing close loses nothing.
     let _ = machine.ports.close(replay.file);
     machine.program.count_in_inches(replay.inches);
     let (path, to) = (replay.path, replay.asked);

@@ -82,7 +82,7 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     }
     let made = match under_way {
         Some(waiting) => machine.jobs.made(waiting.request.tag),
-        // Its last line has been made.
+        // The job's last line has been made.
         None => Some(machine.jobs.begun()),
     };
     let line = under_way.and_then(|waiting| machine.jobs.line_of(waiting.request.tag));
@@ -112,7 +112,7 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Whatever waited has ended: the way back begins, before any other line.
+/// Begins the way back, before any other line, once all waits have ended.
 pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     let Phase::Stands(stopped) = machine.stalls.phase else { return };
     if !machine.safety.is_halted() && machine.frames.is_empty() {
@@ -122,7 +122,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// The next step.
+/// Carries out the next step of the recovery.
 ///
 /// # Errors
 /// When the machine halts, or a script cannot be run.
@@ -279,7 +279,7 @@ pub(super) fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failu
     if let Err(why) = found
         && why.is_alarm()
     {
-        // What has not stalled is where it was.
+        // Axes that have not stalled are where they were.
         machine.axes.mark_homed(homed);
         machine.stalls.rest();
         return Err(why.meaning(FailureKind::Refused));
@@ -312,7 +312,7 @@ fn pause<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: &str) -
     suspend::rest(machine, false).map(drop)
 }
 
-/// It cannot be gone on with: not even where it was is known.
+/// Ends a job that cannot go on: not even its place is known.
 fn end_job<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: impl Display) -> Result<(), Failure> {
     machine.stalls.rest();
     machine.passed = None;

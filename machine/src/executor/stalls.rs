@@ -1,4 +1,4 @@
-//! What happens when a motor stalls while it moves.
+//! Reactions to a motor that stalls while it moves.
 
 use config::OnStall;
 use program::State;
@@ -9,14 +9,14 @@ use crate::grbl::numbers::Alarm;
 use crate::ports::{Input, Ports};
 use crate::stall_watch::Sight;
 
-/// Where nothing is watched, this is looked at so seldom.
+/// Period of the looks while no motor is watched.
 const SELDOM: Micros = Micros::from_seconds(1);
-/// Where nothing moves, so soon again.
+/// Time to the next look while nothing moves.
 const SOON: Micros = Micros::from_millis(1);
-/// After a stall that does not halt, so long nothing is watched.
+/// Time without watching after a stall that does not halt.
 const TOLD: Micros = Micros::from_seconds(2);
 
-/// One look at the outputs of the drivers, when it is due.
+/// Looks at the stall outputs of the drivers, when that is due.
 pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     if machine.stalls.is_under_way() {
         stall_recovery::watch(machine);
@@ -43,7 +43,7 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
         let input = config.endstop_of_pin(pin).map_or(Input::Stall(motor as u8), |stop| Input::Endstop(stop as u8));
         sights[motor] = Some(Sight {
             speed: libm::fabs(speeds[motor] * full_steps_per_mm) as f32,
-            // What is rounded is no slower.
+            // Rounding makes a speed no slower.
             least: (config.load_speed(motor).0 * full_steps_per_mm * 0.999) as f32,
             stalls: levels.is_active(input),
         });

@@ -15,7 +15,7 @@ use crate::jobs::{Duration, HeaterTime, STATISTICS_PATH, Sums};
 use crate::ports::{Ports, StorageError};
 use crate::sessions::Recipient;
 
-/// How often it is asked what heaters did.
+/// Period of asking heaters for their work.
 const HEAT_PERIOD: Micros = Micros::from_seconds(1);
 /// M78 S78 forgets everything, as Prusa's does.
 const RESET: f64 = 78.0;
@@ -83,7 +83,7 @@ fn say_job<P: Ports>(machine: &mut Machine<'_, P>, job: &Sums, to: Recipient) {
     machine.say(to, format_args!("\n"));
 }
 
-/// M78.
+/// Tells the statistics, or resets them (M78, M78 S78).
 pub(super) fn told<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Answer {
     if words.get('S') == Some(RESET) {
         machine.jobs.statistics.reset();

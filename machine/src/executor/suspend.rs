@@ -40,7 +40,7 @@ pub(super) fn suspend<P: Ports>(
     // A host that prints is to stop; one that only follows the file is to know.
     let is_file = machine.jobs.set_paused(true);
     machine.sessions.tell_hosts(if is_file { "paused" } else { "pause" }, Recipient::Nobody);
-    // Its sender stops when he has his answer, and the file has stopped already.
+    // The sender stops when it has its answer, and the file has stopped already.
     machine.say(to, format_args!("ok\n"));
     machine.announce(format_args!("// Waiting for queue to empty (Host must stop sending)...\n"));
     machine.standstill()?;
@@ -65,7 +65,7 @@ pub(super) fn suspend<P: Ports>(
     rest(machine, heaters_stay)
 }
 
-/// What heaters are to hold, in the order of the configuration; 0 for those that are off.
+/// Returns the targets of heaters in the order of the configuration; 0 for heaters that are off.
 pub(super) fn targets<P: Ports>(machine: &mut Machine<'_, P>) -> [Celsius; units::MAX_HEATERS] {
     machine.ports.heat(|heat| {
         let mut targets = [Celsius(0.0); units::MAX_HEATERS];
@@ -86,8 +86,7 @@ pub(super) fn rest<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay: bool) -
     start_script(machine, player.after_suspend_gcode.as_str(), Then::Suspended).map(|_| Answer::Said)
 }
 
-/// Draws back, goes aside, takes filament out. What cannot be done is said: the job is suspended all the
-/// same.
+/// Draws filament back, goes aside, takes filament out. Refusals are told: the job is suspended all the same.
 fn leave<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
     let left = filament::leave(machine, change);
     machine.resynchronise_if_still();
@@ -156,7 +155,7 @@ pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
     machine.stays_within(&from, &target)?;
     let Some(suspended) = machine.jobs.take_suspended() else { return Ok(()) };
     let stalled = suspended.stall.map(|mut stall| {
-        // What is relative in its line counts from there.
+        // Relative words of the stalled line count from its beginning, which moves with the restored place.
         Axis::PRIMARY.into_iter().for_each(|axis| stall.begins[axis] += position[axis] - suspended.position[axis]);
         stall
     });
@@ -165,7 +164,7 @@ pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
         machine.jobs.suspend(suspended.clone());
     }
     if suspended.change.is_some() || stalled.is_some() {
-        // What was pushed and drawn meanwhile is not of the program; a line that is made again pushes again.
+        // Filament moved meanwhile is not of the program; a line that is made again pushes again.
         machine.standstill()?;
         for axis in Axis::ALL.into_iter().filter(|axis| machine.program.tools().uses(*axis)) {
             (from[axis], target[axis]) = (position[axis], position[axis]);
@@ -180,7 +179,7 @@ pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
     }
     let rate = machine.program.modal().seek_rate;
     machine.announce(format_args!("// Restoring saved XYZ positions and state...\n"));
-    // What stands on the bed is not to be run into: over it, then down to it; or up, then over it.
+    // Parts on the bed must not be run into: over the place, then down to it; or up, then over it.
     let mut over = target;
     if from[Axis::Z] > target[Axis::Z] {
         over[Axis::Z] = from[Axis::Z];

@@ -6,7 +6,7 @@ use super::operator;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::ports::Ports;
 
-/// Begins a tool change. Whatever stands behind it in its line waits for its end.
+/// Begins a tool change; the rest of its line waits for the end.
 pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcome {
     machine.standstill()?;
     if machine.config.tool_change.before_gcode.is_empty() {

@@ -15,9 +15,9 @@ use crate::ports::{Arrival, Firmware, Flaw, OpenMode, Ports, Running, Storage, S
 use crate::reports::{Came, failure};
 use crate::sessions::{Recipient, Reply};
 
-/// What is installed.
+/// File that the boot stage installs.
 const FILE: &str = "/sd/flashme.bin";
-/// Its name when that has been done, as Smoothieware has it.
+/// Name of the file after its installation, as Smoothieware has it.
 const INSTALLED: &str = "/sd/flashme.old";
 /// The firmware that ran before, and its name while it is not whole.
 const PREVIOUS: &str = "/sd/firmware.previous";
@@ -27,7 +27,7 @@ const CONFIRMED_AFTER: Micros = Micros::from_seconds(10);
 /// Bytes copied at a time: a block of the card.
 const BLOCK: usize = 512;
 
-/// How the firmware came to run, where that is worth a word at the start.
+/// Says how the firmware came to run, where that is worth a word at the start.
 pub(super) fn greet(running: &Running, reply: &mut Reply<'_>) {
     match running.arrival {
         Arrival::Known | Arrival::Probe => {}
@@ -55,7 +55,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, is_configured: bool)
     }
     if is_configured {
         let policy = &machine.config.update;
-        // What nobody can mean unlocks nothing.
+        // A policy that nobody can mean unlocks nothing.
         if policy.is_sound()
             && let Err(why) = machine.ports.set_policy(policy.key.as_ref(), policy.locked)
         {
@@ -81,7 +81,7 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     }
 }
 
-/// What is to be done when nothing else is: true when something was.
+/// Does pending work about firmware when nothing else is to be done: true when there was some.
 pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if machine.update.is_asked {
         machine.update.is_asked = false;
@@ -108,7 +108,7 @@ pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     false
 }
 
-/// `flash` or `dfu`.
+/// Runs the commands `flash` and `dfu`.
 pub(super) fn command<P: Ports>(machine: &mut Machine<'_, P>, word: &str, to: Recipient) -> Outcome {
     if word == "flash" { flash(machine, to) } else { download(machine, to) }
 }
@@ -165,7 +165,7 @@ fn is_at_rest<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
 fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
     match machine.ports.open(FILE, OpenMode::Read) {
         Ok(file) => {
-            // It was only looked for.
+            // The file was only looked for.
             let _ = machine.ports.close(file);
         }
         Err(_) => return,
@@ -214,11 +214,11 @@ fn install<P: Ports>(machine: &mut Machine<'_, P>, firmware: &Firmware, to: Reci
     Ok(())
 }
 
-/// What the file holds.
+/// Looks at the firmware that the file holds.
 fn look_at_file<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<Firmware, Flaw> {
     look_at(machine, FILE, to).unwrap_or_else(|error| {
         let mut why = Flaw::new();
-        // What does not fit is cut.
+        // Text that does not fit is cut.
         let _cut = core::fmt::Write::write_fmt(&mut why, format_args!("{}", about_file(FILE, error.text())));
         Err(why)
     })
@@ -236,7 +236,7 @@ fn look_at<P: Ports>(
         ports.look(bytes);
         Ok(())
     });
-    // It was only read.
+    // The file was only read.
     let _ = machine.ports.close(file);
     match read {
         Ok(true) => Ok(machine.ports.end_look()),
@@ -252,7 +252,7 @@ fn keep_previous<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
     if length == 0 {
         return Ok(());
     }
-    // One that is on trial is not what to come back to, where there is something that has proved itself.
+    // Firmware on trial is not the one to come back to, where another has proved itself.
     let is_on_trial = matches!(machine.ports.running().arrival, Arrival::Trial { .. });
     if let Ok(Ok(previous)) = look_at(machine, PREVIOUS, to)
         && (previous.runs || is_on_trial && !previous.has_failed)

@@ -1,10 +1,10 @@
-//! What is to be done about firmware, from one look to the next.
+//! Pending work about firmware, from one look to the next.
 
-/// What is still to be done about the firmware that runs.
+/// Pending work about the firmware that runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Watch {
     pub is_confirmed: bool,
-    /// It came from the file on the card, which is to have another name.
+    /// The firmware came from the file on the card, which is to be renamed.
     pub from_file: bool,
     /// The file is to be looked at.
     pub at_boot: bool,

@@ -17,7 +17,7 @@ use crate::ports::Ports;
 use crate::program_setup;
 use crate::sessions::{Recipient, SessionId};
 
-/// What this line would end of the work in progress; `None` if it waits its turn.
+/// Returns how much of the work in progress a line ends; `None` if it waits its turn.
 pub(super) fn of_line(line: &Line<'_>, dialect: Dialect) -> Option<Ends> {
     match line {
         Line::Console(command) => of_command(command),
@@ -59,7 +59,7 @@ pub(super) fn operator_is_done<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     waited
 }
 
-/// M108.
+/// Ends the wait in progress (M108).
 pub(super) fn end_wait<P: Ports>(machine: &mut Machine<'_, P>) {
     if !operator_is_done(machine) {
         machine.urgent.end_wait();
@@ -68,7 +68,7 @@ pub(super) fn end_wait<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// A line of this requester is one that does not wait, as long as there is a job.
 pub(super) fn ask<P: Ports>(machine: &mut Machine<'_, P>, requester: Requester, ends: Option<Ends>) {
-    // What is to end everything is not taken back by a pause.
+    // A pause does not take back a request to end everything.
     let ends_everything = matches!(machine.urgent.asked, Some((_, Ends::Everything)));
     let counts = !ends_everything && (machine.jobs.is_open() || machine.jobs.is_suspended());
     if let Some(ends) = ends.filter(|_| counts) {
@@ -148,7 +148,7 @@ fn take_first<P: Ports>(machine: &mut Machine<'_, P>, first: SessionId) -> Optio
     is_ready.then_some(first)
 }
 
-/// Ends what is in work, if that was asked for. What is only read ends by itself.
+/// Ends the work in progress, if that was asked for. A fast-forward ends by itself.
 pub(super) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
     let is_asked = matches!(machine.urgent.asked, Some((_, Ends::Everything)));
     if is_asked && !machine.urgent.ends_everything() && machine.passed.is_none() {
@@ -156,7 +156,7 @@ pub(super) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// M410.
+/// Stops the work in progress (M410), and pauses the file.
 pub(super) fn quick_stop<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.safety.is_halted() || machine.passed.is_some() {
         return;
@@ -175,7 +175,7 @@ fn end_everything<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.urgent.ends = Some(Ends::Everything);
 }
 
-/// What was in work has ended: what it has started does too, and motion comes to rest.
+/// Ends everything that the ended line has started, and brings motion to rest.
 #[cold]
 pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.urgent.ends_everything() {
@@ -185,7 +185,7 @@ pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>) {
         machine.stalls.rest();
         machine.urgent.ends = None;
         if let Some((_, ends)) = &mut machine.urgent.asked {
-            // It has ended everything.
+            // The request has ended everything already.
             *ends = Ends::Wait;
         }
         // A halt meanwhile ends it all the same.
