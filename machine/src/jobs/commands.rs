@@ -1,4 +1,4 @@
-//! What jobs are told: `play`, M23, M24, M26, M32.
+//! Commands to jobs: `play`, M23, M24, M26, M32.
 
 use program::Dialect;
 use units::Micros;
@@ -9,7 +9,7 @@ use crate::files::{Files, Path};
 use crate::ports::{Calendar, OpenMode, Storage, StorageError};
 use crate::sessions::{Recipient, Reply};
 
-/// What is answered where a job would be lost, or go on from the wrong place.
+/// Refusal where a job would be lost, or go on from the wrong place.
 const SUSPENDED: &str = "the job is suspended: resume or M602 goes on with it, abort ends it";
 const DIALECTS: &str = "-f takes smoothie, marlin, reprapfirmware, klipper or grbl";
 const OPTIONS: &str = "play takes -v, -p, -t and -f dialect behind the name";
@@ -19,7 +19,7 @@ impl Jobs {
     /// `play <file> [-v] [-p] [-t] [-f dialect]`
     ///
     /// # Errors
-    /// When nobody knows an option or the dialect. What else failed is said.
+    /// When nobody knows an option or the dialect. Other failures are said.
     pub fn play_command(
         &mut self,
         texts: &Texts,
@@ -55,7 +55,7 @@ impl Jobs {
         Ok(Answer::Ok)
     }
 
-    /// Whoever hears of a job's end hears when that is.
+    /// Whether the listener for a job's end hears the time of it.
     #[must_use]
     pub fn tells_date(&self) -> bool {
         self.job.as_ref().is_some_and(|job| job.listeners.tells_date)
@@ -124,7 +124,7 @@ impl Jobs {
     pub fn restart(&mut self, texts: &Texts, storage: &mut impl Storage) -> Outcome {
         self.return_all(storage);
         let job = self.job.as_mut().ok_or_else(|| Failure::refused(&NOTHING_SELECTED))?;
-        // What is known of it, and noted, begins anew too.
+        // Everything known and noted of the job begins anew too.
         (job.has_begun, job.is_new, job.layers) = (false, true, Layers::default());
         let restarted = job.lines.restart(storage);
         self.forget_places();
@@ -151,7 +151,7 @@ impl Jobs {
         self.suspended.is_some()
     }
 
-    /// What `resume` restores.
+    /// Returns the state that `resume` restores.
     #[must_use]
     pub const fn suspended(&self) -> Option<&Suspended> {
         self.suspended.as_ref()
@@ -187,7 +187,7 @@ fn find_again(texts: &Texts, job: &mut Job, storage: &mut impl Storage) -> Resul
     }
     storage.mount().map_err(failed)?;
     let file = storage.open(&job.path, OpenMode::Read).map_err(failed)?;
-    // What was changed behind the place where it is read shows in its size or in its date.
+    // A change behind the place being read shows in the file's size or date.
     let is_alike = |storage: &mut _| -> Result<bool, StorageError> {
         Ok(Storage::size(storage, file)? == job.size
             && crate::journal::written(&job.path, storage).unwrap_or(0) == job.written)
@@ -195,7 +195,7 @@ fn find_again(texts: &Texts, job: &mut Job, storage: &mut impl Storage) -> Resul
     let is_same = is_alike(storage)
         .and_then(|is_alike| if is_alike { job.lines.take_up(file, job.here, storage) } else { Ok(false) });
     if is_same != Ok(true) {
-        // It was only read.
+        // The file was only read.
         let _ = storage.close(file);
         is_same.map_err(failed)?;
         return Err(texts.about_file(&job.path, "is not the file that was played: put its card back, or abort"));

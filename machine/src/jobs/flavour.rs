@@ -1,8 +1,8 @@
-//! Which dialect a file is written in, by what its slicer says of it in comments.
+//! Dialect of a file, by what its slicer says of it in comments.
 //!
-//! Cura says it in the first lines (`;FLAVOR:Marlin`); PrusaSlicer, OrcaSlicer and Slic3r say there who they
-//! are, and at the end of the file, among their settings, `; gcode_flavor = klipper`. So the head is read,
-//! and the end where the head says who wrote it. One chunk at a time, so that nobody waits for it.
+//! Cura says it in the first lines (`;FLAVOR:Marlin`); PrusaSlicer, OrcaSlicer and Slic3r name themselves
+//! there, and write `; gcode_flavor = klipper` at the end of the file, among their settings. So the head is
+//! read, and the end where the head names the slicer. Each step reads one chunk, so that nobody waits for it.
 
 use gcode::{Gathered, LineBuffer};
 use program::Dialect;
@@ -11,17 +11,17 @@ use super::lines::{FileLines, Next};
 use super::slicer::SlicerTimes;
 use crate::ports::{FileHandle, Storage, StorageError};
 
-/// How much of the beginning is read, bytes.
+/// Length of the head that is read, bytes.
 const HEAD: u32 = 2_048;
-/// How much of the end: settings of newer slicers take some 40 kB.
+/// Length of the end that is read, bytes: settings of newer slicers take some 40 kB.
 const TAIL: u32 = 65_536;
 /// Bytes read at a time: one sector.
 const CHUNK: usize = 512;
 
-/// What is known after a step.
+/// State of the search after a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Nothing yet.
+    /// Nothing is known yet.
     Reading,
     /// The card has not brought what comes next.
     Waiting,
@@ -33,14 +33,14 @@ pub enum Step {
 #[derive(Debug)]
 pub struct Lookup {
     at: u32,
-    /// Where to stop.
+    /// Offset at which to stop, bytes.
     end: u32,
     size: u32,
     gathering: LineBuffer,
-    /// Its slicer writes its settings at the end, and unless they say otherwise this is what it writes for.
+    /// Dialect of a slicer that writes its settings at the end, unless those say otherwise.
     slicer: Option<Dialect>,
     is_tail: bool,
-    /// What it says of time.
+    /// Times that the slicer has stated.
     times: SlicerTimes,
 }
 
@@ -88,7 +88,7 @@ impl Lookup {
                 match said_by(line) {
                     Some(Said::Dialect(dialect)) => return Ok(Step::Known(Some(dialect))),
                     Some(Said::Slicer(dialect)) => self.slicer = Some(dialect),
-                    // They stand at the beginning.
+                    // The settings stand at the beginning.
                     Some(Said::SettingsFollow) if !self.is_tail => self.end = self.size.min(TAIL),
                     _ => {}
                 }
@@ -123,7 +123,7 @@ pub(super) fn look(
     }
 }
 
-/// What a whole text says of its dialect, read as [`Lookup`] reads a file.
+/// Returns the dialect that a whole text states, read as [`Lookup`] reads a file.
 #[must_use]
 pub(crate) fn of_text(text: &[u8]) -> Option<Dialect> {
     let head = text.get(..text.len().min(HEAD as usize)).unwrap_or(text);
@@ -152,11 +152,11 @@ pub(crate) fn of_text(text: &[u8]) -> Option<Dialect> {
     })
 }
 
-/// What a line says.
+/// Statement of a line about the dialect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Said {
     Dialect(Dialect),
-    /// Who wrote the file, and whom it writes for where nothing else is said.
+    /// Slicer that wrote the file, by the dialect it writes where nothing else is said.
     Slicer(Dialect),
     /// The slicer's settings come now.
     SettingsFollow,

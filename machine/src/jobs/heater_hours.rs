@@ -1,4 +1,4 @@
-//! How long heaters were on, and how long they would have been at full power for the same heat.
+//! Times that heaters were on, and times at full power for the same heat.
 
 use core::fmt::Write as _;
 
@@ -8,15 +8,15 @@ use heapless::{String, Vec};
 use crate::heat::Work;
 use crate::ports::MAX_HEATERS;
 
-/// After so much time on they are saved, s, also while they stay on.
+/// Time on after which the hours are saved, s, also while heaters stay on.
 const SAVED_EACH_S: f64 = 3_600.0;
 /// Bytes of a line of the file: a name, a key and a figure.
 pub const LINE: usize = 64;
 
-/// What one heater has done.
+/// Work of one heater.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeaterTime {
-    /// Its name in the configuration.
+    /// Name of the heater in the configuration.
     pub name: Name,
     /// Time with a target, s.
     pub on_s: f64,
@@ -24,7 +24,7 @@ pub struct HeaterTime {
     pub full_s: f64,
 }
 
-/// What all have done. Heaters that the configuration knows no more are kept as long as there is room.
+/// Work of all heaters. Heaters that the configuration knows no more are kept as long as there is room.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HeaterHours {
     kept: Vec<HeaterTime, { 2 * MAX_HEATERS }>,
@@ -33,12 +33,12 @@ pub struct HeaterHours {
 }
 
 impl HeaterHours {
-    /// What each has done.
+    /// Returns the work of each heater.
     pub const fn all(&self) -> &Vec<HeaterTime, { 2 * MAX_HEATERS }> {
         &self.kept
     }
 
-    /// What a heater did since it was asked last.
+    /// Adds a heater's work since it was asked last.
     pub fn add(&mut self, name: &str, work: Work) {
         if work == Work::NONE {
             return;

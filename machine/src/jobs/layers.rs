@@ -1,11 +1,11 @@
 //! Layers, as slicers mark them in their files.
 
-/// Which layer the lines that are read make.
+/// Layer that the lines being read make.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layers {
     /// From 1; 0 before the first mark.
     pub current: u32,
-    /// As far as the file has said it.
+    /// Number of layers, once the file has said it.
     pub total: Option<u32>,
 }
 
@@ -32,14 +32,14 @@ impl Layers {
     }
 }
 
-/// What a line says of layers.
+/// Statement of a line about layers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mark {
-    /// The next one begins.
+    /// The next layer begins.
     Next,
-    /// This one begins.
+    /// The layer of this number begins.
     Is(u32),
-    /// There are so many.
+    /// The file has so many layers.
     Total(u32),
 }
 

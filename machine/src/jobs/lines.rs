@@ -15,13 +15,13 @@ const CHUNK: usize = 512;
 
 /// Files that wait for each other's subroutines, at most.
 pub(crate) const MOST_CALLERS: usize = 3;
-/// What is said where there would be more.
+/// Refusal of calls that are deeper.
 pub(crate) const TOO_DEEP: &str = "files call each other more than 3 deep";
 
-/// What the file gave.
+/// Result of reading from the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
-    /// A line.
+    /// A line has been read.
     Line,
     /// A line that is longer than any.
     TooLong,
@@ -29,9 +29,9 @@ pub enum Next {
     Nothing,
     /// Nothing: the card has not brought it yet.
     NotYet,
-    /// Its dialect, which it says itself.
+    /// The dialect that the file states.
     Dialect(Dialect),
-    /// Its end.
+    /// The end of the file.
     End,
     /// Nothing: it cannot be read, for this reason.
     Failed(&'static str),
@@ -41,10 +41,10 @@ pub enum Next {
 #[derive(Debug)]
 pub(crate) struct FileLines {
     file: FileHandle,
-    /// What was read last, so many bytes of it. In place: it is read into where it stays.
+    /// Chunk that was read last, `filled` bytes of it. In place: the card's data goes where it stays.
     chunk: [u8; CHUNK],
     filled: usize,
-    /// Where the chunk stands in the file.
+    /// Offset of the chunk in the file, bytes.
     chunk_at: u32,
     next: usize,
     gathering: LineBuffer,
@@ -84,7 +84,7 @@ impl FileLines {
         self.ends + self.at_end as u32
     }
 
-    /// The next line.
+    /// Reads the next line of the file.
     pub fn next(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
         let begins = self.read;
         let next = self.gather(storage, line);
@@ -117,7 +117,7 @@ impl FileLines {
         if matches!(next, Some(Next::TooLong)) { Some(cut(self.gathering.beginning(), line)) } else { next }
     }
 
-    /// What is at hand was the end of the file: its last line may have no end.
+    /// Hands out the rest at hand as the file's last line, which may have no end.
     pub fn last(&mut self, line: &mut LineBytes) -> Next {
         self.at_end = true;
         self.gathering.finish().map_or(Next::End, |gathered| handed_out(gathered, line))
@@ -184,7 +184,7 @@ impl FileLines {
         (self.read, self.ends, self.at_end) = (place.offset, place.line, false);
     }
 
-    /// Goes on from a place between two lines. What is at hand is not read again: loops are mostly short.
+    /// Goes on from a place between two lines. A chunk at hand is not read again: loops are mostly short.
     pub fn go_to(&mut self, place: Place, storage: &mut impl Storage) -> Result<(), StorageError> {
         if !self.is_at_hand(place) {
             storage.seek(self.file, place.offset)?;
@@ -245,7 +245,7 @@ fn cut(beginning: &[u8], line: &mut LineBytes) -> Next {
     if text.starts_with(b";") || is_outlined { handed_out(Gathered::Line(beginning), line) } else { Next::TooLong }
 }
 
-/// Where the file of a subroutine is; empty, which no file is, when that does not fit.
+/// Returns the path of a subroutine's file; empty, which no file is, when that does not fit.
 pub(crate) fn sub_path(folder: &str, name: &str) -> Path {
     let mut path = Path::new();
     if write!(path, "{folder}/{name}.ngc").is_err() {

@@ -1,6 +1,6 @@
 //! Jobs: files played from the card.
 //!
-//! One line at a time, between the lines of sessions; the look-ahead queue, when full, is what holds it back.
+//! A job gives one line at a time, between the lines of sessions; a full look-ahead queue holds it back.
 //!
 //! A line that cannot be carried out pauses the file: what comes after it counts on it, and a tool that goes
 //! on from the wrong place breaks what it meets. Nothing is lost: `M24` goes on with the next line.
@@ -55,14 +55,14 @@ pub use tower::Tower;
 
 const PRINTING: &str = "Currently printing, abort print first";
 
-/// Who listens to a job.
+/// Recipients that listen to a job.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Listeners {
-    /// Hears its lines and what is answered to them.
+    /// Recipient of the lines and of the answers to them.
     pub echo: Recipient,
-    /// Hears of its end.
+    /// Recipient of the message at the end.
     pub tells_end: Recipient,
-    /// And when that is.
+    /// Whether that message has the date.
     pub tells_date: bool,
 }
 
@@ -71,34 +71,34 @@ pub struct Listeners {
 struct Job {
     path: Path,
     size: u32,
-    /// When it was written, as its directory says.
+    /// Date of writing, as the directory has it.
     written: u32,
     lines: FileLines,
     started: Micros,
     listeners: Listeners,
     paused: bool,
-    /// It is paused until the operator has done something (M0, M6).
+    /// The job is paused until the operator has done something (M0, M6).
     waits_for_operator: bool,
     /// The line that was read last is a comment.
     in_comment: bool,
-    /// Its scripts that have not been run: the one before it, the one behind it.
+    /// Scripts around the job that have not been run: before it, and behind it.
     scripts: Scripts,
     /// A line with a `%` has begun the program.
     has_begun: bool,
     /// Nothing of it has been read.
     is_new: bool,
-    /// It is begun whatever a look at it says.
+    /// The job begins whatever a look at its file says.
     is_forced: bool,
-    /// The card does not answer: it goes on from here once it does.
+    /// The card does not answer: the job goes on from `here` once it does.
     is_lost: bool,
-    /// Where it begins.
+    /// Place at which the line read last begins.
     here: Place,
     /// Files that have called subroutines in files of their own, and wait for their ends.
     callers: Vec<FileLines, MOST_CALLERS>,
     layers: Layers,
-    /// What its slicer says of time.
+    /// Times that the slicer has stated.
     slicer: SlicerTimes,
-    /// What it is written in is still looked for.
+    /// Search for the file's dialect, while that goes on.
     lookup: Option<Lookup>,
     noted: Noted,
 }
@@ -107,27 +107,27 @@ struct Job {
 #[derive(Debug, Default)]
 pub struct Jobs {
     job: Option<Job>,
-    /// Of the file, or of what a host sends.
+    /// Objects of the file, or of a host's lines.
     pub objects: Objects,
-    /// Where it is to pause.
+    /// Places at which the job is to pause.
     pub pauses: Pauses,
     /// A setting that changes with the height.
     pub tower: Option<Tower>,
-    /// What comes next.
+    /// Files that are played next.
     pub queue: Queue,
     pub statistics: Statistics,
     suspended: Option<Suspended>,
-    /// Jobs since boot.
+    /// Number of jobs since boot.
     opened: u32,
     tags: Tags,
-    /// Moves of the line that was begun last have this one.
+    /// Tag for the moves of the line begun last.
     tag: Tag,
     /// The line that the motors make, and where it ends in the file; `None` while they rest.
     place: Option<(u32, u32)>,
-    /// Its line waits for a temperature.
+    /// The job's line waits for a temperature.
     is_heating: bool,
     boot_file_is_due: bool,
-    /// What the file is written in; `None`: what the machine is configured for.
+    /// Dialect of the file; `None`: the one that the machine is configured for.
     dialect: Option<Dialect>,
     /// The dialect of every file; `None`: what the file says.
     forced: Option<Dialect>,
@@ -146,19 +146,19 @@ impl Jobs {
         self.job.as_ref().is_some_and(|job| !job.paused)
     }
 
-    /// Who hears its lines and what is answered to them.
+    /// Returns the recipient of the job's lines and of the answers to them.
     #[must_use]
     pub fn echo(&self) -> Recipient {
         self.job.as_ref().map_or(Recipient::Nobody, |job| job.listeners.echo)
     }
 
-    /// Who hears of its end.
+    /// Returns the recipient of the message at the job's end.
     #[must_use]
     pub fn tells_end(&self) -> Recipient {
         self.job.as_ref().map_or(Recipient::Nobody, |job| job.listeners.tells_end)
     }
 
-    /// Its line waits for a temperature, or does so no more.
+    /// Sets whether the job's line waits for a temperature.
     pub const fn set_heating(&mut self, is_heating: bool) {
         self.is_heating = is_heating;
     }
@@ -229,12 +229,12 @@ impl Jobs {
         let failed = |error: StorageError| texts.about_file(path, error.text());
         let file = storage.open(path, OpenMode::Read).map_err(failed)?;
         let size = storage.size(file).map_err(|error| {
-            // It is of no use: a failing close changes nothing.
+            // The file is of no use: a failing close changes nothing.
             let _ = storage.close(file);
             failed(error)
         })?;
         let path = Path::try_from(path).unwrap_or_default();
-        // Where that cannot be found out, its size and what is in it are all there is to go by.
+        // Without a date the file's size and its contents are all there is to go by.
         let written = crate::journal::written(&path, storage).unwrap_or(0);
         self.job = Some(Job {
             path,
@@ -279,7 +279,7 @@ impl Jobs {
         self.pauses.clear();
         self.tower = None;
         for lines in job.callers.iter().chain([&job.lines]) {
-            // It was only read: a failing close loses nothing.
+            // The file was only read: a failing close loses nothing.
             let _ = storage.close(lines.file());
         }
         true
@@ -307,13 +307,13 @@ impl Jobs {
 
     // --- its dialect ---
 
-    /// What the file is written in; `None`: what the machine is configured for.
+    /// Returns the dialect of the file; `None`: the one that the machine is configured for.
     #[must_use]
     pub const fn dialect(&self) -> Option<Dialect> {
         self.dialect
     }
 
-    /// The file is in this dialect, whatever it says.
+    /// Reads the file in this dialect, whatever it says.
     pub fn read_as(&mut self, dialect: Dialect) {
         if let Some(job) = &mut self.job {
             (self.dialect, job.lookup) = (Some(dialect), None);
@@ -327,7 +327,7 @@ impl Jobs {
         self.job.as_mut().map(|job| &mut job.scripts)
     }
 
-    /// What is noted of it.
+    /// Returns the notes about the job.
     pub fn noted(&mut self) -> Option<&mut Noted> {
         self.job.as_mut().map(|job| &mut job.noted)
     }
@@ -366,15 +366,15 @@ impl Jobs {
         self.job.as_ref().map(|job| job.layers).unwrap_or_default()
     }
 
-    /// The command that a tower asks for before the line just read. That is read again afterwards.
+    /// Returns the tower's command before the line just read, which is read again afterwards.
     pub fn take_tower(&mut self, text: &[u8], height: f64, storage: &mut impl Storage) -> Option<Command> {
         let job = self.job.as_mut().filter(|job| !job.in_comment)?;
         let command = self.tower.as_mut()?.command_before(text, height)?;
         job.lines.go_to(job.here, storage).is_ok().then_some(command)
     }
 
-    /// The place at which the job is to pause before the line just read, and the command for it. It is read
-    /// again afterwards.
+    /// Returns the place at which the job is to pause before the line just read, and the command for that.
+    /// The line is read again afterwards.
     pub fn take_pause(
         &mut self,
         text: &[u8],
@@ -425,7 +425,7 @@ impl Jobs {
         self.job.as_ref().map_or(0, |job| job.lines.number())
     }
 
-    /// Where the line that was read last begins, and where the next one does.
+    /// Returns the places at which the line read last and the next line begin.
     #[must_use]
     pub fn places(&self) -> (Place, Place) {
         self.job.as_ref().map_or_else(Default::default, |job| (job.here, job.lines.place()))
@@ -449,7 +449,7 @@ impl Jobs {
         let folder = job.path.rfind('/').and_then(|end| job.path.get(..end)).unwrap_or_default();
         let Ok(file) = storage.open(&sub_path(folder, name), OpenMode::Read) else { return Ok(false) };
         if job.callers.is_full() {
-            // It was only opened: a failing close loses nothing.
+            // The file was only opened: a failing close loses nothing.
             let _ = storage.close(file);
             return Err(Failure::refused(&TOO_DEEP));
         }
@@ -464,7 +464,7 @@ impl Jobs {
         let Some(caller) = job.callers.pop() else { return false };
         storage.read_ahead(caller.file());
         let done = core::mem::replace(&mut job.lines, caller);
-        // It was only read: a failing close loses nothing.
+        // The file was only read: a failing close loses nothing.
         let _ = storage.close(done.file());
         true
     }

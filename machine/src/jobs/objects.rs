@@ -14,32 +14,32 @@ const NAME: usize = 40;
 /// An object of the print.
 #[derive(Clone, Debug)]
 struct Object {
-    /// Its number; what is only named has none.
+    /// Number of the object; none for an object that only has a name.
     number: Option<u16>,
-    /// Its beginning, where it is longer.
+    /// Name, or its beginning if it is longer.
     name: String<NAME>,
-    /// Of the whole name.
+    /// Check sum of the whole name.
     sum: u32,
     is_left_out: bool,
     /// Least X and Y, greatest X and Y of its outline, mm.
     outline: Option<[f32; 4]>,
 }
 
-/// What is known of the objects of a print.
+/// Objects of a print, as far as they are known.
 #[derive(Debug, Default)]
 pub struct Objects {
-    /// How many the file has said that there are.
+    /// Number of objects that the file has stated.
     count: u16,
     all: Vec<Object, MOST>,
-    /// The one whose lines are read.
+    /// Place of the object whose lines are read.
     current: Option<usize>,
     /// The block that is read is none of the print's.
     is_aside: bool,
-    /// Those of which moves that are planned are not made either, a bit each.
+    /// Objects of which planned moves are not made either, a bit each.
     cut: u64,
 }
 
-/// Who labels.
+/// Author of a label.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum By {
     /// The file, at its place in it.
@@ -150,7 +150,7 @@ impl Objects {
         self.is_aside = !yes;
     }
 
-    /// What the moves of the block that is read are a part of: one more than the object's place.
+    /// Returns the part that the moves of the block being read belong to: one more than the object's place.
     #[inline]
     pub fn part(&self) -> Part {
         self.current.filter(|_| !self.is_aside).map_or(0, |place| place as Part + 1)
@@ -162,7 +162,7 @@ impl Objects {
         self.cut != 0
     }
 
-    /// Whether those of this part have to.
+    /// Whether planned moves of this part have to be dropped.
     pub const fn is_cut(&self, part: Part) -> bool {
         part > 0 && self.cut >> (part - 1) & 1 != 0
     }
@@ -173,13 +173,13 @@ impl Objects {
         self.cut &= waiting;
     }
 
-    /// Which are left out, a bit each in the order in which the file names them.
+    /// Returns the objects that are left out, a bit each in the order in which the file names them.
     pub fn left_out(&self) -> u64 {
         let bits = self.all.iter().enumerate().filter(|(_, object)| object.is_left_out);
         bits.fold(0, |bits, (place, _)| bits | 1 << place)
     }
 
-    /// Leaves these out.
+    /// Leaves out these objects, and no others.
     pub fn set_left_out(&mut self, bits: u64) {
         self.all.iter_mut().enumerate().for_each(|(place, object)| object.is_left_out = bits >> place & 1 != 0);
     }
@@ -234,14 +234,14 @@ impl Objects {
         let known = self.all.iter().position(|object| object.number == Some(number));
         known.or_else(|| {
             let mut name = String::new();
-            // It fits.
+            // A number fits in a name.
             let _ = core::fmt::write(&mut name, format_args!("{number}"));
             let object = Object { number: Some(number), sum: sum(&name), name, is_left_out: false, outline: None };
             self.all.push(object).ok().map(|()| self.all.len() - 1)
         })
     }
 
-    /// The same, by its name.
+    /// Finds or adds an object by its name.
     fn named(&mut self, name: &str) -> Option<usize> {
         let (name, sum) = beginning_and_sum(unquoted(name));
         let known = self.all.iter().position(|object| object.sum == sum);
@@ -254,7 +254,7 @@ impl Objects {
     fn of_number(&mut self, text: &str) -> Result<usize, &'static str> {
         let number: u16 = text.parse().map_err(|_| "M486: which object? A number is needed")?;
         let known = self.all.iter().position(|object| object.number == Some(number));
-        // It may come later.
+        // The object may come later in the file.
         let place = if number < self.count { self.numbered(number) } else { known };
         place.ok_or("there is no object of this number: see M486")
     }

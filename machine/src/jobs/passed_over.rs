@@ -1,4 +1,4 @@
-//! What of a job was not carried out and makes no difference to the part: counted, and said at its end.
+//! Codes of a job that were not carried out and make no difference to the part: counted, and said at its end.
 
 use core::fmt;
 
@@ -8,10 +8,10 @@ use heapless::Vec;
 /// Kinds that are told apart; a file has a handful.
 const MOST: usize = 24;
 
-/// What was passed over.
+/// Name of something passed over.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Name {
-    /// A code.
+    /// A code of a line.
     Code(Code),
     /// A word that its code does not take.
     Word(Code, char),
@@ -29,7 +29,7 @@ impl fmt::Display for Name {
     }
 }
 
-/// What is noted of a file while it is played.
+/// Notes about a file while it is played.
 #[derive(Debug, Default)]
 pub struct Noted {
     pub passed_over: PassedOver,
@@ -37,7 +37,7 @@ pub struct Noted {
     pub told_speed: bool,
 }
 
-/// How often each was.
+/// Counts of everything passed over.
 #[derive(Debug, Default)]
 pub struct PassedOver {
     counts: Vec<(Name, u32), MOST>,
@@ -45,7 +45,7 @@ pub struct PassedOver {
 }
 
 impl PassedOver {
-    /// One more.
+    /// Counts one more of this name.
     pub fn count(&mut self, name: Name) {
         let known = self.counts.iter_mut().find(|(known, _)| *known == name);
         if let Some((_, count)) = known {

@@ -7,12 +7,12 @@ use heapless::Vec;
 
 use crate::failure::Failure;
 
-/// Places at most.
+/// Greatest number of places.
 const MOST: usize = 8;
-/// What is done where nothing else is asked for: heaters stay on.
+/// Command where no other is asked for: heaters stay on.
 const SUSPEND: &str = "suspend h";
 
-/// Where.
+/// Place at which a job pauses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
     /// Before the first line behind this layer's mark.
@@ -33,7 +33,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Where a job has come to, with the next line that is to be carried out.
+/// Progress of a job, with the next line that is to be carried out.
 #[derive(Clone, Copy, Debug)]
 pub struct Reached<'l> {
     pub layer: u32,
@@ -55,7 +55,7 @@ impl Pauses {
         self.all.is_empty()
     }
 
-    /// All of them.
+    /// Returns all places with their commands.
     pub fn iter(&self) -> impl Iterator<Item = (Place, &str)> {
         self.all.iter().map(|(place, command)| (*place, command.as_str()))
     }
@@ -64,8 +64,8 @@ impl Pauses {
         self.all.clear();
     }
 
-    /// One more, unless it is there. `command` is what is done there; empty: the job is suspended, and
-    /// heaters stay on.
+    /// Adds a place with its command, unless both are known. An empty `command` suspends the job, and heaters
+    /// stay on.
     ///
     /// # Errors
     /// When there are too many, or the command is too long.

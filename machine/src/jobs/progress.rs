@@ -1,6 +1,6 @@
-//! How far a job is: `progress`, M27, and the status report.
+//! Progress of a job: `progress`, M27, and the status report.
 //!
-//! What counts is the line whose moves the motors make; while they rest, what has been read.
+//! The line whose moves the motors make counts; while they rest, the lines that have been read.
 
 use config::MachineConfig;
 use motion::Tag;
@@ -14,16 +14,16 @@ use crate::ports::{Storage, StorageError};
 use crate::preflight::Clock;
 use crate::sessions::Reply;
 
-/// What a look ahead at the file says of time, at the present overrides.
+/// Times from a look ahead at the file, at the present overrides.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Outlook {
-    /// What is left, and of how much.
+    /// Time left and in all, by the planner.
     pub planned: Option<Planned>,
     /// Per cent of the file that have been looked at, while that goes on.
     pub looked_at: Option<u8>,
 }
 
-/// Seconds of motion.
+/// Times of motion, seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Planned {
     pub left: f32,
@@ -67,7 +67,7 @@ impl Jobs {
         Some((percent.min(100) as u8, name))
     }
 
-    /// What is left, seconds, by the planner or by the slicer, and who says so.
+    /// Returns the time left and in all, seconds, with its source: planner or slicer.
     fn time_left(&self, job: &Job, outlook: &Outlook) -> Option<(f32, f32, &'static str)> {
         if let Some(Planned { left, total }) = outlook.planned {
             return Some((left, total, "planner"));
@@ -92,7 +92,7 @@ impl Jobs {
         }
     }
 
-    /// M73 without words, as Prusa's firmware answers it: hosts read these words. What nobody knows is -1.
+    /// Answers M73 without words as Prusa's firmware does: hosts read these words. Unknown values are -1.
     pub fn say_progress(&self, outlook: &Outlook, reply: &mut Reply<'_>) {
         let Some(job) = &self.job else { return reply.say(format_args!("Not currently playing\n")) };
         let time = self.time_left(job, outlook);
@@ -105,7 +105,7 @@ impl Jobs {
         ));
     }
 
-    /// `progress [-b]`
+    /// Answers `progress [-b]` with the progress of the job.
     pub fn progress_command(&self, arguments: &str, now: Micros, outlook: &Outlook, reply: &mut Reply<'_>) {
         if arguments.contains("-b") {
             return self.say_bytes(outlook, reply);
@@ -139,29 +139,29 @@ impl Jobs {
     }
 }
 
-/// What a look ahead at its file has to know.
+/// State of a job that a look ahead at its file needs.
 impl Jobs {
-    /// It is to be asked again whether it is new.
+    /// Marks the job as new, so that the question is asked again.
     pub const fn is_new_again(&mut self) {
         if let Some(job) = &mut self.job {
             job.is_new = true;
         }
     }
 
-    /// Which job since boot it is.
+    /// Returns the number of the job since boot.
     #[must_use]
     pub const fn count(&self) -> u32 {
         self.opened
     }
 
-    /// It is begun whatever a look at it says.
+    /// Has the job begin whatever a look at its file says.
     pub const fn force(&mut self) {
         if let Some(job) = &mut self.job {
             job.is_forced = true;
         }
     }
 
-    /// Whether it is.
+    /// Whether the job begins whatever a look at its file says.
     #[must_use]
     pub fn is_forced(&self) -> bool {
         self.job.as_ref().is_some_and(|job| job.is_forced)
@@ -180,9 +180,10 @@ impl Jobs {
     }
 }
 
-/// What the journal of a job is made of, and how it is read again.
+/// Data of a job for its journal, and their reading.
 impl Jobs {
-    /// Which file is played, before anything of it is read; `machine` is the check value over its settings.
+    /// Returns the file that is played, before any of it is read; `machine` is the check value over the
+    /// settings.
     ///
     /// # Errors
     /// Those of the card.

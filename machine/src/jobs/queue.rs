@@ -17,13 +17,13 @@ pub struct Queue {
 }
 
 impl Queue {
-    /// The next one.
+    /// Returns the next file to play.
     #[must_use]
     pub fn next(&self) -> Option<&Path> {
         self.files.first()
     }
 
-    /// Takes it out.
+    /// Takes the next file out.
     pub fn take(&mut self) -> Option<Path> {
         (!self.files.is_empty()).then(|| self.files.remove(0))
     }
@@ -80,13 +80,13 @@ impl Queue {
         let times = times.ok_or_else(|| Failure::refused(&"how often? queue add file times"))?;
         let file = storage.open(&path, OpenMode::Read);
         let file = file.map_err(|error| texts.about_file(&path, error.text()))?;
-        // It was only opened: a failing close loses nothing.
+        // The file was only opened: a failing close loses nothing.
         let _ = storage.close(file);
         if self.files.len() + times > MOST {
             return Err(Failure::refused(&"sixteen files can wait, no more"));
         }
         for _ in 0..times {
-            // There is room.
+            // Room was checked above.
             let _ = self.files.push(path.clone());
         }
         Ok(())

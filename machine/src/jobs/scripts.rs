@@ -8,7 +8,7 @@ pub struct Scripts {
 }
 
 impl Default for Scripts {
-    /// All of them.
+    /// Returns all scripts as still to be run.
     fn default() -> Self {
         Self { before: true, after: true }
     }

@@ -1,4 +1,4 @@
-//! How long a job takes as its slicer says: in comments, and by M73.
+//! Duration of a job as its slicer states it: in comments, and by M73.
 //!
 //! - Cura: `;TIME:6345`, seconds in all, and `;TIME_ELAPSED:123.4` behind each layer;
 //! - PrusaSlicer, SuperSlicer, OrcaSlicer: `; estimated printing time (normal mode) = 1d 2h 3m 4s`, at the
@@ -8,12 +8,12 @@
 //! - ideaMaker: `;Print Time: 6345`;
 //! - M73: `M73 P12 R34`, minutes that are left.
 
-/// What a slicer has said.
+/// Times that a slicer has stated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SlicerTimes {
-    /// Of the whole job, seconds.
+    /// Time of the whole job, seconds.
     pub total: Option<f32>,
-    /// What was left at the line that said so, seconds.
+    /// Time left at the line that stated it, seconds.
     pub left: Option<f32>,
 }
 

@@ -1,4 +1,4 @@
-//! What a job took, and what the machine has done in its life: kept on the card in `statistics.txt`.
+//! Statistics of the last job and of the machine's life, kept on the card in `statistics.txt`.
 
 use core::fmt;
 
@@ -7,7 +7,7 @@ use units::{Axis, AxisSet, Micros, PerAxis};
 use super::heater_hours::HeaterHours;
 pub use super::heater_hours::HeaterTime;
 
-/// Where they are kept.
+/// Path of the file of statistics.
 pub const PATH: &str = "/sd/statistics.txt";
 /// Nothing moves further between two samples, mm: a place that is only called otherwise.
 const JUMP: f64 = 20.0;
@@ -17,7 +17,7 @@ const JUMP: f64 = 20.0;
 pub struct Sums {
     /// Time from their beginnings to their ends.
     pub job: Micros,
-    /// Of which nothing moved.
+    /// Time of jobs in which nothing moved.
     pub still: Micros,
     /// Way of the tool, mm, as sampled a hundred times a second.
     pub way: f64,
@@ -41,9 +41,9 @@ pub struct Life {
     pub done: u32,
     /// Jobs that were aborted, or dropped by a halt.
     pub broken_off: u32,
-    /// The longest one.
+    /// Duration of the longest job.
     pub longest: Micros,
-    /// Of all jobs.
+    /// Sums of all jobs.
     pub sums: Sums,
     /// Time in which anything moved, jobs or not.
     pub moving: Micros,
@@ -68,7 +68,7 @@ impl Life {
     }
 }
 
-/// The file.
+/// Writes the text of the file.
 impl fmt::Display for Life {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "# What this machine has done. M78 shows it, M78 S78 begins anew.")?;
@@ -80,15 +80,15 @@ impl fmt::Display for Life {
     }
 }
 
-/// What is counted.
+/// Statistics as they are counted.
 #[derive(Clone, Debug, Default)]
 pub struct Statistics {
     /// Without the job that is played.
     pub life: Life,
     job: Option<Sums>,
-    /// What heaters have done.
+    /// Work of the heaters.
     pub heaters: HeaterHours,
-    /// What the last job took.
+    /// Sums of the last job.
     pub before: Option<Sums>,
     last: Option<(Micros, PerAxis<f64>)>,
     is_unsaved: bool,
@@ -143,7 +143,7 @@ impl Statistics {
         Some(sums)
     }
 
-    /// Everything begins anew.
+    /// Resets all statistics to nothing.
     pub fn reset(&mut self) {
         (self.life, self.heaters, self.is_unsaved) = (Life::default(), HeaterHours::default(), true);
     }

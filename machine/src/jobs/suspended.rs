@@ -1,10 +1,10 @@
-//! What a suspended job goes on with: `suspend` and `resume`, M600 and M601.
+//! State that a suspended job goes on with: `suspend` and `resume`, M600 and M601.
 
 use config::FilamentChangeConfig;
 use program::Kept;
 use units::{AxisSet, Celsius, MAX_HEATERS, PerAxis};
 
-/// What `resume` restores.
+/// State that `resume` restores.
 #[derive(Clone, Debug)]
 pub struct Suspended {
     /// Machine position where the job stopped, mm.
@@ -15,7 +15,7 @@ pub struct Suspended {
     pub targets: [Celsius; MAX_HEATERS],
     /// The lengths by which filament was drawn back or taken out (M600), `None` where it was not.
     pub change: Option<FilamentChangeConfig>,
-    /// A stall has stopped it.
+    /// Stall that has stopped the job.
     pub stall: Option<StalledJob>,
 }
 
@@ -24,8 +24,8 @@ pub struct Suspended {
 pub struct StalledJob {
     /// Axes that are to be homed before it goes on.
     pub lost: AxisSet,
-    /// Where that line begins: what is relative in it counts from there.
+    /// Place at which the stalled line begins: its relative words count from there.
     pub begins: PerAxis<f64>,
-    /// Clear of everything that was made, height of the machine, mm.
+    /// Machine height clear of everything that was made, mm.
     pub above: f64,
 }

@@ -1,4 +1,4 @@
-//! What moves are made for: the line of the file, and how far into the file it is.
+//! Tags of moves: the line of the file that a move is made for, and how far into the file it is.
 //!
 //! Lines are read well before the motors make their moves. Each move carries the tag of its line, motion
 //! hands back the tag of the move that executes, and here stands which line that is.
@@ -8,7 +8,7 @@ use motion::Tag;
 /// Lines that are remembered; more than moves are queued in a usual look-ahead queue.
 const REMEMBERED: usize = 256;
 
-/// Of tags that are numbers which sessions gave to their own lines (`N`).
+/// Bit of tags that are line numbers given by sessions (`N`).
 const NUMBERED: u32 = 1 << 31;
 
 /// The tag of moves that a session's line of this number makes.
@@ -20,9 +20,9 @@ pub(crate) const fn of_number(number: u32) -> Tag {
 /// A line that moves are made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Place {
-    /// Its number, from 1.
+    /// Number of the line, from 1.
     line: u32,
-    /// Where it ends in the file, bytes.
+    /// Offset of the line's end in the file, bytes.
     offset: u32,
 }
 
@@ -30,7 +30,7 @@ struct Place {
 #[derive(Debug)]
 pub(crate) struct Tags {
     places: [Place; REMEMBERED],
-    /// The last one given.
+    /// The tag given last.
     newest: Tag,
     /// Tags given in this job.
     count: u32,
@@ -76,13 +76,14 @@ impl Tags {
         Some((place.line, place.offset))
     }
 
-    /// How many lines of this job have begun.
+    /// Returns the number of lines of this job that have begun.
     #[must_use]
     pub const fn count(&self) -> u32 {
         self.count
     }
 
-    /// Which line of this job moves with this tag are made for, in the order of their beginnings, from 1.
+    /// Returns the number, from 1 in the order of beginnings, of the line that moves with this tag are made
+    /// for.
     #[must_use]
     pub fn ordinal(&self, tag: Tag) -> Option<u32> {
         let age = self.newest.0.wrapping_sub(tag.0) & !NUMBERED;
@@ -161,7 +162,7 @@ mod tests {
                 prop_assert_ne!(tag, Tag::NONE);
                 given.push(tag);
             }
-            // Where the count begins anew, one place counts twice.
+            // A count that begins anew uses one place twice.
             let begins_anew = start + steps.len() as u32 >= NUMBERED;
             let reported: Vec<u32> = given.iter().filter_map(|tag| tags.executing(*tag)).map(|(line, _)| line).collect();
             prop_assert!(reported.len() + usize::from(begins_anew) >= given.len());

@@ -9,7 +9,7 @@ use heapless::String;
 use super::pauses::prints;
 use crate::failure::{Failure, Texts};
 
-/// How the value follows the height.
+/// Dependence of the value on the height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Slope {
     /// So much a mm; the same within each band of this height, mm.
@@ -18,14 +18,14 @@ enum Slope {
     Steps { delta: f64, height: f64 },
 }
 
-/// What changes, and how.
+/// Setting that changes, and its law.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tower {
     command: Command,
     parameter: String<32>,
     start: f64,
     slope: Slope,
-    /// Nothing changes below.
+    /// Height below which nothing changes, mm.
     skip: f64,
     /// The height at which it was set last.
     at: Option<f64>,
@@ -36,7 +36,7 @@ impl Tower {
     /// instead of FACTOR=.
     ///
     /// # Errors
-    /// What is missing or no number.
+    /// When a word is missing or no number.
     pub fn new(texts: &Texts, command: &Extended<'_>) -> Result<Self, Failure> {
         let text = |key: &'static str| {
             let value = command.get(key).map(|value| value.trim_matches(['\'', '"']).trim());
@@ -117,7 +117,7 @@ mod tests {
         Tower::new(&Texts::new(), &Extended::new(text)).unwrap()
     }
 
-    /// What is set at each of these heights.
+    /// Returns the settings at each of these heights.
     fn set(text: &str, heights: &[f64]) -> std::vec::Vec<std::string::String> {
         let mut tower = tower(text);
         let lines = heights.iter().filter_map(|height| tower.command_before(b"G1 X1 Y2 E3", *height));
