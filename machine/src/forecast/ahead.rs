@@ -1,4 +1,4 @@
-//! What the executor has open for a forecast.
+//! Files that the executor has open for a forecast.
 
 use heapless::Vec;
 use units::Micros;
@@ -15,17 +15,17 @@ pub(crate) struct Ahead {
     pub size: u32,
     /// Files that have called subroutines in files of their own.
     pub callers: Vec<FileLines, MOST_CALLERS>,
-    /// What it is written in is still looked for.
+    /// Search for the file's dialect, while that goes on.
     pub lookup: Option<Lookup>,
-    /// Which job it is for.
+    /// Number of the job that the forecast is for.
     pub job: u32,
-    /// What stops the job has been said, so often.
+    /// Number of findings told that stop the job.
     pub warned: u32,
-    /// The job waits for its end.
+    /// The job waits for the forecast's end.
     pub holds: bool,
-    /// While it waited, a line was found with which nothing of the job is to be made: why.
+    /// Reason why nothing of the job is to be made, found while it waited.
     pub spoilt: Option<&'static str>,
-    /// When the job began to wait, and when it was said last how far the look is.
+    /// Times at which the job began to wait, and at which the look's progress was told last.
     pub waits_since: Micros,
     pub told_at: Micros,
     /// Lines of the job that have been made, and since when.
@@ -33,7 +33,7 @@ pub(crate) struct Ahead {
 }
 
 impl Ahead {
-    /// Something is open.
+    /// Whether a file is open.
     pub const fn is_open(&self) -> bool {
         self.file.is_some()
     }
@@ -41,7 +41,7 @@ impl Ahead {
     pub fn close(&mut self, storage: &mut impl Storage) {
         let callers = core::mem::take(&mut self.callers);
         for file in callers.iter().map(FileLines::file).chain(self.file.take()) {
-            // It was only read.
+            // The file was only read.
             let _ = storage.close(file);
         }
         self.lookup = None;

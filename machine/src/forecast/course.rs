@@ -1,4 +1,4 @@
-//! When each line of a job is made, from its beginning: what time is left is told by.
+//! Course of a job: the time at which each line is made, from the beginning. The time left is told by it.
 //!
 //! Kept at 256 lines of the job or fewer, evenly apart, and further apart the longer the job is; between them
 //! time passes evenly. So what is wrong about a place between two is a part of a two-hundredth of the job.
@@ -8,7 +8,7 @@ use heapless::Vec;
 /// Places of the job that are kept.
 const MARKS: usize = 256;
 
-/// What makes up time, seconds.
+/// Parts that make up time, seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sums {
     /// Working moves at even speed.
@@ -20,7 +20,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// Where working moves go `factor` times as fast as the forecast had them.
+    /// Returns the time if working moves go `factor` times as fast as the forecast had them.
     ///
     /// At even speed that is a matter of the speed. Half of the time in which it changes goes into reaching
     /// it, which takes longer the greater it is; of the other half the way counts, as of the even part: exact
@@ -38,7 +38,7 @@ impl Sums {
         }
     }
 
-    /// What is added from `other` on to this.
+    /// Returns the sums added from `other` on to this.
     #[must_use]
     pub fn since(self, other: Self) -> Self {
         self.plus(other, -1.0)
@@ -48,7 +48,7 @@ impl Sums {
 /// A place of the job.
 #[derive(Clone, Copy, Debug)]
 struct Mark {
-    /// What comes before it.
+    /// Sums of the lines before the place.
     sums: Sums,
     /// The factor of feed rates that the forecast has there.
     factor: f32,
@@ -57,10 +57,10 @@ struct Mark {
 /// The course of a job.
 #[derive(Clone, Debug)]
 pub struct Course {
-    /// Before the line of this place times `stride`, counted from 0.
+    /// Marks before the lines at multiples of `stride`, counted from 0.
     marks: Vec<Mark, MARKS>,
     stride: u32,
-    /// Of feed rates, at the line that is worked on.
+    /// Factor of feed rates at the line that is worked on.
     factor: f32,
     feed: f64,
     ramps: f64,
@@ -74,14 +74,14 @@ impl Default for Course {
 }
 
 impl Course {
-    /// Forgets everything.
+    /// Forgets the whole course.
     pub fn clear(&mut self) {
         self.marks.clear();
         (self.stride, self.factor) = (1, 1.0);
         (self.feed, self.ramps, self.rest) = (0.0, 0.0, 0.0);
     }
 
-    /// What follows belongs to this line of the job, counted from 1 as often as one is carried out.
+    /// Begins this line of the job, counted from 1 as often as one is carried out; later time belongs to it.
     pub fn line(&mut self, line: u32) {
         while (self.marks.len() as u32).saturating_mul(self.stride) < line {
             if self.marks.is_full() {
@@ -89,12 +89,12 @@ impl Course {
                 continue;
             }
             let mark = Mark { sums: self.total(), factor: self.factor };
-            // There is room.
+            // There is room: a full list was thinned out.
             let _ = self.marks.push(mark);
         }
     }
 
-    /// Every other one is enough.
+    /// Drops every other mark.
     fn thin_out(&mut self) {
         for place in 1..self.marks.len().div_ceil(2) {
             if let Some(mark) = self.marks.get(2 * place).copied()
@@ -133,7 +133,7 @@ impl Course {
         Sums { feed: self.feed as f32, ramps: self.ramps as f32, rest: self.rest as f32 }
     }
 
-    /// When so many lines have been made.
+    /// Returns the sums when so many lines have been made.
     #[must_use]
     pub fn at(&self, lines: u32) -> Sums {
         let place = (lines / self.stride) as usize;
@@ -149,7 +149,7 @@ impl Course {
         self.marks.get((lines / self.stride) as usize).map_or(self.factor, |mark| mark.factor)
     }
 
-    /// What is left when so many lines have been made.
+    /// Returns the sums left when so many lines have been made.
     #[must_use]
     pub fn left(&self, lines: u32) -> Sums {
         self.total().since(self.at(lines))

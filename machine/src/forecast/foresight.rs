@@ -1,4 +1,4 @@
-//! What the executor and the work on a forecast have of each other.
+//! Data shared by the executor and the work on a forecast.
 
 use core::cell::{Cell, RefCell};
 
@@ -16,38 +16,38 @@ const FINDINGS: usize = 16;
 /// With fewer than this free, the next line waits until somebody has heard of those before.
 const ROOM: usize = 8;
 
-/// What the forecast is for.
+/// Purpose of a forecast.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
     /// `check`: somebody hears what is found.
     Check,
-    /// The job.
+    /// The job that is open.
     Job,
 }
 
-/// How far it is.
+/// Progress of a forecast.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stage {
-    /// There is none.
+    /// There is no forecast.
     #[default]
     Free,
-    /// It is to begin.
+    /// A forecast is to begin.
     Ready,
-    /// It goes on.
+    /// The forecast goes on.
     Running,
     /// The file has been read to its end.
     Done,
-    /// It could not be read.
+    /// The file could not be read, for this reason.
     Failed(&'static str),
 }
 
-/// What the work needs before it can go on.
+/// Input that the work needs before it can go on.
 #[allow(clippy::large_enum_variant, reason = "there is one of it, in place")]
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wanted {
     /// More of the file.
     More,
-    /// What stands at another place of it.
+    /// The lines at another place of the file.
     At(Place),
     /// The file of a subroutine.
     Call(Path),
@@ -55,27 +55,26 @@ pub enum Wanted {
     Caller,
 }
 
-/// What came of that.
+/// Result of a request for input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Answer {
-    /// It is there.
+    /// The input is there.
     #[default]
     Here,
     /// There is no such file, or no more of it.
     None,
-    /// It cannot be read, for this reason.
+    /// The file cannot be read, for this reason.
     Failed(&'static str),
 }
 
-/// What the executor and the work on a forecast have of each other. Neither holds on to anything of it while
-/// the other runs.
+/// Data shared by the executor and the work on a forecast. Neither keeps a borrow of it while the other runs.
 pub struct Foresight {
     pub(super) lines: RefCell<FileLines>,
     pub(super) wanted: RefCell<Option<Wanted>>,
     pub(super) answer: Cell<Answer>,
     found: RefCell<Deque<Finding, FINDINGS>>,
     missed: Cell<u32>,
-    /// What comes depends on what only the job finds.
+    /// The rest of the file depends on results that only the job has.
     guesses: Cell<bool>,
     course: RefCell<Course>,
     /// The course is that of the job that is open, from its beginning to its end.
@@ -113,44 +112,44 @@ impl Foresight {
         matches!(self.stage.get(), Stage::Ready | Stage::Running)
     }
 
-    /// How far it is.
+    /// Returns the progress of the forecast.
     pub const fn stage(&self) -> Stage {
         self.stage.get()
     }
 
-    /// What the one under way, or made last, is for.
+    /// Returns the purpose of the forecast under way, or made last.
     pub const fn purpose(&self) -> Purpose {
         self.purpose.get()
     }
 
-    /// Whether it may have its turns.
+    /// Sets whether the work may have its turns.
     pub fn allow(&self, may_run: bool) {
         self.may_run.set(may_run);
     }
 
-    /// It is of no use any more.
+    /// Drops the forecast, which is of no use any more.
     pub fn forget(&self) {
         self.stage.set(Stage::Free);
         self.wanted.replace(None);
     }
 
-    /// It cannot go on.
+    /// Ends a forecast that cannot go on.
     pub fn fail(&self, why: &'static str) {
         self.forget();
         self.stage.set(Stage::Failed(why));
     }
 
-    /// What it waits for, once.
+    /// Takes the input that the work waits for, once.
     pub fn take_wanted(&self) -> Option<Wanted> {
         self.wanted.take()
     }
 
-    /// Something is waited for.
+    /// Whether the work waits for input.
     pub fn wants(&self) -> bool {
         self.wanted.borrow().is_some()
     }
 
-    /// What it has waited for has been tried.
+    /// Stores the answer to a request for input.
     pub fn answer(&self, answer: Answer) {
         self.answer.set(answer);
     }
@@ -170,12 +169,12 @@ impl Foresight {
         self.missed.get()
     }
 
-    /// Whether what comes depends on what only the job finds.
+    /// Whether the rest of the file depends on results that only the job has.
     pub const fn guesses(&self) -> bool {
         self.guesses.get()
     }
 
-    /// What the file has come to so far.
+    /// Returns the totals of the file so far.
     pub fn totals(&self) -> Totals {
         self.totals.get()
     }
@@ -185,7 +184,7 @@ impl Foresight {
         self.has_course.get().then(|| f(&self.course.borrow()))
     }
 
-    /// Another job begins.
+    /// Forgets the course, as another job begins.
     pub fn forget_course(&self) {
         self.has_course.set(false);
         self.course.borrow_mut().clear();
@@ -193,7 +192,7 @@ impl Foresight {
 
     // --- the work's side ---
 
-    /// One is to begin, of a file that is open: nothing is known of it.
+    /// Sets up a forecast of an open file, of which nothing is known yet.
     pub(super) fn begin(&self, purpose: Purpose, file: FileHandle) {
         self.lines(|lines| *lines = FileLines::new(file));
         self.wanted.replace(None);

@@ -2,10 +2,9 @@
 //! job.
 //!
 //! The work ([`work`]) gets a turn of a tenth of a millisecond whenever the executor waits and has nothing
-//! planned, or as much as fits. It is the one thing that is a future: it has to be able to stop in the middle
-//! of a line. What it needs of the machine, bytes of the file, it asks for here, and the executor brings it
-//! while it waits (`executor/foresee.rs`). So no line, no console and no move waits for it any longer than
-//! for that turn.
+//! planned, or as much as fits. Only this work is a future, to be able to stop in the middle of a line. Bytes
+//! of the file are asked for here, and the executor brings them while it waits (`executor/foresee.rs`). So no
+//! line, no console and no move waits for the work any longer than for that turn.
 
 mod ahead;
 mod course;

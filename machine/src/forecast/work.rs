@@ -49,9 +49,9 @@ pub(crate) trait LookAhead {
 /// The work on forecasts, one after the other.
 pub(crate) struct Work<'w, 'a, F, B> {
     foresight: &'w Foresight,
-    /// `None`: there is no memory for one. What is under way has it.
+    /// Desk for one forecast, held by the one under way; `None` if there is no memory for it.
     desk: &'w RefCell<Option<Desk<'a>>>,
-    /// Begins one.
+    /// Begins a new forecast.
     begin: B,
     /// The one under way, in the middle of a line perhaps.
     under_way: Pin<&'w mut Option<F>>,

@@ -1,4 +1,4 @@
-//! What actions come to when nothing is carried out.
+//! Effects of actions when nothing is carried out.
 
 use motion::{Latch, Motion};
 use program::{Action, Effect, Function, Next, Part, Place, Words};
@@ -136,7 +136,7 @@ impl Reading<'_, '_> {
         Ok(())
     }
 
-    /// How long that takes nobody knows beforehand.
+    /// Counts a wait for heat, whose duration nobody knows beforehand.
     fn waits_for(&mut self, heater: HeaterId, target: Celsius) {
         let totals = &mut self.preflight.totals;
         totals.heat_waits += 1;
@@ -186,7 +186,7 @@ impl Reading<'_, '_> {
         motion_codes::set_steps_per_mm(preflight.texts, shadow, preflight.config, preflight.program.tools(), words)
     }
 
-    /// What sets how fast axes and motors may go, or where. `None` for every other function.
+    /// Sets limits of speed or place for axes and motors. `None` for every other function.
     fn set_limits(&mut self, function: Function, words: &Words<'_>) -> Option<Result<(), Failure>> {
         let Self { preflight, motion, .. } = self;
         let (texts, config, tools) = (preflight.texts, preflight.config, preflight.program.tools());
@@ -236,7 +236,7 @@ impl Reading<'_, '_> {
         self.preflight.asked_acceleration = self.motion.config().map(|config| config.limits.acceleration.get());
     }
 
-    /// What comes now depends on what only the job finds.
+    /// Notes that the rest of the file depends on results that only the job has.
     fn unforeseen(&mut self) {
         if !core::mem::replace(&mut self.preflight.once.unforeseen, true) {
             let text = "what is found here decides what follows: it is looked at as if nothing had been found";
@@ -259,7 +259,7 @@ impl Reading<'_, '_> {
 
     /// The machine stands there now.
     fn stand_at(&mut self, position: PerAxis<f64>) {
-        // What steps cannot count the machine refuses; then the place stays.
+        // The machine refuses a place that steps cannot count; then the old place stays.
         let _ = self.motion.set_position(position);
         let position = self.motion.commanded_position();
         self.preflight.program.resynchronise(position);
@@ -293,7 +293,7 @@ impl Reading<'_, '_> {
         }
     }
 
-    /// What limits have cost so far, in a turn of its own.
+    /// Settles the cost of limits so far, in a turn of its own.
     pub(super) async fn settle_costs(&mut self, settle: fn(&mut Costs)) {
         self.preflight.turn_alone().await;
         settle(&mut self.preflight.costs);

@@ -1,4 +1,4 @@
-//! What limits cost: the time of the same moves with what they ask for, and with what they are given.
+//! Cost of limits: the time of the same moves with what they ask for, and with what they are given.
 //!
 //! Both times are those of trapezoids with look-ahead, over a window of moves that goes along with the file;
 //! half of it is settled at a time. Limits are lifted one after another, in the order of
@@ -16,23 +16,23 @@ use super::limits::Limit;
 const WINDOW: usize = 128;
 /// Of these so many are settled at a time.
 const SETTLED: usize = WINDOW / 2;
-/// None, where the number of a limit stands.
+/// Value that stands for no limit, in place of its number.
 const NONE: u8 = u8::MAX;
 
-/// What a move asks for and is given.
+/// Values that a move asks for, and is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Wish {
-    /// mm.
+    /// Length of the path, mm.
     pub length: f64,
     /// Squared speed that its first corner allows, (mm/s)^2.
     pub corner_sq: f64,
-    /// Speed, mm/s.
+    /// Speed asked for and given, mm/s.
     pub asked: f64,
     pub given: f64,
-    /// Acceleration, mm/s2.
+    /// Acceleration asked for and given, mm/s2.
     pub asked_acceleration: f64,
     pub given_acceleration: f64,
-    /// What cuts speed and acceleration.
+    /// Limits that cut speed and acceleration.
     pub cut_by: [Option<Limit>; 2],
 }
 
@@ -51,13 +51,13 @@ impl Wish {
         }
     }
 
-    /// It asks for more than it is given.
+    /// Whether the move asks for more than it is given.
     pub fn is_cut(&self) -> bool {
         self.asked > self.given || self.asked_acceleration > self.given_acceleration
     }
 }
 
-/// The same, in the window: single precision is plenty, for both times are made of the same numbers.
+/// Wish in the window: single precision is plenty, for both times are made of the same numbers.
 #[derive(Clone, Copy, Debug)]
 struct Move {
     length: f32,
@@ -76,7 +76,7 @@ impl Move {
     }
 }
 
-/// What limits have cost so far, and the moves that are not settled yet.
+/// Cost of limits so far, and the moves that are not settled yet.
 #[derive(Clone, Debug)]
 pub(super) struct Costs {
     window: heapless::Vec<Move, WINDOW>,
@@ -92,13 +92,13 @@ impl Default for Costs {
 }
 
 impl Costs {
-    /// Forgets everything.
+    /// Forgets all costs and moves.
     pub fn clear(&mut self) {
         self.window.clear();
         (self.entry_sq, self.seconds) = ([0.0; Limit::COUNT + 1], [0.0; Limit::COUNT]);
     }
 
-    /// The next move.
+    /// Adds the next move to the window.
     pub fn push(&mut self, wish: &Wish) {
         let pair = |given: f64, asked: f64| [given as f32, asked as f32];
         // Settled in time, there is room.
@@ -136,7 +136,7 @@ impl Costs {
         self.entry_sq = [0.0; Limit::COUNT + 1];
     }
 
-    /// What each limit has cost, seconds.
+    /// Returns the cost of each limit, seconds.
     pub const fn seconds(&self) -> &[f64; Limit::COUNT] {
         &self.seconds
     }

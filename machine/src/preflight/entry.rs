@@ -1,4 +1,4 @@
-//! What brings lines calls these.
+//! Entry points of a preflight for the code that brings lines.
 
 use gcode::MAX_LINE_LENGTH;
 use motion::{GridShape, Motion};
@@ -19,17 +19,17 @@ impl Preflight<'_> {
             return self.program.search_sub();
         }
         self.program.enter_file();
-        // Whoever opens files opens no more than fit.
+        // The caller opens no more files than fit.
         let _ = self.files.push(core::mem::take(&mut self.called));
     }
 
-    /// That file is done with; the one before goes on.
+    /// Leaves the file of a subroutine; the file before goes on.
     pub fn leave_file(&mut self) {
         self.files.pop();
     }
 
-    /// Reads the settings that a machine has saved (M500), before the job. Which line loads a mesh, if any
-    /// does.
+    /// Reads the settings that a machine has saved (M500), before the job. Returns the line that loads a
+    /// mesh, if any does.
     pub fn load_settings(&mut self, text: &[u8], motion: &mut Motion, listener: &mut dyn Listener) -> Option<u32> {
         let dialect = core::mem::replace(&mut self.dialect, Dialect::Smoothie);
         self.reads_settings = true;
@@ -54,7 +54,7 @@ impl Preflight<'_> {
         settings::level_by(self, motion, shape, heights, has_a_name)
     }
 
-    /// What is wrong with this line.
+    /// Returns a finding at this line of the file being read.
     pub(super) fn finding(&self, line: u32, kind: Kind, what: ShortText) -> Finding {
         Finding { sub: self.files.last().cloned(), line, kind, what }
     }

@@ -1,4 +1,4 @@
-//! What a preflight finds, in words for whoever wrote the file.
+//! Findings of a preflight, in words for the author of the file.
 
 use core::fmt;
 
@@ -8,7 +8,7 @@ use crate::failure::ShortText;
 /// The name of a subroutine.
 pub type SubName = gcode::expression::Name;
 
-/// How bad it is.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// The job goes on, and makes something else than the file says, or makes it more slowly.
@@ -17,18 +17,18 @@ pub enum Severity {
     Stop,
 }
 
-/// What sort of thing it is.
+/// Kind of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A move leaves the travel of an axis.
     OutOfTravel,
-    /// Arms do not reach it.
+    /// A place that arms do not reach.
     Unreachable,
     /// A move before homing, where `[motion control] must_be_homed` is set.
     MustHome,
     /// A word with which the machine halts.
     Halts,
-    /// It moves before the machine knows where it is.
+    /// A move before the machine knows where it is.
     NotHomed,
     /// A code that nobody knows, or whose part the machine has not.
     Unknown,
@@ -58,13 +58,13 @@ pub enum Kind {
     Damage,
     /// Subroutines and loops do not fit together.
     Flow,
-    /// It waits for something that only the job can know.
+    /// A wait for something that only the job can know.
     Unforeseen,
 }
 
 impl Kind {
-    /// Why nothing of the file is made, when the machine would stop there by itself or halt and lose its
-    /// place.
+    /// Returns why nothing of the file is made, when the machine would stop there by itself or halt and lose
+    /// its place.
     #[must_use]
     pub const fn spoils_the_job(self) -> Option<&'static str> {
         match self {
@@ -75,7 +75,7 @@ impl Kind {
         }
     }
 
-    /// What to do about it.
+    /// Returns the advice on a finding.
     #[must_use]
     pub const fn fix(self) -> &'static str {
         match self {
@@ -99,7 +99,7 @@ impl Kind {
         }
     }
 
-    /// How bad it is.
+    /// Returns the severity of a finding.
     #[must_use]
     pub const fn severity(self) -> Severity {
         match self {
@@ -122,9 +122,9 @@ pub struct Finding {
     pub sub: Option<SubName>,
     /// The line, from 1.
     pub line: u32,
-    /// What sort of thing.
+    /// Kind of the finding.
     pub kind: Kind,
-    /// What is wrong.
+    /// Text about the fault.
     pub what: ShortText,
 }
 
@@ -138,7 +138,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// What is said once of a file, however often it is found.
+/// Findings that are said once of a file, however often they occur.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Once {
     pub not_homed: bool,
@@ -148,10 +148,10 @@ pub(super) struct Once {
     pub unforeseen: bool,
     /// An S that the spindle cannot turn with.
     pub spindle_speed: bool,
-    /// How many of a kind that may come in thousands have been said.
+    /// Number of findings said, of kinds that may come in thousands.
     pub out_of_travel: u32,
     pub passed_over: u32,
 }
 
-/// Of findings that may come with every line, so many are said.
+/// Greatest number said of findings that may come with every line.
 pub(super) const MOST_ALIKE: u32 = 5;

@@ -1,4 +1,4 @@
-//! Where homing ends, and how long it takes: by what the configuration says of ways and speeds.
+//! End and duration of homing, by the ways and speeds of the configuration.
 
 use config::{EndstopConfig, MachineConfig};
 use units::{Axis, AxisSet, PerAxis};
@@ -7,19 +7,20 @@ use crate::tuning::Tuning;
 
 const XY: AxisSet = AxisSet::of(Axis::X).with(Axis::Y);
 
-/// Homing, foreseen.
+/// Result of a foreseen homing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Homed {
     /// Axes that are homed by it.
     pub axes: AxisSet,
-    /// Where the machine stands then.
+    /// Place at which the machine stands then.
     pub place: PerAxis<f64>,
-    /// How long it takes, seconds.
+    /// Duration of the homing, seconds.
     pub seconds: f64,
 }
 
-/// To the switch at `fast_rate`, back by `retract` and to it again at `slow_rate`. How far the switch is from
-/// a machine that has not been homed nobody knows: the way is taken from where motion counts.
+/// Returns the time to the switch at `fast_rate`, back by `retract` and to it again at `slow_rate`, seconds.
+/// Nobody knows how far the switch is from a machine that has not been homed: the way is taken from where
+/// motion counts.
 fn seconds_of(stop: &EndstopConfig, way: f64) -> f64 {
     let at = |mm: f64, rate: f64| if rate > 0.0 { mm / rate } else { 0.0 };
     at(way, stop.fast_rate.get()) + at(2.0 * stop.retract.0, stop.slow_rate.get())

@@ -1,4 +1,4 @@
-//! Which limits a move meets that asks for more than it is given.
+//! Limits met by a move that asks for more than it is given.
 
 use core::fmt;
 
@@ -6,9 +6,9 @@ use motion::path::{Curve, Path};
 use motion::{Block, Limits, MotionConfig};
 use units::{Actuator, Axis, MmPerSecond, PerActuator, PerAxis};
 
-/// Where motors do not run straight along a path, it is looked at in so many places and at its end.
+/// Number of places looked at, beside the end, on a path along which motors do not run straight.
 const PLACES: u32 = 8;
-/// How far ahead a place is looked at, as a share of the path.
+/// Distance of the look ahead from a place, as a share of the path.
 const AHEAD: f64 = 1e-4;
 /// A limit that lets so much more through than was given is not what the move has met; less is what may lie
 /// between two places.
@@ -17,11 +17,11 @@ const NEAR: f64 = 1.1;
 /// A limit of speed or acceleration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
-    /// Of the X, Y or Z component.
+    /// Speed of the X, Y or Z component.
     AxisSpeed(Axis),
-    /// Of the path.
+    /// Speed along the path.
     PathSpeed,
-    /// Of a motor.
+    /// Rate of a motor.
     MotorRate(Actuator),
     /// Filament in a given time, mm3/s.
     Flow,
@@ -32,10 +32,10 @@ pub enum Limit {
 }
 
 impl Limit {
-    /// How many there are.
+    /// Number of limits there are.
     pub const COUNT: usize = 15;
 
-    /// All of them.
+    /// All limits in their order.
     pub const ALL: [Self; Self::COUNT] = [
         Self::AxisSpeed(Axis::X),
         Self::AxisSpeed(Axis::Y),
@@ -54,7 +54,7 @@ impl Limit {
         Self::MotorAcceleration(Actuator::Gamma),
     ];
 
-    /// Its place in [`Self::ALL`].
+    /// Returns the limit's place in [`Self::ALL`].
     #[must_use]
     pub const fn index(self) -> usize {
         match self {
@@ -86,14 +86,14 @@ impl fmt::Display for Limit {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Met {
     pub limit: Limit,
-    /// What axis or motor are asked for, and what they may: mm/s, or mm/s2.
+    /// Value asked of the axis or motor, and the most allowed: mm/s, or mm/s2.
     pub asked: f64,
     pub most: f64,
     /// The path's speed or acceleration that it allows.
     pub allows: f64,
 }
 
-/// What a move asks of axes and motors for each mm of its path, at most.
+/// Greatest demand of a move on axes and motors for each mm of its path.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Demand {
     axes: [f64; 3],
@@ -101,7 +101,7 @@ pub(super) struct Demand {
 }
 
 impl Demand {
-    /// Of a block that begins there, along this curve.
+    /// Returns the demand of a block that begins there, along this curve.
     pub fn of(config: &MotionConfig, from: &PerAxis<f64>, block: &Block, curve: Curve) -> Self {
         let path = Path::new(*from, &block.target, block.length, curve);
         let mut demand = Self::default();

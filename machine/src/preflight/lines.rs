@@ -16,11 +16,11 @@ pub(super) struct Reading<'p, 'c> {
     pub preflight: &'p mut Preflight<'c>,
     pub motion: &'p mut Motion,
     pub listener: &'p mut dyn Listener,
-    /// Where the next line begins.
+    /// Place at which the next line begins.
     pub after: Place,
 }
 
-/// Why the rest of a line is not looked at: it has been said.
+/// Mark that the rest of a line is not looked at, as its fault has been said.
 pub(super) struct Said;
 
 impl Reading<'_, '_> {
@@ -50,7 +50,7 @@ impl Reading<'_, '_> {
         Said
     }
 
-    /// What the machine would refuse, or halt with.
+    /// Says a failure that the machine would refuse, or halt with.
     pub fn failed(&mut self, kind: Kind, failure: Failure) -> Said {
         let what = self.preflight.texts.copy_of(failure);
         if failure.has_text() { self.say(kind, what) } else { Said }
@@ -70,7 +70,7 @@ impl Reading<'_, '_> {
 
     // --- lines ---
 
-    /// A whole line.
+    /// Reads a whole line.
     pub async fn line(&mut self, line: &[u8], here: Place) -> Next {
         let text = line.trim_ascii_start();
         if text.first() == Some(&b'%') && core::mem::replace(&mut self.preflight.has_begun, true) {
@@ -225,7 +225,7 @@ impl Reading<'_, '_> {
         Ok(())
     }
 
-    /// What comes back at the end of a subroutine (M73).
+    /// Carries out the effects and actions that are left at the end of a subroutine (M73).
     pub async fn what_follows(&mut self) -> Result<(), Said> {
         while let Some(effect) = self.preflight.program.next_effect() {
             self.effect(effect)?;

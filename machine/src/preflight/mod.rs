@@ -5,8 +5,8 @@
 //! and the time is the planner's own. The desk and the board run this very code; each brings the lines, and
 //! hears what is found.
 //!
-//! What only the job itself can know is left out: what probing finds, what inputs read, what an operator
-//! does. A file is read as on a machine that has just been switched on.
+//! Results that only the job itself has are left out: of probing, of inputs, of the operator's acts. A file
+//! is read as on a machine that has just been switched on.
 
 mod actions;
 mod cost;

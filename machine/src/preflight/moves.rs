@@ -20,7 +20,7 @@ use crate::failure::short;
 /// A share that is rounding.
 const SAME: f64 = 1e-6;
 
-/// What is asked for, if that is more than is given.
+/// Returns `asked` if that is more than `given`, else `given`.
 fn greater(asked: f64, given: f64) -> f64 {
     if asked > given * (1.0 + SAME) { asked } else { given }
 }
@@ -53,7 +53,7 @@ impl Reading<'_, '_> {
         Ok(())
     }
 
-    /// One piece.
+    /// Submits one piece to motion.
     async fn take(&mut self, piece: &motion::Move) -> Result<(), Said> {
         let (from, since) = (self.motion.commanded_position(), self.motion.submitted());
         loop {
@@ -127,8 +127,8 @@ impl Reading<'_, '_> {
         (slowed && feeds && moves && is_line).then_some(own)
     }
 
-    /// What motion has made of a piece that was submitted: the last block is the piece, one before it rounds
-    /// a corner.
+    /// Compares a submitted piece with what motion made of it: the last block is the piece, a block before it
+    /// rounds a corner.
     fn hold_against_limits(&mut self, from: &PerAxis<f64>, piece: &motion::Move, since: u32) {
         let overrides = self.motion.overrides();
         let mut blocks: heapless::Vec<Block, 2> = self.motion.submitted_since(since).copied().collect();
@@ -153,7 +153,7 @@ impl Reading<'_, '_> {
         self.preflight.costs.push(&wish);
     }
 
-    /// Which limits a move meets, said once of each.
+    /// Finds the limits that a move meets, and says each of them once.
     fn find_limits(&mut self, from: &PerAxis<f64>, block: &Block, curve: Curve, wish: &mut Wish) {
         let Some(config) = self.motion.config() else { return };
         let (demand, limits) = (Demand::of(config, from, block, curve), config.limits);
@@ -223,7 +223,7 @@ impl Reading<'_, '_> {
         }
     }
 
-    /// What the move adds to the totals.
+    /// Adds the move to the totals.
     fn count(&mut self, from: &PerAxis<f64>, request: &Move) {
         let axis = self.preflight.program.tools().active().map(|tool| tool.settings.axis);
         let totals = &mut self.preflight.totals;

@@ -1,5 +1,5 @@
-//! What codes change of the machine, as far as it decides where and how fast a job may go: what a job sets,
-//! and what the machine has saved (M500).
+//! Changes of the machine by codes, as far as they decide where and how fast a job may go: settings of the
+//! job, and settings that the machine has saved (M500).
 
 use config::{Leveling, MachineConfig};
 use motion::{GridShape, Motion, MotionConfig};

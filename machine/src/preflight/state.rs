@@ -24,12 +24,12 @@ pub const MOST_LINES: u32 = 20_000_000;
 /// board.
 const IN_A_ROW: u8 = 4;
 
-/// Who hears what a preflight finds.
+/// Receiver of what a preflight finds.
 pub trait Listener {
     /// Something that is wrong with the file.
     fn found(&mut self, finding: &Finding);
 
-    /// A block of the look-ahead queue has been passed. Its way is [`Motion::passed_path`].
+    /// Takes a block of the look-ahead queue that has been passed, along [`Motion::passed_path`].
     fn passed(&mut self, _passage: &Passage, _motion: &Motion) {}
 
     /// A line says which object the lines behind it make, with the text of M486. Lines are counted here as
@@ -40,10 +40,10 @@ pub trait Listener {
     fn waited(&mut self, _line: u32, _seconds: f64) {}
 }
 
-/// What a file comes to.
+/// Totals of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Totals {
-    /// Lines read.
+    /// Number of lines read.
     pub lines: u32,
     /// Moves at even speed, seconds.
     pub even_seconds: f64,
@@ -53,9 +53,9 @@ pub struct Totals {
     pub waiting_seconds: f64,
     /// Homing, by what the configuration says of ways and speeds, seconds.
     pub homing_seconds: f64,
-    /// What limits cost beside what the file asks for, seconds, in the order of [`Limit::ALL`].
+    /// Time lost to limits, seconds, in the order of [`Limit::ALL`].
     pub limits: [f64; Limit::COUNT],
-    /// Filament, mm.
+    /// Filament that moves feed, mm.
     pub filament: f64,
     /// Path of moves that feed filament, mm.
     pub printed: f64,
@@ -65,16 +65,16 @@ pub struct Totals {
     pub extents: Option<[PerAxis<f64>; 2]>,
     /// Times that the file waits for a temperature.
     pub heat_waits: u32,
-    /// How often it waits for each heater, and for which temperature at most.
+    /// Number of waits for each heater, and the highest temperature waited for.
     pub heats: [(u32, Celsius); MAX_HEATERS],
     /// Findings that stop the job.
     pub stops: u32,
-    /// Other findings.
+    /// Number of other findings.
     pub warnings: u32,
 }
 
 impl Totals {
-    /// What all limits cost, seconds.
+    /// Returns the time that all limits cost, seconds.
     #[must_use]
     pub fn lost_seconds(&self) -> f64 {
         self.limits.iter().sum()
@@ -90,7 +90,7 @@ impl Totals {
 /// A machine in the middle of its work.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AsItIs<'m> {
-    /// What it has been told.
+    /// Program with all that it has been told.
     pub program: &'m Interpreter,
     pub tuning: &'m Tuning,
     pub travel: &'m Travel,
@@ -98,7 +98,7 @@ pub(crate) struct AsItIs<'m> {
     pub targets: [Celsius; MAX_HEATERS],
     /// The highest temperatures that heaters may have.
     pub most_celsius: [Celsius; MAX_HEATERS],
-    /// What the file says it is written in.
+    /// Dialect that the file states.
     pub dialect: Option<Dialect>,
     /// The file is what the program does next.
     pub goes_on: bool,
@@ -114,7 +114,7 @@ fn new_program<'p>(config: &MachineConfig, place: &'p mut Option<Interpreter>) -
 #[derive(Debug)]
 pub struct Preflight<'c> {
     pub(super) config: &'c MachineConfig,
-    /// What failures say.
+    /// Texts of failure messages.
     pub(super) texts: &'c Texts,
     pub(super) program: &'c mut Interpreter,
     pub(super) tuning: Tuning,
@@ -135,13 +135,13 @@ pub struct Preflight<'c> {
     pub(super) files: heapless::Vec<SubName, MOST_CALLERS>,
     /// The subroutine that was called, which may have a file of its own.
     pub(super) called: SubName,
-    /// What a standstill takes, seconds.
+    /// Time of a standstill, seconds.
     pub(super) settling: f64,
     /// Moves have been submitted since the last standstill.
     pub(super) moves: bool,
     pub(super) totals: Totals,
     pub(super) once: Once,
-    /// What limits cost.
+    /// Cost of limits so far.
     pub(super) costs: Costs,
     /// The file has said how fast rapids are to be.
     pub(super) asks_of_rapids: bool,
@@ -178,7 +178,7 @@ impl<'c> Preflight<'c> {
         for (slot, (_, heater)) in preflight.most_celsius.iter_mut().zip(config.heaters()) {
             *slot = heater.max_temp;
         }
-        // What motion does not take the machine says at boot, and goes without.
+        // The machine says at boot which skew motion does not take, and goes without it.
         let _ = motion.set_skew(configured_skew(&config.leveling));
         preflight.read_as(dialect);
         Ok(preflight)
@@ -253,7 +253,7 @@ impl<'c> Preflight<'c> {
         (self.moves, self.has_begun, self.has_ended) = (false, false, false);
     }
 
-    /// What the file says it is written in.
+    /// Sets the dialect, by the one that the file states.
     pub(crate) fn read_as(&mut self, dialect: Option<Dialect>) {
         let forced = program_setup::file_dialect(self.config);
         self.dialect = forced.or(dialect).unwrap_or(program_setup::dialect(self.config));
@@ -265,13 +265,13 @@ impl<'c> Preflight<'c> {
         self.has_ended
     }
 
-    /// What it has come to so far.
+    /// Returns the totals of the file so far.
     #[must_use]
     pub const fn totals(&self) -> &Totals {
         &self.totals
     }
 
-    /// What comes next, or has just been done, is a turn of its own.
+    /// Ends the turn, so that the work before or behind has one of its own.
     pub(super) async fn turn_alone(&mut self) {
         self.in_a_row = 0;
         end_turn().await;

@@ -8,7 +8,7 @@ use super::state::{Listener, Preflight};
 use super::turns::run_to_end;
 use crate::jobs::{MOST_CALLERS, TOO_DEEP};
 
-/// What a text says of its dialect, as a job's file is asked.
+/// Returns the dialect that a text states, as for a job's file.
 #[must_use]
 pub fn dialect_of(text: &[u8]) -> Option<Dialect> {
     crate::jobs::of_text(text)

@@ -1,4 +1,4 @@
-//! What a file comes to, in words.
+//! Totals of a file, in words.
 
 use core::fmt;
 
@@ -11,17 +11,17 @@ use super::state::Totals;
 /// Lines that [`Told`] has at most.
 pub const TOLD_LINES: usize = 6;
 
-/// What less is not told of, seconds.
+/// Least time that is worth telling, seconds.
 const WORTH_TELLING: f64 = 0.05;
 
-/// One of the lines that say what a file comes to; one may be empty.
+/// A line about the totals of a file, which may be empty.
 #[derive(Clone, Copy, Debug)]
 pub struct Told<'t> {
-    /// Whose heaters it waits for.
+    /// Configuration of the heaters that are waited for.
     pub config: &'t MachineConfig,
-    /// What it comes to.
+    /// Totals of the file.
     pub totals: &'t Totals,
-    /// Which line, from 0.
+    /// Number of the line, from 0.
     pub line: usize,
 }
 
@@ -59,7 +59,7 @@ fn time(f: &mut fmt::Formatter<'_>, totals: &Totals) -> fmt::Result {
     )
 }
 
-/// What it waits for; how long is not foreseen, for nothing says how fast a heater heats.
+/// Writes the waits for heat, without their time, for nothing says how fast a heater heats.
 fn heating(f: &mut fmt::Formatter<'_>, totals: &Totals, config: &MachineConfig) -> fmt::Result {
     if totals.heat_waits == 0 {
         return Ok(());
@@ -74,7 +74,7 @@ fn heating(f: &mut fmt::Formatter<'_>, totals: &Totals, config: &MachineConfig) 
     writeln!(f)
 }
 
-/// What limits cost, the costliest first; nothing where they cost nothing worth telling.
+/// Writes the cost of limits, the costliest first; nothing where that is not worth telling.
 fn limits(f: &mut fmt::Formatter<'_>, totals: &Totals) -> fmt::Result {
     let mut costs: heapless::Vec<_, { Limit::COUNT }> = totals.limits.into_iter().zip(Limit::ALL).collect();
     units::sort_short(&mut costs, |(a, _), (b, _)| b.total_cmp(a));
