@@ -1,4 +1,4 @@
-//! `abort` and M524: the job is over.
+//! Abort of a job: `abort` and M524.
 
 use super::{Machine, log, passed_over, program_io, statistics, suspend};
 use crate::failure::{Answer, Outcome};
@@ -7,7 +7,7 @@ use crate::ports::Ports;
 use crate::safety::Event;
 use crate::sessions::Recipient;
 
-/// `abort`, M524: brakes, drops what is queued, closes the file. Heaters are left alone.
+/// Aborts the job (`abort`, M524): brakes, drops queued moves, closes the file. Heaters are left alone.
 pub(super) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     machine.safety.apply(Event::Unsuspend);
     let suspended = machine.jobs.cancel_suspend();
@@ -45,7 +45,7 @@ pub(super) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Ou
     Ok(Answer::Ok)
 }
 
-/// The motors brake, and nothing that is queued is done any more.
+/// Brakes the motors, and drops all that is queued.
 pub(super) fn drop_queued<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.outputs.changes_were_dropped();
     machine.ports.motion(motion::Motion::stop);

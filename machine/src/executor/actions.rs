@@ -18,19 +18,19 @@ use crate::ports::Ports;
 use crate::sessions::Recipient;
 use program::State;
 
-/// A block that the program refuses: what is off, the configuration knows better.
+/// Returns the failure of a block that the program refuses; the configuration knows better why a part is off.
 pub(super) fn failed_by<P: Ports>(machine: &Machine<'_, P>, fault: &Fault) -> Failure {
     failure_of(machine.texts, machine.config, fault, machine.jobs.is_playing())
 }
 
-/// The action of a block, and what follows it.
+/// Carries out the action of a block, and the actions that follow it.
 pub(super) fn carry_out_all<P: Ports>(machine: &mut Machine<'_, P>, first: &Action<'_>, to: Recipient) -> Outcome {
     let mut answer = carry_out(machine, first, to)?;
     while let Some(action) = machine.program.next_action() {
         match carry_out(machine, &action, to) {
             Ok(now) => answer = now,
             Err(failure) => {
-                // Nothing of a hole that was being tapped goes on either.
+                // A hole that was being tapped does not go on either.
                 program_io::let_hold_act_again(machine);
                 return Err(failure);
             }
@@ -115,8 +115,8 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
     Ok(Answer::Ok)
 }
 
-/// Whether an action is carried out although nothing is to move or heat: what only the program and its files
-/// know of, and what is only said.
+/// Whether an action is carried out although nothing is to move or heat: actions that concern only the
+/// program and its files, and messages.
 const fn is_checked<P: Ports>(machine: &Machine<'_, P>, action: &Action<'_>) -> bool {
     match action {
         Action::Halt | Action::Note(_) | Action::Function(..) => true,
@@ -154,7 +154,7 @@ fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to:
         Action::Pause { why, time, text } => apart(|| operator::pause(machine, why, time, text)),
         Action::ChangeTool(tool) => apart(|| tool_change::begin(machine, tool)),
         Action::AwaitInput(wait) => apart(|| program_io::await_input(machine, wait)),
-        // The program refuses them by name before: nothing here turns a spindle so.
+        // The program refuses these actions by name before: nothing here turns a spindle so.
         Action::Orient { .. } | Action::RigidTap { .. } | Action::SurfaceSpeed(Some(_)) => {
             Err(Failure::refused(&"this needs a spindle encoder"))
         }
@@ -198,7 +198,7 @@ fn set_position<P: Ports>(machine: &mut Machine<'_, P>, to: &PerAxis<Option<f64>
     Ok(Answer::Ok)
 }
 
-/// M2: the program has done its part; speeds are as programmed again.
+/// Ends the program (M2): speeds are as programmed again.
 fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     if !machine.safety.is_halted() {
         machine.standstill()?;

@@ -15,7 +15,7 @@ use crate::sessions::{Recipient, Reply, SessionId};
 /// Answers a line that has come to its end.
 #[inline]
 pub(super) fn finish<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>, source: Source) {
-    // So most lines of a file end.
+    // Most lines of a file end so.
     if outcome.is_ok() && (source.origin, source.to) == (Origin::Job, Recipient::Nobody) {
         return;
     }
@@ -39,7 +39,7 @@ fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option
     done(machine, carried_out, source);
 }
 
-/// A line that has been answered already comes to no good end: a sender must not count a second answer.
+/// Fails a line that has been answered already: a sender must not count a second answer.
 pub(super) fn fail_late<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure, source: Source) {
     match (failure.kind, source.origin) {
         (FailureKind::Refused, Origin::Session) => {
@@ -61,7 +61,7 @@ fn done<P: Ports>(machine: &mut Machine<'_, P>, carried_out: bool, source: Sourc
     }
 }
 
-/// A line of a session has been answered.
+/// Notes that a line of a session has been answered.
 pub(super) fn answered<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     if let Some(session) = machine.sessions.get_mut(id) {
         session.answered();
@@ -84,12 +84,12 @@ fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Op
     }
 }
 
-/// Whether whoever hears this speaks GRBL's dialect.
+/// Whether the recipient speaks GRBL's dialect.
 pub(super) fn is_grbl<P: Ports>(machine: &Machine<'_, P>, to: Recipient) -> bool {
     to.session().is_some() && machine.sessions.dialect_of(to) == Dialect::Grbl
 }
 
-/// The answer to commands while halted.
+/// Gives the answer to commands while halted.
 pub(super) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
     if is_grbl(machine, to) {
         return machine.sessions.refuse(to, Error::Locked, format_args!("'$H'|'$X' to unlock"));
@@ -97,20 +97,20 @@ pub(super) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) 
     machine.say(to, format_args!("!!\n"));
 }
 
-/// Halts because a command asked for what must not be.
+/// Halts because a command asked for something forbidden.
 pub(super) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Recipient) {
     let text = machine.texts.of(why);
     if is_grbl(machine, to) {
         machine.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
         return machine.sessions.refuse(to, why.error, format_args!("{text}"));
     }
-    // Others must learn why the machine stands.
+    // Other sessions must learn why the machine stands.
     let to = if to == Recipient::Nobody { Recipient::All } else { to };
     machine.say(to, format_args!("Error: {text}\n"));
     machine.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
 }
 
-/// A line that cannot be read.
+/// Answers a line that cannot be read.
 pub(super) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &[u8], to: Recipient) {
     let text = core::str::from_utf8(line).unwrap_or("(not text)");
     if is_grbl(machine, to) {
@@ -130,7 +130,7 @@ pub(super) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refus
     machine.say(to, format_args!("ok\n"));
 }
 
-/// The line just read cannot be carried out: what comes after it counts on it, so it waits for a person.
+/// Pauses the job at a line that cannot be carried out: lines after it count on it, so it waits for a person.
 pub(super) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
     if let Some(passed) = &mut machine.passed {
         // A fast-forward only reads the line; in the job somebody went on with the next line here.
@@ -153,7 +153,7 @@ pub(super) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
     }
 }
 
-/// A line that cannot be read to its end.
+/// Answers a line that cannot be read to its end.
 pub(super) fn bad_line<P: Ports>(machine: &mut Machine<'_, P>, error: SyntaxError, line: &[u8], source: Source) {
     if source.origin == Origin::Settings {
         let text = core::str::from_utf8(line).unwrap_or("(not text)");

@@ -1,5 +1,5 @@
-//! Requests to end the line in work, kept until it has ended: `abort`, M524, M410, M108 and pauses. See
-//! [`super::urgent`] for what answers them.
+//! Requests to end the line in work, kept until it has ended: `abort`, M524, M410, M108 and pauses.
+//! [`super::urgent`] answers them.
 
 use program::{Action, Function};
 
@@ -53,12 +53,12 @@ impl Asked {
         self.asked.map(|(id, _)| id)
     }
 
-    /// A block of the job's line begins; `is_whole`: it is the only one of the line.
+    /// Begins a block of the job's line; `is_whole`: the block is the only one of the line.
     pub const fn begin_line(&mut self, is_whole: bool) {
         self.may_be_left = is_whole;
     }
 
-    /// The block has been interpreted as this action.
+    /// Notes that the block has been interpreted as this action.
     pub const fn means(&mut self, action: &Action<'_>) {
         self.may_be_left &= matches!(
             action,
@@ -75,7 +75,7 @@ impl Asked {
         leaves
     }
 
-    /// A wait begins that M108 ends.
+    /// Begins a wait that M108 ends.
     pub const fn begin_wait(&mut self) {
         self.wait_is_over = false;
     }

@@ -1,4 +1,4 @@
-//! Outputs that nobody switches: what follows temperatures and motors; and fans that ought to turn.
+//! Outputs that nobody switches: outputs that follow temperatures and motors; and fans that ought to turn.
 
 use config::{FanConfig, FanFollows, StoppedFan, TemperatureSwitchConfig};
 use units::{Celsius, Micros, SwitchId};
@@ -23,7 +23,7 @@ pub(super) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     compare_with_models(machine, now);
 }
 
-/// A heater that takes quite another power than its model explains is told: its sensor may be slipping out.
+/// Warns of a heater that takes quite another power than its model explains: its sensor may be slipping out.
 fn compare_with_models<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     let Machine { ports, heat_surplus, .. } = machine;
     let found = ports.heat(|heat| heat_surplus.look(now, |id| heat.heater(id)?.surplus()));
@@ -36,7 +36,7 @@ fn compare_with_models<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     ));
 }
 
-/// `[temperature switch]`.
+/// Has outputs follow temperatures (`[temperature switch]`).
 fn follow_temperatures<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     let Machine { ports, config, temperature_switches, .. } = machine;
     let hottest = |rule: &TemperatureSwitchConfig| -> Option<Celsius> {
@@ -52,7 +52,7 @@ fn follow_temperatures<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     }
 }
 
-/// Tells heat control which outputs drive fans, and which have a cycle. At boot, before any output changes.
+/// Tells heat control, at boot before any output changes, which outputs drive fans, and which have a cycle.
 pub(super) fn configure_fans<P: Ports>(machine: &mut Machine<'_, P>) {
     let config = machine.config;
     for (place, switch) in config.switches.iter().enumerate() {
@@ -61,13 +61,13 @@ pub(super) fn configure_fans<P: Ports>(machine: &mut Machine<'_, P>) {
     for fan in &config.fans {
         let switch = config.switches.iter().position(|switch| switch.name == fan.name);
         if let Some(switch) = switch {
-            // There are as many places as fans.
+            // Heat control has as many places as fans.
             let _fits = machine.ports.heat(|heat| heat.add_fan(switch, fan.drive));
         }
     }
 }
 
-/// `[fan]`, where a fan follows something by itself.
+/// Switches fans that follow something by themselves (`[fan]`).
 fn follow_by_fans<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     let Machine { ports, config, fans, axes, .. } = machine;
     let motors = axes.has_any_on();
@@ -86,7 +86,7 @@ fn facts(fan: &FanConfig, motors: bool, heat: &HeatControl) -> Facts {
     Facts { warmest: warmest.map(Celsius), heats, motors }
 }
 
-/// Tachometers: a fan that has stopped is told, or halts the machine.
+/// Watches tachometers: a fan that has stopped is told, or halts the machine.
 fn watch_tachometers<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     let has_supply = machine.ports.supervisor(|supervisor| supervisor.fet_supply_on());
     let Machine { ports, config, fans, .. } = machine;
@@ -110,7 +110,7 @@ fn watch_tachometers<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     }
 }
 
-/// M123: what fans are given, and how fast they turn.
+/// Reports the power and the speed of fans (M123).
 pub(super) fn report_fans<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
     let Machine { ports, config, fans, sessions, .. } = machine;
     ports.heat(|heat| fans.report(config, |switch| heat.given(switch.index()), &mut Reply::new(sessions, to)));

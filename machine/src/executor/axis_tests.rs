@@ -1,5 +1,5 @@
 //! Tests of an axis: `test endstop`, how well it homes; `test speed`, whether it loses steps; `test sweep`,
-//! at which frequency the frame rings; `test backlash`, what its way loses when it turns.
+//! at which frequency the frame rings; `test backlash`, how much way it loses when it turns.
 
 use motion::{Limits, Mode};
 use units::{Actuator, Axis, AxisSet, MmPerSecond, MmPerSecond2, PerAxis};
@@ -11,23 +11,23 @@ use crate::homing;
 use crate::ports::Ports;
 use crate::sessions::Recipient;
 
-/// Approaches where none are asked for.
+/// Number of approaches where none is given.
 pub(super) const APPROACHES: u8 = 10;
-/// Ways back and forth where none are asked for.
+/// Number of ways back and forth where none is given.
 pub(super) const TIMES: u32 = 10;
 /// Acceleration of a sweep for each Hz, mm/s2: the speed at its peak is the same at any frequency (18.75
 /// mm/s).
 const SWEEP_ACCELERATION: f64 = 75.0;
-/// Faster than it ever gets on such ways.
+/// Feed rate of a sweep, above any speed reached on such ways.
 const SWEEP_RATE: MmPerSecond = MmPerSecond(100.0);
-/// A motor that loses steps loses four whole ones, or several times as many: the turn of its field.
+/// Full steps lost at least: a motor loses four, or several times as many, the turn of its field.
 const FULL_STEPS_LOST: f64 = 4.0;
 
-/// Ways back and forth, as fast as they are asked for.
+/// Moves back and forth at the speed asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Speed {
     pub axis: Axis,
-    /// Of one way, mm.
+    /// Length of one way, mm.
     pub way: f64,
     pub rate: MmPerSecond,
     pub times: u32,
@@ -53,7 +53,7 @@ pub(super) fn endstop<P: Ports>(
     homed.map(drop)
 }
 
-/// Homes the axis, moves it back and forth, and homes it again: what its place is off by then was lost.
+/// Homes the axis, moves it back and forth, and homes it again: the difference of its place is the loss.
 pub(super) fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Recipient) -> Result<(), Failure> {
     is_alone(machine, test.axis)?;
     endstop(machine, test.axis, 2, to)?;
@@ -95,22 +95,22 @@ pub(super) fn tune_driver<P: Ports>(machine: &mut Machine<'_, P>, arguments: &st
     tuned
 }
 
-/// Shakes an axis, from one frequency to another.
+/// Shaking of an axis, from one frequency to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sweep {
     pub axis: Axis,
     /// Frequency at the start, Hz.
     pub from: f64,
     pub to: f64,
-    /// Seconds for each Hz.
+    /// Seconds for each Hz of the sweep.
     pub pace: f64,
 }
 
-/// Shakes an axis and says at which frequency: where the frame rings loudest, or a pen on the bed draws
-/// widest, input shaping belongs. Filters are off meanwhile, or there would be nothing to hear.
+/// Shakes an axis and says at which frequency: input shaping belongs where the frame rings loudest, or a pen
+/// on the bed draws widest. Filters are off meanwhile, or there would be nothing to hear.
 pub(super) fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, to: Recipient) -> Result<(), Failure> {
     let here = machine.ports.motion(|motion| motion.commanded_position());
-    // The widest way is that of the lowest frequency.
+    // The lowest frequency has the widest way.
     let widest = way_at(test.from.min(test.to));
     let mut reach = here;
     reach[test.axis] += widest;
@@ -130,14 +130,14 @@ pub(super) fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, to: Re
     hands.motion(|motion| motion.bypass_filters(true));
     let shaken = shake(hands, test, &here, &limits);
     hands.motion(|motion| motion.bypass_filters(false));
-    // As it was, whatever happened.
+    // The old limits come back, whatever happened.
     let restored = hands.motion(|motion| motion.set_limits(limits));
     debug_assert!(restored.is_ok(), "they were in force before");
     machine.resynchronise_if_still();
     shaken
 }
 
-/// Half a period accelerates, half of it brakes: so far it goes at the acceleration of this frequency, mm.
+/// Returns the way at this frequency, mm: half a period accelerates, and half of it brakes.
 fn way_at(hertz: f64) -> f64 {
     let quarter = 0.25 / hertz;
     SWEEP_ACCELERATION * hertz * quarter * quarter

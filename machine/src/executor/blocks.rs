@@ -1,4 +1,4 @@
-//! The codes of a line: in which order, which of them may run now, what each means, and that it is done.
+//! The codes of a line: their order, whether each may run now, its meaning, and its execution.
 
 use gcode::{Block, Blocks, Code, Letter, WholeLine};
 use program::{Action, Effect, LineParts, Meaning, State, States};
@@ -22,7 +22,7 @@ pub(super) enum Start {
     Rest(Option<Code>, Answer),
 }
 
-/// Runs what is left of a line that has waited.
+/// Runs the rest of a line that has waited.
 pub(super) fn run_rest<P: Ports>(machine: &mut Machine<'_, P>, rest: Rest) {
     let Rest { line, next, source, last, answer } = rest;
     match next {
@@ -72,7 +72,7 @@ pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
         last = block.code;
         let height = machine.frames.len();
         let outcome = match begin(machine, &block, source) {
-            // So nearly every line of a program ends.
+            // Nearly every line of a program ends so.
             Begun::Done => {
                 (answer, is_first) = (Answer::Ok, false);
                 continue;
@@ -110,8 +110,8 @@ pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
     }
 }
 
-/// Runs the codes of a line in RS-274's order, from this place of that order on, and answers it. False when
-/// that is not how this line is read.
+/// Runs the codes of a line in RS-274's order, from this place of that order on, and answers the line. False
+/// when the line is not read in that order.
 fn run_in_order<P: Ports>(
     machine: &mut Machine<'_, P>,
     blocks: &Blocks<'_>,
@@ -127,7 +127,7 @@ fn run_in_order<P: Ports>(
     };
     let remark = ahead.take_remark().filter(|_| from == 0);
     let remarked = remark.map_or(Ok(()), |comment| operator::remark(machine, comment));
-    // Behind the line's number.
+    // Offset of the codes behind the line's number.
     let line = blocks.place();
     let (last, outcome) = match parts {
         _ if remarked.is_err() => (None, remarked.map(|()| Answer::Ok)),
@@ -148,8 +148,8 @@ fn run_in_order<P: Ports>(
     true
 }
 
-/// The codes of a line that has been put in order; the one that ended it, and how. `None` when the rest of
-/// the line waits for what a code has started.
+/// Runs the codes of a line that has been put in order. Returns the code that ended it, and how; `None` when
+/// the rest of the line waits for work that a code has started.
 fn run_parts<P: Ports>(
     machine: &mut Machine<'_, P>,
     whole: &mut WholeLine<'_>,
@@ -187,7 +187,7 @@ fn run_parts<P: Ports>(
     Some((last, Ok(answer)))
 }
 
-/// The rest of a line waits for what has been started since the stack had this height.
+/// Has the rest of a line wait for the work started since the stack had this height.
 fn wait<P: Ports>(
     machine: &mut Machine<'_, P>,
     height: usize,
@@ -315,7 +315,7 @@ fn run_begun<'b, P: Ports>(
     }
 }
 
-/// Carries out what a block means. Only a wait can be left, and read again.
+/// Carries out the action of a block. Only a wait can be left, and read again.
 fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
     machine.urgent.means(action);
     let done = actions::carry_out_all(machine, action, to);
@@ -323,14 +323,14 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
     done
 }
 
-/// Nothing but a comment comes behind what was read of a line.
+/// Whether only a comment is left of a line.
 fn is_last(blocks: &Blocks<'_>) -> bool {
     let (line, column) = blocks.place();
     let rest = line.get(column..).unwrap_or_default().trim_ascii_start();
     matches!(rest.first(), None | Some(b';' | b'('))
 }
 
-/// A code whose part of the machine is not configured: a sender for mills counts on what it sends.
+/// Handles a code whose part of the machine is not configured: a sender for mills counts on its lines.
 #[cold]
 fn without_its_part<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
     match code {
@@ -341,7 +341,7 @@ fn without_its_part<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: 
     }
 }
 
-/// A code that nobody knows: for whoever speaks GRBL's dialect an error.
+/// Handles a code that nobody knows: an error for sessions in GRBL's dialect.
 #[cold]
 fn unknown<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
     match code {

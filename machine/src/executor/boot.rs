@@ -25,11 +25,11 @@ use crate::safety::Event;
 use crate::sessions::{Recipient, Reply, Sessions};
 use crate::supervisor::{DriverTrouble, MOTOR_SUPPLY_OFF};
 
-/// The motor supply has been read by then: two periods of the slow task, and its conversions.
+/// Time within which the motor supply is read: two periods of the slow task, and its conversions.
 const SUPPLY_READING_TIMEOUT: Micros = Micros::from_millis(250);
 /// Notice of a configuration with errors for sessions that open later, in Smoothieware's words.
 const CONFIG_NOTICE: &str = "There was an error detected in the config.ini\nPlease check the uart log\n";
-/// Findings that are told one by one; the rest is counted.
+/// Number of findings told one by one; the rest is counted.
 const FINDINGS: usize = 12;
 
 /// Result of reading the configuration.
@@ -39,7 +39,7 @@ pub(super) struct Read {
     pub took: Micros,
 }
 
-/// Greets, reads the configuration and says what is wrong with it.
+/// Greets, reads the configuration and tells its faults.
 pub(super) fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions, config: &mut MachineConfig) -> Read {
     sessions.configure(ports);
     greet(ports, sessions);
@@ -88,7 +88,7 @@ fn read_file<P: Ports>(
 ) -> Result<Summary, StorageError> {
     ports.mount()?;
     ports.events().record(ports.now(), &Happened::CardMounted);
-    // A change that a power cut stopped half way.
+    // A power cut may have stopped a change half way.
     safe_file::settle(ports, CONFIG_PATH)?;
     let file = ports.open(CONFIG_PATH, OpenMode::Read)?;
     let board = BoardId::from_id(ports.board().board_id);
@@ -105,7 +105,7 @@ fn read_file<P: Ports>(
     Ok(summary)
 }
 
-/// Says what was found.
+/// Tells the findings in the configuration.
 fn report<P: Ports>(
     ports: &mut P,
     sessions: &mut Sessions,
@@ -188,7 +188,7 @@ pub(super) fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
     }
 }
 
-/// False when a part cannot work: then nothing may.
+/// Starts every part. False when a part cannot work: then nothing may.
 fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let now = machine.ports.now();
     machine.safety.limits.configure(machine.config, now);
@@ -202,7 +202,7 @@ fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     lights::configure(machine);
     let levels = machine.ports.inputs();
     for output in machine.outputs.start(machine.config, levels) {
-        // A switch takes anything.
+        // A switch takes any value.
         let _ = machine.ports.heat(|heat| heat.apply(output));
     }
     machine.ports.heat(HeatControl::enable_outputs);
@@ -295,7 +295,7 @@ fn read_grbls_own<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Saved settings are replayed once the machine listens. There need not be any.
+/// Has saved settings replayed once the machine listens. There need not be any.
 fn load_settings<P: Ports>(machine: &mut Machine<'_, P>) {
     kept::load(machine);
     statistics::load(machine);

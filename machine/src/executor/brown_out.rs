@@ -1,6 +1,6 @@
 //! Brown-out: the supply of motors or heaters falls while the machine works. Heaters go off first, which
-//! leaves what there is to the motors; these brake along their path and are held as long as it lasts. A
-//! journal notes the job; without one the card keeps what has happened, and the next start tells it.
+//! leaves the remaining charge to the motors; these brake along their path and are held as long as it lasts.
+//! A journal notes the job; without one the card keeps a note of the event, and the next start tells it.
 
 use core::fmt::Write as _;
 
@@ -15,7 +15,7 @@ use crate::grbl::numbers::Alarm;
 use crate::ports::{DateTime, Ports, StorageError};
 use crate::supervisor::Supervisor;
 
-/// Each of the two supplies is looked at so often, in turns.
+/// Period of the looks, at each of the two supplies in turns.
 const PERIOD: Micros = Micros::from_millis(3);
 
 /// Looks at one of the supplies.
@@ -38,7 +38,7 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.brown_out.look_after_note(&mut machine.ports);
 }
 
-/// Below what the supply falls; none: below a share of what it usually has.
+/// Returns the voltage below which the supply falls; none: a share of its usual voltage counts.
 fn least<P: Ports>(machine: &Machine<'_, P>, of_heaters: bool) -> Option<Volts> {
     let noted = machine.config.player.power_loss.motor_volts;
     if noted > 0.0 && !of_heaters && machine.journal.is_noting() {
@@ -47,7 +47,7 @@ fn least<P: Ports>(machine: &Machine<'_, P>, of_heaters: bool) -> Option<Volts> 
     machine.config.system.brown_out_volts
 }
 
-/// There is something that the fall is to end: heat, or motion, or a job that waits.
+/// Whether there is something that the fall is to end: heat, or motion, or a job that waits.
 fn is_at_work<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let state = machine.safety.state();
     if machine.safety.is_halted() || state == State::Check {
@@ -69,7 +69,7 @@ fn falls<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool, volts: Volts,
         Alarm::Abort,
         format_args!("ERROR: {text}: heaters are off, motors are held as long as it lasts\n"),
     );
-    // Files that grow are not to be written by what is left of it.
+    // The remaining charge must not be spent on files that grow.
     let _unsaved = machine.jobs.statistics.take_unsaved();
     if machine.journal.is_noting() {
         machine.brown_out.to_keep = Some(event);
@@ -114,7 +114,7 @@ fn not_written<P: Ports>(machine: &mut Machine<'_, P>, written: Result<(), Stora
     }
 }
 
-/// Without supply a motor holds nothing: positions are no longer known.
+/// Handles the loss of the motor supply: without it motors hold nothing, and positions are no longer known.
 pub(super) fn motor_supply_lost<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.axes.lose_supply();
     machine.phases.lose_supply();
@@ -126,7 +126,7 @@ pub(super) fn motor_supply_lost<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Without its supply a heater would only be missed by its guard, minutes later.
+/// Handles the loss of the heater supply, which a heater's guard would only notice minutes later.
 pub(super) fn fet_supply_lost<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.ports.heat(|heat| heat.any_on()) {
         machine.halt(Alarm::Abort, format_args!("ERROR: heater supply lost while heating (vfet below 6 V)\n"));
@@ -135,7 +135,7 @@ pub(super) fn fet_supply_lost<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// At boot: what nobody has been told yet.
+/// Tells at boot of a brown-out that nobody has been told of yet.
 pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>) {
     let Some(event) = news(&mut machine.ports) else { return };
     machine.announce(format_args!("WARNING: when the machine was on last: {event}\n"));

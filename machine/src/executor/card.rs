@@ -25,7 +25,7 @@ pub(super) fn at_rest<P: Ports>(machine: &mut Machine<'_, P>) {
 /// Waits until all that was written is on the card.
 ///
 /// # Errors
-/// Why something is not.
+/// When something was not written, with the reason.
 pub(super) fn kept<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
     while !machine.ports.is_kept()? {
         machine.wait(Wake::Any).whatever_happens();
@@ -33,7 +33,7 @@ pub(super) fn kept<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Storage
     Ok(())
 }
 
-/// A file that was written anew takes the place of the old one, and is on the card.
+/// Puts a newly written file in the place of the old one, and waits until it is on the card.
 ///
 /// # Errors
 /// Those of the card; the file is the old one then.
@@ -53,7 +53,7 @@ pub(super) fn finish<P: Ports>(machine: &mut Machine<'_, P>, draft: Draft<P>) ->
 pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     let Some(event) = machine.ports.take_event() else { return };
     if matches!(event, CardEvent::Removed { .. }) {
-        // A computer that had it has it no longer.
+        // A computer that had the card has it no longer.
         machine.ports.revoke_card();
         machine.ports.forget_card();
     }
@@ -102,7 +102,7 @@ pub(super) const fn is_used_by(function: Function) -> bool {
     )
 }
 
-/// The same of a command of the console.
+/// Whether this command of the console reads or changes files.
 pub(super) fn is_used_by_command(word: &str) -> bool {
     matches!(
         word,

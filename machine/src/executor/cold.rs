@@ -31,7 +31,7 @@ pub(super) fn may_feed<P: Ports>(machine: &mut Machine<'_, P>, fed: f64) -> Resu
     }
 }
 
-/// M302: how warm nozzles must be, all of them; without words, says it of the one in use.
+/// Sets how warm all nozzles must be (M302); without words tells it of the nozzle in use.
 pub(super) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
     let Machine { tuning, config, program, sessions, .. } = machine;
     if !words.is_bare() {

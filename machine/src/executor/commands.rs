@@ -21,7 +21,7 @@ use crate::ports::{ConsoleKind, DateTime, Disk, Ports, StorageError};
 use crate::reports::{self, Status};
 use crate::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
 
-/// A command word and what follows it.
+/// Splits a line into the command word and its arguments.
 fn split(line: &str) -> (&str, &str) {
     if let Some(rest) = line.strip_prefix("$J") {
         return ("$J", rest.trim_start_matches('=').trim());
@@ -52,7 +52,7 @@ fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Out
         return grbl::run(machine, line.strip_prefix('$').unwrap_or(line), to);
     }
     let (word, arguments) = split(line);
-    // Printers' hosts write these so; they are answered and do nothing.
+    // Printers' hosts write these words in lower case; they are answered and do nothing.
     if matches!(word, "m23" | "m32" | "m117") {
         return Ok(Answer::Ok);
     }
@@ -80,8 +80,8 @@ fn unknown(texts: &Texts, line: &str, word: &str) -> Failure {
     }
 }
 
-/// Whether a line is a command as GRBL has it. `$P` and `$S` it has none, and its jog is `$J=`: with a blank
-/// it is that of Smoothieware, whose pendants go on working.
+/// Whether a line is a command of GRBL's own. GRBL has no `$P` and `$S`, and its jog is `$J=`: `$J` with a
+/// blank is Smoothieware's, whose pendants go on working.
 fn is_grbls<P: Ports>(machine: &Machine<'_, P>, line: &str, to: Recipient) -> bool {
     let is_jog = line.strip_prefix("$J ").is_some_and(|words| !words.trim_start().starts_with('='));
     let is_ours = is_jog || matches!(split(line).0, "$P" | "$S");
@@ -97,7 +97,7 @@ fn may_run<P: Ports>(machine: &Machine<'_, P>, info: &CommandInfo) -> Result<(),
     }
 }
 
-/// Answers a line that is a question. False for every other one.
+/// Answers a line that is a question. False for every other line.
 pub(super) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> bool {
     if is_grbls(machine, line, to) {
         // GRBL's own `$` commands wait for their turn.
@@ -163,7 +163,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
     apart(|| report(machine, word, arguments, to)).or_else(|| apart(|| file_command(machine, word, arguments, to)))
 }
 
-/// `echo [-n] [-1] text`: to whoever asks, or to what is at the auxiliary UART.
+/// Echoes text to the session that asks, or to the device at the auxiliary UART: `echo [-n] [-1] text`.
 fn echo<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let (mut text, mut end, mut heard_by) = (arguments, "\n", to);
     loop {
@@ -234,7 +234,7 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, t
     Some(Ok(Answer::Said))
 }
 
-/// `get pos|wcs|state|status|mode|steps|temp|volts`
+/// Tells a value: `get pos|wcs|state|status|mode|steps|temp|volts`.
 fn get<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let (progress, dialect) = (functions::job_progress(machine), machine.sessions.dialect_of(to));
     let Machine { ports, program, safety, outputs, sessions, config, .. } = machine;
@@ -323,7 +323,7 @@ fn load<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Ou
     Ok(Answer::Ok)
 }
 
-/// `ry` and `upload`: what the console sends is a file from now on.
+/// Takes the console's next bytes for a file (`ry` and `upload`).
 fn receive<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
     if to.session().is_none() {
         return Err(Failure::refused(&"only a console can send a file"));
@@ -342,8 +342,8 @@ fn receive<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, 
     long_answers::begin_transfer(machine, to)
 }
 
-/// `dl file bytes`: for programs, which look at how the answer begins. Only on a transport that holds its
-/// sender back.
+/// Receives a file for programs, which look at how the answer begins: `dl file bytes`. Only on a transport
+/// that holds its sender back.
 fn receive_counted<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     long_answers::sender_is_there(machine, to)?;
     let now = machine.ports.now();
@@ -381,7 +381,7 @@ fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
 
 /// Runs a command that takes time.
 fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
-    // Read, and not carried out, as the codes for it; but a pause that is asked for behind where the file is.
+    // Check mode only reads these commands, like their codes; but a pause at a place further on is set.
     let is_place = word == "pause" && !arguments.is_empty() && machine.passed.is_some();
     if machine.safety.state() == State::Check
         && matches!(word, "pause" | "suspend" | "resume" | "preheat" | "$H" | "test" | "tune_driver" | "gpio")
@@ -432,13 +432,13 @@ fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient
     let Machine { outputs, sessions, config, ports, .. } = machine;
     let change = outputs.switch_command(machine.texts, config, arguments, &mut Reply::new(sessions, to))?;
     if let Some(output) = change {
-        // A switch takes anything.
+        // A switch takes any value.
         let _ = ports.heat(|heat| heat.apply(output));
     }
     Ok(Answer::Ok)
 }
 
-/// `$P`: G30 with these words, also where G30 means something else.
+/// Probes with G30's words, also where G30 means something else (`$P`).
 fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipient) -> Outcome {
     if !machine.config.probe.enable {
         return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));

@@ -7,26 +7,26 @@ use crate::outputs::Changes;
 use crate::ports::{Input, Ports};
 use crate::safety::Event;
 
-/// An open one interrupts whatever may be interrupted.
+/// Interrupts everything that may be interrupted while the door is open.
 pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     if is_open(machine) && machine.safety.state() != State::Door {
         machine.feed_hold(Event::DoorOpens);
     }
 }
 
-/// Whether there is such a contact, and it says so.
+/// Whether there is a door contact that says open.
 pub(super) fn is_open<P: Ports>(machine: &Machine<'_, P>) -> bool {
     machine.config.safety_door.enable && machine.ports.inputs().is_active(Input::Door)
 }
 
-/// Nothing turns or burns while somebody reaches in; also nothing that the path, until it stood, had turned
-/// on since the door opened.
+/// Stops outputs behind an open door: nothing turns or burns while somebody reaches in; also nothing that the
+/// path, until it stood, had turned on since the door opened.
 pub(super) fn stop_what_is_behind<P: Ports>(machine: &mut Machine<'_, P>) {
     let outputs = machine.outputs.door_opens(machine.config);
     give(machine, outputs);
 }
 
-/// The door is closed and somebody has said so.
+/// Lets the machine go on, once the door is closed and somebody has said so.
 pub(super) fn let_go_on<P: Ports>(machine: &mut Machine<'_, P>) {
     let outputs = machine.outputs.door_closes(machine.config);
     give(machine, outputs);
@@ -35,7 +35,7 @@ pub(super) fn let_go_on<P: Ports>(machine: &mut Machine<'_, P>) {
 fn give<P: Ports>(machine: &mut Machine<'_, P>, outputs: Changes) {
     machine.ports.heat(|heat| {
         for output in outputs {
-            // A switch takes anything.
+            // A switch takes any value.
             let _ = heat.apply(output);
         }
     });

@@ -14,7 +14,7 @@ use crate::grbl::numbers::Error;
 use crate::ports::{OpenMode, Ports, Storage, StorageError, Wake};
 use crate::sessions::{Recipient, SessionId};
 
-/// Bytes read at a time: a block of the card.
+/// Bytes read at a time, a block of the card.
 const BLOCK: usize = 512;
 const TOO_LONG: Trouble = "the line is too long to be edited";
 
@@ -52,7 +52,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
 /// Reason why a command of the editor was not carried out.
 type Trouble = &'static str;
 
-/// A line of the console that edits.
+/// Runs a line of the console that edits.
 pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &[u8]) {
     let to = Recipient::Session(id);
     let text = core::str::from_utf8(line).map_err(|_| "text that is not UTF-8");
@@ -106,10 +106,10 @@ fn edit<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Re
     Ok(())
 }
 
-/// Has the line read where commands act, and does nothing.
+/// Command that does nothing but have the line read where commands act.
 const LOOK: Command<'_> = Command { what: What::Print, lines: 1, text: "", times: 1 };
 
-/// Lines that G still takes.
+/// Returns the number of lines that G still takes.
 fn wanted<P: Ports>(machine: &Machine<'_, P>) -> u32 {
     machine.files.editing.as_ref().map_or(0, |editing| editing.lines_to_get)
 }
@@ -130,7 +130,7 @@ fn take_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str) -> Result<(), T
     }
 }
 
-/// Carries a command out as often as it says; as often as it goes ends well.
+/// Carries out a command as often as it says; 0, as often as it goes, ends well.
 fn repeat<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recipient) -> Result<(), Trouble> {
     if command.what == What::Get {
         if let Some(editing) = machine.files.editing.as_mut() {
@@ -142,7 +142,7 @@ fn repeat<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Rec
     let next = Command { what: What::Next, ..LOOK };
     let mut done = 0;
     while command.times == 0 || done < command.times {
-        // Lines to be printed, but the first, are moved to.
+        // Lines to be printed, but the first, need a step to the next line.
         let step = if prints && done > 0 { &next } else { command };
         let goes = once(machine, step, to)?;
         if goes && prints {
@@ -163,7 +163,7 @@ fn is_at_end<P: Ports>(machine: &Machine<'_, P>) -> bool {
     machine.files.editing.as_ref().is_none_or(|editing| editing.editor.line().is_none())
 }
 
-/// Carries a command out once. False when it does not go.
+/// Carries out a command once. False when it does not go.
 fn once<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recipient) -> Result<bool, Trouble> {
     loop {
         let Some(editing) = machine.files.editing.as_mut() else { return Ok(false) };
@@ -188,7 +188,7 @@ fn read_more<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
     if fits { Ok(()) } else { Err(TOO_LONG) }
 }
 
-/// Writes the beginning of the piece, which cannot be gone back to any more.
+/// Writes the beginning of the piece, which then cannot be gone back to.
 #[inline(never)]
 fn make_room<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
     let Machine { files, ports, .. } = machine;
@@ -211,7 +211,7 @@ fn say_line<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
     }
 }
 
-/// `%c`: the rest of the file follows, and the new one is complete.
+/// Saves and ends the edit (`%c`): the rest of the file follows, and the new file is complete.
 fn end<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
     let mut copied = Ok(true);
     while matches!(copied, Ok(true)) {
@@ -225,7 +225,7 @@ fn end<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
     editing.close(ports, copied.map(drop)).map_err(StorageError::text)
 }
 
-/// Writes what the editor has, and has it read on. False at the end of the file.
+/// Writes the editor's text, and has the editor read on. False at the end of the file.
 fn copy_on<P: Ports>(machine: &mut Machine<'_, P>) -> Result<bool, StorageError> {
     let Machine { files, ports, .. } = machine;
     let Some(editing) = files.editing.as_mut() else { return Ok(false) };
@@ -235,7 +235,7 @@ fn copy_on<P: Ports>(machine: &mut Machine<'_, P>) -> Result<bool, StorageError>
     editing.editor.forget(count);
     let mut block = [0; BLOCK];
     let count = ports.read(editing.input, &mut block)?;
-    // There is room: nothing is left.
+    // There is room, since the editor is empty.
     let _ = editing.editor.append(block.get(..count).unwrap_or(&[]));
     Ok(count > 0)
 }

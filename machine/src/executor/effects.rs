@@ -73,7 +73,7 @@ fn settle<P: Ports>(machine: &mut Machine<'_, P>, switch: SwitchId) -> Result<()
     machine.wait_for(delay)
 }
 
-/// Has an output change behind what has been submitted: at once when nothing moves, else with the motors, and
+/// Has an output change behind the moves submitted: at once when nothing moves, else with the motors, and
 /// nothing waits.
 fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<(), Failure> {
     loop {

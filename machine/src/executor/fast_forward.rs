@@ -1,9 +1,9 @@
 //! Fast-forward: the lines of a file up to a place of it are read, and nothing moves, heats or waits.
 //!
 //! The program goes through them as it does in check mode: units, offsets, tools, parameters, subroutines and
-//! loops are then as they are at that place. Beside that, what lines set of speeds, accelerations and filters
-//! is set, and what they ask of heaters and switches is noted ([`Passed`]): whoever goes on from there
-//! decides when that is to happen.
+//! loops are then as they are at that place. Settings of speeds, accelerations and filters are made too, and
+//! requests to heaters and switches are noted ([`Passed`]): the caller that goes on from there decides when
+//! they are carried out.
 //!
 //! A fast-forward is a frame of its own: nothing else is carried out meanwhile, sessions are served, and the
 //! frame below comes next.
@@ -18,8 +18,8 @@ use crate::homing;
 use crate::ports::Ports;
 use crate::safety::Event;
 
-/// Reads the job's lines from where it is up to a place; they are read once this frame's turn comes. The
-/// frame below finds what came of it by [`take`].
+/// Reads the job's lines up to a place, once this frame's turn comes. The frame below finds the result by
+/// [`take`].
 ///
 /// # Errors
 /// While the machine moves, is suspended or halted.
@@ -35,12 +35,12 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until) -> Res
     Ok(())
 }
 
-/// Keeps what a file may set of motion while it is read over, in case the job does not go on.
+/// Keeps settings of motion that a file may change while it is read over, in case the job does not go on.
 pub(super) fn keep<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.set_before = machine.ports.motion(|motion| motion.config().copied());
 }
 
-/// The job does not go on: limits, steps and filters are as before the file was read over.
+/// Puts limits, steps and filters back as before the file was read over: the job does not go on.
 pub(super) fn put_back<P: Ports>(machine: &mut Machine<'_, P>) {
     if let Some(before) = machine.set_before.take() {
         // The old values were in force, so neither is refused. A halted machine's steps are not configured.
@@ -76,7 +76,7 @@ pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>, has_arrived: bool) {
     machine.safety.apply(Event::CheckEnds);
 }
 
-/// A line is about to be read over.
+/// Follows a line that is about to be read over.
 pub(super) fn at_line<P: Ports>(machine: &mut Machine<'_, P>) {
     let here = *machine.program.position();
     if let Some(passed) = &mut machine.passed {
@@ -84,12 +84,12 @@ pub(super) fn at_line<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// An action that is read over: what the program, the job or the planner keeps of it. `None`: it is none of
-/// these, and carried out as in check mode.
+/// Reads over an action, as far as the program, the job or the planner keeps its effect. `None`: none of them
+/// does, and it is carried out as in check mode.
 pub(super) fn pass_over<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>) -> Option<Outcome> {
     let passed = machine.passed.as_mut()?;
     match *action {
-        // The flow of the program, and its end, are those of the file.
+        // The flow of the program, and its end, are as in the file.
         Action::Call { .. }
         | Action::Return
         | Action::Halt

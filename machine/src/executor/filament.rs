@@ -1,4 +1,4 @@
-//! Filament: what the detector looks at, and how M600, M701 and M702 move filament and the tool.
+//! Filament: its detector, and how M600, M701 and M702 move filament and the tool.
 
 use config::FilamentChangeConfig;
 use motion::Mode;
@@ -12,7 +12,7 @@ use crate::ports::Ports;
 use crate::sessions::{Recipient, Reply};
 use crate::tuning::Tuning;
 
-/// Counts what the filament's wheel does, where there is one.
+/// Counts the pulses of the filament's wheel, where there is one.
 pub(super) fn count<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.config.filament_detector.wheel_pin().is_some() {
         let levels = machine.ports.inputs();
@@ -47,7 +47,7 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     }
 }
 
-/// Measures how thick filament is, and says what there is to say of it.
+/// Measures the width of filament, and tells its faults.
 fn measure<P: Ports>(machine: &mut Machine<'_, P>, using: Use, now: Micros) {
     let sensor = machine.tuning.filament_width;
     let Some(axis) = measured_tool(machine).map(|tool| tool.settings.axis) else { return };
@@ -67,7 +67,7 @@ fn measure<P: Ports>(machine: &mut Machine<'_, P>, using: Use, now: Micros) {
     }
 }
 
-/// The extruder whose filament is measured.
+/// Returns the extruder whose filament is measured.
 fn measured_tool<'m, P: Ports>(machine: &'m Machine<'_, P>) -> Option<&'m Tool> {
     machine.program.tools().all().iter().find(|tool| tool.settings.id == machine.config.filament_width.tool)
 }
@@ -91,12 +91,12 @@ pub(super) fn is_planned_ahead<P: Ports>(machine: &Machine<'_, P>) -> bool {
     machine.filament_width.is_to_come(&machine.tuning.filament_width, pushed)
 }
 
-/// Filament was taken out, or another one put in: what was measured of it counts no more.
+/// Forgets measured widths: filament was taken out, or another one put in.
 pub(super) fn forget_width<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.filament_width.forget(&machine.tuning.filament_width);
 }
 
-/// The axis of the extruder in use.
+/// Returns the axis of the extruder in use.
 ///
 /// # Errors
 /// When there is none.
@@ -122,11 +122,11 @@ fn push<P: Ports>(machine: &mut Machine<'_, P>, length: f64, rate: MmPerSecond) 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Change {
     pub lengths: FilamentChangeConfig,
-    /// The job goes on with another temperature of the tool's heater.
+    /// Another temperature of the tool's heater that the job goes on with.
     pub goes_on_with: Option<(HeaterId, Celsius)>,
 }
 
-/// As the configuration says, but for what the words of M600 say. Marlin takes E, U and L with either sign.
+/// Returns the change as configured, but for the words of M600. Marlin takes E, U and L with either sign.
 ///
 /// # Errors
 /// For another tool than the one in use, and for a place that is out of reach.
@@ -173,8 +173,8 @@ pub(super) fn moves_anything(change: &FilamentChangeConfig) -> bool {
     lengths.iter().any(|length| length.0 > 0.0) || change.park.iter().any(Option::is_some)
 }
 
-/// M600, once nothing moves: draws back, lifts, goes where the tool waits, and takes the filament out, as far
-/// as the configuration says.
+/// Leaves the part for M600, once nothing moves: draws back, lifts, goes to the tool's waiting place, and
+/// takes the filament out, as far as the configuration says.
 pub(super) fn leave<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
     machine.announce(format_args!("// Going aside, so that the filament can be changed\n"));
     push(machine, -change.retract.0, change.unload_rate)?;
@@ -238,7 +238,7 @@ fn unload<P: Ports>(machine: &mut Machine<'_, P>, length: Mm) -> Result<(), Fail
     push(machine, -length.0, rate)
 }
 
-/// Before the job goes on, once it is hot: pushes the new filament in, or what was drawn back.
+/// Pushes new filament in, or the filament drawn back, before the job goes on, once the nozzle is hot.
 pub(super) fn come_back<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
     if change.unload.0 == 0.0 && change.load.0 == 0.0 {
         push(machine, change.retract.0, change.unload_rate)?;
@@ -278,7 +278,7 @@ pub(super) fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool, lengt
     Ok(Answer::Ok)
 }
 
-/// M603: so much is pushed in and taken out; without words says it.
+/// Sets the lengths that are pushed in and taken out (M603); without words tells them.
 pub(super) fn lengths(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) -> Answer {
     let change = &mut tuning.filament_change;
     change.load = words.get('L').map_or(change.load, Mm);

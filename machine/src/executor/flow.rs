@@ -1,5 +1,5 @@
-//! O words, M98 and M99: which line of a file is read next. The program knows what was called and opened; the
-//! job knows its files.
+//! O words, M98 and M99: the choice of the line that is read next. The program knows the calls and open
+//! blocks; the job knows its files.
 
 use core::fmt::Write as _;
 
@@ -13,7 +13,7 @@ use crate::files::Path;
 use crate::jobs::Listeners;
 use crate::ports::Ports;
 
-/// A line with an O word.
+/// Runs a line with an O word.
 pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {
     if source.origin != Origin::Job {
         return run_elsewhere(machine, line, source);
@@ -88,7 +88,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, next: Next) -> Outcome {
     Ok(Answer::Ok)
 }
 
-/// M2 and M30, or a stop: nothing of the program goes on.
+/// Ends the program at M2, M30 or a stop: nothing of it goes on.
 pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
     log::close(machine);
     machine.program.end_program();

@@ -1,4 +1,4 @@
-//! The executor's side of a forecast: what it needs of the machine, and who hears of it.
+//! The executor's side of a forecast: its needs of the machine, and its listeners.
 //!
 //! The work itself goes on beside the executor ([`crate::forecast`]). At the waiting points it is brought the
 //! bytes it asks for, a block of the card at a time, and only while the look-ahead queue is empty, takes no
@@ -20,14 +20,14 @@ use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError};
 use crate::preflight::{AsItIs, Clock, Kind, TOLD_LINES, Told};
 use crate::sessions::{Listing, Recipient, Reply};
 
-/// While a job waits for a look at its file, that is said after so long, and whenever it has waited twice as
-/// long as when it was said last.
+/// Time after which a job's wait for the look at its file is told first; later each time the wait has
+/// doubled.
 const TOLD_FIRST: Micros = Micros::from_seconds(1);
 /// Greatest number of findings told that stop a job.
 const MOST_WARNINGS: u32 = 5;
 const CHANGED: &str = "the file has changed meanwhile";
 
-/// `check file`: what it asks of the machine as that is now.
+/// Begins a forecast of a file for the machine as it is now (`check file`).
 pub(super) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
     if name.is_empty() {
         return Err(Failure::refused(&"which file? check file"));
@@ -55,13 +55,13 @@ pub(super) enum Start {
     Never,
 }
 
-/// The job is about to begin: its forecast does, and it waits for that where the configuration says so.
+/// Begins the forecast of a job that is about to begin, which waits for it if so configured.
 pub(super) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) -> Start {
     let waits = matches!(machine.config.player.preflight, JobPreflight::Travel | JobPreflight::Refuse);
     start(machine, waits && !machine.jobs.is_forced())
 }
 
-/// A job that began before a power cut goes on: it waits for nothing.
+/// Begins the forecast of a job that goes on after a power cut: the job does not wait for it.
 pub(super) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>) {
     // A job that does not wait for its forecast cannot be ended by it.
     let _now = start(machine, false);
@@ -109,7 +109,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
     Start::Now
 }
 
-/// Now and then, how far the look is that the job waits for, and how long it still takes at that pace.
+/// Tells now and then how far the look is that the job waits for, and its remaining time at that pace.
 fn tell_how_far<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) {
     let (now, since) = (machine.ports.now(), machine.ahead.waits_since);
     let (waited, told) = (now.since(since), machine.ahead.told_at.since(since));
@@ -125,14 +125,13 @@ fn tell_how_far<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) {
     }
 }
 
-/// Per cent of the file; of one with loops and subroutines, where the look is.
+/// Returns the share of the file read, per cent; with loops and subroutines, the place of the look.
 fn looked_at_share<P: Ports>(machine: &Machine<'_, P>, foresight: &Foresight) -> u8 {
     let share = u64::from(foresight.lines(|lines| lines.read())) * 100 / u64::from(machine.ahead.size.max(1));
     share.min(100) as u8
 }
 
-/// The job waits as long as the configuration says for a line that leaves the travel; the look goes on
-/// beside it.
+/// Has the job wait for a configured time for a line that leaves the travel; the look goes on beside it.
 fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) -> Start {
     warn(machine, foresight);
     if let Some(why) = machine.ahead.spoilt {
@@ -147,7 +146,7 @@ fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, foresight: &For
     Start::Now
 }
 
-/// The file has been looked at, or could not be.
+/// Decides on the job once its file has been looked at, or could not be.
 fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) -> Start {
     warn(machine, foresight);
     machine.ahead.holds = false;
@@ -192,7 +191,7 @@ fn begin<P: Ports>(
     let size = ports.size(file).map_err(failed)?;
     let forced = crate::program_setup::file_dialect(machine.config).or(dialect);
     let lookup = forced.is_none().then(|| Lookup::new(size));
-    // A check changes nothing of what is known of the job.
+    // A check leaves everything known of the job.
     let (job, made) = (ahead.job, ahead.made);
     *ahead = Ahead { path: path.clone(), file: Some(file), size, lookup, job, made, ..Ahead::default() };
     let (targets, most_celsius) = machine.ports.heat(|heat| {
@@ -222,7 +221,7 @@ fn begin<P: Ports>(
 
 // --- at the waiting points ---
 
-/// Brings what the work waits for, and ends what has ended.
+/// Brings the input that the work waits for, and closes the files of ended work.
 #[cold]
 #[inline(never)]
 pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
@@ -297,7 +296,7 @@ fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) {
     }
 }
 
-/// Somebody waits for what comes of it.
+/// Whether anybody waits for the result.
 fn is_heard<P: Ports>(machine: &Machine<'_, P>, purpose: Purpose) -> bool {
     match purpose {
         Purpose::Job => machine.jobs.is_open(),
@@ -371,7 +370,7 @@ fn bring(
 
 // --- what comes of it ---
 
-/// Says some more of what `check` has found. False when that was all.
+/// Tells some more of a check's findings. False when that was all.
 ///
 /// # Errors
 /// When the file could not be read to its end.
@@ -428,7 +427,7 @@ pub(super) fn outlook<P: Ports>(machine: &mut Machine<'_, P>) -> Outlook {
     Outlook { planned, looked_at: goes_on.then(|| looked_at_share(machine, foresight)) }
 }
 
-/// Notes which line of the job is made.
+/// Notes the line of the job that is made.
 pub(super) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
     let (made, now) = (made(machine), machine.ports.now());
     if machine.ahead.made.0 != made {
@@ -436,7 +435,7 @@ pub(super) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Lines of the job that have been made.
+/// Returns the number of the job's lines that have been made.
 fn made<P: Ports>(machine: &mut Machine<'_, P>) -> u32 {
     let tag = machine.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
     tag.filter(|tag| *tag != Tag::NONE).and_then(|tag| machine.jobs.made(tag)).unwrap_or_else(|| machine.jobs.begun())

@@ -14,7 +14,7 @@ use crate::ports::FileHandle;
 use crate::probing::Plan;
 use crate::sessions::{LineBytes, Recipient};
 
-/// Frames at most: a script that suspends within a line of a file of settings.
+/// Greatest number of frames: a script that suspends within a line of a file of settings.
 const MOST: usize = 8;
 
 /// Place at which a line goes on.
@@ -32,7 +32,7 @@ pub(super) struct Rest {
     pub line: LineBytes,
     pub next: NextCode,
     pub source: Source,
-    /// The last command that was carried out.
+    /// Last command that was carried out.
     pub last: Option<Code>,
     /// Answer at the end of the line; the sender may have been answered already.
     pub answer: Answer,
@@ -71,7 +71,7 @@ pub(super) enum Then {
     TouchGrid(Plan, Recipient),
     /// The work before the script ended with this result.
     Ended(Result<(), KeptFailure>),
-    /// A job is gone on with after a power cut: the next step of that.
+    /// A job goes on after a power cut: the next step of that.
     Recover(Step, Recipient),
     /// A stall has stopped the job: the next step of getting over it.
     Stalled(StallStep),
@@ -131,25 +131,25 @@ impl<'c> Frames<'c> {
         self.frames.is_empty()
     }
 
-    /// Puts something on top. False when there is no room: scripts that start each other.
+    /// Pushes a frame. False when there is no room: scripts that start each other.
     #[must_use]
     pub fn push(&mut self, frame: Frame<'c>) -> bool {
         self.frames.push(frame).is_ok()
     }
 
-    /// Puts a line of the configuration on top. False when there is no room.
+    /// Pushes a line of the configuration. False when there is no room.
     #[must_use]
     pub fn push_script(&mut self, text: &'c str) -> bool {
         self.push(Frame::Script(Script { text, next: 0, modes: None }))
     }
 
-    /// Puts something below what was started since the stack had this height.
+    /// Puts a frame below those started since the stack had this height.
     #[must_use]
     pub fn push_below(&mut self, height: usize, frame: Frame<'c>) -> bool {
         self.frames.insert(height.min(self.frames.len()), frame).is_ok()
     }
 
-    /// Drops what was started since the stack had this height.
+    /// Drops all frames started since the stack had this height.
     pub fn drop_down_to(&mut self, height: usize) {
         self.frames.truncate(height);
     }
@@ -175,7 +175,7 @@ impl<'c> Frames<'c> {
         matches!(self.frames.last(), Some(Frame::FastForward))
     }
 
-    /// Drops what was started last.
+    /// Drops the frame that was started last.
     pub fn drop_top(&mut self) {
         self.frames.truncate(self.frames.len().saturating_sub(1));
     }

@@ -23,7 +23,7 @@ use crate::{
     reports,
 };
 
-/// Does one, and waits for its end.
+/// Carries out a function, and waits for its end.
 pub(super) fn run<P: Ports>(
     machine: &mut Machine<'_, P>,
     function: Function,
@@ -363,13 +363,13 @@ fn file_or_job<P: Ports>(
             let was_open = jobs.is_open();
             let selected = jobs.select(machine.texts, name, function == Function::StartFile, now, ports, reply);
             if was_open && selected.is_ok() {
-                // Loops and subroutines of a job that was paused are none of the next one's.
+                // Loops and subroutines of a paused job are none of the next job's.
                 program.end_program();
                 journal.end(ports);
             }
             selected
         }
-        // A suspended job is where its machine is not.
+        // A suspended job is not where its machine is.
         Function::StartJob if jobs.is_suspended() => return None,
         // A job that has not begun is suspended before its first move instead.
         Function::StartJob if jobs.begun() > 0 && filament.is_missing(config).is_some() => {
@@ -422,7 +422,8 @@ fn file_or_job<P: Ports>(
 
 // --- questions ---
 
-/// `?`. A function of its own in the image too: there the virtual board's tests put faults.
+/// Reports the status (`?`). A function of its own in the image too: the virtual board's tests put faults
+/// there.
 #[inline(never)]
 pub(super) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
     let (progress, dialect) = (job_progress(machine), machine.sessions.dialect_of(to));
@@ -431,7 +432,7 @@ pub(super) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, to: Recipien
     reports::status(ports, &of, &mut Reply::new(sessions, to));
 }
 
-/// Seconds and percent of the job, when there is one.
+/// Returns seconds and percent of the job, when there is one.
 pub(super) fn job_progress<P: Ports>(machine: &mut Machine<'_, P>) -> Option<(u64, u64)> {
     machine.follow_job();
     machine.jobs.progress(machine.ports.now())

@@ -19,7 +19,7 @@ use crate::ports::Ports;
 use crate::safety::Event;
 use crate::sessions::{Listing, Recipient, Reply, Rights, SessionId, Sessions};
 
-/// Carries out a line that begins with `$`, which is taken off.
+/// Carries out a line that began with `$`, which has been taken off.
 pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipient) -> Outcome {
     machine.follow_motion();
     if let Some(words) = command.strip_prefix("J=") {
@@ -90,7 +90,7 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) {
     }
 }
 
-/// The next report to this session has every field (0x87).
+/// Has the next report to this session show every field (0x87).
 pub(super) fn tell_all<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     if let Some(told) = machine.grbl.told.get_mut(usize::from(id.0)) {
         told.wants_all = true;
@@ -147,7 +147,7 @@ fn list<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Fai
     })
 }
 
-/// `$n=value`: acts at once, and is saved at once.
+/// Sets a setting, which acts and is saved at once (`$n=value`).
 fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Recipient) -> Outcome {
     may_set(machine)?;
     let setting =
@@ -169,7 +169,7 @@ fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Rec
     Ok(Answer::Ok)
 }
 
-/// Settings are for a machine that does nothing.
+/// Refuses settings unless the machine does nothing.
 fn may_set<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
     match machine.safety.state() {
         State::Idle | State::Alarm => Ok(()),
@@ -204,7 +204,7 @@ fn save_own<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
         .map_err(|error| machine.texts.about_file(stored::PATH, error.text()).numbered(Error::Storage))
 }
 
-/// `$N0=`, `$N1=`, `$I=`. A startup line is looked through, and runs at the next boot or reset.
+/// Stores a startup line, looked through, for the next boot or reset (`$N0=`, `$N1=`); or a text (`$I=`).
 fn store<P: Ports>(machine: &mut Machine<'_, P>, key: &str, text: &str) -> Result<(), Failure> {
     may_set(machine)?;
     let text = text.trim();
@@ -238,7 +238,7 @@ fn look_through<P: Ports>(machine: &Machine<'_, P>, text: &str) -> Result<(), Fa
     Ok(())
 }
 
-/// A startup line has ended: it is said with its answer.
+/// Says a startup line that has ended, with its answer.
 pub(super) fn startup_ended<P: Ports>(machine: &mut Machine<'_, P>, number: u8, outcome: &Outcome) {
     let Machine { sessions, grbl, .. } = machine;
     let Some(text) = grbl.own.startup.get(usize::from(number)) else { return };
@@ -251,16 +251,16 @@ pub(super) fn startup_ended<P: Ports>(machine: &mut Machine<'_, P>, number: u8, 
     }
 }
 
-/// The startup lines run next, where the machine is ready.
+/// Has the startup lines run next, where the machine is ready.
 pub(super) fn begin_startup<P: Ports>(machine: &mut Machine<'_, P>) {
     let has_lines = machine.grbl.own.startup.iter().any(|line| !line.is_empty());
     if has_lines && machine.safety.state() == State::Idle {
-        // Without room too much is under way to begin.
+        // A full stack means that too much is under way to begin.
         let _ = machine.frames.push(Frame::Startup(0));
     }
 }
 
-/// `$RST=$`, `$RST=#`, `$RST=*`: settings, offsets, or all of it and the startup lines as they were at first.
+/// Resets settings (`$RST=$`), offsets (`$RST=#`), or both and the startup lines (`$RST=*`).
 fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) -> Outcome {
     may_set(machine)?;
     if !matches!(what, "$" | "#" | "*") {
@@ -287,7 +287,7 @@ fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) ->
     Ok(Answer::Ok)
 }
 
-/// Steps and limits are as `config.ini` has them.
+/// Puts steps and limits back as `config.ini` has them.
 fn restore_motion<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     machine.standstill()?;
     let config = motion_config(machine.config).map_err(|_| Failure::refused(&"the geometry fits no machine"))?;
@@ -297,12 +297,12 @@ fn restore_motion<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure>
 
 // --- the rest ---
 
-/// A refusal that the machine is not idle is the reason of.
+/// Numbers a refusal as one because the machine is not idle.
 fn not_idle(failure: Failure) -> Failure {
     if failure.is_refusal() { failure.numbered(Error::NotIdle) } else { failure }
 }
 
-/// `$H`, `$HX` and so on: ends an alarm, too.
+/// Homes (`$H`, `$HX` and so on), and ends an alarm, too.
 fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Outcome {
     let mut named = AxisSet::NONE;
     for letter in axes.chars() {
@@ -315,7 +315,7 @@ fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Ou
     }
     match machine.safety.state() {
         State::Idle | State::Suspended => {}
-        // Read, and not carried out.
+        // Check mode only reads the command.
         State::Check => return Ok(Answer::Ok),
         State::Alarm => {
             machine.release();
@@ -326,7 +326,7 @@ fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Ou
     super::home::home(machine, named, to)
 }
 
-/// Whether the machine jogs, for a session of this dialect: then it takes nothing but jogs.
+/// Whether the machine jogs, for a session of this dialect: then only jogs are taken.
 pub(super) fn jogs<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> bool {
     if machine.safety.state() != State::Jog || machine.sessions.dialect_of(to) != Dialect::Grbl {
         return false;
@@ -335,13 +335,13 @@ pub(super) fn jogs<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> boo
     machine.safety.state() == State::Jog
 }
 
-/// Whether a line is a jog that its sender has let go of since: it is answered, for he counts, and not begun.
+/// Whether a line is a jog that its sender has let go of since: it is answered, for the count, and not begun.
 pub(super) fn is_dropped_jog<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &[u8]) -> bool {
     let Some(session) = machine.sessions.get_mut(id).filter(|session| session.let_go_behind_line()) else {
         return false;
     };
     let is_jog = line.trim_ascii_start().get(..2).is_some_and(|word| word.eq_ignore_ascii_case(b"$J"));
-    // Smoothieware's alone has no answer of its own without one of these.
+    // Smoothieware's jog is answered here only with one of these options.
     let is_answered = session.dialect != Dialect::Grbl && line.windows(2).any(|option| matches!(option, b"-c" | b"-r"));
     if is_jog && is_answered {
         session.say(format_args!("ok\n"));
@@ -349,7 +349,7 @@ pub(super) fn is_dropped_jog<P: Ports>(machine: &mut Machine<'_, P>, id: Session
     is_jog
 }
 
-/// 0x85, Ctrl-Y, and `!` while jogging: brakes, and drops the jogs that wait, planned or not.
+/// Cancels jogs (0x85, Ctrl-Y, and `!` while jogging): brakes, and drops those that wait, planned or not.
 pub(super) fn cancel_jog<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     let Machine { sessions, ports, .. } = machine;
     if let Some(session) = sessions.get_mut(id) {
@@ -395,7 +395,7 @@ pub(super) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     }
 }
 
-/// A program that was held stands where it is known. (A search for a switch or the bed does not.)
+/// Whether a held program stands at a known place. (A search for a switch or the bed does not.)
 fn rests_in_hold<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let mode = machine.safety.mode();
     mode.state() == State::Hold
@@ -403,7 +403,7 @@ fn rests_in_hold<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         && machine.ports.motion(|motion| motion.state() == motion::State::Held || motion.is_idle())
 }
 
-/// A byte that changes how fast things go, or what turns.
+/// Carries out a byte that changes an override or an output.
 pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, id: SessionId) {
     let operates = machine.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate);
     if !operates || machine.safety.is_halted() {
@@ -420,7 +420,7 @@ pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, 
             machine.ports.motion(|motion| motion.set_overrides(factors.feed, rapid));
         }
         Realtime::SpindleStop => {
-            // Only in a hold: a tool that stands must not be moved on.
+            // The spindle stops only in a hold: a tool that stands must not be moved on.
             if machine.safety.state() == State::Hold {
                 machine.outputs.stop_spindle(!machine.outputs.spindle_is_stopped());
             }

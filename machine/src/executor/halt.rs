@@ -20,8 +20,8 @@ use crate::safety::{Event, Press, Stopping};
 use crate::sessions::Recipient;
 
 impl<P: Ports> Machine<'_, P> {
-    /// Halts, saying why to every session, to those of GRBL's dialect by number too. While halted already:
-    /// nothing.
+    /// Halts, saying why to every session, and by number to those of GRBL's dialect. Does nothing while
+    /// halted.
     pub(super) fn halt(&mut self, alarm: Alarm, why: Arguments<'_>) {
         if self.safety.rests_held() {
             self.release_motors();
@@ -35,7 +35,7 @@ impl<P: Ports> Machine<'_, P> {
         self.ports.set_motor_power(false);
     }
 
-    /// The same, and when the motors stand they keep their current: what falls without it stays where it is.
+    /// Halts, but lets standing motors keep their current: an axis that would fall without it stays.
     pub(super) fn halt_holding(&mut self, alarm: Alarm, why: Arguments<'_>) {
         self.safety.hold_motors(true);
         self.halt_at_once(alarm, why);
@@ -55,7 +55,7 @@ impl<P: Ports> Machine<'_, P> {
         }
     }
 
-    /// Everything goes off until a reset.
+    /// Switches everything off until a reset.
     pub(super) fn sleep(&mut self) -> Result<(), Failure> {
         let now = self.ports.now();
         if !self.safety.sleep(now) {
@@ -66,8 +66,8 @@ impl<P: Ports> Machine<'_, P> {
         Ok(())
     }
 
-    /// Ctrl-X in a hold that is complete: the motors stand and keep their current and place, so what was to
-    /// come is dropped without an alarm. Halted for a moment, so that whatever waits to go on ends.
+    /// Drops a held job (Ctrl-X in a complete hold): the motors stand and keep their current and place, so
+    /// the rest is dropped without an alarm. The machine is halted for a moment, to end all waits.
     pub(super) fn drop_held(&mut self) {
         let now = self.ports.now();
         if self.safety.begin_reset(now) {
@@ -76,7 +76,7 @@ impl<P: Ports> Machine<'_, P> {
         }
     }
 
-    /// Ends such a reset.
+    /// Ends the reset of a held job.
     pub(super) fn watch_reset(&mut self, now: Micros) {
         if !self.safety.is_resetting() || !self.frames.is_empty() {
             return;
@@ -95,7 +95,7 @@ impl<P: Ports> Machine<'_, P> {
         self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(false));
         self.ports.motion(motion::Motion::stop);
         for output in self.outputs.halt(self.config) {
-            // A switch takes anything.
+            // A switch takes any value.
             let _ = self.ports.heat(|heat| heat.apply(output));
         }
         self.ports.run_heat_now();
@@ -103,7 +103,7 @@ impl<P: Ports> Machine<'_, P> {
         self.program.halt();
     }
 
-    /// Heaters and outputs go off, on a machine that stands and is not halted.
+    /// Switches heaters and outputs off, on a machine that stands and is not halted.
     pub(super) fn stop_outputs(&mut self) {
         if self.safety.is_halted() {
             return;
@@ -111,13 +111,13 @@ impl<P: Ports> Machine<'_, P> {
         self.ports.heat(HeatControl::halt);
         self.riding_lights.clear();
         for output in self.outputs.halt(self.config) {
-            // A switch takes anything.
+            // A switch takes any value.
             let _ = self.ports.heat(|heat| heat.apply(output));
         }
         self.ports.heat(HeatControl::release);
     }
 
-    /// A file being played and a suspended job end with a halt.
+    /// Ends a file being played and a suspended job at a halt.
     fn drop_job(&mut self) {
         journal::halts(self);
         log::close(self);
@@ -161,7 +161,7 @@ impl<P: Ports> Machine<'_, P> {
 
     /// Waits for a release that was asked for while motion still came to rest.
     pub(super) fn wait_release(&mut self) {
-        // Ends: motion rests within a second, or is cut.
+        // The loop ends: motion rests within a second, or is cut.
         while self.safety.release_is_pending() {
             self.wait(Wake::Any).whatever_happens();
         }
@@ -201,7 +201,7 @@ impl<P: Ports> Machine<'_, P> {
         self.finish_release();
     }
 
-    /// The kill button, at each of its looks.
+    /// Looks at the kill button.
     pub(super) fn watch_kill_button(&mut self, now: Micros) {
         let settings = self.config.kill_button;
         if !settings.enable || settings.pin.is_none() {
@@ -224,7 +224,7 @@ impl<P: Ports> Machine<'_, P> {
         }
     }
 
-    /// Ctrl-X: halts, or wakes a machine that sleeps, into an alarm.
+    /// Halts, or wakes a machine that sleeps, into an alarm (Ctrl-X).
     pub(super) fn abort(&mut self) {
         if self.safety.state() == State::Sleep {
             self.safety.apply(Event::Wake);

@@ -36,14 +36,14 @@ pub struct Hands<'m, 'c, P: Ports> {
 }
 
 impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
-    /// For a sequence that this recipient asked for.
+    /// Makes hands for a sequence that this recipient asked for.
     pub(super) const fn new(machine: &'m mut Machine<'c, P>, to: Recipient) -> Self {
         Self { machine, to }
     }
 
     // --- what there is ---
 
-    /// The machine as configured.
+    /// Returns the configuration of the machine.
     pub const fn config(&self) -> &'c MachineConfig {
         self.machine.config
     }
@@ -68,7 +68,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         &mut self.machine.delta
     }
 
-    /// The phases that motors have at their switches.
+    /// Returns the phases that motors have at their switches.
     pub(crate) const fn phases(&mut self) -> &mut EndstopPhases {
         &mut self.machine.phases
     }
@@ -112,23 +112,23 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.ports.heat(f)
     }
 
-    /// The watch over drivers and supplies.
+    /// Calls `f` with the watch over drivers and supplies.
     pub fn supervisor<R>(&mut self, f: impl FnOnce(&mut Supervisor) -> R) -> R {
         self.machine.ports.supervisor(f)
     }
 
-    /// The latch that inputs stop motion through.
+    /// Returns the latch through which inputs stop motion.
     pub fn latch(&self) -> &Latch {
         self.machine.ports.latch()
     }
 
-    /// Stalls of motors are looked for from now on, or not: the output of a driver whose load is measured
-    /// says anything.
+    /// Switches the watch for stalls on or off: while a driver's load is measured its stall output means
+    /// nothing.
     pub const fn watch_stalls(&mut self, yes: bool) {
         self.machine.polls.ignores_stalls = !yes;
     }
 
-    /// Levels of all inputs.
+    /// Returns the levels of all inputs.
     pub fn inputs(&self) -> InputLevels {
         self.machine.ports.inputs()
     }
@@ -148,25 +148,25 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.sessions.dialect_of(self.to) == Dialect::Grbl
     }
 
-    /// A file is being played and not paused.
+    /// Whether a file is being played and not paused.
     pub fn is_playing(&self) -> bool {
         self.machine.jobs.is_playing()
     }
 
-    /// The rectangle around the outlines of the job's objects, least and greatest X and Y; those that are
-    /// left out do not count.
+    /// Returns the rectangle around the outlines of the job's objects, least and greatest X and Y; objects
+    /// that are left out do not count.
     pub fn objects_area(&self) -> Option<[[f64; 2]; 2]> {
         self.machine.jobs.objects.area()
     }
 
     // --- what it says ---
 
-    /// Says something to whoever asked for this.
+    /// Says something to the recipient that asked for the sequence.
     pub fn say(&mut self, text: Arguments<'_>) {
         self.machine.sessions.say(self.to, text);
     }
 
-    /// Says what was found: to whoever asked for this, or to all where a file or a script did.
+    /// Says a result: to the recipient that asked, or to all where a file or a script did.
     pub fn report(&mut self, text: Arguments<'_>) {
         let to = if self.to == Recipient::Nobody { Recipient::All } else { self.to };
         self.machine.sessions.say(to, text);
@@ -177,7 +177,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.sessions.say(Recipient::All, text);
     }
 
-    /// To whoever asked for this.
+    /// Returns a reply to the recipient that asked for the sequence.
     pub const fn reply(&mut self) -> Reply<'_> {
         Reply::new(self.machine.sessions, self.to)
     }
@@ -216,7 +216,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         super::card::at_rest(self.machine);
     }
 
-    /// A file that was written anew takes the place of the old one, and is on the card.
+    /// Puts a newly written file in the place of the old one, and waits until it is on the card.
     ///
     /// # Errors
     /// Those of the card; the file is the old one then.
@@ -227,7 +227,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// Waits until all that was written is on the card.
     ///
     /// # Errors
-    /// Why something is not.
+    /// When something was not written, with the reason.
     pub fn card_has_kept(&mut self) -> Result<(), StorageError> {
         super::card::kept(self.machine)
     }
@@ -237,7 +237,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.urgent.leaves_wait()
     }
 
-    /// A wait begins that M108 ends.
+    /// Begins a wait that M108 ends.
     pub const fn begin_wait(&mut self) {
         self.machine.urgent.begin_wait();
     }
@@ -268,7 +268,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.standstill()
     }
 
-    /// Waits until whoever listens has taken most of what was said.
+    /// Waits until the recipient has taken most of the output.
     pub fn drain(&mut self) {
         self.machine.drain(self.to);
     }
@@ -286,12 +286,12 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
 
     // --- the probe ---
 
-    /// The paper test that is under way.
+    /// Returns the paper test that is under way.
     pub const fn paper(&mut self) -> &mut Paper {
         &mut self.machine.paper
     }
 
-    /// Whether the probe is out.
+    /// Returns the probe's state, out or stowed.
     pub const fn deployment(&mut self) -> &mut Deployment {
         &mut self.machine.deployment
     }
@@ -299,14 +299,14 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
     /// Carries out a line of the configuration that moves the probe.
     ///
     /// # Errors
-    /// As moves; and where it holds what is none of moves, waits, modes and switches.
+    /// As moves; and where the line holds anything but moves, waits, modes and switches.
     pub fn run_probe_script(&mut self, key: &str, script: &str) -> Result<(), Failure> {
         probe_script::run(self.machine, key, script)
     }
 
     // --- moving ---
 
-    /// Machine position where the last accepted move ends.
+    /// Returns the machine position where the last accepted move ends.
     pub fn position(&mut self) -> PerAxis<f64> {
         self.motion(|motion| motion.commanded_position())
     }
@@ -355,7 +355,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         set.map_err(|refusal| self.texts().refused(format_args!("{refusal}")))
     }
 
-    /// Every motor gets its current.
+    /// Switches the current of every motor on.
     ///
     /// # Errors
     /// Without motor supply, or when a driver does not answer.
@@ -385,19 +385,19 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.halt(alarm, why);
     }
 
-    /// Homing has the latch to itself: no limit guards.
+    /// Suspends the limit switches' guard: homing has the latch to itself.
     pub fn suspend_limits(&mut self) {
         let now = self.now();
         let Machine { safety, ports, .. } = &mut *self.machine;
         safety.limits.suspend(ports.latch(), now);
     }
 
-    /// A search takes the latch.
+    /// Gives the latch to a search.
     pub const fn search_begins(&mut self) {
         self.machine.safety.limits.search_begins();
     }
 
-    /// A search gives the latch back.
+    /// Takes the latch back from a search.
     pub fn search_ends(&mut self) {
         let now = self.now();
         let Machine { safety, ports, .. } = &mut *self.machine;
@@ -409,8 +409,8 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         self.machine.declare_homed(axes);
     }
 
-    /// A host's job that is suspended at a place which nothing leads back to is suspended no more, as in
-    /// Smoothieware. A file stays so, for M24 would play on from here.
+    /// Ends the suspension of a host's job at a place that nothing leads back to, as in Smoothieware. A file
+    /// stays suspended, for M24 would play on from here.
     pub fn end_suspension_without_place(&mut self) {
         let Machine { jobs, axes, safety, sessions, .. } = &mut *self.machine;
         let [strayed, comes_back] = axes.strayed();
@@ -421,7 +421,7 @@ impl<'m, 'c, P: Ports> Hands<'m, 'c, P> {
         }
     }
 
-    /// Z of a contact at this height of the machine reads as given from now on, both in mm.
+    /// Has Z of a contact at this height of the machine read as given from now on, both in mm.
     pub fn read_contact(&mut self, machine_z: f64, reads: f64) {
         self.machine.program.read_contact(machine_z, reads);
     }

@@ -1,6 +1,6 @@
-//! Whether a feed hold acts: a tap that stands while the spindle turns breaks.
+//! Delay of feed holds: a tap that stands while the spindle turns breaks.
 
-/// Whether a feed hold acts.
+/// State of feed holds during taps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Hold {
     /// A feed hold acts at once.
@@ -13,7 +13,7 @@ pub(super) enum Hold {
 }
 
 impl Hold {
-    /// A hold is asked for: whether it acts now.
+    /// Asks for a hold; returns whether it acts now.
     pub fn ask(&mut self) -> bool {
         if *self == Self::Waits {
             *self = Self::Asked;
@@ -21,12 +21,12 @@ impl Hold {
         *self == Self::Acts
     }
 
-    /// Whether one would act now.
+    /// Whether a hold would act now.
     pub fn acts(self) -> bool {
         self == Self::Acts
     }
 
-    /// The one that waits is not asked for any more. False when there is none.
+    /// Takes back a hold that waits. False when none does.
     pub fn take_back(&mut self) -> bool {
         let waited = *self == Self::Asked;
         if waited {
@@ -35,7 +35,7 @@ impl Hold {
         waited
     }
 
-    /// Holds act at once, or wait from now on. Whether one has waited, and acts now.
+    /// Has holds act at once, or wait from now on. Returns whether a hold has waited, and acts now.
     pub fn let_act(&mut self, acts: bool) -> bool {
         let before = *self;
         *self = match (acts, before) {

@@ -12,7 +12,8 @@ use crate::needs::needs;
 use crate::ports::Ports;
 use crate::sessions::{Recipient, Reply};
 
-/// `pause`: at once; or `at` a layer, a line or a height; `list`, `clear`.
+/// Pauses the job at once, or `at` a layer, a line or a height; `list` and `clear` concern those places
+/// (`pause`).
 pub(super) fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let (word, rest) = arguments.split_once(' ').unwrap_or((arguments, ""));
     match word {
@@ -70,7 +71,7 @@ pub(super) fn due_before<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) ->
     Some((command, Source::new(machine, Recipient::Nobody, Origin::Switch)))
 }
 
-/// `TUNING_TOWER`, for the job that is played or comes next.
+/// Runs `TUNING_TOWER`, for the job that is played or comes next.
 pub(super) fn tower<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>) -> Outcome {
     machine.jobs.tower = Some(Tower::new(machine.texts, command)?);
     Ok(Answer::Ok)
@@ -99,7 +100,7 @@ fn play_next<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     Ok(Answer::Ok)
 }
 
-/// A job has come to its end: the next one begins, or is said.
+/// Begins the next job after the end of one, or tells which is next.
 pub(super) fn after_job<P: Ports>(machine: &mut Machine<'_, P>) {
     let Some(next) = machine.jobs.queue.next().cloned() else { return };
     if !machine.config.player.queue_auto {

@@ -11,21 +11,21 @@ use crate::failure::Failure;
 use crate::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, machine_value, stray};
 use crate::ports::{OpenMode, Ports, StorageError, Wake};
 
-/// Entries because of another height are this far apart: see `recover::UNNOTICED_S`.
+/// Time between entries because of another height: see `recover::UNNOTICED_S`.
 const HEIGHT_PERIOD: Micros = Micros::from_millis(500);
-/// The same while it is suspended.
+/// Time between such entries while the job is suspended.
 const SUSPENDED_HEIGHT_PERIOD: Micros = Micros::from_millis(100);
-/// Heights that differ less are one, mm.
+/// Difference below which two heights are one, mm.
 const SAME_HEIGHT: f64 = 0.005;
 /// Greatest way of Z beyond the noted height, mm: less than the tolerance of equal heights afterwards.
 const UNNOTED: f64 = 0.015;
-/// An entry holds where Z may go within this time, s: longer than the dispatcher is held by a card, so that
+/// Time that the heights of an entry look ahead, s: longer than the dispatcher is held by a card, so that
 /// another height is noted before Z begins to go there.
 const AHEAD_S: f64 = 0.3;
-/// A job is looked at so often: motion knows where its motors are every 16 ms.
+/// Period of the looks at a job: motion knows where its motors are every 16 ms.
 const LOOK_PERIOD: Micros = Micros::from_millis(20);
 
-/// A job without a journal has a fall of the supply kept, where anybody looks for one.
+/// Prepares the note of a brown-out for a job without a journal, if supplies are watched.
 fn note_of_brown_out<P: Ports>(machine: &mut Machine<'_, P>) {
     let is_looked_for =
         !machine.config.voltages.is_empty() && machine.config.system.brown_out_volts != Some(Volts(0.0));
@@ -37,25 +37,25 @@ fn note_of_brown_out<P: Ports>(machine: &mut Machine<'_, P>) {
         return;
     }
     card::at_rest(machine);
-    // On a card that takes no writes nothing is kept.
+    // A card that takes no writes keeps no note.
     let Ok(file) = machine.ports.open(brown_out::PATH, OpenMode::Write) else { return };
     card::at_rest(machine);
-    // Of a block that was not written the next job finds the wrong size.
+    // The next job finds a block that was not written by its wrong size.
     let _ = brown_out::prepare(&mut machine.ports, file);
     card::at_rest(machine);
     // A failed close shows as a wrong size, too.
     let _ = machine.ports.close(file);
 }
 
-/// A file is about to be played: the first line has not been read.
+/// Begins the journal of a file that is about to be played: the first line has not been read.
 pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.journal.close(&mut machine.ports);
-    // The file of every boot is no job, and what goes on after a power cut is noted already.
+    // The boot file is no job, and a job that goes on after a power cut is noted already.
     let is_job = machine.recovery.is_none() && machine.safety.state() != State::Check;
     if !is_job || machine.jobs.is_boot_file(machine.config) {
         return;
     }
-    // Everybody is served between the steps of it: each reads directories and tables.
+    // Everybody is served between the steps: each reads directories and tables.
     card::at_rest(machine);
     give_up_offer(machine);
     note_of_brown_out(machine);
@@ -134,8 +134,8 @@ pub(super) fn give_up_offer<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// A look at a machine whose card has a job to go on with: what something else moves is not where that job
-/// has left it, which is to be known after another power cut too.
+/// Notes axes that are moved while the card has a job to go on with: they are not where that job has left
+/// them, which is to be known after another power cut too.
 fn watch_offer<P: Ports>(machine: &mut Machine<'_, P>) {
     if !machine.journal.has_offer || machine.journal.is_noting() || machine.recovery.is_some() {
         return;
@@ -162,12 +162,12 @@ fn watch_offer<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// A bit for each axis.
+/// Returns a bit for each axis.
 fn bits(axes: AxisSet) -> u8 {
     axes.axes().fold(0, |bits, axis| bits | 1 << axis as u8)
 }
 
-/// The job is over.
+/// Ends the journal of a job that is over.
 pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.journal.end(&mut machine.ports);
 }
@@ -198,7 +198,7 @@ pub(super) fn after_session<P: Ports>(machine: &mut Machine<'_, P>, before: Opti
     }
 }
 
-/// A look at the job.
+/// Looks at the job, and notes an entry that is due.
 pub(super) fn tick<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     watch_offer(machine);
     let is_away = machine.recovery.is_some() || machine.stalls.is_under_way();
@@ -216,7 +216,7 @@ pub(super) fn tick<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     // A suspended job's file does not say where Z goes.
     let apart = if machine.jobs.is_suspended() { SUSPENDED_HEIGHT_PERIOD } else { HEIGHT_PERIOD };
     let is_elsewhere = is_elsewhere && now.plus(period) >= machine.journal.due.plus(apart);
-    // A card that is busy takes it a look later.
+    // A busy card takes the entry a look later.
     let is_due = machine.journal.has_laid && (now >= machine.journal.due || is_elsewhere);
     if is_due && machine.ports.is_ready() {
         machine.journal.due = now.plus(machine.config.player.power_loss.period);
@@ -246,13 +246,13 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 pub(super) enum Heights {
     /// Heights that motion knows from its plan.
     Planned,
-    /// From here to there, mm.
+    /// Heights between these two, mm.
     Between([f64; 2]),
-    /// A script moves as it likes.
+    /// Any height: a script moves as it likes.
     Any,
 }
 
-/// Notes where the job is.
+/// Notes the place of the job.
 pub(super) fn note<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool) {
     let entry = entry(machine, heights, stands);
     let Machine { journal, ports, .. } = machine;
@@ -264,19 +264,19 @@ pub(super) fn note<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, sta
     }
 }
 
-/// Whether there is something to go on with, and more to be noted of it.
+/// Whether there is something to go on with, and more of it to be noted.
 fn is_kept<P: Ports>(machine: &Machine<'_, P>) -> bool {
     machine.journal.is_noting() && machine.journal.has_laid && !machine.journal.halts && machine.recovery.is_none()
 }
 
-/// A person has left an object out, or taken one in again.
+/// Notes that a person has left an object out, or taken one in again.
 pub(super) fn objects_change<P: Ports>(machine: &mut Machine<'_, P>) {
     if is_kept(machine) && machine.jobs.objects.left_out() != machine.journal.last.left_out {
         note(machine, Heights::Planned, false);
     }
 }
 
-/// The machine goes to these heights now, which the file does not say.
+/// Notes heights that the machine goes to now, and that the file does not say.
 pub(super) fn leaves_height<P: Ports>(machine: &mut Machine<'_, P>, heights: impl Iterator<Item = f64>) {
     if !is_kept(machine) {
         return;
@@ -303,7 +303,7 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool)
     };
     let is_away = machine.recovery.is_some() || machine.stalls.is_under_way();
     if is_away || machine.journal.halts {
-        // On the way back to the job, and once it is closed, only the machine's place is another one.
+        // On the way back to the job, and once it is closed, only the machine's place changes.
         let doing = match last.doing {
             _ if heights == Heights::Any => Doing::WaitsAnywhere,
             Doing::Job if !is_away => Doing::Job,
@@ -362,8 +362,7 @@ fn targets<P: Ports>(machine: &mut Machine<'_, P>, last: &Entry) -> [f64; units:
     targets
 }
 
-/// The machine halts, outputs off already: which line it was at is known now, where it comes to rest is not
-/// yet.
+/// Notes the line at which the machine halts, outputs off already; where it comes to rest is not known yet.
 pub(super) fn halts<P: Ports>(machine: &mut Machine<'_, P>) {
     if !machine.journal.is_noting() || machine.journal.halts {
         return;
@@ -381,7 +380,7 @@ pub(super) fn halts<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.journal.halts = true;
 }
 
-/// The halted machine stands.
+/// Notes where the halted machine stands.
 pub(super) fn stands<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.journal.is_noting() && machine.journal.halts {
         note(machine, Heights::Planned, true);

@@ -6,10 +6,10 @@ use crate::failure::{Answer, Outcome};
 use crate::files::kept::{PARAMETERS, Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools};
 use crate::ports::{Ports, StorageError, Wake};
 
-/// Lines of the tool table that are said to be none, at most.
+/// Greatest number of bad lines of the tool table that are told.
 const MOST_SAID: u32 = 5;
 
-/// Reads all of it at boot. There need not be any.
+/// Reads parameters and tools at boot. There need not be any.
 pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
     match load_parameters(&mut machine.ports, &mut machine.program) {
         Ok(0) | Err(StorageError::NotFound | StorageError::NoCard) => {}
@@ -53,7 +53,7 @@ fn read_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError
     read
 }
 
-/// A code has changed what is kept. While a file is played, its end writes it.
+/// Saves values that a code has changed, unless a file is played: its end saves them.
 pub(super) fn save_unless_playing<P: Ports>(machine: &mut Machine<'_, P>) {
     if !machine.jobs.is_playing() {
         save(machine);

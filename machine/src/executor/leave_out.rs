@@ -1,5 +1,5 @@
-//! Moves that are planned, of an object that is left out by now: the machine brakes on their way, drops them,
-//! and goes on with what is planned behind them, or with what is read next.
+//! Planned moves of an object that has been left out by now: the machine brakes on their way, drops them, and
+//! goes on with the moves planned behind them, or with the lines read next.
 //!
 //! Every waiting point serves it, so that moves are dropped at once, whatever the executor waits for.
 
@@ -13,7 +13,7 @@ use crate::failure::Failure;
 use crate::ports::{Ports, Wake};
 use crate::sessions::{Recipient, Reply};
 
-/// A look at what the machine makes. Seldom: only while such moves may wait.
+/// Looks at the moves that the machine makes. Seldom: only while such moves may wait.
 #[cold]
 pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     let (part, state, stands) =
@@ -24,7 +24,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
             machine.ports.motion(motion::Motion::hold);
             machine.cut.brakes = true;
         }
-        // Somebody goes on, or has stopped it all.
+        // Somebody lets the machine go on, or has stopped it all.
         Motion::Running => {
             machine.cut.brakes = false;
             if part.is_none() {
@@ -61,13 +61,13 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>) {
     let brakes = core::mem::take(&mut machine.cut.brakes);
     machine.ports.motion(|motion| match motion.state() {
         Motion::Held if brakes && !is_held => motion.resume(),
-        // The operator holds it.
+        // The operator holds the machine.
         Motion::Running if is_held => motion.hold(),
         _ => {}
     });
 }
 
-/// The machine stands on the way of a move that is left out: with those behind it, up to one that is not.
+/// Drops the moves left out on whose way the machine stands, up to a move that is not left out.
 fn drop_moves<P: Ports>(machine: &mut Machine<'_, P>) {
     let Machine { ports, jobs, program, .. } = machine;
     let (here, taken_out, dropped, next) = ports.motion(|motion| {
@@ -92,7 +92,7 @@ fn drop_moves<P: Ports>(machine: &mut Machine<'_, P>) {
     go_on(machine);
 }
 
-/// From here to what is planned behind.
+/// Goes from here to the moves planned behind.
 fn go_round<P: Ports>(
     machine: &mut Machine<'_, P>,
     taken_out: &TakenOut,
@@ -104,7 +104,7 @@ fn go_round<P: Ports>(
     let (way, from) = way.counted_anew(&here);
     let mut moves = heapless::Vec::<motion::Move, 6>::new();
     for step in &way.moves {
-        // There is room: a way has five at most.
+        // There is room: a way has five moves at most.
         let request = shapes::in_motions_terms(machine, step);
         let _ = moves.push(motion::Move { tag: next.request.tag, part: 0, ..request });
     }
@@ -122,7 +122,7 @@ fn go_round<P: Ports>(
     }
 }
 
-/// Extruders count from another place: nobody is to take that for filament.
+/// Tells filament's watchers that extruders count from another place, which is no filament.
 pub(super) fn filament_counts_anew<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.jobs.statistics.rest();
     machine.filament.counts_anew();

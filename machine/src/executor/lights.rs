@@ -1,5 +1,5 @@
-//! Strips of lights: codes change their colours, where the path has come to; what they are to show is looked
-//! at some twenty times a second, and sent where it is new.
+//! Strips of lights: codes change their colours where the path has come to; colours to be shown are looked at
+//! some twenty times a second, and sent when they are new.
 
 use motion::Refusal;
 use program::{LightChange, State};
@@ -12,12 +12,12 @@ use crate::heat::{HeatControl, OFF_BELOW};
 use crate::lights::Condition;
 use crate::ports::{Ports, Wake};
 
-/// A heater this near its target has warmed up.
+/// Distance from its target within which a heater has warmed up, C.
 const WARM_WITHIN_C: f32 = 5.0;
-/// From here on its way to a target counts.
+/// Temperature from which the way to a target counts, C.
 const COLD_C: f32 = 25.0;
 
-/// Sets up what strips there are. At boot, behind the wiring.
+/// Sets up the strips of lights, at boot behind the wiring.
 pub(super) fn configure<P: Ports>(machine: &mut Machine<'_, P>) {
     for strip in &machine.config.led_strips {
         // The configuration has counted the lights.
@@ -25,8 +25,8 @@ pub(super) fn configure<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Has colours change behind what has been submitted: at once when nothing moves, or where the change does
-/// not ride; else when the motors have come there, and nothing waits.
+/// Has colours change behind the moves submitted: at once when nothing moves, or where the change does not
+/// ride; else when the motors have come there, and nothing waits.
 pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, change: LightChange) -> Result<(), Failure> {
     loop {
         let waits = change.rides && !machine.safety.is_halted();
@@ -74,7 +74,7 @@ pub(super) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     }
 }
 
-/// False when it cannot be sent yet.
+/// Sends the colours of a strip. False when they cannot be sent yet.
 fn send<P: Ports>(machine: &mut Machine<'_, P>, place: usize) -> bool {
     let Machine { config, lights, strips, ports, .. } = machine;
     let config = *config;

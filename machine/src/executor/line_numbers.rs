@@ -1,4 +1,4 @@
-//! Line numbers: what a session's own numbers are made of, and what a file's are taken for.
+//! Line numbers: tags for a session's own numbers, and decoders for a file's.
 
 use gcode::Decoder;
 use motion::Tag;
@@ -11,7 +11,7 @@ pub(super) fn tag_of(line: &[u8]) -> Tag {
     number_of(line).and_then(|number| u32::try_from(number).ok()).map_or(Tag::NONE, of_number)
 }
 
-/// The number that a line begins with.
+/// Returns the number that a line begins with.
 #[inline]
 fn number_of(line: &[u8]) -> Option<i64> {
     let rest = line.trim_ascii_start().strip_prefix(b"N")?;
@@ -24,15 +24,15 @@ fn number_in(digits: &[u8]) -> Option<i64> {
     (1..=i64::from(i32::MAX)).contains(&number).then_some(number)
 }
 
-/// A decoder for a line from a file: its number is taken as it is (order was checked, if at all, at the
-/// upload), its checksum is not.
+/// Returns a decoder for a line from a file, which takes the number as it is (order was checked, if at all,
+/// at the upload), but not the checksum.
 #[inline]
 pub(crate) fn decoder_expecting(line: &[u8]) -> Decoder {
-    // Most lines have none, and this is asked for every line.
+    // Most lines have no number, and every line comes through here.
     number_of(line).map_or(const { Decoder::new() }, decoder_before)
 }
 
-/// A decoder that expects this number.
+/// Returns a decoder that expects this number.
 #[cold]
 fn decoder_before(number: i64) -> Decoder {
     let mut decoder = Decoder::new();

@@ -25,13 +25,13 @@ use crate::jobs::{Next, Scripts};
 use crate::ports::{Ports, Wake};
 use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
 
-/// Runs what is next: what a line has started, a line of a session, a line of the file being played, the
-/// command of a switch. False when there was nothing.
+/// Runs the next line: of work that a line has started, of a session, of the file being played, of a switch.
+/// False when there was nothing.
 pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if machine.urgent.ends() {
         urgent::settle(machine);
     }
-    // While the operator does something, sessions may: he jogs, and touches off the tool.
+    // While the operator does something, sessions may act: he jogs, and touches off the tool.
     let operator_is_busy = machine.frames.wait_for_operator() && machine.jobs.waits_for_operator();
     if !machine.frames.is_empty() && !operator_is_busy {
         if machine.frames.fast_forward() && !machine.safety.is_halted() {
@@ -50,7 +50,8 @@ pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let measures = machine.config.filament_width.enable;
     let path_is_full = path_is_full || measures && filament::is_planned_ahead(machine);
     let had_line = run_session(machine, path_is_full);
-    // Before the job: it may always have a line that is ready. At an M0 inputs may do what sessions may.
+    // Inputs come before the job, which may always have a line ready. At an M0 inputs may do what sessions
+    // may.
     let may_run = machine.frames.is_empty() || operator_is_busy && machine.frames.wait_for_operator();
     if may_run && run_switch(machine) {
         return true;
@@ -88,7 +89,7 @@ fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bo
     true
 }
 
-/// Whether the line that waits is one that only waits for room in the look-ahead queue.
+/// Whether the session's line waits only for room in the look-ahead queue.
 fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
     let Some((session, line)) = machine.sessions.get(id).and_then(|session| Some((session, session.waiting()?))) else {
         return false;
@@ -96,7 +97,7 @@ fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
     if machine.files.takes_lines_of(id) {
         return false;
     }
-    // A copy: the line is not read yet.
+    // A copy, since the line is not read yet.
     let mut decoder = session.decoder;
     let Ok(Line::Code(mut blocks)) = decoder.decode(line) else { return false };
     let dialect = session.dialect;
@@ -105,7 +106,7 @@ fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
     })
 }
 
-/// Kept out of what every line of a file passes through.
+/// Runs a line of a session. Kept out of the code that every line of a file passes through.
 #[inline(never)]
 fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) {
     let to = Recipient::Session(id);
@@ -151,7 +152,7 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
     }
 }
 
-/// The next line of the file being played. False when there is none.
+/// Runs the next line of the file being played. False when there is none.
 fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     machine.jobs.open_boot_file(machine.texts, machine.config, &mut machine.ports);
     if !machine.jobs.is_playing() || !matches!(machine.safety.state(), State::Idle | State::Run | State::Check) {
@@ -189,7 +190,7 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
             JobStart::Never => return true,
         }
     }
-    // A log that fills its block goes to the card.
+    // A log about to fill its block needs the card.
     if machine.logs.are_nearly_full() && !machine.ports.is_ready() {
         return false;
     }
@@ -236,7 +237,7 @@ fn record_begin<P: Ports>(machine: &Machine<'_, P>) {
     machine.record(&Event::JobBegan(Text::from(path)));
 }
 
-/// A line that is passed over: only an O word counts in it.
+/// Runs a line that is passed over: only an O word counts in it.
 fn run_passed_over<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient) {
     if let Ok(Line::Flow(line)) = decoder_expecting(line).decode(line) {
         let source = Source::new(machine, to, Origin::Job);
@@ -245,7 +246,7 @@ fn run_passed_over<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Reci
     }
 }
 
-/// The next line of the file that is only read: see [`fast_forward`].
+/// Reads the next line of the file without carrying it out: see [`fast_forward`].
 #[cold]
 fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
     // A journal would begin in the middle of the file, so there is none. The forecast begins with the file,
@@ -296,8 +297,8 @@ fn echo<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient) {
     }
 }
 
-/// The file has been read; it is done when its last moves are. False while they go on, so that sessions are
-/// heard.
+/// Ends a job whose file has been read, once its last moves are made. False while they go on, so that
+/// sessions are heard.
 fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     machine.ports.motion(motion::Motion::flush);
     if !machine.ports.motion(|motion| motion.is_idle()) {
@@ -329,7 +330,7 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     true
 }
 
-/// The command of an input switch that changed. False when there is none.
+/// Runs the command of an input switch that changed. False when there is none.
 fn run_switch<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let Machine { outputs, filament, buttons, config, tuning, .. } = machine;
     let command = outputs.take_command(config).or_else(|| filament.take_command(tuning));
@@ -344,7 +345,7 @@ fn run_switch<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     true
 }
 
-/// The line of a button. A jog that it begins can be ended by a button.
+/// Runs the line of a button. A jog that it begins can be ended by a button.
 fn run_button<P: Ports>(machine: &mut Machine<'_, P>, line: &str) {
     machine.tag = Tag::NONE;
     let line = match ButtonWord::of(line) {
@@ -378,7 +379,7 @@ fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], source: Sou
 fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, source: Source) {
     match decoded {
         Line::Blank => finish(machine, Ok(Answer::Ok), None, source),
-        // In place: what it waits in is large, and would be copied for every line.
+        // In place: the state that waits is large, and would be copied for every line.
         Line::Code(blocks) => blocks::run_line(machine, blocks, Start::Line, source),
         Line::Flow(line) => {
             let mut outcome = flow::run_line(machine, &line, source);

@@ -10,13 +10,13 @@ use crate::failure::{Failure, Texts};
 use crate::files::logs::LogFlaw;
 use crate::ports::Ports;
 
-/// Characters of a line of a log; what is longer is cut.
+/// Characters of a line of a log; longer lines are cut.
 const LINE: usize = 256;
 
-/// `(LOGOPEN, ...)`, `(LOG, ...)` and the others.
+/// Carries out `(LOGOPEN, ...)`, `(LOG, ...)` and the others.
 ///
 /// # Errors
-/// What is wrong with the file, by its name.
+/// The fault of the file, by its name.
 pub(super) fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, remark: &Remark<'_>) -> Result<(), Failure> {
     let Machine { logs, files, ports, program, .. } = machine;
     match *remark {
@@ -44,7 +44,7 @@ fn named(texts: &Texts, name: &str, flaw: LogFlaw) -> Failure {
     texts.refused(format_args!("{name}: {}", flaw.text()))
 }
 
-/// G38 has found a contact: X Y Z A B C U V W of it, as the program reads them.
+/// Logs a contact that G38 has found: its X Y Z A B C U V W, as the program reads them.
 pub(super) fn contact_found<P: Ports>(machine: &mut Machine<'_, P>) {
     if !machine.logs.contacts.is_open() {
         return;
@@ -62,7 +62,7 @@ pub(super) fn contact_found<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// The program has ended, or will not go on.
+/// Closes the logs of a program that has ended, or will not go on.
 pub(super) fn close<P: Ports>(machine: &mut Machine<'_, P>) {
     let Machine { logs, ports, .. } = machine;
     if let Err(flaw) = logs.close(ports) {

@@ -11,8 +11,8 @@ use crate::ports::Ports;
 use crate::sessions::{Listing, Recipient, Reply, SessionId};
 use crate::{arms, leveling, motors, saved_settings};
 
-/// A long answer: given as fast as a session takes it, beside everything else. A file that is played has
-/// nobody to read one.
+/// Begins a long answer, given as fast as a session takes it, beside everything else. A file that is played
+/// has nobody to read one.
 pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, listing: Listing, to: Recipient) -> Outcome {
     match to.session().and_then(|id| machine.sessions.get_mut(id)) {
         Some(session) => {
@@ -26,7 +26,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, listing: Listing, to
     }
 }
 
-/// M911: drivers one after the other.
+/// Describes drivers one after the other (M911).
 pub(super) fn describe_drivers<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
     let motors = motors::named_drivers(machine.texts, words, machine.config)?;
     if !machine.ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
@@ -35,7 +35,7 @@ pub(super) fn describe_drivers<P: Ports>(machine: &mut Machine<'_, P>, words: &W
     begin(machine, Listing::Drivers { motors, all: !words.has('P') && words.axes().is_empty() }, to)
 }
 
-/// The next piece of a long answer, when there is one and room for it.
+/// Gives the next piece of a long answer, when there is one and room for it.
 pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     let Some(session) = machine.sessions.get_mut(id).filter(|session| session.has_room_for_listing()) else { return };
     let comes = match &session.listing {
@@ -79,7 +79,7 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     settle(machine, id);
 }
 
-/// Nobody's bytes are a file when whoever was to send it has gone: what he has sent behind it is dropped.
+/// Whether the sender of a file is still there. Bytes of a sender that has gone are dropped.
 pub(super) fn sender_is_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     if !machine.sessions.has_left(to) {
         return Ok(());
@@ -92,7 +92,7 @@ pub(super) fn sender_is_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipi
     Err(Failure::refused(&"whoever was to send the file has gone"))
 }
 
-/// A console takes what it sends for a file from now on.
+/// Takes a console's bytes for a file from now on.
 pub(super) fn begin_transfer<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     if let Recipient::Session(id) = to {
         machine.ports.inbox(id).set_raw(true);

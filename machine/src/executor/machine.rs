@@ -68,7 +68,7 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) bed: Bed,
     /// Measurements made of a delta.
     pub(super) delta: DeltaRecords,
-    /// Whether the probe is out.
+    /// State of the probe, out or stowed.
     pub(super) deployment: Deployment,
     /// Compensation of a frame that grows with heat.
     pub(super) thermal: Thermal,
@@ -76,14 +76,14 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) paper: Paper,
     pub(super) outputs: Outputs,
     pub(super) buttons: Buttons,
-    /// Fans that run by themselves, and tachometers.
+    /// Fans that run by themselves, and their tachometers.
     pub(super) fans: Fans,
-    /// Whether heaters take what their models explain.
+    /// Watch whether heaters take the power that their models explain.
     pub(super) heat_surplus: SurplusWatch,
     /// Watch over falling supplies.
     pub(super) brown_out: BrownOut,
-    /// The colours that strips of lights are told to have, those that wait for their places on the path, and
-    /// what is shown.
+    /// Colours that strips of lights are told to have, colours that wait for their places on the path, and
+    /// colours shown.
     pub(super) strips: Strips,
     pub(super) riding_lights: Effects<LightChange>,
     pub(super) lights: LightShow,
@@ -104,13 +104,13 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) set_before: Option<motion::MotionConfig>,
     /// Journal of the played job on the card.
     pub(super) journal: Journal,
-    /// A stall has stopped the job.
+    /// Recovery after a stall has stopped the job.
     pub(super) stalls: StallRecovery,
-    /// A job that is gone on with after a power cut, on its way there.
+    /// Job on its way back after a power cut.
     pub(super) recovery: Option<Recovery>,
     /// The forecast that goes on beside the executor.
     pub(super) foresight: &'c Foresight,
-    /// The files that it reads.
+    /// Files that the forecast reads.
     pub(super) ahead: Ahead,
     /// Tag of the moves made at present.
     pub(super) tag: Tag,
@@ -119,11 +119,11 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(super) polls: Polls,
     /// State that the ring of events has recorded.
     pub(super) recorded: Recorded,
-    /// The operator's factor of feed rates, while the program does not let it count (M49, M50 P0).
+    /// Operator's factor of feed rates, while the program does not let it count (M49, M50 P0).
     pub(super) feed_waits: Option<f64>,
-    /// Whether a feed hold acts.
+    /// Delay of feed holds.
     pub(super) hold: Hold,
-    /// Moves that are planned and are to be left out.
+    /// Progress of dropping planned moves that are to be left out.
     pub(super) cut: Cut,
     /// State that only GRBL's dialect has.
     pub(super) grbl: Grbl,
@@ -145,8 +145,7 @@ pub(super) struct Beside<'c, P: Ports> {
 }
 
 impl<'c, P: Ports> Machine<'c, P> {
-    /// Never inlined: what it is made of is on the stack meanwhile, and would stay there below all that is
-    /// polled.
+    /// Never inlined: the parts are on the stack meanwhile, and would stay there below all that is polled.
     #[inline(never)]
     pub(super) fn new(
         ports: P,
@@ -226,7 +225,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         self.sessions.say(Recipient::All, text);
     }
 
-    /// Refuses whoever is meant, with what a failure says.
+    /// Refuses a recipient's request, with the text of a failure.
     pub(super) fn refuse(&mut self, to: Recipient, why: Failure) {
         self.sessions.refuse(to, why.error, format_args!("{}", self.texts.of(why)));
     }
@@ -243,7 +242,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         (self.beside.serve)(self);
     }
 
-    /// Everybody else gets the processor: the look ahead has its turn, and then there is rest.
+    /// Gives the processor to everybody else: the look ahead has its turn, and then there is rest.
     pub(super) fn rest(&mut self, wake: Wake) {
         let has_more = self.beside.look_ahead.take_turn();
         self.ports.rest(if has_more { Wake::AtOnce } else { wake });
@@ -258,7 +257,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             _ => Waited::Free,
         };
         self.rest(match wake {
-            // Most waits are over with a halt.
+            // A halt ends most waits.
             _ if waited == Waited::Halted => Wake::AtOnce,
             // The look ahead at a file waits for the card.
             Wake::Time if self.ahead.is_open() => Wake::Any,
@@ -276,8 +275,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         Ok(())
     }
 
-    /// Waits until everything queued has been executed. In homing, probing and jogging the state stays what
-    /// it is.
+    /// Waits until everything queued has been executed. Homing, probing and jogging keep their state.
     pub(super) fn standstill(&mut self) -> Result<(), Failure> {
         self.ports.motion(motion::Motion::flush);
         while !self.ports.motion(|motion| motion.is_idle()) {
@@ -303,7 +301,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         }
     }
 
-    /// `$C`: from now on programs are read and nothing is carried out, or the other way round.
+    /// Switches check mode (`$C`), in which programs are read and nothing is carried out.
     pub(super) fn check_mode(&mut self, to: Recipient) -> Outcome {
         if self.safety.apply(Event::CheckEnds) {
             self.resynchronise();
@@ -348,7 +346,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         self.travel().check(from, to, homed).map_err(|out| out.failure(self.texts, self.config))
     }
 
-    /// The same for a curve that goes this far along the axes.
+    /// Whether a curve that goes this far along the axes stays within the travel.
     pub(super) fn curve_stays_within(&mut self, from: &PerAxis<f64>, bounds: &Bounds) -> Result<(), Failure> {
         let homed = self.axes.homed();
         self.travel().check_bounds(from, bounds, homed).map_err(|out| out.failure(self.texts, self.config))
@@ -414,20 +412,21 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     // --- following ---
 
-    /// The program goes on from where the machine is, after a stop that ended somewhere else than commanded.
+    /// Has the program go on from where the machine is, after a stop that ended somewhere else than
+    /// commanded.
     pub(super) fn resynchronise(&mut self) {
         let position = self.ports.motion(|motion| motion.commanded_position());
         self.program.resynchronise(position);
     }
 
-    /// After something that ends from standstill: the program goes on from where the machine is.
+    /// Has the program go on from where the machine is, after something that ends from standstill.
     pub(super) fn resynchronise_if_still(&mut self) {
         if self.ports.motion(|motion| motion.is_idle()) {
             self.resynchronise();
         }
     }
 
-    /// The last move has ended.
+    /// Follows the end of the last move.
     fn drained(&mut self) {
         let state = self.safety.state();
         if matches!(state, State::Run | State::Jog) {

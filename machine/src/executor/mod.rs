@@ -90,9 +90,9 @@ use crate::forecast::{Desk, Foresight, Work, read_file};
 use crate::ports::{Ports, Wake};
 use crate::sessions::Sessions;
 
-/// Everybody is served when lines have been carried out for so long: most take ten microseconds or two.
+/// Time of carrying out lines after which everybody is served: most lines take ten microseconds or two.
 const SERVE_AFTER: Micros = Micros(50);
-/// And when so many have been: a host's clock may stand still while lines are carried out.
+/// Number of lines after which everybody is served: a host's clock may stand still meanwhile.
 const LINES_IN_A_ROW: u8 = 16;
 
 /// State of the executor beside its stack, for as long as it runs. Large: the caller of [`run`] says where it
@@ -105,7 +105,7 @@ pub struct Lasting {
 }
 
 impl Lasting {
-    /// Before anything has been read or said.
+    /// Makes the state before anything has been read or said.
     #[must_use]
     #[expect(clippy::new_without_default, reason = "there is one of it")]
     pub fn new() -> Self {

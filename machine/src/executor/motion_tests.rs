@@ -28,7 +28,7 @@ struct Figure {
     shape: Shape,
     size: f64,
     times: u32,
-    /// A minute; the modal one where none is said.
+    /// Feed rate a minute; the modal one where none is said.
     feed: Option<f64>,
 }
 
@@ -40,13 +40,13 @@ enum Shape {
     Circle,
 }
 
-/// So many steps of one motor.
+/// Steps of one motor to be made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Steps {
     axis: Axis,
-    /// Steps, or with `acc` mm.
+    /// Number of steps, or with `acc` mm.
     count: f64,
-    /// Of these in a second.
+    /// Steps, or mm, in a second.
     rate: f64,
     are_mm: bool,
 }
@@ -215,7 +215,7 @@ pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: R
     Ok(Answer::Ok)
 }
 
-/// Draws it; Ctrl-Y brakes and ends it.
+/// Draws a figure; Ctrl-Y brakes and ends it.
 fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recipient) -> Result<(), Failure> {
     let mm = 1.0 / machine.program.modal().in_program_units(1.0);
     let from = machine.ports.motion(|motion| motion.commanded_position());

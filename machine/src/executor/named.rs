@@ -1,4 +1,4 @@
-//! Commands by name, `SET_VELOCITY_LIMIT ACCEL=3000`: the line of codes that each comes to.
+//! Commands by name, `SET_VELOCITY_LIMIT ACCEL=3000`, and their translation into lines of codes.
 
 use gcode::{Extended, Line};
 use program::extended::{self, Asked, CodeLine};
@@ -59,8 +59,8 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>, source:
     }
 }
 
-/// Whether a line of a console is such a command: in lower case it is told from the console's own by its name
-/// alone.
+/// Whether a line of a console is a command by name: in lower case only its name tells it from the console's
+/// own.
 fn is_named(text: &str) -> bool {
     let command = Extended::new(text);
     program::commands::find(command.name()).is_none() && extended::find(command.name()).is_some()

@@ -1,5 +1,5 @@
-//! Objects of a print that are left out: which of its moves are not made, and how the machine comes to the
-//! next one that is.
+//! Objects of a print that are left out: the choice of moves that are not made, and the way to the next move
+//! that is.
 
 use motion::Tag;
 use program::Move;
@@ -12,8 +12,8 @@ use crate::jobs::By;
 use crate::ports::Ports;
 use crate::sessions::{Recipient, Reply};
 
-/// A line may be of the file being printed, or, while there is none, of whoever sends one. Nothing else is
-/// left out: an operator who jogs, or a script that parks, means it.
+/// Lets a line count as the print's: a line of the file being printed, or of any session while there is none.
+/// Nothing else is left out: an operator who jogs, or a script that parks, means it.
 #[cold]
 pub(super) fn begin_block<P: Ports>(machine: &mut Machine<'_, P>, source: Source) {
     let prints = if machine.jobs.is_open() { Origin::Job } else { Origin::Session };
@@ -21,7 +21,7 @@ pub(super) fn begin_block<P: Ports>(machine: &mut Machine<'_, P>, source: Source
     program::objects::counts(&mut machine.program, source.origin == prints);
 }
 
-/// M486: says which object begins, or which one is to be left out.
+/// Labels lines with an object, or leaves one out (M486).
 pub(super) fn label<P: Ports>(machine: &mut Machine<'_, P>, text: &str, to: Recipient) -> Outcome {
     let is_of_file = to == Recipient::Nobody && machine.tag != Tag::NONE;
     let by =
@@ -38,14 +38,14 @@ pub(super) fn label<P: Ports>(machine: &mut Machine<'_, P>, text: &str, to: Reci
     labelled.map(|()| Answer::Ok).map_err(|error| machine.texts.refused(format_args!("{error}")))
 }
 
-/// The print has ended: the program is where the machine is.
+/// Ends leaving out at the end of a print: the program is where the machine is.
 pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
     program::objects::leave_out(&mut machine.program, false);
     program::objects::stand_here(&mut machine.program);
 }
 
-/// A move while objects are left out. True: it is not made. Else it is the next one that is, and the machine
-/// stands where it begins.
+/// Whether a move of an object that is left out is not made. If it is the next move to be made, the machine
+/// goes to its beginning first.
 #[cold]
 pub(super) fn is_left_out<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<bool, Failure> {
     if program::objects::leaves_out(&mut machine.program, request) {
@@ -53,7 +53,7 @@ pub(super) fn is_left_out<P: Ports>(machine: &mut Machine<'_, P>, request: &Move
     }
     if let Some(back) = program::objects::way_back(&mut machine.program, request) {
         journal::leaves_height(machine, back.moves.iter().map(|step| step.target[Axis::Z]));
-        // The way is no part of an object.
+        // The way there is no part of an object.
         machine.jobs.objects.counts(false);
         for step in &back.moves {
             actions::move_along(machine, step)?;

@@ -12,7 +12,7 @@ use crate::safety::Event;
 use crate::sessions::Recipient;
 use crate::wait::Waited;
 
-/// A comment that says something, or writes it to a file.
+/// Carries out a comment that says something, or writes it to a file.
 ///
 /// # Errors
 /// When that cannot be written.
@@ -45,7 +45,7 @@ pub(super) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> 
     Ok(())
 }
 
-/// M0, M1, M60: until the operator goes on, or so long.
+/// Waits until the operator goes on (M0, M1, M60), or so long.
 pub(super) fn pause<P: Ports>(
     machine: &mut Machine<'_, P>,
     why: Pause,
@@ -67,12 +67,12 @@ pub(super) fn pause<P: Ports>(
     wait(machine, format_args!("the program waits ({code})"))
 }
 
-/// G4. A pause leaves one that is the whole line of a job.
+/// Dwells (G4). A pause leaves a dwell that is the whole line of a job.
 pub(super) fn dwell<P: Ports>(machine: &mut Machine<'_, P>, time: Micros) -> Result<(), Failure> {
     if wait_for(machine, time, Asked::leaves_wait)? { Err(Failure::HALTED) } else { Ok(()) }
 }
 
-/// Waits for a length of time, or until something ends that: whether it has.
+/// Waits for a length of time, or until something ends the wait; returns whether it has.
 fn wait_for<P: Ports>(
     machine: &mut Machine<'_, P>,
     time: Micros,
@@ -89,7 +89,7 @@ fn wait_for<P: Ports>(
     Ok(false)
 }
 
-/// A job is paused, with what is left of its line; lines of a session are held.
+/// Waits for the operator: a job is paused, with the rest of its line; lines of a session are held.
 pub(super) fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Arguments<'_>) -> Outcome {
     if machine.jobs.is_playing() {
         machine.announce(format_args!("// {what}: ~ or M24 goes on, abort ends the job\n"));
@@ -102,7 +102,7 @@ pub(super) fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Argu
         return Ok(Answer::Ok);
     }
     machine.announce(format_args!("// {what}: ~ goes on\n"));
-    // Held as by `!`, so that everybody sees why nothing moves, and `~` goes on.
+    // The state is that of a hold by `!`, so that everybody sees why nothing moves, and `~` goes on.
     if !machine.safety.apply(Event::Started) || !machine.safety.apply(Event::Hold) {
         return Err(Failure::HALTED);
     }

@@ -7,9 +7,9 @@ use units::{Axis, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId};
 /// End of a fast-forward: behind a line, so that the next line read is the first to be carried out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Until {
-    /// So many lines have begun that are no comments, however often each: `Jobs::begun`.
+    /// So many lines have begun that are no comments, each as often as it did: `Jobs::begun`.
     Begun(u32),
-    /// Moves that take so long, s, at the speeds of the program.
+    /// Moves of so many seconds, at the speeds of the program, have been read.
     Seconds(f64),
     /// The line of this number is next, in the file itself.
     Line(u32),
@@ -41,9 +41,9 @@ pub(super) struct Passed {
     pub targets: [Option<Celsius>; MAX_TEMPERATURES],
     /// Last states asked of switches: on or off, and S.
     pub switches: [Option<(bool, Option<f32>)>; MAX_SWITCHES],
-    /// Lines that are not carried out: the file was paused there, and somebody has gone on.
+    /// Number of lines that are not carried out: the file was paused there, and somebody has gone on.
     pub refused: u32,
-    /// The program has asked the machine: what a probe or an input answered is not known any more.
+    /// The program has asked the machine: the answer of a probe or an input is not known any more.
     pub has_asked: bool,
     /// Place where the last line read has begun: its moves go from here.
     pub line_began_at: PerAxis<f64>,
@@ -56,7 +56,7 @@ pub(super) struct Passed {
 }
 
 impl Passed {
-    /// Nothing yet; the program stands here.
+    /// Makes an empty record; the program stands here.
     pub const fn new(until: Until, here: PerAxis<f64>) -> Self {
         Self {
             until,
@@ -72,7 +72,7 @@ impl Passed {
         }
     }
 
-    /// An effect that is read over.
+    /// Notes an effect that is read over.
     pub fn note(&mut self, effect: Effect) {
         match effect {
             Effect::Target { heater, target } => self.note_target(heater, target),
@@ -89,7 +89,7 @@ impl Passed {
         }
     }
 
-    /// A move that is read over.
+    /// Notes a move that is read over.
     pub fn go(&mut self, request: &Move) {
         let from = core::mem::replace(&mut self.at, request.target);
         let z = request.target[Axis::Z];
@@ -103,7 +103,7 @@ impl Passed {
         }
     }
 
-    /// A target that is read over.
+    /// Notes a target that is read over.
     pub fn note_target(&mut self, heater: HeaterId, target: Celsius) {
         if let Some(last) = self.targets.get_mut(heater.index()) {
             *last = Some(target);

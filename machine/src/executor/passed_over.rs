@@ -23,7 +23,7 @@ pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, 
     Ok(if row.is_some() { Answer::PassedOver } else { Answer::Unknown })
 }
 
-/// A code of the job levels the bed, which this machine cannot: whether the job goes on without.
+/// Decides whether the job goes on after a code that levels the bed, which this machine cannot.
 #[cold]
 pub(super) fn goes_on_unleveled<P: Ports>(machine: &mut Machine<'_, P>, row: &CodeInfo) -> bool {
     let goes_on = !machine.config.player.unleveled_pauses && cannot_level(machine.config, row);
@@ -33,7 +33,7 @@ pub(super) fn goes_on_unleveled<P: Ports>(machine: &mut Machine<'_, P>, row: &Co
     goes_on
 }
 
-/// Counts a code or a word of the job that was left out; they are said when the job ends.
+/// Counts a code or a word of the job that was left out; the counts are said when the job ends.
 pub(super) fn count<P: Ports>(machine: &mut Machine<'_, P>, name: Name) {
     if let Some(noted) = machine.jobs.noted() {
         noted.passed_over.count(name);

@@ -11,13 +11,13 @@ use crate::heat_codes;
 use crate::ports::Ports;
 use crate::sessions::{Listing, Periodic, Recipient, Reply};
 
-/// Between two looks at what is due.
+/// Time between two looks at what is due.
 const PERIOD: Micros = Micros(20_000);
 
 /// The code that asks for temperatures.
 const M105: u16 = 105;
 
-/// M155, M27 S and M113.
+/// Sets the reports of M155, M27 S and M113.
 pub(super) fn command<P: Ports>(
     machine: &mut Machine<'_, P>,
     function: Function,
@@ -45,7 +45,7 @@ pub(super) fn command<P: Ports>(
     Ok(Answer::Ok)
 }
 
-/// M105 in a file that is sent is a line of it, and answered as well: hosts go on asking.
+/// Answers M105 within a file that is sent, as well as taking it as a line: hosts go on asking.
 pub(super) fn answers_in_upload<P: Ports>(machine: &mut Machine<'_, P>, line: Line<'_>, to: Recipient) -> bool {
     let Line::Code(mut blocks) = line else { return false };
     let asks = blocks.next().and_then(Result::ok).is_some_and(|block| block.is(Code::m(M105)));
@@ -56,7 +56,7 @@ pub(super) fn answers_in_upload<P: Ports>(machine: &mut Machine<'_, P>, line: Li
     asks
 }
 
-/// Tells everybody what is due. Periods are whole seconds: not each turn of a wait needs to look.
+/// Sends all reports that are due. Periods are whole seconds: not each turn of a wait needs to look.
 pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     if now < machine.polls.reports_due {
         return;

@@ -15,7 +15,7 @@ use crate::jobs::Scripts;
 use crate::ports::Ports;
 use crate::sessions::Recipient;
 
-/// Above the place, before it is gone down to, mm.
+/// Height above the place, before the tool goes down to it, mm.
 const LIFT: f64 = 5.0;
 /// Speed down to the place, mm/s.
 const DOWN: MmPerSecond = MmPerSecond(10.0);
@@ -37,7 +37,7 @@ pub(super) fn split(arguments: &str) -> Result<(&str, Option<Until>), Failure> {
     }
 }
 
-/// The job that has just been opened begins there.
+/// Has the job that has just been opened begin at a place.
 ///
 /// # Errors
 /// On a machine that is not homed or moves; the job is closed then.
@@ -68,7 +68,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) ->
     Ok(Answer::Ok)
 }
 
-/// The lines before have been read over.
+/// Takes the machine to the place, once the lines before it have been read over.
 ///
 /// # Errors
 /// When the job cannot begin there; it is closed then, and what has begun to heat is off.
@@ -107,7 +107,7 @@ fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_heated: &
     }
     let homed = machine.axes.homed();
     let (mut up, mut over) = (here, place);
-    // Above all that was made before; not higher, for at its highest a delta goes nowhere else.
+    // Above all parts made before; not higher, for at its highest a delta goes nowhere else.
     up[Axis::Z] = passed.z[1].max(place[Axis::Z]) + LIFT;
     let up = machine.travel().cut(&here, &up, homed);
     over[Axis::Z] = up[Axis::Z].max(place[Axis::Z]);

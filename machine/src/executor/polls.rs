@@ -20,7 +20,7 @@ pub(super) struct Polls {
     /// Earliest time of the next reports that nobody asks for.
     pub reports_due: Micros,
     pub stalls: StallWatch,
-    /// A sequence makes drivers say stall.
+    /// A sequence makes drivers report stalls.
     pub ignores_stalls: bool,
     /// Fault of the line of saved settings that just ended.
     pub settings_problem: Option<ShortText>,

@@ -15,11 +15,11 @@ use crate::needs::failure_of;
 use crate::outputs::Outputs;
 use crate::ports::Ports;
 
-/// Carries a script out, whose setting is named in what is said of it.
+/// Carries out a script; messages about it name its setting.
 pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {
     machine.standstill()?;
     let kept = machine.program.keep();
-    // Sequences move past the program.
+    // Sequences move without telling the program.
     machine.resynchronise();
     // The modes that the script changes are kept already.
     let _modes = ScriptModes::begin(&mut machine.program);
@@ -95,7 +95,7 @@ fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_
     Ok(())
 }
 
-/// Turns a switch, once what comes before has been made.
+/// Turns a switch, once earlier moves have been made.
 fn switch<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_>, effect: Effect) -> Result<(), Failure> {
     let Effect::Switch { switch, on, value } = effect else {
         return Err(refused(machine.texts, key, block, format_args!("heats: a probe's script does not")));

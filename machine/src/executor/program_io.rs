@@ -39,19 +39,19 @@ pub(super) fn enable_overrides<P: Ports>(
     }
     machine.outputs.let_override_count(spindle);
     say_spindle(machine);
-    // From standstill, so that it holds before the next move; whoever aborts then is heard.
+    // Holding from standstill acts before the next move; a session that aborts then is heard.
     if machine.hold.let_act(hold) && machine.safety.apply(Event::Started) && machine.safety.apply(Event::Hold) {
         machine.ports.motion(motion::Motion::hold);
     }
     Ok(())
 }
 
-/// The operator's factor of feed rates, whether it counts or not.
+/// Returns the operator's factor of feed rates, whether it counts or not.
 pub(super) fn feed<P: Ports>(machine: &mut Machine<'_, P>) -> f64 {
     machine.feed_waits.unwrap_or_else(|| machine.ports.motion(|motion| motion.overrides().feed))
 }
 
-/// The operator's factor of feed rates is another one.
+/// Sets the operator's factor of feed rates.
 pub(super) fn set_feed<P: Ports>(machine: &mut Machine<'_, P>, factor: f64) {
     if machine.feed_waits.is_some() {
         machine.feed_waits = Some(factor);
@@ -63,8 +63,8 @@ pub(super) fn set_feed<P: Ports>(machine: &mut Machine<'_, P>, factor: f64) {
     });
 }
 
-/// M220: in a program the factor of what is read from now on; from a console beside a job that is played the
-/// factor of all that it still makes, at once. Without words says it.
+/// Sets the speed factor (M220): in a program, for lines read from now on; from a console beside a job that
+/// is played, for all that the job still makes, at once. Without words tells it.
 pub(super) fn speed_factor<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) {
     let is_beside = machine.jobs.is_open() && machine.jobs.made(machine.tag).is_none();
     match words.get('S') {
@@ -84,14 +84,14 @@ pub(super) fn speed_factor<P: Ports>(machine: &mut Machine<'_, P>, words: &Words
     }
 }
 
-/// A tap does not go on: a hold that has waited for it comes too late.
+/// Lets holds act again after a tap that does not go on: a hold that has waited for it comes too late.
 pub(super) fn let_hold_act_again<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.hold != Hold::Acts {
         overrides_count_again(machine);
     }
 }
 
-/// The job does not go on: what it has put aside counts again.
+/// Lets overrides count again that a job has put aside: it does not go on.
 pub(super) fn overrides_count_again<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.hold = Hold::Acts;
     machine.program.let_overrides_count();
@@ -101,7 +101,7 @@ pub(super) fn overrides_count_again<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Speeds are as programmed, and overrides count: the program has ended, or the machine was reset.
+/// Resets overrides: the program has ended, or the machine was reset.
 pub(super) fn reset_overrides<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.feed_waits = None;
     machine.hold = Hold::Acts;
@@ -126,7 +126,7 @@ fn is_on<P: Ports>(machine: &Machine<'_, P>, wait: AwaitInput) -> bool {
     machine.ports.inputs().is_active(Input::Switch(wait.input.0))
 }
 
-/// The level that it waited for; none when it did not come in time.
+/// Waits for the level of an input; none when it did not come in time.
 fn await_event<P: Ports>(
     machine: &mut Machine<'_, P>,
     wait: AwaitInput,
@@ -177,7 +177,7 @@ pub(super) fn tell_beyond<P: Ports>(machine: &mut Machine<'_, P>, switch: Switch
 /// Changes an output at once.
 pub(super) fn apply<P: Ports>(machine: &mut Machine<'_, P>, change: Option<Output>) {
     if let Some(output) = change {
-        // A switch takes anything.
+        // A switch takes any value.
         let _ = machine.ports.heat(|heat| heat.apply(output));
     }
 }

@@ -54,8 +54,8 @@ fn follow_targets<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.recorded.targets = targets;
 }
 
-/// A state worth an entry. Moving and standing alternate with every line that a person types, and halts have
-/// an entry of their own.
+/// Returns the name of a state that is worth an entry. Moving and standing alternate with every line that a
+/// person types, and halts have an entry of their own.
 const fn told(state: State) -> Option<&'static str> {
     match state {
         State::Idle | State::Run | State::Jog | State::Alarm | State::Invalid => None,
@@ -69,7 +69,7 @@ const fn told(state: State) -> Option<&'static str> {
     }
 }
 
-/// `events [count | all]`
+/// Tells recorded events: `events [count | all]`.
 pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let count = match arguments {
         "" => TOLD,
@@ -82,7 +82,7 @@ pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: 
     long_answers::begin(machine, Listing::Events { next, end }, to)
 }
 
-/// The next line of the answer. True while there are more.
+/// Tells the next line of the answer. True while there are more.
 pub(super) fn piece<P: Ports>(ports: &P, next: &mut u32, end: u32, reply: &mut Reply<'_>) -> bool {
     let mut entries = ports.events().between(*next, end);
     match entries.next() {
@@ -106,7 +106,7 @@ pub(super) fn tell_last<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -
     Answer::Ok
 }
 
-/// Without a debugger nothing would go on.
+/// Stops for a debugger; without one nothing would go on, so the last events are told.
 pub(super) fn stop_for_debugger<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     if machine.safety.state() != State::Idle && !machine.safety.is_halted() {
         return Err(Failure::refused(&"the machine moves: stop it first"));

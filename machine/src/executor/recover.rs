@@ -1,6 +1,6 @@
 //! M1000, M916: a job is gone on with after a power cut or a halt.
 //!
-//! Nothing of it begins by itself. First the journal is held against the card, the file and the machine; then
+//! No recovery begins by itself. First the journal is held against the card, the file and the machine; then
 //! the file is read up to the line that was made, which says what the program stood on there, and a little
 //! further, which says whether Z can have changed since the last entry. Only then anything heats, and then
 //! moves: bed, nozzle, up, X and Y to their switches, the configuration's script, back over the part, and
@@ -36,7 +36,7 @@ const OTHER_MODES: &str = "modes are in force that the job did not begin with: r
 /// Speed down onto the part, mm/s.
 const SLOWLY: MmPerSecond = MmPerSecond(5.0);
 
-/// Says at boot what can be gone on with, and what that would do.
+/// Says at boot which job can go on, and what that would do.
 pub(super) fn say_offer<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.config.player.power_loss.enable
         && let Err(error) = crate::journal::prepare(&mut machine.ports, P::report_alive)
@@ -78,7 +78,7 @@ fn say<P: Ports>(machine: &mut Machine<'_, P>, offer: &Offer, to: Recipient) {
     );
 }
 
-/// M1000 and M916. `S` says what there is, `C` forgets it, `Z`: where the tool stands.
+/// Runs M1000 and M916. `S` tells the offer, `C` forgets it, `Z` says where the tool stands.
 pub(super) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
     if machine.jobs.is_open() || machine.jobs.is_suspended() {
         return Err(Failure::refused(&"a job is under way: abort ends it"));
@@ -148,7 +148,7 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
         offer,
     });
     if z.is_none() && !machine.axes.homed().has(Axis::Z) {
-        // Z is as it was there, and so is the temperature at which it is right.
+        // Z is as it was when the job stopped, and so is the temperature at which it is right.
         machine.thermal.refer_to(Some(frame).filter(|frame| *frame != 0.0));
     }
     machine.say(to, format_args!("// the file is read up to where the job was\n"));
@@ -162,7 +162,7 @@ fn read_up_to<P: Ports>(machine: &mut Machine<'_, P>, lines: u32, then: Step, to
     if !program::begin_again(&mut machine.program, &mut recovery.offer.beginning) {
         return Err(Failure::refused(&"the journal is damaged: the job cannot be gone on with"));
     }
-    // As it was at the entry: what was made up for where the job began is another temperature's.
+    // The offset of the entry counts: the offset at the job's beginning is another temperature's.
     machine.program.set_thermal_z(recovery.offer.entry.thermal_z);
     machine.jobs.read_again(&mut machine.ports).map_err(|error| machine.texts.because(error.text()))?;
     if let Some(dialect) = dialect.and_then(|place| Dialect::ALL.get(place)) {
@@ -243,7 +243,7 @@ fn compare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
         return Err(Failure::refused(&"the file does not lead to where the machine was: M1000 C forgets the job"));
     }
     recovery.highest = passed.z[1].max(end[Axis::Z]);
-    // The file is read twice: it has to lead to the same place.
+    // The second reading of the file has to lead to the same place.
     recovery.place = from;
     let stands = recovery.offer.entry.stands || recovery.offer.entry.doing.waits();
     let seconds = UNNOTICED_S * recovery.offer.entry.feed_factor.max(1.0);
@@ -295,7 +295,7 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     read_up_to(machine, made, Step::Prepare, to)
 }
 
-/// Z is found by going up, away from the part.
+/// Whether Z homes by going up, away from the part.
 fn homes_upwards<P: Ports>(machine: &Machine<'_, P>) -> bool {
     let stop = machine.config.homing_endstop(Axis::Z);
     stop.is_some_and(|stop| stop.homing_direction == HomingDirection::ToMax)
@@ -318,7 +318,7 @@ fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     let entry = recovery.offer.entry;
     restore::heat(machine, &entry.targets.map(|target| Celsius(target as f32)), to)?;
     lift(machine, &entry.position, to)?;
-    // The script goes from where the tool is, not from where the file is.
+    // The script moves from the tool's place, not from the file's.
     machine.standstill()?;
     machine.resynchronise();
     let script = machine.config.player.power_loss.gcode.as_str();
@@ -328,7 +328,7 @@ fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     suspend::start_script(machine, script, Then::Recover(Step::GoBack, to)).map(drop)
 }
 
-/// Up, clear of everything that stands on the bed; then X and Y to their switches, and Z where that is
+/// Lifts the tool clear of everything that stands on the bed; then homes X and Y, and Z where that is
 /// upwards.
 fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> Result<(), Failure> {
     let sag = machine.config.player.power_loss.sag;
@@ -337,7 +337,7 @@ fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> R
     let mut here = machine.ports.motion(|motion| motion.commanded_position());
     let homed = machine.axes.homed();
     for axis in Axis::PRIMARY.into_iter().filter(|axis| !homed.has(*axis)) {
-        // Somebody may have moved it by hand of the machine since.
+        // Somebody may have moved the axis by hand since.
         here[axis] += was.get(axis as usize).copied().unwrap_or(0.0) - machine.journal.stood_at[axis];
     }
     if !homed.has(Axis::Z) {
@@ -353,7 +353,7 @@ fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> R
     }
     let mut homes = AxisSet::of(Axis::X).with(Axis::Y).and(machine.can_home);
     if homes_upwards(machine) {
-        // Until it is there it may be anywhere between.
+        // Until Z is homed it may be anywhere between.
         journal::note(machine, Heights::Any, false);
         machine.announce(format_args!("// homing Z, upwards\n"));
         machine.axes.mark_homed(AxisSet::PRIMARY);
@@ -371,7 +371,7 @@ fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> R
     homing::home(&mut Hands::new(machine, to), homes)
 }
 
-/// So high that X and Y can go to their switches.
+/// Lifts Z so high that X and Y can go to their switches.
 fn go_up<P: Ports>(
     machine: &mut Machine<'_, P>,
     here: PerAxis<f64>,
@@ -381,7 +381,7 @@ fn go_up<P: Ports>(
     let mut up = here;
     up[Axis::Z] = above(machine, here[Axis::Z].max(highest)).max(here[Axis::Z]);
     machine.announce(format_args!("// up to Z{:.2}\n", up[Axis::Z]));
-    // Until it is there it may be anywhere between.
+    // Until Z has arrived it may be anywhere between.
     journal::note(machine, Heights::Between([here[Axis::Z], up[Axis::Z]]), false);
     machine.axes.mark_homed(AxisSet::PRIMARY);
     let hands = &mut Hands::new(machine, to);
@@ -391,7 +391,7 @@ fn go_up<P: Ports>(
     Ok(())
 }
 
-/// So high that nothing is run into over what goes up to this height, mm.
+/// Returns the height that clears everything up to this height, mm.
 fn above<P: Ports>(machine: &mut Machine<'_, P>, highest: f64) -> f64 {
     let [_, most] = machine.travel().ends();
     (highest + machine.config.player.power_loss.lift).min(most[Axis::Z])
@@ -401,10 +401,10 @@ fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     machine.standstill()?;
     let Some(recovery) = machine.recovery.clone() else { return Err(Failure::HALTED) };
     let (entry, mut place) = (recovery.offer.entry, recovery.place);
-    // The frame is not as warm as it was there.
+    // The frame's temperature differs from that at the entry.
     place[Axis::Z] += machine.thermal.offset() - entry.thermal_z;
     let mut over = machine.ports.motion(|motion| motion.commanded_position());
-    // Filament counts from here as the file does; and nothing has turned A, B or C since.
+    // Filament counts from here as in the file; and nothing has turned A, B or C since.
     Axis::ALL.into_iter().filter(|axis| !Axis::PRIMARY.contains(axis)).for_each(|axis| over[axis] = place[axis]);
     Hands::new(machine, to).set_position(over)?;
     // The script may have left the tool low, and homing at its highest: there a delta goes nowhere else.

@@ -11,7 +11,8 @@ use crate::sessions::Recipient;
 /// States asked of switches last: on or off, and S.
 pub(super) type Switches = [Option<(bool, Option<f32>)>];
 
-/// Heats what has a target, and waits: bed and chamber first, so that the part holds before the nozzle oozes.
+/// Heats all heaters with a target, and waits: bed and chamber first, so that the part holds before the
+/// nozzle oozes.
 ///
 /// # Errors
 /// As waiting for a temperature. Heaters stay on then: a caller that gives up calls [`cool`].
@@ -30,20 +31,20 @@ pub(super) fn heat<P: Ports>(machine: &mut Machine<'_, P>, targets: &[Celsius], 
     Ok(())
 }
 
-/// Every heater is off.
+/// Switches every heater off.
 pub(super) fn cool<P: Ports>(machine: &mut Machine<'_, P>) {
     for id in HeaterId::all() {
-        // Off is never refused.
+        // Switching off is never refused.
         let _ = machine.ports.heat(|heat| heat.set_target(id, Celsius(0.0)));
     }
 }
 
-/// Fans and other outputs as the file has set them.
+/// Sets fans and other outputs as the file has set them.
 pub(super) fn switch<P: Ports>(machine: &mut Machine<'_, P>, switches: &Switches) {
     for (index, told) in switches.iter().enumerate() {
         let Some((on, value)) = *told else { continue };
         if let Some(output) = machine.outputs.turn(machine.config, SwitchId(index as u8), on, value) {
-            // A switch takes anything.
+            // A switch takes any value.
             let _ = machine.ports.heat(|heat| heat.apply(output));
         }
     }

@@ -75,7 +75,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
 
 impl<P: Ports> Machine<'_, P> {
     fn serve_session(&mut self, id: SessionId) {
-        // Mostly nothing is new, and this is asked for every line.
+        // Mostly nothing is new, and every line comes through here.
         let session = self.sessions.get(id);
         if !session.is_some_and(|session| session.wants_service(self.ports.inbox(id))) {
             return;
@@ -121,12 +121,12 @@ impl<P: Ports> Machine<'_, P> {
         self.record(&if has_left { Happened::SessionClosed { session } } else { Happened::SessionOpened { session } });
     }
 
-    /// Seldom: kept out of what every line passes through.
+    /// Serves requests of a session. Seldom: kept out of the code that every line passes through.
     #[inline(never)]
     fn serve_requests(&mut self, id: SessionId) {
         let to = Recipient::Session(id);
         loop {
-            // A question needs room for its answer; what stops the machine needs none.
+            // A question needs room for its answer; requests that stop the machine need none.
             let request = self.ports.inbox(id).take_request();
             let Some(request) = request else { return };
             match request {
@@ -229,7 +229,7 @@ impl<P: Ports> Machine<'_, P> {
         session.gather(ports.inbox(id));
     }
 
-    /// Each line that was lost is answered, so that a sender that counts answers stays in step.
+    /// Answers each line that was lost, so that a sender that counts answers stays in step.
     fn answer_lost(&mut self, id: SessionId) {
         let Some(session) = self.sessions.get_mut(id) else { return };
         while let Some((error, why)) = session.take_lost() {
@@ -241,7 +241,7 @@ impl<P: Ports> Machine<'_, P> {
         }
     }
 
-    /// A line that is a question is answered now, whatever the machine waits for.
+    /// Answers a line that is a question now, whatever the machine waits for.
     fn answer_question(&mut self, id: SessionId) {
         let Some(session) = self.sessions.get_mut(id) else { return };
         let may_operate = session.rights == Rights::Operate;
@@ -318,7 +318,8 @@ impl<P: Ports> Machine<'_, P> {
         self.blink(now);
     }
 
-    /// The button box: what is urgent is done, lines wait for their turn. Whether one has come.
+    /// Watches the button box: urgent lines act now, others wait for their turn. Returns whether one has
+    /// come.
     fn watch_buttons(&mut self, levels: InputLevels, now: Micros) -> bool {
         let urgent = self.buttons.look(levels, self.config, now);
         if urgent.kill {
@@ -341,7 +342,7 @@ impl<P: Ports> Machine<'_, P> {
         }
     }
 
-    /// Tells heaters what is extruded.
+    /// Tells heaters the flow of filament.
     fn watch_flow(&mut self, now: Micros) {
         if now < self.polls.flow.due() || !self.ports.heat(|heat| heat.wants_flow()) {
             return;
@@ -378,7 +379,7 @@ impl<P: Ports> Machine<'_, P> {
         let Some(fault) = self.ports.heat(HeatControl::take_fault) else { return };
         let text = HeatFaultText { config: self.config, fault };
         if self.safety.is_halted() {
-            // The outputs are off already; that it goes on all the same a person must hear.
+            // The outputs are off already; a person must hear that the fault persists.
             self.record(&Happened::Warned(Text::new(format_args!("{text}"))));
             return self.announce(format_args!("ERROR: {text}\n"));
         }
@@ -422,7 +423,7 @@ impl<P: Ports> Machine<'_, P> {
         }
         let moving = !matches!(self.safety.state(), State::Idle | State::Suspended | State::Check);
         let levels = self.ports.inputs();
-        // Only a search asks where the machine is, and that is worth knowing only then.
+        // Only a search uses the machine's place, so it is read only then.
         let is_searching = self.safety.limits.is_searching();
         let here = if is_searching { self.ports.motion(|motion| motion.live_position()) } else { PerAxis::default() };
         let Self { safety, ports, .. } = self;
@@ -469,7 +470,7 @@ impl<P: Ports> Machine<'_, P> {
         let phase = self.polls.led_phase;
         self.ports.set_led(0, phase & 1 == 0);
         let playing = match self.safety.state() {
-            // About 300 ms a change.
+            // The light changes about every 300 ms.
             State::Alarm | State::Invalid | State::Sleep => (phase / 3) & 1 == 0,
             State::Idle => false,
             _ => true,

@@ -7,7 +7,7 @@ use crate::ports::{Ports, StorageError, Wake};
 use crate::saved_settings;
 use crate::sessions::{Recipient, Reply};
 
-/// M501: the file is read as a script is.
+/// Reads the file of saved settings as a script (M501).
 pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
     let path = files::override_path(machine.texts, set)?;
     if let Err(error) = suspend::begin_replay(machine, &path, to, false) {

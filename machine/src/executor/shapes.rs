@@ -19,7 +19,7 @@ use crate::safety::Event;
 /// Returns a move of the program in motion's terms, without its curve.
 pub(super) fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> motion::Move {
     let (ports, part) = (&mut machine.ports, machine.jobs.objects.part());
-    // A tap, and M49, have no speed but their own.
+    // A tap, and a move under M49, have their own speed alone.
     let factors =
         if machine.feed_waits.is_some() { [1.0; 2] } else { program::speed_factor::of_moves(&machine.program) };
     let whole = drawing::in_motions_terms(request, machine.tag, factors, || {

@@ -14,7 +14,7 @@ pub(super) enum Origin {
     Session,
     /// The file being played.
     Job,
-    /// A switch on an input.
+    /// An input switch, a button or the filament detector.
     Switch,
     /// A file of saved settings.
     Settings,
@@ -31,8 +31,8 @@ pub(super) struct Source {
 }
 
 impl Source {
-    /// A session has its dialect, and so has a file; the configuration and saved settings are in the
-    /// machine's own, whatever consoles speak.
+    /// Finds the dialect: a session has its own, and so has a file; the configuration and saved settings are
+    /// in the machine's own, whatever consoles speak.
     pub fn new<P: Ports>(machine: &Machine<'_, P>, to: Recipient, origin: Origin) -> Self {
         let dialect = match origin {
             Origin::Job => machine.jobs.dialect().unwrap_or_else(|| program_setup::dialect(machine.config)),

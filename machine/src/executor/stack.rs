@@ -1,4 +1,4 @@
-//! Runs what lines have started: scripts and files of saved settings, line by line, and what follows them.
+//! The work that lines have started: scripts and files of saved settings, line by line, and their sequels.
 
 use gcode::{Blocks, Gathered};
 use program::{LeftHole, ScriptModes};
@@ -13,7 +13,7 @@ use crate::ports::{Ports, StorageError};
 use crate::probing::{stow_after, touch_cartesian_grid};
 use crate::sessions::{LineBytes, Recipient};
 
-/// Does the next thing of what was started last.
+/// Does the next step of the frame that was started last.
 pub(super) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.safety.is_halted() {
         return fail(machine, Failure::HALTED);
@@ -23,7 +23,7 @@ pub(super) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
         Some(Frame::Script(_)) => script_next(machine),
         _ => match machine.frames.pop() {
             Some(Frame::Rest(rest)) => blocks::run_rest(machine, rest),
-            // The job was aborted meanwhile, and with it its line.
+            // The job, and its line with it, was aborted meanwhile.
             Some(Frame::Operator(_)) if !machine.jobs.is_open() => drop_all(machine),
             Some(Frame::Operator(modes)) => modes.end(&mut machine.program),
             Some(Frame::ToolChange(tool)) => {
@@ -47,7 +47,7 @@ pub(super) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Drops what was started.
+/// Drops all frames that were started.
 fn drop_all<P: Ports>(machine: &mut Machine<'_, P>) {
     while let Some(frame) = machine.frames.pop() {
         if let Frame::Script(script) = frame {
@@ -56,24 +56,24 @@ fn drop_all<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// A script has ended, at its end or before: the modes are the program's again.
+/// Gives the modes back to the program at the end of a script, or before.
 fn end_script<P: Ports>(machine: &mut Machine<'_, P>, script: &Script<'_>) {
     if let Some(modes) = &script.modes {
         modes.end(&mut machine.program);
     }
 }
 
-/// The tool was drawn out of a hole.
+/// Goes on with a drilling cycle, as the tool was drawn out of a hole.
 fn go_on_drilling<P: Ports>(machine: &mut Machine<'_, P>, left: &LeftHole) -> Result<(), Failure> {
     machine.standstill()?;
     holes::take_up(machine, left)?;
     actions::what_returned(machine, Recipient::Nobody).map(drop)
 }
 
-/// A startup line, and then those behind it. An alarm is none's beginning.
+/// Runs a startup line, and then those behind it. None begins in an alarm.
 fn run_startup<P: Ports>(machine: &mut Machine<'_, P>, number: u8) {
     let Some(text) = machine.grbl.own.startup.get(usize::from(number)).cloned() else { return };
-    // The frame that was taken left its room.
+    // The frame that was taken left room for this one.
     let _ = machine.frames.push(Frame::Startup(number + 1));
     if !text.is_empty() {
         machine.tag = motion::Tag::NONE;
@@ -82,14 +82,14 @@ fn run_startup<P: Ports>(machine: &mut Machine<'_, P>, number: u8) {
     }
 }
 
-/// The next command of a script.
+/// Runs the next command of a script.
 fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
     let Machine { frames, program, .. } = machine;
     let Some(Frame::Script(script)) = frames.top() else { return };
     let text = script.text;
     let modes = script.modes.get_or_insert_with(|| ScriptModes::begin(program));
     let bytes = text.as_bytes();
-    // Smoothieware v1 parts the lines of a script so.
+    // Smoothieware v1 separates the lines of a script so.
     let end = bytes.iter().skip(script.next).position(|byte| *byte == b'|').map(|length| script.next + length);
     let line = end.and_then(|end| bytes.get(..end)).unwrap_or(bytes);
     let mut blocks = Blocks::starting_at(line, script.next);
@@ -118,7 +118,7 @@ fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
             }
             outcome
         }
-        // A job that could not be suspended or gone on with for a slip in its script would be lost.
+        // A slip in its script must not lose a job that is to be suspended or resumed.
         Err(error) if machine.frames.is_around_suspension() => {
             machine.announce(format_args!("// WARNING {text}: {error}: passed over\n"));
             Ok(Answer::Ok)
@@ -216,7 +216,7 @@ enum Piece {
     Failed(StorageError),
 }
 
-/// The next line of the file of settings.
+/// Reads the next line of the file of settings.
 fn next_line<P: Ports>(machine: &mut Machine<'_, P>) -> Piece {
     let Machine { frames, ports, .. } = machine;
     let Some(Frame::Replay(replay)) = frames.top() else { return Piece::End };
@@ -236,7 +236,7 @@ fn next_line<P: Ports>(machine: &mut Machine<'_, P>) -> Piece {
             Ok(count) => {
                 replay.next = 0;
                 replay.chunk.clear();
-                // A chunk fits a chunk.
+                // A chunk fits into a chunk.
                 let _ = replay.chunk.extend_from_slice(chunk.get(..count).unwrap_or(&[]));
             }
             Err(error) => return Piece::Failed(error),

@@ -1,10 +1,10 @@
-//! A stall stops a job: it lifts, homes what has lost its place, and goes on with the line that was under
-//! way; or is suspended there until somebody has it go on.
+//! Recovery from a stall that stops a job: the tool lifts, lost axes are homed, and the job goes on with the
+//! line that was under way; or it is suspended there until somebody has it go on.
 //!
-//! The machine brakes along its path, as in a hold, and what was planned behind is dropped. Z rises. Then the
+//! The machine brakes along its path, as in a hold, and moves planned behind are dropped. Z rises. Then the
 //! file is read over up to the line that was under way, as after a power cut, so that the program stands
-//! there, and the job is suspended. From there on it is `resume`, with homing before it: whether that begins
-//! by itself is all that `pause` and `recover` differ in.
+//! there, and the job is suspended. From there on the job takes the way of `resume`, with homing before it:
+//! `pause` and `recover` differ only in whether that begins by itself.
 
 use core::fmt::Display;
 
@@ -23,11 +23,11 @@ use crate::ports::Ports;
 use crate::sessions::Recipient;
 use crate::stall_recovery::{Phase, Stopped};
 
-/// The stop is on the way of a move when it is so near to it: corners are rounded, mm.
+/// Distance within which the stop is on the way of a move, mm: corners are rounded.
 const ON_THE_WAY: f64 = 0.05;
 const CHANGED: &str = "modes or offsets were changed from a console, or are none that the file can be read again with";
 
-/// A file is about to be read: what it begins with, in case a stall stops it.
+/// Keeps the state that a file about to be read begins with, in case a stall stops it.
 pub(super) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) {
     if is_wanted(machine.config) {
         let beginning = program::beginning(&mut machine.program);
@@ -35,7 +35,7 @@ pub(super) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// The same of a file that is gone on with after a power cut.
+/// Keeps the state that a file going on after a power cut began with.
 pub(super) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>, beginning: [u8; BEGINNING_BYTES]) {
     if is_wanted(machine.config) {
         machine.stalls.keep_beginning(machine.jobs.count(), Some(beginning));
@@ -46,7 +46,7 @@ fn is_wanted(config: &MachineConfig) -> bool {
     config.watched_for_stalls().any(|(motor, _)| config.on_stall(motor).keeps_job())
 }
 
-/// A motor has stalled: the job stops. False where there is none that can.
+/// Stops the job, as a motor has stalled. False where no job can be stopped.
 pub(super) fn brake<P: Ports>(machine: &mut Machine<'_, P>, motor: Actuator) -> bool {
     let is_of_job = machine.jobs.is_playing() || matches!(machine.stalls.phase, Phase::Returns);
     let runs = machine.safety.mode().is_in(State::Run) && machine.hold.acts() && machine.recovery.is_none();
@@ -66,7 +66,7 @@ fn letter(motor: Actuator) -> char {
     Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter())
 }
 
-/// A look at a machine that brakes because of a stall: when it stands, whatever waits for its moves ends.
+/// Watches a machine that brakes because of a stall: when it stands, all waits for its moves end.
 pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     let Phase::Brakes(motor) = machine.stalls.phase else { return };
     let (state, stands, under_way, at) = machine.ports.motion(|motion| {
@@ -117,7 +117,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     let Phase::Stands(stopped) = machine.stalls.phase else { return };
     if !machine.safety.is_halted() && machine.frames.is_empty() {
         machine.stalls.phase = Phase::Looks(stopped);
-        // There is room: nothing else is on the stack.
+        // There is room, as nothing else is on the stack.
         let _ = machine.frames.push(Frame::Then(Then::Stalled(StallStep::Lift)));
     }
 }
@@ -140,7 +140,7 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: StallStep) -> 
     }
 }
 
-/// Up from the part, and then the file is read up to where the job was. True: that is known already.
+/// Lifts the tool from the part, and has the file read up to where the job was. True: that is known already.
 fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<bool, Failure> {
     if !machine.jobs.is_open() {
         return Err(Failure::HALTED);
@@ -150,7 +150,7 @@ fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> R
     rise(machine, top.min(most[Axis::Z]))?;
     machine.resynchronise();
     if let Some(stall) = machine.jobs.stalled_job() {
-        // On its way back to the job.
+        // The job was on its way back from a stall.
         stall.lost = stall.lost.or(stopped.lost);
         machine.safety.apply(crate::safety::Event::Suspend);
         return Ok(true);
@@ -170,7 +170,7 @@ fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> R
     Ok(false)
 }
 
-/// Z rises so high, where it is homed and lower.
+/// Lifts Z so high, where it is homed and lower.
 fn rise<P: Ports>(machine: &mut Machine<'_, P>, top: f64) -> Result<(), Failure> {
     let mut up = machine.ports.motion(|motion| motion.commanded_position());
     if !machine.axes.homed().has(Axis::Z) || top <= up[Axis::Z] {
@@ -182,7 +182,7 @@ fn rise<P: Ports>(machine: &mut Machine<'_, P>, top: f64) -> Result<(), Failure>
     Hands::new(machine, Recipient::All).go_there(up, rate)
 }
 
-/// The program stands where the job was: it is suspended there.
+/// Suspends the job where the program stands after the reading.
 fn found<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<(), Failure> {
     let passed = fast_forward::take(machine).filter(|passed| passed.has_arrived);
     let passed = passed.ok_or_else(|| Failure::refused(&"the file ends before the line that was under way"))?;
@@ -218,14 +218,14 @@ fn is_between(from: &PerAxis<f64>, to: &PerAxis<f64>, place: &PerAxis<f64>) -> b
     (-1e-3..=1.0 + 1e-3).contains(&share) && dot(&off, &off) <= ON_THE_WAY * ON_THE_WAY
 }
 
-/// So high that an axis may home over all that was made, mm.
+/// Returns the height at which an axis may home over all parts made, mm.
 fn above<P: Ports>(machine: &mut Machine<'_, P>, passed: &Passed, stopped: &Stopped) -> f64 {
     let [_, most] = machine.travel().ends();
     let highest = passed.z[1].max(stopped.at[Axis::Z]);
     (highest + machine.config.motors.stall.lift.0).min(most[Axis::Z])
 }
 
-/// The suspended job goes on by itself, where it may.
+/// Has the suspended job go on by itself, where it may.
 fn get_over<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<(), Failure> {
     machine.stalls.rest();
     let settings = &machine.config.motors.stall;
@@ -255,7 +255,7 @@ fn get_over<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result
     }
 }
 
-/// Above all that was made, and the axes that have lost their place to their ends.
+/// Lifts above all parts made, and homes the axes that have lost their place.
 ///
 /// # Errors
 /// Where Z is not homed, and where an end is not found.
@@ -287,7 +287,7 @@ pub(super) fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failu
     found
 }
 
-/// The machine is on its way to where the job was: it goes on when it is there, with the rest of its line.
+/// Goes on with the rest of the stalled line, when the machine has come back to where the job was.
 ///
 /// # Errors
 /// When the machine halts.
@@ -301,7 +301,7 @@ pub(super) fn arrive<P: Ports>(machine: &mut Machine<'_, P>, stall: &StalledJob)
     Ok(())
 }
 
-/// The job waits for a person, suspended.
+/// Has the job wait for a person, suspended.
 fn pause<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: &str) -> Result<(), Failure> {
     machine.stalls.rest();
     let (letter, line) = (letter(stopped.motor), stopped.line);

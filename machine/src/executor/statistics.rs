@@ -17,10 +17,10 @@ use crate::sessions::Recipient;
 
 /// Period of asking heaters for their work.
 const HEAT_PERIOD: Micros = Micros::from_seconds(1);
-/// M78 S78 forgets everything, as Prusa's does.
+/// S of M78 that forgets everything, as Prusa's does.
 const RESET: f64 = 78.0;
 
-/// Reads them at boot. There need not be any.
+/// Reads the statistics at boot. There need not be any.
 pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
     let mut read_in = core::mem::take(&mut machine.jobs.statistics);
     let mut bad = 0;
@@ -37,7 +37,7 @@ pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Looks where the tool is.
+/// Samples the place of the tool.
 pub(super) fn sample<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     let moves = !machine.ports.motion(|motion| motion.is_idle());
     let plays = machine.jobs.is_open() && machine.safety.state() != State::Check;
@@ -49,7 +49,7 @@ pub(super) fn sample<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     machine.jobs.statistics.sample(now, plays, moves, &place, extruders);
 }
 
-/// Once a second: what heaters did.
+/// Counts the work of heaters once a second.
 pub(super) fn count_heat<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     if now < machine.polls.heat_due {
         return;
@@ -63,7 +63,7 @@ pub(super) fn count_heat<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     }
 }
 
-/// The job has ended, well or not: says what it took.
+/// Ends the job's statistics, and tells them.
 pub(super) fn end_job<P: Ports>(machine: &mut Machine<'_, P>, is_done: bool, to: Recipient) {
     if machine.jobs.is_open() {
         machine.record(&Event::JobEnded { complete: is_done, line: machine.jobs.line() });
@@ -115,7 +115,7 @@ pub(super) fn told<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to
     Answer::Ok
 }
 
-/// Saves what is new, once nothing else is to be done.
+/// Saves new statistics, once nothing else is to be done.
 pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.jobs.is_open() || !machine.jobs.statistics.take_unsaved() {
         return;

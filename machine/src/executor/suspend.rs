@@ -1,4 +1,4 @@
-//! Suspending a job and going on with it, replaying saved settings, and running what they start: the frames.
+//! Suspending and resuming a job, replaying saved settings, and running the frames that these start.
 
 use config::FilamentChangeConfig;
 use events::Event as Happened;
@@ -37,7 +37,7 @@ pub(super) fn suspend<P: Ports>(
     };
     needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
     machine.announce(format_args!("// Suspending print, waiting for queue to empty...\n"));
-    // A host that prints is to stop; one that only follows the file is to know.
+    // A host that prints must stop; a host that only follows the file must know.
     let is_file = machine.jobs.set_paused(true);
     machine.sessions.tell_hosts(if is_file { "paused" } else { "pause" }, Recipient::Nobody);
     // The sender stops when it has its answer, and the file has stopped already.
@@ -74,11 +74,11 @@ pub(super) fn targets<P: Ports>(machine: &mut Machine<'_, P>) -> [Celsius; units
     })
 }
 
-/// The job waits for a person: heaters off, unless they are to stay on, and the script for that.
+/// Has the job wait for a person: heaters off, unless they are to stay on, and the script for that.
 pub(super) fn rest<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay: bool) -> Outcome {
     let player = &machine.config.player;
     if !(heaters_stay || player.leave_heaters_on_suspend) {
-        // Off is never refused.
+        // Switching off is never refused.
         for id in HeaterId::all() {
             let _ = machine.ports.heat(|heat| heat.set_target(id, Celsius(0.0)));
         }
@@ -131,7 +131,7 @@ pub(super) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
     start_script(machine, script, Then::Resumed)
 }
 
-/// The machine's coordinates mean what they did when the job was suspended; these axes do not matter.
+/// Whether coordinates mean the same as when the job was suspended, but for these axes.
 fn knows_the_place<P: Ports>(machine: &Machine<'_, P>, but: AxisSet) -> Result<(), Failure> {
     let [strayed, comes_back] = machine.axes.strayed().map(|axes| axes.without(but));
     let Some(axis) = strayed.axes().next().map(Axis::letter) else { return Ok(()) };
@@ -143,8 +143,8 @@ fn knows_the_place<P: Ports>(machine: &Machine<'_, P>, but: AxisSet) -> Result<(
     Err(machine.texts.refused(format_args!("{axis} is not where it reads: {what_to_do}")))
 }
 
-/// The job goes on where it was: at the same place of the work, with the modes of the program as they were.
-/// Offsets that were set meanwhile stay: for a longer cutter the place is higher.
+/// Goes back to the job's place of the work, with the modes of the program as they were. Offsets that were
+/// set meanwhile stay: for a longer cutter the place is higher.
 pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     knows_the_place(machine, AxisSet::NONE)?;
     let Some(Suspended { position: was, kept, .. }) = machine.jobs.suspended() else { return Ok(()) };
@@ -160,7 +160,7 @@ pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
         stall
     });
     if stalled.is_some() {
-        // Until it has arrived: it may stall on its way.
+        // The suspension stays until the machine has arrived: it may stall on its way.
         machine.jobs.suspend(suspended.clone());
     }
     if suspended.change.is_some() || stalled.is_some() {

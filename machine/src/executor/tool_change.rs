@@ -1,4 +1,4 @@
-//! M6: a script that takes the machine to where tools are changed, the operator's part, a script behind it.
+//! Tool change (M6): a script to where tools are changed, the operator's part, and a script behind it.
 
 use super::Machine;
 use super::frames::Frame;
@@ -21,7 +21,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcom
     Ok(Answer::Ok)
 }
 
-/// The operator puts it in, or takes out the one that is there (0); then the second script.
+/// Has the operator put the tool in, or take out the one that is there (0); then runs the second script.
 pub(super) fn put_in<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Result<(), Failure> {
     let script = &machine.config.tool_change.after_gcode;
     if !script.is_empty() && !machine.frames.push_script(script) {
@@ -30,7 +30,7 @@ pub(super) fn put_in<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Resul
     if !machine.config.tool_change.prompt {
         return Ok(());
     }
-    // The script may have moved there.
+    // The script may have moved to the place of the change.
     machine.standstill()?;
     let waited = if tool == 0 {
         operator::wait(machine, format_args!("take the tool out (T0 M6)"))

@@ -1,9 +1,9 @@
-//! Other firmware: `flash`, `dfu`, the file that is installed at boot, and what the one that runs says of
+//! Other firmware: `flash`, `dfu`, the file that is installed at boot, and the running firmware's report on
 //! itself.
 //!
-//! The boot stage installs; here what it is to install is looked at, and the firmware that runs copied to the
-//! card as `firmware.previous`, so that the boot stage can put it back. Nothing of that is hurried: everybody
-//! is served meanwhile.
+//! The boot stage installs firmware; here the file is looked at, and the running firmware copied to the card
+//! as `firmware.previous`, so that the boot stage can put it back. None of that is hurried: everybody is
+//! served meanwhile.
 
 use events::{Event, Text};
 use units::Micros;
@@ -19,10 +19,10 @@ use crate::sessions::{Recipient, Reply};
 const FILE: &str = "/sd/flashme.bin";
 /// Name of the file after its installation, as Smoothieware has it.
 const INSTALLED: &str = "/sd/flashme.old";
-/// The firmware that ran before, and its name while it is not whole.
+/// Firmware that ran before, and its name while it is not whole.
 const PREVIOUS: &str = "/sd/firmware.previous";
 const DRAFT: &str = "/sd/firmware.tmp";
-/// The firmware does well when it has served for so long.
+/// Time of serving after which the firmware does well.
 const CONFIRMED_AFTER: Micros = Micros::from_seconds(10);
 /// Bytes copied at a time: a block of the card.
 const BLOCK: usize = 512;
@@ -39,7 +39,7 @@ pub(super) fn greet(running: &Running, reply: &mut Reply<'_>) {
     }
 }
 
-/// At the start: what has happened is recorded, and the owner's policy set.
+/// Records at the start how the firmware came to run, and sets the owner's policy.
 pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, is_configured: bool) {
     let running = machine.ports.running();
     match running.arrival {
@@ -65,7 +65,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, is_configured: bool)
     }
 }
 
-/// Every few milliseconds: the firmware confirms itself, and a host's wish for the download is heard.
+/// Confirms the firmware, and hears a host's wish for the download; every few milliseconds.
 pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     if !machine.update.is_confirmed && now >= CONFIRMED_AFTER {
         machine.update.is_confirmed = true;
@@ -113,7 +113,7 @@ pub(super) fn command<P: Ports>(machine: &mut Machine<'_, P>, word: &str, to: Re
     if word == "flash" { flash(machine, to) } else { download(machine, to) }
 }
 
-/// `flash`: has the boot stage install the file.
+/// Has the boot stage install the file (`flash`).
 fn flash<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     is_at_rest(machine)?;
     machine.say(to, format_args!("looking at {FILE}\n"));
@@ -124,13 +124,13 @@ fn flash<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     install(machine, &firmware, to).map(|()| Answer::Ok)
 }
 
-/// `dfu`: has the boot stage wait for firmware over USB.
+/// Has the boot stage wait for firmware over USB (`dfu`).
 ///
 /// # Errors
 /// The machine is not at rest, or the card does not take the firmware that runs.
 fn download<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     is_at_rest(machine)?;
-    // The boot stage has room for one image: without a copy to come back to it takes none.
+    // The boot stage has room for one image: without a copy to come back to it takes no other.
     keep_previous(machine, to).map_err(|error| {
         machine.texts.refused(format_args!(
             "this firmware cannot be kept on the card, so that it could come back: {}",
@@ -147,7 +147,7 @@ fn download<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     Ok(Answer::Ok)
 }
 
-/// The machine can be left alone for a while.
+/// Refuses unless the machine can be left alone for a while.
 fn is_at_rest<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     if machine.jobs.is_open() {
         return Err(Failure::refused(&"a job is under way: abort it first"));
@@ -161,7 +161,7 @@ fn is_at_rest<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// `flash_on_boot`: what has failed or runs is left alone.
+/// Installs the card's file at boot (`flash_on_boot`), unless it has failed or runs already.
 fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
     match machine.ports.open(FILE, OpenMode::Read) {
         Ok(file) => {
@@ -181,7 +181,7 @@ fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
         Ok(firmware) if firmware.has_failed => machine.announce(format_args!(
             "WARNING: {FILE} was tried and failed, it is not installed again; the command flash does it all the same\n"
         )),
-        // Asked for again, it would be refused again, and so on.
+        // A second request would be refused again, and so on.
         Ok(firmware) if firmware.was_refused => machine
             .announce(format_args!("WARNING: {FILE} is not asked for again; the command flash does it all the same\n")),
         Ok(firmware) => {
@@ -245,8 +245,8 @@ fn look_at<P: Ports>(
     }
 }
 
-/// Copies the firmware that runs to the card, unless it is there. The boot stage takes a copy by either name,
-/// and none that is not whole; nothing is asked of it before the copy is kept.
+/// Copies the running firmware to the card, unless it is there. The boot stage takes a copy by either name,
+/// and only a whole one; nothing is asked of it before the copy is kept.
 fn keep_previous<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), StorageError> {
     let length = machine.ports.image_bytes();
     if length == 0 {
@@ -291,7 +291,7 @@ fn copy_image<P: Ports>(
     Ok(())
 }
 
-/// Gives a file another name, in the place of the one that has it.
+/// Gives a file another name, in place of the file that has it.
 fn replace<P: Ports>(machine: &mut Machine<'_, P>, from: &str, to: &str) -> Result<(), StorageError> {
     match machine.ports.remove(to) {
         Err(StorageError::NotFound) => {}
@@ -302,7 +302,7 @@ fn replace<P: Ports>(machine: &mut Machine<'_, P>, from: &str, to: &str) -> Resu
     card::kept(machine)
 }
 
-/// The file is installed, and has confirmed itself: it is not to be installed again.
+/// Renames the installed file, whose firmware has confirmed itself: it is not to be installed again.
 fn put_away<P: Ports>(machine: &mut Machine<'_, P>) {
     let is_that = matches!(look_at(machine, FILE, Recipient::Nobody), Ok(Ok(Firmware { runs: true, .. })));
     if !is_that {

@@ -6,14 +6,14 @@ pub(super) struct Watch {
     pub is_confirmed: bool,
     /// The firmware came from the file on the card, which is to be renamed.
     pub from_file: bool,
-    /// The file is to be looked at.
+    /// The card's file is to be looked at.
     pub at_boot: bool,
     /// A host has asked for the download.
     pub is_asked: bool,
 }
 
 impl Watch {
-    /// There may be something to do when nothing else is.
+    /// Whether there may be something to do when nothing else is.
     pub(super) const fn waits(self) -> bool {
         self.is_asked || self.at_boot || self.from_file
     }

@@ -44,13 +44,13 @@ fn of_codes(blocks: &Blocks<'_>, dialect: Dialect) -> Option<Ends> {
     }
 }
 
-/// The number of the M-code that a line begins with.
+/// Returns the number of the M-code that a line begins with.
 fn m_number(blocks: &Blocks<'_>) -> Option<u16> {
     let Code { letter, number, .. } = blocks.clone().next()?.ok()?.code?;
     (letter == Letter::M).then_some(number)
 }
 
-/// The operator has done what the job waited for. False when it did not wait.
+/// Ends the job's wait for the operator. False when it did not wait.
 pub(super) fn operator_is_done<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let waited = machine.jobs.operator_is_done();
     if waited {
@@ -59,14 +59,14 @@ pub(super) fn operator_is_done<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     waited
 }
 
-/// Ends the wait in progress (M108).
+/// Ends the operator's pause of a job, or else the wait in progress (M108).
 pub(super) fn end_wait<P: Ports>(machine: &mut Machine<'_, P>) {
     if !operator_is_done(machine) {
         machine.urgent.end_wait();
     }
 }
 
-/// A line of this requester is one that does not wait, as long as there is a job.
+/// Notes a request that does not wait for its turn, as long as there is a job.
 pub(super) fn ask<P: Ports>(machine: &mut Machine<'_, P>, requester: Requester, ends: Option<Ends>) {
     // A pause does not take back a request to end everything.
     let ends_everything = matches!(machine.urgent.asked, Some((_, Ends::Everything)));
@@ -104,7 +104,7 @@ pub(super) fn ask_for_inputs<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// The number of the M-code that an input's line begins with.
+/// Returns the number of the M-code that an input's line begins with.
 fn code_of(line: &str) -> Option<u16> {
     match decoder_expecting(line.as_bytes()).decode(line.as_bytes()) {
         Ok(Line::Code(blocks)) => m_number(&blocks),
@@ -112,7 +112,7 @@ fn code_of(line: &str) -> Option<u16> {
     }
 }
 
-/// The lines that inputs have sent and that have not been carried out.
+/// Returns the lines that inputs have sent and that have not been carried out.
 fn inputs<'m, P: Ports>(machine: &'m Machine<'_, P>) -> impl Iterator<Item = &'m str> {
     let Machine { outputs, filament, buttons, config, .. } = machine;
     let runout = filament.has_command().then_some("M600");
@@ -123,7 +123,7 @@ fn inputs<'m, P: Ports>(machine: &'m Machine<'_, P>) -> impl Iterator<Item = &'m
         .chain(buttons.lines(config).map(|line| line.as_str()))
 }
 
-/// The session whose turn it is.
+/// Returns the session whose turn it is.
 pub(super) fn next_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> Option<SessionId> {
     match machine.urgent.first() {
         None => machine.sessions.next_ready(path_is_full),
@@ -137,7 +137,7 @@ pub(super) fn next_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full:
     }
 }
 
-/// The session whose line comes before all others, if that can be read.
+/// Returns the session whose line comes before all others, if that can be read.
 #[cold]
 fn take_first<P: Ports>(machine: &mut Machine<'_, P>, first: SessionId) -> Option<SessionId> {
     let session = machine.sessions.get(first).filter(|session| session.waiting().is_some());
@@ -168,7 +168,7 @@ pub(super) fn quick_stop<P: Ports>(machine: &mut Machine<'_, P>) {
     end_everything(machine);
 }
 
-/// The motors brake, what is queued is dropped, and the file stands.
+/// Brakes the motors, drops the queue, and pauses the file.
 fn end_everything<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.jobs.set_paused(true);
     abort::drop_queued(machine);
@@ -188,7 +188,7 @@ pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>) {
             // The request has ended everything already.
             *ends = Ends::Wait;
         }
-        // A halt meanwhile ends it all the same.
+        // A halt meanwhile ends everything all the same.
         let _ = machine.standstill();
         machine.resynchronise();
         if machine.recovery.is_some() {
