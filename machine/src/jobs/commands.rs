@@ -16,7 +16,7 @@ const OPTIONS: &str = "play takes -v, -p, -t and -f dialect behind the name";
 const NOTHING_SELECTED: &str = "no file is selected";
 
 impl Jobs {
-    /// `play <file> [-v] [-p] [-t] [-f dialect]`
+    /// Plays a file: `play <file> [-v] [-p] [-t] [-f dialect]`.
     ///
     /// # Errors
     /// When nobody knows an option or the dialect. Other failures are said.
@@ -61,7 +61,7 @@ impl Jobs {
         self.job.as_ref().is_some_and(|job| job.listeners.tells_date)
     }
 
-    /// M23: selects a file, which M24 plays; M32 `plays` it at once.
+    /// Selects a file, which M24 plays (M23); M32 `plays` it at once.
     ///
     /// # Errors
     /// Without a name, or while another job goes on or is suspended.
@@ -99,11 +99,11 @@ impl Jobs {
         Ok(Answer::Ok)
     }
 
-    /// M24: plays the selected file, or goes on with it; whoever asks hears of its end.
+    /// Plays the selected file, or goes on with it (M24); the caller hears of its end.
     ///
     /// # Errors
-    /// Without a selected file, and while the job is suspended: the machine is not where the job goes on.
-    /// Where its card was taken out meanwhile, that has to be back, and the file as it was.
+    /// Without a selected file, and while the job is suspended: the machine is not where the job goes on. A
+    /// card that was taken out meanwhile has to be back, and the file as it was.
     pub fn start(&mut self, texts: &Texts, storage: &mut impl Storage, reply: &Reply<'_>) -> Outcome {
         let Some(job) = &mut self.job else { return Err(Failure::refused(&NOTHING_SELECTED)) };
         if self.suspended.is_some() {
@@ -117,7 +117,7 @@ impl Jobs {
         Ok(Answer::Ok)
     }
 
-    /// M26: from the file's beginning.
+    /// Begins the file anew (M26).
     ///
     /// # Errors
     /// Without a selected file, or when the card does not answer.
@@ -132,7 +132,7 @@ impl Jobs {
         Ok(Answer::Ok)
     }
 
-    /// The line just read has only waited, and its wait was left: it is read again when the job goes on.
+    /// Has the line just read, whose wait was left, read again when the job goes on.
     ///
     /// # Errors
     /// When the card does not answer.
@@ -145,7 +145,7 @@ impl Jobs {
 
     // --- suspending it ---
 
-    /// A suspension waits for its end.
+    /// Whether a suspension waits for its end.
     #[must_use]
     pub const fn is_suspended(&self) -> bool {
         self.suspended.is_some()
@@ -162,12 +162,12 @@ impl Jobs {
         self.suspended.as_mut()?.stall.as_mut()
     }
 
-    /// Keeps what `resume` restores.
+    /// Keeps the state that `resume` restores.
     pub fn suspend(&mut self, suspended: Suspended) {
         self.suspended = Some(suspended);
     }
 
-    /// Ends a suspension: what is to be restored.
+    /// Ends a suspension, and returns the state to be restored.
     #[must_use]
     pub const fn take_suspended(&mut self) -> Option<Suspended> {
         self.suspended.take()
@@ -205,7 +205,8 @@ fn find_again(texts: &Texts, job: &mut Job, storage: &mut impl Storage) -> Resul
     Ok(())
 }
 
-/// A name as M23 takes it: from the card's root, whatever the current directory. `None` when it is too long.
+/// Returns the path of a name as M23 takes it: from the card's root, whatever the current directory. `None`
+/// when it is too long.
 fn on_card(name: &str) -> Option<Path> {
     let mut path = Path::new();
     let fits = path.push_str("/sd/").is_ok() && path.push_str(name.trim_start_matches('/')).is_ok();
@@ -215,13 +216,13 @@ fn on_card(name: &str) -> Option<Path> {
 /// The options of `play`.
 #[derive(Default)]
 struct Options {
-    /// -v: its lines are shown.
+    /// -v: the lines of the job are shown.
     echo: bool,
-    /// -p: it begins paused.
+    /// -p: the job begins paused.
     paused: bool,
-    /// -t: its end is told, with the time.
+    /// -t: the job's end is told, with the time.
     tells_end: bool,
-    /// -f: how it is read.
+    /// -f: the dialect in which the file is read.
     dialect: Option<Dialect>,
 }
 
@@ -244,7 +245,7 @@ impl Options {
     }
 }
 
-/// A name that may have blanks, and options that begin at the first ` -` whose letter is one of ours.
+/// Splits off the options, which begin at the first ` -` with a letter of ours: a name may have blanks.
 fn split_options(arguments: &str) -> (&str, &str) {
     let place = [" -v", " -p", " -t", " -f"].into_iter().filter_map(|option| arguments.find(option)).min();
     let (name, options) = arguments.split_at(place.unwrap_or(arguments.len()));

@@ -23,13 +23,13 @@ const CHUNK: usize = 512;
 pub enum Step {
     /// Nothing is known yet.
     Reading,
-    /// The card has not brought what comes next.
+    /// The card has not brought the next chunk.
     Waiting,
     /// The dialect; `None`: the file does not say.
     Known(Option<Dialect>),
 }
 
-/// A file whose dialect is looked for.
+/// Search for the dialect of a file.
 #[derive(Debug)]
 pub struct Lookup {
     at: u32,
@@ -45,7 +45,7 @@ pub struct Lookup {
 }
 
 impl Lookup {
-    /// From the beginning of a file of this size.
+    /// Begins at the beginning of a file of this size.
     pub fn new(size: u32) -> Self {
         Self {
             at: 0,
@@ -58,7 +58,7 @@ impl Lookup {
         }
     }
 
-    /// Reads on by one chunk. The file is anywhere afterwards.
+    /// Reads one more chunk. The file's position is undefined afterwards.
     ///
     /// # Errors
     /// When the card does not answer.
@@ -98,7 +98,7 @@ impl Lookup {
     }
 }
 
-/// Looks on for the dialect of a file whose lines begin once it is known.
+/// Goes on with the search for the dialect of a file whose lines begin once that is known.
 #[cold]
 #[inline(never)]
 pub(super) fn look(

@@ -51,12 +51,12 @@ impl HeaterHours {
         }
     }
 
-    /// Whether some heater is on now.
+    /// Sets whether some heater is on now.
     pub const fn heats(&mut self, heats: bool) {
         self.heats = heats;
     }
 
-    /// Whether they are worth a write: heating has ended, or has gone on for an hour. Asked once.
+    /// Whether the hours are worth a write: heating has ended, or has gone on for an hour. Asked once.
     pub fn take_unsaved(&mut self) -> bool {
         let worth_it = self.unsaved_s > if self.heats { SAVED_EACH_S } else { 0.0 };
         if worth_it {
@@ -65,7 +65,7 @@ impl HeaterHours {
         worth_it
     }
 
-    /// A line of the file; false when it is none of these.
+    /// Reads a line of the file; false when the key is not a heater's.
     pub fn read(&mut self, key: &str, value: f64) -> bool {
         let Some(key) = key.strip_prefix("heater_") else { return false };
         let (name, is_full) = match (key.strip_suffix("_on_s"), key.strip_suffix("_full_s")) {
@@ -78,11 +78,11 @@ impl HeaterHours {
         true
     }
 
-    /// The lines of the file.
+    /// Returns the lines of the file.
     pub fn lines(&self) -> impl Iterator<Item = String<{ 2 * LINE }>> {
         self.kept.iter().map(|HeaterTime { name, on_s, full_s }| {
             let mut text = String::new();
-            // Two lines hold a name of 24 and figures of a hundred years.
+            // The text of two lines holds a name of 24 and figures of a hundred years.
             let _ = writeln!(text, "heater_{name}_on_s = {on_s:.0}\nheater_{name}_full_s = {full_s:.0}");
             text
         })

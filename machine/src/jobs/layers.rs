@@ -3,7 +3,7 @@
 /// Layer that the lines being read make.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layers {
-    /// From 1; 0 before the first mark.
+    /// Number of the layer, from 1; 0 before the first mark.
     pub current: u32,
     /// Number of layers, once the file has said it.
     pub total: Option<u32>,
@@ -43,8 +43,9 @@ enum Mark {
     Total(u32),
 }
 
-/// Marks of PrusaSlicer, OrcaSlicer and SuperSlicer (`LAYER_CHANGE`), of Bambu's (`CHANGE_LAYER`), of Cura
-/// and ideaMaker (`LAYER:0`, from 0; a raft counts below), of Simplify3D (`layer 1, Z = 0.2`), of KISSlicer.
+/// Reads marks of PrusaSlicer, OrcaSlicer and SuperSlicer (`LAYER_CHANGE`), of Bambu's (`CHANGE_LAYER`), of
+/// Cura and ideaMaker (`LAYER:0`, from 0; a raft counts below), of Simplify3D (`layer 1, Z = 0.2`), of
+/// KISSlicer.
 fn of_comment(text: &[u8]) -> Option<Mark> {
     let text = core::str::from_utf8(text.trim_ascii()).ok()?;
     if matches!(text, "LAYER_CHANGE" | "CHANGE_LAYER") || text.starts_with("BEGIN_LAYER_OBJECT") {

@@ -13,7 +13,7 @@ use crate::sessions::LineBytes;
 /// Bytes read from the card at a time: one sector.
 const CHUNK: usize = 512;
 
-/// Files that wait for each other's subroutines, at most.
+/// Greatest number of files that wait for each other's subroutines.
 pub(crate) const MOST_CALLERS: usize = 3;
 /// Refusal of calls that are deeper.
 pub(crate) const TOO_DEEP: &str = "files call each other more than 3 deep";
@@ -23,17 +23,17 @@ pub(crate) const TOO_DEEP: &str = "files call each other more than 3 deep";
 pub enum Next {
     /// A line has been read.
     Line,
-    /// A line that is longer than any.
+    /// A line that is longer than any may be.
     TooLong,
-    /// Nothing: its dialect is looked for.
+    /// Nothing: the file's dialect is looked for.
     Nothing,
-    /// Nothing: the card has not brought it yet.
+    /// Nothing: the card has not brought the line yet.
     NotYet,
     /// The dialect that the file states.
     Dialect(Dialect),
     /// The end of the file.
     End,
-    /// Nothing: it cannot be read, for this reason.
+    /// Nothing: the file cannot be read, for this reason.
     Failed(&'static str),
 }
 
@@ -48,22 +48,22 @@ pub(crate) struct FileLines {
     chunk_at: u32,
     next: usize,
     gathering: LineBuffer,
-    /// Bytes handed to lines so far.
+    /// Number of bytes handed to lines so far.
     read: u32,
-    /// Line ends seen so far.
+    /// Number of line ends seen so far.
     ends: u32,
     /// Every line has been handed out.
     at_end: bool,
 }
 
 impl FileLines {
-    /// From the file's beginning.
+    /// Begins at the file's beginning.
     pub const fn new(file: FileHandle) -> Self {
         let gathering = LineBuffer::new();
         Self { file, chunk: [0; CHUNK], filled: 0, chunk_at: 0, next: 0, gathering, read: 0, ends: 0, at_end: false }
     }
 
-    /// The same of a file that is played: it is read ahead.
+    /// Begins a file that is played, and so read ahead.
     pub fn played(file: FileHandle, storage: &mut impl Storage) -> Self {
         storage.read_ahead(file);
         Self::new(file)
@@ -73,12 +73,12 @@ impl FileLines {
         self.file
     }
 
-    /// Bytes handed to lines so far.
+    /// Returns the number of bytes handed to lines so far.
     pub const fn read(&self) -> u32 {
         self.read
     }
 
-    /// The number of the line that was given last, from 1.
+    /// Returns the number of the line that was given last, from 1.
     pub const fn number(&self) -> u32 {
         // The last line of a file may have no end.
         self.ends + self.at_end as u32
@@ -98,8 +98,8 @@ impl FileLines {
         next
     }
 
-    /// Of a definition that is too long the outline becomes the rectangle around it, which is read once more
-    /// for that: all that is used of it. A card that does not answer now is noticed by what follows.
+    /// Replaces the outline of a definition that is too long by the rectangle around it, which alone is used;
+    /// it is read once more for that. The next read notices a card that does not answer now.
     #[cold]
     fn shorten_outline(&self, begins: u32, storage: &mut impl Storage, line: &mut LineBytes) {
         let around = outline::around(storage, self.file, begins..self.read);
@@ -111,7 +111,7 @@ impl FileLines {
         }
     }
 
-    /// The next line, of what is at hand. `None`: more has to be read first ([`Self::fill`]).
+    /// Returns the next line of the chunk at hand. `None`: more has to be read first ([`Self::fill`]).
     pub fn next_at_hand(&mut self, line: &mut LineBytes) -> Option<Next> {
         let next = if self.at_end { Some(Next::End) } else { self.gather_at_hand(line) };
         if matches!(next, Some(Next::TooLong)) { Some(cut(self.gathering.beginning(), line)) } else { next }
@@ -157,17 +157,17 @@ impl FileLines {
         }
     }
 
-    /// Reads on. False at the end of the file.
+    /// Reads the next chunk. False at the end of the file.
     pub fn fill(&mut self, storage: &mut impl Storage) -> Result<bool, StorageError> {
         let mut chunk = [0; CHUNK];
         let filled = storage.read(self.file, &mut chunk)?.min(CHUNK);
-        // Until then what was read before stays: see `take_up`.
+        // The old chunk stays until the read has succeeded: see `take_up`.
         self.chunk_at = self.chunk_at.saturating_add(self.filled as u32);
         (self.chunk, self.next, self.filled) = (chunk, 0, filled);
         Ok(self.filled > 0)
     }
 
-    /// Between the line that was given last and the next one.
+    /// Returns the place between the line that was given last and the next one.
     pub const fn place(&self) -> Place {
         Place { offset: self.read, line: self.ends }
     }
@@ -177,7 +177,7 @@ impl FileLines {
         place.offset.checked_sub(self.chunk_at).is_some_and(|offset| (offset as usize) < self.filled)
     }
 
-    /// The same, where it [`is_at_hand`](Self::is_at_hand).
+    /// Goes on from a place that [`is_at_hand`](Self::is_at_hand).
     pub const fn go_to_at_hand(&mut self, place: Place) {
         self.next = place.offset.saturating_sub(self.chunk_at) as usize;
         self.gathering = LineBuffer::new();
@@ -214,17 +214,17 @@ impl FileLines {
         self.go_to(place, storage).map(|()| true)
     }
 
-    /// Nothing more is to be read.
+    /// Whether nothing more is to be read.
     pub const fn is_at_end(&self) -> bool {
         self.at_end
     }
 
-    /// Nothing more is read.
+    /// Ends the reading of lines.
     pub const fn end(&mut self) {
         self.at_end = true;
     }
 
-    /// From the file's beginning again.
+    /// Begins at the file's beginning again.
     pub fn restart(&mut self, storage: &mut impl Storage) -> Result<(), StorageError> {
         *self = Self::new(self.file);
         storage.seek(self.file, 0)
@@ -235,8 +235,8 @@ fn handed_out(gathered: Gathered<'_>, line: &mut LineBytes) -> Next {
     if gathered.copy_to(line) { Next::Line } else { Next::TooLong }
 }
 
-/// A line that was too long, of which this is the beginning. Of a comment nothing is lost, slicers write
-/// their settings in some of kilobytes; and of the definition of an object only its outline.
+/// Cuts a line that was too long to its beginning. A comment loses nothing that counts, slicers write their
+/// settings in some of kilobytes; and the definition of an object only its outline.
 #[cold]
 fn cut(beginning: &[u8], line: &mut LineBytes) -> Next {
     const OUTLINED: &[u8] = b"EXCLUDE_OBJECT_DEFINE ";
@@ -254,7 +254,7 @@ pub(crate) fn sub_path(folder: &str, name: &str) -> Path {
     path
 }
 
-/// Whether a line says nothing to the machine: no moves are made for it.
+/// Whether a line is a comment or empty: no moves are made for it.
 pub(crate) fn is_comment(line: &[u8]) -> bool {
     // Nearly every line begins with a letter.
     !line.first().is_some_and(u8::is_ascii_alphabetic)

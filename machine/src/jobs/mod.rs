@@ -2,8 +2,8 @@
 //!
 //! A job gives one line at a time, between the lines of sessions; a full look-ahead queue holds it back.
 //!
-//! A line that cannot be carried out pauses the file: what comes after it counts on it, and a tool that goes
-//! on from the wrong place breaks what it meets. Nothing is lost: `M24` goes on with the next line.
+//! A line that cannot be carried out pauses the file: later lines count on it, and a tool that goes on from
+//! the wrong place breaks what it meets. Nothing is lost: `M24` goes on with the next line.
 
 mod commands;
 mod flavour;
@@ -85,7 +85,7 @@ struct Job {
     scripts: Scripts,
     /// A line with a `%` has begun the program.
     has_begun: bool,
-    /// Nothing of it has been read.
+    /// No line of the file has been read.
     is_new: bool,
     /// The job begins whatever a look at its file says.
     is_forced: bool,
@@ -103,7 +103,7 @@ struct Job {
     noted: Noted,
 }
 
-/// The job, and what a suspended one goes on with.
+/// The job, and the state for resuming a suspended one.
 #[derive(Debug, Default)]
 pub struct Jobs {
     job: Option<Job>,
@@ -111,7 +111,7 @@ pub struct Jobs {
     pub objects: Objects,
     /// Places at which the job is to pause.
     pub pauses: Pauses,
-    /// A setting that changes with the height.
+    /// Setting that changes with the height.
     pub tower: Option<Tower>,
     /// Files that are played next.
     pub queue: Queue,
@@ -122,25 +122,25 @@ pub struct Jobs {
     tags: Tags,
     /// Tag for the moves of the line begun last.
     tag: Tag,
-    /// The line that the motors make, and where it ends in the file; `None` while they rest.
+    /// Line that the motors make, and the offset of its end; `None` while they rest.
     place: Option<(u32, u32)>,
     /// The job's line waits for a temperature.
     is_heating: bool,
     boot_file_is_due: bool,
     /// Dialect of the file; `None`: the one that the machine is configured for.
     dialect: Option<Dialect>,
-    /// The dialect of every file; `None`: what the file says.
+    /// Dialect of every file; `None`: the one that the file states.
     forced: Option<Dialect>,
 }
 
 impl Jobs {
-    /// No job. Every file is in this dialect, whatever it says.
+    /// Makes the state without a job. Every file is in the `forced` dialect, whatever it says.
     #[must_use]
     pub fn new(forced: Option<Dialect>) -> Self {
         Self { forced, ..Self::default() }
     }
 
-    /// A file is being played and not paused.
+    /// Whether a file is being played and not paused.
     #[must_use]
     pub fn is_playing(&self) -> bool {
         self.job.as_ref().is_some_and(|job| !job.paused)
@@ -170,26 +170,26 @@ impl Jobs {
         true
     }
 
-    /// The job is paused until the operator has done something.
+    /// Pauses the job until the operator has done something.
     pub const fn wait_for_operator(&mut self) {
         if let Some(job) = &mut self.job {
             (job.paused, job.waits_for_operator) = (true, true);
         }
     }
 
-    /// Whether it is paused until then.
+    /// Whether the job is paused until the operator has done something.
     #[must_use]
     pub fn waits_for_operator(&self) -> bool {
         self.job.as_ref().is_some_and(|job| job.waits_for_operator)
     }
 
-    /// A file is open to be played, paused or not.
+    /// Whether a file is open to be played, paused or not.
     #[must_use]
     pub const fn is_open(&self) -> bool {
         self.job.is_some()
     }
 
-    /// The operator has done what the job waited for: it goes on. False when it did not wait.
+    /// Goes on with a job that waited for the operator. False when it did not wait.
     pub const fn operator_is_done(&mut self) -> bool {
         let Some(job) = &mut self.job else { return false };
         let waited = job.waits_for_operator;
@@ -199,7 +199,7 @@ impl Jobs {
         waited
     }
 
-    /// Nobody is at the other end of this session any more: whoever comes next has not asked for this job.
+    /// Forgets a listener that has gone: the next visitor of its session has not asked for this job.
     pub fn session_ended(&mut self, session: SessionId) {
         let Some(job) = &mut self.job else { return };
         for listener in [&mut job.listeners.echo, &mut job.listeners.tells_end] {
@@ -211,7 +211,7 @@ impl Jobs {
 
     // --- opening and closing ---
 
-    /// Opens a file to be played from its beginning; its size in bytes.
+    /// Opens a file to be played from its beginning, and returns its size in bytes.
     ///
     /// # Errors
     /// While another one is open, or when it cannot be read.
@@ -266,7 +266,7 @@ impl Jobs {
         Ok(size)
     }
 
-    /// Moves that have been submitted so far are no progress of what comes now.
+    /// Forgets tags: moves submitted so far are no progress of the lines that come now.
     const fn forget_places(&mut self) {
         self.place = None;
         self.tags.forget();
@@ -285,7 +285,7 @@ impl Jobs {
         true
     }
 
-    /// The boot file, if there is to be one, is played once the machine listens.
+    /// Has the boot file, if there is to be one, played once the machine listens.
     pub fn queue_boot_file(&mut self, config: &MachineConfig) {
         self.boot_file_is_due = config.player.on_boot_gcode_enable && !config.player.on_boot_gcode.is_empty();
     }
@@ -322,7 +322,7 @@ impl Jobs {
 
     // --- its lines ---
 
-    /// The scripts around it that are still to be run.
+    /// Returns the scripts around the job that are still to be run.
     pub fn scripts(&mut self) -> Option<&mut Scripts> {
         self.job.as_mut().map(|job| &mut job.scripts)
     }
@@ -332,7 +332,8 @@ impl Jobs {
         self.job.as_mut().map(|job| &mut job.noted)
     }
 
-    /// The next line of the file. After its end it says so again and again, until [`Self::close`].
+    /// Reads the next line of the file. After the end it returns `End` again and again, until
+    /// [`Self::close`].
     pub fn next_line(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
         let Some(job) = &mut self.job else { return Next::End };
         if job.lookup.is_some() {
@@ -349,7 +350,7 @@ impl Jobs {
         }
         job.in_comment = matches!(next, Next::Line) && is_comment(line);
         if job.in_comment && line.trim_ascii_start().first() == Some(&b'%') {
-            // The first one begins the program, the second one ends it (NIST RS-274/NGC, 3.3).
+            // The first `%` begins the program, the second ends it (NIST RS-274/NGC, 3.3).
             if core::mem::replace(&mut job.has_begun, true) {
                 job.lines.end();
             }
@@ -360,7 +361,7 @@ impl Jobs {
         next
     }
 
-    /// The layer of the line that was read last, and how many there are.
+    /// Returns the layer of the line that was read last, and the number of layers.
     #[must_use]
     pub fn layers(&self) -> Layers {
         self.job.as_ref().map(|job| job.layers).unwrap_or_default()
@@ -386,7 +387,7 @@ impl Jobs {
         job.lines.go_to(job.here, storage).is_ok().then_some(due)
     }
 
-    /// The same where the line is only read over: nobody pauses there, and not later either.
+    /// Takes a pause out where the line is only read over: nobody pauses there, and not later either.
     pub fn pass_pause(&mut self, text: &[u8], height: f64) -> Option<(PausePlace, Command)> {
         let job = self.job.as_ref()?;
         // Lines are counted in the job's own file.
@@ -397,17 +398,16 @@ impl Jobs {
         self.pauses.take(&reached)
     }
 
-    /// The line just read is carried out: what its moves are made for.
+    /// Begins the line just read, and returns the tag for its moves.
     pub fn begin_line(&mut self) -> Tag {
-        // A comment makes no move, and needs no tag: there are hundreds of them together, and tags are few.
+        // A comment makes no move, and needs no tag: comments come by hundreds, and tags are few.
         if let Some(job) = self.job.as_ref().filter(|job| !job.in_comment) {
             self.tag = self.tags.begin_line(job.lines.number(), job.lines.read());
         }
         self.tag
     }
 
-    /// The line just read cannot be carried out; unless that has ended the job already, it waits for a
-    /// person.
+    /// Pauses at the line just read, which cannot be carried out, unless it has ended the job already.
     pub fn pause_at_this_line(&mut self, why: &str, reply: &mut Reply<'_>) {
         let Some(job) = &mut self.job else { return };
         job.paused = true;
@@ -419,7 +419,7 @@ impl Jobs {
 
     // --- subroutines and loops ---
 
-    /// The number of the line that was read last, from 1; 0 without a job.
+    /// Returns the number of the line that was read last, from 1; 0 without a job.
     #[must_use]
     pub fn line(&self) -> u32 {
         self.job.as_ref().map_or(0, |job| job.lines.number())
@@ -458,7 +458,7 @@ impl Jobs {
         Ok(true)
     }
 
-    /// The subroutine has ended: goes on with the file that called it. False when none did.
+    /// Goes on with the file that called the subroutine that has ended. False when none did.
     pub fn return_from_file(&mut self, storage: &mut impl Storage) -> bool {
         let Some(job) = &mut self.job else { return false };
         let Some(caller) = job.callers.pop() else { return false };
@@ -473,7 +473,7 @@ impl Jobs {
         while self.return_from_file(storage) {}
     }
 
-    /// The program has ended: nothing more is read.
+    /// Ends the program: nothing more is read.
     pub fn end_program(&mut self, storage: &mut impl Storage) {
         self.return_all(storage);
         if let Some(job) = &mut self.job {
@@ -482,7 +482,7 @@ impl Jobs {
     }
 }
 
-/// A line that may say how far the job is: seldom.
+/// Follows a line that may tell the job's progress: seldom.
 #[cold]
 fn marked(job: &mut Job, line: &[u8]) {
     job.layers.read(line);

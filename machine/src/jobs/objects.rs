@@ -1,14 +1,14 @@
-//! The objects of a print, as M486 and Klipper's `EXCLUDE_OBJECT_*` name them: which one its lines make, and
-//! which are left out.
+//! The objects of a print, as M486 and Klipper's `EXCLUDE_OBJECT_*` name them: the one that lines make, and
+//! those that are left out.
 
 use heapless::{String, Vec};
 use motion::Part;
 
 use crate::sessions::Reply;
 
-/// Objects that can be told apart.
+/// Greatest number of objects that can be told apart.
 const MOST: usize = 64;
-/// Letters of a name that are shown.
+/// Greatest number of letters of a name that are shown.
 const NAME: usize = 40;
 
 /// An object of the print.
@@ -21,7 +21,7 @@ struct Object {
     /// Check sum of the whole name.
     sum: u32,
     is_left_out: bool,
-    /// Least X and Y, greatest X and Y of its outline, mm.
+    /// Outline: least X and Y, greatest X and Y, mm.
     outline: Option<[f32; 4]>,
 }
 
@@ -33,7 +33,7 @@ pub struct Objects {
     all: Vec<Object, MOST>,
     /// Place of the object whose lines are read.
     current: Option<usize>,
-    /// The block that is read is none of the print's.
+    /// The block that is read does not belong to the print.
     is_aside: bool,
     /// Objects of which planned moves are not made either, a bit each.
     cut: u64,
@@ -42,9 +42,9 @@ pub struct Objects {
 /// Author of a label.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum By {
-    /// The file, at its place in it.
+    /// The file, at its present place.
     File,
-    /// A person, while the motors make this part: what is left out is so at once.
+    /// A person, while the motors make this part: an object is left out at once.
     Person(Part),
 }
 
@@ -81,8 +81,8 @@ impl Objects {
         Ok(())
     }
 
-    /// The rectangle around the outlines of all that are made: least X and Y, greatest X and Y. `None` where
-    /// no outline is known, or one of them has none.
+    /// Returns the rectangle around the outlines of all objects that are made: least X and Y, greatest X and
+    /// Y. `None` where no outline is known, or one of them has none.
     pub fn area(&self) -> Option<[[f64; 2]; 2]> {
         let mut around: Option<[f32; 4]> = None;
         for object in self.all.iter().filter(|object| !object.is_left_out) {
@@ -94,7 +94,7 @@ impl Objects {
         Some([[left, near], [right, far]])
     }
 
-    /// `x,y,x,y name`: an object and the rectangle around its outline.
+    /// Defines an object and the rectangle around its outline: `x,y,x,y name`.
     fn define(&mut self, rest: &str) -> Result<(), &'static str> {
         const MEANT: &str = "M486 O takes least X and Y, greatest X and Y, and a name: O10,20,50,60 part";
         let (box_of, name) = rest.split_once(' ').ok_or(MEANT)?;
@@ -114,7 +114,7 @@ impl Objects {
         Ok(())
     }
 
-    /// The one that is made: by the motors, where a person asks, or by the line that is read.
+    /// Returns the object that is made: by the motors, where a person asks, or by the line that is read.
     fn made(&self, by: By) -> Option<usize> {
         let of_motors = match by {
             By::Person(part) => usize::from(part).checked_sub(1),
@@ -139,13 +139,13 @@ impl Objects {
 
     // --- moves that are planned ---
 
-    /// Whether a file or a host has named any.
+    /// Whether a file or a host has named any objects.
     #[inline]
     pub fn are_known(&self) -> bool {
         !self.all.is_empty()
     }
 
-    /// The block that is read is of the print, or somebody else's.
+    /// Sets whether the block that is read belongs to the print.
     pub const fn counts(&mut self, yes: bool) {
         self.is_aside = !yes;
     }
@@ -167,7 +167,7 @@ impl Objects {
         part > 0 && self.cut >> (part - 1) & 1 != 0
     }
 
-    /// None of them waits any more but those of these parts.
+    /// Notes that only planned moves of these parts still wait to be dropped.
     pub fn has_cut_but(&mut self, parts: impl Iterator<Item = Part>) {
         let waiting = parts.filter(|part| *part > 0).fold(0, |bits, part| bits | 1_u64 << (part - 1));
         self.cut &= waiting;
@@ -189,7 +189,7 @@ impl Objects {
         self.current.and_then(|current| self.all.get(current)).is_some_and(|object| object.is_left_out)
     }
 
-    /// The object that is made.
+    /// Returns the name of the object that is made.
     pub fn name(&self, by: By) -> &str {
         self.made(by).and_then(|place| self.all.get(place)).map_or("none", |object| &object.name)
     }
@@ -206,7 +206,7 @@ impl Objects {
         }
     }
 
-    /// `S1`, `S1 A"Name"`, `S-1`.
+    /// Begins an object by its number: `S1`, `S1 A"Name"`, `S-1`.
     fn begin_numbered(&mut self, rest: &str) -> Result<(), &'static str> {
         let (number, name) = rest.split_once('A').map_or((rest, None), |(number, name)| (number, Some(name)));
         let number = number.trim();
@@ -228,8 +228,8 @@ impl Objects {
         }
     }
 
-    /// The place of the object of this number, which is noted where it is not known. None where there are too
-    /// many: it cannot be left out.
+    /// Finds or adds the object of this number, and returns its place. `None` where there are too many: it
+    /// cannot be left out.
     fn numbered(&mut self, number: u16) -> Option<usize> {
         let known = self.all.iter().position(|object| object.number == Some(number));
         known.or_else(|| {
@@ -276,7 +276,7 @@ fn beginning_and_sum(name: &str) -> (String<NAME>, u32) {
     (beginning, sum(name))
 }
 
-/// FNV-1a of a name, in which case does not count: names that are cut are told apart by it.
+/// Returns FNV-1a of a name, in which case does not count: cut names are told apart by it.
 fn sum(name: &str) -> u32 {
     name.bytes().fold(0x811C_9DC5, |sum, byte| (sum ^ u32::from(byte.to_ascii_uppercase())).wrapping_mul(0x0100_0193))
 }

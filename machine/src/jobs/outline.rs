@@ -9,14 +9,14 @@ use heapless::String;
 use crate::ports::{FileHandle, Storage, StorageError};
 use crate::sessions::LineBytes;
 
-/// Bytes read at a time.
+/// Number of bytes read at a time.
 const CHUNK: usize = 64;
 const KEY: &[u8] = b"POLYGON=";
 
-/// Least X and Y, greatest X and Y.
+/// Least X and Y, greatest X and Y, mm.
 pub(super) type Around = [f64; 4];
 
-/// The rectangle around the outline in these bytes of a file; `None` where there is none, or no whole one.
+/// Returns the rectangle around the outline in these bytes of a file; `None` where there is no whole one.
 pub(super) fn around(
     storage: &mut impl Storage,
     file: FileHandle,
@@ -38,7 +38,7 @@ pub(super) fn around(
     Ok(outline.finish())
 }
 
-/// The line with the rectangle in place of its outline.
+/// Returns the line with the rectangle in place of its outline.
 pub(super) fn shortened(line: &str, [left, near, right, far]: Around) -> Option<LineBytes> {
     let at = line.as_bytes().windows(KEY.len()).position(|window| window.eq_ignore_ascii_case(KEY))?;
     let mut text = String::<{ gcode::MAX_LINE_LENGTH }>::new();
@@ -47,15 +47,15 @@ pub(super) fn shortened(line: &str, [left, near, right, far]: Around) -> Option<
     LineBytes::from_slice(text.as_bytes()).ok()
 }
 
-/// Reads an outline letter by letter.
+/// Reader of an outline, letter by letter.
 #[derive(Debug, Default)]
 struct Outline {
-    /// Letters of the key that have been seen.
+    /// Number of letters of the key that have been seen.
     key: usize,
-    /// Brackets that are open.
+    /// Number of brackets that are open.
     depth: u32,
     number: String<24>,
-    /// The X of a point whose Y comes next.
+    /// X of a point whose Y comes next.
     x: Option<f64>,
     around: Option<Around>,
     is_whole: bool,
@@ -66,7 +66,7 @@ impl Outline {
     fn push(&mut self, byte: u8) {
         if self.key < KEY.len() {
             let expected = KEY.get(self.key).copied().unwrap_or(0);
-            // No letter of the key is its first one again.
+            // The key's first letter does not come again within it.
             self.key = if byte.eq_ignore_ascii_case(&expected) { self.key + 1 } else { usize::from(byte == b'P') };
             return;
         }
@@ -76,7 +76,7 @@ impl Outline {
             b']' | b',' => {
                 self.end_number();
                 if byte == b']' {
-                    // A point has two.
+                    // A point has two coordinates.
                     self.is_wrong |= self.x.is_some();
                     self.depth = self.depth.saturating_sub(1);
                     self.is_whole = self.depth == 0;

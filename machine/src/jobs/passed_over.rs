@@ -5,7 +5,7 @@ use core::fmt;
 use gcode::Code;
 use heapless::Vec;
 
-/// Kinds that are told apart; a file has a handful.
+/// Greatest number of names that are told apart; a file has a handful.
 const MOST: usize = 24;
 
 /// Name of something passed over.
@@ -55,14 +55,14 @@ impl PassedOver {
         }
     }
 
-    /// Whether everything was carried out.
+    /// Whether every code was carried out.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.counts.is_empty()
     }
 }
 
-/// `M73 3x, M300 1x`
+/// Writes names with their counts: `M73 3x, M300 1x`.
 impl fmt::Display for PassedOver {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (place, (name, count)) in self.counts.iter().enumerate() {

@@ -43,7 +43,7 @@ pub struct Reached<'l> {
     pub text: &'l [u8],
 }
 
-/// The places that are still to come, and what is done there.
+/// Places that are still to come, with the commands for them.
 #[derive(Clone, Debug, Default)]
 pub struct Pauses {
     all: Vec<(Place, Command), MOST>,
@@ -72,7 +72,7 @@ impl Pauses {
     pub fn add(&mut self, place: Place, command: &str) -> Result<(), Failure> {
         let command = if command.is_empty() { SUSPEND } else { command };
         let command = Command::try_from(command).map_err(|_| Failure::refused(&"the command is too long"))?;
-        // A file that is read several times asks for its own each time.
+        // A file that is read several times adds the same pauses each time.
         if self.all.iter().any(|(known, does)| *known == place && *does == command) {
             return Ok(());
         }
@@ -80,7 +80,7 @@ impl Pauses {
         self.all.push((place, command)).map_err(full)
     }
 
-    /// The one that has been reached, which is taken out; with it those that have been passed.
+    /// Takes out the place that has been reached, and with it all places that have been passed.
     pub fn take(&mut self, reached: &Reached<'_>) -> Option<(Place, Command)> {
         let is_reached = |place: &Place| match *place {
             Place::Layer(layer) => reached.layer >= layer,
@@ -102,10 +102,10 @@ pub(super) fn prints(line: &[u8]) -> bool {
         && line.trim_ascii_start().first().is_some_and(|first| matches!(first, b'G' | b'g'))
 }
 
-/// Reads `layer 12 command`.
+/// Reads a place and its command: `layer 12 command`.
 ///
 /// # Errors
-/// Which words are taken.
+/// When the words are others, with those that are taken.
 pub fn parse(text: &str) -> Result<(Place, &str), Failure> {
     const WORDS: &str = "pause takes: at layer N, at line N, at height MM, list, clear; a command may follow";
     let wrong = || Failure::refused(&WORDS);

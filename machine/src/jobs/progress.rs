@@ -19,7 +19,7 @@ use crate::sessions::Reply;
 pub struct Outlook {
     /// Time left and in all, by the planner.
     pub planned: Option<Planned>,
-    /// Per cent of the file that have been looked at, while that goes on.
+    /// Share of the file that has been looked at, per cent, while that goes on.
     pub looked_at: Option<u8>,
 }
 
@@ -31,24 +31,26 @@ pub struct Planned {
 }
 
 impl Jobs {
-    /// The motors make the moves with this tag now; `None` while they rest. Moves that are not of the job, a
-    /// session's among its own, change nothing.
+    /// Notes the tag of the moves that the motors make now; `None` while they rest. Moves that are not of the
+    /// job, a session's among its own, change nothing.
     pub fn executing(&mut self, tag: Option<Tag>) {
         self.place = tag.and_then(|tag| self.tags.executing(tag).or(self.place));
     }
 
-    /// The number of the line that moves with this tag are made for: the job's, or the one a session gave it.
+    /// Returns the number of the line that moves with this tag are made for: the job's, or the one a session
+    /// gave it.
     #[must_use]
     pub fn line_of(&self, tag: Tag) -> Option<u32> {
         self.tags.number(tag)
     }
 
-    /// Number of the line, and the offset of its end, that the motors make, or that was read last.
+    /// Returns the number, and the offset of the end, of the line that the motors make, or that was read
+    /// last.
     fn place(&self, job: &Job) -> (u32, u32) {
         self.place.unwrap_or((job.lines.number(), job.lines.read()))
     }
 
-    /// Seconds since the job began, and per cent of its file.
+    /// Returns seconds since the job began, and per cent of its file.
     #[must_use]
     pub fn progress(&self, now: Micros) -> Option<(u64, u64)> {
         let job = self.job.as_ref()?;
@@ -57,7 +59,7 @@ impl Jobs {
         Some((now.since(job.started).millis() / 1_000, percent))
     }
 
-    /// Per cent of the file being played, and its name.
+    /// Returns per cent of the file being played, and its name.
     #[must_use]
     pub fn share(&self) -> Option<(u8, &str)> {
         let job = self.job.as_ref()?;
@@ -77,7 +79,7 @@ impl Jobs {
         Some((job.slicer.left.unwrap_or(total * (1.0 - done)), total, "slicer"))
     }
 
-    /// M27 and `progress -b`.
+    /// Answers M27 and `progress -b`.
     pub fn say_bytes(&self, outlook: &Outlook, reply: &mut Reply<'_>) {
         match &self.job {
             Some(job) => {
@@ -167,13 +169,13 @@ impl Jobs {
         self.job.as_ref().is_some_and(|job| job.is_forced)
     }
 
-    /// All of its lines have been read; its last moves may still be made.
+    /// Whether all lines of the job have been read; its last moves may still be made.
     #[must_use]
     pub fn is_read(&self) -> bool {
         self.job.as_ref().is_some_and(|job| job.lines.is_at_end() && job.callers.is_empty())
     }
 
-    /// The file that is played.
+    /// Returns the path of the file that is played.
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         self.job.as_ref().map(|job| &job.path)
@@ -186,7 +188,7 @@ impl Jobs {
     /// settings.
     ///
     /// # Errors
-    /// Those of the card.
+    /// Errors of the card.
     pub fn played_file(&self, machine: u32, storage: &mut impl Storage) -> Result<PlayedFile, StorageError> {
         let Some(job) = &self.job else { return Err(StorageError::NotFound) };
         let check = journal::check_value(job.lines.file(), job.size, storage)?;
@@ -201,7 +203,7 @@ impl Jobs {
         })
     }
 
-    /// From the file's beginning again, without its moves.
+    /// Begins at the file's beginning again, to be read without its moves.
     ///
     /// # Errors
     /// When the card does not answer.
@@ -216,25 +218,25 @@ impl Jobs {
         job.lines.restart(storage)
     }
 
-    /// Whether it is the file of every boot.
+    /// Whether the file is the boot file.
     #[must_use]
     pub fn is_boot_file(&self, config: &MachineConfig) -> bool {
         self.job.as_ref().is_some_and(|job| job.path.eq_ignore_ascii_case(&config.player.on_boot_gcode))
     }
 
-    /// The line that the motors make, or that was read last.
+    /// Returns the line that the motors make, or that was read last.
     #[must_use]
     pub fn line_now(&self) -> u32 {
         self.place.map_or_else(|| self.line(), |(line, _)| line)
     }
 
-    /// Lines that have been made when the motors make the moves with this tag.
+    /// Returns the number of lines made when the motors make the moves with this tag.
     #[must_use]
     pub fn made(&self, tag: Tag) -> Option<u32> {
         self.tags.ordinal(tag).map(|ordinal| ordinal.saturating_sub(1))
     }
 
-    /// Lines of this job that have begun and are no comments, each as often as it did.
+    /// Returns the number of this job's lines that have begun and are no comments, each as often as it did.
     #[must_use]
     pub const fn begun(&self) -> u32 {
         self.tags.count()

@@ -7,7 +7,7 @@ use crate::files::Path;
 use crate::ports::{OpenMode, Storage};
 use crate::sessions::Reply;
 
-/// Files that can wait.
+/// Greatest number of files that can wait.
 const MOST: usize = 16;
 
 /// Files in the order in which they are to be played. Forgotten at a reset.
@@ -28,7 +28,7 @@ impl Queue {
         (!self.files.is_empty()).then(|| self.files.remove(0))
     }
 
-    /// `add file [times]`, `remove place`, `clear`; nothing: lists them.
+    /// Edits or lists the queue: `add file [times]`, `remove place`, `clear`; nothing: lists them.
     ///
     /// # Errors
     /// When there is no such file, or no room.

@@ -15,12 +15,12 @@ impl Default for Scripts {
 }
 
 impl Scripts {
-    /// Whether the one before the job is to be run; asked once.
+    /// Takes whether the script before the job is to be run; asked once.
     pub fn take_before(&mut self) -> bool {
         core::mem::take(&mut self.before)
     }
 
-    /// Whether the one behind it is to be run; asked once.
+    /// Takes whether the script behind the job is to be run; asked once.
     pub fn take_after(&mut self) -> bool {
         core::mem::take(&mut self.after)
     }

@@ -32,7 +32,7 @@ impl SlicerTimes {
         let minutes = words.split_whitespace().find_map(|word| word.strip_prefix('R')?.parse::<f32>().ok());
         if let Some(minutes) = minutes.filter(|minutes| minutes.is_finite() && *minutes >= 0.0) {
             self.left = Some(60.0 * minutes);
-            // The first one is the whole of it.
+            // The first M73 tells the whole time.
             self.total = self.total.or(self.left);
         }
     }
@@ -60,7 +60,7 @@ fn seconds(text: &str) -> Option<f32> {
     text.trim().parse::<f32>().ok().filter(|seconds| seconds.is_finite() && *seconds >= 0.0)
 }
 
-/// `1d 2h 3m 4s`, or `1 hour 23 minutes`, in seconds.
+/// Reads `1d 2h 3m 4s`, or `1 hour 23 minutes`, in seconds.
 fn in_words(text: &str) -> Option<f32> {
     let (mut rest, mut sum) = (text.trim_start(), None);
     loop {

@@ -9,13 +9,13 @@ pub use super::heater_hours::HeaterTime;
 
 /// Path of the file of statistics.
 pub const PATH: &str = "/sd/statistics.txt";
-/// Nothing moves further between two samples, mm: a place that is only called otherwise.
+/// Least way between two samples that is no motion, mm: the same place has got other coordinates.
 const JUMP: f64 = 20.0;
 
 /// Sums over jobs, or of one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sums {
-    /// Time from their beginnings to their ends.
+    /// Time of jobs from their beginnings to their ends.
     pub job: Micros,
     /// Time of jobs in which nothing moved.
     pub still: Micros,
@@ -34,7 +34,7 @@ impl Sums {
     }
 }
 
-/// All that is kept.
+/// Statistics of the machine's life.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Life {
     /// Jobs that were played to their ends.
@@ -50,7 +50,7 @@ pub struct Life {
 }
 
 impl Life {
-    /// A figure of the file; false when it is none of these.
+    /// Reads a figure of the file; false when the key is none of these.
     fn read(&mut self, key: &str, value: f64) -> bool {
         let time = Micros((value * 1e6) as u64);
         match key {
@@ -83,7 +83,7 @@ impl fmt::Display for Life {
 /// Statistics as they are counted.
 #[derive(Clone, Debug, Default)]
 pub struct Statistics {
-    /// Without the job that is played.
+    /// Sums of the machine's life, without the job that is played.
     pub life: Life,
     job: Option<Sums>,
     /// Work of the heaters.
@@ -95,14 +95,14 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// A line of the file; false when it is none of it.
+    /// Reads a line of the file; false when it cannot be one.
     pub fn read(&mut self, line: &str) -> bool {
         let Some((key, value)) = line.split_once('=') else { return line.trim().is_empty() || line.starts_with('#') };
         let value = value.trim().parse::<f64>().ok().filter(|value| value.is_finite() && *value >= 0.0);
         value.is_some_and(|value| self.life.read(key.trim(), value) || self.heaters.read(key.trim(), value))
     }
 
-    /// A hundred times a second: where the tool is. `plays`: a job is open.
+    /// Samples the tool's place, a hundred times a second. `plays`: a job is open.
     pub fn sample(&mut self, now: Micros, plays: bool, moves: bool, place: &PerAxis<f64>, extruders: AxisSet) {
         let Some((before, from)) = self.last.replace((now, *place)) else { return };
         let time = now.since(before);
@@ -126,12 +126,12 @@ impl Statistics {
         job.filament += extruders.axes().map(by).filter(|mm| libm::fabs(*mm) < JUMP).sum::<f64>();
     }
 
-    /// Nothing moves, and no job is open.
+    /// Ends the samples: nothing moves, and no job is open.
     pub const fn rest(&mut self) {
         self.last = None;
     }
 
-    /// The job has ended: what it took. None when there was none.
+    /// Ends the job, and returns its sums. `None` when there was none.
     pub fn end_job(&mut self, is_done: bool) -> Option<Sums> {
         let mut sums = self.job.take()?;
         sums.filament = sums.filament.max(0.0);
@@ -148,7 +148,7 @@ impl Statistics {
         (self.life, self.heaters, self.is_unsaved) = (Life::default(), HeaterHours::default(), true);
     }
 
-    /// Whether they are to be saved; asked once.
+    /// Whether the statistics are to be saved; asked once.
     pub fn take_unsaved(&mut self) -> bool {
         self.heaters.take_unsaved() | core::mem::take(&mut self.is_unsaved)
     }
@@ -182,7 +182,7 @@ mod tests {
         let extruders = AxisSet::NONE.with(Axis::A);
         for step in 0..=1_000_u64 {
             let x = (step as f64 * 0.1).min(50.0);
-            // Pushed 5, drawn back 2 and pushed again.
+            // The extruder has pushed 5, drawn back 2 and pushed again.
             let e = match step {
                 0..=500 => step as f64 * 0.01,
                 501..=600 => 5.0 - (step - 500) as f64 * 0.02,

@@ -22,7 +22,7 @@ pub struct Suspended {
 /// A job that a stall has stopped in the middle of a line.
 #[derive(Clone, Copy, Debug)]
 pub struct StalledJob {
-    /// Axes that are to be homed before it goes on.
+    /// Axes that are to be homed before the job goes on.
     pub lost: AxisSet,
     /// Place at which the stalled line begins: its relative words count from there.
     pub begins: PerAxis<f64>,

@@ -1,23 +1,23 @@
 //! Tags of moves: the line of the file that a move is made for, and how far into the file it is.
 //!
 //! Lines are read well before the motors make their moves. Each move carries the tag of its line, motion
-//! hands back the tag of the move that executes, and here stands which line that is.
+//! hands back the tag of the move that executes, and [`Tags`] finds the line of the tag.
 
 use motion::Tag;
 
-/// Lines that are remembered; more than moves are queued in a usual look-ahead queue.
+/// Number of lines that are remembered; more than moves are queued in a usual look-ahead queue.
 const REMEMBERED: usize = 256;
 
 /// Bit of tags that are line numbers given by sessions (`N`).
 const NUMBERED: u32 = 1 << 31;
 
-/// The tag of moves that a session's line of this number makes.
+/// Returns the tag of moves that a session's line of this number makes.
 #[must_use]
 pub(crate) const fn of_number(number: u32) -> Tag {
     Tag(NUMBERED | number)
 }
 
-/// A line that moves are made for.
+/// Place of a line that moves are made for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Place {
     /// Number of the line, from 1.
@@ -32,7 +32,7 @@ pub(crate) struct Tags {
     places: [Place; REMEMBERED],
     /// The tag given last.
     newest: Tag,
-    /// Tags given in this job.
+    /// Number of tags given in this job.
     count: u32,
 }
 
@@ -43,7 +43,7 @@ impl Default for Tags {
 }
 
 impl Tags {
-    /// The tag of moves that this line, which ends at this offset of the file, makes.
+    /// Begins a line that ends at this offset of the file, and returns the tag of its moves.
     pub fn begin_line(&mut self, line: u32, offset: u32) -> Tag {
         let mut next = self.newest.0.wrapping_add(1) & !NUMBERED;
         if next == Tag::NONE.0 {
@@ -57,14 +57,14 @@ impl Tags {
         self.newest
     }
 
-    /// The line that was begun last has made no move, and is begun again.
+    /// Takes back the line that was begun last: it has made no move, and is begun again.
     pub const fn take_back(&mut self) {
         self.newest = Tag(self.newest.0.wrapping_sub(1) & !NUMBERED);
         self.count = self.count.saturating_sub(1);
     }
 
-    /// The line and the offset of its end that moves with this tag are made for; `None` when they are not of
-    /// this job. Of one that is too long ago, the oldest line that is remembered.
+    /// Returns the line, and the offset of its end, that moves with this tag are made for; `None` when they
+    /// are not of this job. For a line too long ago, returns the oldest line that is remembered.
     #[must_use]
     pub fn executing(&self, tag: Tag) -> Option<(u32, u32)> {
         let age = self.newest.0.wrapping_sub(tag.0) & !NUMBERED;
@@ -90,13 +90,13 @@ impl Tags {
         if tag == Tag::NONE || tag.0 & NUMBERED != 0 { None } else { self.count.checked_sub(age).filter(|n| *n > 0) }
     }
 
-    /// The number of the line that moves with this tag are made for.
+    /// Returns the number of the line that moves with this tag are made for.
     #[must_use]
     pub fn number(&self, tag: Tag) -> Option<u32> {
         if tag.0 & NUMBERED != 0 { Some(tag.0 & !NUMBERED) } else { self.executing(tag).map(|(line, _)| line) }
     }
 
-    /// Another job, or this one from its beginning: what was given before is none of it.
+    /// Forgets all tags, at another job or at this one from its beginning.
     pub const fn forget(&mut self) {
         self.count = 0;
     }

@@ -12,9 +12,9 @@ use crate::failure::{Failure, Texts};
 /// Dependence of the value on the height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Slope {
-    /// So much a mm; the same within each band of this height, mm.
+    /// Change per mm of height; constant within each band of this height, mm.
     Steady { factor: f64, band: f64 },
-    /// So much more every so many mm.
+    /// Step of the value at every so many mm.
     Steps { delta: f64, height: f64 },
 }
 
@@ -27,13 +27,13 @@ pub struct Tower {
     slope: Slope,
     /// Height below which nothing changes, mm.
     skip: f64,
-    /// The height at which it was set last.
+    /// Height at which the setting was set last, mm.
     at: Option<f64>,
 }
 
 impl Tower {
-    /// `TUNING_TOWER COMMAND= PARAMETER= START= FACTOR= [BAND=] [SKIP=]`, or STEP_DELTA= and STEP_HEIGHT=
-    /// instead of FACTOR=.
+    /// Reads `TUNING_TOWER COMMAND= PARAMETER= START= FACTOR= [BAND=] [SKIP=]`, or STEP_DELTA= and
+    /// STEP_HEIGHT= instead of FACTOR=.
     ///
     /// # Errors
     /// When a word is missing or no number.
@@ -73,12 +73,12 @@ impl Tower {
         match self.slope {
             Slope::Steps { delta, height } => self.start + delta * libm::floor(above / height + 1e-9),
             Slope::Steady { factor, band: 0.0 } => self.start + factor * above,
-            // The middle of the band.
+            // The middle of the band counts.
             Slope::Steady { factor, band } => self.start + factor * (libm::floor(above / band + 1e-9) + 0.5) * band,
         }
     }
 
-    /// The command to be carried out before this line, where it is the first that prints at its height.
+    /// Returns the command due before this line, if the line is the first that prints at its height.
     pub fn command_before(&mut self, line: &[u8], height: f64) -> Option<Command> {
         if self.at == Some(height) || !prints(line) {
             return None;
@@ -95,7 +95,7 @@ impl Tower {
     }
 }
 
-/// A number without digits that mean nothing.
+/// Number that is written without needless digits.
 struct Short(f64);
 
 impl fmt::Display for Short {
