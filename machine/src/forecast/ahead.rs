@@ -7,7 +7,7 @@ use crate::files::Path;
 use crate::jobs::{FileLines, Lookup, MOST_CALLERS};
 use crate::ports::{FileHandle, Storage};
 
-/// The files that a forecast reads, and what it is to the job.
+/// Files that a forecast reads, and its relation to the job.
 #[derive(Debug, Default)]
 pub(crate) struct Ahead {
     pub path: Path,
@@ -28,7 +28,7 @@ pub(crate) struct Ahead {
     /// Times at which the job began to wait, and at which the look's progress was told last.
     pub waits_since: Micros,
     pub told_at: Micros,
-    /// Lines of the job that have been made, and since when.
+    /// Number of the job's lines that have been made, and since when.
     pub made: (u32, Micros),
 }
 

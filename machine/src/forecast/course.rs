@@ -1,30 +1,30 @@
 //! Course of a job: the time at which each line is made, from the beginning. The time left is told by it.
 //!
 //! Kept at 256 lines of the job or fewer, evenly apart, and further apart the longer the job is; between them
-//! time passes evenly. So what is wrong about a place between two is a part of a two-hundredth of the job.
+//! time passes evenly. So the error at a place between two is a part of a two-hundredth of the job.
 
 use heapless::Vec;
 
-/// Places of the job that are kept.
+/// Greatest number of places of the job that are kept.
 const MARKS: usize = 256;
 
 /// Parts that make up time, seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sums {
-    /// Working moves at even speed.
+    /// Time of working moves at even speed.
     pub feed: f32,
-    /// Changes of their speed.
+    /// Time of changes of their speed.
     pub ramps: f32,
-    /// Rapid moves, dwells, homing: what no feed override changes.
+    /// Time of rapid moves, dwells, homing: no feed override changes it.
     pub rest: f32,
 }
 
 impl Sums {
     /// Returns the time if working moves go `factor` times as fast as the forecast had them.
     ///
-    /// At even speed that is a matter of the speed. Half of the time in which it changes goes into reaching
-    /// it, which takes longer the greater it is; of the other half the way counts, as of the even part: exact
-    /// for a move from rest to rest that reaches its speed.
+    /// Time at even speed goes inversely with the speed. Half of the time in which speed changes is spent on
+    /// reaching it, which takes longer the greater it is; the other half counts by its way, as the even part:
+    /// exact for a move from rest to rest that reaches its speed.
     #[must_use]
     pub fn seconds(&self, factor: f32) -> f32 {
         (self.feed + 0.5 * self.ramps) / factor + 0.5 * self.ramps * factor + self.rest
@@ -50,7 +50,7 @@ impl Sums {
 struct Mark {
     /// Sums of the lines before the place.
     sums: Sums,
-    /// The factor of feed rates that the forecast has there.
+    /// Factor of feed rates that the forecast has there.
     factor: f32,
 }
 
@@ -107,12 +107,12 @@ impl Course {
         self.stride = self.stride.saturating_mul(2);
     }
 
-    /// Feed rates are scaled so from here on.
+    /// Sets the factor by which feed rates are scaled from here on.
     pub fn set_factor(&mut self, factor: f64) {
         self.factor = factor as f32;
     }
 
-    /// A move, or a part of it: seconds at even speed and changing speed.
+    /// Adds a move, or a part of it: seconds at even speed and at changing speed.
     pub fn moved(&mut self, even: f64, ramps: f64, is_feed: bool) {
         if is_feed {
             self.feed += even;
@@ -122,12 +122,12 @@ impl Course {
         }
     }
 
-    /// Something that is no move takes so many seconds.
+    /// Adds seconds that are no move's.
     pub fn waited(&mut self, seconds: f64) {
         self.rest += seconds;
     }
 
-    /// Of all lines so far.
+    /// Returns the sums of all lines so far.
     #[must_use]
     pub fn total(&self) -> Sums {
         Sums { feed: self.feed as f32, ramps: self.ramps as f32, rest: self.rest as f32 }
@@ -143,7 +143,7 @@ impl Course {
         before.plus(after.since(before), share)
     }
 
-    /// The factor of feed rates that the forecast has there.
+    /// Returns the factor of feed rates that the forecast has there.
     #[must_use]
     pub fn factor_at(&self, lines: u32) -> f32 {
         self.marks.get((lines / self.stride) as usize).map_or(self.factor, |mark| mark.factor)

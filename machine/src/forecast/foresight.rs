@@ -11,15 +11,15 @@ use crate::jobs::FileLines;
 use crate::ports::FileHandle;
 use crate::preflight::{Finding, Kind, Severity, Totals};
 
-/// Findings that wait to be told.
+/// Greatest number of findings that wait to be told.
 const FINDINGS: usize = 16;
-/// With fewer than this free, the next line waits until somebody has heard of those before.
+/// Free places for findings below which the next line waits until somebody has heard of those before.
 const ROOM: usize = 8;
 
 /// Purpose of a forecast.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// `check`: somebody hears what is found.
+    /// `check`: somebody hears the findings.
     Check,
     /// The job that is open.
     Job,
@@ -77,7 +77,7 @@ pub struct Foresight {
     /// The rest of the file depends on results that only the job has.
     guesses: Cell<bool>,
     course: RefCell<Course>,
-    /// The course is that of the job that is open, from its beginning to its end.
+    /// The course is complete for the open job, from its beginning to its end.
     has_course: Cell<bool>,
     totals: Cell<Totals>,
     purpose: Cell<Purpose>,
@@ -86,7 +86,7 @@ pub struct Foresight {
 }
 
 impl Foresight {
-    /// None yet. Never inlined, as it is large.
+    /// Makes an empty one. Never inlined, as it is large.
     #[inline(never)]
     pub fn new() -> Self {
         Self {
@@ -107,7 +107,7 @@ impl Foresight {
 
     // --- the executor's side ---
 
-    /// Whether one is being made.
+    /// Whether a forecast is being made.
     pub fn is_under_way(&self) -> bool {
         matches!(self.stage.get(), Stage::Ready | Stage::Running)
     }
@@ -154,17 +154,17 @@ impl Foresight {
         self.answer.set(answer);
     }
 
-    /// The lines of the file, for whoever reads it.
+    /// Calls `f` with the lines of the file.
     pub fn lines<R>(&self, f: impl FnOnce(&mut FileLines) -> R) -> R {
         f(&mut self.lines.borrow_mut())
     }
 
-    /// The next finding that nobody has heard of.
+    /// Takes the next finding that nobody has heard of.
     pub fn take_finding(&self) -> Option<Finding> {
         self.found.borrow_mut().pop_front()
     }
 
-    /// Findings that there was no room for.
+    /// Returns the number of findings that there was no room for.
     pub const fn missed(&self) -> u32 {
         self.missed.get()
     }
@@ -179,7 +179,7 @@ impl Foresight {
         self.totals.get()
     }
 
-    /// The course of the job, once it is known to its end.
+    /// Calls `f` with the course of the job, once it is known to its end.
     pub fn course<R>(&self, f: impl FnOnce(&Course) -> R) -> Option<R> {
         self.has_course.get().then(|| f(&self.course.borrow()))
     }
@@ -219,7 +219,7 @@ impl Foresight {
         if finding.kind == Kind::Unforeseen {
             self.guesses.set(true);
         }
-        // Of a job only what stops it is told, and that its bed is not leveled.
+        // Only findings that stop a job are told of it, and that its bed is not leveled.
         let is_worth_it = finding.kind.severity() == Severity::Stop || finding.kind == Kind::Unleveled;
         let is_told = self.purpose.get() == Purpose::Check || is_worth_it;
         if is_told && self.found.borrow_mut().push_back(finding.clone()).is_err() {

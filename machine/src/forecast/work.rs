@@ -16,14 +16,14 @@ use crate::ports::{FileHandle, Workspace};
 use crate::preflight::{AsItIs, Finding, Listener, Preflight, end_turn};
 use crate::sessions::LineBytes;
 
-/// Preflight and the motion object that makes no steps.
+/// Preflight, with the motion object that makes no steps.
 pub(crate) struct Desk<'a> {
     preflight: Preflight<'a>,
     motion: &'a mut Motion,
 }
 
 impl<'a> Desk<'a> {
-    /// In a workspace. Never inlined, as it is large.
+    /// Makes a desk in a workspace. Never inlined, as it is large.
     #[inline(never)]
     pub fn new(config: &'a MachineConfig, texts: &'a Texts, workspace: &'a mut Workspace) -> Self {
         let Workspace { motion, program } = workspace;
@@ -31,9 +31,9 @@ impl<'a> Desk<'a> {
     }
 }
 
-/// A look ahead, as the executor has it.
+/// Interface of the look ahead for the executor.
 pub(crate) trait LookAhead {
-    /// Some of the work on a forecast, when it may. True when there is more to do.
+    /// Does some of the work on a forecast, when it may. True when there is more to do.
     fn take_turn(&mut self) -> bool;
 
     /// Looks ahead from where `motion` is. False: there is no machine that could move, or no memory.
@@ -42,23 +42,23 @@ pub(crate) trait LookAhead {
     /// Begins a forecast of a file that is open, and of the machine as it is, after [`Self::stand_as`].
     fn begin(&mut self, purpose: Purpose, file: FileHandle, machine: &AsItIs<'_>);
 
-    /// The file says what it is written in, or does not. Before the first turn.
+    /// Tells the dialect that the file states, if any, before the first turn.
     fn read_as(&mut self, dialect: Option<Dialect>);
 }
 
-/// The work on forecasts, one after the other.
+/// Work on forecasts, one after the other.
 pub(crate) struct Work<'w, 'a, F, B> {
     foresight: &'w Foresight,
     /// Desk for one forecast, held by the one under way; `None` if there is no memory for it.
     desk: &'w RefCell<Option<Desk<'a>>>,
     /// Begins a new forecast.
     begin: B,
-    /// The one under way, in the middle of a line perhaps.
+    /// The forecast under way, in the middle of a line perhaps.
     under_way: Pin<&'w mut Option<F>>,
 }
 
 impl<'w, 'a, F: Future<Output = ()>, B: Fn() -> F> Work<'w, 'a, F, B> {
-    /// None yet; `place` is where it will lie.
+    /// Makes the work without a forecast; `place` is where that will lie.
     pub const fn new(
         foresight: &'w Foresight,
         desk: &'w RefCell<Option<Desk<'a>>>,
@@ -109,7 +109,7 @@ impl<F: Future<Output = ()>, B: Fn() -> F> LookAhead for Work<'_, '_, F, B> {
     }
 }
 
-/// Hears what preflight finds.
+/// Listener that passes preflight's findings and times to the forecast.
 struct Hearing<'f>(&'f Foresight);
 
 impl Listener for Hearing<'_> {
@@ -133,7 +133,7 @@ impl Listener for Hearing<'_> {
     }
 }
 
-/// The work on one forecast.
+/// Does the work on one forecast.
 #[allow(clippy::await_holding_refcell_ref, reason = "whoever else borrows it drops the work first")]
 pub(crate) async fn read_file(foresight: &Foresight, desk: &RefCell<Option<Desk<'_>>>) {
     let Ok(mut desk) = desk.try_borrow_mut() else { return };
@@ -182,7 +182,7 @@ async fn read(preflight: &mut Preflight<'_>, motion: &mut Motion, foresight: &Fo
     Ok(())
 }
 
-/// To where the next line stands.
+/// Goes to the place of the next line.
 async fn go_on(preflight: &mut Preflight<'_>, foresight: &Foresight, next: Next) -> Result<(), &'static str> {
     match next {
         Next::Following => {}
@@ -207,7 +207,7 @@ async fn go_on(preflight: &mut Preflight<'_>, foresight: &Foresight, next: Next)
     Ok(())
 }
 
-/// Has the executor bring something; whether there is such a thing.
+/// Has the executor bring some input; returns whether it exists.
 async fn ask(foresight: &Foresight, wanted: Wanted) -> Result<bool, &'static str> {
     foresight.wanted.replace(Some(wanted));
     while foresight.wants() {

@@ -17,7 +17,7 @@ use crate::needs::needs;
 use crate::outputs::{self, Outputs};
 use crate::ports::MotionPort;
 
-/// The motion object that makes no steps, for codes that set limits.
+/// Port to the motion object that makes no steps, for codes that set limits.
 struct Shadow<'m> {
     motion: &'m mut Motion,
     latch: Latch,
@@ -68,7 +68,7 @@ impl Reading<'_, '_> {
             Action::Return => {
                 *next = self.preflight.program.end_call().unwrap_or(Next::At(Place::default()));
                 if *next == Next::At(Place::default()) {
-                    // M99 of the main program: it begins anew, for ever.
+                    // M99 of the main program begins it anew, for ever.
                     self.preflight.has_ended = true;
                 }
             }
@@ -89,7 +89,7 @@ impl Reading<'_, '_> {
         Ok(())
     }
 
-    /// An output that changes by the way.
+    /// Follows an output that changes along the path.
     pub(super) fn effect(&mut self, effect: Effect) -> Result<(), Said> {
         match effect {
             Effect::Target { heater, target } => self.target(heater, target),
@@ -150,7 +150,7 @@ impl Reading<'_, '_> {
         Shadow { motion: self.motion, latch: Latch::new() }
     }
 
-    /// Of the codes that the machine does itself, those that change where and how fast it may go.
+    /// Follows those of the machine's functions that change where and how fast it may go.
     async fn function(&mut self, function: Function, words: &Words<'_>) -> Result<(), Said> {
         let set = match function {
             Function::LabelObject => {
@@ -231,7 +231,7 @@ impl Reading<'_, '_> {
         Ok(())
     }
 
-    /// The file has said how fast moves are to gain speed.
+    /// Notes the acceleration that the file has asked for.
     fn acceleration_is_asked(&mut self) {
         self.preflight.asked_acceleration = self.motion.config().map(|config| config.limits.acceleration.get());
     }
@@ -257,7 +257,7 @@ impl Reading<'_, '_> {
         }
     }
 
-    /// The machine stands there now.
+    /// Sets the place where the machine stands now.
     fn stand_at(&mut self, position: PerAxis<f64>) {
         // The machine refuses a place that steps cannot count; then the old place stays.
         let _ = self.motion.set_position(position);
@@ -278,7 +278,7 @@ impl Reading<'_, '_> {
 
     // --- time ---
 
-    /// Everything submitted has been made.
+    /// Passes everything submitted, to standstill.
     pub(super) async fn standstill(&mut self) {
         self.motion.flush();
         while self.pass() {

@@ -12,9 +12,9 @@ use motion::Block;
 
 use super::limits::Limit;
 
-/// Moves that are looked ahead at.
+/// Number of moves that are looked ahead at.
 const WINDOW: usize = 128;
-/// Of these so many are settled at a time.
+/// Number of moves settled at a time.
 const SETTLED: usize = WINDOW / 2;
 /// Value that stands for no limit, in place of its number.
 const NONE: u8 = u8::MAX;
@@ -24,7 +24,7 @@ const NONE: u8 = u8::MAX;
 pub(super) struct Wish {
     /// Length of the path, mm.
     pub length: f64,
-    /// Squared speed that its first corner allows, (mm/s)^2.
+    /// Squared speed that the move's first corner allows, (mm/s)^2.
     pub corner_sq: f64,
     /// Speed asked for and given, mm/s.
     pub asked: f64,
@@ -37,7 +37,7 @@ pub(super) struct Wish {
 }
 
 impl Wish {
-    /// A block that is given all it asks for.
+    /// Makes the wish of a block that is given all it asks for.
     pub fn granted(block: &Block, speed: f64) -> Self {
         let (length, corner_sq, acceleration) = (block.length, block.corner_sq, block.acceleration);
         Self {
@@ -68,7 +68,7 @@ struct Move {
 }
 
 impl Move {
-    /// With the limits before `lifted` lifted: speed and acceleration, mm/s and mm/s2.
+    /// Returns speed and acceleration with the limits before `lifted` lifted, mm/s and mm/s2.
     fn pace(&self, lifted: u8) -> (f32, f32) {
         let [speed_by, acceleration_by] = self.cut_by;
         let of = |[given, asked]: [f32; 2], by: u8| if by < lifted { asked } else { given };
@@ -101,7 +101,7 @@ impl Costs {
     /// Adds the next move to the window.
     pub fn push(&mut self, wish: &Wish) {
         let pair = |given: f64, asked: f64| [given as f32, asked as f32];
-        // Settled in time, there is room.
+        // There is room, as moves are settled in time.
         let _ = self.window.push(Move {
             length: wish.length as f32,
             corner_sq: wish.corner_sq as f32,
@@ -111,12 +111,12 @@ impl Costs {
         });
     }
 
-    /// [`Self::settle`] before another move comes and the corner before it.
+    /// Whether [`Self::settle`] must come before another move and the corner before it.
     pub fn is_full(&self) -> bool {
         self.window.len() + 2 > WINDOW
     }
 
-    /// Nothing is left to settle.
+    /// Whether nothing is left to settle.
     pub fn is_settled(&self) -> bool {
         self.window.is_empty()
     }
@@ -129,7 +129,7 @@ impl Costs {
         self.window.truncate(self.window.len() - count);
     }
 
-    /// The path ends here: settles the rest.
+    /// Settles the rest, as the path ends here.
     pub fn settle_all(&mut self) {
         self.settle_first(self.window.len());
         self.window.clear();
@@ -166,8 +166,8 @@ impl Costs {
     }
 }
 
-/// Plans moves with the limits before `lifted` lifted, and tells how long each of the first `count` takes.
-/// Gives the squared speed behind these.
+/// Plans moves with the limits before `lifted` lifted, and tells the time of each of the first `count`.
+/// Returns the squared speed behind these.
 fn plan(moves: &[Move], lifted: u8, entry_sq: f32, count: usize, mut takes: impl FnMut(f32)) -> f32 {
     // Squared speeds at the moves' beginnings, the last move's first.
     let mut entries_sq = heapless::Vec::<f32, WINDOW>::new();
@@ -183,7 +183,7 @@ fn plan(moves: &[Move], lifted: u8, entry_sq: f32, count: usize, mut takes: impl
                 .map(|[a, b]| least(a, b));
             exit_sq = least(least(exit_sq, speed_before * speed_before), own.corner_sq * now / given);
         }
-        // There are no more than fit.
+        // There are no more moves than fit.
         let _ = entries_sq.push(exit_sq);
     }
     let mut speed_sq = entry_sq;
@@ -202,7 +202,7 @@ fn least(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// A trapezoid between these squared speeds.
+/// Returns the time of a trapezoid between these squared speeds.
 fn seconds(length: f32, [entry_sq, exit_sq]: [f32; 2], speed: f32, acceleration: f32) -> f32 {
     let peak_sq = least(speed * speed, acceleration * length + 0.5 * (entry_sq + exit_sq));
     let [peak, entry, exit] = [peak_sq, entry_sq, exit_sq].map(libm::sqrtf);
@@ -238,7 +238,7 @@ mod tests {
         *costs.seconds()
     }
 
-    /// From rest to rest at constant acceleration.
+    /// Returns the time from rest to rest at constant acceleration.
     fn alone(length: f64, speed: f64, acceleration: f64) -> f64 {
         let peak = speed.min((acceleration * length).sqrt());
         2.0 * peak / acceleration + (length - peak * peak / acceleration) / peak

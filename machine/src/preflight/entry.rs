@@ -13,7 +13,7 @@ use crate::failure::{ShortText, short};
 use crate::jobs::is_comment;
 
 impl Preflight<'_> {
-    /// The subroutine that was called has a file of its own, which is read now; or it has none.
+    /// Enters the subroutine that was called: its own file, which is read now, if there is one.
     pub fn enter_file(&mut self, there_is_one: bool) {
         if !there_is_one {
             return self.program.search_sub();
@@ -43,7 +43,7 @@ impl Preflight<'_> {
     /// Levels by a mesh that the machine has saved: with a name (M374 P), or as Smoothieware keeps its grid.
     ///
     /// # Errors
-    /// When it is none of this machine.
+    /// When the mesh does not fit this machine.
     pub fn load_mesh(
         &mut self,
         shape: &GridShape,
@@ -59,7 +59,8 @@ impl Preflight<'_> {
         Finding { sub: self.files.last().cloned(), line, kind, what }
     }
 
-    /// The next line, which begins and ends at these places of its file. Says which one follows it.
+    /// Reads the next line, which begins and ends at these places of its file. Returns the line that follows
+    /// it.
     pub async fn line(
         &mut self,
         line: &[u8],
@@ -79,14 +80,14 @@ impl Preflight<'_> {
         next
     }
 
-    /// The next line, which begins at this place, is longer than any.
+    /// Reports the next line, which begins at this place, as longer than any.
     pub fn too_long(&mut self, here: Place, listener: &mut dyn Listener) {
         self.totals.stops += 1;
         let what = short(format_args!("the line is longer than {MAX_LINE_LENGTH} letters"));
         listener.found(&self.finding(here.line + 1, Kind::Damage, what));
     }
 
-    /// Whether more lines have been carried out than any file needs, which is said.
+    /// Whether more lines have been carried out than any file needs, and reports that.
     pub fn is_endless(&self, listener: &mut dyn Listener) -> bool {
         let is_endless = self.totals.lines > MOST_LINES;
         if is_endless {
@@ -96,7 +97,7 @@ impl Preflight<'_> {
         is_endless
     }
 
-    /// The file has ended: the last moves are made.
+    /// Ends the file: the last moves are made.
     pub async fn end(&mut self, motion: &mut Motion, listener: &mut dyn Listener) {
         let mut reading = Reading { preflight: self, motion, listener, after: Place::default() };
         reading.standstill().await;

@@ -11,7 +11,7 @@ pub type SubName = gcode::expression::Name;
 /// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// The job goes on, and makes something else than the file says, or makes it more slowly.
+    /// The job goes on, but makes something else than the file says, or makes it more slowly.
     Warning,
     /// The job stops there.
     Stop,
@@ -38,7 +38,7 @@ pub enum Kind {
     Unleveled,
     /// A word of a code is wrong.
     Word,
-    /// A tool that there is not.
+    /// A tool that does not exist.
     Tool,
     /// A part that an error in the configuration keeps off.
     Off,
@@ -46,7 +46,7 @@ pub enum Kind {
     TooHot,
     /// Filament is fed by a cold nozzle.
     Cold,
-    /// The same, where that is refused.
+    /// Filament is fed by a cold nozzle, where that is refused.
     TooCold,
     /// A speed that a limit cuts.
     Speed,
@@ -115,12 +115,12 @@ impl Kind {
     }
 }
 
-/// Something that is wrong with a file.
+/// A fault found in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// The subroutine in whose file it is; none in the job's own.
+    /// Subroutine in whose file the fault is; none in the job's own.
     pub sub: Option<SubName>,
-    /// The line, from 1.
+    /// Number of the line, from 1.
     pub line: u32,
     /// Kind of the finding.
     pub kind: Kind,

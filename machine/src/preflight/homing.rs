@@ -10,7 +10,7 @@ const XY: AxisSet = AxisSet::of(Axis::X).with(Axis::Y);
 /// Result of a foreseen homing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Homed {
-    /// Axes that are homed by it.
+    /// Axes that have been homed.
     pub axes: AxisSet,
     /// Place at which the machine stands then.
     pub place: PerAxis<f64>,
@@ -26,7 +26,7 @@ fn seconds_of(stop: &EndstopConfig, way: f64) -> f64 {
     at(way, stop.fast_rate.get()) + at(2.0 * stop.retract.0, stop.slow_rate.get())
 }
 
-/// Homing of these axes, or of all when none is named.
+/// Foresees the homing of these axes, or of all when none is named.
 pub(super) fn foresee(
     config: &MachineConfig,
     tuning: &Tuning,

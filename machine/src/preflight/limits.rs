@@ -10,8 +10,7 @@ use units::{Actuator, Axis, MmPerSecond, PerActuator, PerAxis};
 const PLACES: u32 = 8;
 /// Distance of the look ahead from a place, as a share of the path.
 const AHEAD: f64 = 1e-4;
-/// A limit that lets so much more through than was given is not what the move has met; less is what may lie
-/// between two places.
+/// Greatest ratio of allowed to given value at which a move has met a limit; less may lie between two places.
 const NEAR: f64 = 1.1;
 
 /// A limit of speed or acceleration.
@@ -23,9 +22,9 @@ pub enum Limit {
     PathSpeed,
     /// Rate of a motor.
     MotorRate(Actuator),
-    /// Filament in a given time, mm3/s.
+    /// Flow of filament, mm3/s.
     Flow,
-    /// The acceleration that a bend of the path takes, or that arms take on a straight one.
+    /// Acceleration that a bend of the path takes, or that arms take on a straight one.
     Bend,
     /// Acceleration of a motor of X, Y or Z.
     MotorAcceleration(Actuator),
@@ -68,7 +67,7 @@ impl Limit {
     }
 }
 
-/// As the configuration calls it.
+/// Writes the limit as the configuration calls it.
 impl fmt::Display for Limit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -82,14 +81,14 @@ impl fmt::Display for Limit {
     }
 }
 
-/// A limit that a move is above.
+/// Limit that a move is above.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Met {
     pub limit: Limit,
     /// Value asked of the axis or motor, and the most allowed: mm/s, or mm/s2.
     pub asked: f64,
     pub most: f64,
-    /// The path's speed or acceleration that it allows.
+    /// Speed or acceleration of the path that the limit allows.
     pub allows: f64,
 }
 
@@ -117,7 +116,7 @@ impl Demand {
         demand
     }
 
-    /// As much as between two points so many mm apart.
+    /// Raises the demand to that between two points so many mm apart.
     fn between(&mut self, config: &MotionConfig, [from, to]: [&PerAxis<f64>; 2], length: f64) {
         let [here, there] = [from, to].map(|place| config.kinematics.actuators(place));
         for (most, axis) in self.axes.iter_mut().zip(Axis::PRIMARY) {
@@ -128,7 +127,7 @@ impl Demand {
         }
     }
 
-    /// The limits of speed that a move along this path at `asked` mm/s is above.
+    /// Returns the limits of speed that a move along this path at `asked` mm/s is above.
     pub fn speeds(&self, limits: &Limits, asked: f64) -> impl Iterator<Item = Met> {
         let axes = Axis::PRIMARY.into_iter().zip(limits.axis_speed).zip(self.axes);
         let axes = axes.map(|((axis, most), share)| (Limit::AxisSpeed(axis), most.map(MmPerSecond::get), share));
@@ -140,7 +139,7 @@ impl Demand {
         axes.chain([path]).chain(motors).filter_map(move |(limit, most, share)| met(limit, most?, share, asked))
     }
 
-    /// The limits of acceleration that a move with `asked` mm/s2 is above.
+    /// Returns the limits of acceleration that a move with `asked` mm/s2 is above.
     pub fn accelerations(&self, limits: &Limits, asked: f64) -> impl Iterator<Item = Met> {
         let (own, shares) = (limits.actuator_acceleration, self.motors);
         let motors = Actuator::ALL.into_iter().take(Axis::PRIMARY.len());
@@ -153,7 +152,7 @@ fn met(limit: Limit, most: f64, share: f64, asked: f64) -> Option<Met> {
     (own > most * 1.000_001).then(|| Met { limit, asked: own, most, allows: most / share })
 }
 
-/// The limit that a move has met which is given no more than this: the first of those that allow least, or
+/// Returns the limit that a move given no more than this has met: the first of those that allow least, or
 /// else its bend.
 pub(super) fn strictest(met: impl Iterator<Item = Met>, given: f64) -> Limit {
     let least = met.reduce(|least, met| if met.allows < least.allows { met } else { least });

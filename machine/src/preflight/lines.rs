@@ -1,4 +1,4 @@
-//! From a line to what it means, as the executor reads it: blocks in their order, commands by name, O words.
+//! Interpretation of lines as by the executor: blocks in their order, commands by name, O words.
 
 use gcode::{Block, Blocks, Line, Refusal, SyntaxError, WholeLine};
 use motion::Motion;
@@ -26,7 +26,7 @@ pub(super) struct Said;
 impl Reading<'_, '_> {
     // --- saying ---
 
-    /// Something is wrong with this line.
+    /// Reports a fault of this line.
     pub fn say(&mut self, kind: Kind, what: ShortText) -> Said {
         let preflight = &mut *self.preflight;
         let alike = match kind {
@@ -74,7 +74,7 @@ impl Reading<'_, '_> {
     pub async fn line(&mut self, line: &[u8], here: Place) -> Next {
         let text = line.trim_ascii_start();
         if text.first() == Some(&b'%') && core::mem::replace(&mut self.preflight.has_begun, true) {
-            // The second one ends the program (NIST RS-274/NGC, 3.3).
+            // The second `%` ends the program (NIST RS-274/NGC, 3.3).
             self.preflight.has_ended = true;
             return Next::Following;
         }
@@ -104,7 +104,7 @@ impl Reading<'_, '_> {
         }
     }
 
-    /// Nothing may be open any more.
+    /// Reports subroutines and loops that are still open.
     pub fn end_of_file(&mut self) {
         if let (Err(fault), false) = (self.preflight.program.end_file(), self.preflight.has_ended) {
             self.say(Kind::Flow, short(format_args!("the file ends, and {fault}")));
@@ -152,7 +152,7 @@ impl Reading<'_, '_> {
         next
     }
 
-    /// A line that cannot be read: is it a slip, or bytes that no text has?
+    /// Reports a line that cannot be read: a slip, or bytes that no text has.
     fn unreadable(&mut self, error: SyntaxError) -> Said {
         let kind = if error.problem.is_damage() { Kind::Damage } else { Kind::Text };
         self.say(kind, short(format_args!("{error}")))
@@ -164,7 +164,7 @@ impl Reading<'_, '_> {
         }
     }
 
-    /// A line whose codes have an order of their own; false when that is not how it is read.
+    /// Reads a line whose codes have an order of their own; false when it is not read so.
     async fn in_order(&mut self, blocks: &Blocks<'_>, next: &mut Next) -> bool {
         let (mut ahead, mut whole) = (blocks.clone(), WholeLine::default());
         let read = ahead.read_whole(&mut whole, self.preflight.program);
@@ -237,7 +237,7 @@ impl Reading<'_, '_> {
         Ok(())
     }
 
-    /// A code that levels the bed, which this machine cannot.
+    /// Reports a code that levels the bed, which this machine cannot.
     fn goes_on_unleveled(&mut self, row: &CodeInfo) -> Result<(), Said> {
         let code = row.code;
         if self.preflight.config.player.unleveled_pauses {
@@ -249,7 +249,7 @@ impl Reading<'_, '_> {
         Ok(())
     }
 
-    /// A code that is not carried out.
+    /// Reports a code that is not carried out.
     fn not_done(&mut self, block: &Block<'_>) -> Result<(), Said> {
         let row = self.preflight.program.row(block, self.preflight.dialect);
         if let Some(failure) = makes_another_part(self.preflight.texts, row, block) {

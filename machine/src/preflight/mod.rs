@@ -1,9 +1,9 @@
-//! Preflight: what a file asks of this machine, and how long it takes, before anything moves.
+//! Preflight: the demands of a file on this machine, and its duration, before anything moves.
 //!
 //! The same interpreter reads the lines, and a second motion object, which makes no steps, is given the same
-//! moves ([`motion::Motion::pass_block`]). So what is found here is what the machine would say line by line,
+//! moves ([`motion::Motion::pass_block`]). So findings are those that the machine would tell line by line,
 //! and the time is the planner's own. The desk and the board run this very code; each brings the lines, and
-//! hears what is found.
+//! hears the findings.
 //!
 //! Results that only the job itself has are left out: of probing, of inputs, of the operator's acts. A file
 //! is read as on a machine that has just been switched on.

@@ -17,7 +17,7 @@ use crate::apart::apart;
 use crate::drawing::{self, Draws};
 use crate::failure::short;
 
-/// A share that is rounding.
+/// Greatest relative difference that is rounding.
 const SAME: f64 = 1e-6;
 
 /// Returns `asked` if that is more than `given`, else `given`.
@@ -92,7 +92,7 @@ impl Reading<'_, '_> {
         Ok(())
     }
 
-    /// Filament that a nozzle pushes while its heater has no target.
+    /// Reports filament that a nozzle pushes while its heater has no target.
     fn look_for_cold(&mut self, request: &Move, from: &PerAxis<f64>) {
         let Some(tool) = self.preflight.program.tools().active() else { return };
         let (axis, id) = (tool.settings.axis, tool.settings.id);
@@ -115,7 +115,7 @@ impl Reading<'_, '_> {
 
     // --- what limits cut ---
 
-    /// Filament that the program has slowed the move down for (M203 V): the speed that it was asked for.
+    /// Returns the speed asked of a move that the program has slowed down for its flow of filament (M203 V).
     fn speed_without_flow_limit(&self, request: &Move, from: &PerAxis<f64>) -> Option<MmPerSecond> {
         let tool = self.preflight.program.tools().active()?;
         tool.settings.flow_limit?;
@@ -161,7 +161,7 @@ impl Reading<'_, '_> {
             let axes = demand.speeds(&limits, wish.asked).filter(|met| matches!(met.limit, Limit::AxisSpeed(_)));
             let by_axes = axes.fold(f64::INFINITY, |least, met| met.allows.min(least));
             for met in demand.speeds(&limits, wish.asked) {
-                // Of an axis and its motor one is enough.
+                // A limit of an axis stands for that of its motor.
                 let is_the_axis = matches!(met.limit, Limit::MotorRate(motor) if Axis::PRIMARY.len() > motor as usize);
                 if !(is_the_axis && by_axes <= met.allows) {
                     self.say_speed(&met);

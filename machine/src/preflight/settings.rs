@@ -11,20 +11,20 @@ use crate::failure::{Failure, ShortText, Texts, short};
 use crate::heat_codes::named::maximum_of;
 use crate::leveling::{grid, words as leveling};
 
-/// Sizes of a grid are those of the configuration when they differ by less, mm.
+/// Difference below which a grid's size is the configured one, mm.
 const SAME_SIZE: f64 = 1e-3;
 
 fn refused(texts: &Texts, error: impl core::fmt::Display) -> Failure {
     texts.refused(format_args!("{error}"))
 }
 
-/// Whether such a code is for a machine that stands.
+/// Whether a code needs a machine that stands.
 pub(super) const fn stands_first(function: Function) -> bool {
     matches!(function, Function::StepsPerMm | Function::ArmSettings | Function::Skew | Function::BedPlane)
 }
 
-/// Does what a code sets of places and temperatures; everything has been made before where [`stands_first`]
-/// says so.
+/// Carries out a code that sets places and temperatures; everything has been made before where
+/// [`stands_first`] says so.
 ///
 /// # Errors
 /// When the machine would refuse it.
@@ -82,7 +82,7 @@ pub(super) fn set(
     Ok(())
 }
 
-/// Coordinates stay: the tool follows the change.
+/// Changes settings and keeps the coordinates: the tool follows the change.
 fn keeping_the_place(
     texts: &Texts,
     motion: &mut Motion,
@@ -96,7 +96,7 @@ fn keeping_the_place(
 /// Levels by a mesh as the board keeps it.
 ///
 /// # Errors
-/// When it is none of this machine.
+/// When the mesh does not fit this machine.
 pub(super) fn level_by(
     preflight: &Preflight<'_>,
     motion: &mut Motion,
@@ -118,7 +118,7 @@ pub(super) fn level_by(
     levelled.map_err(|failure| texts.copy_of(failure))
 }
 
-/// A grid of Smoothieware's says nothing of where it lies: it must be the configured one.
+/// Checks a grid of Smoothieware's, which does not say where it lies: it must be the configured one.
 fn fits(config: &MachineConfig, shape: &GridShape) -> Result<(), ShortText> {
     let Some(wanted) = grid::configured(&config.leveling) else {
         return Err(short(format_args!("no grid is configured: write leveling = cartesian grid in [zprobe]")));

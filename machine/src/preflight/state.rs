@@ -1,4 +1,4 @@
-//! A file on its way through a preflight: the program's state, and what the file has come to so far.
+//! A file on its way through a preflight: the program's state, and the totals so far.
 
 use config::MachineConfig;
 use motion::{Motion, Passage, Tag};
@@ -17,26 +17,25 @@ use crate::program_setup;
 use crate::safety::travel::Travel;
 use crate::tuning::Tuning;
 
-/// Lines that are read at most: loops may have no end.
+/// Greatest number of lines that are read: loops may have no end.
 pub const MOST_LINES: u32 = 20_000_000;
 
-/// Blocks and lines that are done with before everybody else gets a turn: a tenth of a millisecond on the
-/// board.
+/// Number of blocks and lines before everybody else gets a turn: a tenth of a millisecond on the board.
 const IN_A_ROW: u8 = 4;
 
 /// Receiver of what a preflight finds.
 pub trait Listener {
-    /// Something that is wrong with the file.
+    /// Hears of a fault in the file.
     fn found(&mut self, finding: &Finding);
 
     /// Takes a block of the look-ahead queue that has been passed, along [`Motion::passed_path`].
     fn passed(&mut self, _passage: &Passage, _motion: &Motion) {}
 
-    /// A line says which object the lines behind it make, with the text of M486. Lines are counted here as
+    /// Hears which object the lines behind this one make, with the text of M486. Lines are counted here as
     /// tags of moves are: each that is no comment, as often as it is carried out.
     fn labelled(&mut self, _line: u32, _text: &str) {}
 
-    /// At this line, counted so, the machine waits for so many seconds.
+    /// Hears that the machine waits for so many seconds at this line, counted as for `labelled`.
     fn waited(&mut self, _line: u32, _seconds: f64) {}
 }
 
@@ -45,13 +44,13 @@ pub trait Listener {
 pub struct Totals {
     /// Number of lines read.
     pub lines: u32,
-    /// Moves at even speed, seconds.
+    /// Time of moves at even speed, seconds.
     pub even_seconds: f64,
-    /// Moves whose speed changes, seconds.
+    /// Time of moves whose speed changes, seconds.
     pub ramp_seconds: f64,
-    /// Dwells, and coming to a standstill and from it, seconds.
+    /// Time of dwells, and of coming to a standstill and from it, seconds.
     pub waiting_seconds: f64,
-    /// Homing, by what the configuration says of ways and speeds, seconds.
+    /// Time of homing, by the configured ways and speeds, seconds.
     pub homing_seconds: f64,
     /// Time lost to limits, seconds, in the order of [`Limit::ALL`].
     pub limits: [f64; Limit::COUNT],
@@ -59,15 +58,15 @@ pub struct Totals {
     pub filament: f64,
     /// Path of moves that feed filament, mm.
     pub printed: f64,
-    /// Path of moves that do not, mm.
+    /// Path of moves that feed none, mm.
     pub travelled: f64,
-    /// The least and the greatest places, mm; none where nothing moved.
+    /// Least and greatest places, mm; none where nothing moved.
     pub extents: Option<[PerAxis<f64>; 2]>,
-    /// Times that the file waits for a temperature.
+    /// Number of waits for a temperature.
     pub heat_waits: u32,
     /// Number of waits for each heater, and the highest temperature waited for.
     pub heats: [(u32, Celsius); MAX_HEATERS],
-    /// Findings that stop the job.
+    /// Number of findings that stop the job.
     pub stops: u32,
     /// Number of other findings.
     pub warnings: u32,
@@ -80,7 +79,7 @@ impl Totals {
         self.limits.iter().sum()
     }
 
-    /// Everything but heating, seconds.
+    /// Returns the time of everything but heating, seconds.
     #[must_use]
     pub fn seconds(&self) -> f64 {
         self.even_seconds + self.ramp_seconds + self.waiting_seconds + self.homing_seconds
@@ -100,17 +99,17 @@ pub(crate) struct AsItIs<'m> {
     pub most_celsius: [Celsius; MAX_HEATERS],
     /// Dialect that the file states.
     pub dialect: Option<Dialect>,
-    /// The file is what the program does next.
+    /// The file is to go on with the program, loops and subroutines included.
     pub goes_on: bool,
 }
 
-/// Never inlined: what it is made of is on the stack meanwhile.
+/// Never inlined: its parts are on the stack meanwhile.
 #[inline(never)]
 fn new_program<'p>(config: &MachineConfig, place: &'p mut Option<Interpreter>) -> &'p mut Interpreter {
     place.insert(Interpreter::new(program_setup::setup(config)))
 }
 
-/// A file on its way through.
+/// State of a file's preflight.
 #[derive(Debug)]
 pub struct Preflight<'c> {
     pub(super) config: &'c MachineConfig,
@@ -125,15 +124,15 @@ pub struct Preflight<'c> {
     pub(super) targets: [Celsius; MAX_HEATERS],
     /// The highest temperatures of heaters.
     pub(super) most_celsius: [Celsius; MAX_HEATERS],
-    /// Up to where a mesh fades, and what is left of it there, where a code has said so, mm.
+    /// Height up to which a mesh fades, and its offset left there, where a code has said so, mm.
     pub(super) fade: (Option<f64>, Option<f64>),
-    /// The line that has loaded a mesh first.
+    /// Line that has loaded a mesh first.
     pub(super) loads_mesh: Option<u32>,
-    /// The file is what the machine has saved, and no job.
+    /// The file holds saved settings, and no job.
     pub(super) reads_settings: bool,
     /// Files of subroutines that are open, the last one being read.
     pub(super) files: heapless::Vec<SubName, MOST_CALLERS>,
-    /// The subroutine that was called, which may have a file of its own.
+    /// Subroutine that was called, which may have a file of its own.
     pub(super) called: SubName,
     /// Time of a standstill, seconds.
     pub(super) settling: f64,
@@ -147,20 +146,20 @@ pub struct Preflight<'c> {
     pub(super) asks_of_rapids: bool,
     /// The acceleration that the file has asked for, mm/s2.
     pub(super) asked_acceleration: Option<f64>,
-    /// The speed of the move at hand, were there no limit of flow.
+    /// Speed of the move at hand, were there no limit of flow.
     pub(super) without_flow_limit: Option<MmPerSecond>,
     pub(super) line: u32,
-    /// Lines that are no comments, as often as they were carried out.
+    /// Number of lines that are no comments, each as often as it was carried out.
     pub(super) begun: u32,
     pub(super) has_begun: bool,
     pub(super) has_ended: bool,
-    /// Done with since everybody else had a turn.
+    /// Number of blocks and lines since everybody else had a turn.
     in_a_row: u8,
 }
 
 impl<'c> Preflight<'c> {
-    /// Of a machine that was just switched on. `motion` is set up for it, and `program` holds its program,
-    /// which is large; `dialect` is what the file says it is written in, if it does.
+    /// Makes the state of a machine that was just switched on. `motion` is set up for it, and `program` holds
+    /// its program, which is large; `dialect` is the one that the file states, if any.
     ///
     /// # Errors
     /// When the machine has no geometry that can move.
@@ -184,7 +183,7 @@ impl<'c> Preflight<'c> {
         Ok(preflight)
     }
 
-    /// Of no file yet.
+    /// Makes the state without a file.
     pub(crate) fn of_nothing(
         config: &'c MachineConfig,
         texts: &'c Texts,
@@ -223,12 +222,12 @@ impl<'c> Preflight<'c> {
         }
     }
 
-    /// Each standstill takes so many seconds.
+    /// Sets the time of each standstill, seconds.
     pub(crate) const fn settles_in(&mut self, seconds: f64) {
         self.settling = seconds;
     }
 
-    /// Another file, of the machine as it is. In place: it is large.
+    /// Begins another file, for the machine as it is. In place: the state is large.
     pub(crate) fn begin(&mut self, machine: &AsItIs<'_>) {
         copy_program(self.program, machine.program);
         self.tuning.clone_from(machine.tuning);
@@ -236,13 +235,13 @@ impl<'c> Preflight<'c> {
         (self.homed, self.targets, self.most_celsius) = (machine.homed, machine.targets, machine.most_celsius);
         self.read_as(machine.dialect);
         if !machine.goes_on {
-            // Another file's loops and subroutines are none of this one's.
+            // Loops and subroutines of another file are none of this file's.
             self.program.end_program();
         }
         self.forget_the_file();
     }
 
-    /// Nothing has been read.
+    /// Forgets everything read of a file.
     pub(super) fn forget_the_file(&mut self) {
         self.files.clear();
         self.asks_of_rapids = false;
@@ -259,7 +258,7 @@ impl<'c> Preflight<'c> {
         self.dialect = forced.or(dialect).unwrap_or(program_setup::dialect(self.config));
     }
 
-    /// The program has ended before its file does.
+    /// Whether the program has ended before its file does.
     #[must_use]
     pub const fn has_ended(&self) -> bool {
         self.has_ended
@@ -277,7 +276,7 @@ impl<'c> Preflight<'c> {
         end_turn().await;
     }
 
-    /// A line or a block is done with: now and then everybody else gets a turn.
+    /// Gives everybody else a turn now and then; called after each line or block.
     pub(super) async fn turn(&mut self) {
         self.in_a_row += 1;
         if self.in_a_row >= IN_A_ROW {
@@ -290,7 +289,7 @@ impl<'c> Preflight<'c> {
         Facts { homed: self.homed, can_home: self.can_home }
     }
 
-    /// The ends of travel, as they are now.
+    /// Returns the ends of travel, as they are now.
     pub(super) fn travel(&mut self) -> &Travel {
         self.travel.up_to_date(self.config, &self.tuning)
     }

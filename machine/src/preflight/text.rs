@@ -1,4 +1,4 @@
-//! A preflight of a file that is at hand as a whole.
+//! Preflight of a file that is at hand as a whole.
 
 use gcode::MAX_LINE_LENGTH;
 use motion::Motion;

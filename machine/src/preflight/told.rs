@@ -8,7 +8,7 @@ use units::Axis;
 use super::limits::Limit;
 use super::state::Totals;
 
-/// Lines that [`Told`] has at most.
+/// Greatest number of lines that [`Told`] has.
 pub const TOLD_LINES: usize = 6;
 
 /// Least time that is worth telling, seconds.

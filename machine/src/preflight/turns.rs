@@ -1,11 +1,10 @@
-//! A look ahead stops inside a line now and then, so that whoever has it read a file gets on with his own
-//! work.
+//! Turns of a look ahead: it stops inside a line now and then, so that its caller gets on with other work.
 
 use core::future::poll_fn;
 use core::pin::pin;
 use core::task::{Context, Poll, Waker};
 
-/// Ends a turn. No waker is kept: whoever polls knows himself when the next turn may be.
+/// Ends a turn. No waker is kept: the polling caller knows when the next turn may be.
 pub(crate) async fn end_turn() {
     let mut ended = false;
     poll_fn(|_| {
@@ -18,7 +17,7 @@ pub(crate) async fn end_turn() {
     .await;
 }
 
-/// All turns, one after the other: where there is no other work.
+/// Runs all turns, one after the other, where there is no other work.
 pub(super) fn run_to_end<F: Future>(work: F) -> F::Output {
     let mut work = pin!(work);
     let mut context = Context::from_waker(Waker::noop());
