@@ -1,5 +1,5 @@
 //! Brown-out: the supply of motors or heaters falls while the machine works. Heaters go off first, which
-//! leaves the remaining charge to the motors; these brake along their path and are held as long as it lasts.
+//! leaves the remaining supply to the motors; these brake along their path and are held as long as it lasts.
 //! A journal notes the job; without one the card keeps a note of the event, and the next start tells it.
 
 use core::fmt::Write as _;
@@ -69,7 +69,7 @@ fn falls<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool, volts: Volts,
         Alarm::Abort,
         format_args!("ERROR: {text}: heaters are off, motors are held as long as it lasts\n"),
     );
-    // The remaining charge must not be spent on files that grow.
+    // The remaining supply must not be spent on files that grow.
     let _unsaved = machine.jobs.statistics.take_unsaved();
     if machine.journal.is_noting() {
         machine.brown_out.to_keep = Some(event);

@@ -79,7 +79,7 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     settle(machine, id);
 }
 
-/// Whether the sender of a file is still there. Bytes of a sender that has gone are dropped.
+/// Refuses when the sender of a file has gone; bytes it has sent behind the file are dropped.
 pub(super) fn sender_is_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     if !machine.sessions.has_left(to) {
         return Ok(());

@@ -44,8 +44,8 @@ pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
     program::objects::stand_here(&mut machine.program);
 }
 
-/// Whether a move of an object that is left out is not made. If it is the next move to be made, the machine
-/// goes to its beginning first.
+/// Whether a move is left out with its object. Else the machine goes to its beginning first, as it is the
+/// next to be made.
 #[cold]
 pub(super) fn is_left_out<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<bool, Failure> {
     if program::objects::leaves_out(&mut machine.program, request) {

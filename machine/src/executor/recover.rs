@@ -30,7 +30,7 @@ const NEAR_Z: f64 = 2.0 * SAME_Z;
 /// Time within which another height of Z is noted, s: half a second after the entry before, and as long as a
 /// card takes.
 const UNNOTICED_S: f64 = 1.0;
-/// Greatest difference of places, mm: corners are rounded, and the feed is ahead of the motors.
+/// Greatest difference of equal places, mm: corners are rounded, and the feed is ahead of the motors.
 const SAME_PLACE: f64 = 3.0;
 const OTHER_MODES: &str = "modes are in force that the job did not begin with: reset, then M1000";
 /// Speed down onto the part, mm/s.
