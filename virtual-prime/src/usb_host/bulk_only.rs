@@ -10,55 +10,55 @@ const RESET: u8 = 0xFF;
 const WRAPPER_BYTES: usize = 31;
 const STATUS_BYTES: usize = 13;
 
-/// What goes with a command.
+/// Data phase of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Data<'a> {
-    /// Nothing.
+    /// No data phase.
     None,
     /// Up to so many bytes from the drive.
     In(usize),
-    /// These bytes to the drive.
+    /// Data for the drive.
     Out(&'a [u8]),
 }
 
-/// How a command ended: bCSWStatus.
+/// Result of a command, bCSWStatus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// Good.
+    /// The command was carried out.
     Passed,
-    /// Ask with REQUEST SENSE why.
+    /// The command failed; REQUEST SENSE gives the reason.
     Failed,
-    /// Host and drive have lost each other.
+    /// Host and drive are out of step (phase error).
     PhaseError,
 }
 
-/// The end of a command.
+/// Result of a command, with its data.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Answer {
-    /// How it ended.
+    /// Status from the status wrapper.
     pub status: Status,
-    /// dCSWDataResidue.
+    /// Bytes not moved, dCSWDataResidue.
     pub residue: u32,
-    /// What came.
+    /// Data from the drive.
     pub data: Vec<u8>,
-    /// An endpoint was halted in between.
+    /// Whether an endpoint was halted in between.
     pub halted: bool,
 }
 
 /// A drive of a device.
 #[derive(Clone, Copy, Debug)]
 pub struct BulkOnly {
-    /// Its interface.
+    /// Number of the interface.
     pub interface: u8,
-    /// From the drive.
+    /// Bulk IN endpoint, from the drive.
     pub input: Endpoint,
-    /// To the drive.
+    /// Bulk OUT endpoint, to the drive.
     pub output: Endpoint,
     tag: u32,
 }
 
 impl BulkOnly {
-    /// The device's drive: SCSI commands over bulk-only transport.
+    /// Finds the device's drive: SCSI commands over bulk-only transport.
     #[must_use]
     pub fn of(device: &Device) -> Option<Self> {
         let transport = device.configuration.interfaces.iter().find(|interface| interface.class == [8, 6, 0x50])?;
@@ -66,7 +66,7 @@ impl BulkOnly {
         Some(Self { interface: transport.number, input: of(Direction::In)?, output: of(Direction::Out)?, tag: 0 })
     }
 
-    /// The number of the last logical unit.
+    /// Asks for the number of the last logical unit.
     ///
     /// # Errors
     /// As [`Desk::control`].
@@ -75,7 +75,7 @@ impl BulkOnly {
         answer.first().copied().ok_or_else(|| UsbError::Wrong("no number of units".into()))
     }
 
-    /// Reset recovery (section 5.3.4): the class's reset, and both halts cleared.
+    /// Carries out reset recovery (section 5.3.4): the class's reset, and both halts cleared.
     ///
     /// # Errors
     /// As [`Desk::control`].
@@ -85,7 +85,7 @@ impl BulkOnly {
         desk.clear_halt(self.output)
     }
 
-    /// The command wrapper of a command block.
+    /// Builds the command wrapper of a command block.
     #[must_use]
     pub fn wrapper(tag: u32, lun: u8, command: &[u8], data: Data<'_>) -> Vec<u8> {
         let (length, flags) = match data {
@@ -140,7 +140,7 @@ impl BulkOnly {
         Ok(Answer { status, residue, data: came, halted })
     }
 
-    /// The status wrapper; a halt before it is cleared, once (figure 2 of the transport).
+    /// Reads the status wrapper; a halt before it is cleared, once (figure 2 of the transport).
     ///
     /// # Errors
     /// As [`Self::command`].

@@ -10,19 +10,19 @@ const SET_LINE_CODING: u8 = 0x20;
 const GET_LINE_CODING: u8 = 0x21;
 const SET_CONTROL_LINE_STATE: u8 = 0x22;
 const SEND_BREAK: u8 = 0x23;
-/// Notifications.
+/// Notifications of the communications interface.
 const SERIAL_STATE: u8 = 0x20;
 
 /// Rate and format of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LineCoding {
-    /// Bits per second.
+    /// Bit rate in bits per second.
     pub rate: u32,
-    /// 0 is one stop bit, 1 one and a half, 2 two.
+    /// Stop bits: 0 is one, 1 one and a half, 2 two.
     pub stop: u8,
-    /// 0 is none, 1 odd, 2 even, 3 mark, 4 space.
+    /// Parity: 0 is none, 1 odd, 2 even, 3 mark, 4 space.
     pub parity: u8,
-    /// 5 to 8, or 16.
+    /// Data bits, 5 to 8, or 16.
     pub bits: u8,
 }
 
@@ -31,11 +31,11 @@ pub struct LineCoding {
 pub struct Serial {
     /// The number of its communications interface.
     pub interface: u8,
-    /// From the device.
+    /// Bulk IN endpoint, from the device.
     pub input: Endpoint,
-    /// To the device.
+    /// Bulk OUT endpoint, to the device.
     pub output: Endpoint,
-    /// Notifications.
+    /// Interrupt endpoint for notifications.
     pub notify: Option<Endpoint>,
 }
 
@@ -63,7 +63,7 @@ impl Serial {
         desk.tell(CLASS_OUT, SET_LINE_CODING, 0, u16::from(self.interface), &bytes)
     }
 
-    /// Asks for them.
+    /// Asks for rate and format of the line.
     ///
     /// # Errors
     /// As [`Desk::control`], or the answer is none.
@@ -84,7 +84,7 @@ impl Serial {
         desk.tell(CLASS_OUT, SET_CONTROL_LINE_STATE, value, u16::from(self.interface), &[])
     }
 
-    /// Sends a break for so long; 0xFFFF is until told otherwise.
+    /// Sends a break of so many milliseconds; 0xFFFF lasts until told otherwise.
     ///
     /// # Errors
     /// As [`Desk::control`].
@@ -92,7 +92,7 @@ impl Serial {
         desk.tell(CLASS_OUT, SEND_BREAK, ms, u16::from(self.interface), &[])
     }
 
-    /// An encapsulated command, of which a modem would make something.
+    /// Sends an encapsulated command, as for a modem.
     ///
     /// # Errors
     /// As [`Desk::control`].
@@ -108,7 +108,7 @@ impl Serial {
         desk.write(self.output, bytes)
     }
 
-    /// Asks for what the device says next.
+    /// Submits a read of the device's next bytes.
     pub fn listen(&self, desk: &mut Desk<'_>, most: usize) -> Option<TransferId> {
         desk.submit(self.input, Request::In(most))
     }
@@ -125,7 +125,7 @@ impl Serial {
         Ok(all)
     }
 
-    /// Reads until this has come; everything up to there, and what came with it.
+    /// Reads until `words` have come. Returns everything up to there, and any bytes that came with it.
     ///
     /// # Errors
     /// As [`Desk::read`].

@@ -1,4 +1,4 @@
-//! The host controller with its one port: what software on the host asks of it.
+//! The host controller with its one port, as the host's drivers use it.
 
 use std::collections::VecDeque;
 
@@ -7,36 +7,36 @@ use super::wire::{Drive, Function, Reply, Toggle};
 
 mod schedule;
 
-/// How long the host drives a resume: USB 2.0 section 7.1.7.7, 20 ms at least.
+/// Duration of a resume that the host drives: USB 2.0 section 7.1.7.7, 20 ms at least.
 const RESUME_NS: u64 = 20_000_000;
 
-/// What the port is doing.
+/// State of the port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Port {
-    /// No cable.
+    /// No cable is plugged in.
     Unplugged,
-    /// A cable, and nobody who pulls up.
+    /// A cable is plugged in, and no device pulls up.
     Empty,
-    /// Somebody is there, and was not reset yet.
+    /// A device is connected, and was not reset yet.
     Connected,
-    /// Bus reset until then, nanoseconds.
+    /// Bus reset until this instant, nanoseconds.
     Resetting(u64),
-    /// Frames are sent.
+    /// Frames are being sent.
     Enabled,
-    /// Nothing is sent.
+    /// No frames are sent.
     Suspended,
-    /// Resume is driven until then, nanoseconds.
+    /// Resume is driven until this instant, nanoseconds.
     Resuming(u64),
 }
 
-/// Something that happened at the port by itself.
+/// Event at the port that the host has not caused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PortEvent {
     /// The device has pulled up.
     Connected,
-    /// It does so no longer.
+    /// The device has stopped pulling up.
     Disconnected,
-    /// It has signalled remote wake-up for so long, nanoseconds.
+    /// The device has signalled remote wake-up for so many nanoseconds.
     Woken(u64),
 }
 
@@ -45,9 +45,9 @@ struct Pipe {
     endpoint: Endpoint,
     toggle: Toggle,
     queue: VecDeque<Transfer>,
-    /// Answered NAK, and nothing has changed since.
+    /// The endpoint has answered NAK, and nothing has changed since.
     parked: bool,
-    /// Of an interrupt endpoint: the frame in which it is asked next.
+    /// Frame in which an interrupt endpoint is polled next.
     due: u64,
 }
 
@@ -62,16 +62,16 @@ struct Flight {
     outdated: bool,
 }
 
-/// Counts of what went over the bus.
+/// Counts of traffic over the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
     /// Transactions that moved a packet.
     pub packets: u64,
-    /// Bytes in them.
+    /// Bytes in these packets.
     pub bytes: u64,
     /// Transactions answered by NAK.
     pub naks: u64,
-    /// Frames.
+    /// Frames sent so far.
     pub frames: u64,
     /// IN packets with the wrong toggle, which the host took for repetitions.
     pub repeated: u64,
@@ -79,7 +79,7 @@ pub struct Tally {
     pub sent: [u64; 16],
 }
 
-/// The controller.
+/// State of the controller.
 #[derive(Debug)]
 pub struct Controller {
     port: Port,
@@ -88,15 +88,15 @@ pub struct Controller {
     flight: Option<Flight>,
     frame: u64,
     next_frame: u64,
-    /// When the bus is free in this frame.
+    /// Instant at which the bus is free in this frame.
     free: u64,
-    /// When [`Self::run`] last ran.
+    /// Instant of the last [`Self::run`].
     now: u64,
     woken_at: Option<u64>,
     next_id: u64,
     done: Vec<Completion>,
     events: Vec<PortEvent>,
-    /// What went over the bus.
+    /// Counts of traffic over the bus.
     pub tally: Tally,
 }
 
@@ -121,7 +121,7 @@ impl Default for Controller {
 }
 
 impl Controller {
-    /// What the port is doing.
+    /// Returns the state of the port.
     #[must_use]
     pub const fn port(&self) -> Port {
         self.port
@@ -141,7 +141,7 @@ impl Controller {
         }
     }
 
-    /// Pulls it out, in the middle of whatever is under way.
+    /// Pulls the cable out, in the middle of anything that is under way.
     pub fn unplug(&mut self, now_ns: u64, device: &mut impl Function) {
         if self.port != Port::Unplugged {
             self.drop_all(now_ns);
@@ -150,8 +150,8 @@ impl Controller {
         }
     }
 
-    /// Resets the bus for so long; the device has address 0 then, and no transfer is left. Nothing happens
-    /// without a device.
+    /// Resets the bus for `duration_ns`; the device has address 0 then, and no transfer is left. Without a
+    /// device nothing happens.
     pub fn reset(&mut self, now_ns: u64, duration_ns: u64, device: &mut impl Function) {
         if !matches!(self.port, Port::Unplugged | Port::Empty) {
             self.drop_all(now_ns);
@@ -169,7 +169,7 @@ impl Controller {
         }
     }
 
-    /// Drives a resume.
+    /// Drives a resume of a suspended port.
     pub fn resume(&mut self, now_ns: u64, device: &mut impl Function) {
         if self.port == Port::Suspended {
             self.port = Port::Resuming(now_ns + RESUME_NS);
@@ -177,7 +177,7 @@ impl Controller {
         }
     }
 
-    /// Asks for a transfer. Without a device, or before its reset, it ends at once.
+    /// Submits a transfer. Without a device, or before its reset, it ends at once.
     pub fn submit(&mut self, now_ns: u64, endpoint: Endpoint, request: Request) -> TransferId {
         let id = TransferId(self.next_id);
         self.next_id += 1;
@@ -193,7 +193,7 @@ impl Controller {
         id
     }
 
-    /// Ends a transfer before its time; whether it was still there.
+    /// Ends a transfer before its time. Returns whether it was still there.
     pub fn cancel(&mut self, now_ns: u64, id: TransferId) -> bool {
         for (place, pipe) in self.pipes.iter_mut().enumerate() {
             let Some(at) = pipe.queue.iter().position(|transfer| transfer.id == id) else { continue };
@@ -208,14 +208,13 @@ impl Controller {
         false
     }
 
-    /// The data toggle of an endpoint starts over, as it does with its configuration or when its halt is
-    /// cleared.
+    /// Sets the data toggle of an endpoint, as its configuration or the clearing of its halt does.
     pub fn set_toggle(&mut self, endpoint: Endpoint, toggle: Toggle) {
         let place = self.pipe(endpoint);
         self.pipes[place].toggle = toggle;
     }
 
-    /// All toggles start over: SET_CONFIGURATION.
+    /// Sets all toggles to DATA0, as SET_CONFIGURATION does.
     pub fn clear_toggles(&mut self) {
         self.pipes.iter_mut().for_each(|pipe| pipe.toggle = Toggle::Data0);
     }
@@ -225,18 +224,18 @@ impl Controller {
         std::mem::take(&mut self.done)
     }
 
-    /// Whether transfers have ended that nobody has asked about.
+    /// Whether transfers have ended that no driver has taken yet.
     #[must_use]
     pub fn has_completions(&self) -> bool {
         !self.done.is_empty()
     }
 
-    /// What happened at the port since the last call.
+    /// Takes the events at the port since the last call.
     pub fn take_events(&mut self) -> Vec<PortEvent> {
         std::mem::take(&mut self.events)
     }
 
-    /// When there is something to do next, if nothing else happens.
+    /// Returns the instant of the next step, if nothing else happens.
     #[must_use]
     pub fn next(&self) -> Option<u64> {
         match self.port {
@@ -252,8 +251,8 @@ impl Controller {
         }
     }
 
-    /// Does everything that is due by now. To be called at each instant of [`Self::next`], and when the
-    /// device may have changed.
+    /// Carries out all steps that are due by now. To be called at each instant of [`Self::next`], and when
+    /// the device may have changed.
     pub fn run(&mut self, now_ns: u64, device: &mut impl Function) {
         self.now = now_ns;
         self.notice(device);
@@ -275,7 +274,7 @@ impl Controller {
         }
     }
 
-    /// Whoever has answered NAK is asked again when the device has changed.
+    /// Lets endpoints that have answered NAK be polled again after a change of the device.
     fn notice(&mut self, device: &mut impl Function) {
         if device.stirred() {
             self.pipes.iter_mut().for_each(|pipe| pipe.parked = false);
@@ -324,7 +323,7 @@ impl Controller {
         }
     }
 
-    /// The pipe of an endpoint, which comes to be with its first use.
+    /// Returns the pipe of an endpoint, and creates it at its first use.
     fn pipe(&mut self, endpoint: Endpoint) -> usize {
         let same = |pipe: &Pipe| {
             let known = pipe.endpoint;
@@ -338,7 +337,7 @@ impl Controller {
         })
     }
 
-    /// Every transfer ends, and what the host knows of toggles is void.
+    /// Ends every transfer, and forgets all toggles.
     fn drop_all(&mut self, now_ns: u64) {
         self.flight = None;
         for pipe in self.pipes.drain(..) {
@@ -348,7 +347,7 @@ impl Controller {
         self.turn = 0;
     }
 
-    /// What a pipe's direction and number are called in a descriptor.
+    /// Returns the endpoint's address as in its descriptor (bEndpointAddress).
     #[must_use]
     pub const fn endpoint_address(endpoint: Endpoint) -> u8 {
         endpoint.number | if matches!(endpoint.direction, Direction::In) { 0x80 } else { 0 }

@@ -1,31 +1,31 @@
-//! What a device says of itself: descriptors, USB 2.0 section 9.6.
+//! Descriptors of a device, USB 2.0 section 9.6.
 
 use super::request;
 use super::transfer::{Direction, Endpoint, Kind};
 
-/// The device descriptor.
+/// A device descriptor, decoded.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DeviceDescriptor {
-    /// bcdUSB.
+    /// USB release, bcdUSB.
     pub usb: u16,
-    /// bDeviceClass, bDeviceSubClass, bDeviceProtocol.
+    /// Class, subclass and protocol (bDeviceClass, bDeviceSubClass, bDeviceProtocol).
     pub class: [u8; 3],
-    /// bMaxPacketSize0.
+    /// Greatest packet size of endpoint 0, bMaxPacketSize0.
     pub max_packet0: u8,
-    /// idVendor.
+    /// Vendor identifier of the device, idVendor.
     pub vendor: u16,
-    /// idProduct.
+    /// Product identifier of the device, idProduct.
     pub product: u16,
-    /// bcdDevice.
+    /// Release of the device, bcdDevice.
     pub release: u16,
     /// Indices of the strings for manufacturer, product and serial number; 0 is none.
     pub strings: [u8; 3],
-    /// bNumConfigurations.
+    /// Number of configurations, bNumConfigurations.
     pub configurations: u8,
 }
 
 impl DeviceDescriptor {
-    /// From its 18 bytes.
+    /// Decodes the descriptor from its 18 bytes.
     ///
     /// # Errors
     /// What is wrong with them.
@@ -54,54 +54,54 @@ impl DeviceDescriptor {
 /// An interface, or one of its alternate settings.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Interface {
-    /// bInterfaceNumber.
+    /// Number of the interface, bInterfaceNumber.
     pub number: u8,
-    /// bAlternateSetting.
+    /// Number of the alternate setting, bAlternateSetting.
     pub setting: u8,
-    /// bInterfaceClass, bInterfaceSubClass, bInterfaceProtocol.
+    /// Class, subclass and protocol (bInterfaceClass, bInterfaceSubClass, bInterfaceProtocol).
     pub class: [u8; 3],
-    /// iInterface.
+    /// Index of the string, iInterface.
     pub string: u8,
-    /// Its endpoints.
+    /// Endpoints of the interface.
     pub endpoints: Vec<EndpointDescriptor>,
-    /// Its class's descriptors, whole.
+    /// Class-specific descriptors, each whole.
     pub extra: Vec<Vec<u8>>,
 }
 
 impl Interface {
-    /// Its endpoint of this direction and transfer type (bmAttributes).
+    /// Returns the endpoint of this direction and transfer type (bmAttributes).
     #[must_use]
     pub fn endpoint(&self, direction: Direction, kind: u8) -> Option<&EndpointDescriptor> {
         self.endpoints.iter().find(|endpoint| endpoint.direction() == direction && endpoint.attributes & 3 == kind)
     }
 }
 
-/// An endpoint descriptor.
+/// An endpoint descriptor, decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EndpointDescriptor {
-    /// bEndpointAddress.
+    /// Endpoint address with direction, bEndpointAddress.
     pub address: u8,
-    /// bmAttributes: 2 is bulk, 3 interrupt.
+    /// Transfer type from bmAttributes: 2 is bulk, 3 interrupt.
     pub attributes: u8,
-    /// wMaxPacketSize.
+    /// Greatest packet size, wMaxPacketSize.
     pub max_packet: u16,
-    /// bInterval.
+    /// Polling interval in frames, bInterval.
     pub interval: u8,
 }
 
-/// bmAttributes.
+/// Bulk transfer type in bmAttributes.
 pub const BULK: u8 = 2;
-/// bmAttributes.
+/// Interrupt transfer type in bmAttributes.
 pub const INTERRUPT: u8 = 3;
 
 impl EndpointDescriptor {
-    /// Which way its data go.
+    /// Returns the direction of the endpoint's data.
     #[must_use]
     pub const fn direction(&self) -> Direction {
         if self.address & 0x80 == 0 { Direction::Out } else { Direction::In }
     }
 
-    /// What the host controller is to know of it.
+    /// Returns the endpoint as the host controller needs it.
     #[must_use]
     pub fn of(&self, device: u8) -> Endpoint {
         let kind = if self.attributes & 3 == INTERRUPT {
@@ -119,20 +119,20 @@ impl EndpointDescriptor {
     }
 }
 
-/// A configuration with all that belongs to it.
+/// A configuration descriptor with its interfaces.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Configuration {
-    /// bConfigurationValue.
+    /// Number of the configuration, bConfigurationValue.
     pub value: u8,
-    /// bmAttributes.
+    /// Attributes of the configuration, bmAttributes.
     pub attributes: u8,
-    /// bMaxPower, in units of 2 mA.
+    /// Current drawn from the bus (bMaxPower), in units of 2 mA.
     pub power: u8,
-    /// bNumInterfaces.
+    /// Number of interfaces announced, bNumInterfaces.
     pub announced: u8,
     /// Every interface and setting, in order.
     pub interfaces: Vec<Interface>,
-    /// Interface associations, whole.
+    /// Interface association descriptors, whole.
     pub associations: Vec<Vec<u8>>,
 }
 
@@ -140,7 +140,7 @@ pub struct Configuration {
 const ASSOCIATION: u8 = 11;
 
 impl Configuration {
-    /// From its wTotalLength bytes.
+    /// Decodes the configuration from its wTotalLength bytes.
     ///
     /// # Errors
     /// What is wrong with them.
@@ -190,19 +190,19 @@ impl Configuration {
         Ok(())
     }
 
-    /// The settings of this class and subclass.
+    /// Returns the interface settings of this class and subclass.
     pub fn of_class(&self, class: u8, subclass: u8) -> impl Iterator<Item = &Interface> {
         self.interfaces.iter().filter(move |interface| interface.class[..2] == [class, subclass])
     }
 
-    /// The interface with this number, in its first setting.
+    /// Returns the interface with this number, in its first setting.
     #[must_use]
     pub fn interface(&self, number: u8) -> Option<&Interface> {
         self.interfaces.iter().find(|interface| interface.number == number)
     }
 }
 
-/// A string descriptor's text.
+/// Decodes a string descriptor's text.
 ///
 /// # Errors
 /// What is wrong with it.

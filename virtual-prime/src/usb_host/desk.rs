@@ -25,10 +25,9 @@ use crate::peripherals::otg::core::Core;
 use crate::vm::{Span, Vm};
 
 const MS: u64 = 1_000_000;
-/// How finely waiting cuts time.
+/// Slices of time in which a wait runs the board.
 const SLICE_NS: u64 = 200_000;
-/// How long an answer may take unless somebody says otherwise: a control transfer's 5 s, USB 2.0 section
-/// 9.2.6.1.
+/// Greatest duration of a transfer unless set otherwise: a control transfer's 5 s, USB 2.0 section 9.2.6.1.
 const PATIENCE_MS: u64 = 5_000;
 /// Debouncing of a connection, section 7.1.7.3.
 const DEBOUNCE_MS: u64 = 100;
@@ -37,19 +36,19 @@ const RESET_MS: u64 = 10;
 const RECOVERY_MS: u64 = 10;
 /// The rest after SET_ADDRESS, section 9.2.6.3.
 const ADDRESS_MS: u64 = 2;
-/// US English.
+/// Language identifier of US English.
 const LANGUAGE: u16 = 0x0409;
-/// The most a string descriptor has.
+/// Greatest length of a string descriptor.
 const STRING_BYTES: u16 = 255;
 
-/// Why something did not work.
+/// Reason why an operation failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum UsbError {
-    /// The transfer ended so, with this much of it done.
+    /// The transfer ended otherwise than asked, with this much data moved.
     Ended(Outcome, Vec<u8>),
-    /// It has not ended in time.
+    /// The transfer has not ended in time.
     Late,
-    /// The device did what it should not.
+    /// The device did something that it should not.
     Wrong(String),
     /// The image has ended.
     Over(Span),
@@ -82,29 +81,29 @@ impl From<String> for UsbError {
     }
 }
 
-/// What an enumeration found.
+/// Result of an enumeration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Device {
-    /// Its address.
+    /// Address of the device.
     pub address: u8,
-    /// The device descriptor.
+    /// The device's own descriptor.
     pub descriptor: DeviceDescriptor,
-    /// The first configuration.
+    /// The first configuration descriptor.
     pub configuration: Configuration,
-    /// The same, byte by byte.
+    /// The first configuration descriptor, byte by byte.
     pub configuration_bytes: Vec<u8>,
     /// Manufacturer, product and serial number, as far as they have an index.
     pub strings: [Option<String>; 3],
 }
 
-/// What the host knows from one visit to the desk to the next.
+/// State of the host from one visit to the desk to the next.
 #[derive(Debug)]
 pub struct UsbHost {
     address: u8,
     max_packet0: u16,
     ended: HashMap<TransferId, Completion>,
     events: Vec<PortEvent>,
-    /// How long a transfer may take.
+    /// Greatest duration of a transfer, milliseconds.
     pub patience_ms: u64,
 }
 
@@ -121,7 +120,7 @@ impl UsbHost {
         Self::default()
     }
 
-    /// At the desk, with the board running.
+    /// Returns the desk, with the board running.
     pub const fn at<'a>(&'a mut self, vm: &'a mut Vm) -> Desk<'a> {
         Desk { host: self, vm }
     }
@@ -130,12 +129,12 @@ impl UsbHost {
 /// The host with the board.
 pub struct Desk<'a> {
     host: &'a mut UsbHost,
-    /// The board.
+    /// The emulated board's machine.
     pub vm: &'a mut Vm,
 }
 
 impl Desk<'_> {
-    /// Does something at the controller, at this instant; nothing once the image has ended.
+    /// Runs `work` on the controller, at this instant; does nothing once the image has ended.
     pub fn controller<R: Send + 'static>(
         &mut self,
         work: impl FnOnce(&mut Controller, &mut Core, u64) -> R + Send + 'static,
@@ -146,7 +145,7 @@ impl Desk<'_> {
         })
     }
 
-    /// Lets the board run, and takes note of what has ended.
+    /// Runs the board for so many nanoseconds, and takes note of ended transfers.
     ///
     /// # Errors
     /// The image has ended.
@@ -156,7 +155,7 @@ impl Desk<'_> {
         if span == Span::Reached { Ok(()) } else { Err(UsbError::Over(span)) }
     }
 
-    /// The same, milliseconds.
+    /// Runs the board for so many milliseconds.
     ///
     /// # Errors
     /// The image has ended.
@@ -176,29 +175,29 @@ impl Desk<'_> {
         self.controller(|host, device, now| host.plug(now, device));
     }
 
-    /// Pulls it out.
+    /// Pulls the cable out.
     pub fn unplug(&mut self) {
         self.controller(|host, device, now| host.unplug(now, device));
         self.look();
     }
 
-    /// What the port is doing.
+    /// Returns the state of the port.
     pub fn port(&mut self) -> Port {
         self.controller(|host, _, _| host.port()).unwrap_or(Port::Unplugged)
     }
 
-    /// What happened at the port by itself since the last call.
+    /// Takes the events that the host has not caused since the last call.
     pub fn take_events(&mut self) -> Vec<PortEvent> {
         self.look();
         std::mem::take(&mut self.host.events)
     }
 
-    /// What has gone over the bus.
+    /// Returns the counts of traffic over the bus.
     pub fn tally(&mut self) -> Tally {
         self.controller(|host, _, _| host.tally).unwrap_or_default()
     }
 
-    /// Waits until the port is so.
+    /// Waits until the port's state satisfies `is`.
     ///
     /// # Errors
     /// It is not in time, or the image has ended.
@@ -225,7 +224,7 @@ impl Desk<'_> {
         self.pass_ms(RECOVERY_MS)
     }
 
-    /// Stops the frames.
+    /// Stops sending frames (suspend).
     pub fn suspend(&mut self) {
         self.controller(|host, device, now| host.suspend(now, device));
     }
@@ -240,7 +239,7 @@ impl Desk<'_> {
         self.pass_ms(RECOVERY_MS)
     }
 
-    /// Endpoint 0 of the device.
+    /// Returns endpoint 0 of the device.
     #[must_use]
     pub const fn control_endpoint(&self) -> Endpoint {
         Endpoint {
@@ -252,24 +251,24 @@ impl Desk<'_> {
         }
     }
 
-    /// Asks for a transfer.
+    /// Submits a transfer; none once the image has ended.
     pub fn submit(&mut self, endpoint: Endpoint, request: Request) -> Option<TransferId> {
         self.controller(move |host, _, now| host.submit(now, endpoint, request))
     }
 
-    /// Does not want a transfer any more.
+    /// Cancels a submitted transfer.
     pub fn cancel(&mut self, id: TransferId) {
         self.controller(move |host, _, now| host.cancel(now, id));
         self.look();
     }
 
-    /// How a transfer ended, if it has.
+    /// Takes the completion of a transfer, if it has ended.
     pub fn ended(&mut self, id: TransferId) -> Option<Completion> {
         self.look();
         self.host.ended.remove(&id)
     }
 
-    /// Waits for the end of a transfer. One that takes too long is given up.
+    /// Waits for the end of a transfer. A transfer that takes too long is given up.
     ///
     /// # Errors
     /// It ended otherwise than it should, or not in time.
@@ -292,7 +291,7 @@ impl Desk<'_> {
         }
     }
 
-    /// A control transfer with any eight bytes; what came.
+    /// Carries out a control transfer with any eight bytes. Returns the received data.
     ///
     /// # Errors
     /// It ended otherwise than it should, or not in time.
@@ -302,7 +301,7 @@ impl Desk<'_> {
         self.wait(id).map(|ended| ended.data)
     }
 
-    /// Asks the device something.
+    /// Sends a request that the device answers with data.
     ///
     /// # Errors
     /// As [`Self::control`].
@@ -310,7 +309,7 @@ impl Desk<'_> {
         self.control(Setup { kind, request, value, index, length }.bytes(), &[])
     }
 
-    /// Tells the device something.
+    /// Sends a request with data for the device.
     ///
     /// # Errors
     /// As [`Self::control`].
@@ -328,7 +327,7 @@ impl Desk<'_> {
         self.wait(id).map(|ended| ended.data)
     }
 
-    /// Writes these bytes.
+    /// Writes these bytes to an endpoint.
     ///
     /// # Errors
     /// As [`Self::wait`].
@@ -337,7 +336,7 @@ impl Desk<'_> {
         self.wait(id).map(drop)
     }
 
-    /// The host forgets an endpoint's toggle, as with CLEAR_FEATURE(ENDPOINT_HALT).
+    /// Forgets an endpoint's toggle on the host's side, as with CLEAR_FEATURE(ENDPOINT_HALT).
     pub fn restart_toggle(&mut self, endpoint: Endpoint) {
         self.controller(move |host, _, _| host.set_toggle(endpoint, Toggle::Data0));
     }
@@ -353,7 +352,7 @@ impl Desk<'_> {
         Ok(())
     }
 
-    /// A descriptor, as much of it as is asked for.
+    /// Reads a descriptor, up to `length` bytes of it.
     ///
     /// # Errors
     /// As [`Self::control`].
@@ -363,7 +362,7 @@ impl Desk<'_> {
         self.ask(request::DEVICE_IN, request::GET_DESCRIPTOR, value, language, length)
     }
 
-    /// A string by its index.
+    /// Reads a string descriptor by its index.
     ///
     /// # Errors
     /// As [`Self::control`], or it is no string.
@@ -392,9 +391,9 @@ impl Desk<'_> {
         Ok(())
     }
 
-    /// What a computer does with a device that has just been plugged in, up to its configuration: it waits
-    /// for the connection, resets, reads the device descriptor, gives it address 1, reads everything and
-    /// selects the first configuration.
+    /// Enumerates a device that has just been plugged in, as a computer does: waits for the connection,
+    /// resets, reads the device descriptor, gives it address 1, reads all descriptors and selects the first
+    /// configuration.
     ///
     /// # Errors
     /// Any of that did not work.

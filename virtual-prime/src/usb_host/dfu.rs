@@ -11,51 +11,51 @@ const CLRSTATUS: u8 = 4;
 const GETSTATE: u8 = 5;
 const ABORT: u8 = 6;
 
-/// bState.
+/// States of the DFU interface, bState.
 pub mod state {
-    /// The application runs.
+    /// The application runs (appIDLE).
     pub const APP_IDLE: u8 = 0;
-    /// It waits for a reset of the bus.
+    /// The application waits for a bus reset (appDETACH).
     pub const APP_DETACH: u8 = 1;
-    /// Waiting.
+    /// The device waits for a request (dfuIDLE).
     pub const IDLE: u8 = 2;
-    /// A block has come.
+    /// A block has come (dfuDNLOAD-SYNC).
     pub const DOWNLOAD_SYNC: u8 = 3;
-    /// It is being written.
+    /// A block is being written (dfuDNBUSY).
     pub const DOWNLOAD_BUSY: u8 = 4;
-    /// Waiting for the next block.
+    /// The device waits for the next block (dfuDNLOAD-IDLE).
     pub const DOWNLOAD_IDLE: u8 = 5;
-    /// All blocks have come.
+    /// All blocks have come (dfuMANIFEST-SYNC).
     pub const MANIFEST_SYNC: u8 = 6;
-    /// What came is being made valid.
+    /// The downloaded image is being made valid (dfuMANIFEST).
     pub const MANIFEST: u8 = 7;
-    /// Waiting for a reset.
+    /// The device waits for a reset (dfuMANIFEST-WAIT-RESET).
     pub const MANIFEST_WAIT_RESET: u8 = 8;
-    /// Reading back.
+    /// The host is reading back (dfuUPLOAD-IDLE).
     pub const UPLOAD_IDLE: u8 = 9;
-    /// Something was wrong.
+    /// An error has occurred (dfuERROR).
     pub const ERROR: u8 = 10;
 }
 
 /// The answer to GETSTATUS.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Status {
-    /// bStatus: 0 is OK.
+    /// bStatus, where 0 is OK.
     pub status: u8,
-    /// How long to wait until the next question, milliseconds.
+    /// Time to wait until the next question (bwPollTimeout), milliseconds.
     pub poll_ms: u32,
-    /// bState.
+    /// State of the interface, bState.
     pub state: u8,
 }
 
 /// The functional descriptor, section 4.1.3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Functional {
-    /// bmAttributes: download, upload, manifestation tolerant, will detach.
+    /// Capabilities from bmAttributes: download, upload, manifestation tolerant, will detach.
     pub attributes: u8,
-    /// wDetachTimeout, milliseconds.
+    /// Detach time-out (wDetachTimeout), milliseconds.
     pub detach_ms: u16,
-    /// wTransferSize.
+    /// Greatest block size (wTransferSize), bytes.
     pub transfer: u16,
     /// bcdDFUVersion: 0x0110, or 0x011A for DfuSe.
     pub version: u16,
@@ -64,16 +64,16 @@ pub struct Functional {
 /// A DFU interface of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dfu {
-    /// Its number.
+    /// Number of the interface.
     pub interface: u8,
     /// bInterfaceProtocol: 1 at run time, 2 in DFU mode.
     pub protocol: u8,
-    /// What it can do.
+    /// Functional descriptor with the interface's abilities.
     pub functional: Functional,
 }
 
 impl Dfu {
-    /// The device's DFU interface.
+    /// Returns the device's DFU interface.
     #[must_use]
     pub fn of(device: &Device) -> Option<Self> {
         let interface = device.configuration.of_class(0xFE, 1).next()?;
@@ -101,7 +101,7 @@ impl Dfu {
         self.tell(desk, DETACH, timeout_ms, &[])
     }
 
-    /// GETSTATUS.
+    /// Asks for the status (GETSTATUS).
     ///
     /// # Errors
     /// As [`Desk::control`], or the answer is none.
@@ -113,7 +113,7 @@ impl Dfu {
         Ok(Status { status, poll_ms: u32::from_le_bytes([p0, p1, p2, 0]), state })
     }
 
-    /// GETSTATE.
+    /// Asks for the state (GETSTATE).
     ///
     /// # Errors
     /// As [`Desk::control`], or the answer is none.
@@ -122,7 +122,7 @@ impl Dfu {
         bytes.first().copied().ok_or_else(|| UsbError::Wrong("no state".into()))
     }
 
-    /// CLRSTATUS: out of the error state.
+    /// Leaves the error state (CLRSTATUS).
     ///
     /// # Errors
     /// As [`Desk::control`].
@@ -130,7 +130,7 @@ impl Dfu {
         self.tell(desk, CLRSTATUS, 0, &[])
     }
 
-    /// ABORT: back to idle.
+    /// Returns to idle (ABORT).
     ///
     /// # Errors
     /// As [`Desk::control`].
@@ -138,7 +138,7 @@ impl Dfu {
         self.tell(desk, ABORT, 0, &[])
     }
 
-    /// Sends a block, and nothing more.
+    /// Sends a block without asking for the status.
     ///
     /// # Errors
     /// As [`Desk::control`].
@@ -146,7 +146,7 @@ impl Dfu {
         self.tell(desk, DNLOAD, number, data)
     }
 
-    /// Sends a block and waits until it is dealt with; the status then.
+    /// Sends a block and waits until it is dealt with. Returns the status then.
     ///
     /// # Errors
     /// As [`Desk::control`].
@@ -191,7 +191,8 @@ impl Dfu {
         command
     }
 
-    /// Ends a download, so that what came is started: a block without data, and the question after it.
+    /// Ends a download, so that the downloaded image is started: a block without data, and the question after
+    /// it.
     ///
     /// # Errors
     /// As [`Desk::control`].

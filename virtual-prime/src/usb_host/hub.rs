@@ -1,8 +1,8 @@
-//! What a computer's hub driver does with a port: it waits until whoever is plugged in has settled, resets
-//! the bus, gives an address and reads what the device says of itself (USB 2.0 sections 9.1.2 and 7.1.7).
+//! The hub driver of a computer at one port: it waits until a connected device has settled, resets the bus,
+//! gives an address and reads the descriptors (USB 2.0 sections 9.1.2 and 7.1.7).
 //!
-//! It never waits: [`Root::run`] goes on with what is due. So it can stand behind a port that somebody else
-//! commands over a network, where [`super::desk`] is for a test that commands it itself.
+//! No call waits: [`Root::run`] carries out the steps that are due. So the hub can stand behind a port that
+//! another computer commands over a network, where [`super::desk`] is for a test that commands it itself.
 
 mod enumeration;
 mod selection;
@@ -27,17 +27,17 @@ const RESET_NS: u64 = 10 * MS;
 const RECOVERY_NS: u64 = 10 * MS;
 /// The rest after SET_ADDRESS, section 9.2.6.3.
 const ADDRESS_NS: u64 = 2 * MS;
-/// How often a device that does not answer properly is reset and asked again.
+/// Number of resets of a device that does not answer properly.
 const ATTEMPTS: u8 = 3;
-/// How long a control transfer may take, section 9.2.6.1.
+/// Greatest duration of a control transfer, section 9.2.6.1.
 const PATIENCE_NS: u64 = 5_000 * MS;
-/// The address that the device is given: it is alone on the bus.
+/// Address for the device, which is alone on the bus.
 const ADDRESS: u8 = 1;
 
-/// What a device has said of itself.
+/// Descriptors that a device has given.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Found {
-    /// The device descriptor.
+    /// The device's own descriptor.
     pub device: DeviceDescriptor,
     /// Every configuration, in order.
     pub configurations: Vec<Configuration>,
@@ -48,7 +48,7 @@ pub struct Found {
 pub enum HubEvent {
     /// A device has connected and described itself.
     Found,
-    /// It has gone; every transfer has ended.
+    /// The device has gone; every transfer has ended.
     Gone,
     /// A device has connected that cannot be used, and why.
     Unusable(String),
@@ -56,27 +56,27 @@ pub enum HubEvent {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Stage {
-    /// No cable.
+    /// No cable is plugged in.
     Unplugged,
-    /// A cable, and nobody at its other end.
+    /// A cable is plugged in without a device.
     Empty,
-    /// Somebody is there, and may still wobble until then.
+    /// A device has connected and may still bounce, until this instant.
     Debouncing(u64),
     /// Bus reset, until the port is enabled.
     Resetting,
-    /// The device gets its wits together until then.
+    /// The device recovers from the reset until this instant.
     Recovering(u64),
-    /// A question of the hub's own is on its way, and has to be answered by then.
+    /// A question of the hub's own is under way, with the instant of its time-out.
     Asking(Question, TransferId, u64),
-    /// The device takes its address until then.
+    /// The device takes its address until this instant.
     Addressing(u64),
-    /// Open for everybody's transfers.
+    /// The port is open for transfers of all drivers.
     Ready,
-    /// Given up, until it goes.
+    /// The device is given up until it goes.
     Unusable,
 }
 
-/// The port's driver.
+/// Driver of the port.
 #[derive(Debug)]
 pub struct Hub {
     stage: Stage,
@@ -107,13 +107,13 @@ impl Hub {
         self.stage != Stage::Unplugged
     }
 
-    /// Whether transfers may be asked for: a device is there and has its address.
+    /// Whether transfers may be submitted: a device is there and has its address.
     #[must_use]
     pub fn is_ready(&self) -> bool {
         self.stage == Stage::Ready
     }
 
-    /// What the device has said of itself, from [`HubEvent::Found`] to [`HubEvent::Gone`].
+    /// Returns the device's descriptors, from [`HubEvent::Found`] to [`HubEvent::Gone`].
     #[must_use]
     pub const fn found(&self) -> Option<&Found> {
         self.found.as_ref()
@@ -131,13 +131,14 @@ impl Hub {
         self.selection.configuration
     }
 
-    /// The selected configuration.
+    /// Returns the selected configuration.
     #[must_use]
     pub fn configuration(&self) -> Option<&Configuration> {
         self.selection.of(self.found.as_ref()?)
     }
 
-    /// An endpoint of the selected configuration by its address, bit 7 for IN; endpoint 0 is always there.
+    /// Returns an endpoint of the selected configuration by its address, bit 7 for IN; endpoint 0 is always
+    /// there.
     #[must_use]
     pub fn endpoint(&self, address: u8) -> Option<Endpoint> {
         if address & 0xF == 0 {
@@ -147,8 +148,8 @@ impl Hub {
         endpoints.find(|(_, endpoint)| endpoint.address == address).map(|(_, endpoint)| endpoint.of(ADDRESS))
     }
 
-    /// The endpoints of the selected configuration in its present alternate settings, each with the number of
-    /// its interface.
+    /// Returns the endpoints of the selected configuration in its present alternate settings, each with the
+    /// number of its interface.
     pub fn endpoints(&self) -> impl Iterator<Item = (u8, super::descriptors::EndpointDescriptor)> + '_ {
         self.found.iter().flat_map(|found| self.selection.endpoints(found))
     }
@@ -162,15 +163,15 @@ impl Hub {
     }
 }
 
-/// The hub with the controller and whoever is at the other end of the cable, at this instant.
+/// The hub with the controller and the device at the other end of the cable, at this instant.
 pub struct Root<'a, F> {
-    /// The port's driver.
+    /// Driver of the port.
     pub hub: &'a mut Hub,
-    /// The host controller.
+    /// The host controller's state.
     pub controller: &'a mut Controller,
     /// The other end of the cable.
     pub device: &'a mut F,
-    /// Nanoseconds.
+    /// Virtual time in nanoseconds.
     pub now_ns: u64,
 }
 
@@ -183,7 +184,8 @@ impl<F: Function> Root<'_, F> {
         }
     }
 
-    /// Pulls it out. Transfers that were under way end as [`Outcome::Gone`]; there is no [`HubEvent::Gone`].
+    /// Pulls the cable out. Transfers that were under way end as [`Outcome::Gone`]; there is no
+    /// [`HubEvent::Gone`].
     pub fn unplug(&mut self) {
         if self.hub.is_plugged() {
             self.controller.unplug(self.now_ns, self.device);
@@ -206,23 +208,23 @@ impl<F: Function> Root<'_, F> {
         self.hub.stage = Stage::Resetting;
     }
 
-    /// Asks for a transfer, which ends among the completions of [`Self::run`].
+    /// Submits a transfer, which ends among the completions of [`Self::run`].
     pub fn submit(&mut self, endpoint: Endpoint, request: Request) -> TransferId {
         self.controller.submit(self.now_ns, endpoint, request)
     }
 
-    /// Does not want a transfer any more; whether it was still there.
+    /// Cancels a submitted transfer. Returns whether it was still there.
     pub fn cancel(&mut self, id: TransferId) -> bool {
         self.controller.cancel(self.now_ns, id)
     }
 
-    /// A control transfer of somebody's has been done: what follows from it on this side, as for toggles.
+    /// Follows a control transfer that has been carried out: its effects on the host's side, as on toggles.
     pub fn follow(&mut self, setup: Setup) {
         let Some(found) = &self.hub.found else { return };
         self.hub.selection.follow(setup, found, ADDRESS, self.controller);
     }
 
-    /// Goes on with what is due. What has happened, and the transfers of others that have ended.
+    /// Carries out the steps that are due. Returns the events, and the ended transfers of other drivers.
     pub fn run(&mut self) -> (Vec<HubEvent>, Vec<Completion>) {
         let mut news = Vec::new();
         for event in self.controller.take_events() {
@@ -270,7 +272,7 @@ impl<F: Function> Root<'_, F> {
                 self.hub.stage = Stage::Recovering(self.now_ns + RECOVERY_NS);
             }
             Stage::Recovering(until) if self.now_ns >= until => {
-                // Who has said what he is needs an address only.
+                // A device with known descriptors needs an address only.
                 let first = if self.hub.found.is_some() { Question::Address } else { Question::Begin };
                 self.ask(first);
             }
@@ -321,7 +323,7 @@ impl<F: Function> Root<'_, F> {
         }
     }
 
-    /// Resets the device and begins again, or leaves it alone.
+    /// Resets the device and enumerates again, or leaves it alone after too many attempts.
     fn give_up(&mut self, why: &str, news: &mut Vec<HubEvent>) {
         self.hub.attempts += 1;
         self.hub.reading = Reading::default();

@@ -1,5 +1,5 @@
-//! A device for the tests of what is on the host's side: a serial port without an image, which takes what it
-//! has room for, and says what it is given to say.
+//! A mock device for the tests of the host's side: a serial port without an image, which takes the bytes it
+//! has room for, and sends the packets it is given.
 
 use std::collections::VecDeque;
 
@@ -7,9 +7,9 @@ use super::controller::Controller;
 use super::request::{self, Setup};
 use super::wire::{Address, Drive, Function, Handshake, Reply, Toggle};
 
-/// Its device descriptor: 1D50:6015, release 1.02.
+/// Device descriptor: 1D50:6015, release 1.02.
 pub const DEVICE: [u8; 18] = [18, 1, 0, 2, 0xEF, 2, 1, 64, 0x50, 0x1D, 0x15, 0x60, 2, 1, 0, 0, 0, 1];
-/// Its configuration: bulk 0x01 and 0x81, interrupt 0x82.
+/// Configuration descriptor: bulk 0x01 and 0x81, interrupt 0x82.
 pub const CONFIGURATION: [u8; 48] = [
     9, 2, 48, 0, 2, 1, 0, 0xC0, 50, // configuration 1
     9, 4, 0, 0, 1, 2, 2, 1, 0, // interface 0, communication
@@ -17,17 +17,17 @@ pub const CONFIGURATION: [u8; 48] = [
     9, 4, 1, 0, 2, 10, 0, 0, 0, // interface 1, data
     7, 5, 0x01, 2, 64, 0, 0, 7, 5, 0x81, 2, 64, 0, 0,
 ];
-/// A request of its own: it is taken and never done.
+/// A vendor request that the mock device accepts and never completes.
 pub const FOR_EVER: Setup = Setup { kind: 0x40, request: 0x7F, value: 0, index: 0, length: 0 };
 
-/// The device.
+/// The mock device's state.
 #[derive(Debug, Default)]
 pub struct Mock {
-    /// Whether it pulls up.
+    /// Whether D+ is pulled up.
     pub connected: bool,
-    /// How many bytes it still takes on its bulk OUT endpoint.
+    /// Bytes that the bulk OUT endpoint still takes.
     pub room: usize,
-    /// What it took there.
+    /// Bytes that the bulk OUT endpoint took.
     pub heard: Vec<u8>,
     /// Packets for the bulk IN endpoint.
     pub to_say: VecDeque<Vec<u8>>,
@@ -35,13 +35,13 @@ pub struct Mock {
     pub to_notify: VecDeque<Vec<u8>>,
     /// Both bulk endpoints answer STALL.
     pub halted: bool,
-    /// It answers nothing at all.
+    /// The device answers nothing at all.
     pub dead: bool,
-    /// The selected configuration.
+    /// The selected configuration's number.
     pub configuration: u8,
-    /// How many bus resets it has seen.
+    /// Number of bus resets seen.
     pub resets: u32,
-    /// Control writes: what came with them.
+    /// Data of the control writes.
     pub written: Vec<u8>,
     address: u8,
     setup: Option<Setup>,
@@ -50,14 +50,14 @@ pub struct Mock {
     stirred: bool,
 }
 
-/// Places in `toggles`.
+/// Places of the endpoints in `toggles`.
 const CONTROL: usize = 0;
 const OUT: usize = 1;
 const IN: usize = 2;
 const NOTIFY: usize = 3;
 
 impl Mock {
-    /// One that pulls up.
+    /// Returns a device that pulls up D+.
     pub fn connected() -> Self {
         Self { connected: true, room: usize::MAX, ..Self::default() }
     }
@@ -195,7 +195,7 @@ impl Function for Mock {
     }
 }
 
-/// Lets the bus go on for so long.
+/// Runs the bus for so many nanoseconds.
 pub fn pass(controller: &mut Controller, device: &mut Mock, now_ns: &mut u64, nanoseconds: u64) {
     let end = *now_ns + nanoseconds;
     controller.run(*now_ns, device);

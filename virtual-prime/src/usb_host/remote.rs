@@ -21,7 +21,7 @@ use super::wire::Function;
 use self::clients::Clients;
 use self::peer::Peer;
 
-/// Who has the cable.
+/// Protocol of the computer that has the cable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Holder {
     Nobody,
@@ -29,7 +29,7 @@ enum Holder {
     Usbip,
 }
 
-/// The ports, and whoever is connected to them.
+/// The listening ports, with their connections.
 #[derive(Debug)]
 pub struct Remote {
     hub: Hub,
@@ -59,7 +59,7 @@ impl Remote {
         })
     }
 
-    /// Where it listens for usbredir, and where for usbip.
+    /// Returns the listening addresses for usbredir and for usbip.
     ///
     /// # Errors
     /// What the system says.
@@ -67,7 +67,7 @@ impl Remote {
         Ok([self.usbredir.address()?, self.usbip.address()?])
     }
 
-    /// Whether somebody has the cable.
+    /// Whether a computer has the cable.
     #[must_use]
     pub fn is_plugged(&self) -> bool {
         self.hub.is_plugged()
@@ -79,20 +79,20 @@ impl Remote {
         self.sent
     }
 
-    /// What has happened since the last call, in words.
+    /// Takes the notes on events since the last call, as text.
     pub fn take_notes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notes)
     }
 
-    /// Has the cable pulled out at the next call of [`Self::serve`], which hears nothing more of whoever has
-    /// it. One who unplugs by himself takes his transfers back first, one message for each: it may see some
+    /// Has the cable pulled out at the next call of [`Self::serve`], which hears nothing more of its holder.
+    /// A holder that unplugs by itself takes its transfers back first, one message for each: it may see some
     /// of them gone and the next ones not.
     pub fn unplug(&mut self) {
         self.usbredir.unplug(&mut self.notes);
         self.usbip.unplug(&mut self.notes);
     }
 
-    /// Hears what has come and goes on with it, at this instant.
+    /// Takes received bytes and serves the connections, at this instant.
     pub fn serve(&mut self, now_ns: u64, controller: &mut Controller, device: &mut impl Function) {
         self.usbredir.hear(&mut self.notes);
         let busy = self.holder == Holder::Usbredir || self.usbredir.wants_device();
@@ -105,7 +105,7 @@ impl Remote {
             Holder::Usbip => self.usbip.wants_device() && !usbip_left,
         };
         if root.hub.is_plugged() && !stays {
-            // Whoever comes next plugs in afresh, at the next call.
+            // The next computer plugs in afresh, at the next call.
             root.unplug();
             self.holder = Holder::Nobody;
         } else if !stays {
@@ -125,7 +125,7 @@ impl Remote {
             match self.holder {
                 Holder::Usbredir => self.usbredir.serve(&mut root, completions, &mut self.notes),
                 Holder::Usbip => self.usbip.serve(&mut root, completions, &mut self.notes),
-                // Of whoever had it before.
+                // The completions belong to the holder before.
                 Holder::Nobody => {}
             }
             if !again && !root.controller.has_completions() {

@@ -3,20 +3,20 @@
 /// The eight bytes of a SETUP packet, by field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setup {
-    /// bmRequestType.
+    /// Type and direction, bmRequestType.
     pub kind: u8,
-    /// bRequest.
+    /// Code of the request, bRequest.
     pub request: u8,
-    /// wValue.
+    /// Parameter wValue of the request.
     pub value: u16,
-    /// wIndex.
+    /// Parameter wIndex of the request.
     pub index: u16,
-    /// wLength.
+    /// Bytes of the data stage, wLength.
     pub length: u16,
 }
 
 impl Setup {
-    /// As it goes over the wire.
+    /// Encodes the packet as on the wire.
     #[must_use]
     pub const fn bytes(self) -> [u8; 8] {
         let ([v0, v1], [i0, i1], [l0, l1]) =
@@ -24,7 +24,7 @@ impl Setup {
         [self.kind, self.request, v0, v1, i0, i1, l0, l1]
     }
 
-    /// From the wire.
+    /// Decodes the packet from the wire.
     #[must_use]
     pub const fn parse(bytes: [u8; 8]) -> Self {
         let [kind, request, v0, v1, i0, i1, l0, l1] = bytes;
@@ -37,53 +37,53 @@ impl Setup {
         }
     }
 
-    /// Data go to the host.
+    /// Whether the data go to the host.
     #[must_use]
     pub const fn reads(self) -> bool {
         self.kind & 0x80 != 0
     }
 }
 
-/// bmRequestType: to the device, the host asks.
+/// bmRequestType of a standard request to the device, without an answer.
 pub const DEVICE_OUT: u8 = 0x00;
-/// The same, the device answers.
+/// bmRequestType of a standard request to the device that it answers with data.
 pub const DEVICE_IN: u8 = 0x80;
-/// To an interface.
+/// bmRequestType of a standard request to an interface.
 pub const INTERFACE_OUT: u8 = 0x01;
-/// From an interface.
+/// bmRequestType of a standard request that an interface answers.
 pub const INTERFACE_IN: u8 = 0x81;
-/// To an endpoint.
+/// bmRequestType of a standard request to an endpoint.
 pub const ENDPOINT_OUT: u8 = 0x02;
-/// From an endpoint.
+/// bmRequestType of a standard request that an endpoint answers.
 pub const ENDPOINT_IN: u8 = 0x82;
-/// A class's request to an interface.
+/// bmRequestType of a class's request to an interface.
 pub const CLASS_OUT: u8 = 0x21;
-/// A class's question to an interface.
+/// bmRequestType of a class's request that an interface answers.
 pub const CLASS_IN: u8 = 0xA1;
-/// A vendor's question to the device.
+/// bmRequestType of a vendor's request that the device answers.
 pub const VENDOR_IN: u8 = 0xC0;
 
-/// bRequest.
+/// bRequest of GET_STATUS, section 9.4.5.
 pub const GET_STATUS: u8 = 0;
-/// bRequest.
+/// bRequest of CLEAR_FEATURE, section 9.4.1.
 pub const CLEAR_FEATURE: u8 = 1;
-/// bRequest.
+/// bRequest of SET_FEATURE, section 9.4.9.
 pub const SET_FEATURE: u8 = 3;
-/// bRequest.
+/// bRequest of SET_ADDRESS, section 9.4.6.
 pub const SET_ADDRESS: u8 = 5;
-/// bRequest.
+/// bRequest of GET_DESCRIPTOR, section 9.4.3.
 pub const GET_DESCRIPTOR: u8 = 6;
-/// bRequest.
+/// bRequest of SET_DESCRIPTOR, section 9.4.8.
 pub const SET_DESCRIPTOR: u8 = 7;
-/// bRequest.
+/// bRequest of GET_CONFIGURATION, section 9.4.2.
 pub const GET_CONFIGURATION: u8 = 8;
-/// bRequest.
+/// bRequest of SET_CONFIGURATION, section 9.4.7.
 pub const SET_CONFIGURATION: u8 = 9;
-/// bRequest.
+/// bRequest of GET_INTERFACE, section 9.4.4.
 pub const GET_INTERFACE: u8 = 10;
-/// bRequest.
+/// bRequest of SET_INTERFACE, section 9.4.10.
 pub const SET_INTERFACE: u8 = 11;
-/// bRequest.
+/// bRequest of SYNCH_FRAME, section 9.4.11.
 pub const SYNCH_FRAME: u8 = 12;
 
 /// Feature of an endpoint.
@@ -91,13 +91,13 @@ pub const ENDPOINT_HALT: u16 = 0;
 /// Feature of a device.
 pub const REMOTE_WAKEUP: u16 = 1;
 
-/// Descriptor type.
+/// Type of a device descriptor.
 pub const DEVICE: u8 = 1;
-/// Descriptor type.
+/// Type of a configuration descriptor.
 pub const CONFIGURATION: u8 = 2;
-/// Descriptor type.
+/// Type of a string descriptor.
 pub const STRING: u8 = 3;
-/// Descriptor type.
+/// Type of an interface descriptor.
 pub const INTERFACE: u8 = 4;
-/// Descriptor type.
+/// Type of an endpoint descriptor.
 pub const ENDPOINT: u8 = 5;

@@ -3,43 +3,43 @@
 use super::bulk_only::{Answer, BulkOnly, Data, Status};
 use super::desk::{Desk, UsbError};
 
-/// Why a command failed: sense key, additional code and qualifier.
+/// Sense data of a failed command: sense key, additional code and qualifier.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sense {
-    /// 0 no sense, 2 not ready, 3 medium, 5 illegal request, 6 unit attention, 7 data protect.
+    /// Sense key: 0 no sense, 2 not ready, 3 medium, 5 illegal request, 6 unit attention, 7 data protect.
     pub key: u8,
-    /// Additional sense code.
+    /// Additional sense code (ASC).
     pub code: u8,
-    /// Its qualifier.
+    /// Additional sense code qualifier (ASCQ).
     pub qualifier: u8,
 }
 
-/// What a drive says of itself.
+/// Answer of a drive to INQUIRY.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Inquiry {
     /// Peripheral device type: 0 is a disk.
     pub kind: u8,
-    /// The medium can be taken out.
+    /// Whether the medium can be taken out.
     pub removable: bool,
-    /// Eight characters.
+    /// Vendor in eight characters.
     pub vendor: String,
-    /// Sixteen characters.
+    /// Product in sixteen characters.
     pub product: String,
-    /// Four characters.
+    /// Revision in four characters.
     pub revision: String,
 }
 
 /// A logical unit of a drive.
 #[derive(Debug)]
 pub struct Disk {
-    /// The transport.
+    /// Transport of the commands.
     pub transport: BulkOnly,
-    /// Its number.
+    /// Number of the logical unit.
     pub lun: u8,
 }
 
 impl Disk {
-    /// Carries out a command that is to pass.
+    /// Carries out a command that has to pass.
     ///
     /// # Errors
     /// As [`BulkOnly::command`], or it failed; with its sense then.
@@ -52,7 +52,7 @@ impl Disk {
         Err(UsbError::Wrong(format!("command {:#04x} ended {:?}: {sense:02x?}", command[0], answer.status)))
     }
 
-    /// INQUIRY.
+    /// Asks with INQUIRY for the drive's identification.
     ///
     /// # Errors
     /// As [`Self::expect`].
@@ -71,7 +71,7 @@ impl Disk {
         })
     }
 
-    /// TEST UNIT READY; why not, if it is not.
+    /// Tests whether the unit is ready (TEST UNIT READY). Returns the sense data if not.
     ///
     /// # Errors
     /// As [`BulkOnly::command`].
@@ -80,7 +80,7 @@ impl Disk {
         if answer.status == Status::Passed { Ok(Ok(())) } else { Ok(Err(self.request_sense(desk)?)) }
     }
 
-    /// REQUEST SENSE.
+    /// Asks for the sense data (REQUEST SENSE).
     ///
     /// # Errors
     /// As [`BulkOnly::command`], or the answer is none.
@@ -94,7 +94,7 @@ impl Disk {
         }
     }
 
-    /// READ CAPACITY (10): blocks, and bytes of each.
+    /// Asks for the capacity, READ CAPACITY (10): blocks, and bytes of each.
     ///
     /// # Errors
     /// As [`Self::expect`].
@@ -107,7 +107,7 @@ impl Disk {
         Ok((u64::from(last) + 1, u32::from_be_bytes([s0, s1, s2, s3])))
     }
 
-    /// READ (10) of blocks of 512 bytes.
+    /// Reads blocks of 512 bytes, READ (10).
     ///
     /// # Errors
     /// As [`Self::expect`].
@@ -116,7 +116,7 @@ impl Disk {
         self.expect(desk, &command, Data::In(usize::from(count) * 512)).map(|answer| answer.data)
     }
 
-    /// WRITE (10) of blocks of 512 bytes.
+    /// Writes blocks of 512 bytes, WRITE (10).
     ///
     /// # Errors
     /// As [`Self::expect`].
@@ -130,7 +130,7 @@ impl Disk {
         [code, 0, b0, b1, b2, b3, 0, c0, c1, 0]
     }
 
-    /// MODE SENSE (6): whether the medium is write-protected.
+    /// Asks with MODE SENSE (6) whether the medium is write-protected.
     ///
     /// # Errors
     /// As [`Self::expect`].
@@ -139,7 +139,7 @@ impl Disk {
         data.get(2).map(|parameter| parameter & 0x80 != 0).ok_or_else(|| UsbError::Wrong("no mode header".into()))
     }
 
-    /// START STOP UNIT with LOEJ: ejects the medium, or loads it.
+    /// Ejects the medium, or loads it (START STOP UNIT with LOEJ).
     ///
     /// # Errors
     /// As [`Self::expect`].
@@ -147,7 +147,7 @@ impl Disk {
         self.expect(desk, &[0x1B, 0, 0, 0, 2 | u8::from(load), 0], Data::None).map(drop)
     }
 
-    /// PREVENT ALLOW MEDIUM REMOVAL.
+    /// Prevents or allows the removal of the medium.
     ///
     /// # Errors
     /// As [`Self::expect`].
@@ -155,7 +155,7 @@ impl Disk {
         self.expect(desk, &[0x1E, 0, 0, 0, u8::from(prevent), 0], Data::None).map(drop)
     }
 
-    /// SYNCHRONIZE CACHE (10).
+    /// Flushes the drive's cache, SYNCHRONIZE CACHE (10).
     ///
     /// # Errors
     /// As [`Self::expect`].

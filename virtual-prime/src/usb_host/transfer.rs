@@ -1,38 +1,38 @@
-//! A transfer: what a driver on the host asks for, made of as many transactions as it takes (USB 2.0 sections
-//! 5.5 to 5.8 and 8.5).
+//! Transfers: requests of drivers on the host, made of as many transactions as it takes (USB 2.0 sections 5.5
+//! to 5.8 and 8.5).
 
 use super::wire::Toggle;
 
-/// Names a transfer to whoever asked for it.
+/// Name of a transfer for the driver that submitted it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TransferId(pub u64);
 
-/// Which way data go.
+/// Direction of data on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Direction {
-    /// To the host.
+    /// From device to host.
     In,
-    /// To the device.
+    /// From host to device.
     Out,
 }
 
-/// What the host knows of an endpoint.
+/// Properties of an endpoint for the host's schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Endpoint {
-    /// Of the device.
+    /// Address of the device.
     pub device: u8,
-    /// Without its direction.
+    /// Number of the endpoint, without direction.
     pub number: u8,
-    /// Of the data; of a control endpoint it means nothing.
+    /// Direction of the data; without meaning for a control endpoint.
     pub direction: Direction,
-    /// How the host schedules it.
+    /// Transfer type, which decides the schedule.
     pub kind: Kind,
-    /// Most bytes of a packet.
+    /// Greatest packet size, bytes.
     pub max_packet: u16,
 }
 
 impl Endpoint {
-    /// How many frames pass between two questions, 0 if that is not fixed.
+    /// Returns the frames between two polls, 0 if their number is not fixed.
     #[must_use]
     pub const fn frames(self) -> u16 {
         match self.kind {
@@ -45,63 +45,63 @@ impl Endpoint {
 /// The type of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// With a SETUP stage.
+    /// Control transfer, with a SETUP stage.
     Control,
-    /// As there is room on the bus.
+    /// Bulk transfer, as there is room on the bus.
     Bulk,
-    /// Every so many frames.
+    /// Interrupt transfer, every so many frames.
     Interrupt {
         /// bInterval, at least 1.
         frames: u16,
     },
 }
 
-/// What is asked for.
+/// Request for a transfer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Request {
     /// A control transfer; the data of a control write come with it. The host believes wLength and the
     /// direction in `setup`, whatever the length of `data`.
     Control {
-        /// The eight bytes.
+        /// The eight bytes of the SETUP packet.
         setup: [u8; 8],
-        /// Of a control write.
+        /// Data of a control write.
         data: Vec<u8>,
     },
     /// Up to this many bytes from the device, or until a short packet.
     In(usize),
-    /// These bytes to the device; `zero` adds a packet without data after a full last one.
+    /// Data for the device; `zero` adds a packet without data after a full last one.
     Out {
-        /// The bytes.
+        /// The bytes to send.
         data: Vec<u8>,
-        /// Say by a packet without data that this is the end.
+        /// Whether a packet without data marks the end.
         zero: bool,
     },
     /// A control transfer that the host gives up after so many transactions that went through, as for a new
     /// SETUP.
     Abandoned {
-        /// The eight bytes.
+        /// The eight bytes of the SETUP packet.
         setup: [u8; 8],
-        /// Of a control write.
+        /// Data of a control write.
         data: Vec<u8>,
-        /// Transactions, the one of the SETUP among them.
+        /// Number of transactions until then, the SETUP among them.
         after: u32,
     },
-    /// One packet from the device, which the host does not understand and so does not acknowledge.
+    /// A packet from the device that the host receives garbled, and so does not acknowledge.
     Garbled,
 }
 
-/// How a transfer ended.
+/// Result of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// As it should.
+    /// The transfer was carried out.
     Done,
     /// The device answered STALL.
     Stalled,
-    /// Three times no answer, or not the right one.
+    /// The device did not answer, or answered wrongly, three times.
     Failed,
     /// The device sent more than was asked for or fits into a packet.
     Babble,
-    /// Whoever asked for it did not want it any more.
+    /// The driver cancelled the transfer.
     Cancelled,
     /// The device has gone, or the bus was reset.
     Gone,
@@ -110,15 +110,15 @@ pub enum Outcome {
 /// The end of a transfer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Completion {
-    /// Which.
+    /// Name of the ended transfer.
     pub id: TransferId,
-    /// How.
+    /// Result of the transfer.
     pub outcome: Outcome,
-    /// Bytes that came.
+    /// Bytes from the device.
     pub data: Vec<u8>,
-    /// Bytes that came or went.
+    /// Number of bytes sent or received.
     pub actual: usize,
-    /// When, nanoseconds.
+    /// Instant of the end, nanoseconds.
     pub at_ns: u64,
 }
 
@@ -130,7 +130,7 @@ pub(super) enum Step {
     In,
 }
 
-/// What a transfer makes of an answer.
+/// Effect of an answer on its transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Progress {
     Goes,
@@ -150,12 +150,12 @@ pub(super) struct Transfer {
     pub id: TransferId,
     request: Request,
     stage: Stage,
-    /// Of the control transfer's data stage.
+    /// Data toggle of the control transfer's data stage.
     toggle: Toggle,
     pub data: Vec<u8>,
-    /// Bytes that came or went.
+    /// Number of bytes sent or received.
     pub moved: usize,
-    /// A full last packet has gone, and the one without data is still to go.
+    /// Whether a full last packet has gone, and the packet without data is still to go.
     closed: bool,
     /// Transactions in a row without a proper answer.
     pub failures: u8,
@@ -173,7 +173,7 @@ impl Transfer {
         Self { id, request, stage, toggle: Toggle::Data1, data: Vec::new(), moved: 0, closed: false, failures: 0, left }
     }
 
-    /// Whether the host acknowledges what comes.
+    /// Whether the host acknowledges the device's packets.
     pub const fn acknowledges(&self) -> bool {
         !matches!(self.request, Request::Garbled)
     }
@@ -203,7 +203,7 @@ impl Transfer {
         (self.moved..end).map(|index| data.get(index).copied().unwrap_or(0)).collect()
     }
 
-    /// The next transaction. `toggle` is the pipe's, of which control transfers take no notice.
+    /// Returns the next transaction. `toggle` is the pipe's, of which control transfers take no notice.
     pub fn step(&self, toggle: Toggle, max_packet: usize) -> Step {
         match (self.stage, &self.request) {
             (Stage::Setup, Request::Control { setup, .. }) => Step::Setup(*setup),
@@ -216,7 +216,7 @@ impl Transfer {
         }
     }
 
-    /// The data toggle that the host expects of an IN packet.
+    /// Returns the data toggle that the host expects of an IN packet.
     pub fn expected(&self, toggle: Toggle) -> Toggle {
         match (self.stage, &self.request) {
             (Stage::Status, _) => Toggle::Data1,
@@ -225,7 +225,7 @@ impl Transfer {
         }
     }
 
-    /// A transaction went through; the host may have had enough by now.
+    /// Counts a completed transaction; the host may give the transfer up now.
     fn counted(&mut self, progress: Progress) -> Progress {
         match &mut self.left {
             Some(1) => Progress::Ends(Outcome::Done),
@@ -237,7 +237,7 @@ impl Transfer {
         }
     }
 
-    /// A SETUP or OUT transaction was acknowledged.
+    /// Takes note of an acknowledged SETUP or OUT transaction.
     pub fn sent(&mut self, max_packet: usize) -> Progress {
         self.failures = 0;
         let progress = self.advance_sent(max_packet);
@@ -272,7 +272,7 @@ impl Transfer {
         }
     }
 
-    /// A data packet came, with the right toggle.
+    /// Takes a data packet that came with the right toggle.
     pub fn received(&mut self, packet: &[u8], max_packet: usize) -> Progress {
         self.failures = 0;
         if self.request == Request::Garbled {
@@ -306,7 +306,7 @@ impl Transfer {
         Progress::Goes
     }
 
-    /// The end, for whoever asked.
+    /// Returns the completion for the driver that submitted the transfer.
     pub fn complete(self, outcome: Outcome, at_ns: u64) -> Completion {
         Completion { id: self.id, outcome, data: self.data, actual: self.moved, at_ns }
     }

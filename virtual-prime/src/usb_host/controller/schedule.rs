@@ -1,22 +1,22 @@
-//! What goes over the bus: frames of a millisecond, and in each as many transactions as full speed allows,
-//! round robin over the endpoints that have transfers.
+//! Schedule of the bus: frames of a millisecond, and in each as many transactions as full speed allows, round
+//! robin over the endpoints that have transfers.
 //!
-//! A transaction takes what USB 2.0 section 5.11.3 counts: 13 bytes of overhead and its data, at 12 Mbit/s,
-//! so that 19 transactions of 64 bytes go into a frame. An endpoint that answers NAK is asked again as soon
-//! as something has changed in the device, or in the next frame; a real host asks again and again in between,
-//! which nobody sees.
+//! A transaction takes the time that USB 2.0 section 5.11.3 counts: 13 bytes of overhead and its data, at 12
+//! Mbit/s, so that 19 transactions of 64 bytes go into a frame. An endpoint that answers NAK is asked again
+//! as soon as something has changed in the device, or in the next frame; a real host asks again and again in
+//! between, with no visible effect.
 
 use super::{Controller, Flight, Pipe};
 use crate::usb_host::transfer::{Kind, Outcome, Progress, Step, Transfer};
 use crate::usb_host::wire::{Address, Function, Handshake, Reply, Toggle};
 
-/// A frame.
+/// Duration of a frame.
 const FRAME_NS: u64 = 1_000_000;
 /// Bits of a SOF packet with its sync field and end of packet.
 const SOF_BITS: u64 = 35;
 /// Overhead of a transaction, bytes: token, data packet, handshake and the pauses between them.
 const OVERHEAD: u64 = 13;
-/// The same of an IN transaction that is answered by a handshake.
+/// Overhead of an IN transaction that is answered by a handshake.
 const TOKEN: u64 = 9;
 /// Silence towards the end of a frame.
 const END_BITS: u64 = 42;
@@ -42,7 +42,7 @@ impl Controller {
         self.pipes.iter_mut().for_each(|pipe| pipe.parked = false);
     }
 
-    /// The longest that the next transaction of a pipe may take.
+    /// Longest duration of a pipe's next transaction.
     fn longest(&self, pipe: &Pipe) -> Option<u64> {
         let max_packet = usize::from(pipe.endpoint.max_packet);
         let bytes = match pipe.queue.front()?.step(pipe.toggle, max_packet) {
@@ -53,8 +53,8 @@ impl Controller {
         Some(bytes_ns(OVERHEAD + bytes))
     }
 
-    /// Whose turn it is on a bus that is free from then on: interrupt endpoints that are due, then the others
-    /// in turn.
+    /// Picks the next pipe on a bus that is free from `start` on: interrupt endpoints that are due, then the
+    /// others in turn.
     pub(super) fn pick(&self, start: u64) -> Option<usize> {
         let end = self.next_frame.saturating_sub(bits_ns(END_BITS));
         let ready = |&place: &usize| {
@@ -87,7 +87,7 @@ impl Controller {
         self.flight = Some(Flight { pipe: place, step, reply, ends: start + bytes_ns(bytes), outdated: false });
     }
 
-    /// The end of a transaction.
+    /// Ends a transaction.
     pub(super) fn land(&mut self, flight: Flight, device: &mut impl Function) {
         let place = flight.pipe;
         self.free = flight.ends;

@@ -1,4 +1,4 @@
-//! The questions of an enumeration, in their order.
+//! Requests of an enumeration, in their order.
 
 use super::Found;
 use crate::usb_host::descriptors::{Configuration, DeviceDescriptor};
@@ -9,23 +9,23 @@ const HEAD_BYTES: u16 = 9;
 /// Length of a device descriptor.
 const DEVICE_BYTES: u16 = 18;
 
-/// What a device is asked, or told, before it may be used.
+/// Request to a device before it may be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Question {
-    /// The first 8 bytes of its descriptor, of which the last is the packet size of endpoint 0.
+    /// The first 8 bytes of the device descriptor, of which the last is the packet size of endpoint 0.
     Begin,
-    /// To take its address.
+    /// SET_ADDRESS with the device's address.
     Address,
-    /// Its descriptor.
+    /// The whole device descriptor.
     Device,
-    /// The head of a configuration, by its index.
+    /// The head of a configuration descriptor, by its index.
     Head(u8),
-    /// The whole of it.
+    /// The whole configuration descriptor, by its index.
     Whole(u8),
 }
 
 impl Question {
-    /// The request.
+    /// Returns the SETUP packet of the request.
     pub fn setup(self, address: u8, reading: &Reading) -> Setup {
         let get = |kind, index, length| Setup {
             kind: request::DEVICE_IN,
@@ -50,17 +50,17 @@ impl Question {
     }
 }
 
-/// What has been read so far.
+/// Descriptors read so far.
 #[derive(Debug, Default)]
 pub struct Reading {
-    /// Descriptors.
+    /// Descriptors of the device.
     pub found: Found,
-    /// wTotalLength of the configuration that is being read.
+    /// Total length of the configuration that is being read, wTotalLength.
     total: u16,
 }
 
 impl Reading {
-    /// Takes an answer; the next question, if there is one.
+    /// Takes an answer and returns the next question, if there is one.
     pub fn take(&mut self, question: Question, answer: &[u8]) -> Result<Option<Question>, String> {
         match question {
             Question::Begin | Question::Address => Ok(Some(Question::Device)),

@@ -9,7 +9,7 @@ use crate::usb_host::descriptors::{Configuration, EndpointDescriptor};
 use crate::usb_host::request::{self, Setup};
 use crate::usb_host::wire::Toggle;
 
-/// What is selected.
+/// Selected configuration and alternate settings.
 #[derive(Debug, Default)]
 pub struct Selection {
     /// bConfigurationValue, 0 for none.
@@ -19,12 +19,12 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// The selected configuration.
+    /// Returns the selected configuration.
     pub fn of<'a>(&self, found: &'a Found) -> Option<&'a Configuration> {
         found.configurations.iter().find(|one| self.configuration != 0 && one.value == self.configuration)
     }
 
-    /// The endpoints in force, with the interface of each.
+    /// Returns the endpoints in force, with the interface of each.
     pub fn endpoints(&self, found: &Found) -> impl Iterator<Item = (u8, EndpointDescriptor)> {
         let interfaces = self.of(found).map_or(&[][..], |configuration| &configuration.interfaces);
         let setting = |number| self.settings.get(&number).copied().unwrap_or(0);
@@ -34,7 +34,7 @@ impl Selection {
         all.into_iter()
     }
 
-    /// A request has been done by the device at this address.
+    /// Follows a request that the device at `address` has carried out.
     pub fn follow(&mut self, setup: Setup, found: &Found, address: u8, controller: &mut Controller) {
         match (setup.kind, setup.request) {
             (request::DEVICE_OUT, request::SET_CONFIGURATION) => {

@@ -1,4 +1,4 @@
-//! The port for usbip: any number of clients may ask what there is, and one has the device.
+//! The port for usbip: any number of clients may ask for the list of devices, and one has the device.
 
 use std::io;
 use std::net::{SocketAddr, TcpListener};
@@ -14,9 +14,9 @@ use crate::usb_host::wire::Function;
 struct Client {
     connection: Connection,
     session: Session,
-    /// It has asked something, so the cable is in until it goes.
+    /// The client has asked for something, so the cable stays in until its connection closes.
     wants_cable: bool,
-    /// It does not speak the protocol.
+    /// The client does not speak the protocol.
     failed: bool,
 }
 
@@ -60,8 +60,8 @@ impl Clients {
         });
     }
 
-    /// Takes what has come, answers those who have no device, and notices who comes or goes. `busy`: somebody
-    /// else has the cable.
+    /// Takes received bytes, answers clients without a device, and notices new and closed connections.
+    /// `busy`: the cable belongs to a usbredir peer.
     pub fn hear(&mut self, hub: &Hub, now_ns: u64, busy: bool, notes: &mut Vec<String>) {
         while let Some(connection) = Connection::accept(&self.listener) {
             let session = Session::default();
@@ -92,7 +92,7 @@ impl Clients {
         });
     }
 
-    /// Goes on with the device at hand.
+    /// Serves the client that has the device.
     pub fn serve<F: Function>(
         &mut self,
         root: &mut Root<'_, F>,
@@ -106,7 +106,7 @@ impl Clients {
         }
     }
 
-    /// Sends what there is to be sent, and closes what is over.
+    /// Sends the output, and closes sessions that are over.
     pub fn say(&mut self, notes: &mut Vec<String>) {
         for client in &mut self.clients {
             client.connection.write(client.session.output());

@@ -1,30 +1,30 @@
-//! A TCP connection that never waits.
+//! A non-blocking TCP connection.
 
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 
-/// How much may have come without having been looked at; the sender is held back beyond that.
+/// Most unread bytes; beyond them the sender is held back.
 const MOST_UNREAD: usize = 1 << 20;
 
-/// A listener that never waits.
+/// Returns a non-blocking listener.
 pub fn listen(address: SocketAddr) -> io::Result<TcpListener> {
     let listener = TcpListener::bind(address)?;
     listener.set_nonblocking(true)?;
     Ok(listener)
 }
 
-/// A connection.
+/// A connection to a computer.
 #[derive(Debug)]
 pub struct Connection {
     stream: TcpStream,
-    /// The other end.
+    /// Address of the other end.
     pub peer: SocketAddr,
-    /// The other end has closed it, or it has broken.
+    /// Whether the other end has closed the connection, or it has broken.
     pub is_closed: bool,
 }
 
 impl Connection {
-    /// The next one that has come in.
+    /// Accepts the next incoming connection.
     pub fn accept(listener: &TcpListener) -> Option<Self> {
         let (stream, peer) = listener.accept().ok()?;
         stream.set_nonblocking(true).ok()?;
@@ -33,7 +33,7 @@ impl Connection {
         Some(Self { stream, peer, is_closed: false })
     }
 
-    /// What has come, with so much unread before.
+    /// Reads received bytes, while fewer than the most are unread. `unread` counts those from earlier calls.
     pub fn read(&mut self, unread: usize) -> Vec<u8> {
         let mut all = Vec::new();
         let mut bytes = [0; 16_384];
@@ -49,7 +49,7 @@ impl Connection {
         all
     }
 
-    /// Sends as much as the system takes; the rest stays.
+    /// Sends as much as the system takes; the rest stays in `bytes`.
     pub fn write(&mut self, bytes: &mut Vec<u8>) {
         let mut sent = 0;
         while !self.is_closed && sent < bytes.len() {

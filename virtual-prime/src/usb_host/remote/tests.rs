@@ -5,7 +5,7 @@ use super::*;
 use crate::usb_host::mock::{Mock, pass};
 
 const MS: u64 = 1_000_000;
-/// How long a wait for the system's sockets may be, in looks at them.
+/// Greatest number of looks at the system's sockets in a wait.
 const PATIENCE: u32 = 100_000;
 
 struct Bench {
@@ -28,7 +28,7 @@ impl Bench {
         stream
     }
 
-    /// Waits a little, or has waited long enough.
+    /// Waits a little, and panics after too many looks.
     fn wait(&mut self, looks: &mut u32) {
         *looks += 1;
         assert!(*looks < PATIENCE, "nothing comes");
@@ -57,7 +57,7 @@ impl Bench {
         all
     }
 
-    /// Waits until it is closed.
+    /// Waits until the connection is closed.
     fn wait_for_close(&mut self, of: &mut TcpStream) {
         let (mut bytes, mut looks) = ([0; 1024], 0);
         // With something unread, the system says that it was reset.
@@ -131,7 +131,7 @@ fn a_second_peer_is_turned_away_and_the_first_goes_on() {
     client.write_all(&import()).unwrap();
     assert_eq!(bench.hear(&mut client, 8)[7], 2, "usbip: busy");
     bench.wait_for_close(&mut client);
-    // GET_CONFIGURATION.
+    // Message GET_CONFIGURATION with identifier 9.
     first.write_all(&[7, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0]).unwrap();
     assert_eq!(bench.hear(&mut first, 18), [8, 0, 0, 0, 2, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0, 0]);
 }
@@ -142,7 +142,7 @@ fn a_peer_that_comes_at_once_finds_a_device_that_was_plugged_in_afresh() {
     let mut first = bench.connect(0);
     first.write_all(&hello()).unwrap();
     bench.hear(&mut first, HELLO_BYTES + ANNOUNCEMENT_BYTES);
-    // SET_CONFIGURATION 1.
+    // Message SET_CONFIGURATION, which selects configuration 1.
     first.write_all(&[6, 0, 0, 0, 1, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 1]).unwrap();
     let mut looks = 0;
     while bench.device.configuration == 0 {

@@ -22,50 +22,50 @@ const OPERATION_BYTES: usize = 8;
 const PATH_BYTES: usize = 256;
 /// Length of the description of a packet of an isochronous transfer.
 const ISO_PACKET_BYTES: usize = 16;
-/// The longest transfer that is believed.
+/// The longest transfer that a client may ask for.
 const MOST_BYTES: usize = 64 << 20;
-/// USB_SPEED_FULL.
+/// Full speed, USB_SPEED_FULL of Linux.
 const FULL_SPEED: u32 = 2;
 
-/// Why a device cannot be imported.
+/// Reason why a device cannot be imported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Refusal {
-    /// Somebody else has it.
+    /// Another client has the device.
     Busy = 2,
-    /// It is there and cannot be used.
+    /// The device is there and cannot be used.
     Unusable = 3,
-    /// There is none of this name.
+    /// No device has this name.
     Absent = 4,
 }
 
-/// What a client asks before it has a device.
+/// Question of a client that has no device yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Operation {
-    /// Which devices there are.
+    /// The list of devices, OP_REQ_DEVLIST.
     List,
-    /// To have the one of this name.
+    /// The device of this name, OP_REQ_IMPORT.
     Import(String),
 }
 
 /// A request for a transfer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Submit {
-    /// Names the request.
+    /// Number that names the request.
     pub sequence: u32,
     /// Data come from the device.
     pub input: bool,
     /// Endpoint, without its direction.
     pub endpoint: u8,
-    /// As in [`SHORT_NOT_OK`] and [`ZERO_PACKET`].
+    /// Flags, as in [`SHORT_NOT_OK`] and [`ZERO_PACKET`].
     pub flags: u32,
-    /// Bytes that are wanted or sent.
+    /// Bytes wanted or sent.
     pub length: u32,
-    /// Of a control transfer.
+    /// SETUP packet of a control transfer.
     pub setup: [u8; 8],
-    /// It is isochronous.
+    /// Whether the transfer is isochronous.
     pub isochronous: bool,
-    /// What is sent.
+    /// Data of an OUT transfer.
     pub data: Vec<u8>,
 }
 
@@ -74,23 +74,23 @@ pub const SHORT_NOT_OK: u32 = 0x01;
 /// A full last packet is followed by an empty one.
 pub const ZERO_PACKET: u32 = 0x40;
 
-/// What a client says once it has a device.
+/// Command of a client that has a device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Command {
-    /// A transfer.
+    /// A request for a transfer.
     Submit(Submit),
-    /// The transfer of that number is not wanted any more.
+    /// Cancels the transfer of the second number (USBIP_CMD_UNLINK).
     Unlink(u32, u32),
 }
 
-/// A packet that has come whole, and its length; `None` while more of it is to come.
+/// A complete packet with its length; `None` while more of it is to come.
 type Parsed<T> = Result<Option<(T, usize)>, String>;
 
 fn word(bytes: &[u8], at: usize) -> u32 {
     bytes.get(at..at + 4).map_or(0, |word| u32::from_be_bytes([word[0], word[1], word[2], word[3]]))
 }
 
-/// Takes an operation off the front.
+/// Parses an operation at the front of `bytes`.
 ///
 /// # Errors
 /// It is none.
@@ -110,7 +110,7 @@ pub fn operation(bytes: &[u8]) -> Parsed<Operation> {
     }
 }
 
-/// Takes a command off the front.
+/// Parses a command at the front of `bytes`.
 ///
 /// # Errors
 /// It is none.
@@ -145,14 +145,14 @@ pub fn command(bytes: &[u8]) -> Parsed<Command> {
     }
 }
 
-/// The device as both answers describe it.
+/// Describes the device, as in the answers to both operations.
 fn description(found: &Found, busid: &str, configuration: u8) -> Vec<u8> {
     let device = &found.device;
     let mut bytes = format!("/sys/devices/virtual-prime/{busid}").into_bytes();
     bytes.resize(PATH_BYTES, 0);
     bytes.extend(busid.bytes());
     bytes.resize(PATH_BYTES + BUSID_BYTES, 0);
-    // Bus 1, device 2, as in the name.
+    // Bus 1, device 2, as in the busid.
     bytes.extend([1, 2, FULL_SPEED].map(u32::to_be_bytes).concat());
     bytes.extend([device.vendor, device.product, device.release].map(u16::to_be_bytes).concat());
     bytes.extend(device.class);
@@ -190,7 +190,7 @@ pub fn imported(device: Result<&Found, Refusal>, busid: &str, configuration: u8)
     }
 }
 
-/// The end of a transfer: a status of 0 or a negative error number, what came or went, and what came.
+/// Returns the answer to a submit: a status of 0 or a negative error number, bytes moved, and received data.
 #[must_use]
 pub fn submitted(sequence: u32, status: i32, actual: u32, data: &[u8]) -> Vec<u8> {
     let words = [RET_SUBMIT, sequence, 0, 0, 0, status as u32, actual, 0, 0, 0, 0, 0];

@@ -1,4 +1,4 @@
-//! One client: what it asks of the device as transfers, and their ends as answers.
+//! A session with a USB/IP client: its commands become transfers, and ended transfers become answers.
 //!
 //! A client's virtual host controller keeps bus resets and SET_ADDRESS to itself. So the device gets both
 //! when the cable goes in, which is for as long as a client is connected, and it looks freshly plugged in to
@@ -14,7 +14,7 @@ use crate::usb_host::wire::Function;
 
 /// The name of the one device that there is.
 pub const BUSID: &str = "1-1";
-/// How long a client's question waits for a device to appear.
+/// Time that a client's question waits for a device to appear.
 const PATIENCE_NS: u64 = 1_000_000_000;
 /// Requests of the USB class to a port of a hub, which a client's resets may come as.
 const TO_PORT: u8 = 0x23;
@@ -42,16 +42,16 @@ struct Pending {
     unlinked: Option<u32>,
 }
 
-/// Where the conversation stands.
+/// Stage of the session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stage {
-    /// It has to say what it wants.
+    /// The client has not asked for a device yet.
     Asking,
-    /// It has the device.
+    /// The client has the device.
     Imported,
-    /// It did not get the device; what is left is to be sent.
+    /// The client did not get the device; the rest of the output is to be sent.
     Refused,
-    /// It had the device, which has gone; what is left is to be sent.
+    /// The client had the device, which has gone; the rest of the output is to be sent.
     Lost,
 }
 
@@ -61,7 +61,7 @@ pub struct Session {
     stage: Stage,
     input: Vec<u8>,
     output: Vec<u8>,
-    /// When its question is answered, whatever has come of the device.
+    /// Instant at which the question is answered, even without a device.
     deadline_ns: Option<u64>,
     waiting: VecDeque<Submit>,
     pending: HashMap<TransferId, Pending>,
@@ -75,42 +75,42 @@ impl Default for Session {
 }
 
 impl Session {
-    /// Bytes have come.
+    /// Takes received bytes as input.
     pub fn receive(&mut self, bytes: &[u8]) {
         self.input.extend(bytes);
     }
 
-    /// Bytes that have come and were not looked at.
+    /// Received bytes that no packet has been read from yet.
     #[must_use]
     pub const fn unread(&self) -> usize {
         self.input.len()
     }
 
-    /// What is to go to the client.
+    /// Returns the bytes that are to go to the client.
     pub const fn output(&mut self) -> &mut Vec<u8> {
         &mut self.output
     }
 
-    /// Whether it has the device.
+    /// Whether the client has the device.
     #[must_use]
     pub fn has_device(&self) -> bool {
         self.stage == Stage::Imported
     }
 
-    /// Whether its connection may be closed once everything is sent.
+    /// Whether the connection may be closed once everything is sent.
     #[must_use]
     pub fn is_over(&self) -> bool {
         matches!(self.stage, Stage::Refused | Stage::Lost)
     }
 
-    /// Whether the device has gone from it.
+    /// Whether the device has gone while the client had it.
     #[must_use]
     pub fn had_device(&self) -> bool {
         self.stage == Stage::Lost
     }
 
-    /// Goes on while the client has no device. `others` is why it cannot have one, because of somebody else.
-    /// Whether it needs the cable plugged in to be answered.
+    /// Answers a client that has no device. `others` is the refusal because another computer has the device.
+    /// Returns whether the answer needs the cable plugged in.
     ///
     /// # Errors
     /// The client does not speak the protocol.
@@ -147,7 +147,7 @@ impl Session {
         Ok(false)
     }
 
-    /// Goes on with what the client has sent and what has ended, while it has the device.
+    /// Serves the client's commands and ended transfers, while it has the device.
     ///
     /// # Errors
     /// The client does not speak the protocol.
@@ -159,7 +159,7 @@ impl Session {
             return Ok(());
         }
         if root.hub.found().is_none() {
-            // What has not begun ends as well. A client takes the end of the connection for the device's.
+            // Waiting transfers end as well. A client takes the end of the connection for the device's.
             for submit in std::mem::take(&mut self.waiting) {
                 self.output.extend(packet::submitted(submit.sequence, error::SHUTDOWN, 0, &[]));
             }
@@ -189,7 +189,7 @@ impl Session {
         }
     }
 
-    /// Begins a transfer, or says how it has ended already.
+    /// Starts a transfer, or returns the error number it has ended with already.
     fn start<F: Function>(&mut self, root: &mut Root<'_, F>, submit: Submit) -> Result<(), i32> {
         let length = submit.length as usize;
         let address = submit.endpoint | if submit.input { 0x80 } else { 0 };
@@ -227,12 +227,12 @@ impl Session {
                 pending.unlinked = Some(sequence);
                 root.cancel(*transfer);
             }
-            // It has ended before.
+            // The transfer has ended before the unlink.
             None => self.output.extend(packet::unlinked(sequence, 0)),
         }
     }
 
-    /// A transfer has ended.
+    /// Answers the command of an ended transfer.
     fn end<F: Function>(&mut self, root: &mut Root<'_, F>, ended: Completion) {
         let Some(pending) = self.pending.remove(&ended.id) else { return };
         if ended.outcome == Outcome::Done

@@ -1,11 +1,12 @@
-//! What the peer is told of the device: at its connection, and when what is selected changes.
+//! Announcements of the device to a usbredir peer: at its connection, and when its selected configuration
+//! changes.
 
 use super::message::{DeviceInfo, EndpointInfo, FULL_SPEED, InterfaceInfo, Message, PLACES, place};
 use crate::usb_host::descriptors::Configuration;
 use crate::usb_host::hub::{Found, Hub};
 use crate::usb_host::request::{self, Setup};
 
-/// A device has come: its interfaces, its endpoints, and that it is there, in this order.
+/// Announces a connected device: its interfaces, its endpoints and device_connect, in this order.
 pub fn device(found: &Found, hub: &Hub) -> [Message; 3] {
     // Nothing is selected, but what the peer thinks of the device depends on its interfaces.
     let first = found.configurations.first();
@@ -19,7 +20,7 @@ pub fn device(found: &Found, hub: &Hub) -> [Message; 3] {
     [interfaces(hub.configuration().or(first)), endpoints(hub), connect]
 }
 
-/// A request was done: what the peer has to know before the answer.
+/// Announces the result of a selecting request, as far as the peer has to know it before the answer.
 pub fn selection(setup: Setup, hub: &Hub) -> Vec<Message> {
     match (setup.kind, setup.request) {
         (request::DEVICE_OUT, request::SET_CONFIGURATION) => vec![interfaces(hub.configuration()), endpoints(hub)],

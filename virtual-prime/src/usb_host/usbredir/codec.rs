@@ -1,4 +1,4 @@
-//! Messages as bytes.
+//! Encoding and decoding of usbredir messages as bytes.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ use super::message::{
 /// Length of the name in HELLO.
 const NAME_BYTES: usize = 64;
 
-/// A message that is none: what is wrong with it.
+/// Bytes that are no valid message, with the reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Malformed(pub String);
 
@@ -48,7 +48,7 @@ impl Rest<'_> {
 }
 
 impl Message {
-    /// Takes the body of a message apart, of this kind and with what both sides know.
+    /// Decodes the body of a message of kind `kind`, under the capabilities that both sides have.
     ///
     /// # Errors
     /// What is wrong with it.
@@ -119,7 +119,7 @@ impl Message {
         })
     }
 
-    /// The body of the message, for a peer with which this was agreed.
+    /// Encodes the body of the message, for a peer with these agreed capabilities.
     #[must_use]
     pub fn body(&self, agreed: Capabilities) -> Vec<u8> {
         let mut body = Vec::new();

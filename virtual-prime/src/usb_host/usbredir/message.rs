@@ -1,25 +1,25 @@
 //! The messages of the USB network redirection protocol 0.7.1, as QEMU speaks it: little-endian and packed
 //! (description: <https://gitlab.freedesktop.org/spice/usbredir>, `docs/usb-redirection-protocol.md`).
 
-/// Which additions to version 0.3 a side knows: a bit each.
+/// Capabilities that a side has beyond version 0.3 of the protocol, a bit each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Capabilities(pub u32);
 
 impl Capabilities {
-    /// device_connect says bcdDevice.
+    /// device_connect carries bcdDevice (usb_redir_cap_connect_device_version).
     pub const DEVICE_VERSION: Self = Self(1 << 1);
-    /// The peer may say which devices it wants.
+    /// The peer may send filters for the devices that it wants.
     pub const FILTER: Self = Self(1 << 2);
-    /// device_disconnect is acknowledged.
+    /// device_disconnect is acknowledged by the peer.
     pub const DISCONNECT_ACK: Self = Self(1 << 3);
-    /// ep_info says wMaxPacketSize.
+    /// ep_info carries wMaxPacketSize of each endpoint.
     pub const MAX_PACKET: Self = Self(1 << 4);
-    /// Identifiers of 64 bits.
+    /// Identifiers have 64 bits.
     pub const WIDE_IDS: Self = Self(1 << 5);
-    /// Lengths of bulk packets of 32 bits.
+    /// Lengths of bulk packets have 32 bits.
     pub const LONG_BULK: Self = Self(1 << 6);
-    /// What this side knows: all but bulk streams, which full speed does not have, and buffered bulk input,
-    /// which is for devices that lose what is not fetched.
+    /// Capabilities of this server: all but bulk streams, which full speed does not have, and buffered bulk
+    /// input, which is for devices that lose data when nobody fetches them.
     pub const OURS: Self = Self(
         Self::DEVICE_VERSION.0
             | Self::FILTER.0
@@ -29,41 +29,41 @@ impl Capabilities {
             | Self::LONG_BULK.0,
     );
 
-    /// Whether this is among them.
+    /// Whether the capability `one` is in the set.
     #[must_use]
     pub const fn has(self, one: Self) -> bool {
         self.0 & one.0 != 0
     }
 
-    /// What both sides know.
+    /// Capabilities that both sides have.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
     }
 }
 
-/// How a request ended.
+/// Result of a request, as a status byte of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Status {
-    /// As it should.
+    /// The request was carried out.
     Success = 0,
-    /// Whoever asked did not want it any more, or the device has gone.
+    /// The peer cancelled the request, or the device has gone.
     Cancelled = 1,
-    /// It makes no sense for this device.
+    /// The request makes no sense for this device.
     Invalid = 2,
     /// The device did not answer properly.
     IoError = 3,
     /// The device answered STALL.
     Stall = 4,
-    /// Not in time.
+    /// The request did not end in time.
     Timeout = 5,
     /// The device sent more than was asked for.
     Babble = 6,
 }
 
 impl Status {
-    /// From its byte; one that is not known is an error of the device.
+    /// Returns the status of a byte; an unknown byte counts as an I/O error of the device.
     #[must_use]
     pub const fn of(byte: u8) -> Self {
         match byte {
@@ -80,12 +80,12 @@ impl Status {
 
 /// Places for endpoints: OUT n has n, IN n has 16 + n.
 pub const PLACES: usize = 32;
-/// Type of an endpoint that is not there. The others are those of bmAttributes.
+/// Type of an endpoint that does not exist. All other types are those of bmAttributes.
 pub const NO_ENDPOINT: u8 = 255;
-/// usb_redir_speed_full.
+/// Code of full speed, usb_redir_speed_full.
 pub const FULL_SPEED: u8 = 1;
 
-/// Where an endpoint stands in ep_info.
+/// Returns the index of an endpoint address in ep_info.
 #[must_use]
 pub const fn place(address: u8) -> usize {
     (address & 0xF) as usize + if address & 0x80 != 0 { 16 } else { 0 }
@@ -94,42 +94,42 @@ pub const fn place(address: u8) -> usize {
 /// An endpoint in ep_info.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EndpointInfo {
-    /// bmAttributes, or [`NO_ENDPOINT`].
+    /// Transfer type from bmAttributes, or [`NO_ENDPOINT`].
     pub kind: u8,
     /// bInterval. QEMU refuses a device with 0 at an interrupt endpoint.
     pub interval: u8,
-    /// Its interface.
+    /// Number of the endpoint's interface.
     pub interface: u8,
-    /// wMaxPacketSize.
+    /// Greatest packet size, wMaxPacketSize.
     pub max_packet: u16,
 }
 
 impl EndpointInfo {
-    /// None.
+    /// Entry of an endpoint that does not exist.
     pub const NONE: Self = Self { kind: NO_ENDPOINT, interval: 0, interface: 0, max_packet: 0 };
 }
 
 /// An interface in interface_info: its number, class, subclass and protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InterfaceInfo {
-    /// bInterfaceNumber.
+    /// Number of the interface, bInterfaceNumber.
     pub number: u8,
-    /// bInterfaceClass, bInterfaceSubClass, bInterfaceProtocol.
+    /// Class, subclass and protocol (bInterfaceClass, bInterfaceSubClass, bInterfaceProtocol).
     pub class: [u8; 3],
 }
 
 /// The head of device_connect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DeviceInfo {
-    /// As in [`FULL_SPEED`].
+    /// Speed of the device, as in [`FULL_SPEED`].
     pub speed: u8,
-    /// bDeviceClass, bDeviceSubClass, bDeviceProtocol.
+    /// Class, subclass and protocol (bDeviceClass, bDeviceSubClass, bDeviceProtocol).
     pub class: [u8; 3],
-    /// idVendor.
+    /// Vendor identifier of the device, idVendor.
     pub vendor: u16,
-    /// idProduct.
+    /// Product identifier of the device, idProduct.
     pub product: u16,
-    /// bcdDevice.
+    /// Release of the device, bcdDevice.
     pub release: u16,
 }
 
@@ -138,15 +138,15 @@ pub struct DeviceInfo {
 pub struct ControlHead {
     /// 0x80 for a question that the device answers with data, else 0.
     pub endpoint: u8,
-    /// bRequest.
+    /// Request code of the SETUP packet, bRequest.
     pub request: u8,
-    /// bmRequestType.
+    /// Request type of the SETUP packet, bmRequestType.
     pub kind: u8,
-    /// Of the answer; garbage in a request.
+    /// Status of the answer; garbage in a request.
     pub status: u8,
-    /// wValue.
+    /// Parameter wValue of the SETUP packet.
     pub value: u16,
-    /// wIndex.
+    /// Parameter wIndex of the SETUP packet.
     pub index: u16,
     /// wLength, and in the answer the bytes that went or came.
     pub length: u16,
@@ -155,31 +155,31 @@ pub struct ControlHead {
 /// The head of a bulk packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BulkHead {
-    /// Its address, bit 7 for IN.
+    /// Endpoint address, bit 7 set for IN.
     pub endpoint: u8,
-    /// Of the answer; garbage in a request.
+    /// Status of the answer; garbage in a request.
     pub status: u8,
-    /// Bytes that are wanted or sent, and in the answer those that came or went.
+    /// Bytes wanted or sent; in the answer, bytes received or sent.
     pub length: u32,
-    /// Always 0 at full speed.
+    /// Bulk stream, always 0 at full speed.
     pub stream: u32,
 }
 
-/// A message.
+/// A message of either side.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the fields are the protocol's, by the same names")]
 pub enum Message {
-    /// The first of each side: a name, and what it knows.
+    /// First message of each side: a name and the side's capabilities.
     Hello(String, Capabilities),
     /// A device is there.
     DeviceConnect(DeviceInfo),
-    /// It has gone.
+    /// The device has gone.
     DeviceDisconnect,
     /// Reset the bus; there is no answer.
     Reset,
     /// The interfaces of the configuration.
     InterfaceInfo(Vec<InterfaceInfo>),
-    /// Its endpoints, by [`place`].
+    /// The endpoints of all interfaces, by [`place`].
     EpInfo(Box<[EndpointInfo; PLACES]>),
     SetConfiguration {
         configuration: u8,
@@ -224,9 +224,9 @@ pub enum Message {
     },
     /// The request with this message's identifier is not wanted any more.
     CancelDataPacket,
-    /// The peer does not want this device.
+    /// The peer refuses this device.
     FilterReject,
-    /// What it would want.
+    /// Filter rule for the devices that the peer would accept.
     FilterFilter(String),
     DeviceDisconnectAck,
     ControlPacket(ControlHead, Vec<u8>),
@@ -237,11 +237,11 @@ pub enum Message {
         length: u16,
         data: Vec<u8>,
     },
-    /// A message of a kind that was not agreed on: its number.
+    /// A message of a kind that was not agreed on, with the kind's number.
     Other(u32),
 }
 
-/// Numbers of messages.
+/// Numbers of the kinds of messages.
 pub(super) mod number {
     pub const HELLO: u32 = 0;
     pub const DEVICE_CONNECT: u32 = 1;
@@ -271,7 +271,7 @@ pub(super) mod number {
 }
 
 impl Message {
-    /// The number of its kind.
+    /// Returns the number of the message's kind.
     #[must_use]
     pub const fn kind(&self) -> u32 {
         match self {

@@ -5,16 +5,16 @@ use crate::usb_host::hub::Hub;
 use crate::usb_host::request::{self, Setup};
 use crate::usb_host::transfer::{Completion, Direction, Endpoint, Kind, Outcome, Request};
 
-/// What a transfer on its way is for.
+/// Request that a transfer under way belongs to.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Pending {
-    /// A control packet.
+    /// A control packet, with its identifier and head.
     Control(u64, ControlHead),
-    /// One of the requests that have messages of their own.
+    /// A selection of a configuration or setting, which has a message of its own.
     Selection(u64, Setup),
-    /// A bulk packet.
+    /// A bulk packet, with its identifier and head.
     Bulk(u64, BulkHead),
-    /// A packet to an interrupt endpoint.
+    /// A packet to an interrupt endpoint, with its identifier.
     Interrupt(u64, u8),
     /// The next packet of this interrupt endpoint.
     Receiving(u8),
@@ -29,7 +29,7 @@ impl Pending {
         }
     }
 
-    /// The request, of a control transfer.
+    /// Returns the SETUP packet of a control transfer.
     pub const fn setup(&self) -> Option<Setup> {
         match self {
             Self::Control(_, head) => Some(setup_of(head)),
@@ -39,12 +39,12 @@ impl Pending {
     }
 }
 
-/// What becomes of a request.
+/// Fate of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Begun {
-    /// A transfer.
+    /// The request becomes a transfer.
     Transfer(Endpoint, Request, Pending),
-    /// Nothing: it is answered so at once.
+    /// The request is answered at once with this status.
     Refused(Status),
 }
 
@@ -52,7 +52,7 @@ const fn setup_of(head: &ControlHead) -> Setup {
     Setup { kind: head.kind, request: head.request, value: head.value, index: head.index, length: head.length }
 }
 
-/// The request that a message of its own stands for.
+/// Returns the SETUP packet that a message for a selection stands for.
 const fn selection(message: &Message) -> Option<Setup> {
     let (kind, request, value, index, length) = match message {
         Message::SetConfiguration { configuration } => {
@@ -120,7 +120,7 @@ fn bulk(hub: &Hub, id: u64, head: &BulkHead, data: &[u8]) -> Begun {
     Begun::Transfer(endpoint, request, Pending::Bulk(id, *head))
 }
 
-/// The answer to a request that does not become a transfer; none for what is not answered.
+/// Returns the answer to a request that does not become a transfer; none if the message has no answer.
 pub fn refuse(message: &Message, status: Status) -> Option<Message> {
     let status = status as u8;
     Some(match *message {

@@ -1,4 +1,4 @@
-//! One peer: its messages as transfers, and their ends as messages.
+//! A session with a usbredir peer: its messages become transfers, and ended transfers become messages.
 //!
 //! | rule of the protocol | here |
 //! |---|---|
@@ -22,27 +22,27 @@ use crate::usb_host::hub::Root;
 use crate::usb_host::transfer::{Completion, Kind, Outcome, Request, TransferId};
 use crate::usb_host::wire::Function;
 
-/// What the peer has been told of the device.
+/// State of the device as announced to the peer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Link {
-    /// That there is none.
+    /// No device is announced.
     Idle,
-    /// That it is there.
+    /// A device is announced.
     Announced,
-    /// That it has gone, which the peer has not acknowledged.
+    /// The device's departure is announced, and not acknowledged yet.
     Leaving,
 }
 
-/// A conversation with a peer.
+/// A session with a peer.
 #[derive(Debug)]
 pub struct Session {
     stream: Stream,
     link: Link,
     /// Requests that wait until the device has been reset.
     waiting: VecDeque<(u64, Message)>,
-    /// Transfers on their way, and what they are for.
+    /// Transfers under way, with the request that each belongs to.
     pending: HashMap<TransferId, Pending>,
-    /// Interrupt endpoints that are being asked all the time: the next packet's identifier, by address.
+    /// Interrupt endpoints that are polled continuously: the next packet's identifier, by address.
     receiving: BTreeMap<u8, u64>,
     /// The peer does not want the device.
     rejected: bool,
@@ -63,7 +63,7 @@ impl Default for Session {
 }
 
 impl Session {
-    /// The connection.
+    /// Returns the connection's message stream.
     pub const fn stream(&mut self) -> &mut Stream {
         &mut self.stream
     }
@@ -91,7 +91,7 @@ impl Session {
         Ok(())
     }
 
-    /// Goes on with what the peer has sent, what has ended, and what has become of the device.
+    /// Serves the peer's messages, ended transfers and changes of the device.
     ///
     /// # Errors
     /// The peer does not speak the protocol: its connection is of no use any more.
@@ -134,7 +134,7 @@ impl Session {
         }
     }
 
-    /// Begins what has waited for the end of a reset.
+    /// Starts the requests that have waited for the end of a reset.
     fn catch_up<F: Function>(&mut self, root: &mut Root<'_, F>) {
         while root.hub.is_ready()
             && let Some((id, message)) = self.waiting.pop_front()
@@ -166,7 +166,7 @@ impl Session {
             message if is_of_hosts(&message) => {
                 return Err(Malformed(format!("message {} is for the other side to send", message.kind())));
             }
-            // It was sent before the peer knew.
+            // The peer sent the message before it knew that the device has gone.
             _ if self.link != Link::Announced => {}
             Message::Reset => {
                 self.refuse_waiting(Status::Cancelled);
@@ -185,7 +185,7 @@ impl Session {
         {
             return self.send_refusal(id, &message, Status::Cancelled);
         }
-        // Its end comes with the next completions.
+        // The cancelled answer is sent with the next completions.
         if let Some((transfer, _)) = self.pending.iter().find(|(_, pending)| pending.id() == Some(id)) {
             root.cancel(*transfer);
         }
@@ -211,8 +211,8 @@ impl Session {
         self.stream.send(id, &Message::InterruptReceivingStatus { status, endpoint });
     }
 
-    /// Asks an interrupt endpoint for its next packet, unless that has been done; whether there is such an
-    /// endpoint.
+    /// Asks an interrupt endpoint for its next packet, unless that has been done. Returns whether there is
+    /// such an endpoint.
     fn ask_for_packet<F: Function>(&mut self, root: &mut Root<'_, F>, address: u8) -> bool {
         let Some(endpoint) = root.hub.endpoint(address) else { return false };
         if !matches!(endpoint.kind, Kind::Interrupt { .. }) {
@@ -236,7 +236,7 @@ impl Session {
         self.stream.send(id, &Message::InterruptReceivingStatus { status, endpoint });
     }
 
-    /// A transfer has ended.
+    /// Answers the request of an ended transfer.
     fn end<F: Function>(&mut self, root: &mut Root<'_, F>, ended: Completion) {
         match self.pending.remove(&ended.id) {
             Some(Pending::Receiving(endpoint)) => self.receive(root, endpoint, ended),
@@ -257,9 +257,9 @@ impl Session {
         }
     }
 
-    /// An interrupt endpoint has answered.
+    /// Sends the packet of an interrupt endpoint, and asks for the next.
     fn receive<F: Function>(&mut self, root: &mut Root<'_, F>, endpoint: u8, ended: Completion) {
-        // Stopped meanwhile.
+        // The peer has stopped receiving in the meantime.
         let Some(next) = self.receiving.get_mut(&endpoint) else { return };
         match ended.outcome {
             Outcome::Done => {
@@ -271,7 +271,7 @@ impl Session {
                 self.ask_for_packet(root, endpoint);
             }
             Outcome::Cancelled | Outcome::Gone => drop(self.receiving.remove(&endpoint)),
-            // Whatever went wrong: a peer asks again only when it hears of a stall.
+            // The error is told as a stall, as a peer asks again only after a stall.
             Outcome::Stalled | Outcome::Failed | Outcome::Babble => {
                 self.receiving.remove(&endpoint);
                 let status = Status::Stall as u8;
@@ -281,7 +281,7 @@ impl Session {
     }
 }
 
-/// Whether only the side with the device sends this.
+/// Whether only the side with the device sends this message.
 const fn is_of_hosts(message: &Message) -> bool {
     matches!(
         message,

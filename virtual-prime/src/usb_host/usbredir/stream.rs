@@ -15,10 +15,10 @@ const LONG_HEAD: usize = 16;
 #[derive(Debug)]
 pub struct Stream {
     ours: Capabilities,
-    /// What both sides know, once the peer's HELLO has come.
+    /// Capabilities that both sides have, once the peer's HELLO has come.
     agreed: Option<Capabilities>,
     input: Vec<u8>,
-    /// How much of `input` has been read.
+    /// Bytes of `input` that have been read.
     read: usize,
     output: Vec<u8>,
 }
@@ -32,29 +32,29 @@ impl Stream {
         stream
     }
 
-    /// What both sides know, once the peer's HELLO has come.
+    /// Returns the capabilities that both sides have, once the peer's HELLO has come.
     #[must_use]
     pub const fn agreed(&self) -> Option<Capabilities> {
         self.agreed
     }
 
-    /// Bytes have come.
+    /// Takes received bytes as input.
     pub fn receive(&mut self, bytes: &[u8]) {
         self.input.extend(bytes);
     }
 
-    /// Bytes that have come and were not looked at.
+    /// Received bytes that no message has been read from yet.
     #[must_use]
     pub const fn unread(&self) -> usize {
         self.input.len() - self.read
     }
 
-    /// What is to go to the peer.
+    /// Returns the bytes that are to go to the peer.
     pub const fn output(&mut self) -> &mut Vec<u8> {
         &mut self.output
     }
 
-    /// The next message that has come whole, with its identifier.
+    /// Returns the next complete message, with its identifier.
     ///
     /// # Errors
     /// The peer does not speak the protocol. Nothing after that can be made sense of.
@@ -82,7 +82,7 @@ impl Stream {
         Ok(Some((id, message)))
     }
 
-    /// Nothing whole is left; what was read is forgotten.
+    /// Forgets the bytes that were read, as no complete message is left.
     fn wait<T>(&mut self) -> Option<T> {
         self.input.drain(..std::mem::take(&mut self.read));
         None

@@ -11,10 +11,10 @@ use crate::usb_host::mock::{Mock, pass};
 use crate::usb_host::request::{self, Setup};
 
 const MS: u64 = 1_000_000;
-/// OP_REQ_DEVLIST.
+/// Operation OP_REQ_DEVLIST as bytes.
 const LIST: [u8; 8] = [1, 0x11, 0x80, 5, 0, 0, 0, 0];
 
-/// OP_REQ_IMPORT.
+/// Encodes operation OP_REQ_IMPORT of a device.
 fn import(name: &str) -> Vec<u8> {
     let mut bytes = vec![1, 0x11, 0x80, 3, 0, 0, 0, 0];
     bytes.extend(name.bytes());
@@ -22,18 +22,18 @@ fn import(name: &str) -> Vec<u8> {
     bytes
 }
 
-/// Words as they go over the wire.
+/// Encodes words as they go over the wire, big-endian.
 fn words(words: &[u32]) -> Vec<u8> {
     words.iter().flat_map(|word| word.to_be_bytes()).collect()
 }
 
-/// USBIP_CMD_SUBMIT.
+/// Encodes a command USBIP_CMD_SUBMIT.
 fn submit(sequence: u32, input: bool, endpoint: u32, flags: u32, length: u32, setup: [u8; 8]) -> Vec<u8> {
     let head = [1, sequence, 0x0001_0002, u32::from(input), endpoint, flags, length, 0, u32::MAX, 0];
     [words(&head), setup.to_vec()].concat()
 }
 
-/// The beginning of an answer: its command, sequence, status and actual length; and what follows.
+/// Takes an answer apart: command, sequence, status and actual length; and the bytes after its head.
 fn answer(bytes: &[u8]) -> ([i32; 4], &[u8]) {
     let word = |at: usize| i32::from_be_bytes(bytes[at..at + 4].try_into().unwrap());
     ([word(0), word(4), word(20), word(24)], &bytes[48..])
@@ -65,7 +65,7 @@ impl Bench {
         bench
     }
 
-    /// The same, and configuration 1 is selected.
+    /// Like [`Self::imported`], with configuration 1 selected.
     fn configured() -> Self {
         let mut bench = Self::imported();
         bench.control(1, Setup { kind: 0, request: request::SET_CONFIGURATION, value: 1, index: 0, length: 0 }, &[]);
@@ -106,12 +106,12 @@ impl Bench {
         self.session.receive(&words(&[2, sequence, 0x0001_0002, 0, 0, of, 0, 0, 0, 0, 0, 0]));
     }
 
-    /// What the client has been told.
+    /// Takes the bytes for the client.
     fn take(&mut self) -> Vec<u8> {
         std::mem::take(self.session.output())
     }
 
-    /// The same, as answers with their data.
+    /// Takes the bytes for the client, as answers with their data.
     fn answers(&mut self) -> Vec<([i32; 4], Vec<u8>)> {
         let all = self.take();
         let mut rest = &all[..];

@@ -85,7 +85,7 @@ fn endpoints_have_their_places() {
 #[test]
 fn a_short_body_is_malformed_and_an_unknown_kind_is_passed_over() {
     for (message, bytes) in samples() {
-        // What is followed by data of any length may end anywhere after its head.
+        // Messages that end in data of any length may be cut anywhere after the head.
         if !bytes.is_empty() && !matches!(message, Message::FilterFilter(_)) {
             let head = if message.kind() < 100 { bytes.len() } else { 4 };
             assert!(Message::parse(message.kind(), &bytes[..head - 1], AGREED).is_err(), "{message:?}");
@@ -110,7 +110,7 @@ fn the_first_message_has_a_short_head_and_the_next_a_long_one() {
     stream.send(7, &Message::Reset);
     assert_eq!(*stream.output(), hello("me", &[0x7E]), "and nothing else before the peer's HELLO");
     stream.output().clear();
-    // One byte after another, and a head that is cut.
+    // The bytes come singly, with a head cut after every byte.
     let mut bytes = hello("qemu usb-redir guest 7.2", &[0xFF]);
     bytes.extend([3, 0, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8]);
     let mut heard = Vec::new();
@@ -160,8 +160,9 @@ fn bytes_of(hex: &str) -> Vec<u8> {
     (0..hex.len()).step_by(2).map(|at| u8::from_str_radix(&hex[at..at + 2], 16).unwrap()).collect()
 }
 
-/// What QEMU 7.2 sent with Linux 6.1 in it, from its first byte on: HELLO, a reset, the first question for
-/// the device descriptor, SET_CONFIGURATION, a read of cdc_acm and its end, notifications wanted and not.
+/// A recording of QEMU 7.2 with Linux 6.1 as guest, from its first byte on: HELLO, a reset, the first
+/// question for the device descriptor, SET_CONFIGURATION, a read of cdc_acm and its end, notifications wanted
+/// and not.
 #[test]
 fn what_qemu_really_sends_is_read() {
     let recorded = [

@@ -33,7 +33,7 @@ fn a_device_that_answers_no_more_is_an_error_and_its_notifications_stop() {
     assert_eq!(answers, [(0, 4, vec![0x82]), (2, 3, vec![]), (3, 3, vec![])]);
 }
 
-/// Whatever comes, in whatever order: every identifier that was used once is answered at most once.
+/// Messages in any order: every identifier that was used once is answered at most once.
 #[test]
 fn no_order_of_messages_breaks_it() {
     let mut seed = 1_u64;

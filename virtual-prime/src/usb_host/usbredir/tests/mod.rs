@@ -14,7 +14,7 @@ use crate::usb_host::mock::{Mock, pass};
 use crate::usb_host::request::{self, Setup};
 
 const MS: u64 = 1_000_000;
-/// What QEMU 7.2 says it knows.
+/// Capabilities of QEMU 7.2.
 const QEMU: Capabilities = Capabilities(0xFF);
 
 /// A peer, the session that looks after it, and a device.
@@ -25,12 +25,12 @@ struct Bench {
     controller: Controller,
     device: Mock,
     now_ns: u64,
-    /// What the peer has been told and nobody has looked at.
+    /// Messages to the peer that no test has looked at yet.
     told: Vec<(u64, Message)>,
 }
 
 impl Bench {
-    /// Nobody has said anything.
+    /// Starts with no message sent by either side.
     fn new(device: Mock) -> Self {
         Self::of(device, QEMU)
     }
@@ -56,7 +56,7 @@ impl Bench {
         bench
     }
 
-    /// The same, and configuration 1 is selected.
+    /// Like [`Self::announced`], with configuration 1 selected.
     fn configured() -> Self {
         let mut bench = Self::announced();
         bench.say(1, &Message::SetConfiguration { configuration: 1 });
@@ -113,12 +113,12 @@ impl Bench {
         self.say(id, &Message::ControlPacket(head, data.to_vec()));
     }
 
-    /// The kinds of what the peer has been told, which is forgotten.
+    /// Returns the kinds of all messages to the peer and forgets the messages.
     fn kinds(&mut self) -> Vec<u32> {
         self.told.drain(..).map(|(_, message)| message.kind()).collect()
     }
 
-    /// The answers with an identifier: which, status, bytes.
+    /// Returns the answers with an identifier: identifier, status, bytes.
     fn answers(&mut self) -> Vec<(u64, u8, Vec<u8>)> {
         let bare = |(id, message)| match message {
             Message::ControlPacket(head, data) => (id, head.status, data),
