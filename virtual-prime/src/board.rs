@@ -38,7 +38,7 @@ const HSE_HZ: u64 = 25_000_000;
 const LSE_HZ: u64 = 32_768;
 /// VDD, VDDA and VREF+.
 const RAIL_MV: u32 = 3_300;
-/// How warm the chip is, hundredths of a degree Celsius.
+/// Temperature of the chip, hundredths of a degree Celsius.
 const CHIP_CENTI_C: i32 = 4_600;
 /// The core's clock, and the instructions it retires a second: one per cycle, so that CYCCNT counts
 /// instructions.
@@ -50,13 +50,13 @@ const HEADER_SPI: usize = 0;
 /// USART2 (debug header), USART3 (expansion) and UART4 (expansion) in the emulator's array.
 const CONSOLE_PORTS: [usize; 3] = [1, 2, 3];
 
-/// Of the thermistor inputs: the one on the board, and the connectors T1 to T3.
+/// Indices among the thermistor inputs: the board's own thermistor, and the connectors T1 to T3.
 const ON_BOARD: usize = 0;
 const CONNECTORS: std::ops::Range<usize> = 1..4;
-/// The schematic gives no part for the board's thermistor; a 100 kOhm bead of B = 4066 K is what firmwares
-/// take it for.
+/// Assumed thermistor of the board, as the schematic gives no part for it: a 100 kOhm bead of B = 4066 K, as
+/// in other firmwares.
 const BOARD_THERMISTOR: Curve = Curve::Beta { r25_ohms: 100_000.0, t25_c: 25.0, beta_k: 4_066.0 };
-/// How much warmer than the air the board is.
+/// Excess of the board's temperature over the air's.
 const BOARD_WARMTH_K: f64 = 8.0;
 /// Pins that rest high while nothing drives them: the buffer's enable with its pull-up, and the drivers' ENN.
 const RESTS_HIGH: [Pin; 2] = [pin(wiring::OUTPUT_BUFFER_ENABLE), pin(wiring::MOTORS_ENABLE)];
@@ -64,19 +64,19 @@ const RESTS_HIGH: [Pin; 2] = [pin(wiring::OUTPUT_BUFFER_ENABLE), pin(wiring::MOT
 /// The board with its machine.
 #[derive(Debug)]
 pub struct PrimeBoard {
-    /// The microcontroller.
+    /// The microcontroller of the board.
     pub mcu: PrimeMcu,
     world: SharedWorld,
     consoles: [Line; 3],
-    /// What the image does to its flash.
+    /// Journal of the image's flash operations.
     pub flash: FlashJournal,
     /// Thermistor and supply inputs that the machine drives.
     analog: Vec<AnalogInput>,
     /// Milliseconds since power-on, for [`Self::refresh_analog`].
     ticks: u64,
-    /// How long the processor has slept since power-on, nanoseconds.
+    /// Time that the processor has slept since power-on, nanoseconds.
     asleep_ns: u64,
-    /// Frames that a chip was sent with the wrong clock, each kind once.
+    /// Frames that were sent to a chip with the wrong clock mode, each kind once.
     wrong_modes: BTreeSet<String>,
 }
 
@@ -142,7 +142,7 @@ impl PrimeBoard {
                 }
                 OutsidePort::Spi { select: None, .. } => {}
                 OutsidePort::Uart { channel, .. } => {
-                    // Drivers of one wire are one end.
+                    // All drivers of one wire share one end.
                     let Some(port) = CONSOLE_PORTS.get(usize::from(channel) + 1) else { continue };
                     part.usart[*port].attach(WireEnd::new(self.world.clone(), channel));
                 }
@@ -167,8 +167,8 @@ impl PrimeBoard {
         self.refresh_analog();
     }
 
-    /// Whether the 25 MHz crystal swings when it is started; told at power-on, and where it changes, from the
-    /// next reset on.
+    /// Sets whether the 25 MHz crystal swings when it is started; a change during a run takes effect at the
+    /// next reset.
     pub fn set_crystal(&mut self, swings: bool) {
         self.mcu.part.rcc.attach_crystals(if swings { HSE_HZ } else { 0 }, LSE_HZ);
     }
@@ -178,18 +178,18 @@ impl PrimeBoard {
         self.insert(content.map(SdCard::new));
     }
 
-    /// Puts this card into the slot, or takes the one in it out.
+    /// Puts this card into the slot, or takes the present card out.
     pub fn insert(&mut self, card: Option<SdCard>) {
         self.mcu.sdmmc.insert(card);
     }
 
-    /// The machine.
+    /// Returns the simulated machine on the pins.
     #[must_use]
     pub const fn world(&self) -> &SharedWorld {
         &self.world
     }
 
-    /// Our end of a console: 0 is USART2 (debug header), 1 is USART3, 2 is UART4.
+    /// Returns our end of a console: 0 is USART2 (debug header), 1 is USART3, 2 is UART4.
     #[must_use]
     pub const fn console(&self, index: usize) -> &Line {
         &self.consoles[index]
@@ -203,13 +203,13 @@ impl PrimeBoard {
         });
     }
 
-    /// The level a pin last had.
+    /// Returns the level that a pin last had.
     #[must_use]
     pub fn level(&self, pin: Pin) -> bool {
         self.mcu.level(usize::from(pin.port), usize::from(pin.number))
     }
 
-    /// Puts every switch's present level on its pin.
+    /// Drives every switch's present level on its pin.
     fn refresh_switches(&mut self, at: VirtualNanos) {
         let levels: Vec<(Pin, bool)> = {
             let world = self.world.lock();
@@ -221,8 +221,8 @@ impl PrimeBoard {
         }
     }
 
-    /// Puts on the pins what the machine's switches have done since the last call; whether there was
-    /// anything.
+    /// Drives on the pins the changes of the machine's switches since the last call. Returns whether there
+    /// were any.
     pub fn take_switch_changes(&mut self, at: VirtualNanos) -> bool {
         let changes = {
             let mut world = self.world.lock();
@@ -238,8 +238,8 @@ impl PrimeBoard {
         true
     }
 
-    /// The image has written to this address. To the emulator, a pin in analog mode is low, so a pin that
-    /// rests high on the board and is made a low output does not change; the machine has to be told.
+    /// Follows a write of the image to this address. To the emulator, a pin in analog mode is low, so a pin
+    /// that rests high on the board and is made a low output does not change; the machine has to be told.
     pub fn notice_modes(&mut self, at: VirtualNanos, address: u64) {
         for Pin { port, number } in RESTS_HIGH {
             let slot = self.mcu.port_slot(usize::from(port));
@@ -258,19 +258,19 @@ impl PrimeBoard {
         }
     }
 
-    /// The image has written to this address: a frame may begin, with a clock that its chip does not take.
+    /// Checks the clock mode of a frame that a write to this address may begin.
     pub fn notice_frame(&mut self, address: u64) {
         if let Some(wrong) = crate::clock_modes::wrong(self, address) {
             self.wrong_modes.insert(wrong);
         }
     }
 
-    /// The image has made this access: an operation of the flash may have begun.
+    /// Takes note of an access of the image that may have begun an operation of the flash.
     pub(crate) fn notice_flash(&mut self, access: &Access) -> Option<Operation> {
         self.flash.notice(access, &self.mcu)
     }
 
-    /// What is known of such frames.
+    /// Returns the frames that were sent with the wrong clock mode.
     pub fn wrong_modes(&self) -> impl Iterator<Item = &String> {
         self.wrong_modes.iter()
     }
@@ -290,7 +290,7 @@ impl PrimeBoard {
         self.refresh_pwm();
     }
 
-    /// A fan's tachometer pulls its line to ground, or lets it go.
+    /// Drives the fans' tachometer lines: pulled to ground, or let go.
     fn refresh_tachometers(&mut self, at: VirtualNanos) {
         let lines: Vec<(Pin, bool)> = {
             let world = self.world.lock();
@@ -305,8 +305,8 @@ impl PrimeBoard {
         }
     }
 
-    /// Hands the duty of every timer output to the machine: compare over period, as the timer's registers
-    /// say. And tells the timers which of their outputs reach their pins.
+    /// Hands the duty of every timer output to the machine: compare over period, as in the timer's registers.
+    /// Also tells the timers which of their outputs reach their pins.
     fn refresh_pwm(&mut self) {
         for timer in 0..PWM_TIMERS {
             for channel in 0..PWM_CHANNELS {
@@ -324,9 +324,9 @@ impl PrimeBoard {
         }
     }
 
-    /// What the analog inputs read with nothing of the machine on them: the board's own thermistor at the
-    /// temperature of its surroundings, and the pull-ups of the empty connectors. The raw header inputs
-    /// float, and read zero.
+    /// Sets the analog inputs as they read without the machine: the board's own thermistor at the temperature
+    /// of its surroundings, and the pull-ups of the empty connectors. The raw header inputs float, and read
+    /// zero.
     fn rest_analog(&mut self) {
         let air_c = self.world.lock().config().air_c;
         let board_volts = divider_volts(&BOARD_THERMISTOR, air_c + BOARD_WARMTH_K, thermistor::Wiring::Sound);
@@ -339,9 +339,9 @@ impl PrimeBoard {
         }
     }
 
-    /// The converters take whole millivolts, 20 counts of 16 bits. The fraction is carried as a dither over
-    /// 16 milliseconds, so that a mean over that time is right to a count, as the noise of a real input makes
-    /// it.
+    /// Sets the converters' inputs. They take whole millivolts, 20 counts of 16 bits. The fraction is carried
+    /// as a dither over 16 milliseconds, so that a mean over that time is right to a count, as the noise of a
+    /// real input makes it.
     fn refresh_analog(&mut self) {
         let dither = f64::from((self.ticks as u8 & 0xF).reverse_bits() >> 4) / 16.0;
         for input in self.analog.clone() {
@@ -367,7 +367,7 @@ impl PrimeBoard {
         let mut config = armv7m::Config::new(core, &cpu::windows(self.mcu.bus()));
         config.fpu = armv7m::Fpu::FpV5Dp;
         config.mpu_regions = armv7m::MpuRegions::Sixteen;
-        // Cortex-M7 r1p1.
+        // CPUID of a Cortex-M7 r1p1.
         config.cpuid = 0x411F_C271;
         // 16 KiB caches: CLIDR, CTR and CCSIDR of PM0253 tables 77 and 81.
         config.caches =

@@ -1,4 +1,4 @@
-//! The emulated SPI does not care about clock polarity and phase; the chips do.
+//! Check of SPI clock polarity and phase, which the emulated SPI ignores and real chips need.
 
 use board_facts::wiring;
 use rigless::mcu::Mcu;
@@ -14,13 +14,14 @@ const BUSES: [(u64, &str, u8); 2] = [(0x4001_3000, "SPI1", 0), (0x4001_3400, "SP
 /// CSTART: a frame is on its way (RM0399 section 53.11.1).
 const CSTART: u64 = 1 << 9;
 
-/// A driver outside on this bus, whose select is low.
+/// Whether the external driver is on this bus with its chip select low.
 fn is_selected(board: &PrimeBoard, driver: DriverConfig, channel: u8) -> bool {
     matches!(driver, DriverConfig::Outside { port: OutsidePort::Spi { channel: of, select: Some(select) }, .. }
         if of == channel && !board.level(select))
 }
 
-/// What is wrong with the frame that begins with a write to this address: who is selected, and what it needs.
+/// Returns the mistake in the frame that begins with a write to this address: the selected chip and the clock
+/// mode it needs.
 #[must_use]
 pub fn wrong(board: &PrimeBoard, address: u64) -> Option<String> {
     let (_, name, channel) = BUSES.into_iter().find(|(control, _, _)| *control == address & !3)?;

@@ -1,4 +1,4 @@
-//! What the emulator has to complain about at the end of a run: a lint of the image's use of the hardware.
+//! Complaints of the emulator at the end of a run: a lint of the image's use of the hardware.
 
 use rigless::mcu::Mcu;
 use rigless::session::Session;
@@ -6,11 +6,12 @@ use rigless::soc::stm32h743::generated::syscfg;
 
 use crate::board::PrimeBoard;
 
-/// What the emulator says of clocks above the limit of the voltage scale. It knows scales 1 to 3; in scale 0,
-/// which SYSCFG_PWRCR.ODEN selects (RM0399 section 7.6.2), the limits are higher and the complaint is wrong.
+/// Part of the emulator's complaint about clocks above the limit of the voltage scale. The emulator knows
+/// scales 1 to 3; in scale 0, which SYSCFG_PWRCR.ODEN selects (RM0399 section 7.6.2), the limits are higher
+/// and the complaint is wrong.
 const OVER_SCALE: &str = "for the voltage scale in use";
 
-/// The complaints of a run, one line each. Let pass: [`OVER_SCALE`] in scale 0.
+/// Returns the complaints of a run, one line each. Left out: [`OVER_SCALE`] in scale 0.
 #[must_use]
 pub fn complaints(session: &Session<PrimeBoard>) -> Vec<String> {
     let overdrive = register(session, "SYSCFG", syscfg::Register::Pwrcr) & 1 != 0;

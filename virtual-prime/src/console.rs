@@ -11,7 +11,7 @@ use rigless::time::VirtualNanos;
 #[derive(Debug, Default)]
 struct Bytes {
     to_board: VecDeque<u8>,
-    /// When the frame of the last byte to the board began.
+    /// Instant at which the frame of the last byte to the board began.
     last_began_ns: Option<u64>,
     from_board: VecDeque<Arrived>,
 }
@@ -21,12 +21,12 @@ struct Bytes {
 pub struct Arrived {
     /// The end of its stop bit, nanoseconds since power-on.
     pub at_ns: u64,
-    /// The byte.
+    /// Byte that has arrived.
     pub byte: u8,
 }
 
-/// Our end of the line. Bytes take their time on the wire: the UART accepts the next one when its frame is
-/// through.
+/// Our end of the line. Bytes take their time on the wire: the UART accepts the next byte once the frame of
+/// the last is through.
 #[derive(Clone, Debug, Default)]
 pub struct Line(Arc<Mutex<Bytes>>);
 
@@ -40,32 +40,32 @@ impl Line {
         self.lock().to_board.extend(bytes);
     }
 
-    /// How many bytes are still on our side of the wire.
+    /// Returns the number of bytes still on our side of the wire.
     #[must_use]
     pub fn unsent(&self) -> usize {
         self.lock().to_board.len()
     }
 
-    /// What is still on our side, taken off the wire again.
+    /// Takes the bytes still on our side off the wire again.
     #[cfg(test)]
     pub(crate) fn take_unsent(&self) -> Vec<u8> {
         self.lock().to_board.drain(..).collect()
     }
 
-    /// When the frame of the last byte that has gone to the board began, nanoseconds since power-on. The byte
-    /// arrives a frame later.
+    /// Returns the instant at which the frame of the last byte to the board began, nanoseconds since
+    /// power-on. The byte arrives a frame later.
     #[must_use]
     pub fn last_began_ns(&self) -> Option<u64> {
         self.lock().last_began_ns
     }
 
-    /// Everything the board has sent since the last call; dropping it forgets it.
+    /// Takes all bytes that the board has sent since the last call; a dropped result forgets them.
     #[allow(clippy::must_use_candidate, reason = "called to forget as well")]
     pub fn receive(&self) -> Vec<u8> {
         self.lock().from_board.drain(..).map(|arrived| arrived.byte).collect()
     }
 
-    /// The same, with the time of each byte.
+    /// Takes all bytes that the board has sent since the last call, with the time of each.
     #[must_use]
     pub fn receive_timed(&self) -> Vec<Arrived> {
         self.lock().from_board.drain(..).collect()

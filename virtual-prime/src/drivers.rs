@@ -1,5 +1,5 @@
-//! What is on the SPI buses, and on the UARTs that are no consoles. The stepper drivers: a 20-bit shift
-//! register behind a chip select (TMC2590 datasheet, "SPI interface"). Drivers outside, and the converter
+//! Peers on the SPI buses, and on the UARTs that are no consoles. The stepper drivers: a 20-bit shift
+//! register behind a chip select (TMC2590 datasheet, "SPI interface"). External drivers, and the converter
 //! chips of sensors, which take and give bytes.
 
 use std::collections::VecDeque;
@@ -53,15 +53,15 @@ impl Peer for DriverPort {
     }
 }
 
-/// The SPI side of a driver outside: datagrams of 40 bits, the first byte of which comes first.
+/// The SPI side of an external driver: datagrams of 40 bits, the first byte of which comes first.
 #[derive(Debug)]
 pub struct OutsidePort {
     world: SharedWorld,
     motor: Actuator,
-    /// What has come in, and how many bits.
+    /// Bits that have come in, and their number.
     taken: u64,
     bits: u32,
-    /// What goes out.
+    /// Bits that go out.
     given: u64,
 }
 
@@ -95,7 +95,7 @@ impl Peer for OutsidePort {
         })
     }
 
-    /// The chip takes the last 40 bits, and nothing of a shorter frame.
+    /// Hands the last 40 bits to the chip; a shorter frame is ignored.
     fn deselect(&mut self, context: &mut Timeline<'_, '_>) {
         if self.bits >= DATAGRAM {
             let [_, _, _, datagram @ ..] = self.taken.to_be_bytes();
@@ -104,15 +104,15 @@ impl Peer for OutsidePort {
     }
 }
 
-/// An auxiliary UART with drivers on it, wired as their data sheet says: TX over 1 kOhm to the wire, RX on
-/// it. So the port hears itself, and then whoever answers.
+/// An auxiliary UART with drivers on it, wired as their data sheet says: TX over 1 kOhm to the wire, RX
+/// directly to it. So the port receives its own bytes, and then the answer of a driver.
 #[derive(Debug)]
 pub struct WireEnd {
     world: SharedWorld,
     channel: u8,
-    /// What is on the wire for the port, and when its last bit is over.
+    /// Bytes on the wire for the port, each with the end of its last bit.
     queue: VecDeque<(u64, u8)>,
-    /// The time of a byte, as the chips have learned it.
+    /// Duration of a byte, as the chips have measured it.
     byte_ns: u64,
     last_ns: u64,
 }
@@ -131,13 +131,13 @@ impl uart::Peer for WireEnd {
         let (now_ns, byte) = (context.now().0, word as u8);
         let since_ns = now_ns.saturating_sub(core::mem::replace(&mut self.last_ns, now_ns));
         if self.byte_ns > 0 && since_ns > 3 * self.byte_ns {
-            // What nobody took off the wire is gone.
+            // Bytes that the port has not read before a pause are lost.
             self.queue.clear();
         }
         self.byte_ns = since_ns;
         let mut world = self.world.lock();
         world.advance(now_ns);
-        // It comes back as it goes out; the port sees it a moment later than on a wire.
+        // The port's own byte comes back as it goes out; the port sees it a moment later than on a wire.
         self.queue.push_back((0, byte));
         self.queue.extend(world.wire_byte(now_ns, self.channel, byte).into_iter().flatten());
     }

@@ -1,4 +1,4 @@
-//! What ST writes into the system memory of every chip before it leaves the factory.
+//! Contents of the system memory that ST writes into every chip at the factory.
 
 use std::path::Path;
 
@@ -7,17 +7,17 @@ use rigless::image::{Error, Image};
 /// The unique id (RM0399 section 64.1): place on the wafer, the wafer's number, and its lot in ASCII.
 pub const UNIQUE_ID: [u32; 3] = [0x0029_003B, 0x3233_510B, 0x3833_3337];
 
-/// Where the unique id begins, the first of these words.
+/// Address of the unique id, the first of these words.
 const BEGIN: u64 = 0x1FF1_E800;
 /// The size of the flash, KiB (section 64.2).
 const FLASH_SIZE: (usize, u16) = (0x80, 2048);
-/// What ADC3 reads at 3.3 V with 16 bits (DS12923, "Temperature sensor calibration values" and "Internal
-/// reference voltage calibration values"): the temperature sensor at 30 degrees, 0.62 V, and at 110, 2 mV a
-/// degree more; VREFINT, 1.216 V.
+/// Calibration values: readings of ADC3 at 3.3 V with 16 bits (DS12923, "Temperature sensor calibration
+/// values" and "Internal reference voltage calibration values"): the temperature sensor at 30 degrees, 0.62
+/// V, and at 110, 2 mV a degree more; VREFINT, 1.216 V.
 const CALIBRATION_MV: [(usize, u32); 3] = [(0x20, 620), (0x40, 780), (0x60, 1216)];
 const REFERENCE_MV: u32 = 3300;
 
-/// These words as something that is loaded beside the firmware.
+/// Returns these words as an image that is loaded beside the firmware.
 ///
 /// # Errors
 /// When the emulator takes them for something else.

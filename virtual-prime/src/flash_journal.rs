@@ -1,6 +1,6 @@
-//! What an image does to its flash, operation by operation, and what a power failure leaves of it.
+//! Journal of an image's operations on its flash, and effects of a power failure during each.
 //!
-//! A board is repeatable: what its flash held before an operation is known without making it again. RM0399
+//! Runs of a board are repeatable, so the flash before any operation can be rebuilt from the journal. RM0399
 //! section 4.7.9 and the data sheet promise nothing of a word or a sector whose operation was cut off: it may
 //! read as before, as after, as something between, or not at all, as the error correction of 256 bits gives
 //! up.
@@ -13,54 +13,54 @@ use rigless::soc::stm32h743::generated::flash::Register;
 
 use crate::mcu::PrimeMcu;
 
-/// Where the flash begins.
+/// Address of the flash.
 pub const START: u64 = 0x0800_0000;
-/// Bytes of it.
+/// Size of the flash, bytes.
 pub const BYTES: usize = 2 << 20;
-/// Bytes of a word, which is programmed at once (RM0399 section 4.3.9).
+/// Size of a flash word, bytes, which is programmed at once (RM0399 section 4.3.9).
 pub const WORD: usize = 32;
-/// Bytes of a sector (RM0399 section 4.3.4).
+/// Size of a sector, bytes (RM0399 section 4.3.4).
 pub const SECTOR: usize = 128 << 10;
-/// Registers of the interface; those of bank 2 are 0x100 behind those of bank 1 (RM0399 section 4.9).
+/// Registers of the interface; bank 2 has its own 0x100 above those of bank 1 (RM0399 section 4.9).
 const REGISTERS: u64 = 0x5200_2000;
 const BANK: u64 = 0x100;
 const CR: u64 = 0x0C;
-/// SER and START of CR; SNB. QW of SR.
+/// Bits SER and START of FLASH_CR, and QW of FLASH_SR.
 const ERASES: u64 = 1 << 2 | 1 << 7;
 const QW: u64 = 1 << 2;
 
-/// An operation.
+/// An operation on the flash.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Operation {
-    /// A word, by its place from the beginning of the flash.
+    /// Programming of a word, by its offset in the flash.
     Program(usize, [u8; WORD]),
-    /// A sector, by its number.
+    /// Erasing of a sector, by its number.
     Erase(usize),
 }
 
-/// Notes operations, where that was asked for.
+/// Journal of operations, where one was asked for.
 #[derive(Debug, Default)]
 pub struct FlashJournal {
     keeps: bool,
     operations: Vec<Operation>,
     word: [u8; WORD],
-    /// Of the word: the bytes that have been stored, a bit each.
+    /// Bytes of the word that have been stored, a bit each.
     stored: u32,
 }
 
 impl FlashJournal {
-    /// From now on.
+    /// Keeps a journal from now on.
     pub const fn keep(&mut self) {
         self.keeps = true;
     }
 
-    /// What has been done so far.
+    /// Returns the operations so far.
     #[must_use]
     pub fn operations(&self) -> &[Operation] {
         &self.operations
     }
 
-    /// An access of the image has settled. An operation that it has begun is returned.
+    /// Takes note of a settled access of the image. Returns an operation that it has begun.
     pub(crate) fn notice(&mut self, access: &Access, mcu: &PrimeMcu) -> Option<Operation> {
         if access.kind != AccessKind::Write {
             return None;
@@ -95,22 +95,22 @@ impl FlashJournal {
     }
 }
 
-/// What an operation is when the power fails during it.
+/// State of an operation that a power failure cuts off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Torn {
-    /// It has not begun.
+    /// The operation has not begun.
     NotBegun,
-    /// The word cannot be read; of a sector some words are erased, some cannot be read, some are as before.
+    /// The word cannot be read; in a sector, some words are erased, some cannot be read, some are as before.
     Unreadable,
-    /// The word reads as something between; of a sector some words do, some are erased.
+    /// The word reads as something between; in a sector, some words do, some are erased.
     Between,
 }
 
-/// A flash as a power failure finds it.
+/// Contents of the flash as a power failure leaves them.
 #[derive(Clone)]
 pub struct FlashContent {
     bytes: Vec<u8>,
-    /// Words that cannot be read, by their places.
+    /// Words that cannot be read, by their offsets.
     spoiled: BTreeSet<usize>,
 }
 
@@ -121,18 +121,18 @@ impl Default for FlashContent {
 }
 
 impl FlashContent {
-    /// Puts bytes there, as a debug probe does.
+    /// Stores bytes at an offset, as a debug probe does.
     pub fn put(&mut self, at: usize, bytes: &[u8]) {
         self.bytes[at..at + bytes.len()].copy_from_slice(bytes);
     }
 
-    /// Its bytes; those of spoiled words are anything.
+    /// Returns all bytes; those of unreadable words are arbitrary.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// The word at a place; `None` where it cannot be read.
+    /// Returns the word at an offset; `None` where it cannot be read.
     #[must_use]
     pub fn word(&self, at: usize) -> Option<[u8; WORD]> {
         let word = self.bytes.get(at..at + WORD)?.try_into().ok()?;
@@ -143,7 +143,7 @@ impl FlashContent {
     pub fn apply(&mut self, operation: &Operation) {
         match operation {
             Operation::Program(at, word) => {
-                // Programming clears bits alone (RM0399 section 4.3.9).
+                // Programming only clears bits (RM0399 section 4.3.9).
                 let old = &mut self.bytes[*at..*at + WORD];
                 old.iter_mut().zip(word).for_each(|(old, new)| *old &= new);
             }
@@ -154,7 +154,7 @@ impl FlashContent {
         }
     }
 
-    /// The power fails during an operation.
+    /// Leaves an operation as a power failure during it does.
     pub fn tear(&mut self, operation: &Operation, torn: Torn) {
         match (operation, torn) {
             (_, Torn::NotBegun) => {}
@@ -182,14 +182,14 @@ impl FlashContent {
         }
     }
 
-    /// Has the words that cannot be read be such to the image. Its bytes are loaded already.
+    /// Makes unreadable words unreadable to the image as well. The flash's bytes are loaded already.
     pub fn spoil(&self, host: &mut dyn Host) {
         for at in &self.spoiled {
             host.spoil(START + *at as u64, WORD as u64, true);
         }
     }
 
-    /// The flash of a board that runs.
+    /// Reads the flash of a running board.
     ///
     /// # Errors
     /// The emulator does not give it.
@@ -202,7 +202,7 @@ impl FlashContent {
         Ok(content)
     }
 
-    /// As an ELF file, for [`crate::vm::Vm::start`].
+    /// Returns the flash as an ELF file, for [`crate::vm::Vm::start`].
     #[must_use]
     pub fn elf(&self) -> Vec<u8> {
         const HEADER: usize = 52;

@@ -1,4 +1,4 @@
-//! What the image's symbol table knows: where functions begin, and where they end.
+//! Symbol table of an image: begin and end of functions, and places of variables.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,12 +12,12 @@ pub struct Symbols {
     objects: Vec<(String, Variable)>,
 }
 
-/// A variable's place.
+/// Place of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Variable {
     /// Address of its first byte.
     pub address: u64,
-    /// Its length in bytes.
+    /// Length of the variable, bytes.
     pub size: u64,
 }
 
@@ -59,7 +59,7 @@ impl Symbols {
         Ok(symbols)
     }
 
-    /// The function of this name; a mangled Rust name is found by a segment of its path as well.
+    /// Returns the function of this name; a mangled Rust name is found by a segment of its path as well.
     #[must_use]
     pub fn function(&self, name: &str) -> Option<&Function> {
         let segment = format!("{}{name}", name.len());
@@ -69,7 +69,7 @@ impl Symbols {
             .or_else(|| self.functions.iter().find(|function| function.name.contains(&segment)))
     }
 
-    /// The function whose code holds this address.
+    /// Returns the function whose code holds this address.
     #[must_use]
     pub fn at(&self, address: u64) -> Option<&Function> {
         self.functions
@@ -77,33 +77,33 @@ impl Symbols {
             .find(|function| (function.address..function.address + function.code.len() as u64).contains(&address))
     }
 
-    /// A variable, by its symbol or by a piece of a mangled one.
+    /// Returns a variable, by its symbol or by a piece of a mangled one.
     #[must_use]
     pub fn object(&self, name: &str) -> Option<Variable> {
         let exact = self.objects.iter().find(|(object, _)| object == name);
         exact.or_else(|| self.objects.iter().find(|(object, _)| object.contains(name))).map(|&(_, variable)| variable)
     }
 
-    /// The instructions that mask interrupts or let them through again, by address.
+    /// Returns the instructions that mask or unmask interrupts, by address.
     #[must_use]
     pub fn masks(&self) -> BTreeMap<u64, Mask> {
         self.functions.iter().flat_map(Function::masks).collect()
     }
 }
 
-/// What an instruction does to PRIMASK, which masks every interrupt.
+/// Effect of an instruction on PRIMASK, which masks every interrupt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mask {
-    /// `cpsid i`.
+    /// `cpsid i`: masks interrupts.
     Set,
-    /// `cpsie i`.
+    /// `cpsie i`: unmasks interrupts.
     Clear,
-    /// `msr primask, rn`: as it was before.
+    /// `msr primask, rn`: restores an earlier state.
     PutBack,
 }
 
 impl Mask {
-    /// ARM DDI 0403E.b, B5.2.1 (CPS) and B5.2.3 (MSR, SYSm 16).
+    /// Decodes an instruction, ARM DDI 0403E.b, B5.2.1 (CPS) and B5.2.3 (MSR, SYSm 16).
     const fn of(first: u16, second: u16) -> Option<Self> {
         match (first, second) {
             (0xB672, _) => Some(Self::Set),
@@ -115,7 +115,8 @@ impl Mask {
 }
 
 impl Function {
-    /// The addresses of the instructions that leave the function: returns, and jumps to other functions.
+    /// Returns the addresses of the instructions that leave the function: returns, and jumps to other
+    /// functions.
     #[must_use]
     pub fn exits(&self) -> Vec<u64> {
         let end = self.address + self.code.len() as u64;
@@ -136,8 +137,8 @@ impl Function {
         masks
     }
 
-    /// Address, first and second half, and whether it has two, of each instruction. Constants between
-    /// functions look like instructions, and are never arrived at.
+    /// Visits each instruction with its address, first and second half, and whether it has two. Constants
+    /// between functions look like instructions, and are never executed.
     fn walk(&self, mut visit: impl FnMut(u64, u16, u16, bool)) {
         let half = |at: usize| self.code.get(at..at + 2).map(|pair| u16::from_le_bytes([pair[0], pair[1]]));
         let mut at = 0;
@@ -150,7 +151,7 @@ impl Function {
     }
 }
 
-/// `bx lr`, `pop {.., pc}`, `ldmia sp!, {.., pc}`, `ldr pc, [sp], #4`.
+/// Whether an instruction returns: `bx lr`, `pop {.., pc}`, `ldmia sp!, {.., pc}`, `ldr pc, [sp], #4`.
 const fn leaves(first: u16, second: u16, wide: bool) -> bool {
     if wide {
         (first == 0xE8BD && second & 0x8000 != 0) || (first == 0xF85D && second & 0xFF00 == 0xFB00)
@@ -159,7 +160,7 @@ const fn leaves(first: u16, second: u16, wide: bool) -> bool {
     }
 }
 
-/// Where an unconditional `b` or `b.w` goes (A7.7.12, encodings T2 and T4).
+/// Target of an unconditional `b` or `b.w` (A7.7.12, encodings T2 and T4).
 fn jump_target(address: u64, first: u16, second: u16, wide: bool) -> Option<u64> {
     let pc = address as i64 + 4;
     if !wide {

@@ -1,7 +1,6 @@
-//! What is watched while an image runs: its log (RTT), its crashes, the instructions its functions take, how
-//! long it masks interrupts, and how far its step queue is written ahead.
-//!
-//! All of it rides on the emulator's watches, which cost the image nothing and do not change its run.
+//! Observation of an image while it runs: its log (RTT), its crashes, the instructions its functions take,
+//! the time it masks interrupts, and its step queue's lead.
+//! All of it uses the emulator's watches, which cost the image nothing and do not change its run.
 
 mod calls;
 mod masked;
@@ -30,38 +29,38 @@ const MMFAR: u64 = 0xE000_ED34;
 /// The hard fault handler, as cortex-m-rt and CMSIS name it.
 const HARD_FAULT: [&str; 2] = ["HardFault", "HardFault_Handler"];
 
-/// What the instruments have recorded, shared with whoever set them up.
+/// Records of the instruments, shared with the code that set them up.
 #[derive(Clone, Debug, Default)]
 pub struct Records(Arc<Mutex<Recorded>>);
 
-/// See [`Records`].
+/// Contents of the [`Records`].
 #[derive(Debug, Default)]
 pub struct Recorded {
     /// Bytes of RTT channel 0 not yet taken.
     pub rtt: Vec<u8>,
     /// Bytes of the semihosting console not yet taken.
     pub semihosting: Vec<u8>,
-    /// Where the processor met a fault, once it has.
+    /// Place at which the processor met a fault, once it has.
     pub crashed: Option<String>,
     /// Calls of the counted functions, by name, in the order in which they ended.
     pub calls: HashMap<String, Vec<Call>>,
     /// Counted calls that have not ended.
     pub call_stack: CallStack,
-    /// When interrupts were masked, and for how many instructions.
+    /// Windows of masked interrupts, with their lengths in instructions.
     pub masking: Masking,
-    /// How far the step queue was written ahead.
+    /// Samples of the step queue's lead.
     pub queue: Vec<Sample>,
 }
 
 impl Recorded {
-    /// The run is over: calls that have left end now.
+    /// Ends the calls that have left, as the run is over.
     pub fn end_calls(&mut self) {
         self.call_stack.close_all(&mut self.calls);
     }
 }
 
 impl Records {
-    /// The records so far.
+    /// Locks the records so far.
     pub fn lock(&self) -> MutexGuard<'_, Recorded> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -77,7 +76,7 @@ enum Point {
     Queue(QueueProbe),
 }
 
-/// What is to be measured, beside log and crashes.
+/// Selection of measurements, beside log and crashes.
 #[derive(Clone, Debug, Default)]
 pub struct Probe {
     /// Functions whose instructions are counted, by symbol or by a name within a mangled one.
@@ -86,13 +85,13 @@ pub struct Probe {
     pub masked: bool,
     /// The step queue to look at, as [`QueueProbe::find`] takes it.
     pub queue: Option<String>,
-    /// A hard fault is part of the run, and does not end it.
+    /// Whether a hard fault is part of the run, and does not end it.
     pub faults_are_meant: bool,
-    /// Nobody reads the log.
+    /// Whether the log is left unread.
     pub leaves_log: bool,
 }
 
-/// The instruments, set up for one image.
+/// The instruments of one image.
 #[derive(Debug)]
 pub struct Instruments {
     records: Records,
@@ -102,7 +101,8 @@ pub struct Instruments {
 }
 
 impl Instruments {
-    /// Watches the image's RTT channel and its hard fault handler, if it has them, and what the probe names.
+    /// Sets up watches on the image's RTT channel and its hard fault handler, if it has them, and for the
+    /// probe's selection.
     ///
     /// # Errors
     /// When the image cannot be read or lacks a function or a variable.
@@ -148,7 +148,7 @@ impl Instruments {
         session.settle_watches(host);
     }
 
-    /// Takes everything the image has written to RTT channel 0, as a debug probe does.
+    /// Takes all bytes that the image has written to RTT channel 0, as a debug probe does.
     fn drain_rtt(&self, host: &mut dyn Host) {
         let Some(probe) = self.rtt else { return };
         let bytes = probe.read(host, 0);

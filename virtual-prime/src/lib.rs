@@ -5,8 +5,8 @@
 //! the peripherals that crate lacks ([`peripherals`]). [`board`] solders the rest to it. [`vm`] runs an image
 //! on it, one span of virtual time after another, and lends everything in between to the caller.
 //!
-//! What is here comes from the reference manual (RM0399), the chips' datasheets and the board's schematic,
-//! never from what one firmware happens to need: other images for this board run as well.
+//! All models come from the reference manual (RM0399), the chips' datasheets and the board's schematic, never
+//! from the needs of a single firmware: other images for this board run as well.
 
 pub mod board;
 pub mod complaints;

@@ -35,7 +35,7 @@ const BCM7: u64 = 1 << 23;
 const USB_PINS: [u8; 2] = [11, 12];
 const USB_FUNCTION: u8 = 10;
 
-/// The microcontroller.
+/// The microcontroller with our models.
 #[derive(Debug)]
 pub struct PrimeMcu {
     /// Everything the emulator models itself.
@@ -50,7 +50,7 @@ pub struct PrimeMcu {
     fmc: Fmc,
     iwdg: Iwdg,
     otg: Otg,
-    /// Something was accessed that may have changed the USB core's surroundings.
+    /// Whether an access may have changed the USB core's surroundings.
     usb_is_stale: bool,
     rtc: Rtc,
     /// The SD card's controller, with its slot.
@@ -142,9 +142,9 @@ impl PrimeMcu {
         self.pwr.inner.set_analog_supply(millivolts, registers);
     }
 
-    /// The rail changes while the part runs: the detector of VDD tells EXTI (RM0399 sections 7.5.3 and 21.4),
-    /// which the emulator does not wire. Only changes are told: a detector that is switched on later
-    /// tells nothing.
+    /// Changes the rail while the part runs: the detector of VDD tells EXTI (RM0399 sections 7.5.3 and 21.4),
+    /// which the emulator does not wire. Only changes are told: a detector that is switched on later tells
+    /// nothing.
     pub fn change_supply(&mut self, at: VirtualNanos, millivolts: u32) {
         let below = |mcu: &Self| pwr::csr1::PVDO.is_set(mcu.register(mcu.slots.pwr, pwr::Register::Csr1));
         let before = below(self);
@@ -165,8 +165,8 @@ impl PrimeMcu {
         self.part.flash = flash;
     }
 
-    /// The crystal stops. Whether the clock security system noticed: it switches to the internal oscillator
-    /// and sets HSECSSF (RM0399 section 9.5.3). Its wire to the NMI is not modelled.
+    /// Stops the crystal. Returns whether the clock security system noticed: it switches to the internal
+    /// oscillator and sets HSECSSF (RM0399 section 9.5.3). The system's wire to the NMI is not modelled.
     pub fn stop_crystal(&mut self, at: VirtualNanos) -> bool {
         let Ok(spare) = Stm32h743::new() else { return false };
         let mut clocks = std::mem::replace(&mut self.part.rcc, spare.rcc);
@@ -176,8 +176,7 @@ impl PrimeMcu {
         rcc::cifr::HSECSSF.is_set(self.register(self.slots.rcc, rcc::Register::Cifr))
     }
 
-    /// ADC1 stands: the conversion that it is in never ends, as without a clock, and its results stay as they
-    /// are.
+    /// Stops ADC1: the present conversion never ends, as without a clock, and the results stay as they are.
     pub fn stop_converter(&mut self, at: VirtualNanos) {
         if let (bus, Some(converter)) = self.part.split(self.slots.adc1) {
             let (registers, mut context) = bus.drive(at, self.slots.adc1);
@@ -206,7 +205,7 @@ impl PrimeMcu {
     fn look_around_ethernet(&mut self, slot: usize) {
         let clocks = rcc::ahb1enr::ETH1MACEN.mask() | rcc::ahb1enr::ETH1TXEN.mask() | rcc::ahb1enr::ETH1RXEN.mask();
         let enabled = self.register(self.slots.rcc, rcc::Register::Ahb1enr) & clocks == clocks;
-        // EPIS = 100: RMII.
+        // EPIS = 100 selects RMII.
         let rmii = self.register(self.slots.syscfg, syscfg::Register::Pmcr) >> 21 & 7 == 4;
         let around = Surroundings {
             clocked: enabled && rmii && self.is_ethernet(0, 1),
@@ -227,7 +226,7 @@ impl PrimeMcu {
         }
     }
 
-    /// What the USB core finds outside of its own registers.
+    /// Returns the state of other blocks that the USB core depends on.
     fn usb_surroundings(&self) -> UsbSurroundings {
         let connected = |&pin: &u8| {
             let port = Mcu::bus(&self.part).slots()[self.slots.ports[0]].registers();
@@ -256,14 +255,13 @@ impl PrimeMcu {
         work(&mut self.otg, &mut context)
     }
 
-    /// Lets somebody at the USB host and the core at the other end of the cable, at this instant, which is
-    /// handed on.
+    /// Runs `work` with the USB host and the core at the other end of the cable, at this instant.
     pub fn usb<R>(&mut self, at: VirtualNanos, work: impl FnOnce(&mut Controller, &mut UsbCore, u64) -> R) -> R {
         self.look_around_usb();
         self.with_otg(at, |otg, context| otg.with_host(context, work))
     }
 
-    /// A millisecond has passed, and whether the processor has slept in it.
+    /// Runs the USB core's millisecond. `slept`: the processor has slept in it.
     pub(crate) fn tick_usb(&mut self, at: VirtualNanos, slept: bool) {
         if !self.otg.is_plugged() {
             return;
@@ -282,7 +280,7 @@ impl PrimeMcu {
         self.exti.set(at_ns, port, number, high);
     }
 
-    /// Where a port's registers are on the bus.
+    /// Returns the slot of a port's registers on the bus.
     pub(crate) const fn port_slot(&self, port: usize) -> usize {
         self.slots.ports[port]
     }
@@ -293,23 +291,23 @@ impl PrimeMcu {
         self.pwm[timer].inner.pulse(channel, self.bus().slots()[self.slots.pwm[timer]].registers())
     }
 
-    /// Keeps every change of this pin from now on, for [`Self::take_pin_changes`].
+    /// Keeps all changes of this pin from now on, for [`Self::take_pin_changes`].
     pub fn watch_pin(&mut self, pin: Pin) {
         self.exti.watch(pin);
     }
 
-    /// The changes of watched pins since the last call, oldest first.
+    /// Takes the changes of watched pins since the last call, oldest first.
     pub fn take_pin_changes(&mut self) -> Vec<PinChange> {
         self.exti.take_changes()
     }
 
-    /// What the part does to a pin.
+    /// Returns the state of a pin as the part's registers set it.
     #[must_use]
     pub fn pin_state(&self, pin: Pin) -> PinState {
         PinState::of(self.bus().slots()[self.port_slot(usize::from(pin.port))].registers(), pin.number)
     }
 
-    /// The level a pin last announced: what it drives, is driven to or is pulled to.
+    /// Returns the level that a pin last announced: driven by the part, driven from outside, or pulled.
     #[must_use]
     pub fn level(&self, port: usize, number: usize) -> bool {
         self.exti.level(port, number)
@@ -342,8 +340,8 @@ impl Mcu for PrimeMcu {
         self.exti.release_all(at.0);
     }
 
-    /// Looks outside at every stop. Only serial ports have anything to find there, and only these have a far
-    /// end, so the emulator's round of every model is spared.
+    /// Polls the serial ports at every stop. Only serial ports have a far end, so the emulator's round of
+    /// every model is spared.
     fn poll(&mut self, now: VirtualNanos) {
         for slot in self.slots.consoles {
             let (bus, Some(port)) = self.part.split(slot) else { continue };

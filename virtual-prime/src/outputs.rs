@@ -1,4 +1,4 @@
-//! The pins' way to the machine: every level change of every pin passes here, at its instant.
+//! Path of pin levels to the machine: every level change of every pin passes here, at its instant.
 //!
 //! Ports announce each change as a request, and the EXTI controller hears all of them; so the EXTI's place on
 //! the bus is taken by [`TappedExti`], which hands the change on to the machine and then to the real EXTI.
@@ -18,12 +18,12 @@ use crate::pins::{PINS, PORTS, Role, Wiring};
 pub struct SharedWorld(Arc<Mutex<World>>);
 
 impl SharedWorld {
-    /// Shares a machine.
+    /// Wraps a machine for sharing.
     pub fn new(world: World) -> Self {
         Self(Arc::new(Mutex::new(world)))
     }
 
-    /// The machine.
+    /// Locks the shared machine.
     pub fn lock(&self) -> MutexGuard<'_, World> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -32,15 +32,15 @@ impl SharedWorld {
 /// A level that a watched pin took.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PinChange {
-    /// When, nanoseconds since power-on.
+    /// Instant of the change, nanoseconds since power-on.
     pub at_ns: u64,
-    /// Which pin.
+    /// Pin that has changed.
     pub pin: Pin,
-    /// Its new level.
+    /// Level after the change.
     pub high: bool,
 }
 
-/// The EXTI controller with an ear for the pins.
+/// The EXTI controller, extended to hear all pins.
 #[derive(Debug)]
 pub struct TappedExti {
     inner: Exti,
@@ -77,8 +77,8 @@ impl TappedExti {
         std::mem::take(&mut self.changes)
     }
 
-    /// The detector of the chip's supply (event input 16) has changed: where the image listens for such an
-    /// edge, it is pending, as if by software.
+    /// Follows the detector of the chip's supply (event input 16): where the image listens for such an edge,
+    /// it becomes pending, as if by software.
     pub fn detector(&mut self, below: bool, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         const EVENT: u64 = 1 << 16;
         let edges = if below { Register::Rtsr1 } else { Register::Ftsr1 };
@@ -87,7 +87,7 @@ impl TappedExti {
         }
     }
 
-    /// All pins let go, as in a reset: pull resistors decide. The buffer's enable is pulled up (off); ENN
+    /// Releases all pins, as a reset does: pull resistors decide. The buffer's enable is pulled up (off); ENN
     /// floats, and the drivers' inputs read a floating ENN as high; everything else is pulled or leaks low.
     pub fn release_all(&mut self, at_ns: u64) {
         self.levels = [[false; PINS]; PORTS];
@@ -116,7 +116,7 @@ impl TappedExti {
         self.set(at_ns, usize::from(letter - b'A'), change.request, change.level == Level::High);
     }
 
-    /// A pin has this level now.
+    /// Sets the level of a pin.
     pub fn set(&mut self, at_ns: u64, port: usize, number: usize, high: bool) {
         let before = std::mem::replace(&mut self.levels[port][number], high);
         if self.watched[port][number] && before != high {
@@ -148,7 +148,7 @@ impl Device for TappedExti {
         self.inner.on_request(change, file, context);
     }
 
-    /// Every pin, whose levels are the machine's.
+    /// Hears every pin, whose levels are the machine's.
     fn hears(&self, instance: &'static str, _request: usize) -> bool {
         instance.starts_with("GPIO")
     }

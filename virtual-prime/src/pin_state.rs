@@ -1,35 +1,35 @@
-//! What the microcontroller does to a pin, as its port's registers say (RM0399 section 12.4).
+//! State of a pin as its port's registers set it (RM0399 section 12.4).
 
 use rigless::device::RegisterFile;
 use rigless::soc::stm32h743::generated::gpioa::Register;
 
-/// What holds the wire.
+/// Source of a pin's level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drive {
-    /// Nothing: analog, or an input without a resistor, or an open-drain output that is let go.
+    /// No source: analog, or an input without a resistor, or an open-drain output that is let go.
     Released,
     /// An input with its pull-up.
     PulledUp,
     /// An input with its pull-down.
     PulledDown,
-    /// An output.
+    /// An output that drives low.
     Low,
-    /// An output.
+    /// An output that drives high.
     High,
     /// The peripheral with this alternate function number.
     Function(u8),
 }
 
-/// A pin's registers.
+/// State of a pin's port registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PinState {
-    /// What holds the wire.
+    /// Source of the pin's level.
     pub drive: Drive,
-    /// OSPEEDR: 0 low, 1 medium, 2 high, 3 very high.
+    /// Output speed (OSPEEDR): 0 low, 1 medium, 2 high, 3 very high.
     pub speed: u8,
-    /// PUPDR: 0 none, 1 up, 2 down.
+    /// Pull resistor (PUPDR): 0 none, 1 up, 2 down.
     pub pull: u8,
-    /// OTYPER.
+    /// Whether the output is open-drain (OTYPER).
     pub open_drain: bool,
 }
 

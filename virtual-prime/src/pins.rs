@@ -1,5 +1,4 @@
-//! What each pin of the microcontroller leads to on the Prime, and through the machine's configuration beyond
-//! it.
+//! Roles of the microcontroller's pins on the Prime, from the board's wiring and the machine's configuration.
 
 use board_facts::wiring;
 use sim::world::{Pin, WorldConfig};
@@ -29,7 +28,7 @@ pub fn port_name(port: u8) -> &'static str {
 const PORT_NAMES: [&str; PORTS] =
     ["GPIOA", "GPIOB", "GPIOC", "GPIOD", "GPIOE", "GPIOF", "GPIOG", "GPIOH", "GPIOI", "GPIOJ", "GPIOK"];
 
-/// What a pin drives.
+/// Role of a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// STEP of a motor.
@@ -56,10 +55,10 @@ pub struct Wiring {
     roles: [[Option<Role>; PINS]; PORTS],
 }
 
-/// A pin of the board that is known to exist.
+/// Returns a pin of the board that is known to exist.
 ///
 /// # Panics
-/// When the name is no pin's: the tables here are constants.
+/// When no pin has this name: the tables here are constants.
 #[must_use]
 pub const fn pin(name: &str) -> Pin {
     match Pin::parse(name) {
@@ -69,7 +68,7 @@ pub const fn pin(name: &str) -> Pin {
 }
 
 impl Wiring {
-    /// The board's copper, and what the machine's configuration hangs on its connectors.
+    /// Builds the roles from the board's wiring, and from the machine's configuration for its connectors.
     #[must_use]
     pub fn of(machine: &WorldConfig) -> Self {
         let mut wires = Self { roles: [[None; PINS]; PORTS] };
@@ -105,7 +104,7 @@ impl Wiring {
         }
     }
 
-    /// What a pin drives, by port and number.
+    /// Returns the role of a pin, by port and number.
     #[must_use]
     pub fn role(&self, port: usize, number: usize) -> Option<Role> {
         self.roles[port][number]

@@ -24,14 +24,14 @@ const MODE: u64 = 20;
 /// The mode in which an image is to wait while a ring is full.
 pub const BLOCK_IF_FULL: u64 = 2;
 
-/// A probe at the control block of an image.
+/// A debug probe's access to the control block of an image.
 #[derive(Clone, Copy, Debug)]
 pub struct Probe {
     block: u64,
 }
 
 impl Probe {
-    /// Where an image has its control block; `None` when it has none.
+    /// Finds the control block of an image; `None` when it has none.
     ///
     /// # Errors
     /// When the image cannot be read.
@@ -39,19 +39,19 @@ impl Probe {
         Ok(Self::in_image(&Symbols::read(elf)?))
     }
 
-    /// The same of an image that was read.
+    /// Finds the control block in the symbols of an image.
     #[must_use]
     pub fn in_image(symbols: &Symbols) -> Option<Self> {
         symbols.object("_SEGGER_RTT").map(|block| Self { block: block.address })
     }
 
-    /// The word whose change says that the image has written to an up channel.
+    /// Address of the word that changes when the image writes to an up channel.
     #[must_use]
     pub const fn write_word(self, up: u64) -> u64 {
         self.block + CHANNELS + CHANNEL_BYTES * up + WRITE
     }
 
-    /// How many channels there are, up and down; `None` while the image has not made the block.
+    /// Returns the numbers of up and down channels; `None` while the image has not made the block.
     pub fn channels(self, host: &mut dyn Host) -> Option<(u64, u64)> {
         let id: Vec<u8> = (0..16).map(|byte| host.read(self.block + byte, Width::W8).unwrap_or(0) as u8).collect();
         (id == ID).then(|| (word(host, self.block + UP_COUNT), word(host, self.block + DOWN_COUNT)))
@@ -67,7 +67,7 @@ impl Probe {
 
     /// Sets the mode of an up channel, as probes do when they attach.
     pub fn set_mode(self, host: &mut dyn Host, up: u64, mode: u64) {
-        // A failed write is a mode that was not set.
+        // A failed write leaves the old mode.
         let _ = host.write(self.up(up) + MODE, Width::W32, mode);
     }
 
@@ -89,7 +89,7 @@ impl Probe {
         bytes
     }
 
-    /// Writes to a down channel as much as there is room for; how much that was.
+    /// Writes to a down channel as much as there is room for. Returns the number of bytes written.
     pub fn write(self, host: &mut dyn Host, down: u64, bytes: &[u8]) -> usize {
         let channel = self.down(host, down);
         let (buffer, size) = (word(host, channel + BUFFER), word(host, channel + SIZE));
@@ -102,7 +102,7 @@ impl Probe {
             }
             (write, count) = (next, count + 1);
         }
-        // A failed write is bytes that were not sent.
+        // After a failed write the bytes count as not sent.
         let _ = host.write(channel + WRITE, Width::W32, write);
         count
     }

@@ -1,6 +1,5 @@
-//! Outputs of the PWM timers (TIM1, TIM8) as edges, for what on the board wants each of them: strips of
-//! lights. The timer's place on the bus is taken by [`TappedTimer`], which lets the timer do its work and
-//! then looks at its outputs.
+//! Outputs of the PWM timers (TIM1, TIM8) as edges, for LED strips, which need each edge. The timer's place
+//! on the bus is taken by [`TappedTimer`], which lets the timer do its work and then looks at its outputs.
 
 use rigless::device::{Device, DeviceContext, Level, RegisterFile, RequestChange};
 use rigless::soc::stm32h743::generated::tim1::Register;
@@ -10,21 +9,21 @@ use sim::world::PWM_CHANNELS;
 
 use crate::outputs::SharedWorld;
 
-/// An advanced timer with an ear for its outputs.
+/// An advanced timer whose outputs are observed.
 #[derive(Debug)]
 pub struct TappedTimer {
-    /// The emulator's model.
+    /// Timer model of the emulator.
     pub inner: Tim<Advanced>,
     world: SharedWorld,
-    /// The strip of lights on each output.
+    /// Index of the LED strip on each output.
     strips: [Option<usize>; PWM_CHANNELS],
-    /// Whether each output reaches its pin: that is set to the timer's alternate function.
+    /// Whether each output's pin is set to the timer's alternate function.
     pub reaches_pin: [bool; PWM_CHANNELS],
     levels: [bool; PWM_CHANNELS],
 }
 
 impl TappedTimer {
-    /// TIM1 (0) or TIM8 (1).
+    /// Creates TIM1 (0) or TIM8 (1).
     pub fn new(timer: usize, world: SharedWorld) -> Self {
         let strips = std::array::from_fn(|channel| world.lock().strip_at(timer, channel));
         let none = [false; PWM_CHANNELS];

@@ -1,9 +1,9 @@
-//! What an image was translated to, kept from one process to the next.
+//! Translations of an image's code, kept from one process to the next.
 //!
 //! Translating our image takes longer than running it to its prompt. A file holds the translations of one
-//! image by one build of this program, which alone can use it; the emulator compares what it was made from,
-//! so a stale one costs time and changes nothing. Where it cannot be read or written everything is
-//! translated, as without.
+//! image by one build of this program, which alone can use it; the emulator compares the code that they were
+//! made from, so a stale translation costs time and changes nothing. An image whose file cannot be read or
+//! written is translated in full, as without the file.
 
 use std::env;
 use std::fs;
@@ -15,47 +15,47 @@ use std::time::SystemTime;
 
 use rigless::cpu::armv7m::translations;
 
-/// Where the files are.
+/// Folder of the files.
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/target/translations");
-/// Files beyond these are deleted, those of long ago first.
+/// Greatest number of files; the oldest beyond it are deleted.
 const MOST_FILES: usize = 6;
-/// The file is written again when there are so many more than it has, or an eighth more.
+/// Number of new translations that make the file worth writing again; an eighth of the file, if that is more.
 const WORTH_WRITING: u32 = 200;
 
-/// This process's file.
+/// Translations file of this process.
 static FILE: OnceLock<Option<PathBuf>> = OnceLock::new();
 static LOADED: Once = Once::new();
 /// Translations in the file.
 static WRITTEN: AtomicU32 = AtomicU32::new(0);
 static WRITING: Mutex<()> = Mutex::new(());
 
-/// Takes over what earlier processes have translated. `image` is the first one that is run; tests run
-/// variants of the one that `VELVET_ELF` names.
+/// Loads the translations of earlier processes. `image` is the first image that is run; tests run variants of
+/// the image that `VELVET_ELF` names.
 pub fn load(image: &Path) {
     LOADED.call_once(|| {
         let image = env::var_os("VELVET_ELF").map_or_else(|| image.to_owned(), PathBuf::from);
         if let Some(file) = FILE.get_or_init(|| name_of(&image)) {
-            // What cannot be read is translated again.
+            // An unreadable file only costs a new translation.
             WRITTEN.store(translations::load(file).unwrap_or(0), Ordering::Relaxed);
         }
     });
 }
 
-/// Leaves to the next process what has been translated, when that is worth it.
+/// Saves the translations for the next process, when they are worth it.
 pub fn save() {
     let (count, written) = (translations::count(), WRITTEN.load(Ordering::Relaxed));
     if count < written + WORTH_WRITING.max(written / 8) {
         return;
     }
     let (Some(Some(file)), Ok(_alone)) = (FILE.get(), WRITING.try_lock()) else { return };
-    // Without it the next process is slower, no more.
+    // Without the file the next process is slower, no more.
     if fs::create_dir_all(FOLDER).and_then(|()| translations::save(file)).is_ok() {
         WRITTEN.store(count, Ordering::Relaxed);
         delete_old(Path::new(FOLDER));
     }
 }
 
-/// By program and image: FNV-1a over the image, the program's file name says which build it is.
+/// Names the file by program and image: FNV-1a over the image; the program's file name identifies the build.
 fn name_of(image: &Path) -> Option<PathBuf> {
     let program = env::current_exe().ok()?;
     let hash = fs::read(image)

@@ -1,5 +1,5 @@
-//! What somebody types at a console from outside, a person or a pipe: no more of it at a time than the wire
-//! takes.
+//! Input for a console from outside, typed by a person or fed by a pipe: no more of it at a time than the
+//! wire takes.
 
 use std::io::Read;
 use std::sync::mpsc::{self, Receiver, TryRecvError};
@@ -7,14 +7,14 @@ use std::thread;
 
 use crate::console::Line;
 
-/// Bytes that may wait for the wire: 22 ms of it at 115200 baud. So nobody who serves the line ever has more
-/// than that to do for it, and what is typed is not long under way.
+/// Bytes that may wait for the wire: 22 ms of it at 115200 baud. So no server of the line ever has more to do
+/// for it than that, and a typed byte is soon through.
 pub const AHEAD: usize = 256;
 /// Pieces that may be read before the line takes them.
 const PIECES: usize = 2;
 
-/// An input that is read by a thread of its own, since reading blocks. Whoever writes to its other end is
-/// held back as by a terminal.
+/// An input that is read by a thread of its own, since reading blocks. Its writer is held back as by a
+/// terminal.
 #[derive(Debug)]
 pub struct Typed {
     pieces: Receiver<Vec<u8>>,
@@ -22,7 +22,7 @@ pub struct Typed {
 }
 
 impl Typed {
-    /// Begins to read.
+    /// Starts a thread that reads the input.
     #[must_use]
     pub fn read(mut from: impl Read + Send + 'static) -> Self {
         let (sender, pieces) = mpsc::sync_channel(PIECES);
@@ -39,7 +39,7 @@ impl Typed {
         Self { pieces, over: false }
     }
 
-    /// Puts on the line what has been typed, as long as its wire is not far behind.
+    /// Puts typed bytes on the line, as long as its wire is not far behind.
     pub fn hand_to(&mut self, line: &Line) {
         while line.unsent() < AHEAD {
             match self.pieces.try_recv() {
@@ -53,7 +53,7 @@ impl Typed {
         }
     }
 
-    /// The input has ended, and all of it is on the line.
+    /// Whether the input has ended, and all of it is on the line.
     #[must_use]
     pub const fn is_over(&self) -> bool {
         self.over

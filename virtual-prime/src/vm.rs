@@ -1,8 +1,8 @@
 //! Runs an image on the board, one span of virtual time after another.
 //!
 //! The emulator calls back and runs on a thread of its own; [`Vm`] turns that round: the caller says how far
-//! to run, and between runs may reach everything. How a run is cut into spans does not change it: the machine
-//! is served on a fixed grid of a millisecond.
+//! to run, and between runs may reach everything. The division of a run into spans does not change it: the
+//! machine is served on a fixed grid of a millisecond.
 
 use std::fmt;
 use std::path::Path;
@@ -26,7 +26,7 @@ const GRID_NS: u64 = 1_000_000;
 /// DBGMCU_IDC, which can be read at any time and to no effect.
 const DBGMCU_IDC: u64 = 0x5C00_1000;
 
-/// Why an image could not be run.
+/// Reason why an image could not be run.
 #[derive(Debug)]
 pub struct StartError(String);
 
@@ -38,24 +38,24 @@ impl fmt::Display for StartError {
 
 impl std::error::Error for StartError {}
 
-/// How a span ended.
+/// End of a span.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Span {
-    /// Virtual time has come to where it was asked to.
+    /// Virtual time has reached the requested instant.
     Reached,
     /// The image ended the run itself, through semihosting, with this status.
     Exited(u32),
-    /// The emulator gave up: what the image did that it cannot do.
+    /// The emulator gave up, with the action of the image that it cannot emulate.
     Failed(String),
 }
 
-/// What runs between two instructions of the image.
+/// State between two instructions of the image, for work on it.
 pub struct Stopped<'a> {
-    /// The emulator's session: the board and what it has to complain about.
+    /// The emulator's session: the board and its complaints.
     pub session: &'a mut Session<PrimeBoard>,
-    /// Memory and watches.
+    /// Access to memory and watches.
     pub host: &'a mut dyn Host,
-    /// Where the run stands.
+    /// Instant and place at which the run has stopped.
     pub stop: Stop,
 }
 
@@ -68,23 +68,23 @@ enum Command {
 
 enum Report {
     Stopped(Stop),
-    /// The run is over; what the board has to complain about comes with it.
+    /// The run is over; the board's complaints come with it.
     Ended(Span, Vec<String>),
 }
 
 /// An observer of accesses and watch hits, called on the emulator's thread.
 pub trait Observer: Send {
-    /// Something settled: an access, a watch hit, a stop.
+    /// Handles something that settled: an access, a watch hit, a stop.
     fn settled(&mut self, session: &mut Session<PrimeBoard>, host: &mut dyn Host, settled: &Settled);
-    /// Bytes on the semihosting console.
+    /// Takes bytes of the semihosting console.
     fn console(&mut self, _bytes: &[u8]) {}
-    /// A reason to end the run, asked for every millisecond.
+    /// Returns a reason to end the run, asked for every millisecond.
     fn verdict(&self) -> Option<String> {
         None
     }
 }
 
-/// A running board.
+/// A running board, held between spans.
 pub struct Vm {
     commands: Option<Sender<Command>>,
     reports: Receiver<Report>,
@@ -125,7 +125,7 @@ impl Vm {
         }
     }
 
-    /// Lets the image run up to this instant, in nanoseconds since power-on.
+    /// Runs the image up to this instant, in nanoseconds since power-on.
     pub fn run_until(&mut self, at_ns: u64) -> Span {
         if let Some(ended) = &self.ended {
             return ended.clone();
@@ -134,7 +134,7 @@ impl Vm {
         self.wait()
     }
 
-    /// Lets the image run for this long.
+    /// Runs the image for so many nanoseconds.
     pub fn run_for(&mut self, nanoseconds: u64) -> Span {
         self.run_until(self.now_ns() + nanoseconds)
     }
@@ -175,7 +175,7 @@ impl Vm {
         receiver.recv().ok()
     }
 
-    /// What the emulator has to complain about so far.
+    /// Returns the emulator's complaints so far.
     pub fn complaints(&mut self) -> Vec<String> {
         self.with(|stopped| complaints(stopped.session)).unwrap_or_else(|| self.complaints.clone())
     }
@@ -219,7 +219,7 @@ fn execute(session: Session<PrimeBoard>, images: &[Image], puppet: Puppet) {
         }
         Err(error) => (Span::Failed(error.to_string()), Vec::new()),
     };
-    // Nobody listens any more when the run was simply dropped.
+    // Nobody listens any more when the run was dropped early.
     let _ = answers.send(Report::Ended(span, found));
 }
 
@@ -246,13 +246,13 @@ impl Driver<PrimeBoard> for Puppet {
                 board.notice_modes(access.virtual_time, access.address);
                 board.notice_frame(access.address);
                 if let Some(Operation::Erase(sector)) = board.notice_flash(access) {
-                    // What could not be read is as good as new.
+                    // A word that a power failure made unreadable can be read again after an erase.
                     host.spoil(START + (sector * SECTOR) as u64, SECTOR as u64, false);
                 }
             }
             if board.take_switch_changes(access.virtual_time) {
-                // What was driven reaches the interrupt controller with the next access, so one is made here:
-                // an access of the debug port, which changes nothing, at the same instant.
+                // The new level of a switch reaches the interrupt controller with the next access. So the
+                // debug port is read here, which changes nothing, at the same instant.
                 let nudge = Access::new(AccessKind::Read, DBGMCU_IDC, Width::W32, 0)
                     .at(access.instruction_count, access.virtual_time);
                 session.access(nudge, host);

@@ -1,15 +1,15 @@
-//! Instructions of function calls, those of counted functions that interrupted them taken off.
+//! Instructions of function calls, without those of counted functions that interrupted them.
 
 use std::collections::HashMap;
 
-/// One call of a counted function.
+/// A call of a counted function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Call {
-    /// When it began, nanoseconds since power-on.
+    /// Begin of the call, nanoseconds since power-on.
     pub at_ns: u64,
     /// Instructions the core had executed by then.
     pub before: u64,
-    /// Its own instructions, without those of counted functions that interrupted it.
+    /// Instructions of the call, without those of counted functions that interrupted it.
     pub instructions: u32,
 }
 
@@ -19,8 +19,9 @@ struct Frame {
     name: String,
     at_ns: u64,
     entered: u64,
-    /// Instruction count after the last exit instruction that was reached. A conditional one may turn out not
-    /// to be taken, so the call ends for good only when something else is entered, or an outer call leaves.
+    /// Instruction count after the last exit instruction that was reached. A conditional exit may turn out
+    /// not to be taken, so the call ends for good only when another function is entered, or an outer call
+    /// leaves.
     left: Option<u64>,
     /// Instructions of counted functions that ran in between.
     nested: u64,
@@ -41,7 +42,7 @@ impl CallStack {
         self.0.push(Frame { name: name.to_owned(), at_ns, entered: count, left: None, nested: 0 });
     }
 
-    /// An exit instruction of this function was reached; it counts itself.
+    /// Takes note of a reached exit instruction, which counts itself.
     pub(super) fn leave(&mut self, name: &str, count: u64, calls: &mut Finished) {
         if !self.0.iter().any(|frame| frame.name == name) {
             return;
@@ -54,14 +55,14 @@ impl CallStack {
         }
     }
 
-    /// Ends every call.
+    /// Ends every call under way.
     pub(super) fn close_all(&mut self, calls: &mut Finished) {
         while !self.0.is_empty() {
             self.close_top(calls);
         }
     }
 
-    /// Ends the innermost call. One that never reached an exit is not recorded.
+    /// Ends the innermost call. A call that never reached an exit is not recorded.
     fn close_top(&mut self, calls: &mut Finished) {
         let Some(frame) = self.0.pop() else { return };
         let Some(left) = frame.left else { return };
@@ -94,7 +95,7 @@ mod tests {
         stack.enter("inner", 2, 110, &mut calls);
         stack.leave("inner", 119, &mut calls);
         stack.leave("outer", 129, &mut calls);
-        // Whatever comes next closes them.
+        // The next call closes both ended calls.
         stack.enter("outer", 3, 200, &mut calls);
         assert_eq!(own(&calls, "inner"), [10]);
         assert_eq!(calls["outer"], [Call { at_ns: 1, before: 100, instructions: 20 }]);

@@ -1,20 +1,20 @@
-//! Windows of masked interrupts: from the instruction that sets PRIMASK to the one that clears it or puts it
-//! back.
+//! Windows of masked interrupts: from the instruction that sets PRIMASK to the instruction that clears or
+//! restores it.
 
 use crate::image::Mask;
 
-/// One window.
+/// A window of masked interrupts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
-    /// When it began, nanoseconds since power-on.
+    /// Begin of the window, nanoseconds since power-on.
     pub at_ns: u64,
-    /// Address of the instruction that began it.
+    /// Address of the instruction that began the window.
     pub address: u64,
-    /// Instructions executed while interrupts were masked, the one that unmasked them included.
+    /// Instructions executed while interrupts were masked, including the instruction that unmasked them.
     pub instructions: u64,
 }
 
-/// The windows of a run.
+/// Windows of masked interrupts in a run.
 ///
 /// A section within a section puts back a PRIMASK that is set already, so sections are counted in and out.
 #[derive(Clone, Debug, Default)]

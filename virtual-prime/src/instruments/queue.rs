@@ -1,18 +1,18 @@
-//! How far ahead an image's step queue is written: a look at its memory whenever a function is entered.
+//! Measurement of the step queue's lead: the image's memory is read whenever a chosen function is entered.
 //!
 //! The queue is a ring of (tick, word) pairs behind three words: written, played, cut (`motion/src/queue.rs`;
 //! its layout is `repr(C)` because the step interrupt counts on it).
 
 use crate::image::Symbols;
 
-/// Nanoseconds of a tick of its clock (200 MHz).
+/// Duration of a tick of the queue's clock (200 MHz), ns.
 const TICK_NS: u64 = 5;
 /// Offsets of the fields, and the size of a slot, in bytes.
 const PLAYED: u64 = 4;
 const SLOTS: u64 = 12;
 const SLOT: u64 = 8;
 
-/// Where the queue lies.
+/// Place of the queue in memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct QueueProbe {
     base: u64,
@@ -20,18 +20,18 @@ pub struct QueueProbe {
     capacity: u32,
 }
 
-/// One look.
+/// A sample of the queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sample {
-    /// When, nanoseconds since power-on.
+    /// Instant of the sample, nanoseconds since power-on.
     pub at_ns: u64,
-    /// From the next event to be played to the last one written, nanoseconds; 0 when nothing is written.
+    /// Time from the next event to be played to the last event written, nanoseconds; 0 for an empty queue.
     pub ahead_ns: u64,
 }
 
 impl QueueProbe {
-    /// From `FUNCTION,VARIABLE,OFFSET`: looks at the queue that many bytes into the variable, and to its end,
-    /// when the function is entered.
+    /// Finds the queue for `FUNCTION,VARIABLE,OFFSET`: it begins that many bytes into the variable, ends at
+    /// the variable's end, and is sampled when the function is entered.
     ///
     /// # Errors
     /// What is wrong with the words, or not in the image.
@@ -53,7 +53,7 @@ impl QueueProbe {
         Ok((at, Self { base: whole.address + offset, capacity: slots as u32 }))
     }
 
-    /// What is written ahead, in nanoseconds.
+    /// Returns the time that is written ahead, nanoseconds.
     pub(super) fn ahead_ns(self, mut word: impl FnMut(u64) -> u32) -> u64 {
         let (written, played) = (word(self.base), word(self.base + PLAYED));
         if written == played {

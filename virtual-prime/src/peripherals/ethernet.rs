@@ -2,10 +2,11 @@
 //! software reset of DMA, MTL and MAC, and the station management (MDIO) that reads and writes the PHY's
 //! registers.
 //!
-//! No frame moves: nothing is plugged in, so the PHY finds no link. Starting a DMA channel is a complaint.
+//! No frame moves: nothing is plugged in, so the PHY finds no link. An image that starts a DMA channel gets a
+//! complaint.
 //!
-//! What the model needs to know of other blocks, whether the PHY's 50 MHz arrive and its management lines are
-//! connected, and the rate of HCLK, [`crate::mcu::PrimeMcu`] tells it before each access ([`Surroundings`]).
+//! [`crate::mcu::PrimeMcu`] tells the model the state of other blocks before each access ([`Surroundings`]):
+//! whether the PHY's 50 MHz arrive and its management lines are connected, and the rate of HCLK.
 
 use rigless::device::{Device, DeviceContext, RegisterFile};
 use rigless::soc::stm32h743::generated::{ethernet_dma as dma, ethernet_mac as mac};
@@ -13,12 +14,12 @@ use rigless::time::{EventId, VirtualNanos};
 
 use crate::peripherals::phy::Phy;
 
-/// DMAMR.SWR.
+/// Software reset, DMAMR.SWR.
 const SWR: u64 = 1;
 /// DMACTXCR.ST and DMACRXCR.SR: a channel runs.
 const START: u64 = 1;
-/// The reset is over when it is over in the slowest clock domain ("DMA mode register"): some periods of the
-/// 2.5 MHz to which 50 MHz are divided out of reset, when MACCR.FES selects 10 Mbit/s.
+/// Duration of the reset, which ends once it is over in the slowest clock domain ("DMA mode register"): some
+/// periods of the 2.5 MHz to which 50 MHz are divided out of reset, when MACCR.FES selects 10 Mbit/s.
 const RESET_NS: u64 = 2_000;
 /// A management frame: 32 bits of preamble and 32 bits of frame (section "MDIO clause 22 frame structure").
 const FRAME_BITS: u64 = 64;
@@ -28,30 +29,30 @@ const PREAMBLE_BITS: u64 = 32;
 const MB: u64 = 1;
 const C45E: u64 = 1 << 1;
 const PSE: u64 = 1 << 27;
-/// What a line nobody drives reads: the board pulls MDIO up.
+/// Reading of an undriven line: the board pulls MDIO up.
 const NOBODY: u64 = 0xFFFF;
 
-/// What the controller finds outside of its own registers.
+/// Conditions outside of the controller's own registers that it depends on.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Surroundings {
-    /// The PHY's clock reaches the MAC: RMII is selected, PA1 is connected to it and RCC lets all three
-    /// clocks through.
+    /// Whether the PHY's clock reaches the MAC: RMII is selected, PA1 is connected to it and RCC lets all
+    /// three clocks through.
     pub clocked: bool,
-    /// MDC (PC1) and MDIO (PA2) are connected to the MAC.
+    /// Whether MDC (PC1) and MDIO (PA2) are connected to the MAC.
     pub managed: bool,
-    /// HCLK, of which MDC is made.
+    /// Rate of HCLK, from which MDC is made.
     pub hclk_hz: u64,
 }
 
 /// The DMA's registers, with the software reset.
 #[derive(Debug, Default)]
 pub struct EthernetDma {
-    /// As of the access under way.
+    /// Surroundings as of the access under way.
     pub around: Surroundings,
     over: Option<EventId>,
-    /// A software reset began, and the MAC's registers still have to hear of it.
+    /// Whether a software reset began, and the MAC's registers still have to be reset.
     pub mac_is_stale: bool,
-    /// The same of the MTL's registers.
+    /// Whether a software reset began, and the MTL's registers still have to be reset.
     pub mtl_is_stale: bool,
 }
 
@@ -62,7 +63,8 @@ impl EthernetDma {
         file.get(dma::Register::Dmamr) & SWR != 0
     }
 
-    /// A reset ends only while the PHY's clock is there; it may come later than the wish.
+    /// Continues the reset, which ends only while the PHY's clock is there; the clock may come later than the
+    /// request.
     fn go_on(&mut self, file: &RegisterFile, context: &mut DeviceContext<'_>) {
         if Self::resetting(file) && self.around.clocked && self.over.is_none() {
             self.over = Some(context.schedule(VirtualNanos(context.now().0 + RESET_NS)));
@@ -111,18 +113,18 @@ impl Device for EthernetDma {
 /// The MAC's registers, with the station management and the PHY behind it.
 #[derive(Debug, Default)]
 pub struct EthernetMac {
-    /// As of the access under way.
+    /// Surroundings as of the access under way.
     pub around: Surroundings,
     phy: Phy,
-    /// The frame on the wire ends then.
+    /// Event of the end of the frame on the wire.
     frame: Option<EventId>,
 }
 
-/// HCLK over MDC by MACMDIOAR.CR.
+/// Dividers from HCLK to MDC, by MACMDIOAR.CR.
 const DIVIDERS: [u64; 16] = [42, 62, 16, 26, 102, 124, 42, 42, 4, 6, 8, 10, 12, 14, 16, 18];
 
 impl EthernetMac {
-    /// The software reset: the frame on the wire is lost.
+    /// Aborts the frame on the wire, as the software reset does.
     pub const fn abort(&mut self) {
         self.frame = None;
     }
@@ -134,8 +136,7 @@ impl EthernetMac {
         self.frame = Some(context.schedule(VirtualNanos(context.now().0 + time_ns)));
     }
 
-    /// What a frame does at its end. Frames of clause 45 have nobody to answer them: the PHY knows clause 22
-    /// alone.
+    /// Ends a frame and carries it out. Frames of clause 45 get no answer: the PHY knows clause 22 alone.
     fn end(&mut self, file: &mut RegisterFile) {
         let address = file.get(mac::Register::Macmdioar);
         let data = file.get(mac::Register::Macmdiodr);
@@ -174,7 +175,7 @@ impl Device for EthernetMac {
         }
     }
 
-    /// The part's reset pulls NRST low, and with it the PHY's.
+    /// Resets the PHY as well, as the part's reset pulls NRST low.
     fn reset(&mut self) {
         *self = Self::default();
     }

@@ -4,7 +4,7 @@
 use rigless::device::{Device, DeviceContext, RegisterFile};
 use rigless::soc::stm32h743::generated::fmc::Register;
 
-/// The controller.
+/// The flexible memory controller.
 #[derive(Debug, Default)]
 pub struct Fmc;
 

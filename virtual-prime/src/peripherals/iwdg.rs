@@ -10,7 +10,7 @@ const KEY_START: u64 = 0xCCCC;
 const KEY_RELOAD: u64 = 0xAAAA;
 const KEY_ACCESS: u64 = 0x5555;
 const COUNT_MASK: u64 = 0xFFF;
-/// LSI, datasheet typical.
+/// Frequency of the LSI, the datasheet's typical value.
 const LSI_HZ: u64 = 32_000;
 /// A register update reaches the counter's clock domain within five prescaled LSI periods (section "Register
 /// access protection"); the status bits show it under way. The model takes the five periods of the undivided
@@ -21,7 +21,7 @@ const UPDATE_NS: u64 = 5 * 1_000_000_000 / LSI_HZ;
 #[derive(Debug, Default)]
 pub struct Iwdg {
     unlocked: bool,
-    /// When the counter last was reloaded, and with what, once started.
+    /// Instant and value of the counter's last reload, once started.
     started: Option<Running>,
     expiry: Option<EventId>,
     updated: Option<EventId>,
@@ -46,7 +46,7 @@ impl Iwdg {
         self.expiry = Some(context.schedule(VirtualNanos(context.now().0 + (running.reload + 1) * running.period_ns)));
     }
 
-    /// The counter now.
+    /// Returns the counter's present value.
     fn count(&self, now: VirtualNanos) -> Option<u64> {
         let running = self.started?;
         Some(running.reload.saturating_sub((now.0 - running.since.0) / running.period_ns))

@@ -1,7 +1,7 @@
 //! OTG2 as a full-speed device controller, RM0399 rev 4 chapter 60 ("OTG_HS"), with the cable to the host.
 //!
 //! [`core::Core`] is the core with its registers and FIFOs, [`Controller`] the host; neither knows the
-//! emulator. This file puts the two of them on the bus.
+//! emulator. The file here puts the two of them on the bus.
 //!
 //! | behaviour | where it is written |
 //! |---|---|
@@ -51,21 +51,21 @@ use crate::usb_host::controller::Controller;
 
 /// The instance of the global registers, to which clock, reset and interrupts are wired.
 pub const GLOBAL: &str = "OTG2_HS_GLOBAL";
-/// The core's base.
+/// Base address of the core.
 const BASE: u64 = 0x4008_0000;
-/// Where the window begins that has everything but the global registers.
+/// Begin of the window that has everything but the global registers.
 const WINDOW: u32 = registers::HOST;
-/// The end of the core's block: with the debug window on the FIFOs' RAM.
+/// End of the core's block, with the debug window on the FIFOs' RAM.
 const END: u32 = 0x4_0000;
 /// OTG_FS_EP1_OUT, OTG_FS_EP1_IN, OTG_FS_WKUP and OTG_FS, RM0399 table of vectors.
 const INTERRUPTS: [u16; 4] = [98, 99, 100, 101];
 
-/// Which of the core's two places on the bus is being called.
+/// Place on the bus that is being called, of the core's two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// The global registers.
+    /// Instance of the global registers.
     Global,
-    /// The window with the rest.
+    /// Window with the other registers.
     Rest,
 }
 
@@ -76,11 +76,11 @@ pub struct Otg {
     host: Controller,
     place: Place,
     lines: [bool; 4],
-    /// When the next event is due that was asked for.
+    /// Instant of the next event that was scheduled.
     due: Option<u64>,
-    /// The kernel clock.
+    /// Rate of the kernel clock.
     hz: u64,
-    /// What the bus takes for the registers of a window.
+    /// Register list that the bus assigned to the window.
     window_registers: &'static [RegisterSpec],
 }
 
@@ -99,7 +99,7 @@ impl Default for Otg {
 }
 
 impl Otg {
-    /// The window over the core's registers that the emulator's table does not have.
+    /// Creates the window over the core's registers that the emulator's table does not have.
     #[must_use]
     pub fn window() -> Window {
         let size = std::num::NonZeroU64::new(u64::from(END - WINDOW)).expect("a window of some size");
@@ -107,18 +107,18 @@ impl Otg {
         Window::new("OTG2_HS", BASE + u64::from(WINDOW), size).raising(&INTERRUPTS).gated(gate)
     }
 
-    /// The bus has given the window these registers, which are none.
+    /// Sets the empty register list that the bus has assigned to the window.
     pub const fn sit_in(&mut self, window_registers: &'static [RegisterSpec]) {
         self.window_registers = window_registers;
     }
 
-    /// Says at which place the next call comes in.
+    /// Sets the place at which the next call comes in.
     pub const fn face(&mut self, place: Place) -> &mut Self {
         self.place = place;
         self
     }
 
-    /// The core's surroundings, of which the emulator tells the clock itself.
+    /// Sets the core's surroundings, of which the emulator tells the clock itself.
     pub fn look_around(&mut self, around: Surroundings) {
         self.core.look_around(Surroundings { kernel_hz: self.hz, ..around });
     }
@@ -129,13 +129,13 @@ impl Otg {
         self.host.port() != crate::usb_host::controller::Port::Unplugged
     }
 
-    /// The processor was asleep, at least for a while, in the last millisecond.
+    /// Follows a sleep of the processor in the last millisecond, however short.
     pub fn processor_slept(&mut self, context: &mut DeviceContext<'_>) {
         self.core.processor_slept(context.now().0);
         self.follow(context);
     }
 
-    /// What somebody does with the host at this instant.
+    /// Runs `work` with the host and the core at this instant.
     pub fn with_host<R>(
         &mut self,
         context: &mut DeviceContext<'_>,
@@ -146,8 +146,7 @@ impl Otg {
         done
     }
 
-    /// Everything that follows from a change of the core: what the host does, interrupts, the next event, and
-    /// what there is to complain about.
+    /// Follows a change of the core: steps of the host, interrupts, the next event, and complaints.
     pub fn follow(&mut self, context: &mut DeviceContext<'_>) {
         let now_ns = context.now().0;
         self.core.advance(now_ns);
@@ -168,7 +167,7 @@ impl Otg {
         self.due = next;
     }
 
-    /// After a reset of the part, which has dropped the events.
+    /// Schedules events again after a reset of the part, which has dropped them.
     pub fn restarted(&mut self, context: &mut DeviceContext<'_>) {
         self.due = None;
         self.follow(context);
@@ -206,7 +205,7 @@ impl ErasedDevice for Otg {
         Some(u64::from(self.core.peek(offset_of(row))))
     }
 
-    /// All but the one that pops the receive FIFO.
+    /// Whether a read changes nothing: true but for the register that pops the receive FIFO.
     fn steady(&self, row: usize, _: &RegisterFile) -> bool {
         offset_of(row) != registers::GRXSTSP
     }
@@ -234,7 +233,7 @@ impl ErasedDevice for Otg {
 
     fn poll(&mut self, _: &mut RegisterFile, _: &mut DeviceContext<'_>) {}
 
-    /// A reset of the part. The host and the cable notice the pull-up going.
+    /// Resets the core with the part. The host and the cable notice that the pull-up goes.
     fn reset(&mut self) {
         self.core.reset();
         self.lines = [false; 4];

@@ -18,7 +18,7 @@ const PARTNER: u16 = 0x0001;
 /// Special modes: MODE = 111, address 0.
 const MODES: u16 = 0x00E0;
 
-/// The chip.
+/// State of the PHY.
 #[derive(Debug)]
 pub struct Phy {
     control: u16,
@@ -35,10 +35,10 @@ impl Default for Phy {
 }
 
 impl Phy {
-    /// Its address: PHYAD0 is strapped to ground.
+    /// Management address of the PHY: PHYAD0 is strapped to ground.
     pub const ADDRESS: u8 = 0;
 
-    /// A register as a management frame reads it.
+    /// Reads a register by a management frame.
     #[must_use]
     pub const fn read(&self, register: u8) -> u16 {
         match register {
@@ -52,15 +52,15 @@ impl Phy {
             18 => MODES,
             27 => self.indications,
             30 => self.interrupt_mask,
-            // Counters and flags, with nothing to count or to flag.
+            // Counters and flags stay zero without a link.
             _ => 0,
         }
     }
 
-    /// A register written by a management frame.
+    /// Writes a register by a management frame.
     pub fn write(&mut self, register: u8, value: u16) {
         match register {
-            // "Software reset": all registers to their defaults but those of the straps.
+            // A "Software reset" sets all registers to their defaults but those of the straps.
             0 if value & SOFT_RESET != 0 => *self = Self::default(),
             0 => self.control = value & !RESTART,
             4 => self.advertisement = value,

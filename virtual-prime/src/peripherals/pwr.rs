@@ -16,20 +16,20 @@ use rigless::time::EventId;
 const SUPPLY_BITS: u64 = 0x3F;
 /// SDEN alone: direct SMPS supply.
 const DIRECT_SMPS: u64 = 0b00_0100;
-/// What PWR_CR3 holds out of power-on reset, RM0399 section 7.8.4: SMPS and LDO enabled.
+/// Reset value of PWR_CR3 at power-on, RM0399 section 7.8.4: SMPS and LDO enabled.
 const CR3_RESET: u64 = 0x46;
 /// LDOEN of the H743: a regulator that settles.
 const H743_LDO: u64 = 0b010;
 /// LDOEN and BYPASS: the combination the H743 model refuses, after which the voltage never becomes valid.
 const H743_ILLEGAL: u64 = 0b011;
-/// USB33DEN switches the detector of the USB supply on; USB33RDY says that it is there, as both of its pins
-/// are on the board's 3.3 V.
+/// USB33DEN switches the detector of the USB supply on; USB33RDY says that the supply is there, as both of
+/// its pins are on the board's 3.3 V.
 const USB33DEN: u64 = 1 << 24;
 const USB33RDY: u64 = 1 << 26;
 const NOT_WIRED: &str =
     "RM0399 table 32: the board is wired for direct SMPS supply (SDEN alone); with this one VCORE is never valid";
 
-/// The power controller.
+/// The power controller's state.
 #[derive(Debug, Default)]
 pub struct PrimePwr {
     /// The emulator's model, which does everything but the supply byte.

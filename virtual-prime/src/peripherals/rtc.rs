@@ -1,9 +1,9 @@
 //! The real-time clock, RM0399 rev 4 chapter 49 ("RTC"): the calendar with its initialisation mode, shadow
 //! registers and write protection, on the clock that RCC_BDCR selects.
 //!
-//! It belongs to the backup domain: a system reset leaves time and configuration alone. Left out: alarms, the
-//! wake-up timer, time stamps, tampering, shifting and calibration; their registers are stored, and the flags
-//! that say "may be written" stay set.
+//! The clock belongs to the backup domain: a system reset leaves time and configuration alone. Left out:
+//! alarms, the wake-up timer, time stamps, tampering, shifting and calibration; their registers are stored,
+//! and the flags that say "may be written" stay set.
 
 use rigless::device::{Device, DeviceContext, RegisterFile};
 use rigless::soc::Width;
@@ -12,34 +12,34 @@ use rigless::time::{EventId, VirtualNanos};
 
 use super::rtc_calendar::{Calendar, DateTime};
 
-/// RCC_BDCR.
+/// Address of register RCC_BDCR.
 const RCC_BDCR: u64 = 0x5802_4470;
-/// RTCEN, RTCSEL (bits 9..8: 1 is the LSE, 2 the LSI), LSERDY.
+/// Bits of RCC_BDCR: RTCEN, RTCSEL (bits 9..8: 1 is the LSE, 2 the LSI), LSERDY.
 const RTCEN: u64 = 1 << 15;
 const LSERDY: u64 = 1 << 1;
 const LSE_HZ: u64 = 32_768;
 const LSI_HZ: u64 = 32_000;
-/// RTC_ISR bits.
+/// Bits of register RTC_ISR.
 const INITS: u64 = 1 << 4;
 const RSF: u64 = 1 << 5;
 const INITF: u64 = 1 << 6;
 const INIT: u64 = 1 << 7;
 /// Reset value of RTC_ISR: alarms and wake-up timer may be written.
 const ISR_RESET: u64 = 0x7;
-/// "It takes around two RTCCLK clock cycles" until INITF rises, and until RSF does.
+/// Periods of RTCCLK until INITF rises, and until RSF does: "It takes around two RTCCLK clock cycles".
 const SYNC_CLOCKS: u64 = 2;
 /// The keys of RTC_WPR, in order.
 const KEYS: [u64; 2] = [0xCA, 0x53];
-/// BYPSHAD of RTC_CR.
+/// Bit BYPSHAD of RTC_CR.
 const BYPSHAD: u64 = 1 << 5;
 
-/// The clock.
+/// State of the real-time clock.
 #[derive(Debug)]
 pub struct Rtc {
     /// Rate of RTCCLK, as RCC_BDCR was last seen to select it; zero is none.
     hz: u64,
     calendar: Calendar,
-    /// When the calendar last was right, and how many RTCCLK periods had passed of its second.
+    /// Instant at which the calendar was last right.
     since: VirtualNanos,
     unlocked: usize,
     initialising: bool,
@@ -48,7 +48,7 @@ pub struct Rtc {
     flags: u64,
     /// Contents of the protected registers, to undo a forbidden write.
     kept: Vec<(Register, u64)>,
-    /// The date as it was when TR or SSR was read, until DR is.
+    /// Date as of a read of TR or SSR, until DR is read.
     latched_date: Option<u64>,
 }
 
@@ -73,13 +73,13 @@ const PROTECTED: [Register; 5] =
     [Register::RtcTr, Register::RtcDr, Register::RtcCr, Register::RtcPrer, Register::RtcWutr];
 
 impl Rtc {
-    /// Periods of RTCCLK since the calendar was set.
+    /// Returns the periods of RTCCLK since the calendar was set.
     fn periods(&self, now: VirtualNanos) -> u64 {
         let elapsed = u128::from(now.0 - self.since.0);
         (elapsed * u128::from(self.hz) / 1_000_000_000) as u64
     }
 
-    /// The date, time and sub-second counter now.
+    /// Returns the present date, time and sub-second counter.
     fn now(&self, now: VirtualNanos, file: &RegisterFile) -> (DateTime, u64) {
         let prescaler = file.get(Register::RtcPrer);
         let (asynchronous, synchronous) = ((prescaler >> 16 & 0x7F) + 1, (prescaler & 0x7FFF) + 1);
@@ -92,7 +92,7 @@ impl Rtc {
         count * 1_000_000_000 / self.hz.max(1)
     }
 
-    /// Asks the clock controller what RTCCLK is; the answer comes to `on_access`.
+    /// Asks the clock controller for RTCCLK; the answer comes to `on_access`.
     fn look_at_clock(context: &mut DeviceContext<'_>) {
         context.read_from(RCC_BDCR, Width::W32, 0);
     }
@@ -109,7 +109,7 @@ impl Rtc {
                 self.since = context.now();
             }
         }
-        // What the flags wait for needs the clock.
+        // The time until the flags rise depends on the clock.
         Self::look_at_clock(context);
     }
 
@@ -219,7 +219,7 @@ impl Device for Rtc {
         }
     }
 
-    /// A system reset closes the lock and the shadow registers; the clock runs on.
+    /// Closes the lock and the shadow registers, as a system reset does; the clock runs on.
     fn reset(&mut self) {
         self.unlocked = 0;
         self.flags &= !(RSF | INIT | INITF);

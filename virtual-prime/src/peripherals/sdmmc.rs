@@ -11,10 +11,10 @@
 //! | no command in the first 74 clocks after power-on | 58.10.1 |
 //! | flags of the FIFO only while the data path is active | 58.5.5, FIFO; 58.10.14 resets to zero |
 //! | DATAEND once the receive FIFO is empty | 58.5.5, Wait_R with DATACOUNT = 0 |
-//! | an error leaves the data path active until CMD12 with CMDSTOP, or a reset | 58.5.5; drivers of other projects for this block |
+//! | an error leaves the data path active until CMD12 with CMDSTOP, or a reset | 58.5.5; other projects' drivers |
 //! | a command goes out while DTEN is set, and is a complaint | drivers of others, against 58.10.4 |
 //! | BUSYD0 is sampled at the end of a response and follows the line from then on | 58.10.14 |
-//! | a bus faster than the card may have it damages all data, and is a complaint | SD PL 6.00, 6.6.6 and 6.6.7 |
+//! | a bus faster than the card may have it damages all data: a complaint | SD PL 6.00, 6.6.6 and 6.6.7 |
 //! | registers of the data path keep their values while it is active | 58.10.2 to 58.10.20, each field |
 //!
 //! Left out: boot mode, SDIO (interrupts, read wait, suspend), voltage switching, and the data transfer modes
@@ -41,7 +41,7 @@ use send::Outgoing;
 #[cfg(test)]
 mod tests;
 
-/// 16 words.
+/// Depth of the FIFO, words.
 const FIFO_WORDS: usize = 16;
 const HALF_FIFO: usize = FIFO_WORDS / 2;
 /// PWRCTRL of POWER: power on.
@@ -67,15 +67,15 @@ const LOCKED: [Register; 5] =
 #[derive(Clone, Debug)]
 enum Data {
     Idle,
-    /// Wait_R: for the start bit, until DTIMER runs out.
+    /// Wait_R: waits for the start bit, until DTIMER runs out.
     WaitReceive {
         timeout: EventId,
         start: Option<EventId>,
     },
     Receive(Incoming),
-    /// Wait_R with nothing left to come: for the receive FIFO to be emptied.
+    /// Wait_R with no more data to come: waits for the receive FIFO to be emptied.
     Emptying,
-    /// Wait_S: for the response to the command, and for data.
+    /// Wait_S: waits for the response to the command, and for data.
     WaitSend,
     Send(Outgoing),
     /// The card programs the last block, for DTIMER at most.
@@ -83,38 +83,38 @@ enum Data {
         ready: EventId,
         timeout: EventId,
     },
-    /// After an error: until the transfer is aborted.
+    /// State after an error, until the transfer is aborted.
     Failed,
 }
 
-/// The controller with the slot.
+/// The controller with its card slot.
 #[derive(Debug)]
 pub struct Sdmmc {
     card: Option<SdCard>,
     kernel_hz: u64,
-    /// When the 74 clocks after power-on are over.
+    /// End of the 74 clocks after power-on.
     powered_ns: u64,
     command: Option<Command>,
-    /// End of the busy signal after a response, for BUSYD0END; and when DTIMER runs out meanwhile.
+    /// End of the busy signal after a response, for BUSYD0END; and the time-out by DTIMER meanwhile.
     busy: Option<EventId>,
     busy_timeout: Option<EventId>,
     data: Data,
     transfer: Transfer,
     fifo: VecDeque<u32>,
-    /// Words read from the receive FIFO before they came.
+    /// Words read from the receive FIFO before they were received.
     overdrawn: u32,
     status: u64,
     remaining: u64,
     dma_address: u64,
     dma_room: u64,
     raised: bool,
-    /// POWER and the locked registers as they are, which a write in the wrong state does not change.
+    /// Values of POWER and the locked registers, which a write in the wrong state does not change.
     power: u64,
     kept: [u64; LOCKED.len()],
 }
 
 impl Sdmmc {
-    /// The controller with this card in its slot, or an empty slot.
+    /// Creates the controller with this card in its slot, or an empty slot.
     #[must_use]
     pub fn new(card: Option<SdCard>) -> Self {
         Self {
@@ -145,7 +145,7 @@ impl Sdmmc {
         self.card.as_ref()
     }
 
-    /// The same, for what is to go wrong with it.
+    /// Returns the card in the slot, for faults to be set.
     pub const fn card_mut(&mut self) -> Option<&mut SdCard> {
         self.card.as_mut()
     }
@@ -158,13 +158,13 @@ impl Sdmmc {
         }
     }
 
-    /// The clock of the bus: the kernel's over twice CLKDIV, or the kernel's (58.10.2).
+    /// Frequency of the bus clock: the kernel's over twice CLKDIV, or the kernel's (58.10.2).
     fn hz(&self, file: &RegisterFile) -> u64 {
         let divider = (file.get(Register::Clkcr) & 0x3FF) * 2;
         (self.kernel_hz.max(1) / divider.max(1)).max(1)
     }
 
-    /// Time of this many clocks of the bus, nanoseconds.
+    /// Duration of so many clocks of the bus, nanoseconds.
     fn clocks(&self, count: u64, file: &RegisterFile) -> u64 {
         u64::try_from(u128::from(count) * 1_000_000_000 / u128::from(self.hz(file))).unwrap_or(u64::MAX)
     }
@@ -173,13 +173,13 @@ impl Sdmmc {
         context.schedule(VirtualNanos(context.now().0.saturating_add(self.clocks(count, file))))
     }
 
-    /// When DTIMER runs out that starts now: on entering Wait_R or Busy, and after a response with a busy
-    /// card.
+    /// Schedules the time-out of a DTIMER that starts now: on entering Wait_R or Busy, and after a response
+    /// with a busy card.
     fn schedule_timeout(&self, file: &RegisterFile, context: &mut DeviceContext<'_>) -> EventId {
         self.schedule_clocks(file.get(Register::Dtimer).max(1), file, context)
     }
 
-    /// Data lines in use.
+    /// Number of data lines in use.
     fn lines(file: &RegisterFile) -> u64 {
         match file.get(Register::Clkcr) >> 14 & 3 {
             0 => 1,
@@ -188,12 +188,12 @@ impl Sdmmc {
         }
     }
 
-    /// Card and controller use the same data lines: otherwise no checksum is ever right.
+    /// Whether card and controller use the same data lines: otherwise no checksum is ever right.
     fn lines_agree(&self, file: &RegisterFile) -> bool {
         self.card.as_ref().is_some_and(|card| Self::lines(file) == if card.is_wide() { 4 } else { 1 })
     }
 
-    /// What goes over the data lines arrives as it was sent.
+    /// Whether data arrive as they were sent.
     fn arrives_intact(&self, file: &RegisterFile) -> bool {
         self.lines_agree(file) && self.card.as_ref().is_some_and(|card| card.is_clean_at(self.hz(file)))
     }
@@ -210,7 +210,7 @@ impl Sdmmc {
         file.get(Register::Clkcr) & HWFC_EN != 0
     }
 
-    /// The data path leaves Idle: by a command with CMDTRANS, or by DTEN.
+    /// Enables the data path, which leaves Idle: by a command with CMDTRANS, or by DTEN.
     fn enable_data(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         if file.get(Register::Dctrl) & DTMODE != 0 {
             context.tell("DCTRL", "a data transfer mode other than the block mode has no model");
@@ -231,7 +231,7 @@ impl Sdmmc {
         }
     }
 
-    /// All data have moved without an error.
+    /// Completes a transfer whose data have all moved without an error.
     fn complete(&mut self, file: &mut RegisterFile) {
         self.status |= flag::DATAEND;
         self.idle(file);
@@ -243,7 +243,7 @@ impl Sdmmc {
         self.transfer = Transfer::None;
     }
 
-    /// The data path goes back to Idle, which empties the FIFO.
+    /// Returns the data path to Idle, which empties the FIFO.
     fn idle(&mut self, file: &mut RegisterFile) {
         self.data = Data::Idle;
         self.transfer = Transfer::None;
@@ -261,7 +261,7 @@ impl Sdmmc {
         !matches!(self.data, Data::Idle)
     }
 
-    /// The state flags of STAR, which follow the FIFO and the two state machines.
+    /// Returns the state flags of STAR, which follow the FIFO and the two state machines.
     fn live_flags(&self, file: &RegisterFile) -> u64 {
         let receiving = self.active() && Self::from_card(file);
         let sending = self.active() && !Self::from_card(file);
@@ -292,7 +292,7 @@ impl Sdmmc {
     }
 
     fn write_power(&mut self, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        // 01 is reserved and changes nothing; 11 is for good.
+        // Value 01 is reserved and changes nothing; 11 stays until a reset.
         if self.power & POWER_ON == POWER_ON || value & POWER_ON == 0b01 {
             file.set(Register::Power, value & !POWER_ON | self.power & POWER_ON);
         } else if value & POWER_ON == POWER_ON {
@@ -315,7 +315,8 @@ impl Sdmmc {
         }
     }
 
-    /// Words move between firmware and the FIFO only while the data path is active and the DMA is off.
+    /// Whether words can move between firmware and the FIFO: only while the data path is active and the DMA
+    /// is off.
     fn fifo_open(&self, file: &RegisterFile, from_card: bool) -> bool {
         self.active() && !Self::dma(file) && Self::from_card(file) == from_card
     }
@@ -365,7 +366,7 @@ impl Device for Sdmmc {
         self.refresh(file, context);
     }
 
-    /// Two things that fall on one instant share an event, so each looks for itself.
+    /// Handles an event. Two ends at the same instant share an event, so each part checks for its own.
     fn on_event(&mut self, event: EventId, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         if self.command.as_ref().is_some_and(|command| command.event == event) {
             self.advance_command(file, context);
@@ -400,7 +401,7 @@ impl Device for Sdmmc {
         }
     }
 
-    /// The internal DMA met an address that answers nothing.
+    /// Handles a DMA access to an address that does not answer.
     fn on_refused(&mut self, _token: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         self.fail(flag::IDMATE);
         self.refresh(file, context);
@@ -410,7 +411,7 @@ impl Device for Sdmmc {
         self.kernel_hz = hz;
     }
 
-    /// A reset of the part or of the block by RCC. The card has its own supply and notices nothing.
+    /// Resets the block, with the part or by RCC. The card has its own supply and notices nothing.
     fn reset(&mut self) {
         let kernel_hz = self.kernel_hz;
         *self = Self { kernel_hz, ..Self::new(self.card.take()) };

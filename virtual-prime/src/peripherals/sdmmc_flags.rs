@@ -22,5 +22,5 @@ pub const BUSYD0: u64 = 1 << 20;
 pub const BUSYD0END: u64 = 1 << 21;
 pub const IDMATE: u64 = 1 << 27;
 pub const IDMABTC: u64 = 1 << 28;
-/// What SDMMC_ICR clears: all but the state flags.
+/// Flags that SDMMC_ICR clears: all but the state flags.
 pub const CLEARABLE: u64 = 0x1FE0_0FFF;

@@ -1,4 +1,4 @@
-//! The core's state and its registers.
+//! State of the core, and its registers.
 
 use std::collections::BTreeSet;
 
@@ -7,27 +7,27 @@ use super::fifo::{ReceiveFifo, Span, TransmitFifo};
 use super::link::Link;
 use super::registers::*;
 
-/// What the core finds outside of its own registers.
+/// Conditions outside of the core's own registers that it depends on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Surroundings {
     /// The kernel clock that RCC_D2CCIP2R.USBSEL selects; it has to be 48 MHz.
     pub kernel_hz: u64,
     /// PA11 (DM) and PA12 (DP) are connected to the core: alternate function 10.
     pub pins: bool,
-    /// PWR_CR3.USB33DEN: the supply of the transceiver is known to be there.
+    /// PWR_CR3.USB33DEN: the detector has found the supply of the transceiver.
     pub supply: bool,
     /// RCC_AHB1ENR.USB2OTGHSULPIEN: the core waits for the clock of an external transceiver.
     pub ulpi: bool,
-    /// RCC_AHB1LPENR.USB2OTGHSULPILPEN: it does so while the processor sleeps.
+    /// RCC_AHB1LPENR.USB2OTGHSULPILPEN: the core waits for that clock while the processor sleeps.
     pub ulpi_asleep: bool,
 }
 
-/// Something in how an image uses the core that the manual does not allow, or that the model lacks.
+/// Use of the core by an image that the manual does not allow, or that the model lacks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Finding {
-    /// The register that it is about.
+    /// Register that the finding is about.
     pub register: &'static str,
-    /// What is wrong, with the manual's place.
+    /// Reason of the finding, with the place in the manual.
     pub reason: &'static str,
 }
 
@@ -42,16 +42,16 @@ pub struct Core {
     pub(super) gusbcfg: u32,
     /// TXFNUM, and CSRST while the reset waits for the transceiver's clock.
     pub(super) grstctl: u32,
-    /// The causes of OTG_GINTSTS that stay until they are cleared.
+    /// Causes of OTG_GINTSTS that stay until they are cleared.
     pub(super) latched: u32,
     pub(super) gintmsk: u32,
     pub(super) grxfsiz: u32,
-    /// DIEPTXF0 to DIEPTXF8.
+    /// Registers OTG_DIEPTXF0 to OTG_DIEPTXF8.
     pub(super) dieptxf: [u32; ENDPOINTS],
     pub(super) gccfg: u32,
     pub(super) cid: u32,
     pub(super) dcfg: u32,
-    /// The address that the core answers to.
+    /// Device address that the core answers to.
     pub(super) address: u8,
     /// RWUSIG, SDIS, the test mode and POPRGDNE.
     pub(super) dctl: u32,
@@ -65,7 +65,7 @@ pub struct Core {
     pub(super) diepempmsk: u32,
     pub(super) deachintmsk: u32,
     pub(super) pcgcctl: u32,
-    /// Registers that are only kept: GLPMCFG, HPTXFSIZ, DVBUSDIS, DVBUSPULSE, DTHRCTL, DIEPEACHMSK1 and
+    /// Registers that are only stored: GLPMCFG, HPTXFSIZ, DVBUSDIS, DVBUSPULSE, DTHRCTL, DIEPEACHMSK1 and
     /// DOEPEACHMSK1.
     pub(super) kept: [u32; KEPT.len()],
     pub(super) rx: ReceiveFifo,
@@ -81,20 +81,20 @@ pub struct Core {
     untold: Vec<Finding>,
 }
 
-/// Where the control transfer stands.
+/// State of the control transfer.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Control {
-    /// A SETUP has come, and the status stage is not over.
+    /// Whether a SETUP has come, and the status stage is not over.
     pub open: bool,
-    /// SETUP packets one after another, whose stage is not over.
+    /// SETUP packets in a row, whose stage is not over.
     pub setups: u32,
-    /// Its data go to the host.
+    /// Whether the transfer's data go to the host.
     pub reads: bool,
-    /// Data have come from the host.
+    /// Whether data have come from the host.
     pub written: bool,
 }
 
-/// Registers that are only kept, with their reset values.
+/// Registers that are only stored, with their reset values.
 const KEPT: [(u32, u32); 7] = [
     (GLPMCFG, 0),
     (HPTXFSIZ, 0x0200_0400),
@@ -108,7 +108,7 @@ const KEPT: [(u32, u32); 7] = [
 const PRODUCT_ID: u32 = 0x2300;
 
 impl Core {
-    /// Out of reset.
+    /// Creates a core out of reset.
     #[must_use]
     pub fn new() -> Self {
         Self {
@@ -153,7 +153,7 @@ impl Core {
         }
     }
 
-    /// A reset of the block by RCC or of the whole part. The host's port, at the other end of the cable,
+    /// Resets the block by RCC, or with the whole part. The host's port, at the other end of the cable,
     /// notices only that the pull-up goes.
     pub fn reset(&mut self) {
         let fresh = Self::new();
@@ -167,7 +167,7 @@ impl Core {
         };
     }
 
-    /// The core's surroundings are these now.
+    /// Sets the core's surroundings.
     pub fn look_around(&mut self, around: Surroundings) {
         if self.around != around {
             self.around = around;
@@ -175,7 +175,7 @@ impl Core {
         }
     }
 
-    /// The kernel clock has this rate from now on.
+    /// Sets the rate of the kernel clock.
     pub fn set_clock(&mut self, hz: u64) {
         self.look_around(Surroundings { kernel_hz: hz, ..self.around });
     }
@@ -187,12 +187,12 @@ impl Core {
         }
     }
 
-    /// What was found since the last call, each thing once.
+    /// Takes the findings since the last call, each of them once.
     pub fn take_findings(&mut self) -> Vec<Finding> {
         std::mem::take(&mut self.untold)
     }
 
-    /// A read by firmware at this instant.
+    /// Carries out a read by firmware at this instant.
     pub fn read(&mut self, now_ns: u64, offset: u32) -> u32 {
         self.advance(now_ns);
         self.mind_fifo_writes(offset);
@@ -208,7 +208,7 @@ impl Core {
         }
     }
 
-    /// What a register holds, with nothing changed.
+    /// Returns a register's value and changes nothing.
     #[must_use]
     pub fn peek(&self, offset: u32) -> u32 {
         match offset {
@@ -222,7 +222,7 @@ impl Core {
             GRXSTSR | GRXSTSP => self.rx.front().map_or(0, Self::status_word),
             GRXFSIZ => self.grxfsiz,
             HNPTXFSIZ => self.dieptxf[0],
-            // The host's request queue, empty.
+            // Value for an empty request queue of the host.
             HNPTXSTS => 0x0008_0000 | self.dieptxf[0] >> 16,
             GCCFG => self.gccfg,
             CID => self.cid,
@@ -247,7 +247,7 @@ impl Core {
         KEPT.iter().position(|&(kept, _)| kept == offset)
     }
 
-    /// Whether a register is here, for either mode.
+    /// Whether the block has a register at this offset, in either mode.
     fn exists(offset: u32) -> bool {
         let in_endpoint = matches!(offset % STRIDE, CTL | INT | TSIZ | DMA | DTXFSTS);
         match offset {
@@ -261,7 +261,7 @@ impl Core {
         }
     }
 
-    /// A write by firmware at this instant.
+    /// Carries out a write by firmware at this instant.
     pub fn write(&mut self, now_ns: u64, offset: u32, value: u32) {
         self.advance(now_ns);
         self.mind_fifo_writes(offset);
@@ -295,7 +295,8 @@ impl Core {
                 None => self.find("block", "no register at this offset, RM0399 section 60.14"),
             },
         }
-        // What may let a host be answered differently. FIFOs say so themselves.
+        // A write to a register of this list may let the core answer the host differently. The FIFOs set `stirred`
+        // themselves.
         self.stirred |= match offset {
             GOTGCTL | GUSBCFG | GRSTCTL | GRXFSIZ | GCCFG | DCFG | DCTL | PCGCCTL => true,
             IN..0xC20 => matches!(offset % STRIDE, CTL | TSIZ),
@@ -340,7 +341,7 @@ impl Core {
         }
     }
 
-    /// The core answers to DAD from now on.
+    /// Makes the core answer to address DAD from now on.
     pub(super) const fn take_address(&mut self) {
         self.address = ((self.dcfg & dcfg::DAD) >> dcfg::DAD_SHIFT) as u8;
     }
@@ -363,9 +364,9 @@ impl Core {
         }
     }
 
-    /// The core soft reset: all registers but STPPCLK and GATEHCLK, DSPD, SDIS and OTG_GCCFG, all FIFOs and
-    /// all transfers (OTG_GRSTCTL, CSRST). The selection of the transceiver in OTG_GUSBCFG stays as well, or
-    /// it could never be followed by this reset, which it needs.
+    /// Carries out the core soft reset: all registers but STPPCLK and GATEHCLK, DSPD, SDIS and OTG_GCCFG, all
+    /// FIFOs and all transfers (OTG_GRSTCTL, CSRST). The selection of the transceiver in OTG_GUSBCFG stays as
+    /// well, or it could never be followed by this reset, which it needs.
     pub(super) fn soft_reset(&mut self) {
         let fresh = Self::new();
         *self = Self {
@@ -384,7 +385,7 @@ impl Core {
         };
     }
 
-    /// The part of the RAM that a transmit FIFO has.
+    /// Returns the part of the RAM that a transmit FIFO has.
     pub(super) fn span(&self, fifo: usize) -> Option<Span> {
         self.dieptxf.get(fifo).map(|&register| Span::of(register))
     }

@@ -1,38 +1,38 @@
-//! An endpoint's registers, RM0399 section 60.14: OTG_DIEPCTLx, OTG_DOEPCTLx and those beside them.
+//! Registers of an endpoint, RM0399 section 60.14: OTG_DIEPCTLx, OTG_DOEPCTLx and those beside them.
 
 use super::registers::{epctl, epint, tsiz};
 use crate::usb_host::wire::Toggle;
 
-/// What an endpoint has in both directions.
+/// State of an endpoint, in either direction.
 #[derive(Clone, Debug, Default)]
 pub struct Endpoint {
     /// The fields of the control register that are stored: MPSIZ, USBAEP, EPTYP, STALL, TXFNUM.
     stored: u32,
-    /// EPENA.
+    /// Whether the endpoint is enabled, EPENA.
     pub enabled: bool,
-    /// NAKSTS.
+    /// Whether the endpoint answers NAK, NAKSTS.
     pub nak: bool,
-    /// The data PID that is sent or expected next.
+    /// Data PID that is sent or expected next.
     pub toggle: Toggle,
-    /// Causes of an interrupt that have come and were not cleared.
+    /// Interrupt causes that have come and were not cleared.
     pub causes: u32,
-    /// PKTCNT.
+    /// Packets left of the transfer, PKTCNT.
     pub packets: u32,
-    /// XFRSIZ.
+    /// Bytes left of the transfer, XFRSIZ.
     pub size: u32,
-    /// The top field of the transfer size register: STUPCNT, or MCNT, which means nothing here.
+    /// Top field of the transfer size register: STUPCNT, or MCNT, which is not used here.
     pub count: u32,
-    /// The DMA address, which is only kept.
+    /// DMA address, which is only kept.
     pub dma: u32,
 }
 
 /// Fields of a control register that are stored as they are written.
 const STORED: u32 = epctl::MPSIZ | epctl::USBAEP | epctl::EPTYP | epctl::STALL | epctl::TXFNUM;
-/// The same of endpoint 0, which is always active and a control endpoint.
+/// Stored fields of endpoint 0, which is always active and a control endpoint.
 const STORED_0: u32 = 0b11 | epctl::TXFNUM;
 
 impl Endpoint {
-    /// The control register.
+    /// Returns the control register's value.
     pub const fn control(&self, number: usize) -> u32 {
         let toggle = if matches!(self.toggle, Toggle::Data1) && number != 0 { epctl::DPID } else { 0 };
         let nak = if self.nak { epctl::NAKSTS } else { 0 };
@@ -41,7 +41,7 @@ impl Endpoint {
         self.stored | toggle | nak | enabled | active
     }
 
-    /// Stores what a write of the control register leaves, and does what its bits ask for, but for EPENA and
+    /// Writes the control register: stores its fields and carries out its action bits, but for EPENA and
     /// EPDIS.
     pub const fn write_control(&mut self, number: usize, value: u32) {
         if number == 0 {
@@ -62,12 +62,12 @@ impl Endpoint {
         }
     }
 
-    /// The transfer size register.
+    /// Returns the transfer size register's value.
     pub const fn transfer(&self) -> u32 {
         self.count << tsiz::STUPCNT_SHIFT | self.packets << tsiz::PKTCNT_SHIFT | self.size
     }
 
-    /// Of an endpoint 0, `packets` says how many bits PKTCNT has.
+    /// Writes the transfer size register. For endpoint 0, `packets0` is the mask of PKTCNT.
     pub const fn write_transfer(&mut self, number: usize, value: u32, packets0: u32) {
         let (packets, size) = if number == 0 { (packets0, tsiz::XFRSIZ0) } else { (tsiz::PKTCNT, tsiz::XFRSIZ) };
         self.count = value >> tsiz::STUPCNT_SHIFT & 0b11;
@@ -75,12 +75,12 @@ impl Endpoint {
         self.size = value & size;
     }
 
-    /// USBAEP: part of the configuration in force.
+    /// Whether the endpoint is part of the configuration in force, USBAEP.
     pub const fn is_active(&self, number: usize) -> bool {
         number == 0 || self.stored & epctl::USBAEP != 0
     }
 
-    /// A bus reset takes every endpoint but endpoint 0 out of the configuration.
+    /// Takes the endpoint out of the configuration, as a bus reset does with all but endpoint 0.
     pub const fn deactivate(&mut self) {
         self.stored &= !epctl::USBAEP;
     }
@@ -89,7 +89,8 @@ impl Endpoint {
         self.stored & epctl::STALL != 0
     }
 
-    /// A SETUP packet: NAK in both directions until firmware has dealt with it, and no stall any more.
+    /// Starts a control transfer at a SETUP packet: NAK in both directions until firmware has dealt with it,
+    /// and no STALL any more.
     pub const fn begin_control(&mut self) {
         self.stored &= !epctl::STALL;
         self.nak = true;
@@ -100,12 +101,12 @@ impl Endpoint {
         (self.stored & epctl::EPTYP) >> epctl::EPTYP_SHIFT == epctl::ISOCHRONOUS
     }
 
-    /// Most bytes of a packet.
+    /// Returns the greatest packet size, bytes.
     pub const fn max_packet(&self, number: usize) -> usize {
         if number == 0 { 64 >> (self.stored & 0b11) } else { (self.stored & epctl::MPSIZ) as usize }
     }
 
-    /// TXFNUM.
+    /// Returns the FIFO's number, TXFNUM.
     pub const fn fifo(&self) -> usize {
         ((self.stored & epctl::TXFNUM) >> epctl::TXFNUM_SHIFT) as usize
     }
@@ -114,7 +115,7 @@ impl Endpoint {
         self.causes |= cause;
     }
 
-    /// Writing one clears a cause; TXFE follows the FIFO.
+    /// Clears the causes whose bits are written as 1; TXFE follows the FIFO.
     pub const fn clear(&mut self, causes: u32) {
         self.causes &= !(causes & !epint::TXFE);
     }

@@ -1,14 +1,14 @@
-//! What firmware does with the endpoints: their registers and the FIFOs.
+//! Firmware's side of the endpoints: their registers and FIFOs.
 
 use super::core::Core;
 use super::fifo::{Entry, RAM_WORDS, ReceiveFifo, Span, words};
 use super::registers::*;
 use crate::usb_host::wire::Toggle;
 
-/// The least depth of a FIFO, OTG_GRXFSIZ and OTG_DIEPTXFx.
+/// Least depth of a FIFO, by OTG_GRXFSIZ and OTG_DIEPTXFx, words.
 const LEAST_WORDS: u32 = 16;
 
-/// An endpoint's register by its offset: whether IN, the endpoint, which one.
+/// Splits the offset of an endpoint's register: whether IN, the endpoint, the register within it.
 const fn place(offset: u32) -> (bool, usize, u32) {
     let is_in = offset < OUT;
     let base = if is_in { IN } else { OUT };
@@ -79,7 +79,8 @@ impl Core {
             endpoint.raise(epint::EPDISD);
         } else if value & epctl::EPENA != 0 {
             endpoint.enabled = true;
-            // A new transfer: the end of the last one, which firmware may still have to pop, is not its end.
+            // Firmware may still have to pop the end of the last transfer, which is not the end of the new
+            // one.
             self.ending[number] = false;
             self.mind_isochronous(false, number);
             if self.grxfsiz > RAM_WORDS {
@@ -96,7 +97,7 @@ impl Core {
         }
     }
 
-    /// The FIFO of an IN endpoint that begins to send has to be a part of the RAM that nothing else uses.
+    /// Checks that the FIFO of an IN endpoint that begins to send is a part of the RAM with no other user.
     fn mind_transmit_fifo(&mut self, number: usize) {
         let fifo = self.ins[number].fifo();
         if number == 0 && fifo != 0 {
@@ -123,7 +124,7 @@ impl Core {
         }
     }
 
-    /// OTG_DTXFSTSx: free words of the endpoint's FIFO.
+    /// Returns OTG_DTXFSTSx: free words of the endpoint's FIFO.
     fn fifo_room(&self, number: usize) -> u32 {
         let fifo = self.ins[number].fifo();
         match (self.span(fifo), self.tx.get(fifo)) {
@@ -132,8 +133,8 @@ impl Core {
         }
     }
 
-    /// A write of a packet into a transmit FIFO must not be interrupted by an access to an endpoint's
-    /// registers: the next word would be corrupted.
+    /// Checks an access to an endpoint's registers while a packet is half written to a transmit FIFO: the
+    /// next word of the packet would be corrupted.
     pub(super) fn mind_fifo_writes(&mut self, offset: u32) {
         if (IN..0xC20).contains(&offset) && self.tx.iter().any(super::fifo::TransmitFifo::is_midway) {
             self.find(
@@ -144,7 +145,7 @@ impl Core {
         }
     }
 
-    /// A word into the FIFO of this IN endpoint.
+    /// Writes a word into the FIFO of an IN endpoint.
     pub(super) fn write_fifo(&mut self, number: usize, word: u32) {
         let endpoint = &self.ins[number];
         let (fifo, length) = (endpoint.fifo(), endpoint.max_packet(number).min(endpoint.size as usize));
@@ -165,7 +166,7 @@ impl Core {
         }
     }
 
-    /// What OTG_GRXSTSP and OTG_GRXSTSR show of an entry.
+    /// Encodes an entry for OTG_GRXSTSP and OTG_GRXSTSR.
     pub(super) fn status_word(entry: &Entry) -> u32 {
         u32::from(entry.endpoint)
             | (entry.data.len() as u32) << rxsts::BCNT_SHIFT
@@ -174,7 +175,7 @@ impl Core {
             | u32::from(entry.frame & 0xF) << rxsts::FRMNUM_SHIFT
     }
 
-    /// OTG_GRXSTSP: pops an entry, and what follows from that.
+    /// Pops an entry by OTG_GRXSTSP, with all effects of that.
     pub(super) fn pop_status(&mut self) -> u32 {
         let Some((entry, left)) = self.rx.pop() else { return 0 };
         if left {
@@ -195,7 +196,8 @@ impl Core {
         Self::status_word(&entry)
     }
 
-    /// The endpoint is disabled before the cause is raised, unless firmware has enabled it again already.
+    /// Ends an OUT transfer: the endpoint is disabled before the cause is raised, unless firmware has enabled
+    /// it again already.
     fn end_out(&mut self, number: usize, cause: u32) {
         if std::mem::take(&mut self.ending[number]) {
             self.outs[number].enabled = false;
@@ -203,7 +205,7 @@ impl Core {
         self.outs[number].raise(cause);
     }
 
-    /// A word of the packet that was popped. Any FIFO address reads the one receive FIFO.
+    /// Reads a word of the packet that was popped. Any FIFO address reads the receive FIFO.
     pub(super) fn read_fifo(&mut self) -> u32 {
         self.stirred = true;
         self.rx.word().unwrap_or_else(|| {
@@ -221,7 +223,7 @@ impl Core {
         self.rx.has_room(bytes, self.grxfsiz, active)
     }
 
-    /// An entry for the receive FIFO.
+    /// Puts an entry into the receive FIFO.
     pub(super) fn receive(&mut self, status: u32, number: usize, toggle: Toggle, data: &[u8]) {
         let pid = if toggle == Toggle::Data1 { rxsts::DATA1 } else { 0 };
         let entry = Entry { status, endpoint: number as u8, pid, frame: self.link.frame(), data: data.to_vec() };

@@ -1,6 +1,6 @@
 //! The FIFOs, RM0399 sections 60.11 ("FIFO architecture") and 60.14 (OTG_GRXFSIZ, OTG_DIEPTXFx,
-//! OTG_DTXFSTSx): one for all that is received, one for each IN endpoint, in 4 KB of RAM that firmware parts
-//! among them.
+//! OTG_DTXFSTSx): a receive FIFO for everything, a transmit FIFO for each IN endpoint, in 4 KB of RAM that
+//! firmware parts among them.
 
 use std::collections::VecDeque;
 
@@ -11,9 +11,9 @@ pub const RAM_WORDS: u32 = 1_024;
 /// Locations for SETUP packets of the one control endpoint: 5 n + 8 (section 60.11.3, "Receive FIFO RAM
 /// allocation").
 const SETUP_WORDS: u32 = 5 + 8;
-/// Locations for each OUT endpoint's end of transfer, of the same list.
+/// Locations for each OUT endpoint's end of transfer, from the same list.
 const STATUS_WORDS: u32 = 2;
-/// One for the global OUT NAK.
+/// Location for the global OUT NAK.
 const NAK_WORDS: u32 = 1;
 
 /// Words that this many bytes take.
@@ -21,15 +21,15 @@ pub const fn words(bytes: usize) -> u32 {
     bytes.div_ceil(4) as u32
 }
 
-/// What came in one entry.
+/// An entry of the receive FIFO.
 #[derive(Clone, Debug)]
 pub struct Entry {
-    /// PKTSTS.
+    /// Packet status, PKTSTS of OTG_GRXSTSR.
     pub status: u32,
     pub endpoint: u8,
-    /// DPID.
+    /// Data PID, DPID of OTG_GRXSTSR.
     pub pid: u32,
-    /// FRMNUM.
+    /// Frame number, FRMNUM of OTG_GRXSTSR.
     pub frame: u16,
     pub data: Vec<u8>,
 }
@@ -51,8 +51,8 @@ impl ReceiveFifo {
         self.entries.front()
     }
 
-    /// Takes the next entry; its data are read word by word from then on. Also whether data of the one before
-    /// it were still there, which are lost.
+    /// Takes the next entry; its data are read word by word from then on. Also returns whether data of the
+    /// entry before were still there, which are lost.
     pub fn pop(&mut self) -> Option<(Entry, bool)> {
         let entry = self.entries.pop_front()?;
         let left = !self.data.is_empty();
@@ -60,7 +60,7 @@ impl ReceiveFifo {
         Some((entry, left))
     }
 
-    /// The next word of the popped packet.
+    /// Takes the next word of the popped packet.
     pub fn word(&mut self) -> Option<u32> {
         self.data.pop_front()
     }
@@ -96,7 +96,7 @@ fn little_endian(bytes: &[u8]) -> u32 {
     bytes.iter().rev().fold(0, |word, &byte| word << 8 | u32::from(byte))
 }
 
-/// The transmit FIFO of an IN endpoint: whole packets, and the one that firmware is writing.
+/// The transmit FIFO of an IN endpoint: whole packets, and the packet that firmware is writing.
 #[derive(Clone, Debug, Default)]
 pub struct TransmitFifo {
     packets: VecDeque<Vec<u8>>,
@@ -110,8 +110,8 @@ impl TransmitFifo {
         self.writing.is_some()
     }
 
-    /// Takes a word of a packet of this length, which is as long as it was at the packet's first word. The
-    /// bytes of the packet, once it is complete.
+    /// Takes a word of a packet, whose length counts as given with its first word. Returns the bytes of the
+    /// packet, once it is complete.
     pub fn write(&mut self, word: u32, length: usize) -> Option<usize> {
         let (mut packet, length) = self.writing.take().unwrap_or((Vec::with_capacity(length), length));
         let left = length - packet.len();
@@ -136,7 +136,7 @@ impl TransmitFifo {
         *self = Self::default();
     }
 
-    /// Words held.
+    /// Words held in the FIFO.
     pub fn held(&self) -> u32 {
         let writing = self.writing.as_ref().map_or(0, |(packet, _)| words(packet.len()));
         self.packets.iter().map(|packet| words(packet.len())).sum::<u32>() + writing
@@ -151,7 +151,7 @@ pub struct Span {
 }
 
 impl Span {
-    /// From OTG_DIEPTXFx: the start in the low half, the depth in the high one.
+    /// Decodes OTG_DIEPTXFx: the start in the low half, the depth in the high half.
     pub const fn of(register: u32) -> Self {
         Self { start: register & 0xFFFF, depth: register >> 16 }
     }

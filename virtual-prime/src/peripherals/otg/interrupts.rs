@@ -7,7 +7,7 @@ use super::registers::*;
 const OUT_SHIFT: u32 = 16;
 
 impl Core {
-    /// OTG_DIEPINTx. TXFE follows the FIFO: empty, or half empty by OTG_GAHBCFG.TXFELVL.
+    /// Returns OTG_DIEPINTx. TXFE follows the FIFO: empty, or half empty by OTG_GAHBCFG.TXFELVL.
     pub(super) fn in_causes(&self, number: usize) -> u32 {
         let endpoint = &self.ins[number];
         let fifo = endpoint.fifo();
@@ -18,7 +18,8 @@ impl Core {
         endpoint.causes | if held <= level { epint::TXFE } else { 0 }
     }
 
-    /// OTG_DAINT: the endpoints with an unmasked cause. OTG_DIEPEMPMSK unmasks TXFE, endpoint by endpoint.
+    /// Returns OTG_DAINT: the endpoints with an unmasked cause. OTG_DIEPEMPMSK unmasks TXFE, endpoint by
+    /// endpoint.
     pub(super) fn endpoint_interrupts(&self) -> u32 {
         let ins = (0..ENDPOINTS).filter(|&number| {
             let causes = self.in_causes(number);
@@ -30,7 +31,7 @@ impl Core {
             | outs.fold(0, |bits, number| bits | 1 << (OUT_SHIFT + number as u32))
     }
 
-    /// OTG_GINTSTS.
+    /// Returns OTG_GINTSTS as it reads.
     pub(super) fn core_interrupts(&self) -> u32 {
         let pending = self.endpoint_interrupts() & self.daintmsk;
         let live = [
@@ -46,7 +47,7 @@ impl Core {
         live.into_iter().filter(|&(_, set)| set).fold(self.latched, |bits, (bit, _)| bits | bit)
     }
 
-    /// OTG_DEACHINT: endpoint 1 has lines of its own for either direction.
+    /// Returns OTG_DEACHINT: endpoint 1 has lines of its own for either direction.
     pub(super) fn each_interrupt(&self) -> u32 {
         let [ins, outs] = [DIEPEACHMSK1, DOEPEACHMSK1].map(|offset| self.peek(offset));
         let input = self.in_causes(1) & ins & !epint::TXFE != 0;
@@ -54,8 +55,9 @@ impl Core {
         u32::from(input) << 1 | u32::from(output) << (OUT_SHIFT + 1)
     }
 
-    /// The levels of the core's lines, in the order of the part's table: endpoint 1 OUT (98), endpoint 1 IN
-    /// (99), wake-up (100, by EXTI out of the Stop modes, which have no model) and the core's own (101).
+    /// Returns the levels of the core's lines, in the order of the part's table: endpoint 1 OUT (98),
+    /// endpoint 1 IN (99), wake-up (100, by EXTI out of the Stop modes, which have no model) and the core's
+    /// own (101).
     #[must_use]
     pub fn lines(&self) -> [bool; 4] {
         let each = self.each_interrupt() & self.deachintmsk;

@@ -5,34 +5,34 @@ use super::core::Core;
 use super::registers::*;
 use crate::usb_host::wire::Drive;
 
-/// Idle time until the early suspend interrupt, and as long again until suspend.
+/// Idle time until the early suspend interrupt, and again until suspend, ns.
 const IDLE_NS: u64 = 3_000_000;
-/// The rate of the kernel clock, and how far it may be off: USB 2.0 section 7.1.11, 0.25 %.
+/// Rate of the kernel clock, and its tolerance: USB 2.0 section 7.1.11, 0.25 %.
 const KERNEL_HZ: u64 = 48_000_000;
 const TOLERANCE_HZ: u64 = KERNEL_HZ / 400;
-/// How long a connection that firmware asked for may take to be complete before it is worth a word.
+/// Time for a connection that firmware asked for to be complete, before it is reported.
 const PATIENCE_NS: u64 = 10_000_000;
-/// How long the core is without a clock when the processor sleeps and an external transceiver is waited for.
+/// Time that the core is without a clock when the processor sleeps and an external transceiver is waited for.
 const DEAF_NS: u64 = 1_000_000;
 
 /// State of the line as the core sees it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Link {
     drive: Drive,
-    /// When the line fell idle with the pull-up on.
+    /// Instant at which the line fell idle with the pull-up on.
     idle_since: Option<u64>,
     early: bool,
     suspended: bool,
     frame: u16,
-    /// A bus reset began, and is to be announced once the transceiver's clock runs.
+    /// Whether a bus reset began, and is to be announced once the transceiver's clock runs.
     unannounced: bool,
-    /// When a connection that firmware asked for is looked at.
+    /// Instant at which a connection that firmware asked for is checked.
     judged_at: Option<u64>,
     deaf_until: u64,
 }
 
 impl Link {
-    /// After a reset of the core: the port at the other end is as it was.
+    /// Returns the state after a reset of the core: the port at the other end is unchanged.
     pub fn reset(self) -> Self {
         Self { drive: self.drive, ..Self::default() }
     }
@@ -55,19 +55,20 @@ impl Link {
 }
 
 impl Core {
-    /// The valid session of a B device. The board has no VBUS on PA9, so only the override makes one.
+    /// Whether the session of a B device is valid. The board has no VBUS on PA9, so only the override makes a
+    /// session.
     pub(super) const fn b_valid(&self) -> bool {
         const OVERRIDE: u32 = gotgctl::BVALOEN | gotgctl::BVALOVAL;
         self.gotgctl & OVERRIDE == OVERRIDE
     }
 
-    /// The transceiver has its clock. With OTG_GUSBCFG.PHYSEL clear, or with the ULPI's clock enabled, the
-    /// core waits for that of an external one.
+    /// Whether the transceiver has its clock. With OTG_GUSBCFG.PHYSEL clear, or with the ULPI's clock
+    /// enabled, the core waits for that of an external transceiver.
     const fn is_clocked(&self) -> bool {
         self.around.kernel_hz > 0 && self.gusbcfg & gusbcfg::PHYSEL != 0 && !self.around.ulpi
     }
 
-    /// What keeps the pull-up off though firmware has asked for it.
+    /// Returns the reason why the pull-up stays off though firmware has asked for it.
     fn obstacle(&self) -> Option<(&'static str, &'static str)> {
         let list = [
             (
@@ -98,12 +99,12 @@ impl Core {
         list.into_iter().find(|&(stands, _)| stands).map(|(_, why)| why)
     }
 
-    /// The pull-up on D+ is on.
+    /// Whether the pull-up on D+ is on.
     pub(super) fn is_connected(&self) -> bool {
         self.dctl & dctl::SDIS == 0 && self.grstctl & grstctl::CSRST == 0 && self.obstacle().is_none()
     }
 
-    /// Whether the core understands the traffic and can answer. One that does not is told.
+    /// Whether the core understands the traffic and can answer. An obstacle becomes a finding.
     pub(super) fn can_talk(&mut self) -> bool {
         if self.around.kernel_hz.abs_diff(KERNEL_HZ) > TOLERANCE_HZ {
             self.find("GRSTCTL", "the kernel clock is not 48 MHz within 0.25 %, USB 2.0 section 7.1.11");
@@ -119,8 +120,8 @@ impl Core {
         self.is_connected()
     }
 
-    /// The processor has slept. With the ULPI's clock enabled for sleep, the core waits in vain for an
-    /// external transceiver's clock meanwhile (RCC_AHB1LPENR.USB2OTGHSULPILPEN, set out of reset).
+    /// Follows a sleep of the processor. With the ULPI's clock enabled for sleep, the core waits in vain for
+    /// an external transceiver's clock meanwhile (RCC_AHB1LPENR.USB2OTGHSULPILPEN, set out of reset).
     pub fn processor_slept(&mut self, now_ns: u64) {
         self.advance(now_ns);
         if self.around.ulpi_asleep && self.is_connected() && self.link.is_plugged() {
@@ -133,7 +134,7 @@ impl Core {
         }
     }
 
-    /// OTG_DCTL as it reads.
+    /// Returns OTG_DCTL as it reads.
     pub(super) const fn device_control(&self) -> u32 {
         let in_nak = if self.global_in_nak { dctl::GINSTS } else { 0 };
         let out_nak = if self.global_out_nak { dctl::GONSTS } else { 0 };
@@ -165,13 +166,13 @@ impl Core {
         }
     }
 
-    /// OTG_DSTS.
+    /// Returns OTG_DSTS as it reads.
     pub(super) const fn device_status(&self) -> u32 {
         let suspended = if self.link.suspended { dsts::SUSPSTS } else { 0 };
         suspended | dsts::FULL_SPEED | (self.link.frame as u32 & dsts::FNSOF) << dsts::FNSOF_SHIFT
     }
 
-    /// The host's port drives the lines differently from now on.
+    /// Follows a change of the lines by the host's port.
     pub(super) fn follow_port(&mut self, drive: Drive) {
         let before = std::mem::replace(&mut self.link.drive, drive);
         if before == Drive::Unplugged && drive != before && self.dctl & dctl::SDIS == 0 {
@@ -193,7 +194,7 @@ impl Core {
         self.settle();
     }
 
-    /// Leaves suspend, for this reason.
+    /// Leaves suspend, with this interrupt cause.
     fn wake(&mut self, cause: u32) {
         if std::mem::take(&mut self.link.suspended) {
             self.latched |= cause;
@@ -202,7 +203,7 @@ impl Core {
 
     fn begin_bus_reset(&mut self) {
         if self.pcgcctl & pcgcctl::STPPCLK != 0 {
-            // Without its clock the core can only ask for it.
+            // Without its clock the core can only ask for it, by interrupt.
             self.wake(gint::RSTDET | gint::WKUPINT);
             self.link.unannounced = true;
             return;
@@ -211,11 +212,12 @@ impl Core {
         self.latched |= gint::USBRST;
         self.control = super::core::Control::default();
         self.take_address();
-        // "The core clears this bit for all endpoints (other than EP 0) after detecting a USB reset."
+        // The manual says: "The core clears this bit for all endpoints (other than EP 0) after detecting a
+        // USB reset."
         self.ins.iter_mut().chain(&mut self.outs).for_each(super::endpoint::Endpoint::deactivate);
     }
 
-    /// Brings the core up to this instant: suspend comes with time.
+    /// Brings the core up to this instant, as suspend comes with time.
     pub fn advance(&mut self, now_ns: u64) {
         self.now_ns = self.now_ns.max(now_ns);
         if let Some(since) = self.link.idle_since {
@@ -240,7 +242,7 @@ impl Core {
         }
     }
 
-    /// When the core changes by itself next.
+    /// Returns the instant of the core's next change by itself.
     #[must_use]
     pub fn next_change(&self) -> Option<u64> {
         let suspend = self.link.idle_since.map(|since| since + if self.link.early { 2 * IDLE_NS } else { IDLE_NS });
@@ -248,7 +250,7 @@ impl Core {
         [suspend, judged].into_iter().flatten().min()
     }
 
-    /// What follows from the registers and the line as they are now.
+    /// Carries out all effects of the present registers and line state.
     pub(super) fn settle(&mut self) {
         if self.grstctl & grstctl::CSRST != 0 {
             // The reset ends in the transceiver's clock domain, if that has a clock.

@@ -1,4 +1,4 @@
-//! Where the core's registers are and what their bits are called, RM0399 section 60.14.
+//! Offsets of the core's registers and names of their bits, RM0399 section 60.14.
 //!
 //! Offsets count from the core's base, 0x4008_0000 for the second core.
 
@@ -15,16 +15,16 @@ pub const GINTMSK: u32 = 0x018;
 pub const GRXSTSR: u32 = 0x01C;
 pub const GRXSTSP: u32 = 0x020;
 pub const GRXFSIZ: u32 = 0x024;
-/// DIEPTXF0 in device mode.
+/// OTG_DIEPTXF0 in device mode.
 pub const HNPTXFSIZ: u32 = 0x028;
 pub const HNPTXSTS: u32 = 0x02C;
 pub const GCCFG: u32 = 0x038;
 pub const CID: u32 = 0x03C;
 pub const GLPMCFG: u32 = 0x054;
 pub const HPTXFSIZ: u32 = 0x100;
-/// DIEPTXF1; the others follow.
+/// OTG_DIEPTXF1; the registers of the other FIFOs follow.
 pub const DIEPTXF1: u32 = 0x104;
-/// The host's registers, up to the device's.
+/// Registers for host mode, up to those for device mode.
 pub const HOST: u32 = 0x400;
 pub const DCFG: u32 = 0x800;
 pub const DCTL: u32 = 0x804;
@@ -41,12 +41,12 @@ pub const DEACHINT: u32 = 0x838;
 pub const DEACHINTMSK: u32 = 0x83C;
 pub const DIEPEACHMSK1: u32 = 0x844;
 pub const DOEPEACHMSK1: u32 = 0x884;
-/// The registers of IN endpoint 0; those of the next endpoint are [`STRIDE`] further on.
+/// Registers of IN endpoint 0; the next endpoint's are [`STRIDE`] further on.
 pub const IN: u32 = 0x900;
-/// The same of the OUT endpoints.
+/// Registers of OUT endpoint 0; the next endpoint's are [`STRIDE`] further on.
 pub const OUT: u32 = 0xB00;
 pub const STRIDE: u32 = 0x20;
-/// Of an endpoint: DIEPCTLx or DOEPCTLx, and so on.
+/// Offsets within an endpoint's registers: DIEPCTLx or DOEPCTLx, and so on.
 pub const CTL: u32 = 0x00;
 pub const INT: u32 = 0x08;
 pub const TSIZ: u32 = 0x10;
@@ -58,7 +58,7 @@ pub const FIFO: u32 = 0x1000;
 pub const FIFO_STRIDE: u32 = 0x1000;
 pub const FIFO_END: u32 = FIFO + FIFO_STRIDE * ENDPOINTS as u32;
 
-/// Bits of OTG_GOTGCTL.
+/// Bits of register OTG_GOTGCTL.
 pub mod gotgctl {
     pub const BVALOEN: u32 = 1 << 6;
     pub const BVALOVAL: u32 = 1 << 7;
@@ -68,19 +68,19 @@ pub mod gotgctl {
     pub const READ_ONLY: u32 = 1 | 1 << 8 | CIDSTS | 1 << 17 | 1 << 18 | BSVLD | 1 << 21;
 }
 
-/// Bits of OTG_GOTGINT.
+/// Bits of register OTG_GOTGINT.
 pub mod gotgint {
     pub const SEDET: u32 = 1 << 2;
 }
 
-/// Bits of OTG_GAHBCFG.
+/// Bits of register OTG_GAHBCFG.
 pub mod gahbcfg {
     pub const GINT: u32 = 1;
     pub const DMAEN: u32 = 1 << 5;
     pub const TXFELVL: u32 = 1 << 7;
 }
 
-/// Bits of OTG_GUSBCFG.
+/// Bits of register OTG_GUSBCFG.
 pub mod gusbcfg {
     pub const PHYSEL: u32 = 1 << 6;
     pub const FHMOD: u32 = 1 << 29;
@@ -88,14 +88,14 @@ pub mod gusbcfg {
     pub const KEPT: u32 = PHYSEL | 0b111 << 17 | 1 << 22;
 }
 
-/// Bits of OTG_GRSTCTL.
+/// Bits of register OTG_GRSTCTL.
 pub mod grstctl {
     pub const CSRST: u32 = 1;
     pub const RXFFLSH: u32 = 1 << 4;
     pub const TXFFLSH: u32 = 1 << 5;
     pub const TXFNUM_SHIFT: u32 = 6;
     pub const TXFNUM: u32 = 0x1F << TXFNUM_SHIFT;
-    /// TXFNUM: every transmit FIFO.
+    /// Value of TXFNUM for every transmit FIFO.
     pub const ALL: u32 = 0x10;
     pub const AHBIDL: u32 = 1 << 31;
 }
@@ -119,7 +119,7 @@ pub mod gint {
     pub const CIDSCHG: u32 = 1 << 28;
     pub const SRQINT: u32 = 1 << 30;
     pub const WKUPINT: u32 = 1 << 31;
-    /// What writing one clears; the rest follows its cause.
+    /// Bits that are cleared by writing 1; the rest follow their causes.
     pub const LATCHED: u32 = 1 << 1
         | SOF
         | ESUSP
@@ -136,7 +136,7 @@ pub mod gint {
         | WKUPINT;
 }
 
-/// PKTSTS of an entry of the receive FIFO, and where the fields of the entry are: OTG_GRXSTSR.
+/// PKTSTS of an entry of the receive FIFO, and positions of the entry's fields: OTG_GRXSTSR.
 pub mod rxsts {
     pub const GLOBAL_OUT_NAK: u32 = 0b0001;
     pub const OUT_DATA: u32 = 0b0010;
@@ -151,26 +151,26 @@ pub mod rxsts {
     pub const DATA1: u32 = 0b10;
 }
 
-/// Bits of OTG_GCCFG.
+/// Bits of register OTG_GCCFG.
 pub mod gccfg {
-    /// Despite its name: the transceiver is powered.
+    /// Power of the transceiver: 1 is on, despite the bit's name.
     pub const PWRDWN: u32 = 1 << 16;
     pub const VBDEN: u32 = 1 << 21;
     /// Battery charger detection: DCDET, PDET, SDET and PS2DET are the core's.
     pub const READ_ONLY: u32 = 0xF;
 }
 
-/// Bits of OTG_DCFG.
+/// Bits of register OTG_DCFG.
 pub mod dcfg {
     pub const DSPD: u32 = 0b11;
-    /// DSPD: full speed by the internal transceiver.
+    /// Value of DSPD for full speed by the internal transceiver.
     pub const FULL_SPEED: u32 = 0b11;
     pub const NZLSOHSK: u32 = 1 << 2;
     pub const DAD_SHIFT: u32 = 4;
     pub const DAD: u32 = 0x7F << DAD_SHIFT;
 }
 
-/// Bits of OTG_DCTL.
+/// Bits of register OTG_DCTL.
 pub mod dctl {
     pub const RWUSIG: u32 = 1;
     pub const SDIS: u32 = 1 << 1;
@@ -180,14 +180,14 @@ pub mod dctl {
     pub const CGINAK: u32 = 1 << 8;
     pub const SGONAK: u32 = 1 << 9;
     pub const CGONAK: u32 = 1 << 10;
-    /// Bits that only act: they read zero.
+    /// Bits that only trigger actions and read zero.
     pub const ACTIONS: u32 = SGINAK | CGINAK | SGONAK | CGONAK;
 }
 
-/// Bits of OTG_DSTS.
+/// Bits of register OTG_DSTS.
 pub mod dsts {
     pub const SUSPSTS: u32 = 1;
-    /// ENUMSPD: full speed.
+    /// Value of ENUMSPD for full speed.
     pub const FULL_SPEED: u32 = 0b11 << 1;
     pub const FNSOF_SHIFT: u32 = 8;
     pub const FNSOF: u32 = 0x3FFF;
@@ -201,7 +201,7 @@ pub mod epctl {
     pub const NAKSTS: u32 = 1 << 17;
     pub const EPTYP_SHIFT: u32 = 18;
     pub const EPTYP: u32 = 0b11 << EPTYP_SHIFT;
-    /// EPTYP.
+    /// Value of EPTYP for an isochronous endpoint.
     pub const ISOCHRONOUS: u32 = 0b01;
     pub const STALL: u32 = 1 << 21;
     pub const TXFNUM_SHIFT: u32 = 22;
@@ -240,7 +240,7 @@ pub mod epint {
 /// Fields of OTG_DIEPTSIZx and OTG_DOEPTSIZx.
 pub mod tsiz {
     pub const PKTCNT_SHIFT: u32 = 19;
-    /// Of endpoint 0, in the IN direction; one bit in the OUT direction.
+    /// PKTCNT of endpoint 0 in the IN direction; the OUT direction has one bit.
     pub const PKTCNT0: u32 = 0b11;
     pub const PKTCNT: u32 = 0x3FF;
     pub const XFRSIZ0: u32 = 0x7F;
@@ -248,7 +248,7 @@ pub mod tsiz {
     pub const STUPCNT_SHIFT: u32 = 29;
 }
 
-/// Bits of OTG_PCGCCTL.
+/// Bits of register OTG_PCGCCTL.
 pub mod pcgcctl {
     pub const STPPCLK: u32 = 1;
     pub const WRITABLE: u32 = 0b11 | 1 << 5;

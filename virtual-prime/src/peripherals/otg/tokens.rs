@@ -1,4 +1,4 @@
-//! What the core answers to the host's tokens, RM0399 section 60.15 ("Device programming model").
+//! Answers of the core to the host's tokens, RM0399 section 60.15 ("Device programming model").
 
 use super::core::Core;
 use super::registers::*;
@@ -8,12 +8,12 @@ use crate::usb_host::wire::{Address, Drive, Function, Handshake, Reply, Toggle};
 const BACK_TO_BACK: u32 = 3;
 
 impl Core {
-    /// Whether the core takes part in the traffic for this device at all.
+    /// Whether the core receives the traffic for this device at all.
     fn hears(&mut self, to: Address) -> bool {
         to.device == self.address && usize::from(to.endpoint) < ENDPOINTS && self.can_talk()
     }
 
-    /// The first token after SETUP packets ends their stage: an entry of its own in the receive FIFO.
+    /// Ends the SETUP stage, at the first token after SETUP packets: an entry of its own in the receive FIFO.
     fn end_setup_stage(&mut self) {
         if std::mem::take(&mut self.control.setups) > 0 {
             self.receive(rxsts::SETUP_DONE, 0, Toggle::Data0, &[]);
@@ -21,7 +21,7 @@ impl Core {
         }
     }
 
-    /// The status stage of the control transfer is over.
+    /// Ends the control transfer after its status stage.
     const fn end_control(&mut self) {
         self.control.open = false;
         self.take_address();
@@ -32,7 +32,7 @@ impl Core {
         Handshake::Nak
     }
 
-    /// Takes a packet whose toggle is right and for which there is room.
+    /// Takes an OUT packet with the right toggle, for which there is room.
     fn take(&mut self, number: usize, toggle: Toggle, data: &[u8]) {
         self.receive(rxsts::OUT_DATA, number, toggle, data);
         let max_packet = self.out_max_packet(number);
@@ -40,7 +40,8 @@ impl Core {
         endpoint.toggle = toggle.flipped();
         endpoint.packets = endpoint.packets.saturating_sub(1);
         self.control.written |= number == 0 && !data.is_empty();
-        // "When the packet count becomes 0 or a short packet is received, the NAK bit is set."
+        // The manual says: "When the packet count becomes 0 or a short packet is received, the NAK bit is
+        // set."
         if endpoint.packets == 0 || data.len() < max_packet {
             endpoint.nak = true;
             self.ending[number] = true;
@@ -55,14 +56,14 @@ impl Core {
         if number == 0 { self.ins[0].max_packet(0) } else { self.outs[number].max_packet(number) }
     }
 
-    /// The length of the packet that goes out next, if there is one.
+    /// Returns the next packet to send, if there is one.
     fn next_packet(&self, number: usize) -> Option<Vec<u8>> {
         let endpoint = &self.ins[number];
         let ready = endpoint.enabled && !endpoint.nak && !self.global_in_nak && endpoint.packets > 0;
         let fifo = self.tx.get(endpoint.fifo()).filter(|_| ready)?;
         match fifo.front() {
             Some(packet) => Some(packet.clone()),
-            // Nothing more is to come into the FIFO: a packet without data.
+            // No more data are to come into the FIFO, so the packet has none.
             None if endpoint.size == 0 && !fifo.is_midway() => Some(Vec::new()),
             None => None,
         }
@@ -134,7 +135,7 @@ impl Function for Core {
             return Handshake::Nothing;
         }
         if toggle != self.outs[number].toggle {
-            // The host has missed our handshake and sends again what we have.
+            // The host has missed our handshake and repeats the packet that we have.
             return Handshake::Ack;
         }
         if !self.can_receive(data.len()) {

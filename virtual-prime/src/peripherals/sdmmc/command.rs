@@ -8,7 +8,7 @@ use sim::models::sd_card::{Reply, SdCard, Transfer};
 
 use super::{CMDSTOP, CMDTRANS, CPSMEN, DTEN, Data, POWER_ON, Sdmmc, flag};
 
-/// CMDINDEX of CMDR.
+/// Field CMDINDEX of register CMDR.
 const INDEX: u64 = 0x3F;
 /// The fastest clock while cards are identified (SD PL 6.00 section 6.6.6).
 const IDENTIFICATION_HZ: u64 = 400_000;
@@ -27,11 +27,11 @@ const LONG_RESPONSE: u64 = 3;
 /// A command on the command line.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Command {
-    /// The end of what goes on.
+    /// Event of the next step: end of the command, or of its response.
     pub event: EventId,
     register: u64,
     argument: u32,
-    /// What the card answers, once it has heard the command.
+    /// Answer of the card, once it has heard the command.
     heard: Option<(Reply, Transfer)>,
 }
 
@@ -55,7 +55,7 @@ impl Sdmmc {
         if value & CPSMEN == 0 {
             return;
         }
-        // Power on and a running clock are what puts bits on the line.
+        // Only power and a running clock put bits on the line.
         if self.power & POWER_ON != POWER_ON || self.kernel_hz == 0 {
             context.tell("CMDR", "RM0399 SDMMC: a command with the card's power off or without a kernel clock");
             return;
@@ -69,7 +69,7 @@ impl Sdmmc {
         if now_ns < self.powered_ns {
             context.tell("CMDR", "RM0399 SDMMC: a command in the first 74 clocks after power-on");
         }
-        // A question to a card that is not there any more may meet another one, which does not answer it.
+        // A question to a card that is gone may meet another card, which does not answer it.
         let identifies = matches!(value & INDEX, 0 | 2 | 3 | 8 | 41 | 55);
         let most_hz = self.card.as_ref().map_or(u64::MAX, SdCard::highest_hz);
         if self.hz(file) > most_hz && (identifies || most_hz > IDENTIFICATION_HZ) {
@@ -91,7 +91,7 @@ impl Sdmmc {
         }
     }
 
-    /// The end of the command, or of its response.
+    /// Ends the command, or its response.
     pub(super) fn advance_command(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         let Some(mut command) = self.command.take() else { return };
         let Some((reply, transfer)) = command.heard else {
@@ -160,7 +160,7 @@ impl Sdmmc {
         self.status |= if checked { flag::CMDREND } else { flag::CCRCFAIL };
     }
 
-    /// D0 is looked at after a response. Low means busy, unless it is the data path that keeps the card busy.
+    /// Samples D0 after a response. Low means busy, unless the data path keeps the card busy.
     fn sample_busy(&mut self, reply: Reply, file: &RegisterFile, context: &mut DeviceContext<'_>) {
         let until = self.card.as_ref().map_or(0, SdCard::busy_until_ns);
         if reply == Reply::None || until <= context.now().0 || matches!(self.data, Data::Busy { .. }) {

@@ -7,12 +7,12 @@ use rigless::soc::stm32h743::generated::sdmmc1::Register;
 
 use super::{Sdmmc, flag};
 
-/// IDMACTRLR fields.
+/// Fields of register IDMACTRLR.
 const IDMAEN: u64 = 1;
 const IDMABMODE: u64 = 1 << 1;
 const IDMABACT: u64 = 1 << 2;
-/// What the internal DMA of SDMMC1 reaches, RM0399 table 3: the flash, AXI SRAM and the external memories,
-/// but neither the TCMs nor the second domain's SRAM.
+/// Memories that the internal DMA of SDMMC1 reaches, RM0399 table 3: the flash, AXI SRAM and the external
+/// memories, but neither the TCMs nor the second domain's SRAM.
 const REACH: [Range<u64>; 3] = [0x0800_0000..0x0820_0000, 0x2400_0000..0x2408_0000, 0x6000_0000..0xA000_0000];
 /// Tokens of the accesses the DMA makes.
 pub(super) const FETCH: u64 = 1;
@@ -28,8 +28,8 @@ impl Sdmmc {
         file.get(Register::Idmactrlr) & IDMAEN != 0
     }
 
-    /// Where the DMA goes next; in double-buffer mode it changes buffers and says so. `None` when it does not
-    /// get there.
+    /// Returns the DMA's next address; in double-buffer mode it changes buffers and raises the flag. `None`
+    /// when the DMA does not reach the address.
     pub(super) fn next_dma_address(&mut self, file: &mut RegisterFile) -> Option<u64> {
         let control = file.get(Register::Idmactrlr);
         if control & IDMABMODE != 0 && self.dma_room == 0 {

@@ -13,18 +13,18 @@ use super::{Data, FIFO_WORDS, Sdmmc, flag, idma};
 const START_CLOCKS: u64 = 1;
 const END_CLOCKS: u64 = 17;
 
-/// A block that comes in.
+/// A block that is being received.
 #[derive(Clone, Debug)]
 pub(super) struct Incoming {
     words: VecDeque<u32>,
     bytes: u64,
-    /// When the first data bit came; later by the time the clock has stood still since.
+    /// Instant of the first data bit; later by the time that the clock has stood still since.
     began_ns: u64,
-    /// Words that have come, of which the last may wait for room.
+    /// Words received, of which the last may wait for room.
     came: u64,
     /// The next word or the end of the block; `None` while flow control holds the clock.
     event: Option<EventId>,
-    /// The checksum will be right.
+    /// Whether the checksum will be right.
     intact: bool,
 }
 
@@ -47,7 +47,7 @@ impl Sdmmc {
         self.data = Data::WaitReceive { timeout, start };
     }
 
-    /// The card has been told to send.
+    /// Follows a command that has told the card to send.
     pub(super) fn follow_receive(&mut self, _file: &RegisterFile, context: &mut DeviceContext<'_>) {
         if self.transfer == Transfer::Read
             && let Data::WaitReceive { start, .. } = &mut self.data
@@ -74,7 +74,7 @@ impl Sdmmc {
         }
     }
 
-    /// The card's start bit, if it still has something to send.
+    /// Receives the card's start bit, if the card still has something to send.
     fn begin_block(&mut self, file: &RegisterFile, context: &mut DeviceContext<'_>) {
         let bytes = Self::block_bytes(file);
         let intact = self.arrives_intact(file) && !self.card.as_mut().is_some_and(SdCard::damages_block);
@@ -94,19 +94,19 @@ impl Sdmmc {
         self.data = Data::Receive(incoming);
     }
 
-    /// The next word is complete.
+    /// Schedules the end of the next word.
     fn schedule_word(&self, incoming: &Incoming, file: &RegisterFile, context: &mut DeviceContext<'_>) -> EventId {
         let bits = ((incoming.came + 1) * 32).min(incoming.bytes * 8);
         context.schedule(VirtualNanos(incoming.began_ns + self.clocks(bits / Self::lines(file), file)))
     }
 
-    /// The end bit.
+    /// Schedules the block's end bit.
     fn schedule_end(&self, incoming: &Incoming, file: &RegisterFile, context: &mut DeviceContext<'_>) -> EventId {
         let clocks = incoming.bytes * 8 / Self::lines(file) + END_CLOCKS;
         context.schedule(VirtualNanos(incoming.began_ns + self.clocks(clocks, file)))
     }
 
-    /// A word has come in, or with DMA the block.
+    /// Receives a word, or with DMA the block.
     pub(super) fn receive(
         &mut self,
         event: EventId,
@@ -150,9 +150,9 @@ impl Sdmmc {
         });
     }
 
-    /// Firmware takes a word. The manual does not say what a read of the empty FIFO does. On silicon DATAEND
+    /// Lets firmware take a word. The manual does not define a read of the empty FIFO. On silicon DATAEND
     /// waits until the FIFO is empty, and a driver that reads both words of the SCR as soon as the first is
-    /// there still sees it: so the word that comes next counts as read.
+    /// there still sees it: so the next word to come counts as read.
     pub(super) fn read_fifo(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) -> u64 {
         let word = self.fifo.pop_front();
         if word.is_none() && self.remaining > 0 {
@@ -163,7 +163,7 @@ impl Sdmmc {
         u64::from(word.unwrap_or(0))
     }
 
-    /// Firmware has taken a word: a clock that stood still goes on, or the transfer is complete.
+    /// Follows a word taken by firmware: a clock that stood still goes on, or the transfer is complete.
     fn room_in_fifo(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         match std::mem::replace(&mut self.data, Data::Failed) {
             Data::Receive(mut incoming) if incoming.event.is_none() => {

@@ -13,22 +13,22 @@ const START_CLOCKS: u64 = 3;
 /// status.
 const END_CLOCKS: u64 = 16 + 1 + 2 + 5;
 
-/// A block that goes out.
+/// A block that is being sent.
 #[derive(Clone, Debug)]
 pub(super) struct Outgoing {
     bytes: Vec<u8>,
     /// Bytes of the whole block.
     length: u64,
-    /// When the first data bit went; later by the time the clock has stood still since.
+    /// Instant of the first data bit; later by the time that the clock has stood still since.
     began_ns: u64,
     /// Words taken from the FIFO.
     went: u64,
-    /// The next word is due, or the card's status; `None` while flow control holds the clock.
+    /// Event of the next word or of the card's status; `None` while flow control holds the clock.
     event: Option<EventId>,
 }
 
 impl Outgoing {
-    /// The DMA has fetched a word.
+    /// Takes a word that the DMA has fetched.
     pub(super) fn fetched(&mut self, word: u32) {
         self.bytes.extend(word.to_le_bytes());
     }
@@ -39,7 +39,7 @@ impl Outgoing {
 }
 
 impl Sdmmc {
-    /// In Wait_S, a block begins once the card has been told to take one and the first word is there.
+    /// Begins a block in Wait_S, once the card has been told to take one and the first word is there.
     pub(super) fn follow_send(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         if !matches!(self.data, Data::WaitSend) || self.transfer != Transfer::Write {
             return;
@@ -54,7 +54,7 @@ impl Sdmmc {
                     self.fail(flag::IDMATE);
                     return;
                 };
-                // The answers come back in order and fill the block.
+                // The fetched words come back in order and fill the block.
                 context.read_from(address, Width::W32, idma::FETCH);
             }
             outgoing.went = outgoing.words();
@@ -65,7 +65,7 @@ impl Sdmmc {
         self.data = Data::Send(outgoing);
     }
 
-    /// When the next word is due in the shift register; after the last, the end of the card's status.
+    /// Schedules the next word in the shift register; after the last word, the end of the card's status.
     fn schedule_next(&self, outgoing: &Outgoing, file: &RegisterFile, context: &mut DeviceContext<'_>) -> EventId {
         let lines = Self::lines(file);
         let clocks = if outgoing.went < outgoing.words() {
@@ -101,7 +101,7 @@ impl Sdmmc {
         }
     }
 
-    /// Firmware has written a word.
+    /// Follows a word written by firmware.
     pub(super) fn word_in_fifo(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         self.follow_send(file, context);
         let due_clocks = match &self.data {

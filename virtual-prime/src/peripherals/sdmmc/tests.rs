@@ -60,7 +60,7 @@ impl Bench {
         self.run_ns(clocks * CLOCK_NS);
     }
 
-    /// Runs clock by clock until one of these flags is up; how many clocks it took.
+    /// Runs clock by clock until one of these flags is up. Returns the number of clocks.
     #[track_caller]
     fn run_until(&mut self, flags: u64) -> u64 {
         for clocks in 0..1_000_000 {
@@ -183,7 +183,7 @@ fn a_full_fifo_overruns_and_stays_so_until_the_transfer_is_stopped() {
     bench.run_until(flag::RXFIFOF);
     assert_eq!(bench.run_until(ERRORS), 8);
     assert_eq!(bench.status() & (ERRORS | flag::DPSMACT), flag::RXOVERR | flag::DPSMACT);
-    // Until it is stopped, the data path takes no new settings.
+    // Until the transfer is stopped, the data path takes no new settings.
     bench.write(Register::Dlenr, 8);
     assert_eq!(bench.read(Register::Dlenr), 512);
     bench.write(Register::Dctrl, FIFORST);
@@ -247,7 +247,7 @@ fn an_empty_fifo_in_mid_block_is_an_underrun_or_stops_the_clock() {
         let mut bench = Bench::new(clock);
         bench.transfer(24, 5, 1, 0);
         bench.run_until(flag::CMDREND);
-        // In Wait_S there is no hurry.
+        // In Wait_S no time-out runs.
         bench.run(100_000);
         assert_eq!(bench.status() & ERRORS, 0);
         bench.write(Register::Fifor, 7);
@@ -297,7 +297,7 @@ fn busy_after_a_response_is_shown_until_the_card_is_ready() {
         }
         bench.write(Register::Fifor, word);
     }
-    // Sent, and the card programs: that is the data path's business, and no BUSYD0.
+    // The block is sent and the card programs: that is the data path's business, and not BUSYD0.
     bench.run(16 * 8 + 100);
     assert_eq!(bench.status() & (flag::DPSMACT | flag::BUSYD0 | flag::DATAEND), flag::DPSMACT);
     bench.command(12, 0, SHORT | CMDSTOP);
@@ -362,7 +362,7 @@ fn the_fifo_is_closed_while_the_data_path_is_idle() {
 /// CLKDIV 2: 50 MHz.
 const FAST: u64 = 2 | 1 << 14;
 
-/// CMD6: high speed.
+/// Switches the card to high speed (CMD6).
 fn switch(bench: &mut Bench) {
     bench.write(Register::Dlenr, 64);
     bench.write(Register::Dctrl, 6 << 4 | DTDIR);
@@ -376,7 +376,7 @@ fn switch(bench: &mut Bench) {
     bench.run_until(flag::DATAEND | ERRORS);
 }
 
-/// A block through the FIFO at this clock: how long the words take, ns, and how it ends.
+/// Reads a block through the FIFO at this clock. Returns the time of the words, ns, and the final flags.
 fn timed_block(bench: &mut Bench, clock: u64) -> (u64, u64) {
     bench.write(Register::Clkcr, clock | HWFC_EN);
     bench.transfer(17, 0, 1, DTDIR);
@@ -399,7 +399,7 @@ fn timed_block(bench: &mut Bench, clock: u64) -> (u64, u64) {
 fn a_faster_bus_takes_less_time_once_the_card_is_set_to_high_speed() {
     let mut bench = Bench::new(FOUR_LINES);
     assert_eq!(timed_block(&mut bench, FOUR_LINES), (127 * 8 * 40, flag::DATAEND));
-    // Before, everything arrives damaged.
+    // Before the switch to high speed everything arrives damaged.
     assert_eq!(timed_block(&mut bench, FAST).1, flag::DCRCFAIL);
     bench.command(12, 0, SHORT | CMDSTOP);
     bench.write(Register::Clkcr, FOUR_LINES | HWFC_EN);
@@ -416,7 +416,7 @@ fn an_answer_that_arrives_damaged_is_told() {
     assert_eq!(bench.status() & (flag::CMDREND | flag::CCRCFAIL), flag::CCRCFAIL);
 }
 
-/// PL 6.00 section 4.6.2.1: a card may take 100 ms to its first block.
+/// A card may take 100 ms to its first block, PL 6.00 section 4.6.2.1.
 #[test]
 fn a_card_that_takes_its_time_is_waited_for_as_long_as_the_timer_says() {
     let mut bench = Bench::new(FOUR_LINES | HWFC_EN);

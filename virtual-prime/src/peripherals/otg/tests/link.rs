@@ -3,7 +3,8 @@
 use super::*;
 use crate::usb_host::controller::PortEvent;
 
-/// A connected core, but for one thing; what it is told 20 ms after the cable was plugged in.
+/// Connects a core that `spoil` has changed. Returns the registers of its findings 20 ms after the cable was
+/// plugged in.
 fn connected_but(spoil: impl FnOnce(&mut Bench)) -> Vec<&'static str> {
     let mut bench = Bench::new();
     bench.connect();
@@ -32,7 +33,7 @@ fn the_pull_up_needs_everything_and_what_lacks_is_said() {
         ["GCCFG"],
         "VBUS sensing"
     );
-    // Not to connect is no mistake.
+    // A core that does not connect is no mistake.
     assert!(connected_but(|bench| bench.w(DCTL, dctl::SDIS)).is_empty());
 }
 
@@ -89,7 +90,7 @@ fn a_bus_reset_is_announced_at_its_beginning_and_the_speed_at_its_end() {
     bench.run(10 * MS);
     assert_ne!(bench.r(GINTSTS) & gint::ENUMDNE, 0);
     assert_eq!(bench.r(DSTS) & dsts::FULL_SPEED, dsts::FULL_SPEED);
-    // The endpoints leave the configuration, and nothing else changes.
+    // The reset takes the endpoints out of the configuration, and changes nothing else.
     assert_eq!(bench.r(OUT + STRIDE + CTL) & epctl::USBAEP, 0);
     assert_ne!(bench.r(OUT + STRIDE + CTL) & epctl::EPENA, 0);
     assert_ne!(bench.r(OUT + CTL) & epctl::USBAEP, 0);
@@ -104,7 +105,7 @@ fn frames_count_and_are_announced() {
     bench.run(10 * MS);
     assert_eq!(bench.r(DSTS) >> dsts::FNSOF_SHIFT, before + 10);
     assert_ne!(bench.r(GINTSTS) & gint::SOF, 0);
-    // 11 bits.
+    // The frame number has 11 bits.
     bench.run(2_048 * MS);
     assert_eq!(bench.r(DSTS) >> dsts::FNSOF_SHIFT, before + 10);
 }
@@ -123,7 +124,7 @@ fn idle_is_early_suspend_after_3_ms_and_suspend_after_6() {
     assert_ne!(bench.r(GINTSTS) & gint::USBSUSP, 0);
     assert_eq!(bench.r(DSTS) & dsts::SUSPSTS, dsts::SUSPSTS);
     assert_ne!(bench.r(PCGCCTL) & pcgcctl::PHYSUSP, 0);
-    // Once.
+    // The interrupt comes only once.
     bench.clear_all();
     bench.run(100 * MS);
     assert_eq!(bench.r(GINTSTS) & (gint::ESUSP | gint::USBSUSP), 0);
@@ -142,7 +143,7 @@ fn a_cable_that_is_pulled_out_is_a_line_that_falls_idle() {
     bench.run(6 * MS);
     assert_ne!(bench.r(GINTSTS) & gint::USBSUSP, 0);
     bench.clear_all();
-    // Plugged in again: nothing but the reset is to be noticed.
+    // After plugging in again nothing but the reset is to be noticed.
     bench.host.plug(bench.now, &mut bench.core);
     bench.run(100 * MS);
     assert_eq!(bench.r(GINTSTS) & gint::LATCHED, 0);

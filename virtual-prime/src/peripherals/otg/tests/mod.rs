@@ -1,4 +1,4 @@
-//! The core from both sides: its registers, and the host at the other end of the cable.
+//! Tests of the core from both sides: its registers, and the host at the other end of the cable.
 
 mod control;
 mod link;
@@ -26,15 +26,15 @@ struct Bench {
 }
 
 impl Bench {
-    /// Out of reset.
+    /// Creates a core out of reset.
     fn new() -> Self {
         let mut core = Core::new();
         core.look_around(WIRED);
         Self { core, host: Controller::default(), now: 0, ended: Vec::new() }
     }
 
-    /// Connected, enabled by a bus reset, with FIFOs and endpoint 0 ready for a SETUP, and all interrupts
-    /// unmasked but SOF and the host's.
+    /// Creates a core that is connected and enabled by a bus reset, with FIFOs and endpoint 0 ready for a
+    /// SETUP, and all interrupts unmasked but SOF and the host's.
     fn ready() -> Self {
         let mut bench = Self::new();
         bench.connect();
@@ -60,7 +60,7 @@ impl Bench {
         self.w(DCTL, 0);
     }
 
-    /// Plugs in and resets the bus.
+    /// Plugs in the cable and resets the bus.
     fn enable(&mut self) {
         self.host.plug(self.now, &mut self.core);
         self.run(MS);
@@ -70,7 +70,7 @@ impl Bench {
         assert_eq!(self.host.port(), Port::Enabled);
     }
 
-    /// 128 words for reception, 16 for each of endpoints 0 to 2.
+    /// Sets up the FIFOs: 128 words for reception, 16 for each of endpoints 0 to 2.
     fn set_up_fifos(&mut self) {
         self.w(GRXFSIZ, 128);
         self.w(HNPTXFSIZ, 16 << 16 | 128);
@@ -86,7 +86,7 @@ impl Bench {
         }
     }
 
-    /// Bulk endpoints 1, 64 bytes each way.
+    /// Opens bulk endpoints 1, 64 bytes each way.
     fn open_bulk(&mut self) {
         let bulk = epctl::USBAEP | 0b10 << epctl::EPTYP_SHIFT | epctl::SD0PID | 64;
         self.w(IN + STRIDE + CTL, bulk | 1 << epctl::TXFNUM_SHIFT | epctl::SNAK);
@@ -140,7 +140,7 @@ impl Bench {
         value
     }
 
-    /// Lets time pass.
+    /// Runs core and host for so many nanoseconds.
     fn run(&mut self, ns: u64) {
         let end = self.now + ns;
         self.host.run(self.now, &mut self.core);
@@ -172,7 +172,7 @@ impl Bench {
         self.submit(CONTROL, Request::Control { setup, data: data.to_vec() })
     }
 
-    /// How a transfer ended, if it has.
+    /// Takes the completion of a transfer, if it has ended.
     fn outcome(&mut self, id: TransferId) -> Option<Completion> {
         self.ended.extend(self.host.take_completions());
         self.ended.iter().position(|ended| ended.id == id).map(|place| self.ended.remove(place))
@@ -185,7 +185,7 @@ impl Bench {
         ended.data
     }
 
-    /// The registers named in what was found.
+    /// Returns the registers named in the core's findings.
     fn found(&mut self) -> Vec<&'static str> {
         self.core.take_findings().into_iter().map(|finding| finding.register).collect()
     }

@@ -1,4 +1,4 @@
-//! Bulk OUT: what is taken, what is refused, and what firmware sees of it.
+//! Bulk OUT: packets accepted and refused, and their traces in the registers.
 
 use super::*;
 use crate::usb_host::wire::Toggle;
@@ -103,7 +103,7 @@ fn a_repeated_packet_is_acknowledged_and_dropped() {
     bench.expect(id, Outcome::Done);
     assert_eq!(bench.pop().0, rxsts::OUT_DATA);
     assert_eq!(bench.r(GRXSTSR), 0);
-    // In sequence again.
+    // The next packet is in sequence again.
     bench.submit(BULK_OUT, out(&[2; 64]));
     bench.run(MS);
     assert_eq!(bench.pop(), (rxsts::OUT_DATA, 1, vec![2; 64]));

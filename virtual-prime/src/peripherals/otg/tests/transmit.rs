@@ -60,7 +60,7 @@ fn room_in_the_fifo_and_its_emptiness_follow_its_filling() {
     assert_ne!(bench.r(GINTSTS) & gint::IEPINT, 0, "without DIEPMSK");
     bench.w(GAHBCFG, gahbcfg::GINT | gahbcfg::TXFELVL);
     assert_eq!(bench.r(IN + STRIDE + INT) & epint::TXFE, 0, "not completely");
-    // It follows the FIFO and cannot be cleared.
+    // TXFE follows the FIFO and cannot be cleared.
     bench.submit(BULK_IN, Request::In(64));
     bench.run(MS);
     bench.w(IN + STRIDE + INT, epint::TXFE);
@@ -203,7 +203,7 @@ fn endpoints_take_turns() {
     let write = bench.submit(BULK_OUT, Request::Out { data: vec![2; 256], zero: false });
     bench.run(MS);
     let ends: Vec<u64> = [read, write].map(|id| bench.outcome(id).expect("ended").at_ns).to_vec();
-    // One packet apart: 77 bytes.
+    // The ends are one packet of 77 bytes apart.
     assert_eq!(ends[1] - ends[0], 51_333, "{ends:?}");
 }
 
