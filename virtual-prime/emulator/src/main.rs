@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// In the result: what it was made from.
+/// File in the result with the hash of its sources.
 const STAMP: &str = ".made-from";
 
 fn main() -> ExitCode {
@@ -50,7 +50,7 @@ fn make(here: &Path, result: &Path) -> Result<(), String> {
     fs::rename(&fresh, result).map_err(|error| format!("{}: {error}", result.display()))
 }
 
-/// FNV-1a over all texts, in hexadecimal.
+/// Computes FNV-1a over all texts, in hexadecimal.
 fn stamp<'a>(texts: impl Iterator<Item = &'a str>) -> String {
     let hash = texts
         .flat_map(str::bytes)
@@ -58,7 +58,7 @@ fn stamp<'a>(texts: impl Iterator<Item = &'a str>) -> String {
     format!("{hash:016x}")
 }
 
-/// What a folder holds, by name.
+/// Returns the paths in a folder, sorted by name.
 fn files(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let fail = |error: std::io::Error| format!("{}: {error}", folder.display());
     let entries = fs::read_dir(folder).map_err(fail)?.map(|entry| entry.map(|entry| entry.path()));

@@ -1,4 +1,4 @@
-//! Unified diffs, applied to the letter.
+//! Application of unified diffs, to the letter.
 
 use std::fs;
 use std::path::Path;
@@ -35,8 +35,8 @@ pub fn apply(patch: &str, root: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// Where a hunk begins in the old file: the number after the minus of `@@ -12,7 +12,9 @@`. A new file begins
-/// at 0.
+/// Returns the line at which a hunk begins in the old file: the number after the minus of `@@ -12,7 +12,9
+/// @@`. A new file begins at 0.
 fn first_line(header: &str) -> Option<usize> {
     let old = header.strip_prefix("@@ -")?;
     old[..old.find([',', ' '])?].parse().ok()

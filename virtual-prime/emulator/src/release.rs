@@ -32,8 +32,8 @@ fn said_by(command: &mut Command) -> Result<String, String> {
     }
 }
 
-/// Where the package's manifest is, in what `cargo metadata` prints. Of all that is called rigless in there,
-/// only the package is followed by its version.
+/// Finds the path of the package's manifest in the output of `cargo metadata`. Of all objects called rigless
+/// in there, only the package is followed by its version.
 fn manifest_path(metadata: &str) -> Option<PathBuf> {
     const KEY: &str = "\"manifest_path\":\"";
     let package = &metadata[metadata.find("\"name\":\"rigless\",\"version\"")?..];
@@ -41,8 +41,8 @@ fn manifest_path(metadata: &str) -> Option<PathBuf> {
     Some(path[..path.find('"')?].replace("\\\\", "\\").into())
 }
 
-/// Takes the crate's lints out of its manifest. They are for its own developers; cargo caps them for crates
-/// from a registry, and not for one in a folder.
+/// Takes the crate's lints out of its manifest. Lints are for the crate's own developers; cargo caps them for
+/// crates from a registry, and not for a crate in a folder.
 ///
 /// # Errors
 /// When the manifest cannot be read or written.

@@ -1,4 +1,4 @@
-//! What the images share: the board's start-up sequence, a console, and a way to end a run.
+//! Shared code of the images: the board's start-up sequence, a console, and a way to end a run.
 #![no_std]
 
 pub mod sd;
@@ -9,7 +9,7 @@ use core::panic::PanicInfo;
 use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
 pub use stm32h7::stm32h747cm7 as pac;
 
-/// Polls allowed for anything that must come.
+/// Number of polls allowed for anything that must come.
 const PATIENCE: u32 = 2_000_000;
 
 /// Waits for a condition; a run that waits in vain fails with the place in its message.
@@ -23,8 +23,8 @@ pub fn wait_for(what: &str, condition: impl Fn() -> bool) {
     panic!("waited in vain for {what}");
 }
 
-/// Direct SMPS supply, voltage scale 1, 400 MHz from the 25 MHz crystal, 200 MHz AHB, 100 MHz APB, as RM0399
-/// chapters 7 and 9 order it.
+/// Starts direct SMPS supply, voltage scale 1, 400 MHz from the 25 MHz crystal, 200 MHz AHB, 100 MHz APB, as
+/// RM0399 chapters 7 and 9 order it.
 pub fn start_clocks(dp: &pac::Peripherals) {
     // SAFETY: the value is one of RM0399 table 32's configurations: SDEN alone.
     dp.PWR.cr3.write(|w| unsafe { w.bits(0x0000_0004) });
@@ -72,13 +72,13 @@ impl<'a> Console<'a> {
         Self(&dp.USART2)
     }
 
-    /// One byte out.
+    /// Sends a byte once the transmit register is empty.
     pub fn put(&self, byte: u8) {
         wait_for("TXE", || self.0.isr.read().txe().bit());
         self.0.tdr.write(|w| w.tdr().bits(u16::from(byte)));
     }
 
-    /// One byte in, if there is one.
+    /// Returns a received byte, if there is one.
     pub fn get(&self) -> Option<u8> {
         self.0.isr.read().rxne().bit().then(|| self.0.rdr.read().rdr().bits() as u8)
     }
@@ -96,7 +96,7 @@ impl Write for Console<'_> {
     }
 }
 
-/// Ends the run: every check held.
+/// Ends the run, as every check held.
 pub fn pass() -> ! {
     loop {
         debug::exit(EXIT_SUCCESS);

@@ -1,4 +1,4 @@
-//! The SD card at the controller's registers, as RM0399 chapter 58 and the SD specification describe it.
+//! The SD card at the controller's registers, by RM0399 chapter 58 and the SD specification.
 
 use crate::{pac, wait_for};
 
@@ -16,7 +16,7 @@ pub const BLOCK: u32 = 9 << 4;
 const ALL_FLAGS: u32 = 0x1FE0_0FFF;
 /// Words of a block.
 pub const WORDS: usize = 128;
-/// SDMMC_STAR: what ends a command, and what goes wrong with data.
+/// SDMMC_STAR: flags that end a command, and errors of data.
 const COMMAND_OVER: u32 = 0xC5;
 const COMMAND_FAILED: u32 = 0x05;
 pub const DATA_ERRORS: u32 = 0x3A;
@@ -36,11 +36,11 @@ pub const FAST: u32 = 4;
 pub const FOUR_LINES: u32 = 1 << 14;
 pub const FLOW_CONTROL: u32 = 1 << 17;
 
-/// The controller.
+/// Registers of the SDMMC1 controller.
 pub struct Host<'a>(pub &'a pac::SDMMC1);
 
 impl Host<'_> {
-    /// SDMMC_STAR.
+    /// Reads the flags of SDMMC_STAR.
     pub fn status(&self) -> u32 {
         self.0.star.read().bits()
     }
@@ -51,7 +51,7 @@ impl Host<'_> {
         self.0.clkcr.write(|w| unsafe { w.bits(bits) });
     }
 
-    /// A command to its end, whatever that is: the flags.
+    /// Carries out a command, with success or not. Returns the flags.
     pub fn attempt(&self, index: u32, argument: u32, kind: u32) -> u32 {
         // SAFETY: every bit of these registers is writable.
         unsafe {
@@ -63,7 +63,7 @@ impl Host<'_> {
         self.status()
     }
 
-    /// A command; its first response word. Panics when it times out.
+    /// Carries out a command and returns its first response word. Panics when it times out.
     #[track_caller]
     pub fn command(&self, index: u32, argument: u32, kind: u32) -> u32 {
         let status = self.attempt(index, argument, kind);
@@ -90,19 +90,20 @@ impl Host<'_> {
         }
     }
 
-    /// Waits for the end of a transfer, which must be a good one.
+    /// Waits for the end of a transfer, and panics unless it is a good one.
     #[track_caller]
     pub fn wait_data(&self) {
         wait_for("DATAEND", || self.status() & (DATAEND | DATA_ERRORS) != 0);
         assert!(self.status() & DATA_ERRORS == 0, "data status {:#x}", self.status());
     }
 
-    /// Waits until the card has programmed what it was sent.
+    /// Waits until the card has programmed the last data.
     pub fn wait_programmed(&self, address: u32) {
         wait_for("the end of programming", || self.command(13, address, SHORT) >> 9 & 0xF == 4);
     }
 
-    /// Power-up, identification, selection: the card's address. The bus stays at one line and 400 kHz.
+    /// Powers up, identifies and selects the card. Returns the card's address. The bus stays at one line and
+    /// 400 kHz.
     pub fn identify(&self) -> u32 {
         self.clock(IDENTIFY);
         // SAFETY: PWRCTRL = on.
@@ -122,7 +123,7 @@ impl Host<'_> {
         address
     }
 
-    /// Four data lines at 25 MHz, with these bits of SDMMC_CLKCR besides.
+    /// Switches to four data lines at 25 MHz, with these bits of SDMMC_CLKCR besides.
     pub fn widen(&self, address: u32, bits: u32) {
         self.command(55, address, SHORT);
         self.command(6, 2, SHORT);

@@ -1,4 +1,4 @@
-//! `virtual-prime bench`: what a job costs the image, in instructions.
+//! Subcommand `virtual-prime bench`: cost of a job to the image, in instructions.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -8,9 +8,10 @@ use virtual_prime::instruments::{Call, Probe, Recorded};
 
 use super::job::{Finished, JobOptions, Study, play};
 
-/// The step feed writes this far ahead: what belongs to a motion begins so long before its first step.
+/// Lead of the step feed: calls that belong to a motion begin so long before its first step.
 const AHEAD_NS: u64 = 2_000_000;
-/// The queue is looked at in full motion only: it fills at the beginning, and empties at the end.
+/// Margin at both ends of the motion without samples of the queue, which fills at the beginning and empties
+/// at the end.
 const SETTLED_NS: u64 = 5_000_000;
 
 /// Options of `bench`.
@@ -92,13 +93,13 @@ fn print(finished: &Finished, functions: &[String]) {
     println!("  \"functions\": {{\n{}\n  }}\n}}", rows.join(",\n"));
 }
 
-/// Instructions from power-on to the last step. Until the operator sees that the job has ended, the machine
-/// idles for a time that has nothing to do with it.
+/// Counts the instructions from power-on to the last step. Until the operator sees that the job has ended,
+/// the machine idles for a time that has nothing to do with it.
 fn to_last_step(records: &Recorded, moving: &Range<u64>) -> u64 {
     records.calls.values().flatten().filter(|call| call.at_ns < moving.end).map(|call| call.before).max().unwrap_or(0)
 }
 
-/// What happened from just before the first step to the last one.
+/// Describes the run from just before the first step to the last step, as JSON.
 fn motion(records: &Recorded, moving: &Range<u64>) -> String {
     let began: Vec<u64> = records.calls.values().flatten().filter(within(moving)).map(|call| call.before).collect();
     let instructions = began.iter().max().zip(began.iter().min()).map_or(0, |(last, first)| last - first);
@@ -125,8 +126,8 @@ fn within(moving: &Range<u64>) -> impl Fn(&&Call) -> bool {
     move |call| moving.contains(&call.at_ns)
 }
 
-/// The distribution of a function's counts; `moving` are those while the machine moves. One that was never
-/// called has none.
+/// Describes the distribution of a function's counts; `moving` are those while the machine moves. A function
+/// that was never called has none.
 fn row(calls: &[Call], moving: &Range<u64>) -> String {
     let mut counts: Vec<u32> = calls.iter().map(|call| call.instructions).collect();
     counts.sort_unstable();

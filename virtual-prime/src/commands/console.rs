@@ -20,15 +20,15 @@ use super::onlooker::Onlooker;
 use super::serial::SerialSocket;
 use super::usb::{UsbOptions, UsbSocket};
 
-/// How much virtual time passes between two looks at the world outside.
+/// Virtual time between two rounds of serving the sockets and standard input.
 const SLICE: Duration = Duration::from_millis(5);
-/// The same while somebody is plugged in: a frame of the bus.
+/// Virtual time between two rounds while a computer is plugged in: a frame of the bus.
 const FRAME: Duration = Duration::from_millis(1);
-/// How long our image says nothing between two of its first words. What is typed before its consoles are up
-/// is lost, as on the board, so a pipe is held until then.
+/// Longest silence of our image between two of its first words. Input before its consoles are up is lost, as
+/// on the board, so a pipe is held until then.
 const FIRST_WORDS_NS: u64 = 200_000_000;
-/// When the input of a pipe has ended, the session ends after this long without a word and without a step:
-/// heating tells its temperatures more often.
+/// Silence, without a word and without a step, after which the session ends once the input of a pipe has
+/// ended: heating tells its temperatures more often.
 const QUIET_NS: u64 = 2_000_000_000;
 const PORT_NAMES: [&str; 3] = ["debug (USART2)", "UART 0 (USART3)", "UART 1 (UART4)"];
 
@@ -82,7 +82,7 @@ impl Options {
     }
 }
 
-/// Everything that can be connected to the board.
+/// Sockets for everything that can be connected to the board.
 struct Sockets {
     serial: Vec<SerialSocket>,
     usb: Option<UsbSocket>,
@@ -90,7 +90,7 @@ struct Sockets {
 }
 
 impl Sockets {
-    /// Opens them, and says where they are.
+    /// Opens all sockets, and prints their addresses.
     fn open(options: &Options, board: &PrimeBoard) -> Result<Self, String> {
         let mut serial = Vec::new();
         for (index, name) in PORT_NAMES.into_iter().enumerate() {
@@ -111,7 +111,7 @@ impl Sockets {
         if self.usb.as_ref().is_some_and(UsbSocket::is_plugged) { FRAME } else { SLICE }
     }
 
-    /// Hears what has come, and passes on what the board has said; what that was on the debug console.
+    /// Serves all sockets, both ways. Returns the board's bytes on the debug console.
     fn serve(&mut self, vm: &mut Vm, world: &SharedWorld) -> Vec<u8> {
         let mut debug = Vec::new();
         for (index, socket) in self.serial.iter_mut().enumerate() {
@@ -136,8 +136,8 @@ impl Sockets {
     }
 }
 
-/// Runs the board until standard input ends or the image does. A person ends it at once; a pipe, when all it
-/// said has been done, as far as can be heard and seen.
+/// Runs the board until standard input ends or the image does. A person's end of input ends the session at
+/// once; a pipe's, when the board seems to have done all that was sent.
 ///
 /// # Errors
 /// When the image cannot be started, or crashes.
@@ -190,8 +190,8 @@ pub fn run(options: &Options) -> Result<(), String> {
     ended
 }
 
-/// Takes the steps since the last call, so that they need no memory, and writes them down if that is asked
-/// for. Whether there were any.
+/// Takes the steps since the last call, so that they need no memory, and writes them to the recorder, if
+/// there is one. Returns whether there were any.
 fn take_steps(world: &SharedWorld, recorder: &mut Option<Recorder>, said: &[u8]) -> io::Result<bool> {
     let mut world = world.lock();
     let moved = !world.trace().edges().is_empty();
@@ -205,15 +205,15 @@ fn take_steps(world: &SharedWorld, recorder: &mut Option<Recorder>, said: &[u8])
     Ok(moved)
 }
 
-/// Whoever sits at standard input and output: a person or a pipe.
+/// Standard input and output, used by a person or a pipe.
 struct Desk {
     typed: Typed,
     is_person: bool,
     opening: Opening,
     first_words_ns: u64,
-    /// When the board may be spoken to, as far as is known.
+    /// Earliest instant to send input to the board, as far as is known.
     open_ns: u64,
-    /// When a byte last went either way or a step was last made.
+    /// Instant of the last byte in either direction or the last step.
     stirred_ns: u64,
 }
 
@@ -235,7 +235,7 @@ impl Desk {
         }
     }
 
-    /// Shows what the board has said; whether anybody is still there to read it.
+    /// Shows the board's bytes. Returns whether anybody still reads them.
     fn hear(&mut self, now_ns: u64, said: &[u8], moved: bool) -> bool {
         if !said.is_empty() && now_ns < self.open_ns && self.opening == Opening::AfterFirstWords {
             self.open_ns = now_ns + self.first_words_ns;
@@ -247,7 +247,7 @@ impl Desk {
         out.write_all(said).and_then(|()| out.flush()).is_ok()
     }
 
-    /// Passes on what is typed.
+    /// Passes on typed input.
     fn speak(&mut self, now_ns: u64, socket: &SerialSocket) {
         if now_ns >= self.open_ns {
             self.typed.hand_to(&socket.line);
@@ -257,8 +257,8 @@ impl Desk {
         }
     }
 
-    /// Whether everything is said and done. With a time to end at, the end of the input is not the end of the
-    /// session.
+    /// Whether all input is sent and the board is quiet. With a time to end at, the end of the input is not
+    /// the end of the session.
     const fn is_over(&self, now_ns: u64, has_end: bool) -> bool {
         let is_quiet = now_ns - self.stirred_ns >= QUIET_NS;
         self.typed.is_over() && !has_end && (self.is_person || is_quiet)

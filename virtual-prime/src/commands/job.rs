@@ -19,7 +19,7 @@ use super::log::{Log, texts};
 use super::machine::BoardOptions;
 
 const MS: u64 = 1_000_000;
-/// The console is served on this grid; a coarser one would delay answers, a finer one the run.
+/// Interval at which the console is served; a coarser grid would delay answers, a finer grid the run.
 const SLICE_NS: u64 = 10 * MS;
 /// The job's name on the card.
 const JOB: &str = "job.gcode";
@@ -60,40 +60,40 @@ impl JobOptions {
     }
 }
 
-/// What a job is run for, beside its files.
+/// Purpose of a run, beside its files.
 #[derive(Default)]
 pub struct Study {
-    /// What is measured.
+    /// Selection of the measurements.
     pub probe: Probe,
     /// Whether the operator asks for status and temperatures all the time while the machine moves.
     pub flood: bool,
     /// Whether a computer at the USB socket says and hears all it can meanwhile.
     pub usb_flood: bool,
-    /// The operator types `!` once, after this many steps, and `~` [`HELD_NS`] later.
+    /// Number of steps after which the operator types `!` once, and `~` [`HELD_NS`] later.
     pub hold_after: Option<u64>,
-    /// He types it so much later: the board is looked at only every [`SLICE_NS`], a whole number of periods
+    /// Delay of the `!` after that: the board is looked at only every [`SLICE_NS`], a whole number of periods
     /// of the image's tasks.
     pub hold_delay_ns: u64,
 }
 
-/// How long a hold lasts.
+/// Duration of a hold.
 const HELD_NS: u64 = 200 * MS;
-/// Slices between two questions for temperatures of an operator who floods.
+/// Slices between two M105 of an operator who floods.
 const SLICES_PER_M105: u64 = 4;
 
-/// A job that has come to its end, one way or the other.
+/// A job that has come to its end, successful or not.
 pub struct Finished {
-    /// How it went.
+    /// Result of the job.
     pub outcome: Outcome,
-    /// What the instruments recorded.
+    /// Records of the instruments.
     pub records: Records,
-    /// Virtual time it took, nanoseconds.
+    /// Virtual time of the run, nanoseconds.
     pub virtual_ns: u64,
-    /// Instructions executed.
+    /// Number of instructions executed.
     pub instructions: u64,
-    /// The first and the last step, nanoseconds since power-on.
+    /// Instants of the first and the last step, nanoseconds since power-on.
     pub moving: Option<(u64, u64)>,
-    /// When `!` was typed.
+    /// Instant at which `!` was typed.
     pub held_ns: Option<u64>,
 }
 
@@ -119,7 +119,7 @@ pub fn play(options: &JobOptions, study: &Study, out: &Path) -> Result<Finished,
     let lines = gcode.iter().filter(|&&byte| byte == b'\n').count() as u64;
     let mut running = start(options, &study.probe, out, gcode)?;
     let fail = |error: io::Error| format!("{}: {error}", out.display());
-    // Whatever another image logs: it need not be in our format.
+    // Log frames of another image need not be in our format.
     let table = if options.foreign { texts(&options.elf).unwrap_or_default() } else { texts(&options.elf)? };
     let mut frames = Log::new(table.as_ref());
     let mut log = fs::File::create(out.join("rtt.log")).map_err(fail)?;
@@ -172,7 +172,7 @@ fn start(options: &JobOptions, probe: &Probe, out: &Path, gcode: Vec<u8>) -> Res
 }
 
 impl Running {
-    /// Lets the board run for a slice, and the operator listen and speak.
+    /// Runs the board for a slice, and lets the operator read and type.
     fn slice(&mut self, meter: &mut Meter) -> io::Result<Span> {
         let span = self.vm.run_for(SLICE_NS);
         let said = self.console.receive();
@@ -190,7 +190,7 @@ impl Running {
         Ok(span)
     }
 
-    /// The operator does what the study wants of him besides.
+    /// Types for the operator the extra input that the study asks for.
     fn interfere(&mut self, study: &Study) {
         let (now_ns, steps) = (self.vm.now_ns(), self.world.lock().trace().total());
         match (study.hold_after, self.held_ns) {
@@ -205,7 +205,7 @@ impl Running {
             }
             _ => {}
         }
-        // What is still on the wire would only wait there.
+        // More questions would only queue up behind bytes that are still on the wire.
         if study.flood && steps > 0 && self.console.unsent() == 0 {
             self.console.send(b"?");
             if (now_ns / SLICE_NS).is_multiple_of(SLICES_PER_M105) {
@@ -214,7 +214,7 @@ impl Running {
         }
     }
 
-    /// The computer comes when the machine moves.
+    /// Lets the computer use the USB socket once the machine moves.
     fn use_usb(&mut self) -> Result<(), String> {
         if self.computer.is_plugged() {
             self.computer.flood(&mut self.vm);

@@ -43,8 +43,8 @@ impl BoardOptions {
         }
     }
 
-    /// The machine the configuration describes. What the configuration gets wrong is said on standard error
-    /// and is the firmware's business from then on.
+    /// Builds the machine of the configuration. Mistakes in the configuration are told on standard error and
+    /// left to the firmware from then on.
     fn machine(&self) -> Result<WorldConfig, String> {
         let Some(path) = &self.config else {
             return Ok(WorldConfig { chip: self.chip(), ..WorldConfig::default() });
@@ -62,7 +62,7 @@ impl BoardOptions {
         Ok(WorldConfig::of(&machine, self.chip()))
     }
 
-    /// The configuration as a file for the SD card.
+    /// Returns the configuration as a file for the SD card.
     ///
     /// # Errors
     /// When it cannot be read.
@@ -72,7 +72,7 @@ impl BoardOptions {
         Ok(Some(("config.ini".into(), text)))
     }
 
-    /// The board at power-on.
+    /// Builds the board at power-on.
     ///
     /// # Errors
     /// What is wrong with the configuration file or the faults.

@@ -1,4 +1,4 @@
-//! One module per subcommand, and what they share.
+//! Subcommands, a module for each, and their shared parts.
 
 pub mod bench;
 pub mod computer;

@@ -1,6 +1,6 @@
-//! The machine as somebody sees who stands beside it: where its carriages are, how warm its heaters. A test
-//! of a sender asks here, so that nothing rests on what the firmware or the sender believes. Whoever stands
-//! there can also pull a cable out.
+//! State of the machine as a person beside it sees it: positions of its carriages, temperatures of its
+//! heaters. A test of a sender asks here, so that nothing rests on the beliefs of firmware or sender. The
+//! person can also pull a cable out.
 
 use std::fmt::Write as _;
 use std::io::{self, Read, Write};
@@ -9,13 +9,13 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use sim::world::World;
 use units::Actuator;
 
-/// What pulls the USB cable out.
+/// Line that pulls the USB cable out.
 const UNPLUG: &[u8] = b"unplug";
-/// The longest line that is heard whole.
+/// Longest line that is read whole.
 const LINE_BYTES: usize = 64;
 
-/// Serves the state on a TCP port: each line that comes is answered by one line of JSON. `unplug` pulls the
-/// USB cable out first; whatever else it says only asks.
+/// Serves the state on a TCP port: each line that comes is answered by one line of JSON. A line `unplug`
+/// pulls the USB cable out first; any other only asks.
 pub struct Onlooker {
     listener: TcpListener,
     client: Option<TcpStream>,
@@ -23,12 +23,12 @@ pub struct Onlooker {
     line: Vec<u8>,
 }
 
-/// What was asked since the last call.
+/// Requests since the last call.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Asked {
-    /// Lines, each of which wants an answer.
+    /// Number of lines, each of which gets an answer.
     lines: usize,
-    /// The USB cable is to be pulled out before they are answered.
+    /// Whether the USB cable is to be pulled out before they are answered.
     pub unplugs: bool,
 }
 
@@ -43,7 +43,7 @@ impl Onlooker {
         Ok(Self { listener, client: None, line: Vec::new() })
     }
 
-    /// Where it listens.
+    /// Returns the listening address.
     ///
     /// # Errors
     /// What the system says.
@@ -51,7 +51,7 @@ impl Onlooker {
         self.listener.local_addr()
     }
 
-    /// Hears what has come. The latest client to connect is the one that is heard.
+    /// Reads received lines. Of several clients, only the latest to connect is served.
     pub fn hear(&mut self) -> Asked {
         if let Ok((client, _)) = self.listener.accept() {
             self.client = client.set_nonblocking(true).is_ok().then_some(client);
@@ -80,7 +80,8 @@ impl Onlooker {
         asked
     }
 
-    /// Answers it. `sent`: the bytes that the image has acknowledged at its USB socket, by OUT endpoint.
+    /// Answers the lines. `sent`: the bytes that the image has acknowledged at its USB socket, by OUT
+    /// endpoint.
     pub fn answer(&mut self, asked: Asked, world: &World, sent: Option<[u64; 16]>) {
         if let Some(client) = &mut self.client
             && asked.lines > 0
@@ -91,9 +92,9 @@ impl Onlooker {
     }
 }
 
-/// One line of JSON: seconds since power-on, the tool in mm, carriages in mm by motor, step edges so far,
-/// heaters in degrees Celsius with their mean duty, and of the USB socket, if it is offered, the acknowledged
-/// bytes by OUT endpoint.
+/// Describes the state as a line of JSON: seconds since power-on, the tool in mm, carriages in mm by motor,
+/// step edges so far, heaters in degrees Celsius with their mean duty, and of the USB socket, if it is
+/// offered, the acknowledged bytes by OUT endpoint.
 fn state(world: &World, sent: Option<[u64; 16]>) -> String {
     let [x, y, z] = world.tool_mm();
     let mut line =

@@ -1,4 +1,4 @@
-//! `virtual-prime run`: one job, headless, to its end.
+//! Subcommand `virtual-prime run`: a job, headless, to its end.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! A serial port on TCP.
+//! A serial port of the board on TCP.
 
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -10,7 +10,7 @@ use virtual_prime::typed::AHEAD;
 pub struct SerialSocket {
     listener: TcpListener,
     client: Option<TcpStream>,
-    /// The wire.
+    /// Serial line to the board.
     pub line: Line,
 }
 
@@ -25,7 +25,7 @@ impl SerialSocket {
         Ok(Self { listener, client: None, line })
     }
 
-    /// Where it listens.
+    /// Returns the listening address.
     ///
     /// # Errors
     /// What the system says.
@@ -33,7 +33,7 @@ impl SerialSocket {
         self.listener.local_addr()
     }
 
-    /// Takes a new client, and as much of what the present one has sent as the wire takes.
+    /// Accepts a new client, and takes as much of the present client's bytes as the wire takes.
     pub fn hear(&mut self) {
         if let Ok((client, _)) = self.listener.accept() {
             self.client = client.set_nonblocking(true).is_ok().then_some(client);
@@ -51,7 +51,7 @@ impl SerialSocket {
         }
     }
 
-    /// A client that does not take its bytes loses them, as on a wire.
+    /// Sends bytes to the client. A client that does not take its bytes loses them, as on a wire.
     pub fn say(&mut self, bytes: &[u8]) {
         if let Some(client) = &mut self.client
             && !bytes.is_empty()

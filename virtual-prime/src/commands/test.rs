@@ -1,4 +1,4 @@
-//! `virtual-prime test`: an on-target test image to its semihosting exit.
+//! Subcommand `virtual-prime test`: runs an on-target test image to its semihosting exit.
 
 use std::io::{self, Write};
 use std::path::PathBuf;

@@ -23,12 +23,12 @@ pub struct UsbOptions {
     usbip_port: u16,
 }
 
-/// The socket, offered.
+/// The offered USB socket.
 #[derive(Clone)]
 pub struct UsbSocket(Arc<Mutex<Remote>>);
 
 impl UsbSocket {
-    /// Begins to listen, if that is asked for, and says how to plug in.
+    /// Begins to listen, if that is asked for, and prints instructions for plugging in.
     ///
     /// # Errors
     /// Which port cannot be had.
@@ -57,7 +57,7 @@ impl UsbSocket {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether somebody has the cable.
+    /// Whether a computer has the cable.
     pub fn is_plugged(&self) -> bool {
         self.lock().is_plugged()
     }
@@ -67,12 +67,12 @@ impl UsbSocket {
         self.lock().sent()
     }
 
-    /// Has the cable pulled out at the next call of [`Self::serve`], whoever has it.
+    /// Has the cable pulled out at the next call of [`Self::serve`], whichever computer has it.
     pub fn unplug(&self) {
         self.lock().unplug();
     }
 
-    /// Goes on with whoever is connected, at this instant; nothing once the image has ended.
+    /// Serves the connected computers at this instant; does nothing once the image has ended.
     pub fn serve(&self, vm: &mut Vm) {
         let remote = self.clone();
         vm.with(move |stopped| {

@@ -11,8 +11,8 @@
 //! | no command in the first 74 clocks after power-on | 58.10.1 |
 //! | flags of the FIFO only while the data path is active | 58.5.5, FIFO; 58.10.14 resets to zero |
 //! | DATAEND once the receive FIFO is empty | 58.5.5, Wait_R with DATACOUNT = 0 |
-//! | an error leaves the data path active until CMD12 with CMDSTOP, or a reset | 58.5.5; other projects' drivers |
-//! | a command goes out while DTEN is set, and is a complaint | drivers of others, against 58.10.4 |
+//! | an error leaves the data path active until CMD12 with CMDSTOP, or reset | 58.5.5; others' drivers |
+//! | a command goes out while DTEN is set, and is a complaint | others' drivers, against 58.10.4 |
 //! | BUSYD0 is sampled at the end of a response and follows the line from then on | 58.10.14 |
 //! | a bus faster than the card may have it damages all data: a complaint | SD PL 6.00, 6.6.6 and 6.6.7 |
 //! | registers of the data path keep their values while it is active | 58.10.2 to 58.10.20, each field |

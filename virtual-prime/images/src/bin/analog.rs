@@ -11,7 +11,7 @@ macro_rules! convert {
         let adc = &$adc;
         adc.cr.modify(|_, w| w.deeppwd().clear_bit());
         adc.cr.modify(|_, w| w.advregen().set_bit());
-        // TADCVREG_SETUP: 10 us.
+        // Start-up time of the regulator, TADCVREG_SETUP: 10 us.
         cortex_m::asm::delay(4_000);
         adc.cr.modify(|_, w| w.aden().set_bit());
         wait_for("ADRDY", || adc.isr.read().adrdy().bit());

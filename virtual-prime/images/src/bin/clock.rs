@@ -33,7 +33,7 @@ fn main() -> ! {
     wait_for("RSF", || dp.RTC.isr.read().rsf().bit());
     assert_eq!(dp.RTC.tr.read().bits(), 0x23_5959);
     assert_eq!(dp.RTC.dr.read().bits(), 0x24_5231);
-    // 1.1 s.
+    // A delay of 1.1 s.
     cortex_m::asm::delay(440_000_000);
     assert_eq!(dp.RTC.tr.read().bits(), 0);
     assert_eq!(dp.RTC.dr.read().bits(), 0x25_6101);

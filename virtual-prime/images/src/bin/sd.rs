@@ -7,7 +7,7 @@ use cortex_m_rt::entry;
 use images::sd::{BLOCK, CMDSTOP, CMDTRANS, DTDIR, FLOW_CONTROL, Host, SHORT, WORDS};
 use images::{pac, pass, start_clocks, wait_for};
 
-/// One block through the FIFO.
+/// Reads a block through the FIFO.
 fn read_block(host: &Host<'_>, block: u32, into: &mut [u32; WORDS]) {
     host.dma(None);
     host.expect(512, DTDIR, BLOCK);

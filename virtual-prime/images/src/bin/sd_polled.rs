@@ -1,7 +1,7 @@
-//! Reads and writes the SD card through the FIFO alone, by polling: a word at a time as RXFIFOE and TXFIFOF
-//! say, and by halves of the FIFO as RXFIFOHF and TXFIFOHE say; with hardware flow control and without; with
-//! one data line and with four; single blocks and several. Then the two errors of a FIFO that is not served,
-//! and how a transfer is stopped.
+//! Reads and writes the SD card through the FIFO alone, by polling: a word at a time by RXFIFOE and TXFIFOF,
+//! and by halves of the FIFO by RXFIFOHF and TXFIFOHE; with hardware flow control and without; with one data
+//! line and with four; single blocks and several. Then tests the two errors of a FIFO that is not served, and
+//! the stopping of a transfer.
 #![no_std]
 #![no_main]
 
@@ -16,7 +16,7 @@ const BLOCKS: usize = 3;
 const HALF: usize = 8;
 const FIRST: u32 = 90_000;
 
-/// Which flags the words go by.
+/// Flags that pace the words.
 #[derive(Clone, Copy)]
 enum By {
     Word,

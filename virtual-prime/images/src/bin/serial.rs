@@ -29,7 +29,7 @@ const MINC: u32 = 1 << 10;
 /// Transfer complete of stream 1, in LISR and LIFCR.
 const TCIF1: u32 = 1 << 11;
 
-/// What the interrupt has taken from the line, and how much of it it has sent back.
+/// Bytes that the interrupt has taken from the line, and the number of bytes sent back.
 static TAKEN: [AtomicU8; ROOM] = [const { AtomicU8::new(0) }; ROOM];
 static COUNT: AtomicUsize = AtomicUsize::new(0);
 static SENT: AtomicUsize = AtomicUsize::new(0);
@@ -64,7 +64,7 @@ fn USART2() {
     }
 }
 
-/// Two characters with nobody to take the first: the second is lost, the first is kept (RM0399, "Overrun
+/// Receives two characters without reading the first: the second is lost, the first is kept (RM0399, "Overrun
 /// error").
 fn overrun(console: &Console<'_>, port: &pac::USART2) {
     wait_for("an overrun", || port.isr.read().ore().bit());
@@ -91,7 +91,8 @@ fn by_interrupts(port: &pac::USART2) {
     // SAFETY: enabled, both directions, an interrupt for each character.
     port.cr1.write(|w| unsafe { w.bits(UE_RE_TE | RXNEIE) });
     loop {
-        // Masked between the look and the sleep; a pending interrupt ends the sleep all the same.
+        // Interrupts are masked between the check and the sleep; a pending interrupt ends the sleep all the
+        // same.
         let over = cortex_m::interrupt::free(|_| {
             let count = COUNT.load(Ordering::Acquire);
             let over =
@@ -109,7 +110,7 @@ fn by_interrupts(port: &pac::USART2) {
     NVIC::mask(pac::Interrupt::USART2);
 }
 
-/// One message by DMA and back; its length.
+/// Receives a message by DMA and sends it back. Returns its length.
 fn by_dma(dp: &pac::Peripherals, buffer: &mut [u8; ROOM]) -> usize {
     let (port, receive, send) = (&dp.USART2, &dp.DMA1.st[0], &dp.DMA1.st[1]);
     // SAFETY: the buffer lives until both streams are off; addresses are those of its memory and of the port.

@@ -1,6 +1,6 @@
 //! A USB serial port made of other people's crates, unchanged: the HAL's OTG2, `synopsys-usb-otg`,
-//! `usb-device` and `usbd-serial`. It echoes what it hears, letters in upper case, and ends with a full stop
-//! that comes after an exclamation mark.
+//! `usb-device` and `usbd-serial`. The image echoes its input, letters in upper case, and ends with a full
+//! stop that comes after an exclamation mark.
 #![no_std]
 #![no_main]
 

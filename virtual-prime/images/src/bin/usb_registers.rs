@@ -1,5 +1,5 @@
 //! A USB device of register accesses alone, driven by interrupts, asleep in between: control requests of
-//! every shape, and a bulk loop on endpoint 1. What it does follows RM0399 section 60.15 step by step.
+//! every shape, and a bulk loop on endpoint 1. The program follows RM0399 section 60.15 step by step.
 //!
 //! | vendor request | what it does |
 //! |---|---|
@@ -68,7 +68,7 @@ const TXFE: u32 = 1 << 7;
 static DEVICE: [u8; 18] = [18, 1, 0, 2, 0xFF, 0, 0, 64, 0x09, 0x12, 1, 0, 0, 1, 0, 0, 0, 1];
 static CONFIGURATION: [u8; 32] =
     [9, 2, 32, 0, 1, 1, 0, 0xE0, 50, 9, 4, 0, 0, 2, 0xFF, 0, 0, 0, 7, 5, 0x81, 2, 64, 0, 0, 7, 5, 0x01, 2, 64, 0, 0];
-/// What the thread is to do.
+/// Next task of the thread, set by the handler.
 static TASK: AtomicU32 = AtomicU32::new(0);
 
 fn r(offset: usize) -> u32 {
@@ -85,7 +85,7 @@ fn set(offset: usize, bits: u32) {
     w(offset, r(offset) | bits);
 }
 
-/// What is to be sent on endpoint 0, packet by packet, and what was received.
+/// State of endpoint 0: data left to send, packet by packet, and data received.
 struct Control {
     setup: [u8; 8],
     answer: [u8; 64],
@@ -117,7 +117,7 @@ impl Control {
         }
     }
 
-    /// A reset of the bus: section 60.15, "Endpoint initialization on USB reset".
+    /// Handles a reset of the bus: section 60.15, "Endpoint initialization on USB reset".
     fn reset(&mut self) {
         self.counts[0] += 1;
         set(OUT, SNAK);
@@ -134,7 +134,7 @@ impl Control {
         w(DCFG, r(DCFG) & !(0x7F << 4));
     }
 
-    /// Bytes of the receive FIFO.
+    /// Pops an entry of the receive FIFO, with its bytes.
     fn receive(&mut self) {
         let status = r(GRXSTSP);
         let (endpoint, count) = (status & 0xF, (status >> 4 & 0x7FF) as usize);
@@ -156,7 +156,7 @@ impl Control {
         }
     }
 
-    /// The SETUP stage is over.
+    /// Starts the control transfer, as the SETUP stage is over.
     fn begin(&mut self) {
         let [kind, request, v0, v1, .., l0, l1] = self.setup;
         let wanted = usize::from(u16::from_le_bytes([l0, l1]));
@@ -209,7 +209,7 @@ impl Control {
         let count = data.len().min(wanted);
         self.answer[..count].copy_from_slice(&data[..count]);
         (self.at, self.left) = (0, count);
-        // One packet, and one without data after it where the host would otherwise wait for more.
+        // A full packet is followed by one without data where the host would otherwise wait for more.
         let packets = if count == 64 && wanted > 64 { 2 } else { 1 };
         w(IN + TSIZ, packets << 19 | count as u32);
         set(IN, EPENA | CNAK);
@@ -221,7 +221,7 @@ impl Control {
         }
     }
 
-    /// The transmit FIFO of endpoint 0 has room.
+    /// Fills the transmit FIFO of endpoint 0, which has room.
     fn fill(&mut self) {
         w(DIEPEMPMSK, 0);
         for word in self.answer[self.at..self.at + self.left].chunks(4) {
@@ -247,7 +247,7 @@ impl Control {
         }
         if outs & 2 != 0 {
             w(OUT + STRIDE + INT, r(OUT + STRIDE + INT));
-            // Back it goes, and the next one may come when it is gone.
+            // The packet goes back, and the next may come when it is gone.
             w(IN + STRIDE + TSIZ, 1 << 19 | self.bulk_length as u32);
             set(IN + STRIDE, EPENA | CNAK);
             for word in self.bulk[..self.bulk_length].chunks(4) {
@@ -297,7 +297,7 @@ fn OTG_FS() {
         CONTROL.counts[1] += 1;
         if CONTROL.wakes {
             CONTROL.wakes = false;
-            // 5 ms, and as long again for the signal.
+            // The signal comes after 5 ms and lasts as long.
             delay(2_000_000);
             set(DCTL, 1);
             delay(2_000_000);
@@ -322,7 +322,7 @@ fn OTG_FS() {
     }
 }
 
-/// 48 MHz from PLL3: 25 MHz / 25 * 336 / 7.
+/// Starts 48 MHz from PLL3: 25 MHz / 25 * 336 / 7.
 fn start_usb_clock(dp: &pac::Peripherals) {
     let rcc = &dp.RCC;
     // SAFETY: RM0399 section 9.7: DIVM3; PLL3 takes 1 to 2 MHz, medium VCO, output Q; N, P, Q, R minus one.
@@ -336,7 +336,7 @@ fn start_usb_clock(dp: &pac::Peripherals) {
     rcc.d2ccip2r.modify(|_, w| w.usbsel().pll3_q());
 }
 
-/// Section 60.15, "Core initialization" and "Device initialization".
+/// Starts the core by section 60.15, "Core initialization" and "Device initialization".
 fn start_usb(dp: &pac::Peripherals) {
     dp.PWR.cr3.modify(|_, w| w.usb33den().set_bit());
     wait_for("USB33RDY", || dp.PWR.cr3.read().usb33rdy().bit());

@@ -1,4 +1,4 @@
-//! Starts the independent watchdog, feeds it, then lets it bite; after the reset finds its flag.
+//! Starts the independent watchdog, feeds it, then lets it reset the part; after the reset finds its flag.
 #![no_std]
 #![no_main]
 
@@ -28,7 +28,7 @@ fn main() -> ! {
     for _ in 0..5 {
         // SAFETY: the reload key.
         dp.IWDG1.kr.write(|w| unsafe { w.bits(0xAAAA) });
-        // 30 ms.
+        // A delay of 30 ms.
         cortex_m::asm::delay(12_000_000);
     }
     let _ = writeln!(console, "fed");

@@ -295,8 +295,8 @@ impl Core {
                 None => self.find("block", "no register at this offset, RM0399 section 60.14"),
             },
         }
-        // A write to a register of this list may let the core answer the host differently. The FIFOs set `stirred`
-        // themselves.
+        // A write to a register of this list may let the core answer the host differently. The FIFOs set
+        // `stirred` themselves.
         self.stirred |= match offset {
             GOTGCTL | GUSBCFG | GRSTCTL | GRXFSIZ | GCCFG | DCFG | DCTL | PCGCCTL => true,
             IN..0xC20 => matches!(offset % STRIDE, CTL | TSIZ),
