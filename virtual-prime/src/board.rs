@@ -339,9 +339,9 @@ impl PrimeBoard {
         }
     }
 
-    /// Sets the converters' inputs. They take whole millivolts, 20 counts of 16 bits. The fraction is carried
-    /// as a dither over 16 milliseconds, so that a mean over that time is right to a count, as the noise of a
-    /// real input makes it.
+    /// Sets the converters' inputs, whole millivolts of 20 counts of 16 bits. The fraction is carried as a
+    /// dither over 16 milliseconds, so that a mean over that time is right to a count, as the noise of a real
+    /// input makes it.
     fn refresh_analog(&mut self) {
         let dither = f64::from((self.ticks as u8 & 0xF).reverse_bits() >> 4) / 16.0;
         for input in self.analog.clone() {

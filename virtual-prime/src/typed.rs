@@ -13,7 +13,7 @@ pub const AHEAD: usize = 256;
 /// Pieces that may be read before the line takes them.
 const PIECES: usize = 2;
 
-/// An input that is read by a thread of its own, since reading blocks. Its writer is held back as by a
+/// An input that is read by a thread of its own, since reading blocks. The writer is held back as by a
 /// terminal.
 #[derive(Debug)]
 pub struct Typed {

@@ -1,4 +1,4 @@
-//! The SD card's interface: how it is powered, and cards that come and go while the machine runs.
+//! Interface of the SD card: its power-up, and cards that come and go while the machine runs.
 
 use crate::common::print::{Carriages, farthest};
 use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
@@ -21,7 +21,8 @@ fn watched() -> Plan {
     Plan::new().watching(RESET..RESET + 4).watching(POWER..POWER + 4).watching(COMMAND..COMMAND + 4)
 }
 
-/// Up to the card's first command: the block was reset, and went through the states for long enough.
+/// Asserts for the time up to the card's first command that the block was reset, and went through the states
+/// for long enough.
 #[track_caller]
 fn assert_powered_up(writes: &[Written]) {
     let is_go_idle = |write: &Written| write.address == COMMAND && write.value & 0x3F == 0;
@@ -48,12 +49,12 @@ fn insert(velvet: &mut Velvet, files: Option<&[(&str, &str)]>) {
     put(velvet, files.map(volume));
 }
 
-/// Puts a card with this content into the slot, or takes the one in it out.
+/// Puts a card with this content into the slot, or takes the present card out.
 fn put(velvet: &mut Velvet, volume: Option<Vec<u8>>) {
     velvet.bench.vm.with(move |stopped| stopped.session.board_mut().insert_card(volume)).expect("the run goes on");
 }
 
-/// M21, and what it says.
+/// Sends M21, and returns its answer.
 #[track_caller]
 fn identify(velvet: &mut Velvet, says: &str) {
     velvet.type_in("M21");
@@ -114,8 +115,8 @@ fn a_file_whose_card_goes_away_waits_with_a_reason() {
     velvet.hear_until("Prime", SECOND);
 }
 
-/// Lines of 10 mm to and fro, each with filament, and words between them: more than the look-ahead and the
-/// board's memory of the card hold.
+/// Returns lines of 10 mm to and fro, each with filament, and words between them: more than the look-ahead
+/// and the board's memory of the card hold.
 fn long_part() -> String {
     let words = "; so many words that the card is read while the part is made\n".repeat(8);
     let lines: String = (1..=60)
@@ -124,7 +125,7 @@ fn long_part() -> String {
     format!("G28.3 X4 Y4 Z2\nG1 Z0.3 F600\nM83\n{lines}G1 Z2 F600\n")
 }
 
-/// What was laid, and where the carriages stand.
+/// Returns the places of filament, and of the carriages.
 fn made(velvet: &mut Velvet) -> Carriages {
     let mut made = Carriages::new(&START);
     velvet.world(|world| world.trace().edges().to_vec()).iter().for_each(|edge| made.step(edge));
@@ -134,8 +135,9 @@ fn made(velvet: &mut Velvet) -> Carriages {
 const START: [f64; 4] = [4.0, 4.0, 2.0, 0.0];
 const PULLED: &str = "paused, reading the file being played failed: the SD card stopped answering";
 
-/// Pulled out in the middle, another card put in, then one with another file of that name, one with the file
-/// edited on a desk, and at last its own: nothing of the part is missing and nothing is made twice.
+/// The card is pulled out in the middle, another card put in, then one with another file of that name, one
+/// with the file edited on a desk, and at last its own: nothing of the part is missing and nothing is made
+/// twice.
 #[test]
 fn a_job_whose_card_was_out_goes_on_when_its_own_is_back() {
     let part = long_part();
@@ -165,7 +167,7 @@ fn a_job_whose_card_was_out_goes_on_when_its_own_is_back() {
     insert(&mut velvet, Some(&[("config.ini", CONFIG), ("part.g", &other)]));
     velvet.type_in("M24");
     velvet.hear_until("is not the file that was played", 3 * SECOND);
-    // Only its last line differs, and the date that its directory entry has.
+    // The edited file differs only in its last line, and in the date of its directory entry.
     let edited = part.replace("G1 Z2 F600", "G1 Z9 F600");
     let mut card = volume(&[("config.ini", CONFIG), ("part.g", &edited)]);
     let entry = card.chunks(32).position(|entry| entry.starts_with(b"PART    G  ")).expect("a directory entry") * 32;

@@ -1,5 +1,5 @@
-//! What goes wrong with cards, and what the user reads then. The table of `docs/card.md` is made of this one:
-//! `WRITE_CARD=1` writes it.
+//! Faults of cards, and the user's messages about them. The table of `docs/card.md` is made of the table
+//! here: `WRITE_CARD=1` writes it.
 
 use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
 use sim::models::sd_card::{BLOCK, Fake, Make, SdCard, Traits, Trouble};
@@ -9,14 +9,13 @@ mod exfat;
 
 /// A fault of a card.
 struct Row {
-    /// Its test's name.
+    /// Name of the row's test.
     name: &'static str,
-    /// What is wrong.
+    /// Fault in words, for the document.
     what: &'static str,
-    /// What the user reads, in pieces where something else may stand between; nothing, when nothing is to be
-    /// said.
+    /// Message to the user, in pieces where other text may stand between; empty, when there is no message.
     reads: &'static [&'static str],
-    /// What becomes of it.
+    /// Consequence in words, for the document.
     does: &'static str,
     run: fn() -> Velvet,
 }
@@ -305,7 +304,7 @@ const ROWS: &[Row] = &[
     },
 ];
 
-/// Switched on, and a while later.
+/// Starts the machine and runs it for a while.
 fn started(plan: Plan) -> Velvet {
     let mut velvet = plan.held();
     velvet.hear(SECOND);
@@ -333,7 +332,7 @@ fn pull(velvet: &mut Velvet) -> SdCard {
     card
 }
 
-/// Puts a card in as it comes: without power it has forgotten what it was told.
+/// Puts a card in as a new one comes: without power it has forgotten its state.
 fn put(velvet: &mut Velvet, mut card: SdCard) {
     card.command(0, 0, 0);
     velvet.bench.vm.with(move |stopped| stopped.session.board_mut().insert(Some(card))).expect("the run goes on");
@@ -366,7 +365,7 @@ fn fat12() -> Vec<u8> {
     image.into_inner()
 }
 
-/// The volume in the second of two partitions, whose type is this.
+/// Puts the volume into the second of two partitions, of this type.
 fn in_partitions(volume: &[u8], kind: u8) -> Vec<u8> {
     const FIRST: u32 = 2_048;
     let mut card = vec![0; FIRST as usize * BLOCK];
@@ -377,7 +376,7 @@ fn in_partitions(volume: &[u8], kind: u8) -> Vec<u8> {
         entry[12..].copy_from_slice(&blocks.to_le_bytes());
         entry
     };
-    // Linux.
+    // The first entry is a Linux partition.
     card[446..462].copy_from_slice(&entry(0x83, 64, 1_000));
     card[462..478].copy_from_slice(&entry(kind, FIRST, (volume.len() / BLOCK) as u32));
     card[510..512].copy_from_slice(&[0x55, 0xAA]);

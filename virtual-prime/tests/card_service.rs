@@ -1,4 +1,4 @@
-//! How fast the card is read, and whom one that stalls keeps waiting: nobody.
+//! Rate of reading the card, and effect of a card that stalls: nobody has to wait.
 
 use crate::common::MS;
 use crate::common::velvet::{PROMPT, Plan, SECOND, Velvet, image};
@@ -6,12 +6,12 @@ use rigless::soc::Width;
 use sim::models::sd_card::{Traits, Trouble};
 use virtual_prime::image::Symbols;
 
-/// The longest that the dispatcher may be held by a card that writes; what it reads meanwhile counts too.
+/// Longest time that the dispatcher may be held by a card that writes; its reads meanwhile count too.
 const HELD_NS: u64 = 5 * MS;
-/// The longest that a card may take to write a block (SD PL 6.00, section 4.6.2.2).
+/// Longest time that a card may take to write a block (SD PL 6.00, section 4.6.2.2).
 const SLOWEST_NS: u64 = 250 * MS;
 
-/// Changes what goes wrong with the card in the slot.
+/// Changes the faults of the card in the slot.
 fn trouble(velvet: &mut Velvet, change: impl FnOnce(&mut Trouble) + Send + 'static) {
     let changed = velvet.bench.vm.with(|stopped| {
         let card = stopped.session.board_mut().mcu.sdmmc.card_mut();
@@ -20,8 +20,8 @@ fn trouble(velvet: &mut Velvet, change: impl FnOnce(&mut Trouble) + Send + 'stat
     changed.flatten().expect("a card in the slot");
 }
 
-/// A file of a megabyte, through the file system and up to its sum: clusters of one block, so that the table
-/// is asked for each.
+/// Reads a file of a megabyte, through the file system and up to its sum: clusters of one block, so that the
+/// table is asked for each.
 #[test]
 fn a_file_is_read_with_eight_megabytes_a_second_and_more() {
     let line = "G1 X123.456 Y123.456 E1.23456 ; a line\n";
@@ -51,7 +51,7 @@ fn a_file_is_read_with_eight_megabytes_a_second_and_more() {
 struct Watch {
     address: u64,
     turns: u64,
-    /// How long the count has not changed, at the end of the last time that it had not, and at most.
+    /// Time since the count last changed, and the longest such time.
     still_ns: u64,
     longest_ns: u64,
 }
@@ -65,7 +65,7 @@ impl Watch {
         Self { address, turns: 0, still_ns: 0, longest_ns: 0 }
     }
 
-    /// Lets time pass until this is said.
+    /// Runs the board until this is said.
     #[track_caller]
     fn until(&mut self, velvet: &mut Velvet, words: &str, patience_ms: u64) {
         let before = velvet.said().len();
@@ -93,7 +93,7 @@ impl Watch {
         self.until(velvet, words, 120 * SECOND);
     }
 
-    /// The longest time without a turn since the last time it was asked for, and a step that was not seen.
+    /// Returns the longest time without a turn since the last call, plus a step that was not seen.
     fn take(&mut self, what: &str) -> u64 {
         let longest_ns = std::mem::take(&mut self.longest_ns) + Self::STEP_NS;
         println!("{what}: no turn of the dispatcher for {:.1} ms at most", longest_ns as f64 / 1e6);
@@ -146,8 +146,8 @@ fn short_lines() -> String {
     format!("G90\nM83\nG28.3 X20 Y20 Z2 E0\nG1 F6000\n{lines}")
 }
 
-/// Four reads of the card stall for 250 ms each, while 5,000 lines a second are played: every step is where
-/// it is without.
+/// Four reads of the card stall for 250 ms each, while 5,000 lines a second are played: every step is at its
+/// time without stalls.
 #[test]
 fn a_card_that_stalls_starves_no_motion_at_5000_lines_a_second() {
     let run = |stalls: u32| {

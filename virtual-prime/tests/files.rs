@@ -1,4 +1,4 @@
-//! Files on the SD card under long names, as the image writes them and as a PC then sees them.
+//! Files on the SD card under long names, as written by the image and as seen by a PC.
 
 use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
 use virtual_prime::sd_image;
@@ -16,7 +16,7 @@ fn upload(velvet: &mut Velvet, name: &str, lines: &[&str]) {
     assert_eq!(velvet.ask("M29", SECOND), "Done saving file.\nok\n");
 }
 
-/// The names that `ls -1` lists.
+/// Returns the names that `ls -1` lists.
 fn listed(velvet: &mut Velvet) -> Vec<String> {
     velvet.type_in("ls -1");
     let mut names: Vec<_> = velvet.hear(SECOND).lines().filter(|line| *line != "ok").map(str::to_owned).collect();
@@ -24,7 +24,7 @@ fn listed(velvet: &mut Velvet) -> Vec<String> {
     names
 }
 
-/// The card's bytes, as if it were taken out.
+/// Returns the card's bytes, as if it were taken out.
 fn card(velvet: &mut Velvet) -> Vec<u8> {
     let card = velvet.bench.vm.with(|stopped| {
         let card = stopped.session.board().mcu.sdmmc.card();
@@ -33,13 +33,13 @@ fn card(velvet: &mut Velvet) -> Vec<u8> {
     card.flatten().expect("a card in the slot")
 }
 
-/// What a PC reads in a file of it.
+/// Reads a file of the card as a PC does.
 #[track_caller]
 fn read(card: &[u8], name: &str) -> String {
     String::from_utf8(sd_image::read(card, name).expect("a file on the card")).expect("text")
 }
 
-/// M21 looks for the card anew, but not before what was written is on it: here a directory, whose entry is
+/// M21 looks for the card anew, but only once everything is written to it: here a directory, whose entry is
 /// written last, and the card takes its time.
 #[test]
 fn looking_for_the_card_loses_nothing() {
@@ -73,7 +73,7 @@ fn no_name_falls_on_the_file_of_another() {
     velvet.type_in("rm config.initial");
     velvet.hear_until("deleted config.initial\n", SECOND);
     assert_eq!(listed(&mut velvet), [ONE, TWO, "config.ini"]);
-    // What is on the card, the next boot reads.
+    // The next boot reads the files on the card.
     let bytes = card(&mut velvet);
     assert!(sd_image::read(&bytes, "config.initial").is_err());
     let mut next = Plan::new().with_card(move |_| bytes.clone()).start();
@@ -123,7 +123,8 @@ fn saved_settings_have_their_long_name_and_the_previous_ones_stay() {
         listed(&mut velvet),
         ["config-override", "config-override.pla at 60 mm per second", "config.ini", "previous-config-override"]
     );
-    // After a power cut between the last two steps of the replacement, the next boot takes the last one.
+    // After a power cut between the last two steps of the replacement, the next boot carries out the last
+    // step.
     let mut next = Plan::new()
         .set("[general] config-override = true")
         .file("new-config-override", &read(&bytes, "config-override"))

@@ -77,10 +77,10 @@ fn homing_stops_every_axis_at_its_switch() {
     assert_eq!(velvet.world(|world| world.timing_faults()), 0, "direction changed too close to a step");
 }
 
-/// Homing, half a second's rest, a square.
+/// Job that homes, rests for half a second, and draws a square.
 const SQUARE: &str = "G28\nG4 P500\nG1 X60 Y60 F6000\nG1 X100\nG1 Y100\nG1 X60\nG1 Y60\nG4 P10\n";
 
-/// The edges of the square, from the first on, with this typed every so often while it runs.
+/// Returns the edges of the square, from the first on, with this typed every so often while it runs.
 fn square(question: Option<&str>) -> Vec<StepEdge> {
     let mut velvet = Plan::new().file("square.g", SQUARE).start();
     velvet.ask("M23 square.g", SECOND);
@@ -103,17 +103,17 @@ fn square(question: Option<&str>) -> Vec<StepEdge> {
 /// Time since its motion began (nanoseconds), motor, direction.
 type Edge = (u64, Actuator, Direction);
 
-/// Two instructions, rounded up to whole nanoseconds at either end.
+/// Duration of two instructions, rounded up to whole nanoseconds at either end.
 const QUANTISATION_NS: u64 = 7;
-/// An edge that falls due while the step interrupt runs already, for another edge or because the feed woke
-/// it, is spared the interrupt's entry. Which edges are is decided by an instruction, and makes at most this
-/// much.
+/// Duration of the step interrupt's entry. An edge that falls due while the interrupt runs already, for
+/// another edge or because the feed woke it, is spared the entry. A difference of one instruction decides
+/// about that, and makes at most this much.
 const ENTRY_NS: u64 = 100;
-/// One in this many may be such an edge.
+/// Number of edges among which one such edge is allowed.
 const RARELY: usize = 1_000;
 
-/// Edge by edge: time since the first edge of the same motion, motor, direction. A standstill of 100 ms parts
-/// motions: when the next one begins is the dispatcher's business, what it looks like is not.
+/// Lists the edges: time since the first edge of the same motion, motor, direction. A standstill of 100 ms
+/// parts motions: the begin of the next motion is the dispatcher's business, its shape is not.
 fn within_motions(edges: &[StepEdge]) -> Vec<Edge> {
     let (mut began_ns, mut last_ns) = (0, 0);
     let relative = |edge: &StepEdge| {
@@ -130,8 +130,8 @@ fn within_motions(edges: &[StepEdge]) -> Vec<Edge> {
 fn questions_during_a_job_move_no_edge() {
     let (quiet, asked) = (within_motions(&square(None)), within_motions(&square(Some("?M105\n"))));
     assert!(quiet.len() > 10_000, "only {} edges", quiet.len());
-    // The emulator takes an interrupt between two instructions, and which ones differs with what else is
-    // executed.
+    // The emulator takes an interrupt between two instructions, whose choice depends on the other code that
+    // is executed.
     let mut moved = 0;
     for (index, (a, b)) in quiet.iter().zip(&asked).enumerate() {
         let by_ns = a.0.abs_diff(b.0);

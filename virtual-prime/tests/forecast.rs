@@ -1,4 +1,4 @@
-//! The image looks ahead at files: what it finds and foresees, how fast, and that nothing waits for it.
+//! Look-ahead of the image at files: findings and forecast, their speed, and that nothing waits for them.
 
 use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
 use config::BoardId;
@@ -17,7 +17,7 @@ impl Listener for Found {
     }
 }
 
-/// What the desk says of it.
+/// Returns the findings and totals of the desk's check.
 fn preflight(text: &str) -> (String, Totals) {
     let (config, _) = config::parse(CONFIG.as_bytes(), BoardId::default(), &mut ());
     let (mut motion, mut program, mut found) = (Box::new(Motion::new()), None, Found::default());

@@ -1,11 +1,12 @@
-//! How soon a feed hold is felt: over many moments in several kinds of motion, from the byte on the wire to
-//! where the motors leave the trajectory they would have gone.
+//! Reaction time of a feed hold: over many moments in several kinds of motion, from the byte on the wire to
+//! the point where the motors leave the trajectory they would have gone.
 //!
-//! With a constant deceleration that is the last step on its old time. With a limit of jerk the brake begins
-//! so softly that steps are on their old times for long after; but while the jerk is constant and the speed
-//! nearly so, a step's delay grows with the cube of the time since: twice as long after, it is eight times
-//! as much. Two such steps tell when it was nothing. (What cannot be sooner is left out: a change of speed
-//! whose acceleration is falling already goes on to its end before the brake begins.)
+//! With a constant deceleration, the last step on its old time marks that point. With a limit of jerk the
+//! brake begins so softly that steps are on their old times for long after; but while the jerk is constant
+//! and the speed nearly so, a step's delay grows with the cube of the time since: twice as long after, it is
+//! eight times as much. Two such steps tell the instant at which the delay was zero. (Left out is a delay
+//! that cannot be avoided: a change of speed whose acceleration is falling already goes on to its end before
+//! the brake begins.)
 
 use std::fmt::Write;
 
@@ -14,19 +15,20 @@ use crate::common::velvet::{Plan, Velvet};
 use sim::trace::StepEdge;
 use units::Actuator;
 
-/// What the project allows, microseconds.
+/// Greatest reaction time that the project allows, microseconds.
 const ALLOWED_US: u64 = 850;
-/// The ledger's fast machine: 1600 steps/mm, 20 m/s^2.
+/// Configuration of the ledger's fast machine: 1600 steps/mm, 20 m/s^2.
 const FAST: &str = include_str!("../../bench/fast.ini");
-/// Moments are so far apart, and so many: over more than the longest segment, which is half a millisecond.
+/// Interval between the moments of the holds, and their number: together more than the longest segment, which
+/// is half a millisecond.
 const APART_US: u64 = 90;
 const MOMENTS: u64 = 7;
-/// An edge this near to its old time is on it: interrupts are late by so much.
+/// Greatest distance of an edge from its old time that counts as on time, as interrupts are late by so much.
 const TOLERANCE_NS: u64 = 150;
-/// The operator lets go on after so long.
+/// Time after which the operator ends the hold.
 const HELD_MS: u64 = 15;
 
-/// A kind of motion: its file, and when the first hold comes, after the motion began.
+/// A kind of motion: its file, and the time from the motion's begin to the first hold.
 struct Scene {
     name: &'static str,
     settings: &'static [&'static str],
@@ -38,7 +40,7 @@ fn scene(name: &'static str, first_us: u64, file: impl Into<String>) -> Scene {
     Scene { name, settings: &[], file: file.into(), first_us }
 }
 
-/// Lines of so many millimetres each along a circle, there and back.
+/// Returns lines of so many millimetres each along a circle, there and back.
 fn pieces(length: f64, count: u32, feed: u32) -> String {
     let mut text = format!("G1 F{feed}\n");
     for number in (1..=count).chain((0..count).rev()) {
@@ -74,7 +76,8 @@ fn scenes() -> Vec<Scene> {
     ]
 }
 
-/// The edges of one execution of the file, held so long after its first edge; and when the byte went.
+/// Executes the file once, with a hold so long after its first edge. Returns the edges, and the instant of
+/// the byte.
 fn execute(velvet: &mut Velvet, hold_after_ns: Option<u64>) -> (Vec<StepEdge>, u64) {
     velvet.world(|world| world.trace_mut().take());
     let before = velvet.said().len();
@@ -101,11 +104,11 @@ fn execute(velvet: &mut Velvet, hold_after_ns: Option<u64>) -> (Vec<StepEdge>, u
     (edges, sent_ns)
 }
 
-/// When the last edge came before any motor's is more than so far from its time in the reference; both
-/// executions are counted from their first edge. `None`: all are as in the reference.
+/// Returns the instant of the last edge before any motor's edge is more than the tolerance off its time in
+/// the reference; both executions are counted from their first edge. `None`: all are as in the reference.
 fn last_on_time_ns(reference: &[StepEdge], edges: &[StepEdge], tolerance_ns: u64) -> Option<u64> {
     let [began_before, began] = [reference, edges].map(|edges| edges[0].time_ns);
-    // Motor by motor: what two of them do at one moment may be told in either order.
+    // Motors are compared one by one: edges of two motors at the same moment may be recorded in either order.
     let first_off = Actuator::ALL.into_iter().filter_map(|actuator| {
         let [mut before, now] = [reference, edges].map(|edges| edges.iter().filter(move |e| e.actuator == actuator));
         before.by_ref().zip(now).find_map(|(before, now)| {
@@ -118,7 +121,7 @@ fn last_on_time_ns(reference: &[StepEdge], edges: &[StepEdge], tolerance_ns: u64
     edges.iter().map(|edge| edge.time_ns).take_while(|time_ns| *time_ns < first_off_ns).last()
 }
 
-/// When the edges left the reference, within the precision of a step.
+/// Returns the instant at which the edges left the reference, within the precision of a step.
 fn left_at_ns(scene: &Scene, reference: &[StepEdge], edges: &[StepEdge]) -> u64 {
     let on_time = |tolerance_ns| {
         last_on_time_ns(reference, edges, tolerance_ns)

@@ -1,14 +1,14 @@
-//! Homing by the real image: how far past their switches the carriages go, where the end switch's interrupt
-//! stops the step queue.
+//! Homing by the real image: overtravel of the carriages past their switches, where the end switch's
+//! interrupt stops the step queue.
 
 use crate::common::velvet::{Plan, SECOND, Velvet};
 use sim::world::Fault;
 use units::Actuator::{self, Alpha, Beta, Gamma};
 
-/// What a switch gives way, mm.
+/// Overtravel that a switch allows, mm.
 const OVERTRAVEL: f64 = 0.3;
 
-/// The sample with these rates for every axis.
+/// Plans the sample with these rates for every axis.
 fn machine(acceleration: u32, fast: u32, slow: u32) -> Plan {
     let axes = ["x", "y", "z"].into_iter().zip(["alpha", "beta", "gamma"]);
     axes.fold(Plan::new(), |plan, (axis, motor)| {
@@ -36,7 +36,7 @@ fn assert_home(velvet: &mut Velvet) {
 
 #[test]
 fn lazy_axes_stop_at_their_switches() {
-    // 30 mm/s and 100 mm/s2 would take 4.5 mm to brake. X and Z share an edge detector of the chip.
+    // A brake at 100 mm/s2 from 30 mm/s would take 4.5 mm. X and Z share an edge detector of the chip.
     let mut velvet = machine(100, 30, 2).start();
     velvet.ask("G28", 20 * SECOND);
     assert_home(&mut velvet);

@@ -1,18 +1,19 @@
-//! Strips of lights on the pins of the PWM timers: what is on the wire, bit by bit.
+//! LED strips on the pins of the PWM timers: their signal on the wire, bit by bit.
 
 use sim::models::led_strip::Seen;
 use sim::trace::StepEdge;
 
 use crate::common::velvet::{Plan, SECOND, Velvet};
 
-/// A strip of this name on this pin.
+/// Adds a strip of this name on this pin.
 fn strip(plan: Plan, name: &str, pin: &str, lights: u16) -> Plan {
     plan.set(&format!("[led strip] {name}.enable = true"))
         .set(&format!("[led strip] {name}.pin = {pin}"))
         .set(&format!("[led strip] {name}.chain_count = {lights}"))
 }
 
-/// What it shows, as red, green and blue, and how often it was sent; on the wire all was as it should be.
+/// Returns the colours that a strip shows, as red, green and blue, and the number of frames sent; asserts
+/// that all pulses were within the data sheet.
 #[track_caller]
 fn shows(velvet: &mut Velvet, place: usize) -> (Vec<[u8; 3]>, u64) {
     velvet.hear(100);
@@ -26,8 +27,8 @@ fn shows(velvet: &mut Velvet, place: usize) -> (Vec<[u8; 3]>, u64) {
     (bytes.chunks(3).map(|light| [light[1], light[0], light[2]]).collect(), frames)
 }
 
-/// The times of `bsp-prime/src/led_strip.rs`, which suit WS2812B, WS2812B-V5 and SK6812 alike; the emulator's
-/// edges are up to 7 ns off.
+/// Pulse times are those of `bsp-prime/src/led_strip.rs`, which suit WS2812B, WS2812B-V5 and SK6812 alike;
+/// the emulator's edges are up to 7 ns off.
 #[test]
 fn bits_on_the_wire_are_as_the_data_sheets_want_them() {
     let mut velvet = strip(Plan::new(), "case", "PWM2_1", 30).set("[led strip] case.initial_green = 1").start();
@@ -48,7 +49,7 @@ fn bits_on_the_wire_are_as_the_data_sheets_want_them() {
     assert_eq!(shows(&mut velvet, 0).1, frames);
 }
 
-/// Every line is its own, whichever timer and channel; one that is quiet stays low.
+/// Lines are independent of each other, on any timer and channel; a quiet line stays low.
 #[test]
 fn each_strip_has_its_own_line() {
     let pins = [("a", "PWM1_3"), ("b", "PWM1_4"), ("c", "PWM2_2"), ("d", "PWM2_4")];
@@ -61,14 +62,14 @@ fn each_strip_has_its_own_line() {
     for place in 0..4 {
         assert_eq!(shows(&mut velvet, place), (vec![[10 + place as u8, 0, 0]; 4], 2), "strip {place}");
     }
-    // All at once: one after the other, each with its pause.
+    // All lines are sent at once: one after the other, each with its pause.
     velvet.ask("M150 B7", SECOND);
     for place in 0..4 {
         assert_eq!(shows(&mut velvet, place), (vec![[0, 0, 7]; 4], 3), "strip {place}");
     }
 }
 
-/// The edges of a job, while lights change all the time or do not.
+/// Returns the edges of a job, while lights change all the time or do not.
 fn edges(lights_change: bool) -> Vec<StepEdge> {
     let job = "G21\nG90\nG28.3 X0 Y0\nG1 X30 F9000\nG1 Y20\nG1 X0 Y0\nG1 X30\n";
     let mut velvet = strip(Plan::new(), "case", "PWM2_1", 200).file("job.g", job).start();

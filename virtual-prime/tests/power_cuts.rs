@@ -1,10 +1,10 @@
 //! The power goes at every block write of a job with a journal, and a board that knows nothing but the card
-//! is switched on: what it offers is right or absent, never wrong, and the part is the same.
+//! is switched on: its offer is right or absent, never wrong, and the part is the same.
 //!
-//! The job is made once, on a card that notes its writes. A board is repeatable, so what was written before a
-//! cut and where the carriages were then is known without making it again.
+//! The job is made once, on a card that notes its writes. Runs of a board are repeatable, so the writes
+//! before a cut and the places of the carriages then are known without making it again.
 //!
-//! Quick share in `make test`; every cut with `make faults`, which writes a page to where `FAULTS_OUT` says.
+//! Quick share in `make test`; every cut with `make faults`, which writes a page to the folder `FAULTS_OUT`.
 
 use std::fmt::Write as _;
 use std::sync::OnceLock;
@@ -17,14 +17,14 @@ use sim::trace::StepEdge;
 use sim::world::Fault;
 use virtual_prime::sd_image;
 
-/// A bead's width, mm: what is made anew lies within it.
+/// Width of a bead, mm: filament that is laid anew lies within it.
 const BEAD: f64 = 0.45;
-/// Heights that differ less are one layer, mm.
+/// Difference in height below which places are in the same layer, mm.
 const SAME_Z: f64 = 0.03;
-/// A card loses what it has acknowledged for so long: the write timeout of high-capacity cards (Physical
-/// Layer specification, section 4.6.2.2).
+/// Time after its acknowledgement during which a card may lose a write: the write timeout of high-capacity
+/// cards (Physical Layer specification, section 4.6.2.2).
 const UNKEPT_NS: u64 = 250 * MS;
-/// Heating, homing and the rest of the part take less, ms.
+/// Time for heating, homing and the rest of the part, ms.
 const PATIENCE: u64 = 300 * SECOND;
 const OFFER: &str = "a job was interrupted: ";
 
@@ -34,22 +34,22 @@ enum Format {
     Fat32,
 }
 
-/// What the power finds a write at.
+/// State of a write when the power goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Cut {
-    /// Kept.
+    /// The write is kept.
     Kept,
-    /// Its first half is new, the rest is old.
+    /// The write's first half is new, the rest is old.
     Torn,
-    /// Acknowledged, and lost; the machine has gone on meanwhile.
+    /// The write was acknowledged, and is lost; the machine has gone on meanwhile.
     Lost,
-    /// Kept, and the machine has gone on until just before the next one.
+    /// The write is kept, and the machine has gone on until just before the next write.
     Later,
 }
 
 const CUTS: [Cut; 4] = [Cut::Kept, Cut::Torn, Cut::Lost, Cut::Later];
 
-/// Two layers of two squares each, near the switches.
+/// Returns two layers of two squares each, near the switches.
 fn part() -> String {
     let mut text = String::from("; a part\nM140 S27\nM109 S40\nM190 S27\nG28\nG90\nG21\nM83\n");
     for layer in 1..=2 {
@@ -64,7 +64,7 @@ fn part() -> String {
     text + "M107\nM104 S0\nM140 S0\nG1 Z3 F600\n"
 }
 
-/// Below this the job is noted, volts.
+/// Supply voltage below which the job is noted, volts.
 const NOTED_VOLTS: f64 = 20.0;
 
 fn plan() -> Plan {
@@ -77,16 +77,16 @@ fn plan() -> Plan {
     settings.iter().fold(Plan::new(), |plan, line| plan.set(&format!("[player] {line}")))
 }
 
-/// Not far from the switches, so that homing is short, mm.
+/// Start position, not far from the switches, so that homing is short, mm.
 const START: [f64; 4] = [4.0, 4.0, 2.0, 0.0];
 
-/// A job that was made without a cut.
+/// A job that was made without a power cut.
 struct Whole {
     card: Vec<u8>,
     writes: Vec<BlockWrite>,
     edges: Vec<StepEdge>,
     laid: Laid,
-    /// Nanoseconds.
+    /// Begin and end of the job, nanoseconds.
     begun: u64,
     ended: u64,
 }
@@ -113,7 +113,7 @@ impl Whole {
         held.type_in("play /sd/job.g -t");
         hear_any(&mut held, &["Done printing file"]);
         let ended = held.bench.vm.now_ns();
-        // The last writes are behind the job's end.
+        // The last writes come after the job's end.
         held.hear(SECOND);
         let mut whole = Self { card, writes: held.block_writes(), edges: Vec::new(), laid: Laid::new(), begun, ended };
         whole.edges = held.world(|world| world.trace_mut().take());
@@ -124,14 +124,14 @@ impl Whole {
         whole
     }
 
-    /// The carriages at this time.
+    /// Returns the carriages at this time.
     fn until(&self, time_ns: u64) -> Carriages {
         let mut carriages = Carriages::new(&START);
         self.edges.iter().take_while(|edge| edge.time_ns <= time_ns).for_each(|edge| carriages.step(edge));
         carriages
     }
 
-    /// What the card holds after a cut at this write, and when the power goes.
+    /// Returns the card after a cut at this write, and the instant of the cut.
     fn cut(&self, number: usize, cut: Cut) -> (Vec<u8>, u64) {
         let (mut card, write) = (self.card.clone(), &self.writes[number]);
         for write in &self.writes[..number] {
@@ -163,17 +163,17 @@ fn put(card: &mut [u8], write: &BlockWrite, bytes: usize) {
     card[at..at + bytes].copy_from_slice(&write.bytes[..bytes]);
 }
 
-/// What came of a cut.
+/// Result of a cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Outcome {
-    /// Nothing was offered, and nothing was to be.
+    /// Nothing was offered, and nothing had to be.
     Absent,
-    /// Gone on with; `told`: a person had to say where Z is. `seam`: what was laid twice, mm. `off`: how far
-    /// the two parts differ, mm.
+    /// The job was resumed; `told`: a person had to say the height of Z. `seam`: length of filament laid
+    /// twice, mm. `off`: greatest difference of the two parts, mm.
     Resumed { told: bool, seam: f64, off: f64 },
 }
 
-/// A board is switched on with this card, its carriages as they were left.
+/// Switches on a board with this card, its carriages as they were left.
 fn after(whole: &Whole, what: &str, left: &Carriages, card: Vec<u8>, leaves_no_offer: bool) -> Outcome {
     let mut velvet = plan().with_card(move |_| card.clone()).carriages(left.places()).start();
     velvet.hear(100);
@@ -189,7 +189,7 @@ fn after(whole: &Whole, what: &str, left: &Carriages, card: Vec<u8>, leaves_no_o
     let said = hear_any(&mut velvet, &[" heats to ", "// up to Z", "Z may be anywhere"]);
     let told = said.split_once("Z may be anywhere from ").map(|(_, range)| range.to_owned());
     if let Some(range) = &told {
-        // It was on its way to another height: a person says where it is.
+        // The cut came on the way to another height: a person tells the height of Z.
         let mut ends = range.split([' ', ':']).filter_map(|word| word.parse::<f64>().ok());
         let (least, most) = ends.next().zip(ends.next()).expect("a range");
         let z = left.places()[2];
@@ -226,7 +226,7 @@ fn after(whole: &Whole, what: &str, left: &Carriages, card: Vec<u8>, leaves_no_o
     outcome
 }
 
-/// Lets time pass until one of these is said; all that was said meanwhile.
+/// Runs the board until one of these is said. Returns all words of that time.
 fn hear_any(velvet: &mut Velvet, words: &[&str]) -> String {
     let mut said = String::new();
     let end = velvet.now_ms() + PATIENCE;
@@ -237,9 +237,9 @@ fn hear_any(velvet: &mut Velvet, words: &[&str]) -> String {
     said
 }
 
-/// What a write was for.
+/// Returns the purpose of a write.
 fn purpose(write: &BlockWrite) -> &'static str {
-    // The journal's mark, its version, and the kind of block.
+    // The first bytes are the journal's mark, its version, and the kind of block.
     match (write.bytes.get(..4), write.bytes.get(5)) {
         (Some(b"VPLJ"), Some(1)) => "journal: file",
         (Some(b"VPLJ"), Some(2)) => "journal: beginning",
@@ -250,7 +250,7 @@ fn purpose(write: &BlockWrite) -> &'static str {
     }
 }
 
-/// Cuts a job, and says what came of it.
+/// Cuts of a job, with statistics of their results.
 struct Trial<'a> {
     whole: &'a Whole,
     format: Format,
@@ -293,7 +293,7 @@ impl<'a> Trial<'a> {
         let _ = writeln!(self.page, "| {number} | {purpose} | {time:.3} s | {cut:?} | {words} |");
     }
 
-    /// The page.
+    /// Returns the page with the results.
     fn end(mut self) -> String {
         let _ = writeln!(
             self.page,
@@ -311,13 +311,13 @@ impl<'a> Trial<'a> {
     }
 }
 
-/// The job on a small card, which is made once for both tests.
+/// Returns the job on a small card, which is made once for both tests.
 fn on_a_small_card() -> &'static Whole {
     static WHOLE: OnceLock<Whole> = OnceLock::new();
     WHOLE.get_or_init(|| Whole::make(Format::Fat16))
 }
 
-/// One of the worst kinds of cut, in the middle of the job; `make faults` has every one.
+/// Tries only one of the worst kinds of cut, in the middle of the job; `make faults` has every one.
 #[test]
 fn a_part_is_the_same_after_a_write_that_was_lost() {
     let mut trial = Trial::new(on_a_small_card(), Format::Fat16);
@@ -328,13 +328,13 @@ fn a_part_is_the_same_after_a_write_that_was_lost() {
     println!("{}", trial.end());
 }
 
-/// Writes what came of each to where `FAULTS_OUT` says, and returns the sum of it.
+/// Writes the result of each cut to the folder `FAULTS_OUT`, and returns the sum of them.
 fn every_cut(format: Format, cuts: &[Cut]) -> String {
     let whole = Whole::make(format);
     let mut trial = Trial::new(&whole, format);
     let first = std::env::var("FAULTS_FROM").map_or(0, |number| number.parse().expect("a number"));
     for number in first..trial.whole.writes.len() {
-        // Where nothing was laid yet, a card that loses a write is one that is cut before it.
+        // Before anything is laid, a card that loses a write is the same as a cut before the write.
         let is_entry = purpose(&trial.whole.writes[number]).starts_with("journal: entry");
         for cut in cuts.iter().filter(|cut| is_entry || matches!(cut, Cut::Kept | Cut::Torn)) {
             trial.cut(number, *cut);
@@ -348,12 +348,12 @@ fn every_cut(format: Format, cuts: &[Cut]) -> String {
     page.trim_end().rsplit("\n\n").next().unwrap_or_default().to_owned()
 }
 
-/// Every write of a large card, cut in every way.
+/// Cuts every write of a large card, in every way.
 pub fn of_a_large_card() -> String {
     every_cut(Format::Fat32, &CUTS)
 }
 
-/// Every write of a small card, kept and torn.
+/// Cuts every write of a small card, kept and torn.
 pub fn of_a_small_card() -> String {
     every_cut(Format::Fat16, &[Cut::Kept, Cut::Torn])
 }
@@ -361,24 +361,24 @@ pub fn of_a_small_card() -> String {
 /// Pins of the sample printer that a falling supply is to switch off: the heaters, and the switch of their
 /// supply.
 const HEATERS: [&str; 3] = ["PE0", "PE3", "PD7"];
-/// How fast the supply falls: 4 A out of 10 mF. A quarter of that is in the board's and a supply's own
+/// Slope of the falling supply: 4 A out of 10 mF. A quarter of that is in the board's and a supply's own
 /// capacitors.
 const FALL_V_PER_MS: f64 = 0.4;
-/// Below this the board's regulators end, and the drivers lock themselves out (TMC2590 data sheet: 8 V at
-/// most).
+/// Voltage below which the board's regulators end, and the drivers lock themselves out (TMC2590 data sheet: 8
+/// V at most).
 const GONE_VOLTS: f64 = 8.0;
 
-/// Both supplies fall while a job prints: heaters off, motors braked, the job noted, in this order and before
-/// the voltage is gone; and the next board goes on from there.
+/// Lets both supplies fall while a job prints: heaters off, motors braked, the job noted, in this order and
+/// before the voltage is gone; and the next board goes on from there.
 #[test]
 fn a_supply_that_falls_is_noted_before_it_is_gone() {
     let mut velvet = plan().file("job.g", &part()).keeping_writes().carriages(&START).start();
     velvet.type_in("play /sd/job.g");
-    // In the second layer, in the middle of a line: a layer takes 3.2 mm of filament.
+    // The supply falls in the second layer, in the middle of a line: a layer takes 3.2 mm of filament.
     while velvet.world(|world| world.carriage_mm(units::Actuator::Delta)).is_none_or(|filament| filament < 3.9) {
         velvet.hear(20);
     }
-    // The hot end is full on, so that its pin has something to say.
+    // The hot end is full on, so that its pin shows an edge.
     velvet.type_in("M104 S200");
     velvet.hear(100);
     crate::common::machine::watch(&mut velvet, &HEATERS);
@@ -419,7 +419,7 @@ fn a_supply_that_falls_is_noted_before_it_is_gone() {
     let heaters_off = off_ns.into_iter().max().unwrap_or(0);
     assert!(begins_ns < heaters_off && heaters_off < last_step_ns && ms(heaters_off) < 12.0);
     assert!(edges.iter().all(|edge| edge.time_ns < gone_ns - 2 * MS), "the motors still turn");
-    // The journal's file is closed behind them, which writes its directory entry.
+    // The journal's file is closed after these, which writes its directory entry.
     assert_eq!(notes[..2].iter().map(purpose).collect::<Vec<_>>(), ["journal: entry", "journal: entry, at rest"]);
     assert!(notes.iter().all(|write| heaters_off < write.at_ns && write.at_ns < gone_ns - MS));
     let card = velvet.card(|card| card.content().to_vec());

@@ -5,11 +5,12 @@ use sim::models::surface::{Bed, Surface};
 use sim::trace::StepEdge;
 use units::Actuator::{Alpha, Gamma};
 
-/// A step of Z in the sample, mm; of X.
+/// Length of a step in the sample, mm: Z, and X.
 const Z_STEP: f64 = 1.0 / 400.0;
 const X_STEP: f64 = 1.0 / 80.0;
 
-/// The sample with a probe on its connector. It need not be homed: it starts at zero, 10 mm over the bed.
+/// Plans the sample with a probe on its connector. Homing is not needed: the machine starts at zero, 10 mm
+/// over the bed.
 fn plan() -> Plan {
     ["[zprobe] enable = true", "[zprobe] probe_pin = PB10^", "[zprobe] max_travel = 15"]
         .into_iter()
@@ -36,8 +37,8 @@ fn numbers(answer: &str, head: &str) -> Vec<f64> {
     line.trim_end_matches(']').split([',', ':']).map(|word| word.parse().expect("a number")).collect()
 }
 
-/// From the step that closed the contact to the first of those after it that are further apart than those
-/// before it, ns.
+/// Returns the time from the step that closed the contact to the first later step with a longer distance to
+/// the next than before, ns.
 fn brake_delay(edges: &[StepEdge], steps_to_contact: usize) -> u64 {
     let down: Vec<_> = edges.iter().filter(|edge| edge.actuator == Gamma).map(|edge| edge.time_ns).collect();
     let contact = down[steps_to_contact - 1];
@@ -62,7 +63,7 @@ fn g38_finds_the_surface_to_the_step_and_brakes_within_2_ms() {
         let delay_ns = brake_delay(&edges, ((10.0 - height) / Z_STEP).ceil() as usize);
         println!("F{feed}: {delay_ns} ns from the contact to the brake");
         assert!(delay_ns <= 2_000_000, "{delay_ns} ns");
-        // And it knows where it is.
+        // The machine also knows its position.
         velvet.ask("G53 G0 Z0", SECOND);
         velvet.ask("M400", 20 * SECOND);
         let back = z_of(&mut velvet);
@@ -96,7 +97,8 @@ fn the_contacts_end_is_an_edge_as_well() {
     assert!((found[2] + 2.0).abs() <= 2.0 * Z_STEP && found[3] == 1.0, "{found:?}");
 }
 
-/// `probe_pin` on another connector, whose number (9) another port's pin may have, and the other way round.
+/// Tests `probe_pin` on another connector, whose number (9) another port's pin may have, and the other way
+/// round.
 #[test]
 fn the_probe_is_at_its_pin() {
     for pin in ["PJ9^", "PJ9!"] {
@@ -132,7 +134,7 @@ fn a_probe_that_is_stuck_closed_is_refused() {
     assert_eq!(velvet.world(|world| world.trace().total()), 0);
 }
 
-/// Leveling, and what memory the deepest of all command sequences takes.
+/// Tests leveling, and the memory that the deepest of all command sequences takes.
 #[test]
 fn a_grid_levels_the_bed() {
     let plan = [

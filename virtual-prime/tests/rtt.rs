@@ -4,10 +4,10 @@ use virtual_prime::rtt::BLOCK_IF_FULL;
 
 use crate::common::velvet::{Plan, SECOND, Velvet};
 
-/// Of the channels, up and down.
+/// Numbers of the channels, up and down.
 const LOG: u64 = 0;
 const CONSOLE: u64 = 1;
-/// How often the probe looks.
+/// Interval at which the probe reads, ms.
 const LOOK_MS: u64 = 2;
 
 /// A person at the console over RTT.
@@ -21,7 +21,7 @@ impl Person {
         Self { velvet, heard: String::new() }
     }
 
-    /// Lets time pass, and reads.
+    /// Runs the board for a while, and reads.
     #[track_caller]
     fn hear(&mut self, ms: u64) {
         for _ in 0..ms.div_ceil(LOOK_MS) {
@@ -31,7 +31,7 @@ impl Person {
         }
     }
 
-    /// Types as fast as it is taken, reading meanwhile.
+    /// Types as fast as the board takes it, and reads meanwhile.
     #[track_caller]
     fn type_in(&mut self, channel: u64, text: &str) {
         let mut rest = text.as_bytes().to_vec();
@@ -55,7 +55,7 @@ impl Person {
     }
 }
 
-/// X moves for ten seconds, 800 steps a second.
+/// Starts a move of X for ten seconds, 800 steps a second.
 fn moving() -> Velvet {
     let mut velvet = Plan::new().leaving_log().start();
     velvet.ask("G28.3 X30 Y30 Z30", SECOND);
@@ -64,7 +64,7 @@ fn moving() -> Velvet {
     velvet
 }
 
-/// It arrived, and every step was on time.
+/// Asserts that X arrived, and every step was on time.
 #[track_caller]
 fn moved_undisturbed(velvet: &mut Velvet) {
     let end = velvet.now_ms() + 12 * SECOND;
@@ -91,7 +91,7 @@ fn a_console_through_a_probe_is_greeted_and_answered() {
     person.hear_until("idle", 100);
     let events = person.velvet.ask("events", SECOND);
     assert!(events.contains("somebody came to console 5"), "{events}");
-    // What acts at once does so.
+    // Commands that act at once do so over RTT as well.
     person.velvet.type_in("G1 X20 F60");
     person.hear(200);
     person.type_in(CONSOLE, "M112\n");
@@ -124,7 +124,7 @@ fn a_probe_that_asks_to_be_waited_for_and_does_not_read_stops_nothing() {
         velvet.hear(40);
     }
     moved_undisturbed(&mut velvet);
-    // Who does not read for long has gone, and comes again with the next byte.
+    // A person who does not read for long counts as gone, and comes again with the next byte.
     velvet.hear(10 * SECOND);
     assert!(velvet.ask("events", SECOND).contains("console 5 was left"), "{}", velvet.said());
     let mut person = Person::at(velvet);

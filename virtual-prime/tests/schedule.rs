@@ -30,8 +30,8 @@ G1 X12 Y10.7 E1
 M104 S0
 ";
 
-/// Lines, arcs, a helix, a spline, rounded corners and short chords in turn, extruding: what jerk limits and
-/// filters make hard.
+/// Job with lines, arcs, a helix, a spline, rounded corners and short chords in turn, extruding: hard cases
+/// of jerk limits and filters.
 const CURVES: &str = "G28.3 X30 Y30 Z30
 G92 E0
 G64 P0.05
@@ -53,7 +53,7 @@ G1 E5
 G1 X32 Y60 E6 F6000
 ";
 
-/// A machine and its job.
+/// A machine with its job.
 struct Case {
     config: String,
     job: String,
@@ -64,15 +64,15 @@ impl Case {
         Self { config: CONFIG.into(), job: JOB.into() }
     }
 
-    /// Limited in jerk, shaped, with pressure advance.
+    /// Returns a case with a limit of jerk, input shaping and pressure advance.
     fn smooth() -> Self {
         let config = with(&shaped(), &[("planner", "jerk", "100000")]);
         Self { config, job: CURVES.into() }
     }
 
-    /// Shaped, a circle in pieces of a hundredth of a millimetre at 50 mm/s: a run of the step feed writes
-    /// for long, while hardly a step is queued. The first line is slow, and the brake short, so that the
-    /// plan does not depend on how fast lines are read.
+    /// Returns a case with input shaping and a circle in pieces of a hundredth of a millimetre at 50 mm/s: a
+    /// run of the step feed writes for long, while hardly a step is queued. The first line is slow, and the
+    /// brake short, so that the plan does not depend on the speed at which lines are read.
     fn fine() -> Self {
         let mut job = String::from("G28.3 X30 Y30 Z30\nM83\nG1 X32 F240\nF3000\n");
         for piece in 1..=400 {
@@ -92,14 +92,14 @@ impl Case {
     }
 }
 
-/// A configuration with settings changed.
+/// Returns a configuration with settings changed.
 fn with(config: &str, settings: &[(&str, &str, &str)]) -> String {
     settings.iter().fold(config.to_owned(), |text, (section, key, value)| {
         config::edit::apply(&text, config::edit::Edit { section, key, value: Some(value) })
     })
 }
 
-/// Shaped, with pressure advance.
+/// Returns a configuration with input shaping and pressure advance.
 fn shaped() -> String {
     let settings = [
         ("input shaper", "shaper_type_x", "mzv"),
@@ -114,10 +114,10 @@ fn shaped() -> String {
 /// Time after the job within which its last words come, milliseconds.
 const PATIENCE_MS: u64 = 60 * SECOND;
 
-/// What a run comes to: hash of its edges, instructions, virtual time.
+/// Sum of a run: hash of its edges, instructions, virtual time.
 type Sum = (u64, u64, u64);
 
-/// The job on the virtual board: its sum and edges.
+/// Runs the job on the virtual board. Returns its sum and edges.
 fn on_the_board(case: &Case) -> (Sum, Vec<StepEdge>) {
     let mut velvet = Plan::new().config(&case.config).file("job.g", &case.job).start();
     velvet.ask("M23 job.g", SECOND);
@@ -128,7 +128,7 @@ fn on_the_board(case: &Case) -> (Sum, Vec<StepEdge>) {
     ((hash, instructions, now_ns), edges)
 }
 
-/// A folder of this call's own.
+/// Returns a folder of the call's own.
 fn folder(what: &str) -> std::path::PathBuf {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let number = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -137,7 +137,7 @@ fn folder(what: &str) -> std::path::PathBuf {
     folder
 }
 
-/// The job on the native runner.
+/// Runs the job on the native runner.
 fn on_the_host(case: &Case) -> Vec<StepEdge> {
     let card = folder("host");
     fs::write(card.join("config.ini"), &case.config).expect("a file in it");
@@ -158,8 +158,8 @@ fn on_the_host(case: &Case) -> Vec<StepEdge> {
     runner.world(|world| world.trace_mut().take())
 }
 
-/// To the instruction: the second board takes its translations over from the first, which made them itself
-/// when this test runs alone.
+/// Two boards agree to the instruction: the second board takes its translations over from the first, which
+/// made them itself when this test runs alone.
 #[test]
 fn a_job_run_twice_gives_the_same_edge_hash() {
     let (first, edges) = on_the_board(&Case::plain());
@@ -171,12 +171,12 @@ fn a_job_run_twice_gives_the_same_edge_hash() {
 type Edge = (u64, Actuator, Direction);
 pub type Motion = Vec<Edge>;
 
-/// The step interrupt plays events this close together one after the other; what is later than that it counts
-/// as late.
+/// Tolerance of edges, ns. The step interrupt plays events this close together one after the other; later
+/// events it counts as late.
 const TOLERANCE_NS: u64 = 250;
 
-/// Edges parted where nothing moves for 100 ms: when the next motion begins is the dispatcher's business,
-/// what it looks like is not.
+/// Splits edges where nothing moves for 100 ms: the begin of the next motion is the dispatcher's business,
+/// its shape is not.
 pub fn motions(edges: &[StepEdge]) -> Vec<Motion> {
     let mut motions = Vec::<Motion>::new();
     let (mut began_ns, mut last_ns) = (0, 0);
@@ -191,7 +191,8 @@ pub fn motions(edges: &[StepEdge]) -> Vec<Motion> {
     motions
 }
 
-/// The board's edges against the oracle, as `make run VERIFY=1` does it: the largest distance in nanoseconds.
+/// Compares the board's edges with the oracle, as `make run VERIFY=1` does it. Returns the largest distance
+/// in nanoseconds.
 fn worst_ns(case: &Case, edges: &[StepEdge]) -> f64 {
     let out = folder("oracle");
     let job = Job {
@@ -216,7 +217,7 @@ fn the_board_steps_as_the_native_runner_and_the_oracle_say() {
     let case = Case::plain();
     let mut edges = on_the_board(&case).1;
     assert_alike(&case, &edges, true);
-    // One edge of one motor, two microseconds late, does not escape.
+    // Even a single edge of a motor, two microseconds late, is found.
     let middle = edges.len() / 2;
     edges[middle].time_ns += 2_000;
     assert!(worst_ns(&case, &edges) > 2_000.0 - TOLERANCE_NS as f64);
@@ -241,8 +242,8 @@ fn with_pieces_shorter_than_a_step_it_is_as_exact() {
 const COMMAND: u64 = 0x5200_700C;
 const WRITE_BLOCK: u64 = 24;
 
-/// Entries of the journal hold the dispatcher, and no step: the same edges, to the nanosecond that an
-/// interrupt is late.
+/// Entries of the journal hold up the dispatcher, and no step: the same edges, to the nanoseconds of an
+/// interrupt's delay.
 #[test]
 fn a_journal_moves_no_step() {
     let made = |with_journal: bool| {
@@ -283,7 +284,7 @@ fn a_journal_moves_no_step() {
     assert!(worst <= TOLERANCE_NS, "{worst} ns");
 }
 
-/// The board's edges are where the oracle wants them and those of the host.
+/// Asserts that the board's edges are where the oracle wants them, and the host's edges.
 fn assert_alike(case: &Case, edges: &[StepEdge], begins_with_homing: bool) {
     let worst = worst_ns(case, edges);
     assert!(worst < TOLERANCE_NS as f64, "an edge is {worst} ns from where it belongs");
@@ -293,8 +294,8 @@ fn assert_alike(case: &Case, edges: &[StepEdge], begins_with_homing: bool) {
     for (number, (board, host)) in board.iter().zip(&host).enumerate() {
         let homing = begins_with_homing && number == 0;
         // In homing a brake begins a slice of trajectory sooner or later, as the switch fires before or after
-        // a run of the step feed, and each move begins at such a run: when is for the oracle to judge, which
-        // knows both plans.
+        // a run of the step feed, and each move begins at such a run: their times are for the oracle to
+        // judge, which knows both plans.
         let alike = |(b, h): (&Edge, &Edge)| (b.1, b.2) == (h.1, h.2) && (homing || b.0.abs_diff(h.0) <= TOLERANCE_NS);
         let difference = board.iter().zip(host).position(|pair| !alike(pair));
         let shown = difference.map(|at| (at, board[at], host[at]));

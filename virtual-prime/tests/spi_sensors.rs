@@ -7,7 +7,7 @@ use sim::world::Fault;
 
 use crate::common::velvet::{Plan, SECOND, Velvet};
 
-/// The hot end's sensor behind this chip.
+/// Plans a machine with the hot end's sensor behind this chip.
 fn hotend(kind: &str, channel: u8) -> Plan {
     let lines = [format!("sensor = {kind}"), format!("spi_channel = {channel}"), "spi_select_pin = PD10".into()];
     lines.iter().fold(Plan::new(), |plan, line| plan.set(&format!("[temperature control] hotend.{line}")))
@@ -17,7 +17,7 @@ fn celsius(velvet: &mut Velvet, name: &str) -> f64 {
     velvet.world(|world| world.heater_c(world.heater_index(name).expect("a heater of this machine")))
 }
 
-/// Halts within so many milliseconds, and says this.
+/// Opens the sensor, and asserts a halt with these words within so many milliseconds.
 fn opens(velvet: &mut Velvet, words: &str) {
     velvet.inject(&Fault::ThermistorOpen("hotend".into()));
     velvet.hear_until("MINTEMP or MAXTEMP triggered on T", SECOND);
@@ -32,7 +32,7 @@ fn a_max31855_on_channel_0_heats_and_halts_when_it_opens() {
     let mut velvet = hotend("max31855", 0).start();
     velvet.ask("M109 S60", 60 * SECOND);
     velvet.hear(5 * SECOND);
-    // It overshoots on the way up.
+    // The hot end overshoots on the way up.
     let is = celsius(&mut velvet, "hotend");
     assert!((57.0..70.0).contains(&is), "{is} C: {}", velvet.said());
     let registers = velvet.bench.vm.with(|stopped| {
@@ -48,8 +48,8 @@ fn a_max31855_on_channel_0_heats_and_halts_when_it_opens() {
     opens(&mut velvet, "thermocouple open: check its plug and wires");
 }
 
-/// The chip tests the wires every five seconds, while the heater goes on; the one that is open is found
-/// although the reading looks right.
+/// The chip tests the wires every five seconds, while the heater goes on; an open wire is found although the
+/// reading looks right.
 #[test]
 fn a_max31865_tests_its_wires() {
     let mut velvet = hotend("max31865", 0).set("[temperature control] hotend.rtd_wires = 4").start();

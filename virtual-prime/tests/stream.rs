@@ -12,19 +12,20 @@ use units::Actuator;
 use virtual_prime::console::Line;
 
 const BAUD: u64 = 1_000_000;
-/// A line that is refused stands at every so many lines: an answer that is lost or doubled moves the others.
+/// Number of lines between two lines that are refused: an answer that is lost or doubled moves the others.
 const WRONG_EVERY: usize = 997;
-/// Status is asked for this often.
+/// Interval between two status queries, ms.
 const ASK_EVERY_MS: u64 = 50;
-/// Moves of look-ahead.
+/// Moves in the look-ahead queue.
 const QUEUE: usize = 64;
-/// A circle of this radius, mm, in pieces of this length, at this rate, mm/min: 750 lines a second.
+/// Circle of this radius, mm, in pieces of this length, at this rate, mm/min: 750 lines a second.
 const RADIUS: f64 = 20.0;
 const PIECE: f64 = 0.2;
 const FEED: f64 = 9_000.0;
-/// At the beginning the queue fills, and at the end it empties: as long as it takes to stop from full speed.
+/// Time at either end that is not judged, as long as it takes to stop from full speed: the queue fills at the
+/// beginning, and empties at the end.
 const RAMP_NS: u64 = 200 * MS;
-/// Between two steps of a circle at full speed never more: two hundred steps' time.
+/// Greatest pause between two steps of a circle at full speed: two hundred steps' time.
 const PAUSE_NS: u64 = 5 * MS;
 
 fn line(number: usize) -> String {
@@ -35,7 +36,7 @@ fn line(number: usize) -> String {
     format!("G1X{:.3}Y{:.3}\n", RADIUS * angle.cos(), RADIUS * angle.sin())
 }
 
-/// What a stream has shown.
+/// Statistics of a stream.
 #[derive(Debug, Default)]
 struct Seen {
     /// Answers so far, and how many were refusals.
@@ -44,7 +45,7 @@ struct Seen {
     /// Blocks in the look-ahead queue, the fewest that a status told.
     fewest_blocks: usize,
     statuses: usize,
-    /// First and last step, and the longest time between two between the ramps.
+    /// First and last step, and the longest pause between two steps, between the ramps.
     steps_ns: Option<(u64, u64)>,
     longest_pause_ns: u64,
 }
@@ -95,7 +96,7 @@ impl Sender {
     }
 }
 
-/// Steps since the last look; pauses count between the ramps.
+/// Takes the steps since the last look; pauses count between the ramps.
 fn look(velvet: &mut Velvet, seen: &mut Seen, is_full: bool) {
     for edge in velvet.bench.world().lock().trace_mut().take() {
         let (first, last) = seen.steps_ns.unwrap_or((edge.time_ns, edge.time_ns));
@@ -106,7 +107,7 @@ fn look(velvet: &mut Velvet, seen: &mut Seen, is_full: bool) {
     }
 }
 
-/// Moves that had to slow down since no others were known behind them.
+/// Returns the number of moves that had to slow down because no others were known behind them.
 fn without_look_ahead(velvet: &mut Velvet) -> u32 {
     let times = velvet.ask("get steps", SECOND);
     let count =
@@ -142,7 +143,7 @@ fn stream(count: usize) {
     while seen.answers < count {
         sender.fill(count);
         let is_full = sender.sent < count;
-        // Once when the queue is full, and when no more lines come.
+        // The look-ahead is sampled once when the queue is full, and again when no more lines come.
         if starved.is_empty() && velvet.now_ms() >= asked || starved.len() == 1 && !is_full {
             starved.push(without_look_ahead(&mut velvet));
         }

@@ -23,10 +23,10 @@ use record::{Record, differences};
 const OWN: &[&str] =
     &["version", "version ;x", "mem", "M115", "get volts", "get steps", "dfu", "?", "\\x18", "\\x19", "$I"];
 
-/// Where the page has the numbers of the board.
+/// Heading of the page's section with the numbers of the board.
 const HEADING: &str = "## On the virtual board\n";
 
-/// What a machine says when it is ready.
+/// Greetings of a machine that is ready.
 const GREETINGS: &[&str] = &["Welcome to Smoothie\nok\n", "['$' for help]"];
 
 impl Desk for Velvet {
@@ -88,7 +88,7 @@ fn replay(name: &str, text: &str) {
     hold_row(name, &counts);
 }
 
-/// A table with this row for a session, and the sum.
+/// Adds the row of a session to the table, and updates the sum.
 fn with_row(table: &str, name: &str, counts: &Counts) -> String {
     let name_of = |line: &str| line.split(' ').nth(1).unwrap_or("").to_owned();
     let mut rows: Vec<String> = table.lines().skip(2).filter(|line| !line.is_empty()).map(str::to_owned).collect();
@@ -106,7 +106,8 @@ fn with_row(table: &str, name: &str, counts: &Counts) -> String {
     head.join("\n") + "\n" + &rows.join("\n")
 }
 
-/// The page has these numbers for a session, or gets them. Sessions are played at the same time.
+/// Asserts that the page has these numbers for a session, or writes them. Sessions are played at the same
+/// time.
 fn hold_row(name: &str, counts: &Counts) {
     static PAGE: Mutex<()> = Mutex::new(());
     let _one_at_a_time = PAGE.lock().unwrap_or_else(PoisonError::into_inner);
@@ -117,7 +118,7 @@ fn hold_row(name: &str, counts: &Counts) {
     page::hold(HEADING, &(intro.to_owned() + &with_row(table, name, counts))).expect("the same counts");
 }
 
-/// The same, but for a place where something was stopped on its way.
+/// Whether two answers are equal, but for a place where a motion was stopped on its way.
 fn are_nearly_equal(desk: &[String], board: &[String]) -> bool {
     let is_near = |(a, b): (&str, &str)| {
         let number = |word: &str| word.rsplit(':').next().and_then(|number| number.parse::<f64>().ok());
@@ -144,7 +145,7 @@ macro_rules! sessions {
 
 sessions! { homed mcodes }
 
-/// Every session whose machine is told the same on both: some minutes.
+/// Sessions whose machine is told the same on both: some minutes.
 mod all {
     use super::replay;
 

@@ -13,7 +13,7 @@ const STATUS_BYTES: usize = 13;
 /// Data phase of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Data<'a> {
-    /// No data phase.
+    /// The command has no data phase.
     None,
     /// Up to so many bytes from the drive.
     In(usize),

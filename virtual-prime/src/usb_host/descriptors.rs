@@ -6,7 +6,7 @@ use super::transfer::{Direction, Endpoint, Kind};
 /// A device descriptor, decoded.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DeviceDescriptor {
-    /// USB release, bcdUSB.
+    /// Release of the USB specification, bcdUSB.
     pub usb: u16,
     /// Class, subclass and protocol (bDeviceClass, bDeviceSubClass, bDeviceProtocol).
     pub class: [u8; 3],

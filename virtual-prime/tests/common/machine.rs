@@ -1,4 +1,4 @@
-//! A machine that uses every signal of the table, and what is asked of its pins.
+//! A machine that uses every signal of the table, and access to its pins.
 
 use sim::world::Pin;
 use virtual_prime::board::PinChange;
@@ -67,17 +67,17 @@ const EXTRAS: &[&str] = &[
     "[kill button] pin = PJ6^",
 ];
 
-/// The plan of such a machine.
+/// Returns the plan of such a machine.
 pub fn everything() -> Plan {
     EXTRAS.iter().fold(Plan::new(), |plan, line| plan.set(line))
 }
 
-/// A pin by its name.
+/// Returns a pin by its name.
 pub fn pin(name: &'static str) -> Pin {
     virtual_prime::pins::pin(name)
 }
 
-/// What the chip does to a pin now.
+/// Returns the present state of a pin.
 pub fn state(velvet: &mut Velvet, name: &'static str) -> PinState {
     let pin = pin(name);
     velvet.bench.vm.with(move |stopped| stopped.session.board().mcu.pin_state(pin)).expect("the run goes on")
@@ -92,7 +92,7 @@ pub fn watch(velvet: &mut Velvet, names: &[&'static str]) {
     velvet.bench.vm.with(watch).expect("the run goes on");
 }
 
-/// What watched pins have done since they were last asked.
+/// Takes the changes of watched pins since the last call.
 pub fn changes(velvet: &mut Velvet) -> Vec<PinChange> {
     velvet.bench.vm.with(|stopped| stopped.session.board_mut().mcu.take_pin_changes()).expect("the run goes on")
 }

@@ -21,10 +21,11 @@ use virtual_prime::instruments::{Instruments, Probe, Records};
 use virtual_prime::vm::{Span, Vm};
 
 pub const MS: u64 = 1_000_000;
-/// A byte on a console's wire: ten bits at 115200 baud.
+/// Duration of a byte on a console's wire: ten bits at 115200 baud.
 pub const FRAME_NS: u64 = 10 * 1_000_000_000 / 115_200;
 
-/// The ELF of a test image: from `PRIME_IMAGES` when that names a directory, otherwise built here and now.
+/// Returns the ELF file of a test image: from `PRIME_IMAGES` when that names a directory, otherwise built
+/// here and now.
 pub fn image(name: &str) -> PathBuf {
     static DIRECTORY: OnceLock<PathBuf> = OnceLock::new();
     DIRECTORY.get_or_init(|| std::env::var_os("PRIME_IMAGES").map_or_else(build, PathBuf::from)).join(name)
@@ -60,26 +61,26 @@ pub struct Bench {
     /// Our end of UART 0, USART3.
     pub uart: Line,
     pub records: Records,
-    /// Writes to the addresses that were named.
+    /// Log of writes to the addresses that were named.
     pub writes: writes::WriteLog,
 }
 
-/// A board of the default machine running a test image.
+/// Starts a board of the default machine with a test image.
 pub fn boot(name: &str) -> Bench {
     boot_on(name, PrimeBoard::new(WorldConfig::default()).expect("the board's tables are right"))
 }
 
-/// This board running a test image.
+/// Starts the board with a test image.
 pub fn boot_on(name: &str, board: PrimeBoard) -> Bench {
     boot_elf(&image(name), board)
 }
 
-/// This board running this image.
+/// Starts the board with the image of an ELF file.
 pub fn boot_elf(elf: &Path, board: PrimeBoard) -> Bench {
     boot_watched(elf, board, Vec::new(), &Probe::default())
 }
 
-/// The same, with an ear for writes to these addresses.
+/// Starts the board with the image of an ELF file, and logs writes to these addresses.
 pub fn boot_watched(elf: &Path, board: PrimeBoard, addresses: Vec<Range<u64>>, probe: &Probe) -> Bench {
     let (console, uart) = (board.console(0).clone(), board.console(1).clone());
     let (instruments, records) = Instruments::new(elf, probe).expect("an image with symbols");
@@ -90,7 +91,7 @@ pub fn boot_watched(elf: &Path, board: PrimeBoard, addresses: Vec<Range<u64>>, p
 }
 
 impl Bench {
-    /// Runs until the image ends itself with success; what it said on its console.
+    /// Runs until the image ends itself with success. Returns its words on the console.
     #[track_caller]
     pub fn expect_pass(&mut self, deadline_ms: u64) -> String {
         let mut said = Vec::new();
@@ -106,12 +107,12 @@ impl Bench {
         panic!("no end after {deadline_ms} ms: {}", self.words(&said));
     }
 
-    /// What the image said, on the console and to the debugger.
+    /// Joins the image's words on the console and to the debugger.
     pub fn words(&self, said: &[u8]) -> String {
         String::from_utf8_lossy(&[said, &self.records.lock().semihosting].concat()).into_owned()
     }
 
-    /// The machine on the board.
+    /// Returns the simulated machine on the board.
     pub fn world(&mut self) -> SharedWorld {
         self.vm.with(|stopped| stopped.session.board().world().clone()).expect("the run goes on")
     }

@@ -1,4 +1,4 @@
-//! A part that is printed, and what of it was laid where: read off the step edges.
+//! A printed part, with the places where filament was laid: taken from the step edges.
 
 use sim::trace::StepEdge;
 use units::Direction;
@@ -6,12 +6,12 @@ use units::Direction;
 /// Motors of the sample printer: X, Y, Z and the hot end's filament.
 pub const MOTORS: usize = 4;
 const FILAMENT: usize = 3;
-/// Their steps per mm.
+/// Steps per mm of these motors.
 const STEPS_PER_MM: [f64; MOTORS] = [80.0, 80.0, 400.0, 415.0];
-/// Places nearer than this along the path are one, mm.
+/// Distance along the path below which places count as the same, mm.
 pub const GRAIN_MM: f64 = 0.05;
 
-/// Where filament was laid: X, Y and Z of the carriages, mm.
+/// Places where filament was laid: X, Y and Z of the carriages, mm.
 pub type Laid = Vec<[f64; 3]>;
 
 /// Carriages that follow the step edges.
@@ -22,14 +22,14 @@ pub struct Carriages {
 }
 
 impl Carriages {
-    /// They stand here, mm.
+    /// Creates carriages at these places, mm.
     pub fn new(places: &[f64]) -> Self {
         let mut start = [0.0; MOTORS];
         start.iter_mut().zip(places).for_each(|(to, from)| *to = *from);
         Self { places: start, laid: Laid::new() }
     }
 
-    /// Takes a step.
+    /// Moves a carriage by a step.
     pub fn step(&mut self, edge: &StepEdge) {
         let motor = edge.actuator as usize;
         let Some((place, steps)) = self.places.get_mut(motor).zip(STEPS_PER_MM.get(motor)) else { return };
@@ -41,19 +41,19 @@ impl Carriages {
         }
     }
 
-    /// Where they stand, mm.
+    /// Returns the places of the carriages, mm.
     pub const fn places(&self) -> &[f64; MOTORS] {
         &self.places
     }
 
-    /// What was laid so far.
+    /// Returns the places where filament was laid so far.
     pub const fn laid(&self) -> &Laid {
         &self.laid
     }
 }
 
-/// The farthest that a place of the one is from all places of the other in X and Y, mm, at most `z_slack` mm
-/// higher or lower; infinite where there is none at this height.
+/// Returns the greatest distance in X and Y of a place of `one` from all places of `other`, mm, at most
+/// `z_slack` mm higher or lower; infinite where there is none at this height.
 pub fn farthest(one: &Laid, other: &Laid, z_slack: f64) -> f64 {
     let from = |[x, y, z]: &[f64; 3]| {
         let there = other.iter().filter(|place| (place[2] - z).abs() < z_slack);

@@ -1,5 +1,4 @@
-//! How much of its stacks the image has left: whatever a test has had it do, it stays far away from their
-//! ends.
+//! Free space of the image's stacks: during every test they stay far away from their ends.
 
 use std::sync::OnceLock;
 
@@ -9,19 +8,19 @@ use virtual_prime::image::Symbols;
 
 use super::velvet::image;
 
-/// What the firmware fills its main stack with, `bsp-prime/src/memory.rs`. The other one is zero at the
+/// Fill word of the firmware's main stack, `bsp-prime/src/memory.rs`. The executor's stack is zero at the
 /// start.
 const PAINT: u64 = 0x5AFE_57AC;
-/// The strips below the stacks that nobody may touch, in the same file and in `thread_stack.rs`.
+/// Size of the guard strips below the stacks, in the same file and in `thread_stack.rs`.
 const GUARD_BYTES: u64 = 256;
 /// End of DTCM, where the main stack begins (RM0399 section 2.3.2).
 const DTCM_END: u64 = 0x2002_0000;
-/// Of the executor's stack at least its margin is left (`bsp-prime/src/thread_stack.rs`).
+/// Least free space of the executor's stack, which is its margin (`bsp-prime/src/thread_stack.rs`).
 const LEAST_OF_EXECUTOR_BYTES: u64 = 12 * 1024;
-/// Of that of the interrupts.
+/// Least free space of the interrupts' stack.
 const LEAST_OF_INTERRUPTS_BYTES: u64 = 8 * 1024;
 
-/// Where the stacks of the image under test may grow down to.
+/// Ends down to which the stacks of the image under test may grow.
 #[derive(Clone, Copy)]
 struct Limits {
     executor: u64,
@@ -43,20 +42,20 @@ fn limits() -> Limits {
     })
 }
 
-/// Bytes from here on that still are as they were at the start.
+/// Returns the number of bytes from `from` on that still are as they were at the start.
 fn unused(host: &mut dyn Host, from: u64, to: u64, fresh: u64) -> u64 {
     let is_fresh = |address: &u64| host.read(*address, Width::W32).ok() == Some(fresh);
     4 * (from..to).step_by(4).take_while(is_fresh).count() as u64
 }
 
-/// What is left of the executor's stack, and of the interrupts'; `None` where the image is not up.
+/// Returns the free bytes of the executor's stack, and of the interrupts'; `None` where the image is not up.
 pub fn left(host: &mut dyn Host) -> Option<(u64, u64)> {
     let Limits { executor, executor_end, interrupts } = limits();
     let of_interrupts = unused(host, interrupts, DTCM_END, PAINT);
     (of_interrupts > 0).then(|| (unused(host, executor, executor_end, 0), of_interrupts))
 }
 
-/// Both have enough.
+/// Asserts that both stacks have enough free space.
 #[track_caller]
 pub fn assert_enough((executor, interrupts): (u64, u64)) {
     println!("left of the stacks: {executor} bytes of the executor's, {interrupts} of the interrupts'");

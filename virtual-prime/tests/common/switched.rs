@@ -1,5 +1,5 @@
-//! Images in which an interrupt comes to fail when a test says so: its vector leads to a stub that looks at a
-//! word of memory first.
+//! Images with an interrupt that begins to fail on a test's command: its vector leads to a stub that looks at
+//! a word of memory first.
 
 use std::path::PathBuf;
 
@@ -9,11 +9,11 @@ use virtual_prime::image::Symbols;
 
 use super::velvet::Velvet;
 
-/// The word: the last one of SRAM4 (RM0399 section 2.3.2), which the firmware does not use.
+/// Address of the word: the last word of SRAM4 (RM0399 section 2.3.2), which the firmware does not use.
 const SWITCH: u32 = 0x3800_FFFC;
-/// What the stub lies in the place of: nobody asks for a status meanwhile.
+/// Function whose place the stub takes: nobody asks for a status meanwhile.
 const PLACE: &str = "report_status";
-/// Of the chip's vectors the core's own come first (ARMv7-M ARM B1.5.2).
+/// Number of the core's own vectors, which come before the chip's (ARMv7-M ARM B1.5.2).
 const CORE_VECTORS: u64 = 16;
 
 /// An interrupt: its number (RM0399 section 20.1.2), its name in the image, and the register whose zero
@@ -25,34 +25,35 @@ pub struct Interrupt {
     acknowledge: Option<u32>,
 }
 
-/// The step feed. TIM6_SR, RM0399 section 46.4.4.
+/// Interrupt of the step feed. TIM6_SR, RM0399 section 46.4.4.
 pub const FEED: Interrupt = Interrupt { number: 54, name: "TIM6_DAC", acknowledge: Some(0x4000_1010) };
-/// Heat control. TIM7_SR.
+/// Interrupt of heat control, acknowledged in TIM7_SR.
 pub const HEAT: Interrupt = Interrupt { number: 55, name: "TIM7", acknowledge: Some(0x4000_1410) };
-/// The planner; software alone asks for it, by the interrupt that `firmware/src/main.rs` names.
+/// Interrupt of the planner; software alone asks for it, by the interrupt that `firmware/src/main.rs` names.
 pub const PLANNER: Interrupt = Interrupt { number: 138, name: "LPTIM2", acknowledge: None };
-/// The watch over drivers and supplies; software alone asks for it.
+/// Interrupt of the watch over drivers and supplies; software alone asks for it.
 pub const SLOW_WATCH: Interrupt = Interrupt { number: 93, name: "LPTIM1", acknowledge: None };
 
-/// What it comes to do.
+/// Way in which an interrupt fails.
 #[derive(Clone, Copy, Debug)]
 pub enum Failure {
-    /// Nothing: it returns at once.
+    /// The handler does nothing and returns at once.
     Skips,
-    /// It never returns.
+    /// The handler never returns.
     Hangs,
-    /// It calls itself without end.
+    /// The handler calls itself without end.
     OverflowsItsStack,
-    /// It meets an instruction that is none.
+    /// The handler meets an undefined instruction.
     IsNoCode,
-    /// It panics: an index beyond an array.
+    /// The handler panics: an index beyond an array.
     Panics,
-    /// It raises the NMI, as the clock security system does (RM0399 section 9.5.3): the emulator's model of
-    /// that sets the flags and leaves the wire away.
+    /// The handler raises the NMI, as the clock security system does (RM0399 section 9.5.3): the emulator's
+    /// model of that system sets the flags and leaves the wire away.
     RaisesNmi,
 }
 
-/// MOVW and MOVT (ARM DDI 0403E.b, A7.7.76 encoding T3, A7.7.79): a register takes a number.
+/// Encodes MOVW and MOVT (ARM DDI 0403E.b, A7.7.76 encoding T3, A7.7.79), which load a number into a
+/// register.
 pub fn put(register: u16, value: u32) -> [u16; 4] {
     let half = |code: u16, value: u16| {
         [code | (value >> 11 & 1) << 10 | value >> 12, (value >> 8 & 7) << 12 | register << 8 | value & 0xFF]
@@ -81,11 +82,11 @@ fn stub(address: u32, interrupt: Interrupt, failure: Failure, symbols: &Symbols)
             }
             code.push(BX_LR);
         }
-        // B to itself.
+        // Encodes B to itself.
         Failure::Hangs => code.push(0xE7FE),
-        // PUSH {R0-R7, LR}; B to it.
+        // Encodes PUSH {R0-R7, LR}; B to it.
         Failure::OverflowsItsStack => code.extend([0xB5FF, 0xE7FD]),
-        // UDF #0.
+        // Encodes UDF #0, an undefined instruction.
         Failure::IsNoCode => code.push(0xDE00),
         Failure::Panics => panics(address, &mut code, function("panic_bounds_check")),
         Failure::RaisesNmi => {
@@ -115,7 +116,7 @@ fn panics(address: u32, code: &mut Vec<u16>, panic: u32) {
     code.extend(FILE.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])));
 }
 
-/// A copy of the firmware where this interrupt fails like this from [`throw`] on.
+/// Writes a copy of the firmware where this interrupt fails like this from [`throw`] on.
 pub fn image(interrupt: Interrupt, failure: Failure) -> PathBuf {
     let original = super::velvet::image();
     let symbols = Symbols::read(&original).expect("an ELF file");
@@ -145,7 +146,7 @@ pub fn image(interrupt: Interrupt, failure: Failure) -> PathBuf {
     copy
 }
 
-/// From now on.
+/// Makes the interrupt fail from now on.
 pub fn throw(velvet: &mut Velvet) {
     let write = |stopped: &mut virtual_prime::vm::Stopped<'_>| {
         stopped.host.write(u64::from(SWITCH), Width::W32, 1).expect("SRAM4");
@@ -153,7 +154,7 @@ pub fn throw(velvet: &mut Velvet) {
     velvet.bench.vm.with(write).expect("the run goes on");
 }
 
-/// No more, where the fault is one that a reset ends.
+/// Ends the failure, where the fault is one that a reset ends.
 pub fn throw_back(velvet: &mut Velvet) {
     let write = |stopped: &mut virtual_prime::vm::Stopped<'_>| {
         stopped.host.write(u64::from(SWITCH), Width::W32, 0).expect("SRAM4");

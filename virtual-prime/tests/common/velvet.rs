@@ -22,11 +22,11 @@ use super::{Bench, FRAME_NS, MS, boot_watched, stacks};
 pub const CONFIG: &str = include_str!("../../../config/samples/cartesian.ini");
 /// Milliseconds in a second.
 pub const SECOND: u64 = 1_000;
-/// What ends the greeting: from here on the machine listens.
+/// End of the greeting: from here on the machine listens.
 pub const PROMPT: &str = "Welcome to Smoothie\nok\n";
-/// A healthy machine has greeted by then.
+/// Time within which a healthy machine has greeted.
 const BOOT_MS: u64 = 2 * SECOND;
-/// How finely waiting cuts time, milliseconds.
+/// Slices of time in which a wait runs the board, milliseconds.
 const SLICE_MS: u64 = 5;
 
 /// The image under test.
@@ -35,7 +35,7 @@ pub fn image() -> PathBuf {
     PathBuf::from(named.expect("VELVET_ELF does not name the firmware image: run these tests with `make test`"))
 }
 
-/// What the slot holds.
+/// Content of the card slot.
 enum Card {
     Nothing,
     /// A volume with the configuration and the files.
@@ -43,7 +43,7 @@ enum Card {
     Raw(Box<dyn Fn(Vec<u8>) -> Vec<u8>>),
 }
 
-/// What a test starts from.
+/// Start conditions of a test.
 pub struct Plan {
     config: String,
     files: Vec<(String, Vec<u8>)>,
@@ -63,7 +63,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// The sample printer, whole.
+    /// Returns the plan of the sample printer, without faults.
     pub fn new() -> Self {
         let files = Vec::new();
         Self {
@@ -85,49 +85,49 @@ impl Plan {
         }
     }
 
-    /// Another make of card.
+    /// Sets another make of card.
     pub const fn with_traits(mut self, traits: Traits) -> Self {
         self.traits = traits;
         self
     }
 
-    /// Keeps what is written to the card, from power-on: [`Velvet::block_writes`].
+    /// Keeps a log of writes to the card, from power-on: [`Velvet::block_writes`].
     pub const fn keeping_writes(mut self) -> Self {
         self.keeps_writes = true;
         self
     }
 
-    /// The carriages stand here at power-on, mm, in the order of the motors.
+    /// Places the carriages at power-on, mm, in the order of the motors.
     pub fn carriages(mut self, places: &[f64]) -> Self {
         self.carriages = places.to_vec();
         self
     }
 
-    /// This heater has this temperature at power-on, C.
+    /// Sets the temperature of a heater at power-on, C.
     pub fn soaked(mut self, heater: &'static str, celsius: f64) -> Self {
         self.soaked.push((heater, celsius));
         self
     }
 
-    /// A board with these drivers.
+    /// Sets the board's driver chips.
     pub const fn with_drivers(mut self, chip: Chip) -> Self {
         self.chip = chip;
         self
     }
 
-    /// Keeps a log of what the image writes to these addresses, from power-on.
+    /// Keeps a log of the image's writes to these addresses, from power-on.
     pub fn watching(mut self, addresses: Range<u64>) -> Self {
         self.watched.push(addresses);
         self
     }
 
-    /// The option bytes have the second core start.
+    /// Sets the option bytes so that the second core starts.
     pub const fn with_second_core(mut self) -> Self {
         self.second_core = true;
         self
     }
 
-    /// Changes a piece of the configuration, which must have it.
+    /// Replaces a piece of the configuration, which must contain it.
     #[track_caller]
     pub fn with(mut self, piece: &str, instead: &str) -> Self {
         assert!(self.config.contains(piece), "the configuration has no `{piece}`");
@@ -135,7 +135,7 @@ impl Plan {
         self
     }
 
-    /// Another configuration altogether.
+    /// Replaces the whole configuration.
     pub fn config(mut self, text: &str) -> Self {
         self.config = text.into();
         self
@@ -150,55 +150,55 @@ impl Plan {
         self
     }
 
-    /// What is changed from here on, the machine is not built for.
+    /// Builds the simulated machine for the configuration so far, without later changes.
     pub fn built(mut self) -> Self {
         self.built_as = Some(self.config.clone());
         self
     }
 
-    /// Another file on the card.
+    /// Puts another text file on the card.
     pub fn file(mut self, name: &str, text: &str) -> Self {
         self.files.push((name.into(), text.into()));
         self
     }
 
-    /// The same, of bytes.
+    /// Puts another file on the card, from bytes.
     pub fn bytes(mut self, name: &str, content: Vec<u8>) -> Self {
         self.files.push((name.into(), content));
         self
     }
 
-    /// Something that goes wrong, as `virtual-prime run --fault` takes it.
+    /// Adds a fault, as `virtual-prime run --fault` takes it.
     pub fn fault(mut self, text: &str) -> Self {
         self.faults.push(TimedFault::parse(text).expect("a fault"));
         self
     }
 
-    /// Nothing in the slot.
+    /// Leaves the card slot empty.
     pub fn without_card(mut self) -> Self {
         self.card = Card::Nothing;
         self
     }
 
-    /// The card's bytes, made from those of a good one.
+    /// Makes the card's bytes from those of a good card.
     pub fn with_card(mut self, make: impl Fn(Vec<u8>) -> Vec<u8> + 'static) -> Self {
         self.card = Card::Raw(Box::new(make));
         self
     }
 
-    /// Another image.
+    /// Runs another firmware image.
     pub fn image(mut self, elf: PathBuf) -> Self {
         self.elf = elf;
         self
     }
 
-    /// The image is to meet a hard fault, which does not end the run.
+    /// Lets the image meet a hard fault without ending the run.
     pub const fn meaning_faults(mut self) -> Self {
         self.faults_are_meant = true;
         self
     }
 
-    /// Nobody reads the log.
+    /// Leaves the image's log unread.
     pub const fn leaving_log(mut self) -> Self {
         self.leaves_log = true;
         self
@@ -212,7 +212,7 @@ impl Plan {
         velvet
     }
 
-    /// The machine before its first instruction.
+    /// Returns the machine before its first instruction.
     pub fn held(self) -> Velvet {
         let built = self.built_as.as_ref().unwrap_or(&self.config);
         let id = if self.chip == Chip::Tmc2660 { BoardId::Prime2660 } else { BoardId::Prime2590 };
@@ -252,11 +252,11 @@ impl Plan {
     }
 }
 
-/// A machine that is on.
+/// A machine that is switched on.
 pub struct Velvet {
     pub bench: Bench,
     said: String,
-    /// It runs the image under test, as that was built.
+    /// Whether the machine runs the image under test, as it was built.
     is_image: bool,
 }
 
@@ -270,17 +270,17 @@ impl Drop for Velvet {
 }
 
 impl Velvet {
-    /// Everything it has said on the debug console.
+    /// Returns all words from the debug console.
     pub fn said(&self) -> &str {
         &self.said
     }
 
-    /// Virtual time, milliseconds.
+    /// Returns the virtual time, milliseconds.
     pub const fn now_ms(&self) -> u64 {
         self.bench.vm.now_ns() / MS
     }
 
-    /// Lets this much time pass; what was said in it.
+    /// Runs the board for so many milliseconds. Returns the words of that time.
     #[track_caller]
     pub fn hear(&mut self, ms: u64) -> String {
         let before = self.said.len();
@@ -288,7 +288,7 @@ impl Velvet {
         self.said[before..].to_owned()
     }
 
-    /// Lets this much time pass, nanoseconds; what was said in it, byte by byte.
+    /// Runs the board for so many nanoseconds. Returns the words of that time, byte by byte.
     #[track_caller]
     pub fn hear_for(&mut self, nanoseconds: u64) -> Vec<Arrived> {
         let end = self.bench.vm.now_ns() + nanoseconds;
@@ -299,7 +299,7 @@ impl Velvet {
         heard
     }
 
-    /// Lets time pass until what is said in it contains this; all of that.
+    /// Runs the board until its words contain these. Returns all words of that time.
     #[track_caller]
     pub fn hear_until(&mut self, words: &str, patience_ms: u64) -> String {
         let before = self.said.len();
@@ -311,8 +311,8 @@ impl Velvet {
         self.said[before..].to_owned()
     }
 
-    /// Sends these bytes, lets time pass until the last of them has arrived at the board, and says when that
-    /// was.
+    /// Sends these bytes, and runs the board until the last of them has arrived. Returns the instant of the
+    /// arrival.
     #[track_caller]
     pub fn send_through(&mut self, bytes: &[u8]) -> u64 {
         self.bench.console.send(bytes);
@@ -322,18 +322,18 @@ impl Velvet {
         self.bench.console.last_began_ns().expect("a byte went") + FRAME_NS
     }
 
-    /// Types a line.
+    /// Types a line at the console.
     pub fn type_in(&mut self, line: &str) {
         self.bench.console.send(format!("{line}\n").as_bytes());
     }
 
-    /// Types a line and waits for the end of the answer; what was said meanwhile.
+    /// Types a line and waits for the end of the answer. Returns all words of that time.
     #[track_caller]
     pub fn ask(&mut self, line: &str, patience_ms: u64) -> String {
         self.type_in(line);
         let before = self.said.len();
         let end = self.now_ms() + patience_ms;
-        // A line is answered by ok, or by what is wrong with it.
+        // A line is answered by ok, or by an error message.
         let is_answered = |said: &str| said.contains("ok\n") || said.contains("error:") && said.ends_with('\n');
         while !is_answered(&self.said[before..]) {
             assert!(self.now_ms() < end, "no answer within {patience_ms} ms; it said: {}", &self.said[before..]);
@@ -342,43 +342,43 @@ impl Velvet {
         self.said[before..].to_owned()
     }
 
-    /// Looks at the machine, or changes it.
+    /// Runs `work` on the simulated machine, to look at it or change it.
     pub fn world<R>(&mut self, work: impl FnOnce(&mut World) -> R) -> R {
         let world = self.bench.world();
         let mut world = world.lock();
         work(&mut world)
     }
 
-    /// Does something as the debug probe at the image's RTT.
+    /// Runs `work` as the debug probe at the image's RTT.
     pub fn probe<R: Send + 'static>(&mut self, work: impl FnOnce(Rtt, &mut dyn Host) -> R + Send + 'static) -> R {
         let probe = Rtt::of(&image()).expect("an ELF file").expect("an image with RTT");
         self.bench.vm.with(move |stopped| work(probe, stopped.host)).expect("the run goes on")
     }
 
-    /// The level a pin has, by its name.
+    /// Returns the level of a pin, by its name.
     pub fn level(&mut self, pin: &'static str) -> bool {
         let pin = virtual_prime::pins::pin(pin);
         self.bench.vm.with(move |stopped| stopped.session.board().level(pin)).expect("the run goes on")
     }
 
-    /// Looks at the card in the slot.
+    /// Returns the result of a look at the card in the slot.
     pub fn card<R: Send + 'static>(&mut self, look: impl FnOnce(&SdCard) -> R + Send + 'static) -> R {
         let looked = self.bench.vm.with(|stopped| stopped.session.board().mcu.sdmmc.card().map(look));
         looked.flatten().expect("a card in the slot")
     }
 
-    /// What was written to the card, where that is kept.
+    /// Returns the log of writes to the card, where it is kept.
     pub fn block_writes(&mut self) -> Vec<BlockWrite> {
         self.card(|card| card.writes().to_vec())
     }
 
-    /// Something goes wrong now.
+    /// Injects a fault at this instant.
     #[track_caller]
     pub fn inject(&mut self, fault: &Fault) {
         self.world(|world| world.inject(fault)).expect("a fault of this machine");
     }
 
-    /// This was said exactly once since power-on, and no other error or warning was.
+    /// Asserts that the words were said exactly once since power-on, and no other error or warning was.
     #[track_caller]
     pub fn assert_told_once(&self, words: &str) {
         let words = words.trim_end();
@@ -391,7 +391,7 @@ impl Velvet {
         assert!(others.is_empty(), "besides {words:?}: {others:?}");
     }
 
-    /// Nothing heats, nothing moves, no motor has current, and the console answers.
+    /// Asserts that nothing heats, nothing moves, no motor has current, and the console answers.
     #[track_caller]
     pub fn assert_safe(&mut self) {
         // A halt takes the current off as soon as motion rests; the mean duty forgets within seconds.
@@ -413,7 +413,7 @@ impl Velvet {
         self.hear_until("Prime", SECOND);
     }
 
-    /// The card can be read over the console.
+    /// Asserts that the card can be read over the console.
     #[track_caller]
     pub fn assert_card_listed(&mut self, name: &str) {
         self.type_in("ls /sd");

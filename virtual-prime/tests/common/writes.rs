@@ -1,4 +1,4 @@
-//! What an image writes to chosen registers, in order and with its time.
+//! Log of an image's writes to chosen registers, in order and with their times.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -8,7 +8,7 @@ use rigless::session::Session;
 use virtual_prime::board::PrimeBoard;
 use virtual_prime::vm::Observer;
 
-/// One write.
+/// A write to a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Written {
     pub at_ns: u64,
@@ -16,18 +16,18 @@ pub struct Written {
     pub value: u64,
 }
 
-/// The writes so far, shared with whoever looks at them.
+/// Log of the writes so far, shared with the test.
 #[derive(Clone, Debug, Default)]
 pub struct WriteLog(Arc<Mutex<Vec<Written>>>);
 
 impl WriteLog {
-    /// Takes the writes out.
+    /// Takes all writes out of the log.
     pub fn take(&self) -> Vec<Written> {
         std::mem::take(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
-/// Hands everything on to another observer, and keeps the writes to these addresses.
+/// Observer that hands everything on to another observer, and logs the writes to these addresses.
 pub struct Listener {
     pub inner: Box<dyn Observer>,
     pub addresses: Vec<Range<u64>>,

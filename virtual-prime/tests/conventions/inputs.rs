@@ -8,7 +8,7 @@ use sim::world::Fault;
 use crate::common::machine::{changes, drive, everything, pin, watch};
 use crate::common::velvet::{Plan, SECOND, Velvet};
 
-/// What M119 says of this pin: `PD0^:1`.
+/// Returns the state of this pin in the answer to M119: `PD0^:1`.
 #[track_caller]
 fn reported(velvet: &mut Velvet, pin: &str, modifiers: &str) -> bool {
     velvet.type_in("M119");
@@ -63,7 +63,7 @@ fn the_kill_button_is_pressed_while_its_pin_is_low() {
     velvet.hear_until("ALARM: Kill button pressed", SECOND);
 }
 
-/// LED1 blinks while the machine is up and idle; the others stay dark.
+/// LED1 blinks while the machine is up and idle; the other LEDs stay dark.
 #[test]
 fn a_high_led_pin_is_what_shows_life() {
     let mut velvet = everything().start();
@@ -127,7 +127,7 @@ fn the_straps_say_which_drivers_there_are() {
 fn each_thermistor_is_read_at_its_own_input() {
     const AT_25_C_MV: u32 = (3_300.0 * 100_000.0 / 104_700.0 + 0.5) as u32;
     let sensors = [("hotend", 1, "T:"), ("hotend2", 2, "T2:"), ("bed", 3, "B:")];
-    // The simulated machine has no sensors on these connectors: the test is all there is.
+    // The simulated machine has no sensors on these connectors, so only the test sets their voltages.
     let plan = || {
         let bare = ["hotend", "bed", "board"]
             .iter()
@@ -187,7 +187,7 @@ fn the_supplies_are_read_at_their_own_inputs() {
         assert!((volts(&mut velvet, "vmotor") - motor).abs() < 0.1);
         assert!((volts(&mut velvet, "vfet") - fets).abs() < 0.1);
     }
-    // Before the load switch, which a halt opens.
+    // The pin is checked before the load switch, which a halt opens.
     velvet.type_in("M112");
     velvet.hear(3 * SECOND);
     assert!((volts(&mut velvet, "vfet") - 12.0).abs() < 0.1);

@@ -10,12 +10,12 @@ use virtual_prime::pins::{PINS, PORTS};
 use crate::common::machine::everything;
 use crate::common::velvet::{Plan, SECOND, Velvet};
 
-/// In alternate function out of reset: the debug port.
+/// Pins in alternate function out of reset: the debug port.
 const DEBUG_PORT: [&str; 5] = ["PA13", "PA14", "PA15", "PB3", "PB4"];
-/// The crystals, which RM0399 section 12.3.14 gives to the oscillators whatever their modes say.
+/// Pins of the crystals, which RM0399 section 12.3.14 gives to the oscillators in any mode of the pins.
 const CRYSTALS: [&str; 4] = ["PC14", "PC15", "PH0", "PH1"];
 
-/// What the chip does to every pin.
+/// Returns the state of every pin.
 fn states(velvet: &mut Velvet) -> BTreeMap<String, PinState> {
     velvet
         .bench
@@ -38,7 +38,7 @@ fn fits(level: Level, drive: Drive) -> bool {
     }
 }
 
-/// Every row's pins are at the level that `level` takes from the row, and all others are released.
+/// Asserts that every row's pins are at the level that `level` takes from the row, and all others released.
 #[track_caller]
 fn assert_levels(velvet: &mut Velvet, level: impl Fn(&board_facts::signals::Signal) -> Level) {
     let mut states = states(velvet);
@@ -62,14 +62,14 @@ fn assert_levels(velvet: &mut Velvet, level: impl Fn(&board_facts::signals::Sign
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// RM0399 section 12.3.1: analog, all but the debug port.
+/// All pins out of reset are analog but the debug port, RM0399 section 12.3.1.
 #[test]
 fn in_reset_every_pin_is_released() {
     let mut velvet = Plan::new().held();
     assert_levels(&mut velvet, |_| Level::Released);
 }
 
-/// Without a card nothing is wired: this is what the board does by itself.
+/// Without a card nothing is wired, so the levels are the board's own.
 #[test]
 fn at_boot_every_signal_has_its_level() {
     let mut velvet = Plan::new().without_card().start();
@@ -92,7 +92,7 @@ fn idle_every_signal_has_its_level_and_speed() {
     }
 }
 
-/// Everything that can be on, was: heaters, fans, relays, PWM, motors.
+/// Tests the halt of a machine with everything on: heaters, fans, relays, PWM, motors.
 #[test]
 fn halted_every_signal_has_its_level() {
     let mut velvet = everything().start();
@@ -106,7 +106,7 @@ fn halted_every_signal_has_its_level() {
     assert_levels(&mut velvet, |signal| signal.halted);
 }
 
-/// A pin that `gpio` drives is driven for its time, and as after a reset behind it; what has an owner is
+/// A pin that `gpio` drives is driven for its time, and afterwards as after a reset; a pin with an owner is
 /// never touched.
 #[test]
 fn a_pin_that_is_tried_out_is_released_again() {

@@ -20,7 +20,7 @@ fn of<'a>(all: &'a [PinChange], name: &'static str) -> impl Iterator<Item = &'a 
     all.iter().filter(move |change| change.pin == wanted)
 }
 
-/// A move with relative coordinates, to its end.
+/// Moves with relative coordinates, and waits for the end.
 #[track_caller]
 fn travel(velvet: &mut Velvet, words: &str) {
     assert_eq!(velvet.ask("G91", SECOND), "ok\n");
@@ -35,7 +35,7 @@ fn the_drivers_are_enabled_by_a_low_line_and_a_halt_lets_them_go() {
     velvet.hear_until(PROMPT, 2 * SECOND);
     let boot = changes(&mut velvet);
     assert_eq!(boot.iter().map(|change| change.high).collect::<Vec<_>>(), [true, false]);
-    // High before the clocks are up, some hundred microseconds after reset.
+    // The line is high before the clocks are up, some hundred microseconds after reset.
     assert!(boot[0].at_ns < MS, "{boot:?}");
     travel(&mut velvet, "X1");
     assert!(changes(&mut velvet).is_empty());
@@ -78,7 +78,7 @@ fn an_inverted_external_step_pin_rests_high() {
     assert_eq!(state(&mut velvet, "PG0").drive, Drive::High);
 }
 
-/// 100 steps of 1 mm: pulses of 5 us, and pauses that are longer.
+/// Makes 100 steps of 1 mm: pulses of 5 us, and pauses that are longer.
 #[track_caller]
 fn assert_pulses(edges: &[PinChange], active: bool) {
     assert_eq!(edges.len(), 200);
@@ -92,7 +92,7 @@ fn assert_pulses(edges: &[PinChange], active: bool) {
 
 #[test]
 fn dir_is_stable_before_each_step() {
-    // What the configuration leaves out: 500 ns on board, 5 us outside.
+    // Default times of a configuration without them: 500 ns on board, 5 us for external drivers.
     let pairs = [("PD3", "PD4", 500), ("PG0", "PG1", 5_000)];
     let mut velvet = everything().start();
     watch(&mut velvet, &["PD3", "PD4", "PG0", "PG1"]);
@@ -144,7 +144,7 @@ fn each_frame_has_24_clocks_within_one_chip_select() {
     let all = changes(&mut velvet);
     let sent: u64 = frames(&mut velvet) - frames_before;
     assert!(sent >= 8, "{sent} frames");
-    // One chip select goes low and high again for each frame, and no two are low at once.
+    // A frame's chip select goes low and high again, and no two are low at once.
     assert_eq!(all.len() as u64, 2 * sent);
     for pair in all.chunks(2) {
         assert!(pair[0].pin == pair[1].pin && !pair[0].high && pair[1].high, "{pair:?}");
@@ -152,7 +152,7 @@ fn each_frame_has_24_clocks_within_one_chip_select() {
         let frame_ns = DRIVER_FRAME_BITS * 1_000_000_000 / DRIVER_BUS_HZ;
         assert!((frame_ns..2 * frame_ns).contains(&low_ns), "{low_ns} ns");
     }
-    // Each of three bytes.
+    // Each frame has three bytes.
     let writes = velvet.bench.writes.take();
     let bytes = writes.iter().filter(|write| write.address == SPI4_TXDR).count() as u64;
     let lengths: Vec<u64> = writes.iter().filter(|write| write.address == SPI4_CR2).map(|write| write.value).collect();
@@ -167,7 +167,8 @@ fn frames(velvet: &mut Velvet) -> u64 {
     velvet.world(|world| (0..DRIVERS.len()).map(|index| world.driver(index).frames()).sum())
 }
 
-/// The enable line is common, and a chip keeps its registers through a reset of the board.
+/// The enable line is common to all drivers, and a chip keeps its registers through a reset of the board, so
+/// an unused driver has to be switched off.
 #[test]
 fn a_driver_that_no_motor_uses_is_switched_off() {
     /// CHOPCONF with TOFF 5 (TMC2590 data sheet 7.6).

@@ -1,4 +1,4 @@
-//! Heaters, fans, relays, and what enables them.
+//! Heaters, fans, relays, and their enable lines.
 
 use board_facts::figures::MODULATION_NS;
 use board_facts::wiring::{DRIVERS, OUTPUT_BUFFER_ENABLE, POWER_OUTPUTS, SUPPLY_SWITCH, USB_HOST_POWER, power_output};
@@ -11,7 +11,7 @@ fn outputs() -> Vec<&'static str> {
     POWER_OUTPUTS.iter().map(|output| output.pin).collect()
 }
 
-/// From reset to the prompt, on a machine that uses all of them.
+/// Levels from reset to the prompt, on a machine that uses all of them.
 #[test]
 fn no_output_is_on_before_its_time() {
     let mut velvet = everything().held();
@@ -20,7 +20,7 @@ fn no_output_is_on_before_its_time() {
     watched.push(DRIVERS[0].select);
     watched.extend([OUTPUT_BUFFER_ENABLE, SUPPLY_SWITCH, USB_HOST_POWER]);
     watch(&mut velvet, &watched);
-    // Driven by the image within the first millisecond.
+    // The image drives the pins within the first millisecond.
     velvet.hear(1);
     for output in &POWER_OUTPUTS {
         let off = if output.on_high { Drive::Low } else { Drive::High };
@@ -36,8 +36,8 @@ fn no_output_is_on_before_its_time() {
     for name in DRIVERS.map(|driver| driver.step).into_iter().chain([USB_HOST_POWER]) {
         assert!(!all.iter().any(|change| change.pin == pin(name) && change.high), "{name}");
     }
-    // The buffer and the load switch only once a configuration has been wired, and the switch not after the
-    // buffer.
+    // The buffer and the load switch go on only once a configuration has been wired, and the switch not after
+    // the buffer.
     let wired = all.iter().find(|change| change.pin == pin(DRIVERS[0].select)).expect("a driver's select");
     let supply = all.iter().find(|change| change.pin == pin(SUPPLY_SWITCH) && change.high).expect("wired at last");
     assert!(supply.at_ns > wired.at_ns, "{supply:?} {wired:?}");
@@ -45,7 +45,7 @@ fn no_output_is_on_before_its_time() {
     assert!(!buffer.high && buffer.at_ns >= supply.at_ns, "{buffer:?} {supply:?}");
 }
 
-/// Which outputs changed while this line took effect; all of them are off before and after.
+/// Returns the outputs that changed while this line took effect; all of them are off before and after.
 #[track_caller]
 fn outputs_moved_by(velvet: &mut Velvet, on: &str, off: &str) -> Vec<&'static str> {
     changes(velvet);
@@ -56,7 +56,7 @@ fn outputs_moved_by(velvet: &mut Velvet, on: &str, off: &str) -> Vec<&'static st
     for name in &moved {
         let output = power_output(name).expect("an output");
         assert!(all.iter().any(|change| change.pin == pin(name) && change.high == output.on_high), "{name}");
-        // Modulated outputs change on the modulators' grid, give or take what else the interrupt does.
+        // Modulated outputs change on the modulators' grid, give or take the interrupt's other work.
         let times: Vec<u64> = all.iter().filter(|change| change.pin == pin(name)).map(|change| change.at_ns).collect();
         for pair in times.windows(2) {
             let off_grid = (pair[1] - pair[0] + MODULATION_NS / 2) % MODULATION_NS;

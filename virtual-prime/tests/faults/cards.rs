@@ -4,17 +4,17 @@ use super::scene::{Seen, State, enter, printer};
 use super::{Case, Class};
 use crate::common::velvet::{CONFIG, PROMPT, Plan, SECOND, Velvet};
 
-/// What a machine that cannot be set up says after its reason, and answers to whoever wants it to move.
+/// Message of a machine that cannot be set up, after its reason, and its answer to any move.
 const LOCKED: &str = "error:the configuration has errors: mend config.ini and reset";
 
-/// A machine without a usable configuration: this reason, once; nothing moves or heats, and the console
-/// works.
+/// Asserts that a machine without a usable configuration tells this reason, once, that nothing moves or
+/// heats, and that the console works.
 #[track_caller]
 fn stays_off(plan: Plan, reason: &str) -> Velvet {
     stays_off_from(plan.held(), reason)
 }
 
-/// The same, from a machine before its first instruction.
+/// Like [`stays_off`], for a machine before its first instruction.
 #[track_caller]
 fn stays_off_from(mut velvet: Velvet, reason: &str) -> Velvet {
     velvet.hear_until(PROMPT, 5 * SECOND);
@@ -51,7 +51,7 @@ fn without_configuration(_: &Case) -> Seen {
     Seen::default()
 }
 
-/// Has the directory say that config.ini begins at this cluster.
+/// Makes the directory entry of config.ini begin at this cluster.
 fn misplace_config(card: &mut [u8], cluster: u32) {
     let entry = card.chunks(32).position(|entry| entry.starts_with(b"CONFIG  INI")).expect("a directory entry") * 32;
     let [a, b, c, d] = cluster.to_le_bytes();
@@ -72,7 +72,7 @@ fn damaged(_: &Case) -> Seen {
     Seen::default()
 }
 
-/// The card cannot read the block where config.ini begins.
+/// Makes the block unreadable at which config.ini begins.
 fn unreadable(_: &Case) -> Seen {
     let mut velvet = Plan::new().held();
     let beginning = CONFIG.as_bytes()[..64].to_vec();
@@ -107,7 +107,8 @@ fn pull(velvet: &mut Velvet) {
     velvet.bench.vm.with(|stopped| stopped.session.board_mut().insert_card(None)).expect("the run goes on");
 }
 
-/// Idle with heaters on: what heats goes on heating under control, and the next access is told.
+/// Pulls the card of an idle machine with heaters on: they go on heating under control, and the next access
+/// is told.
 fn pulled_hot(case: &Case) -> Seen {
     let mut velvet = enter(printer(), case.state);
     pull(&mut velvet);
@@ -122,7 +123,7 @@ fn pulled_hot(case: &Case) -> Seen {
     Seen { told_ms, ..Seen::default() }
 }
 
-/// The file pauses where it cannot be read on; heaters keep their targets.
+/// Pulls the card during a job: the file pauses where it cannot be read on; heaters keep their targets.
 fn pulled_playing(case: &Case) -> Seen {
     let mut velvet = enter(printer(), case.state);
     pull(&mut velvet);

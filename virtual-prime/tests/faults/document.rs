@@ -1,16 +1,16 @@
-//! The table of `docs/safety.md`, made of the fault table and of what is tested elsewhere. No row can be
-//! without its test: those of the table are run, those elsewhere are looked for in their files.
+//! The table of `docs/safety.md`, made of the fault table and of tests elsewhere. No row can be without its
+//! test: those of the table are run, those elsewhere are looked for in their files.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use super::TABLE;
 
-/// What is tested on the native runner, beside its code or in another file here.
+/// A fault that is tested on the native runner, beside its code or in another file here.
 struct Elsewhere {
     what: &'static str,
     does: &'static str,
-    /// Files and functions.
+    /// Files and functions of the tests.
     tests: &'static [(&'static str, &'static str)],
 }
 

@@ -7,9 +7,9 @@ use super::scene::{Seen, State, answers, enter, fault_halts, goes_on, halted, pr
 use super::{Case, Class};
 use crate::common::velvet::{Plan, SECOND};
 
-/// Seen in two looks a second apart, and the halt.
+/// Time for two looks a second apart, and the halt.
 const TWO_LOOKS_MS: f64 = 2_300.0;
-/// Seen in the next look, and the halt.
+/// Time for the next look, and the halt.
 const ONE_LOOK_MS: f64 = 1_300.0;
 
 fn silent_from_the_start(case: &Case) -> Seen {
@@ -33,7 +33,7 @@ fn lost_settings(case: &Case) -> Seen {
     let told = "ERROR: motor driver X: the driver was without power";
     let (mut velvet, seen) =
         halted(enter(printer(), case.state), |velvet| velvet.inject(&Fault::DriverReset(Alpha)), told, case.within_ms);
-    // It is as it was set up, and off; a move is only possible once a person has released the halt.
+    // The driver is set up again, and off; a move is only possible once a person has released the halt.
     let words = velvet.world(|world| world.driver(Alpha as usize).registers());
     assert_eq!(words, velvet.world(|world| world.driver(Beta as usize).registers()));
     velvet.type_in("M999");

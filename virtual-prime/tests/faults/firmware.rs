@@ -1,4 +1,4 @@
-//! The firmware itself: it hangs, ends itself, comes too late, or its clock stops.
+//! Faults of the firmware itself: it hangs, ends itself, comes too late, or its clock stops.
 
 use super::scene::{BY_ITSELF, Seen, State, enter, printer, resets};
 use super::{Case, Class};
@@ -7,17 +7,18 @@ use crate::common::switched::{FEED, Failure, HEAT, Interrupt, PLANNER, SLOW_WATC
 use crate::common::velvet::{Plan, SECOND, Velvet};
 
 const WATCHDOG: &str = "WARNING: the watchdog reset the board: the firmware had stopped answering\n";
-/// What the next start finds in the ring of events, behind what went before.
+/// Entry that the next start adds to the event ring, after the earlier entries.
 const BY_WATCHDOG: &str = "--- started: the watchdog reset the board\n";
-/// 0.9 s between two feedings, by a clock that may be a tenth slow, and what was fed just before.
+/// Time until the watchdog bites: 0.9 s between two feedings, by a clock that may be a tenth slow, and a
+/// feeding just before.
 const WATCHDOG_MS: f64 = 1_000.0;
-/// The dispatcher may be away for three seconds before that.
+/// Time until the watchdog bites when the dispatcher hangs, which may be away for three seconds before that.
 const DISPATCHER_MS: f64 = 4_200.0;
 
-/// The sample printer with a copy of the image that is of no use afterwards.
+/// Starts the sample printer with a copy of the image that is of no use afterwards.
 fn with_image(elf: std::path::PathBuf, state: State) -> Velvet {
     let velvet = enter(printer().image(elf.clone()).meaning_faults(), state);
-    // It is in the board's flash now.
+    // The copy is in the board's flash now.
     let _ = std::fs::remove_file(elf);
     velvet
 }
@@ -33,7 +34,7 @@ fn fails(case: &Case, interrupt: Interrupt, failure: Failure, told: &str, kept: 
     resets(with_image(image(interrupt, failure), case.state), throw, throw_back, told, kept, case.within_ms)
 }
 
-/// The firmware ends itself, with these words.
+/// Asserts that the firmware ends itself, with these words.
 #[track_caller]
 fn ends(case: &Case, interrupt: Interrupt, failure: Failure, words: &str) -> Seen {
     let told = format!("WARNING: the firmware had ended itself: {words}");
@@ -83,7 +84,7 @@ fn overflows(case: &Case) -> Seen {
     ends(case, HEAT, Failure::OverflowsItsStack, "stack overflow at ")
 }
 
-/// The clock security system finds the crystal dead, switches to the internal oscillator and raises the NMI.
+/// Stops the crystal: the clock security system switches to the internal oscillator and raises the NMI.
 fn crystal_stops(case: &Case) -> Seen {
     let velvet = with_image(image(HEAT, Failure::RaisesNmi), case.state);
     let stops = |velvet: &mut Velvet| {
@@ -101,12 +102,12 @@ fn crystal_stops(case: &Case) -> Seen {
     Seen { outputs_ms: seen.outputs_ms.map(without_waiting), motion_ms: seen.motion_ms.map(without_waiting), ..seen }
 }
 
-/// A machine on its way along X, by this word of its speed, that keeps all interrupts off for twice so many
+/// Starts a move along X, at this speed (an F word), of firmware that masks all interrupts for twice so many
 /// instructions whenever it is asked for its status.
 fn masking(loops: u16, speed: &str) -> Velvet {
     let elf = image_that_masks_interrupts_in("report_status", loops);
     let mut velvet = Plan::new().image(elf.clone()).start();
-    // It is in the board's flash now.
+    // The copy is in the board's flash now.
     let _ = std::fs::remove_file(elf);
     velvet.ask("G28.3 X30 Y30 Z30", SECOND);
     velvet.type_in(&format!("G1 X130 {speed}"));
@@ -119,7 +120,8 @@ fn x_mm(velvet: &mut Velvet) -> f64 {
 }
 
 fn late_steps(_: &Case) -> Seen {
-    // 60 us of 122 from step to step: a step in two is caught by it, and the next is on time.
+    // Interrupts are off for 60 us of 122 from step to step: a step in two is delayed, and the next is on
+    // time.
     let mut velvet = masking(12_000, "F6131");
     for _ in 0..10 {
         velvet.bench.console.send(b"?");
@@ -134,8 +136,8 @@ fn late_steps(_: &Case) -> Seen {
 }
 
 fn steps_too_late(case: &Case) -> Seen {
-    // 100 us of 42 from step to step: at least two steps of the motor are due at once. Steps are written
-    // 125 us ahead or more: behind that there would be a gap instead.
+    // Interrupts are off for 100 us of 42 from step to step: at least two steps of the motor are due at once.
+    // Steps are written 125 us ahead or more: beyond that there would be a gap instead.
     let velvet = masking(20_000, "F18000");
     let told = "had to be delayed for their driver";
     let strike = |velvet: &mut Velvet| {
@@ -154,19 +156,19 @@ fn second_core(_: &Case) -> Seen {
     const TOLD: &str = "set the option byte BCM4 to 0";
     let mut velvet = Plan::new().with_second_core().start();
     assert!(velvet.said().contains(TOLD), "{}", velvet.said());
-    // The machine works all the same.
+    // The machine works in spite of that.
     assert!(velvet.ask("M119", SECOND).contains("ok"));
     let without = Plan::new().start();
     assert!(!without.said().contains(TOLD), "{}", without.said());
     Seen::default()
 }
 
-/// A hard fault, a panic and an overflow end in the same handler.
+/// Limit for a hard fault, a panic and an overflow, which end in the same handler.
 const AT_ONCE_MS: f64 = 1.0;
-/// On silicon the NMI comes with the failure; here the stub of a tick raises it. That comes every half a
-/// millisecond of a timer at 200 MHz, which without the crystal runs at 32.
+/// Limit for the NMI, which comes with the failure on silicon; here the stub of a tick raises it. Ticks come
+/// every half a millisecond of a timer at 200 MHz, which without the crystal runs at 32.
 const SLOW_TICK_MS: f64 = 0.5 * 200.0 / 32.0;
-/// The slow watch has its turn every 100 ms.
+/// Time until the next turn of the slow watch, which comes every 100 ms.
 const NEXT_LOOK_MS: f64 = 101.0;
 
 pub const CLASSES: &[Class] = &[

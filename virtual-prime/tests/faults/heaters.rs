@@ -1,4 +1,4 @@
-//! Heaters and what switches them.
+//! Faults of heaters and of their switches.
 
 use sim::world::Fault;
 
@@ -6,8 +6,8 @@ use super::scene::{Seen, State, at_rest_told, enter, fault_halts, halts, printer
 use super::{Case, Class};
 use crate::common::velvet::{Plan, SECOND, Velvet};
 
-/// The sample printer whose hot end must be 2 C warmer after this many seconds at full output, so that the
-/// same law answers sooner.
+/// Plans the sample printer with a hot end that must be 2 C warmer after this many seconds at full output, so
+/// that the same law answers sooner.
 fn impatient(seconds: u32) -> Plan {
     printer().set(&format!("[temperature control] hotend.verify_gain_time = {seconds}"))
 }
@@ -39,7 +39,7 @@ fn stuck_on(case: &Case) -> Seen {
     let told = if case.state == State::Holding { "ERROR: " } else { WARMED };
     let mut velvet = enter(printer(), case.state);
     if case.state == State::Halted {
-        // It was halted before: nothing new but the words. The supply is off already.
+        // The machine was halted before: nothing new but the words. The supply is off already.
         velvet.world(|world| world.inject(&Fault::FetSwitchStuckOn)).expect("a fault of the board");
         return at_rest_told(velvet, |velvet| velvet.inject(&fault), told, case.within_ms);
     }
@@ -52,7 +52,7 @@ fn bed_stuck_on(case: &Case) -> Seen {
     halts(velvet, |velvet| velvet.inject(&stuck), "ERROR: B is switched off and has warmed by ", case.within_ms)
 }
 
-/// Its switch and the switch before it: the firmware can tell, and no more.
+/// Both the heater's switch and the supply's switch before it are stuck: the firmware can tell, and no more.
 fn both_switches(case: &Case) -> Seen {
     let mut velvet = enter(printer(), case.state);
     let both = |velvet: &mut Velvet| {
@@ -63,7 +63,7 @@ fn both_switches(case: &Case) -> Seen {
     let from = velvet.now_ms();
     velvet.hear_until(WARMED, case.within_ms as u64);
     let told_ms = (velvet.now_ms() - from) as f64;
-    // Told again as it goes on.
+    // The error is told again as the heater goes on.
     velvet.hear_until("has warmed by ", 20 * SECOND);
     Seen { told_ms: Some(told_ms), ..Seen::default() }
 }

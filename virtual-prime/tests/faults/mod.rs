@@ -1,6 +1,6 @@
-//! The fault table: everything that goes wrong with a machine, what it does then, and how soon, each fault
-//! injected while the image runs, in the states where it matters. The first case of every class is part of
-//! `make test`; `make faults` runs all and draws the page. The table of `docs/safety.md` is made of this one:
+//! The fault table: all faults of a machine, its reactions and their time limits, each fault injected while
+//! the image runs, in the states where it matters. The first case of every class is part of `make test`;
+//! `make faults` runs all and draws the page. The table of `docs/safety.md` is made of the table here:
 //! `WRITE_SAFETY=1` writes it.
 
 mod axes;
@@ -20,28 +20,28 @@ use scene::{Seen, State};
 
 /// A class of faults.
 pub struct Class {
-    /// Its test's name.
+    /// Name of the class's test.
     pub name: &'static str,
-    /// What fails.
+    /// Fault in words, for the document.
     pub what: &'static str,
-    /// What the machine does.
+    /// Reaction of the machine, for the document.
     pub does: &'static str,
-    /// In which states, the first one in `make test`.
+    /// Cases by state, the first of which is in `make test`.
     pub cases: &'static [Case],
 }
 
 /// A fault of a class in one state.
 pub struct Case {
-    /// What the machine does when it happens.
+    /// State of the machine when the fault happens.
     pub state: State,
-    /// How soon the machine must have reacted, milliseconds.
+    /// Time limit of the reaction, milliseconds.
     pub within_ms: f64,
-    /// Makes it happen, and asserts what the machine does.
+    /// Injects the fault, and asserts the machine's reaction.
     pub run: fn(&Self) -> Seen,
 }
 
 impl Case {
-    /// Runs it and holds its times against the limit.
+    /// Runs the case and compares its times with the limit.
     #[track_caller]
     fn check(&self, class: &Class) -> Seen {
         let seen = (self.run)(self);
@@ -102,20 +102,20 @@ fn the_table_is_whole() {
     }
 }
 
-/// What takes minutes and has no limit: the power goes at each write of a job, and what came of each is on a
-/// page of its own.
+/// Tests that take minutes and have no limit: the power goes at each write of a job, and the results are on a
+/// page of their own.
 const LONG: &[(&str, &str, fn() -> String)] = &[
     ("power_cuts_of_a_large_card", "the power goes at each block write of a job, FAT32", power_cuts::of_a_large_card),
     ("power_cuts_of_a_small_card", "the power goes at each block write of a job, FAT16", power_cuts::of_a_small_card),
 ];
 
-/// One thing to be run, and what it is called.
+/// A task to be run, with its names.
 enum Task<'a> {
     Case(&'a str, &'a Class, &'a Case),
     Long(fn() -> String),
 }
 
-/// What was asked for: everything, or the classes whose names hold what `FAULTS_ONLY` says.
+/// Lists the requested tasks: everything, or the classes whose names contain `FAULTS_ONLY`.
 fn tasks() -> Vec<Task<'static>> {
     let only = std::env::var("FAULTS_ONLY").unwrap_or_default();
     let long = LONG.iter().filter(|(name, ..)| name.contains(&only)).map(|(_, _, run)| Task::Long(*run));
@@ -124,17 +124,17 @@ fn tasks() -> Vec<Task<'static>> {
         .flat_map(|(part, classes)| classes.iter().map(move |class| (*part, class)))
         .filter(|(_, class)| class.name.contains(&only))
         .flat_map(|(part, class)| class.cases.iter().map(move |case| Task::Case(part, class, case)));
-    // The long ones first, so that no core waits for one in the end.
+    // Long tasks go first, so that no core waits for one in the end.
     let tasks: Vec<Task> = long.chain(short).collect();
     let names = || TABLE.iter().flat_map(|(_, classes)| *classes).map(|class| class.name);
     let all = || names().chain(LONG.iter().map(|(name, ..)| *name)).collect::<Vec<_>>().join(" ");
-    // The host's was run beforehand, or was not asked for.
+    // Tests on the host were run beforehand, or were not asked for.
     let is_run = !tasks.is_empty() || !std::env::var("FAULTS_HOST").unwrap_or_default().is_empty();
     assert!(is_run, "no class has {only:?} in its name; there are: {}", all());
     tasks
 }
 
-/// Two at a time, as the machine has cores.
+/// Runs two tasks at a time, as the machine has cores.
 #[test]
 #[ignore = "long: make faults"]
 fn every_case_and_the_page() {
@@ -165,7 +165,7 @@ fn every_case_and_the_page() {
             _ => unreachable!("a task ends as what it is"),
         }
     }
-    // What was tried on the host beforehand.
+    // Result of the tests that were run on the host beforehand.
     match std::env::var("FAULTS_HOST").as_deref() {
         Ok("ok") => others.push(page::Other { name: HOST.0, what: HOST.1, text: Ok("none made another part".into()) }),
         Ok("failed") => others.push(page::Other { name: HOST.0, what: HOST.1, text: Err("see the console".into()) }),
@@ -182,7 +182,7 @@ fn every_case_and_the_page() {
 
 const HOST: (&str, &str) = ("power_cuts_on_the_host", "the power goes at each block write of a job, on the host");
 
-/// How a task ended.
+/// Result of a task.
 enum End {
     Case(Result<Seen, String>),
     Long(Result<String, String>),

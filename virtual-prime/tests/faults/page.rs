@@ -1,12 +1,12 @@
-//! The fault page, and the same as `summary.json`: what was injected, in which state, and how soon the
-//! machine had reacted.
+//! The fault page, and the same as `summary.json`: injected fault, state of the machine, and time until it
+//! had reacted.
 
 use std::fmt::Write as _;
 
 use super::scene::Seen;
 use super::{Case, Class};
 
-/// A case that was run: what was seen, or why it failed.
+/// A case that was run, with its times or the reason of its failure.
 pub struct Row<'a> {
     pub part: &'a str,
     pub class: &'a Class,
@@ -19,12 +19,12 @@ impl Row<'_> {
         format!("{}, {}", self.class.name, self.case.state.words())
     }
 
-    /// What was seen; nothing where it failed.
+    /// Returns the measured times; none where the case failed.
     fn times(&self) -> Seen {
         self.seen.as_ref().copied().unwrap_or_default()
     }
 
-    /// The same in words.
+    /// Describes the times in words.
     fn figure(&self) -> String {
         let Seen { outputs_ms, motion_ms, told_ms } = self.times();
         let parts = [("outputs off", outputs_ms), ("standstill", motion_ms), ("told", told_ms)];
@@ -32,7 +32,7 @@ impl Row<'_> {
         words.collect::<Vec<_>>().join(", ")
     }
 
-    /// Of the limit, the share that it took.
+    /// Returns the slowest time as a share of the limit.
     fn share(&self) -> f64 {
         let seen = self.times();
         let slowest = [seen.outputs_ms, seen.motion_ms, seen.told_ms].into_iter().flatten().fold(0.0, f64::max);
@@ -40,14 +40,14 @@ impl Row<'_> {
     }
 }
 
-/// What has no times: its figures in words, or why it failed.
+/// A test without times: its figures in words, or the reason of its failure.
 pub struct Other<'a> {
     pub name: &'a str,
     pub what: &'a str,
     pub text: Result<String, String>,
 }
 
-/// Everything: its name, and its figure or why it failed.
+/// Lists all cases: name, and figure or reason of the failure.
 fn ends<'a>(rows: &'a [Row<'_>], others: &'a [Other<'_>]) -> impl Iterator<Item = (String, Result<String, &'a str>)> {
     let cases = rows.iter().map(|row| (row.name(), row.seen.as_ref().map(|_| row.figure()).map_err(String::as_str)));
     let others = others
@@ -56,7 +56,7 @@ fn ends<'a>(rows: &'a [Row<'_>], others: &'a [Other<'_>]) -> impl Iterator<Item 
     cases.chain(others)
 }
 
-/// What failed, by name, and why.
+/// Lists the failed cases, by name, with the reason.
 pub fn failed(rows: &[Row<'_>], others: &[Other<'_>]) -> Vec<String> {
     ends(rows, others).filter_map(|(name, end)| Some(format!("{name}: {}", end.err()?))).collect()
 }
@@ -116,7 +116,7 @@ fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('`', "")
 }
 
-/// A time as a person reads it.
+/// Formats a time for people.
 fn time(ms: f64) -> String {
     match ms {
         ms if ms < 10.0 => format!("{ms:.2} ms"),
@@ -125,12 +125,12 @@ fn time(ms: f64) -> String {
     }
 }
 
-/// The same, in a cell of the page.
+/// Formats a time for a cell of the page.
 fn cell(ms: Option<f64>) -> String {
     ms.map_or_else(|| "&ndash;".into(), time)
 }
 
-/// The page, as one file of HTML.
+/// Draws the page, as one file of HTML.
 pub fn draw(rows: &[Row<'_>], others: &[Other<'_>]) -> String {
     let classes = rows.iter().map(|row| row.class.name).collect::<std::collections::BTreeSet<_>>().len();
     let failed = failed(rows, others).len();

@@ -1,4 +1,4 @@
-//! States to break a machine in, and what is to come of it.
+//! States in which a machine meets a fault, and assertions on its reaction.
 
 use board_facts::wiring::{MOTORS_ENABLE, OUTPUT_BUFFER_ENABLE};
 use sim::world::Fault;
@@ -7,15 +7,15 @@ use units::Actuator;
 use crate::common::machine::{changes, pin, watch};
 use crate::common::velvet::{PROMPT, Plan, SECOND, Velvet};
 
-/// How much longer than the reaction its telling may take: 112 characters at 115200 baud, behind as many
-/// that are on their way, and the grid on which words are looked for.
+/// Extra time for telling beyond the reaction: 112 characters at 115200 baud, behind as many that are on
+/// their way, and the grid on which words are looked for.
 pub const TELLING_MS: f64 = 30.0;
 /// The hot end's and the bed's output, and the switch of the hot ends' supply.
 const HEATERS: [&str; 3] = ["PE0", "PE3", "PD7"];
-/// How long outputs and motors are looked at, to be safe for good.
+/// Time for which outputs and motors are watched, to be safe for good.
 const WATCHED_MS: u64 = 400;
 
-/// What the machine does when a fault happens.
+/// State of the machine when a fault happens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     /// The fault is there before power comes.
@@ -32,12 +32,12 @@ pub enum State {
     Printing,
     /// The home switch of X is searched.
     Homing,
-    /// Halted, cold.
+    /// Halted, with all heaters cold.
     Halted,
 }
 
 impl State {
-    /// As a person would say it.
+    /// Returns the state in a person's words.
     pub const fn words(self) -> &'static str {
         match self {
             Self::PowerOn => "from power-on",
@@ -52,18 +52,18 @@ impl State {
     }
 }
 
-/// What was seen, milliseconds from the fault; none where there was nothing to see.
+/// Times of the reaction, milliseconds from the fault; none where there was nothing to see.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Seen {
-    /// The last of the heaters' outputs and their supply went off.
+    /// Switching-off of the last of the heaters' outputs and their supply.
     pub outputs_ms: Option<f64>,
-    /// The last step.
+    /// Last step of any motor.
     pub motion_ms: Option<f64>,
-    /// A person was told.
+    /// Message to the person.
     pub told_ms: Option<f64>,
 }
 
-/// A part that takes longer than any test.
+/// Returns a job that takes longer than any test.
 pub fn job() -> String {
     let mut text = String::from("G21\nG90\nM83\nG28.3 X0 Y0 Z0\n");
     for _ in 0..60 {
@@ -72,12 +72,12 @@ pub fn job() -> String {
     text
 }
 
-/// The sample printer with [`job`] on its card.
+/// Plans the sample printer with [`job`] on its card.
 pub fn printer() -> Plan {
     Plan::new().file("job.g", &job())
 }
 
-/// A machine in this state.
+/// Brings a machine into this state.
 #[track_caller]
 pub fn enter(plan: Plan, state: State) -> Velvet {
     let hot = matches!(state, State::Holding | State::Printing);
@@ -118,8 +118,8 @@ fn ms(from_ns: u64, at_ns: u64) -> f64 {
     at_ns.saturating_sub(from_ns) as f64 / 1e6
 }
 
-/// Makes something happen and waits for the words, at most as long as the limit; when it happened and how
-/// soon the words came.
+/// Makes something happen and waits for the words, at most as long as the limit. Returns the instant of the
+/// event and the time until the words came.
 #[track_caller]
 fn strike(velvet: &mut Velvet, strike: impl FnOnce(&mut Velvet), told: &str, within_ms: f64) -> (u64, f64) {
     watch(velvet, &HEATERS);
@@ -131,7 +131,7 @@ fn strike(velvet: &mut Velvet, strike: impl FnOnce(&mut Velvet), told: &str, wit
     (from_ns, ms(from_ns, velvet.bench.vm.now_ns()))
 }
 
-/// When the last output that was on went off; all are, and stay so.
+/// Returns the time at which the last output went off; asserts that all are off, and stay so.
 #[track_caller]
 fn outputs_off(velvet: &mut Velvet, from_ns: u64) -> Option<f64> {
     for name in HEATERS {
@@ -142,14 +142,14 @@ fn outputs_off(velvet: &mut Velvet, from_ns: u64) -> Option<f64> {
     changes(velvet).iter().filter(is_end).map(|change| ms(from_ns, change.at_ns)).last()
 }
 
-/// The last step since then; the machine stands.
+/// Returns the last step since then; asserts that the machine stands.
 #[track_caller]
 fn standstill(velvet: &mut Velvet, from_ns: u64) -> Option<f64> {
     let edges = velvet.world(|world| world.trace_mut().take());
     edges.last().filter(|edge| edge.time_ns >= from_ns).map(|edge| ms(from_ns, edge.time_ns))
 }
 
-/// Nothing heats, moves or has current any more, and the console answers.
+/// Asserts that nothing heats, moves or has current any more, and that the console answers.
 #[track_caller]
 fn at_rest(velvet: &mut Velvet, from_ns: u64) -> (Option<f64>, Option<f64>) {
     velvet.hear(WATCHED_MS);
@@ -165,7 +165,7 @@ fn at_rest(velvet: &mut Velvet, from_ns: u64) -> (Option<f64>, Option<f64>) {
     (outputs, motion)
 }
 
-/// What follows from a fault and is said with it, in lines of their own.
+/// Messages that follow from a fault, in lines of their own.
 const BESIDES: [&str; 5] = [
     "hard limits are disabled until all have been cleared",
     "Homing cycle failed",
@@ -174,7 +174,7 @@ const BESIDES: [&str; 5] = [
     "WARNING: hotend: no MAX31865 answers",
 ];
 
-/// This was said exactly once since power-on, and no other trouble but what follows from it.
+/// Asserts that the words were said exactly once since power-on, and no other trouble but [`BESIDES`].
 #[track_caller]
 fn told_once(velvet: &Velvet, told: &str) {
     let told = told.trim_end();
@@ -189,21 +189,21 @@ fn told_once(velvet: &Velvet, told: &str) {
     assert!(others.is_empty(), "besides {told:?}: {others:?}");
 }
 
-/// The console answers this line with these words within a second.
+/// Asserts that the console answers this line with these words within a second.
 #[track_caller]
 pub fn answers(velvet: &mut Velvet, line: &str, words: &str) {
     velvet.type_in(line);
     velvet.hear_until(words, SECOND);
 }
 
-/// It halts: heaters and their supply off, motion braked, motors without current, told once and nothing else,
-/// nothing to be done but M999.
+/// Asserts that the machine halts: heaters and their supply off, motion braked, motors without current, told
+/// once and nothing else, nothing to be done but M999.
 #[track_caller]
 pub fn halts(velvet: Velvet, blow: impl FnOnce(&mut Velvet), told: &str, within_ms: f64) -> Seen {
     halted(velvet, blow, told, within_ms).1
 }
 
-/// The same; the machine comes back.
+/// Like [`halts`], and returns the machine.
 #[track_caller]
 pub fn halted(mut velvet: Velvet, blow: impl FnOnce(&mut Velvet), told: &str, within_ms: f64) -> (Velvet, Seen) {
     let (from_ns, told_ms) = strike(&mut velvet, blow, told, within_ms);
@@ -214,7 +214,7 @@ pub fn halted(mut velvet: Velvet, blow: impl FnOnce(&mut Velvet), told: &str, wi
     (velvet, Seen { outputs_ms, motion_ms, told_ms: Some(told_ms) })
 }
 
-/// It does not begin: the line is refused with these words, and nothing moves or heats.
+/// Asserts that a command is refused with these words, and that nothing moves or heats.
 #[track_caller]
 pub fn refuses(mut velvet: Velvet, line: &str, told: &str, within_ms: f64) -> Seen {
     let (from_ns, told_ms) = strike(&mut velvet, |velvet| velvet.type_in(line), told, within_ms);
@@ -227,7 +227,7 @@ pub fn refuses(mut velvet: Velvet, line: &str, told: &str, within_ms: f64) -> Se
     Seen { told_ms: Some(told_ms), ..Seen::default() }
 }
 
-/// It tells, once, and goes on.
+/// Asserts that the machine tells the fault, once, and goes on.
 #[track_caller]
 pub fn tells(mut velvet: Velvet, blow: impl FnOnce(&mut Velvet), told: &str, within_ms: f64) -> Seen {
     let (_, told_ms) = strike(&mut velvet, blow, told, within_ms);
@@ -237,12 +237,12 @@ pub fn tells(mut velvet: Velvet, blow: impl FnOnce(&mut Velvet), told: &str, wit
     Seen { told_ms: Some(told_ms), ..Seen::default() }
 }
 
-/// How the ring of events tells of such a reset.
+/// Entry of the event ring about such a reset.
 pub const BY_ITSELF: &str = "--- started: the firmware reset itself\n";
 
-/// The board resets, everything off; it comes up cold and says why. `mend` has its turn as soon as outputs
-/// are off, or with these words where the fault is one of silence. What the ring of events has `kept` over
-/// the reset comes in this order.
+/// Asserts that the board resets with everything off, comes up cold and tells the reason. `mend` is called as
+/// soon as outputs are off, or with these words where the fault is one of silence. The event ring has `kept`
+/// its entries over the reset, in this order.
 #[track_caller]
 pub fn resets(
     mut velvet: Velvet,
@@ -301,7 +301,7 @@ pub fn resets(
     Seen { outputs_ms, motion_ms, told_ms: None }
 }
 
-/// What went before the reset is told after it, with what came of it.
+/// Asserts that events from before the reset, then `kept`, then the next start are told, in this order.
 #[track_caller]
 fn kept_over_the_reset(velvet: &mut Velvet, kept: &[&str]) {
     velvet.type_in("events all");
@@ -314,13 +314,13 @@ fn kept_over_the_reset(velvet: &mut Velvet, kept: &[&str]) {
     }
 }
 
-/// [`halts`] by a fault of the machine.
+/// Asserts by [`halts`] that a fault of the machine halts it.
 #[track_caller]
 pub fn fault_halts(plan: Plan, state: State, fault: &Fault, told: &str, within_ms: f64) -> Seen {
     halts(enter(plan, state), |velvet| velvet.inject(fault), told, within_ms)
 }
 
-/// It stays at rest, as it was, and tells.
+/// Asserts that the machine stays at rest, as it was, and tells the fault.
 #[track_caller]
 pub fn at_rest_told(mut velvet: Velvet, blow: impl FnOnce(&mut Velvet), told: &str, within_ms: f64) -> Seen {
     let (from_ns, told_ms) = strike(&mut velvet, blow, told, within_ms);
@@ -328,7 +328,7 @@ pub fn at_rest_told(mut velvet: Velvet, blow: impl FnOnce(&mut Velvet), told: &s
     Seen { outputs_ms, motion_ms, told_ms: Some(told_ms) }
 }
 
-/// It goes on for so long as if nothing had happened, and says nothing.
+/// Asserts that the machine goes on for so long as if nothing had happened, and says nothing.
 #[track_caller]
 pub fn goes_on(mut velvet: Velvet, blow: impl FnOnce(&mut Velvet), for_ms: f64) -> Seen {
     let said = velvet.said().len();

@@ -23,7 +23,7 @@ fn heaters_lost(case: &Case) -> Seen {
     fault_halts(printer(), case.state, &Fault::FetSupply(0.0), NO_HEAT, case.within_ms)
 }
 
-/// A supply that breaks down to 9 V gives a seventh of the power.
+/// Lets the heaters' supply break down to 9 V, which gives a seventh of the power.
 fn heaters_low(case: &Case) -> Seen {
     let heaters = ["PE0", "PE3", "PD7"];
     let mut velvet = enter(printer(), case.state);
@@ -48,7 +48,7 @@ fn heaters_low(case: &Case) -> Seen {
     }
 }
 
-/// What has halted stays halted, cold and without the switch, when the supply is back.
+/// Asserts that a halted machine stays halted, cold and without the switch, when the supply is back.
 fn heaters_back(case: &Case) -> Seen {
     let velvet = enter(printer(), case.state);
     let (mut velvet, _) = halted(velvet, |velvet| velvet.inject(&Fault::FetSupply(0.0)), NO_HEAT, 2_500.0);
@@ -81,7 +81,8 @@ fn motors_lost_standing(case: &Case) -> Seen {
     tells(velvet, |velvet| velvet.inject(&lost), "motor supply is off", case.within_ms)
 }
 
-/// The drivers have forgotten their registers; they get them again, and the machine must be homed anew.
+/// Asserts that drivers that have forgotten their registers get them again, and that the machine must be
+/// homed anew.
 fn motors_back(case: &Case) -> Seen {
     let mut velvet = enter(Plan::new(), case.state);
     velvet.inject(&Fault::MotorSupply(0.5));
@@ -92,28 +93,30 @@ fn motors_back(case: &Case) -> Seen {
     velvet.hear_until("motor supply is on", case.within_ms as u64);
     let told_ms = (velvet.now_ms() - from) as f64;
     velvet.hear(500);
-    // Five registers, and what reads them back.
+    // At least five registers were written, and read back.
     assert!(velvet.world(|world| world.driver(Actuator::Alpha as usize).frames()) > frames + 5);
     Seen { told_ms: Some(told_ms), ..Seen::default() }
 }
 
-/// How fast a supply falls: 4 A out of 10 mF. A quarter of that is in the board's and a supply's own
+/// Slope of a falling supply: 4 A out of 10 mF. A quarter of that is in the board's and a supply's own
 /// capacitors.
 const FALL_V_PER_MS: f64 = 0.4;
-/// Below this the board's regulators end, and the drivers lock themselves out (TMC2590 data sheet: 8 V at
-/// most).
+/// Voltage below which the board's regulators end, and the drivers lock themselves out (TMC2590 data sheet: 8
+/// V at most).
 const GONE_VOLTS: f64 = 8.0;
-/// 15 ms from 24 V to three quarters of it; two looks that agree, 3 ms apart each; 2 ms until braking begins;
-/// 10 ms from 20 mm/s at 2,000 mm/s^2. It moves 20 mm/s nearly all the time, and slower at corners.
+/// Limit of the brown-out case: 15 ms from 24 V to three quarters of it; two looks that agree, 3 ms apart
+/// each; 2 ms until braking begins; 10 ms from 20 mm/s at 2,000 mm/s^2. The job moves at 20 mm/s nearly all
+/// the time, and slower at corners.
 const BROWN_OUT_MS: f64 = 34.0;
 const FALLEN: &str = "supply has fallen to ";
 
-/// Heaters go off first, the motors brake and have their current until the end; the next start tells, once.
+/// Asserts that heaters go off first, that the motors brake and have their current until the end, and that
+/// the next start tells, once.
 fn browns_out(case: &Case) -> Seen {
     let heaters = ["PE0", "PE3", "PD7"];
     let mut velvet = enter(printer(), case.state);
-    // Full on, so that its pin has something to say.
-    // It rides on motion: its `ok` waits for room in the queue, whose moves take two seconds each.
+    // The heater is full on, so that its pin shows an edge.
+    // The command rides on motion: its `ok` waits for room in the queue, whose moves take two seconds each.
     velvet.ask("M104 S240", 4 * SECOND);
     velvet.hear(100);
     watch(&mut velvet, &heaters);
@@ -136,7 +139,7 @@ fn browns_out(case: &Case) -> Seen {
     let edges = velvet.world(|world| world.trace_mut().take());
     let (outputs_ms, motion_ms) = (off.map(|change| ms(change.at_ns)), edges.last().map(|edge| ms(edge.time_ns)));
     assert!(outputs_ms < motion_ms, "{outputs_ms:?} {motion_ms:?}");
-    // It stands while the supply is still there, and has its current.
+    // The machine stands while the supply is still there, and the motors have their current.
     assert!(motion_ms.is_some_and(|at_ms| at_ms < ms(velvet.bench.vm.now_ns()) - 2.0), "{motion_ms:?}");
     let motors = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma];
     assert!(motors.iter().all(|motor| velvet.world(|world| world.driver(*motor as usize).drives())), "not held");
@@ -146,7 +149,7 @@ fn browns_out(case: &Case) -> Seen {
     Seen { outputs_ms, motion_ms, told_ms: None }
 }
 
-/// A board that knows nothing but the card is switched on. What is on the card then.
+/// Switches on a board that knows nothing but the card. Returns the card's bytes after that.
 #[track_caller]
 fn told_at_the_next_start(card: Vec<u8>, is_news: bool) -> Vec<u8> {
     let mut velvet = Plan::new().with_card(move |_| card.clone()).start();
@@ -166,7 +169,7 @@ fn rail(velvet: &mut Velvet, millivolts: u32) {
     });
 }
 
-/// The chip has its detector of that (PVD); it says so if the supply is back.
+/// Lets VDD fall: the chip's detector (PVD) sees that, and the firmware tells it if the supply is back.
 fn logic_falls(case: &Case) -> Seen {
     let velvet = enter(printer().meaning_faults(), case.state);
     let words = "the 3.3 V supply fell below 2.8 V: check the 24 V and 5 V supply\n";
@@ -175,7 +178,7 @@ fn logic_falls(case: &Case) -> Seen {
     resets(velvet, |velvet| rail(velvet, 2_600), |velvet| rail(velvet, 3_300), &told, kept, case.within_ms)
 }
 
-/// Two looks a second apart, and the halt.
+/// Time for two looks a second apart, and the halt.
 const TWO_LOOKS_MS: f64 = 2_200.0;
 
 pub const CLASSES: &[Class] = &[

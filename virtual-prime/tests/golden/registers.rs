@@ -1,8 +1,8 @@
 //! The registers of every block on the bus.
 //!
-//! Left out: what can only be read or only be written (states and commands, not configuration), second names
-//! of the same register (timer inputs, the views of one core on RCC and EXTI), and words that a read would
-//! take away.
+//! Left out: registers that can only be read or only be written (states and commands, not configuration),
+//! second names of the same register (timer inputs, the views of one core on RCC and EXTI), and words that a
+//! read would take away.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use rigless::soc::{Access as Directions, Layout, ReadAction, RegisterSpec, Width
 
 use crate::common::velvet::Velvet;
 
-/// Values by name, `RCC.CR`.
+/// Register values by name, as `RCC.CR`.
 pub type Registers = BTreeMap<String, u64>;
 
 /// A row of any register table, by its number.
@@ -38,7 +38,7 @@ fn is_configuration(table: &[RegisterSpec], row: usize) -> bool {
     both_ways && !second_name && register.read == ReadAction::None && !register.name.starts_with("C1_")
 }
 
-/// What every register holds now.
+/// Reads the present values of all registers.
 pub fn registers(velvet: &mut Velvet) -> Registers {
     let all = velvet.bench.vm.with(|stopped| {
         let at = stopped.stop.at;
@@ -60,8 +60,8 @@ pub fn registers(velvet: &mut Velvet) -> Registers {
     all
 }
 
-/// PWR_CR3 as the core reads it: the model behind it is of a part without the SMPS converter, and told
-/// something else.
+/// Reads PWR_CR3 as the core does: the model behind it is of a part without the SMPS converter, and holds
+/// another value.
 fn supply(velvet: &mut Velvet) -> u64 {
     /// RM0399 section 7.8.4.
     const PWR_CR3: u64 = 0x5802_480C;

@@ -1,17 +1,17 @@
 //! Rows of a table: `RCC.CR = 0x0303c1a5 : what for (where it says so)`.
 //!
-//! `value/mask` compares the bits of the mask alone; `one -> other` is the value when ready and the one after
-//! a job; `live` is not compared: a counter, a flag, the last of many. Lines that begin with `#` are
+//! `value/mask` compares the bits of the mask alone; `one -> other` is the value when ready and the value
+//! after a job; `live` is not compared: a counter, a flag, the last of many. Lines that begin with `#` are
 //! comments.
 
-/// What a register should hold.
+/// Expected value of a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Expected {
     Value { value: u64, mask: u64 },
     Live,
 }
 
-/// One row.
+/// A row of the table.
 #[derive(Clone, Debug)]
 pub struct Row {
     pub name: String,
@@ -20,16 +20,16 @@ pub struct Row {
     pub reason: String,
 }
 
-/// Shorter than this says nothing.
+/// Least length of a reason, bytes; a shorter reason says nothing.
 const LEAST_REASON: usize = 5;
 
-/// A value's reason ends with where it is from: `(RM0399 section 4.9.1)`.
+/// Whether a value's reason ends with its source: `(RM0399 section 4.9.1)`.
 fn names_its_source(row: &Row) -> bool {
     let live = row.ready == Expected::Live && row.after == Expected::Live;
     live || row.reason.ends_with(')') && row.reason.contains(" (")
 }
 
-/// All rows.
+/// Parses all rows of the table.
 ///
 /// # Panics
 /// With the line, when a row is not one, is there twice, or has no reason.

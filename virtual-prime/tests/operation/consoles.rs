@@ -29,7 +29,8 @@ impl Read for Endless {
     }
 }
 
-/// Asks on UART 0 while a pipe fills the debug console: when the first byte of the answer arrives.
+/// Asks on UART 0 while a pipe fills the debug console. Returns the instant at which the first byte of the
+/// answer arrives.
 #[track_caller]
 fn ask_beside(velvet: &mut Velvet, pipe: &mut Typed, question: &str) -> u64 {
     let uart = velvet.bench.uart.clone();
@@ -48,7 +49,7 @@ fn ask_beside(velvet: &mut Velvet, pipe: &mut Typed, question: &str) -> u64 {
     panic!("{question} is not answered");
 }
 
-/// Moves of 0.4 s each: the look-ahead queue is full, and whoever sends more of them waits.
+/// Moves of 0.4 s each fill the look-ahead queue, and a sender of more of them has to wait.
 #[test]
 fn a_flood_of_moves_leaves_the_other_console_its_turns() {
     let mut velvet = Plan::new().start();
@@ -103,7 +104,7 @@ fn a_pipe_into_the_console_is_answered_to_its_end() {
 fn a_pipe_without_end_leaves_the_other_consoles_alone() {
     let mut running = console();
     let mut input = running.0.stdin.take().expect("a pipe");
-    // Until the process is gone.
+    // The input goes on until the process is gone.
     thread::spawn(move || while input.write_all(&b"M105\n".repeat(1_000)).is_ok() {});
     let mut output = running.0.stdout.take().expect("a pipe");
     thread::spawn(move || io::copy(&mut output, &mut io::sink()));
@@ -117,7 +118,7 @@ fn a_pipe_without_end_leaves_the_other_consoles_alone() {
         }
     };
     let mut uart = TcpStream::connect(address).expect("it listens");
-    // It may not have booted yet, and then hears nothing.
+    // The machine may not have booted yet, and then hears nothing.
     let mut asking = uart.try_clone().expect("a socket");
     thread::spawn(move || {
         while asking.write_all(b"version\n").is_ok() {

@@ -8,7 +8,7 @@ use crate::common::machine::{changes, everything, pin, watch};
 use crate::common::velvet::SECOND;
 
 const PROMISED_NS: i64 = MS as i64;
-/// A heater that is switched on gets its first duty with its next sample: `readings_per_second = 20`.
+/// Sample interval of a heater, whose first duty comes with its next sample: `readings_per_second = 20`.
 const SAMPLE_NS: i64 = 50 * MS as i64;
 const HOTEND: &str = "PE0";
 const BED: &str = "PE3";
@@ -19,8 +19,8 @@ const SPINDLE: u64 = 0x4001_0034;
 const PWM_PERIOD_NS: u64 = 100_000;
 const STEPS_PER_MM: usize = 80;
 
-/// One stroke of X at 95 mm/s, so that boundaries meet the periods of the machine's tasks at ever other
-/// phases; every 10 mm something changes.
+/// A file with one stroke of X at 95 mm/s, so that boundaries meet the periods of the machine's tasks at ever
+/// other phases; every 10 mm an output changes.
 const FILE: &str = "G90\nM83\nG1 X10 E1 F5700\n\
     M106 S255\nG1 X20 E1\n\
     M107\nG1 X30 E1\n\
@@ -38,7 +38,7 @@ fn outputs_change_at_the_boundaries_of_their_blocks() {
     let mut velvet = everything().watching(SPINDLE..SPINDLE + 4).file("part.g", FILE).start();
     velvet.ask("M104 S200", SECOND);
     velvet.ask("M140 S60", SECOND);
-    // Cold, so both heaters are fully on.
+    // Both heaters are cold, and so fully on.
     velvet.hear(500);
     watch(&mut velvet, &[HOTEND, BED, FAN]);
     velvet.bench.writes.take();
@@ -49,10 +49,10 @@ fn outputs_change_at_the_boundaries_of_their_blocks() {
     let of = |motor| -> Vec<u64> { edges.iter().filter(|e| e.actuator == motor).map(|e| e.time_ns).collect() };
     let (x, e) = (of(Actuator::Alpha), of(Actuator::Delta));
     assert_eq!(x.len(), 110 * STEPS_PER_MM);
-    // Nothing slows down for it: 7600 steps/s all the way.
+    // No output slows the motion down: 7600 steps/s all the way.
     let cruise = &x[5 * STEPS_PER_MM..105 * STEPS_PER_MM];
     assert!(cruise.windows(2).all(|pair| (131_450..131_700).contains(&(pair[1] - pair[0]))), "the speed changes");
-    // The middle between the last step before it and the first behind it.
+    // The boundary is in the middle between the last step before it and the first step behind it.
     let boundary = |mm: usize| (x[mm * STEPS_PER_MM - 1] + x[mm * STEPS_PER_MM]) / 2;
     let pins = changes(&mut velvet);
     let writes = velvet.bench.writes.take();
@@ -66,7 +66,7 @@ fn outputs_change_at_the_boundaries_of_their_blocks() {
         let write = writes.iter().find(|write| write.value == permille && write.at_ns + MS > boundary(mm));
         write.map(|write| write.at_ns + PWM_PERIOD_NS)
     };
-    // What changes, at which millimetre of X, when it did, and how late it may be.
+    // Command, millimetre of X, instant of the change, and greatest delay.
     let rows = [
         ("M106", 10, level(FAN, true, 10), PROMISED_NS),
         ("M107", 20, level(FAN, false, 20), PROMISED_NS),
@@ -84,7 +84,7 @@ fn outputs_change_at_the_boundaries_of_their_blocks() {
         println!("{what}: {late_ns} ns behind its boundary");
         assert!((0..=promised_ns).contains(&late_ns), "{what}: {late_ns} ns behind its boundary");
     }
-    // 415 steps a millimetre: 41.5 of them a millimetre of X, and half of that from the boundary on.
+    // At 415 steps a millimetre there are 41.5 to a millimetre of X, and half of that from the boundary on.
     let before = |mm: usize| e.iter().filter(|at| **at < boundary(mm)).count();
     for (from, expected) in [(68, 41.5), (69, 41.5), (70, 20.75), (71, 20.75)] {
         let steps = before(from + 1) - before(from);

@@ -1,4 +1,4 @@
-//! M112 and the kill button in every state: when the outputs are safe, and when the motors brake.
+//! M112 and the kill button in every state: time until the outputs are safe, and time until the motors brake.
 
 use board_facts::wiring::{MOTORS_ENABLE, OUTPUT_BUFFER_ENABLE};
 use sim::trace::StepEdge;
@@ -24,43 +24,43 @@ const OUTPUTS: [(&str, bool); 8] = [
 /// Compare registers of the spindle, TIM1 channel 1, and the laser, TIM8 channel 2 (RM0399 section 42.4,
 /// boundary addresses).
 const COMPARES: [u64; 2] = [0x4001_0034, 0x4001_0438];
-/// The slower of their periods (`pwm2.frequency`): a compare value counts from the next one on.
+/// Longer period of the two (`pwm2.frequency`): a compare value counts from the next period on.
 const PWM_PERIOD_NS: u64 = 250_000;
 
-/// What GRBL's dialect, which has the door, greets with.
+/// Greeting of the GRBL dialect, which has the door.
 const BANNER: &str = "Grbl 1.1f ['$' for help]\n";
 
-/// How soon every output must be safe.
+/// Time limit for every output to be safe.
 const OUTPUTS_NS: u64 = MS;
-/// How soon the motors must brake: 1.5 ms of steps are written ahead; the next longer distance shows a step
-/// later, here up to a millisecond.
+/// Time limit for the motors to brake: 1.5 ms of steps are written ahead; the next longer distance shows a
+/// step later, here up to a millisecond.
 const BRAKE_NS: u64 = 2_500_000;
-/// Between two looks at the kill button, by which its halt is later.
+/// Interval between two looks at the kill button, which delays its halt.
 const KILL_LOOK_NS: u64 = 10 * MS;
-/// How soon behind the last step the motors lose their current: standstill is looked for every 10 ms.
+/// Time limit for the motors to lose their current after the last step: standstill is looked for every 10 ms.
 const MOTORS_NS: u64 = 15 * MS;
 
-/// What stops the machine.
+/// Event that stops the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Stop {
     M112,
     Kill,
 }
 
-/// What came of it, nanoseconds from the last byte's arrival or the button's edge.
+/// Times of a stop, nanoseconds from the last byte's arrival or the button's edge.
 #[derive(Clone, Copy, Debug)]
 struct Times {
-    /// Every output has its safe level, for good; 0 when all had.
+    /// Instant from which every output has its safe level, for good; 0 when all had.
     outputs: u64,
-    /// The last step before the first longer distance between two steps; none where nothing moves.
+    /// Last step before the first longer distance between two steps; none where nothing moves.
     brake: Option<u64>,
-    /// The last step.
+    /// Last step of any motor.
     standstill: Option<u64>,
-    /// The drivers' enable line is off; 0 when it was.
+    /// Instant at which the drivers' enable line goes off; 0 when it was off.
     motors: u64,
 }
 
-/// Everything that can be on is on, and stays so while the machine works.
+/// Switches on everything that can be, to stay on while the machine works.
 #[track_caller]
 fn switch_on(velvet: &mut Velvet) {
     for line in ["M104 S200", "M140 S100", "M106 S255", "M42", "M80", "M64", "M3 S50", "M66 S50", "M17", "G91"] {
@@ -75,10 +75,10 @@ fn begin(velvet: &mut Velvet, line: &str) {
     velvet.hear(300);
 }
 
-/// Brings an idle machine into a state.
+/// Function that brings an idle machine into a state.
 type Way = fn(&mut Velvet);
 
-/// A state by the name `get mode` has for it, and what brings an idle machine there.
+/// States by their name in `get mode`, with the function that brings an idle machine there.
 const STATES: [(&str, Way); 11] = [
     ("idle", |_| {}),
     ("run", |velvet| begin(velvet, "G1 X8 F600")),
@@ -100,7 +100,7 @@ const STATES: [(&str, Way); 11] = [
     ("sleep", |velvet| begin(velvet, "$SLP")),
 ];
 
-/// Its safe levels, low but for those that rest high.
+/// Whether an output has its safe level, low but for outputs that rest high.
 fn is_safe(velvet: &mut Velvet, name: &'static str, safe: bool) -> bool {
     let wanted = if safe { [Drive::High, Drive::Released] } else { [Drive::Low, Drive::Low] };
     wanted.contains(&state(velvet, name).drive)
@@ -113,7 +113,7 @@ fn stop(velvet: &mut Velvet, stop: Stop) -> Times {
     let since = match stop {
         Stop::M112 => velvet.send_through(b"M112\n"),
         Stop::Kill => {
-            // Whatever the phases of the machine's periods are.
+            // The odd delay meets the machine's periods at any phase.
             velvet.hear_for(1_234_567);
             drive(velvet, KILL, false);
             velvet.bench.vm.now_ns()
@@ -144,8 +144,8 @@ fn stop(velvet: &mut Velvet, stop: Stop) -> Times {
     Times { outputs, brake: stood.map(|_| brake(&steps, since)), standstill: stood, motors: last(MOTORS_ENABLE) }
 }
 
-/// When the first step after the stop is made whose distance to the next one is longer than those before the
-/// stop. The last step of all has no next one.
+/// Returns the instant of the first step after the stop whose distance to the next is longer than before the
+/// stop. The last step of all has no next.
 fn brake(steps: &[StepEdge], since: u64) -> u64 {
     let motor = steps[0].actuator;
     let steps: Vec<u64> = steps.iter().filter(|edge| edge.actuator == motor).map(|edge| edge.time_ns).collect();
@@ -155,7 +155,7 @@ fn brake(steps: &[StepEdge], since: u64) -> u64 {
     slower.map_or(steps[steps.len() - 1], |pair| pair[0]).saturating_sub(since)
 }
 
-/// Back to idle, from an alarm or from sleep.
+/// Brings the machine back to idle, from an alarm or from sleep.
 #[track_caller]
 fn recover(velvet: &mut Velvet) {
     velvet.send_through(b"\x18");
@@ -163,7 +163,8 @@ fn recover(velvet: &mut Velvet) {
     velvet.hear(100);
 }
 
-/// The state, asked on the other console: on this one a question waits for the answers before it.
+/// Returns the state, asked on the other console: on the console of the test a question waits for the answers
+/// before it.
 #[track_caller]
 fn assert_state(velvet: &mut Velvet, name: &str) {
     velvet.bench.uart.receive();
@@ -200,7 +201,7 @@ fn walk(how: Stop) {
         assert!(times.brake.is_none_or(|brake| brake <= seen + BRAKE_NS), "{how:?} {name}: {times:?}");
         assert!(times.motors <= times.standstill.unwrap_or(seen) + MOTORS_NS, "{how:?} {name}: {times:?}");
         assert_eq!(state(&mut velvet, MOTORS_ENABLE).drive, Drive::High, "{how:?} {name}");
-        // Whatever was under way was.
+        // A machine that was moving has braked, and a machine that was on has switched off.
         let moves = ["run", "homing", "probing", "jog"].contains(&name);
         assert_eq!(times.brake.is_some(), moves, "{how:?} {name}");
         assert_eq!(times.outputs > 0, !["alarm", "sleep"].contains(&name), "{how:?} {name}");

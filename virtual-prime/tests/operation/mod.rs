@@ -1,6 +1,6 @@
-//! What is promised of the machine while it works, measured on the real image: how soon it stops, how soon it
-//! answers, where on the path its outputs change. Times are virtual, from an edge or a byte on the board's
-//! wires to another one.
+//! Promised times of the machine at work, measured on the real image: time to stop, time to answer, place on
+//! the path at which its outputs change. Times are virtual, from an edge or a byte on the board's wires to
+//! another edge or byte.
 
 mod consoles;
 mod effects;

@@ -1,5 +1,5 @@
-//! `?` is answered within 10 ms, whatever the machine does: from the arrival of its byte to the arrival of
-//! the answer's first.
+//! Answers to `?` within 10 ms, in every state of the machine: from the arrival of its byte to the arrival of
+//! the answer's first byte.
 
 use sim::models::surface::{Bed, Surface};
 
@@ -7,12 +7,13 @@ use crate::common::MS;
 use crate::common::velvet::{PROMPT, Plan, SECOND, Velvet};
 
 const PROMISED_NS: u64 = 10 * MS;
-/// Between an answer and the next question: ever other times, or they would fall into step with the answers.
+/// Pause between an answer and the next question: ever other times, or they would fall into step with the
+/// answers.
 fn pause_ns(number: usize) -> u64 {
     20 * MS + number as u64 * 3_141_593 % (15 * MS)
 }
 
-/// Asks once, on the console where everything else is said too: when the answer began.
+/// Asks once, on the console with all other traffic. Returns the time at which the answer began.
 #[track_caller]
 fn ask(velvet: &mut Velvet) -> u64 {
     let asked_ns = velvet.send_through(b"?");
@@ -37,7 +38,7 @@ fn assert_answered(velvet: &mut Velvet, what: &str, count: usize, state: &str) {
     println!("{what}: {worst_ns} ns at worst");
     assert!(worst_ns <= PROMISED_NS, "{what}: {worst_ns} ns");
     let shown = velvet.said()[before..].matches(&format!("<{state}|")).count();
-    // The last question may have come behind the end.
+    // The last question may have come after the end of the state.
     assert!(shown + 1 >= count, "{what}: {shown} of {count} answers show {state}: {}", &velvet.said()[before..]);
 }
 
@@ -90,14 +91,14 @@ fn in_probing_a_mesh() {
     assert!(velvet.said().contains("DEBUG: X"), "no point was probed: {}", velvet.said());
 }
 
-/// More lines a second than the machine can take, so that it does nothing but take lines.
+/// A file has more lines a second than the machine can take, so that it does nothing but take lines.
 #[test]
 fn in_a_file_at_full_line_rate() {
     const LINES: usize = 50_000;
     let lines =
         (0..LINES).map(|n| format!("G1 X{:.2} Y{:.2}\n", 20.0 + n as f64 * 0.001, 20.0 + (n % 2) as f64 * 0.001));
     let file = format!("G90\nG1 X20 Y20 F18000\n{}", lines.collect::<String>());
-    // It begins at once: it is looked at beside.
+    // The file begins at once, as its check runs beside.
     let mut velvet = Plan::new().set("[player] preflight_wait = 0").file("short.g", &file).held();
     velvet.hear_until(PROMPT, 2 * SECOND);
     velvet.ask("M23 short.g", SECOND);
@@ -112,7 +113,7 @@ fn in_a_file_at_full_line_rate() {
     assert!(rate > 5_000, "only {rate} lines a second");
 }
 
-/// Bytes of the file that have been played.
+/// Returns the bytes of the file that have been played.
 #[track_caller]
 fn played(velvet: &mut Velvet) -> u64 {
     let said = velvet.ask("M27", SECOND);

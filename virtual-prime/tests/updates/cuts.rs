@@ -62,7 +62,7 @@ tests! {
     the_log_is_cut
 }
 
-/// A start takes less: of an image of two sectors, erases and all.
+/// Time limit of a start; an image of two sectors takes less, with its erases.
 const PATIENCE_MS: u64 = 20_000;
 /// An image of one sector, as short as one may be.
 pub const SHORT: usize = 1152;
@@ -79,7 +79,7 @@ struct Path {
     card: Vec<u8>,
     /// The card as the start after the cut finds it.
     card_then: Vec<u8>,
-    /// What may run in the end.
+    /// Image that may run in the end.
     good: &'static [u8],
 }
 
@@ -90,7 +90,7 @@ impl Path {
     }
 }
 
-/// The operations that are cut, and how.
+/// Lists the operations to be cut, and the way of each cut.
 fn cuts(operations: usize, share: Share) -> Vec<(usize, Torn)> {
     let step = match share {
         // A long image takes its time.
@@ -165,7 +165,8 @@ fn long_install() -> Path {
     Path::new(content, &[("flashme.bin", &new), ("firmware.previous", &old)], &[2])
 }
 
-/// Before anything was touched the old image is still there, and when all was done the new one is.
+/// Returns an install whose file is gone after the cut: before the first operation the old image is still
+/// there, after the last the new image is.
 fn without_file() -> Path {
     let (old, new) = (application(1, SHORT, None), application(2, SHORT, None));
     let path = install();

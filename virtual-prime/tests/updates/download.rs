@@ -1,4 +1,4 @@
-//! Firmware over USB, by a host that does what dfu-util does.
+//! Firmware over USB, by a host that behaves as dfu-util does.
 
 use update::{Arrival, Origin, PRIME};
 use virtual_prime::flash_journal::{FlashContent, Operation, Torn};
@@ -59,7 +59,7 @@ tests! {
 }
 
 const PATIENCE_MS: u64 = 20_000;
-/// What a request carries at most.
+/// Greatest size of a block in a request, bytes.
 const BLOCK: usize = 256;
 
 /// A board that waits for a download, and its host.
@@ -81,7 +81,7 @@ fn plug(mut board: Small) -> Plugged {
 }
 
 impl Plugged {
-    /// Sends a file; the state that it ends in, and the status.
+    /// Sends a file. Returns the interface's final state, and the status.
     #[track_caller]
     fn send(&mut self, file: &[u8]) -> (u8, u8) {
         let (dfu, mut desk) = (self.dfu, self.host.at(&mut self.board.vm));
@@ -101,17 +101,17 @@ impl Plugged {
         (status.state, status.status)
     }
 
-    /// The host resets the bus, and goes.
+    /// Resets the bus, and unplugs the host.
     fn leave(mut self) -> Small {
         let mut desk = self.host.at(&mut self.board.vm);
-        // The board resets as soon as it sees that.
+        // The board resets as soon as it sees the bus reset.
         let _ = desk.reset();
         desk.unplug();
         self.board
     }
 }
 
-/// RESET is pressed twice.
+/// Presses RESET twice, which asks for a download.
 fn asked(mut board: Small) -> Small {
     board.settle(PATIENCE_MS);
     for _ in 0..2 {
@@ -145,7 +145,7 @@ fn forms(share: Share) -> usize {
         let then = super::small::state(&mut after(&content, &operations));
         assert_eq!(then.arrival(known(&new)), Arrival::Trial(Origin::Usb, 1));
     }
-    // An empty board takes one as well, and what is there can be read.
+    // An empty board takes a file as well, and its flash can be read.
     let mut plugged = plug(empty());
     assert_eq!(plugged.send(&new).0, state::MANIFEST_WAIT_RESET);
     assert_eq!(plugged.leave().settle(PATIENCE_MS), Came::Runs(2));
@@ -190,7 +190,7 @@ fn no_copy() -> usize {
     let cards = [None, Some(card(&[])), Some(card(&[("firmware.previous", &old[..1000])]))];
     for inserted in &cards {
         let mut plugged = plug(asked(Small::on(&flash(&old), inserted.as_deref())));
-        // errVENDOR, and what is meant in a string (DFU 1.1 section 6.1.2).
+        // The status is errVENDOR, with its meaning in a string (DFU 1.1 section 6.1.2).
         assert_eq!(plugged.send(&new), (state::ERROR, 0x0B));
         assert_eq!(plugged.board.operations(), []);
         assert!(plugged.board.said().contains("holds no firmware to come back to"), "{}", plugged.board.said());
@@ -213,7 +213,7 @@ fn not_whole(share: Share) -> usize {
         assert_eq!(plugged.send(file).0, state::ERROR);
         plugged.board.press_reset();
         assert_eq!(plugged.board.settle(PATIENCE_MS), Came::Runs(1));
-        // Or the host sends it again, without a card as well: what is there now cannot be lost.
+        // Or the host sends it again, without a card as well: the image in flash cannot be lost.
         let mut plugged = plug(empty());
         assert_eq!(plugged.send(file).0, state::ERROR);
         let (dfu, mut desk) = (plugged.dfu, plugged.host.at(&mut plugged.board.vm));
@@ -232,8 +232,8 @@ fn not_whole(share: Share) -> usize {
     2 * files.len() + 1
 }
 
-/// What a download does to the flash, cut at each place in each way: what is left of the flash then. In the
-/// quick share at four places, in one way each.
+/// Cuts the flash operations of a download at each place in each way. Returns the flash left by each cut. In
+/// the quick share at four places, in one way each.
 fn cuts(content: &FlashContent, operations: &[Operation], share: Share) -> Vec<(String, FlashContent)> {
     let step = if share == Share::Quick { operations.len().div_ceil(4) } else { 1 };
     let tears = [Torn::NotBegun, Torn::Unreadable, Torn::Between];

@@ -1,4 +1,5 @@
-//! Every flaw that a file can have: what runs goes on, and where nothing does, a good file makes up for it.
+//! Flaws of firmware files: the running firmware goes on, and where there is none, a good file makes up for
+//! it.
 
 use update::{Entry, Origin, PRIME, Policy, Refusal};
 
@@ -57,8 +58,8 @@ const fn row(name: &'static str, what: &'static str, run: fn(Share) -> usize) ->
     Row { name, what, does, run }
 }
 
-/// A good file, and what is made of it, asked for on a board where something runs, and on one where nothing
-/// does.
+/// Asks for a flawed copy of a good file, on a board with running firmware and on an empty board, and then on
+/// an empty board with the good file as well.
 #[track_caller]
 fn flawed(make: fn(&[u8]) -> Vec<u8>) -> usize {
     let (old, new) = (application(1, SHORT, None), application(2, SHORT, None));
@@ -72,7 +73,7 @@ fn flawed(make: fn(&[u8]) -> Vec<u8>) -> usize {
     3
 }
 
-/// The image is asked for; image 1 goes on, and the log says why.
+/// Asks for the image; asserts that image 1 goes on, and that the log gives the reason.
 #[track_caller]
 fn refuses(content: &virtual_prime::flash_journal::FlashContent, asked: &[u8], files: &[(&str, &[u8])], why: Refusal) {
     let mut content = content.clone();
@@ -85,7 +86,7 @@ fn refuses(content: &virtual_prime::flash_journal::FlashContent, asked: &[u8], f
     assert_eq!((then.refused.map(|(why, _)| why), then.pending), (Some(why), None));
 }
 
-/// A byte of a good image is another one. The file is sealed over what is behind its manifest alone.
+/// Changes a byte of a good image. The file is sealed over the bytes behind its manifest alone.
 fn spoiled(at: usize, change: u8) -> Vec<u8> {
     let mut image = application(2, SHORT, None);
     image[at] ^= change;
@@ -98,7 +99,7 @@ fn overlong() -> Vec<u8> {
     image
 }
 
-/// A vector table first, as every image has that was linked for the flash's beginning.
+/// Builds a file with a vector table first, as every image has that was linked for the flash's beginning.
 fn beginning() -> Vec<u8> {
     let mut image = vec![0x55; 0x2_0000 + 5000];
     image[..8].copy_from_slice(&[0x00, 0x00, 0x02, 0x20, 0x91, 0x02, 0x00, 0x08]);
@@ -131,8 +132,8 @@ fn signatures() -> usize {
             refuses(&content, file, &files, Refusal::Flawed);
         }
     }
-    // What is in flash is looked at by the same rule: a locked board whose firmware is nobody's takes the
-    // owner's.
+    // The same rule holds for the image in flash: a locked board whose firmware has no signature takes the
+    // owner's file.
     let mut content = flash(&application(2, SHORT, None));
     let mut before = Before(&mut content);
     update::Log::read(&mut before, &PRIME).set_policy(&mut before, &Policy { key, is_locked: true }).expect("room");

@@ -1,4 +1,4 @@
-//! The machine's part: what is asked of the boot stage, and what the firmware says of itself. Settings:
+//! The machine's part in updates: requests to the boot stage, and the firmware's confirmation. Settings:
 //! `[system] flash_on_boot`, `[update] key`, `[update] locked`.
 
 use std::path::PathBuf;
@@ -21,20 +21,20 @@ pub const ROWS: &[Row] = &[Row {
 
 tests! { keeping_the_firmware_is_cut }
 
-/// Looking at a file of the size of the image, and copying the image, on the card.
+/// Time to check a file of the size of the image, and to copy the image, on the card.
 const COPY_MS: u64 = 60 * SECOND;
-/// Bytes of a block.
+/// Size of a block, bytes.
 const BLOCK: usize = 512;
-/// An install of the image, with its 14 sectors.
+/// Time to install the image, with its 14 sectors.
 const INSTALL_MS: u64 = 60 * SECOND;
 
-/// The image under test, as it lies in flash from its manifest on.
+/// Returns the image under test, as it lies in flash from its manifest on.
 fn running() -> Vec<u8> {
     let whole = std::fs::read(image().with_file_name("firmware.bin")).expect("make firmware writes it");
     whole[PRIME.image() as usize..].to_vec()
 }
 
-/// The same, which says to be another version.
+/// Returns the image under test with another version in its manifest.
 fn other() -> Vec<u8> {
     let mut other = running();
     other[24..64].fill(0);
@@ -43,7 +43,7 @@ fn other() -> Vec<u8> {
     other
 }
 
-/// The image under test, signed: an ELF file.
+/// Writes the image under test, signed, as an ELF file.
 fn signed(key: &[u8; 32]) -> PathBuf {
     let mut bytes = running();
     update::seal(&mut bytes, &PRIME, Some(key)).expect("an image");
@@ -72,7 +72,7 @@ fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// From `flash` to the confirmation, with images as large as they are.
+/// Tests an update from `flash` to the confirmation, with images of full size.
 #[test]
 #[ignore = "long: make updates"]
 fn firmware_is_installed_from_the_card_and_confirms_itself() {
@@ -102,7 +102,7 @@ fn firmware_is_installed_from_the_card_and_confirms_itself() {
     assert!(!said.contains("NOTICE"), "{said}");
 }
 
-/// With a file in the place of the firmware that is as good as one, and some that are not.
+/// Tests files that `flash` refuses: no firmware, damaged, not sealed, and the running firmware itself.
 #[test]
 fn a_file_is_looked_at_before_anything_is_asked() {
     let mut flawed = application(2, SHORT, None);
@@ -130,14 +130,14 @@ fn a_file_is_looked_at_before_anything_is_asked() {
     assert!(on_card(&mut velvet, "firmware.previous").is_none(), "nothing was begun");
 }
 
-/// `flash_on_boot`: what lies on the card is installed, unless it is no firmware.
+/// Tests `flash_on_boot`: a file on the card is installed, unless it is no firmware.
 #[test]
 fn the_file_is_installed_at_boot() {
     let mut velvet =
         Plan::new().set("[system] flash_on_boot = true").bytes("flashme.bin", b"hello".repeat(100)).start();
     velvet.hear(SECOND);
     assert!(velvet.said().contains("was not installed: this is no Velvet firmware"), "{}", velvet.said());
-    // Another one from an update before this is on the card.
+    // A previous firmware from an earlier update is on the card.
     let mut velvet = Plan::new()
         .set("[system] flash_on_boot = true")
         .bytes("flashme.bin", application(2, SHORT, None))
@@ -152,7 +152,7 @@ fn the_file_is_installed_at_boot() {
     assert_eq!(on_card(&mut velvet, "firmware.previous").as_deref(), Some(running().as_slice()));
 }
 
-/// What the boot stage could not install is not asked for at every start again.
+/// A file that the boot stage could not install is not asked for at every start again.
 #[test]
 fn a_file_that_was_refused_is_not_asked_for_again() {
     let mut velvet = Plan::new()
@@ -182,7 +182,7 @@ fn a_file_that_was_refused_is_not_asked_for_again() {
     assert_eq!(mark(&mut velvet), 0x5EED_0002);
 }
 
-/// What is to be come back to has proved itself.
+/// Only firmware that has proved itself becomes the previous firmware.
 #[test]
 fn firmware_on_trial_does_not_take_the_place_of_the_previous_one() {
     let (previous, running) = (application(1, SHORT, None), running());
@@ -203,8 +203,8 @@ fn firmware_on_trial_does_not_take_the_place_of_the_previous_one() {
     assert_eq!(on_card(&mut velvet, "firmware.previous"), Some(previous));
 }
 
-/// A lock that would shut the firmware out that runs is not closed; behind one, only what the owner has
-/// signed is installed.
+/// A lock that would shut out the running firmware is not closed; behind a lock, only files that the owner
+/// has signed are installed.
 #[test]
 fn the_owner_locks_the_board() {
     let owner = [7; 32];
@@ -232,7 +232,7 @@ fn the_owner_locks_the_board() {
     assert_eq!(mark(&mut velvet), 0x5EED_0003);
 }
 
-/// `dfu`, and RESET, which starts the firmware again.
+/// Tests `dfu`, and RESET, which starts the firmware again.
 #[test]
 fn the_board_waits_for_firmware_over_usb_when_it_is_asked_to() {
     let mut velvet = Plan::new().set("[system] flash_on_boot = false").start();
@@ -257,7 +257,7 @@ fn the_board_waits_for_firmware_over_usb_when_it_is_asked_to() {
     velvet.hear_until("boot stage: waits for firmware over USB", 2 * SECOND);
 }
 
-/// The boot stage would take nothing: the machine goes on as it was.
+/// Asserts that a download that the boot stage would refuse changes nothing: the machine goes on as it was.
 #[test]
 fn without_a_card_the_board_does_not_leave_for_the_download() {
     let mut velvet = Plan::new().start();
@@ -270,7 +270,8 @@ fn without_a_card_the_board_does_not_leave_for_the_download() {
     velvet.ask("G28.6", SECOND);
 }
 
-/// The block that the power finds is half new; what was written before it is kept.
+/// Cuts the power at block writes while `flash` keeps the running firmware on the card: the block is half
+/// new, and earlier ones are kept.
 fn keeping_is_cut(share: Share) -> usize {
     let plan = || Plan::new().set("[system] flash_on_boot = false");
     let mut velvet = plan().bytes("flashme.bin", application(2, SHORT, None)).keeping_writes().start();

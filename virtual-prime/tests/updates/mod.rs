@@ -1,6 +1,6 @@
 //! Updates: every way to other firmware, every flaw that a file can have, and the power cut at every erase
 //! and every programmed word. The quick share is part of `make test`, `make updates` runs all. The table of
-//! `docs/updates.md` is made of this one: `WRITE_UPDATES=1` writes it.
+//! `docs/updates.md` is made of the table here: `WRITE_UPDATES=1` writes it.
 
 mod crystal;
 mod cuts;
@@ -11,24 +11,24 @@ mod machine;
 mod small;
 mod trials;
 
-/// How much of a row is tried.
+/// Share of a row's cases that is tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Share {
-    /// What `make test` has time for.
+    /// Cases that `make test` has time for.
     Quick,
-    /// All of it.
+    /// All cases of a row.
     Whole,
 }
 
-/// What goes wrong with an update, and what comes of it.
+/// A fault during an update, and its consequence.
 pub struct Row {
-    /// Its test's name.
+    /// Name of the row's test.
     pub name: &'static str,
-    /// What goes wrong.
+    /// Fault in words, for the document.
     pub what: &'static str,
-    /// What happens then.
+    /// Consequence in words, for the document.
     pub does: &'static str,
-    /// Makes it happen, and asserts that; how many cases it has tried.
+    /// Makes the fault happen, and asserts the consequence. Returns the number of cases tried.
     pub run: fn(Share) -> usize,
 }
 
@@ -67,7 +67,7 @@ macro_rules! tests {
 }
 use tests;
 
-/// Two at a time, as the machine has cores; rows whose names hold what `UPDATES_ONLY` says.
+/// Runs two rows at a time, as the machine has cores; only rows whose names contain `UPDATES_ONLY`.
 #[test]
 #[ignore = "long: make updates"]
 fn every_case_of_every_row() {

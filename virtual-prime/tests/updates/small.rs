@@ -1,5 +1,5 @@
-//! A board with the boot stage of the image under test, and applications of a few instructions behind it:
-//! what the boot stage starts is seen by a number that each leaves in memory.
+//! A board with the boot stage of the image under test, and applications of a few instructions behind it,
+//! each of which leaves a number in memory that tells which one the boot stage has started.
 
 use crate::common::switched::put;
 use board_facts::wiring::{DRIVERS, MOTORS_ENABLE, OUTPUT_BUFFER_ENABLE, SUPPLY_SWITCH};
@@ -17,17 +17,17 @@ use virtual_prime::vm::{Span, Vm};
 use crate::common::machine::pin;
 use crate::common::{MS, velvet};
 
-/// Where an application leaves its number: the last words of AXI SRAM, which the boot stage does not use.
+/// Address of the application's number: the last words of AXI SRAM, which the boot stage does not use.
 const MARK: u32 = 0x2407_FFF0;
-/// Its upper half.
+/// Upper half of the number's word.
 const MARKED: u32 = 0x5EED_0000;
 /// The stack of an application, the end of DTCM.
 const STACK: u32 = 0x2002_0000;
-/// Behind the manifest: 16 vectors, then code.
+/// Address of the code, behind the manifest: 16 vectors, then code.
 const CODE: u32 = VECTOR_TABLE + 64;
 
-/// An application of so many bytes, as the linker leaves it, that leaves this number and sleeps until the
-/// watchdog ends it.
+/// Builds an application of so many bytes, as the linker leaves it, that leaves this number and sleeps until
+/// the watchdog ends it.
 pub fn linked(number: u8, bytes: usize) -> Vec<u8> {
     let mut image: Vec<u8> = (0..bytes).map(|at| (at as u8).wrapping_mul(37) ^ number).collect();
     image[..MANIFEST_BYTES].copy_from_slice(&Manifest::draft("small", &PRIME));
@@ -52,20 +52,20 @@ pub fn linked(number: u8, bytes: usize) -> Vec<u8> {
     image
 }
 
-/// The same, sealed; with a signature where there is a key.
+/// Builds a sealed application; with a signature where there is a key.
 pub fn application(number: u8, bytes: usize, key: Option<&[u8; 32]>) -> Vec<u8> {
     let mut image = linked(number, bytes);
     update::seal(&mut image, &PRIME, key).expect("an image");
     image
 }
 
-/// An image as the log knows it.
+/// Describes an image as the log does.
 pub fn known(image: &[u8]) -> Known {
     let manifest = image.first_chunk().expect("a manifest");
     Known::of(&Manifest::parse(manifest, &PRIME).expect("a good one"))
 }
 
-/// A flash with the boot stage, and this image behind it.
+/// Builds a flash with the boot stage, and this image behind it.
 pub fn flash(image: &[u8]) -> FlashContent {
     let elf = std::fs::read(velvet::image()).expect("the image");
     let mut content = FlashContent::default();
@@ -76,7 +76,7 @@ pub fn flash(image: &[u8]) -> FlashContent {
     content
 }
 
-/// The flash as the crate `update` sees it, for what happened before a test.
+/// View of the flash for the crate `update`, for events before a test.
 pub struct Before<'f>(pub &'f mut FlashContent);
 
 impl Flash for Before<'_> {
@@ -95,20 +95,20 @@ impl Flash for Before<'_> {
     }
 }
 
-/// The log says this as well.
+/// Adds an entry to the log.
 pub fn log(content: &mut FlashContent, entry: Entry) {
     let mut flash = Before(content);
     Log::read(&mut flash, &PRIME).append(&mut flash, entry).expect("room");
 }
 
-/// A card with these files.
+/// Builds a card with these files.
 pub fn card(files: &[(&str, &[u8])]) -> Vec<u8> {
     let files: Vec<_> = files.iter().map(|(name, bytes)| ((*name).to_owned(), bytes.to_vec())).collect();
     virtual_prime::sd_image::build_fat16(&files).expect("a volume")
 }
 
-/// What must not happen while the boot stage runs: the output buffer or the outputs' supply switched on, the
-/// motors enabled, a step.
+/// Whether a pin change is forbidden while the boot stage runs: the output buffer or the outputs' supply
+/// switched on, the motors enabled, a step.
 fn is_on(change: &PinChange) -> bool {
     let is = |name| change.pin == pin(name);
     match change.high {
@@ -117,30 +117,30 @@ fn is_on(change: &PinChange) -> bool {
     }
 }
 
-/// A board that is on.
+/// A board that is switched on.
 pub struct Small {
     pub vm: Vm,
     pub console: Line,
     said: String,
 }
 
-/// What came of a start.
+/// Result of a start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Came {
-    /// This application runs.
+    /// The application with this number runs.
     Runs(u8),
     /// The boot stage waits for an image.
     Waits,
 }
 
 impl Small {
-    /// The power comes.
+    /// Switches the power on.
     pub fn on(content: &FlashContent, card: Option<&[u8]>) -> Self {
         let board = PrimeBoard::new(WorldConfig::default()).expect("the board's tables are right");
         Self::on_board(board, content, card)
     }
 
-    /// The same, and the 25 MHz crystal does not start.
+    /// Switches the power on, with a 25 MHz crystal that does not start.
     pub fn without_crystal(content: &FlashContent) -> Self {
         let mut board = PrimeBoard::new(WorldConfig::default()).expect("the board's tables are right");
         board.set_crystal(false);
@@ -159,28 +159,28 @@ impl Small {
         let elf = std::env::temp_dir().join(format!("velvet-flash-{}-{number}.elf", std::process::id()));
         std::fs::write(&elf, content.elf()).expect("a temporary file");
         let mut vm = Vm::start(board, &elf, None).expect("the image loads");
-        // It has been read.
+        // The file has been read.
         let _ = std::fs::remove_file(&elf);
         let spoiled = content.clone();
         vm.with(move |stopped| spoiled.spoil(stopped.host)).expect("the run goes on");
         Self { vm, console, said: String::new() }
     }
 
-    /// What was said on the debug console.
+    /// Returns all words from the debug console.
     pub fn said(&mut self) -> &str {
         let heard = self.console.receive();
         self.said.push_str(&String::from_utf8_lossy(&heard));
         &self.said
     }
 
-    /// The number in memory.
+    /// Returns the application's number in memory.
     pub fn mark(&mut self) -> Option<u8> {
         let read = |stopped: &mut virtual_prime::vm::Stopped<'_>| stopped.host.read(u64::from(MARK), Width::W32);
         let mark = self.vm.with(read).expect("the run goes on").expect("AXI SRAM") as u32;
         (mark & 0xFFFF_0000 == MARKED).then_some(mark as u8)
     }
 
-    /// Lets time pass until an application runs, or the boot stage says that none may.
+    /// Runs the board until an application runs, or the boot stage says that none may.
     pub fn settle(&mut self, patience_ms: u64) -> Came {
         let end = self.vm.now_ns() + patience_ms * MS;
         loop {
@@ -197,7 +197,7 @@ impl Small {
         }
     }
 
-    /// Since the power came no heater, fan or motor has been on.
+    /// Asserts that since power-on no heater, fan or motor has been on.
     #[track_caller]
     pub fn nothing_was_on(&mut self) {
         let take = |stopped: &mut virtual_prime::vm::Stopped<'_>| stopped.session.board_mut().mcu.take_pin_changes();
@@ -205,7 +205,7 @@ impl Small {
         assert_eq!(changes.iter().find(|change| is_on(change)), None);
     }
 
-    /// The number is looked for anew.
+    /// Clears the number, to look for it anew.
     pub fn forget_mark(&mut self) {
         let write = |stopped: &mut virtual_prime::vm::Stopped<'_>| stopped.host.write(u64::from(MARK), Width::W32, 0);
         self.vm.with(write).expect("the run goes on").expect("AXI SRAM");
@@ -213,7 +213,7 @@ impl Small {
         self.said.clear();
     }
 
-    /// Somebody presses RESET.
+    /// Presses the RESET button.
     pub fn press_reset(&mut self) {
         let reset = |stopped: &mut virtual_prime::vm::Stopped<'_>| {
             stopped.session.reset_by_pin(stopped.stop.at, stopped.stop.instruction_count, stopped.host);
@@ -223,18 +223,18 @@ impl Small {
         self.said.clear();
     }
 
-    /// What has been done to the flash since the power came.
+    /// Returns the operations on the flash since power-on.
     pub fn operations(&mut self) -> Vec<Operation> {
         self.vm.with(|stopped| stopped.session.board().flash.operations().to_vec()).expect("the run goes on")
     }
 }
 
-/// The state that the log has.
+/// Returns the state that the log has.
 pub fn state(content: &mut FlashContent) -> update::State {
     Log::read(&mut Before(content), &PRIME).state
 }
 
-/// After these operations.
+/// Returns the flash after these operations.
 pub fn after(content: &FlashContent, operations: &[Operation]) -> FlashContent {
     let mut content = content.clone();
     operations.iter().for_each(|operation| content.apply(operation));

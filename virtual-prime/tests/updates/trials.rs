@@ -1,4 +1,4 @@
-//! New firmware that does not do well, and the previous one that is to make up for it.
+//! Trials of new firmware that fails, and the return to the previous firmware.
 
 use update::{Arrival, Ended, Entry, Origin, TRIALS};
 
@@ -33,10 +33,10 @@ tests! {
     a_probe_flashes_meanwhile
 }
 
-/// The watchdog's time, and a start.
+/// Time for the watchdog, and a start.
 const PATIENCE_MS: u64 = 20_000;
 
-/// It sleeps, and nobody feeds the watchdog, which the boot stage has started with ten seconds.
+/// The new firmware sleeps, and nobody feeds the watchdog, which the boot stage has started with ten seconds.
 fn hangs() -> usize {
     let (old, new) = (application(1, SHORT, None), application(2, SHORT, None));
     let mut content = flash(&old);

@@ -1,4 +1,4 @@
-//! The card as the computer's disk: who has it, and what becomes of it when somebody goes.
+//! The card as the computer's disk: its owner, and its fate when card or computer goes.
 
 use virtual_prime::usb_host::bulk_only::{BulkOnly, Data};
 use virtual_prime::usb_host::scsi::{Disk, Sense};
@@ -9,13 +9,13 @@ use crate::common::MS;
 use crate::common::machine::{changes, watch};
 use crate::common::velvet::{Plan, SECOND};
 
-/// What Linux asks for at most in a command: 240 blocks.
+/// Greatest number of blocks that Linux asks for in a command: 240.
 const COMMAND_BLOCKS: u16 = 240;
 const LENT: &str = "The computer has the SD card";
 const BACK: &str = "// NOTICE the computer has given the SD card back";
 const GONE: &str = "// NOTICE the computer has gone: the machine has the SD card again";
 const NOT_HERE: &str = "a computer uses the SD card over USB: eject it there first";
-/// Medium not present; not ready to ready, the medium may have changed.
+/// Sense data: medium not present; not ready to ready, the medium may have changed.
 const EMPTY: Sense = Sense { key: 2, code: 0x3A, qualifier: 0 };
 const CHANGED: Sense = Sense { key: 6, code: 0x28, qualifier: 0 };
 
@@ -24,12 +24,12 @@ pub fn with_reader() -> Plan {
 }
 
 impl Plugged {
-    /// The board's card reader.
+    /// Returns the board's card reader.
     pub fn disk(&self) -> Disk {
         Disk { transport: BulkOnly::of(&self.device).expect("a card reader"), lun: 0 }
     }
 
-    /// Has the computer see the card.
+    /// Lends the card to the computer.
     #[track_caller]
     pub fn lend(&mut self) -> Disk {
         let said = self.velvet.ask("msc", SECOND);
@@ -59,7 +59,7 @@ fn the_reader_is_empty_until_msc_and_after_the_card_was_ejected() {
     assert_eq!(disk.capacity(&mut plugged.desk()), Ok((blocks as u64, 512)));
     assert_eq!(disk.is_protected(&mut plugged.desk()), Ok(false));
     assert_eq!(disk.read(&mut plugged.desk(), 0, 1).unwrap(), content[..512]);
-    // Whoever wants files meanwhile is told where they are; and nobody gets it twice.
+    // A command that needs files is answered with the reason; and no second loan begins.
     for line in ["M20", "play part.g", "cat part.g", "M500", "M21", "M28 b.g", "M29"] {
         plugged.velvet.type_in(line);
         let said = plugged.velvet.hear(300);
@@ -76,7 +76,7 @@ fn the_reader_is_empty_until_msc_and_after_the_card_was_ejected() {
     assert_eq!(disk.ready(&mut plugged.desk()), Ok(Err(EMPTY)));
     let said = plugged.velvet.ask("ls -1", SECOND);
     assert!(said.to_lowercase().contains("part.g"), "{said}");
-    // And once more.
+    // The card can be lent again.
     plugged.lend();
     assert!(plugged.velvet.ask("msc off", SECOND).contains("ok"));
     plugged.velvet.hear_until(BACK, SECOND);
@@ -84,7 +84,7 @@ fn the_reader_is_empty_until_msc_and_after_the_card_was_ejected() {
     plugged.assert_clean();
 }
 
-/// What the computer writes is what the machine finds, at the speed that is asked for, and back.
+/// Files from the computer reach the machine, and back, at the required speed.
 #[test]
 fn files_go_both_ways_with_700_kilobytes_a_second_and_more() {
     let mut plugged = plug(with_reader().file("large.g", &"G1 X1 ; a line\n".repeat(30_000)));
@@ -100,7 +100,7 @@ fn files_go_both_ways_with_700_kilobytes_a_second_and_more() {
         assert!(read == content[from..from + read.len()], "the blocks of the card");
     }
     let read_ns = plugged.velvet.bench.vm.now_ns() - began;
-    // Behind the files, so that the volume stays whole.
+    // The blocks lie behind the files, so that the volume stays whole.
     let end = (content.len() / 512) as u32 - commands * run;
     let data: Vec<u8> = (0..commands * run * 512).map(|at| (at * 31 >> 5) as u8).collect();
     let began = plugged.velvet.bench.vm.now_ns();
@@ -123,7 +123,7 @@ fn files_go_both_ways_with_700_kilobytes_a_second_and_more() {
 fn what_uses_the_card_keeps_it() {
     let mut plugged = plug(with_reader().file("long.g", &"G4 P100\n".repeat(40)));
     plugged.velvet.ask("M28 new.g", SECOND);
-    // What is typed now is the file, so another console asks.
+    // Lines typed now go into the file, so another console asks.
     plugged.open(0);
     assert!(plugged.say(0, "M105").contains("ok"));
     let port = plugged.ports[0];
@@ -140,7 +140,7 @@ fn what_uses_the_card_keeps_it() {
     plugged.assert_clean();
 }
 
-/// `msc_enable` is what makes the reader.
+/// The reader exists only with `msc_enable`.
 #[test]
 fn without_the_setting_there_is_no_reader() {
     let mut plugged = plug(Plan::new());
@@ -167,8 +167,8 @@ fn a_lamp_says_who_has_the_card() {
     plugged.assert_clean();
 }
 
-/// The cable is pulled out while blocks go both ways. After some seconds the machine has its card again,
-/// with what was acknowledged on it.
+/// The cable is pulled out while blocks go both ways. After some seconds the machine has its card again, with
+/// all acknowledged blocks on it.
 #[test]
 fn a_computer_that_goes_leaves_the_card() {
     let mut plugged = plug(with_reader().file("part.g", "G4 P1\n"));
@@ -207,7 +207,7 @@ fn a_computer_that_goes_leaves_the_card() {
     plugged.assert_clean();
 }
 
-/// A cable that is put in anew soon, and a bus that is reset, are the same computer with the same card.
+/// A cable that is put in anew soon, and a bus that is reset, leave the card with the same computer.
 #[test]
 fn a_cable_put_in_anew_finds_the_card() {
     let mut plugged = plug(with_reader());
@@ -227,7 +227,7 @@ fn a_cable_put_in_anew_finds_the_card() {
     plugged.assert_clean();
 }
 
-/// A card that is taken out of the slot while the computer has it.
+/// The card is taken out of the slot while the computer has it.
 #[test]
 fn a_card_taken_out_is_gone_for_the_computer_too() {
     let mut plugged = plug(with_reader());

@@ -135,7 +135,7 @@ fn the_cable_may_be_pulled_out_at_any_moment() {
     for round in 0..12_u64 {
         let device = enumerate(&mut desk);
         let port = Serial::all(&device)[0];
-        // Somewhere in the middle of traffic both ways.
+        // The reset comes in the middle of traffic both ways.
         let sent = desk.submit(port.output, Request::Out { data: vec![b'x'; 4_096], zero: false }).unwrap();
         let heard = port.listen(&mut desk, 4_096).unwrap();
         desk.pass(300_000 + round * 77_777).unwrap();
@@ -146,7 +146,7 @@ fn the_cable_may_be_pulled_out_at_any_moment() {
     }
     let device = enumerate(&mut desk);
     let port = Serial::all(&device)[0];
-    // What was written to the image before may still come.
+    // Earlier bytes for the image may still come.
     port.write(&mut desk, b"the end").unwrap();
     port.read_until(&mut desk, b"THE END").unwrap();
     assert_clean(&mut bench);

@@ -1,5 +1,5 @@
-//! Requests of any kind at the image: whatever a host says on endpoint 0, and to the card reader, nothing
-//! ends, hangs, moves or heats.
+//! Requests of any kind at the image: nothing that a host says on endpoint 0, and to the card reader, ends
+//! it, hangs it, or makes the machine move or heat.
 
 use std::time::{Duration, Instant};
 
@@ -13,14 +13,14 @@ use crate::common::MS;
 use crate::common::machine::{changes, watch};
 use crate::common::velvet::SECOND;
 
-/// What switches heaters, and their supply.
+/// Pins that switch heaters, and their supply.
 const HEATERS: [&str; 3] = ["PE0", "PE3", "PD7"];
-/// Requests between two looks at whether the machine is well, and the most of them behind one enumeration.
+/// Requests between two checks of the machine's health, and the most of them behind one enumeration.
 const A_ROUND: u32 = 40;
-/// So long may an answer take here: a request that is never answered is given up, as by a host in a hurry.
+/// Time limit of an answer: a request that is never answered is given up, as by a host in a hurry.
 const PATIENCE_MS: u64 = 60;
 
-/// Xorshift64 (Marsaglia 2003).
+/// Xorshift64 generator (Marsaglia 2003).
 struct Dice(u64);
 
 impl Dice {
@@ -43,7 +43,7 @@ impl Dice {
         (0..count).map(|_| self.next() as u8).collect()
     }
 
-    /// Eight bytes: any at all, or such as mean something, each field near what there is.
+    /// Returns eight bytes: any at all, or a valid request with each field near existing values.
     fn setup(&mut self) -> [u8; 8] {
         let mut setup = [0; 8];
         if self.up_to(4) == 0 {
@@ -68,7 +68,7 @@ impl Dice {
     }
 }
 
-/// A machine that plays a long job: so a request for the download is refused as well.
+/// Starts a machine with a long job, so that a request for the download is refused as well.
 fn machine() -> Plugged {
     let plan = two_ports().set("[system] msc_enable = true").set("[system] dfu_enable = true");
     let mut plugged = plug(plan.file("long.g", &"G4 P50\n".repeat(60_000)));
@@ -80,7 +80,7 @@ fn machine() -> Plugged {
     plugged
 }
 
-/// One request, or a command of the reader, that may end as it likes; only the image must not.
+/// Makes a request, or a command of the reader, that may end in any way; only the image must not end.
 fn one(plugged: &mut Plugged, dice: &mut Dice) {
     let ends = |ended: Result<(), UsbError>| assert!(!matches!(ended, Err(UsbError::Over(_))), "{ended:?}");
     let disk = BulkOnly::of(&plugged.device).expect("a card reader");
@@ -113,7 +113,7 @@ fn one(plugged: &mut Plugged, dice: &mut Dice) {
     }
 }
 
-/// The machine is well: it enumerates, its consoles answer, and nothing was switched on.
+/// Asserts that the machine is well: it enumerates, its consoles answer, and nothing was switched on.
 #[track_caller]
 fn assert_well(plugged: &mut Plugged) {
     plugged.host.patience_ms = 5_000;
@@ -137,7 +137,8 @@ fn any_request_leaves_the_machine_as_it_is() {
     plugged.assert_clean();
 }
 
-/// The same for as long as `VELVET_FUZZ_SECONDS` says, an hour without; `VELVET_FUZZ_SEED` begins elsewhere.
+/// Makes requests for as long as `VELVET_FUZZ_SECONDS` says, an hour without; `VELVET_FUZZ_SEED` sets the
+/// seed.
 #[test]
 #[ignore = "an hour, or as long as one says: make usb-fuzz"]
 fn any_request_for_long() {

@@ -1,4 +1,4 @@
-//! The machine moves while a computer says all it can.
+//! Motion of the machine while a computer sends all it can.
 
 use sim::trace::StepEdge;
 use units::{Actuator, Direction};
@@ -10,7 +10,7 @@ use crate::common::MS;
 use crate::common::velvet::SECOND;
 use crate::schedule::motions;
 
-/// Fast and slow, straight and round, long and short.
+/// Job with lines and arcs, fast and slow, long and short.
 const JOB: &str = "G90
 G1 X60 Y40 E1 F12000
 G1 X30 Y30 E2 F12000
@@ -23,19 +23,19 @@ G3 X50 Y50 I-5 J-5 E5
 G1 X90 Y80 E7 F15000
 G1 X30 Y30 E9
 ";
-/// A machine that has stood so long has done all its lines.
+/// Time of rest after which all lines are done.
 const AT_REST_NS: u64 = 500 * MS;
-/// A line that asks for nothing, and as much of it as the host has on its way at a time.
+/// Comment line that asks for nothing, and the number of such lines that the host has on their way at a time.
 const WORDS: &str = "(a comment that goes on and on, as long as a line may be so that there are few answers, and then it goes on for some more)\n";
 const AT_A_TIME: usize = 40;
-/// Step times of two runs may differ by what the interrupt is late.
+/// Greatest difference of step times of two runs, by the interrupt's delay.
 const TOLERANCE_NS: u64 = 250;
 
-/// What a flood has come to.
+/// State of a flood.
 #[derive(Default)]
 struct Flood {
     sending: Option<TransferId>,
-    /// As many as Linux' driver has on their way.
+    /// Reads on their way, as many as Linux' driver has.
     listening: [[Option<TransferId>; 16]; 2],
     asking: Option<TransferId>,
     sent: u64,
@@ -70,7 +70,7 @@ impl Flood {
     }
 }
 
-/// The job's edges, and what came and went meanwhile, in bytes a millisecond.
+/// Plays the job. Returns its edges, and the traffic meanwhile in both directions, in bytes a millisecond.
 fn play(floods: bool) -> (Vec<StepEdge>, u64, u64) {
     let mut plugged = plug(two_ports().file("job.g", &("G28.3 X30 Y30 Z10\nG92 E0\n".to_owned() + JOB)));
     plugged.open(0);
@@ -91,7 +91,7 @@ fn play(floods: bool) -> (Vec<StepEdge>, u64, u64) {
     (edges, flood.sent / took_ms, flood.heard / took_ms)
 }
 
-/// Every step is where it is without the flood.
+/// Asserts that every step is at its time without the flood.
 #[track_caller]
 fn assert_same(quiet: &[StepEdge], loud: &[StepEdge]) {
     assert!(quiet.len() > 10_000, "only {} edges", quiet.len());
@@ -115,18 +115,18 @@ fn a_computer_that_says_all_it_can_moves_no_step() {
     assert!(received >= 500, "{received} kB/s");
 }
 
-/// Blocks of a command, as Linux has them at most, and where they are.
+/// Blocks of a command, at most as with Linux, and their place.
 const COMMAND_BLOCKS: u16 = 240;
 const FIRST_BLOCK: u32 = 4_000;
 
-/// The edges of lines that a console sends, while the computer reads and writes the card as fast as it can,
-/// and its rate in bytes a millisecond. As the computer has the card, no job comes from it.
+/// Sends lines by a console, while the computer reads and writes the card as fast as it can. Returns their
+/// edges, and the card's rate in bytes a millisecond. As the computer has the card, no job comes from it.
 fn stream(floods: bool) -> (Vec<StepEdge>, u64) {
     let mut plugged = plug(with_reader());
     let mut disk = plugged.lend();
     plugged.velvet.ask("G28.3 X30 Y30 Z10", SECOND);
     plugged.velvet.ask("G92 E0", SECOND);
-    // All of it waits behind the dwell, so that it goes on without gaps.
+    // All lines wait behind the dwell, so that the motion goes on without gaps.
     plugged.velvet.type_in(&format!("G4 P1000\n{}", JOB.trim_end()));
     plugged.velvet.hear(900);
     let (began, mut moved) = (plugged.velvet.bench.vm.now_ns(), 0);

@@ -21,7 +21,7 @@ fn the_machine_enumerates_under_its_names() {
     plugged.assert_clean();
 }
 
-/// `second_usb_serial_enable` is what makes the second port.
+/// The second port exists only with `second_usb_serial_enable`.
 #[test]
 fn without_the_setting_there_is_one_port() {
     let mut plugged = plug(Plan::new());
@@ -55,7 +55,7 @@ fn a_full_inbox_holds_the_computer_back_and_nothing_else() {
     let mut plugged = plug(two_ports());
     plugged.open(0);
     plugged.open(1);
-    // A line that takes two seconds, and far more lines behind it than there is room for.
+    // The line takes two seconds, and far more lines follow than there is room for.
     let lines = "G4 P2000\n".to_owned() + &"G91\n".repeat(3_000);
     plugged.send(0, lines.as_bytes());
     let mut answers = String::new();
@@ -75,7 +75,7 @@ fn a_computer_that_does_not_read_holds_its_own_lines_alone() {
     let mut plugged = plug(two_ports());
     plugged.open(0);
     plugged.open(1);
-    // More than fits between the machine and the computer.
+    // The answers are more than fits between the machine and the computer.
     let lines = "help\n".repeat(30) + "G91\nG1 X3 F6000\n";
     plugged.send(0, lines.as_bytes());
     plugged.desk().pass_ms(5_000).unwrap();
@@ -165,14 +165,14 @@ fn a_file_comes_while_the_machine_moves() {
     assert_eq!(ended.outcome, Outcome::Done);
     let took_ms = (plugged.velvet.bench.vm.now_ns() - began) / MS;
     assert!(plugged.hear_until(0, "ok\n").contains("SUCCESS"));
-    // What the card takes, a block at a time.
+    // The rate is that of the card, which takes a block at a time.
     let rate = bytes.len() as u64 / took_ms.max(1);
     println!("{rate} kB/s to the card");
     assert!(rate >= 200, "{rate} kB/s");
     plugged.assert_clean();
 }
 
-/// Whoever pulls the card out or the plug on SUCCESS has the file.
+/// After SUCCESS the file is on the card, even if the card or the plug is pulled out at once.
 #[test]
 fn what_has_been_sent_is_on_the_card_when_that_is_said() {
     let mut plugged = plug(Plan::new());

@@ -1,4 +1,4 @@
-//! Other computers at the socket, over TCP, with an image in between: what `console --usb` offers.
+//! Other computers at the socket, over TCP, with an image in between, as `console --usb` offers it.
 
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
@@ -13,7 +13,7 @@ use super::*;
 
 const USBREDIR: usize = 0;
 const USBIP: usize = 1;
-/// How many milliseconds of the board's time something may take.
+/// Time limit of a step, milliseconds of the board's time.
 const PATIENCE_MS: u32 = 20_000;
 
 /// A board whose socket is offered, and a connection to it.
@@ -36,7 +36,7 @@ impl Offered {
         Self { bench, remote: Arc::new(Mutex::new(remote)), socket, came: Vec::new(), looks: 0 }
     }
 
-    /// A frame of the bus, and whatever came in it.
+    /// Runs a frame of the bus, and takes the bytes that came in it.
     fn pass(&mut self) {
         self.looks += 1;
         assert!(self.looks < PATIENCE_MS, "nothing comes any more");
@@ -61,7 +61,7 @@ impl Offered {
         self.remote.lock().unwrap().is_plugged()
     }
 
-    /// The next bytes from the board's side.
+    /// Takes the next bytes from the board's side.
     fn take(&mut self, count: usize) -> Vec<u8> {
         while self.came.len() < count {
             self.pass();
@@ -126,7 +126,7 @@ impl Peer {
         self.say(id, &Message::BulkPacket(head, Vec::new()));
     }
 
-    /// Sends a text and hears it back in capitals, with sixteen reads ahead, as Linux does.
+    /// Sends a text and reads it back in capitals, with sixteen reads ahead, as Linux does.
     fn echo(&mut self, text: &[u8]) {
         (100..116).for_each(|id| self.read(id));
         let head = BulkHead { endpoint: 1, status: 0, length: text.len() as u32, stream: 0 };
@@ -151,7 +151,7 @@ impl Peer {
             }
         }
         assert_eq!(back, text.to_ascii_uppercase());
-        // Each that is still there is answered, and the one that has ended is not answered again.
+        // Each pending request is answered, and the request that has ended is not answered again.
         (100..116).for_each(|id| self.say(id, &Message::CancelDataPacket));
         for _ in 0..asked {
             let (_, message) = self.next();
@@ -199,20 +199,20 @@ fn a_closed_connection_pulls_the_cable_out_of_the_image() {
     assert_clean(&mut offered.bench);
 }
 
-/// USBIP_CMD_SUBMIT of a control transfer.
+/// Encodes USBIP_CMD_SUBMIT of a control transfer.
 fn control(sequence: u32, setup: [u8; 8]) -> Vec<u8> {
     let length = u32::from(u16::from_le_bytes([setup[6], setup[7]]));
     let head = [1, sequence, 0x1_0002, u32::from(setup[0] >> 7), 0, 0, length, 0, u32::MAX, 0];
     [head.map(u32::to_be_bytes).concat(), setup.to_vec()].concat()
 }
 
-/// The same of a bulk transfer.
+/// Encodes USBIP_CMD_SUBMIT of a bulk transfer.
 fn bulk(sequence: u32, input: bool, endpoint: u32, length: u32) -> Vec<u8> {
     let head = [1, sequence, 0x1_0002, u32::from(input), endpoint, 0, length, 0, u32::MAX, 0, 0, 0];
     head.map(u32::to_be_bytes).concat()
 }
 
-/// Sequence, status and length of an answer.
+/// Decodes sequence, status and length of an answer.
 fn answer(bytes: &[u8]) -> [u32; 3] {
     [4, 20, 24].map(|at| u32::from_be_bytes(bytes[at..at + 4].try_into().unwrap()))
 }

@@ -8,27 +8,27 @@ use super::velvet::{GREETING, Plugged, plug};
 use crate::common::MS;
 use crate::common::velvet::{Plan, SECOND};
 
-/// Of a file: X and Y, relative, back to where it began.
+/// Round of a file: X and Y, relative, back to its begin.
 const ROUND: &str = "G1 X0.4 Y0.1 F6000\nG1 X0.1 Y0.5\nG3 X-0.4 Y-0.2 I-0.2 J-0.1\nG1 X-0.1 Y-0.4\n";
-/// It takes less than that.
+/// Time that is longer than a round.
 const ROUND_MS: u64 = 200;
 /// Rounds that are carried out with nobody at the socket.
 const FEW: usize = 10;
-/// Of the computer: Z, so that each line that the machine takes can be counted.
+/// Line of the computer: Z, so that each line that the machine takes can be counted.
 const LINE: &str = "G1 Z0.01 F300\n";
 const LINE_MM: f64 = 0.01;
-/// Lines on their way at a time, and how long a cycle lasts at most by chance.
+/// Number of lines on their way at a time, and longest random duration of a cycle.
 const LINES: usize = 40;
 const CHANCE_NS: u64 = 25 * MS;
-/// They are taken in less than that.
+/// Time within which the lines are taken.
 const SENDING_NS: u64 = MS;
 
-/// Numbers that look like chance and are the same each time.
+/// Pseudo-random numbers that are the same each time.
 struct Dice(u64);
 
 impl Dice {
     const fn up_to(&mut self, end: u64) -> u64 {
-        // Xorshift64 (Marsaglia 2003).
+        // Xorshift64 generator (Marsaglia 2003).
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
@@ -36,14 +36,14 @@ impl Dice {
     }
 }
 
-/// A job that lasts as long as so many cycles.
+/// Starts a job that lasts as long as so many cycles.
 fn job(rounds: usize) -> Plugged {
     let text = format!("G91\n{}", ROUND.repeat(rounds));
     let mut plugged = plug(Plan::new().file("job.g", &text));
     plugged.velvet.ask("G28.3 X50 Y50 Z10", SECOND);
     plugged.velvet.ask("G91", SECOND);
     plugged.velvet.type_in("play /sd/job.g -t");
-    // It is looked through first.
+    // The file is checked first.
     while plugged.velvet.world(|world| world.trace().total()) == 0 {
         plugged.velvet.hear(20);
     }
@@ -61,8 +61,8 @@ fn finish(plugged: &mut Plugged, rounds: usize) -> Vec<StepEdge> {
     plugged.velvet.world(|world| world.trace_mut().take())
 }
 
-/// One cycle: whoever opens the port is greeted; of the lines that he sends a part is acknowledged when the
-/// cable is pulled out. How many of these were whole.
+/// Runs one cycle: a program opens the port and is greeted; a part of its lines is acknowledged when the
+/// cable is pulled out. Returns the number of whole lines among these.
 fn cycle(plugged: &mut Plugged, dice: &mut Dice) -> usize {
     let port = plugged.ports[0];
     port.set_lines(&mut plugged.desk(), true, true).unwrap();
@@ -72,7 +72,7 @@ fn cycle(plugged: &mut Plugged, dice: &mut Dice) -> usize {
     let mut desk = plugged.desk();
     let sent = desk.submit(port.output, Request::Out { data: text.clone(), zero: false }).unwrap();
     let heard = port.listen(&mut desk, 4_096).unwrap();
-    // In the middle of it, or while it is answered.
+    // The cable is pulled out in the middle of the lines, or during the answers.
     let moment = if dice.up_to(2) == 0 { SENDING_NS } else { CHANCE_NS };
     desk.pass(dice.up_to(moment)).unwrap();
     desk.unplug();
@@ -81,7 +81,7 @@ fn cycle(plugged: &mut Plugged, dice: &mut Dice) -> usize {
     desk.pass(20 * MS + dice.up_to(CHANCE_NS)).unwrap();
     desk.plug();
     if dice.up_to(4) == 0 {
-        // A plug that slips out again, somewhere on the way.
+        // The plug slips out again, somewhere on the way.
         desk.controller(|host, device, now| host.reset(now, 10 * MS, device));
         desk.pass(dice.up_to(CHANCE_NS)).unwrap();
         let id = desk.submit(
@@ -102,7 +102,7 @@ fn of(edges: &[StepEdge], motor: Actuator) -> usize {
     edges.iter().filter(|edge| edge.actuator == motor).count()
 }
 
-/// So many cycles with a job of so many rounds.
+/// Runs so many cycles with a job of so many rounds.
 fn replug(cycles: usize, rounds: usize) {
     // All rounds are alike, so a few of them tell what there must be.
     assert_eq!(rounds % FEW, 0);
@@ -144,16 +144,16 @@ fn no_step_and_no_byte_is_lost_with_the_cable() {
     replug(5, 130);
 }
 
-/// The machine has no room for more when the cable is pulled out: packets that the computer was told have
-/// arrived wait in the controller.
+/// The machine has no room for more when the cable is pulled out: packets whose arrival the computer was told
+/// wait in the controller.
 #[test]
 fn what_waits_in_the_controller_when_the_cable_is_pulled_out_is_not_lost() {
-    // More than the queue of moves and the inbox hold together.
+    // The number exceeds the queue of moves and the inbox together.
     const MANY: usize = 900;
     let mut plugged = plug(Plan::new());
     plugged.velvet.ask("G28.3 X50 Y50 Z10", SECOND);
     plugged.velvet.ask("G91", SECOND);
-    // Held, it takes no line more than it has.
+    // During a hold the machine takes no more lines than it has.
     let (mut dice, mut lines) = (Dice(0x2545_F491_4F6C_DD1D), 0);
     for held in [true, false, true, false, false] {
         let port = plugged.ports[0];
@@ -177,13 +177,13 @@ fn what_waits_in_the_controller_when_the_cable_is_pulled_out_is_not_lost() {
         desk.pass(20 * MS).unwrap();
         desk.plug();
         desk.enumerate().unwrap();
-        // It may still wait there when the device has been reset and configured anew.
+        // A line may still wait in the controller when the device has been reset and configured anew.
         if held {
             plugged.velvet.send_through(b"~");
         }
     }
     plugged.velvet.ask("M400", 20 * SECOND);
-    // Lines of another console may be behind that.
+    // Lines of another console may be queued behind that.
     let mut moved = 0;
     while moved < plugged.velvet.world(|world| world.trace().total()) {
         moved = plugged.velvet.world(|world| world.trace().total());
@@ -206,7 +206,7 @@ fn nothing_is_lost_of_those_who_open_and_close_quickly() {
     let (mut dice, mut wanted) = (Dice(0x2545_F491_4F6C_DD1D), Vec::new());
     let port = plugged.ports[0];
     for visit in 0..30 {
-        // One step each; every other visitor's the other way.
+        // The line is one step; every other visitor moves the other way.
         let backward = visit % 2 == 1;
         let line = if backward { "G1 Y-0.0125 F1200\n" } else { "G1 Y0.0125 F1200\n" };
         let text = line.repeat(400).into_bytes();
@@ -235,8 +235,8 @@ fn nothing_is_lost_of_those_who_open_and_close_quickly() {
     plugged.assert_clean();
 }
 
-/// What is left of the file is no lines to be carried out: neither what the machine has, nor what waits in
-/// the controller because the card does not keep up.
+/// The rest of a broken-off file is never carried out as lines: neither the part that the machine has, nor
+/// the part that waits in the controller because the card does not keep up.
 #[test]
 fn whoever_goes_in_the_middle_of_a_file_moves_nothing() {
     let mut plugged = plug(Plan::new());
@@ -265,7 +265,7 @@ fn whoever_goes_in_the_middle_of_a_file_moves_nothing() {
     plugged.assert_clean();
 }
 
-/// A computer that sleeps while it sends a file, and goes on when it wakes.
+/// A computer sleeps while it sends a file, and goes on after it wakes.
 #[test]
 fn whoever_sleeps_in_the_middle_of_a_file_moves_nothing() {
     let mut plugged = plug(Plan::new());
@@ -287,7 +287,7 @@ fn whoever_sleeps_in_the_middle_of_a_file_moves_nothing() {
     plugged.assert_clean();
 }
 
-/// As the issue has it; some minutes.
+/// The full number of cycles from the issue; some minutes.
 #[test]
 #[ignore = "takes minutes: make usb-fuzz has it"]
 fn no_step_and_no_byte_is_lost_in_a_hundred_cycles() {

@@ -1,5 +1,5 @@
-//! A share of the table of requests and transfers (`usb/src/testing/tests_table.rs`, which has all of them on
-//! a bus in memory), on the image and its controller.
+//! A share of the table of requests and transfers (`usb/src/testing/tests_table.rs`, which runs all of them
+//! on a bus in memory), on the image and its controller.
 
 use virtual_prime::usb_host::request::Setup;
 use virtual_prime::usb_host::transfer::{Outcome, Request};
@@ -7,7 +7,7 @@ use virtual_prime::usb_host::transfer::{Outcome, Request};
 use super::velvet::{Plugged, plug, two_ports};
 use crate::common::MS;
 
-/// A request, and how many bytes come; none: it is refused.
+/// A request, and the number of bytes in its answer; none: it is refused.
 type Row = (u8, u8, u16, u16, u16, Option<usize>);
 
 const ROWS: &[Row] = &[
@@ -115,7 +115,7 @@ fn transfers_of_every_size_carry_the_same_lines() {
         let (now, later) = rest.split_at((*size).min(rest.len()));
         rest = later;
         let id = plugged.desk().submit(port.output, Request::Out { data: now.to_vec(), zero: number % 2 == 0 });
-        // Its answers are read while it waits for room.
+        // The answers are read while the transfer waits for room.
         while heard.len() < said.len() {
             let Some(read) = port.listen(&mut plugged.desk(), 512) else { break };
             let _time = plugged.desk().pass(MS / 2);

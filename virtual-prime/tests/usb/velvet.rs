@@ -6,7 +6,7 @@ use virtual_prime::usb_host::transfer::Request;
 
 use crate::common::velvet::{Plan, Velvet};
 
-/// What whoever opens a port hears first.
+/// Greeting of a port after a program has opened it.
 pub const GREETING: &str = "Welcome to Smoothie\nok\n";
 
 /// A printer at a host, its device configured.
@@ -30,12 +30,12 @@ pub fn plug(plan: Plan) -> Plugged {
 }
 
 impl Plugged {
-    /// The desk.
+    /// Returns the desk of the host.
     pub const fn desk(&mut self) -> Desk<'_> {
         self.host.at(&mut self.velvet.bench.vm)
     }
 
-    /// Opens a port, and is greeted.
+    /// Opens a port, and reads the greeting.
     #[track_caller]
     pub fn open(&mut self, port: usize) {
         let serial = self.ports[port];
@@ -44,7 +44,7 @@ impl Plugged {
         assert_eq!(self.hear_until(port, "ok\n"), GREETING);
     }
 
-    /// Everything that is said on a port up to these words.
+    /// Reads everything on a port up to these words.
     #[track_caller]
     pub fn hear_until(&mut self, port: usize, words: &str) -> String {
         let serial = self.ports[port];
@@ -53,7 +53,7 @@ impl Plugged {
         String::from_utf8_lossy(&said).into_owned()
     }
 
-    /// Sends a line and gives the answer.
+    /// Sends a line and returns the answer.
     #[track_caller]
     pub fn say(&mut self, port: usize, line: &str) -> String {
         let serial = self.ports[port];
@@ -61,20 +61,20 @@ impl Plugged {
         self.hear_until(port, "ok")
     }
 
-    /// Has bytes on their way that nobody waits for.
+    /// Submits bytes without waiting for their end.
     pub fn send(&mut self, port: usize, bytes: &[u8]) {
         let output = self.ports[port].output;
         self.desk().submit(output, Request::Out { data: bytes.to_vec(), zero: false });
     }
 
-    /// What came of it all: nothing that the board has to complain about.
+    /// Asserts that the board has nothing to complain about in the end.
     #[track_caller]
     pub fn assert_clean(&mut self) {
         assert_eq!(self.velvet.bench.vm.complaints(), Vec::<String>::new());
     }
 }
 
-/// A machine with both serial ports.
+/// Plans a machine with both serial ports.
 pub fn two_ports() -> Plan {
     Plan::new().set("[consoles] second_usb_serial_enable = true")
 }

@@ -87,7 +87,7 @@ impl Controller {
         self.flight = Some(Flight { pipe: place, step, reply, ends: start + bytes_ns(bytes), outdated: false });
     }
 
-    /// Ends a transaction.
+    /// Ends a transaction on the bus.
     pub(super) fn land(&mut self, flight: Flight, device: &mut impl Function) {
         let place = flight.pipe;
         self.free = flight.ends;
