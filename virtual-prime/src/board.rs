@@ -1,4 +1,4 @@
-//! The Prime: the microcontroller and what is soldered to it (board facts: schematic of the Prime,
+//! The Prime: the microcontroller and the parts soldered to it (board facts: schematic of the Prime,
 //! proto9/10).
 
 use std::collections::BTreeSet;
@@ -33,21 +33,21 @@ pub use crate::outputs::{PinChange, SharedWorld};
 use crate::pin_state::Drive;
 use crate::pins::{Wiring, driver_selects, pin, port_name};
 
-/// Crystals: HSE 25 MHz, LSE 32.768 kHz.
+/// Frequencies of the crystals: HSE 25 MHz, LSE 32.768 kHz.
 const HSE_HZ: u64 = 25_000_000;
 const LSE_HZ: u64 = 32_768;
-/// VDD, VDDA and VREF+.
+/// Voltage of VDD, VDDA and VREF+.
 const RAIL_MV: u32 = 3_300;
 /// Temperature of the chip, hundredths of a degree Celsius.
 const CHIP_CENTI_C: i32 = 4_600;
-/// The core's clock, and the instructions it retires a second: one per cycle, so that CYCCNT counts
+/// Clock of the core, and the instructions it retires a second: one per cycle, so that CYCCNT counts
 /// instructions.
 pub const CORE_HZ: u64 = 400_000_000;
-/// SPI4, to which the drivers are connected, in the emulator's array.
+/// Index of SPI4, to which the drivers are connected, in the emulator's array.
 const DRIVER_SPI: usize = 3;
-/// SPI1, on a header.
+/// Index of SPI1, which is on a header.
 const HEADER_SPI: usize = 0;
-/// USART2 (debug header), USART3 (expansion) and UART4 (expansion) in the emulator's array.
+/// Indices of USART2 (debug header), USART3 (expansion) and UART4 (expansion) in the emulator's array.
 const CONSOLE_PORTS: [usize; 3] = [1, 2, 3];
 
 /// Indices among the thermistor inputs: the board's own thermistor, and the connectors T1 to T3.
@@ -81,7 +81,7 @@ pub struct PrimeBoard {
 }
 
 impl PrimeBoard {
-    /// A board at power-on with this machine connected to it.
+    /// Creates a board at power-on with this machine connected to it.
     ///
     /// # Errors
     /// When the emulator's tables lack a peripheral of ours.
@@ -385,7 +385,7 @@ impl PrimeBoard {
         ]
         .map(|(offset, reset, writable)| armv7m::ImplementationRegister { offset, reset, writable })
         .to_vec();
-        // BOOT_CM7_ADD0 as ST programs it.
+        // Value of BOOT_CM7_ADD0 as ST programs it.
         config.vector_table = Some(0x0800_0000);
         config
     }
@@ -395,7 +395,7 @@ fn port_pin(number: u8) -> PortPin {
     PortPin::new(number).expect("a port has sixteen pins")
 }
 
-/// A run is repeated from its start, never from the middle.
+/// The board stores no state: a run is repeated from its start, never from the middle.
 impl Store for PrimeBoard {}
 
 impl Board for PrimeBoard {

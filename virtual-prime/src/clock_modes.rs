@@ -11,7 +11,7 @@ use crate::pins::pin;
 
 /// Control register 1 of SPI1 and SPI4, with the emulator's names and the channels of configurations.
 const BUSES: [(u64, &str, u8); 2] = [(0x4001_3000, "SPI1", 0), (0x4001_3400, "SPI4", 1)];
-/// CSTART: a frame is on its way (RM0399 section 53.11.1).
+/// Bit CSTART, set while a frame is on its way (RM0399 section 53.11.1).
 const CSTART: u64 = 1 << 9;
 
 /// Whether the external driver is on this bus with its chip select low.

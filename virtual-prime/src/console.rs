@@ -19,7 +19,7 @@ struct Bytes {
 /// A byte from the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Arrived {
-    /// The end of its stop bit, nanoseconds since power-on.
+    /// End of the byte's stop bit, nanoseconds since power-on.
     pub at_ns: u64,
     /// Byte that has arrived.
     pub byte: u8,

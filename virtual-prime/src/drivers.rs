@@ -13,8 +13,8 @@ use units::Actuator;
 
 use crate::outputs::SharedWorld;
 
-/// The SPI side of one driver. Bits leave at the top as bits enter at the bottom, so a longer frame keeps its
-/// last 20 bits and shifts its first ones out again, as chips in a chain do.
+/// The SPI side of a driver. Bits leave at the top as bits enter at the bottom, so a longer frame keeps its
+/// last 20 bits and shifts its first bits out again, as chips in a chain do.
 #[derive(Debug)]
 pub struct DriverPort {
     world: SharedWorld,
@@ -28,7 +28,7 @@ impl DriverPort {
     }
 }
 
-/// A run is repeated from its start, never from the middle.
+/// The port stores no state: a run is repeated from its start, never from the middle.
 impl Store for DriverPort {}
 
 impl Peer for DriverPort {
@@ -65,7 +65,7 @@ pub struct OutsidePort {
     given: u64,
 }
 
-/// Bits of a datagram.
+/// Length of a datagram, bits.
 const DATAGRAM: u32 = 40;
 
 impl OutsidePort {
@@ -74,7 +74,7 @@ impl OutsidePort {
     }
 }
 
-/// A run is repeated from its start, never from the middle.
+/// The port stores no state: a run is repeated from its start, never from the middle.
 impl Store for OutsidePort {}
 
 impl Peer for OutsidePort {
@@ -123,7 +123,7 @@ impl WireEnd {
     }
 }
 
-/// A run is repeated from its start, never from the middle.
+/// The wire stores no state: a run is repeated from its start, never from the middle.
 impl Store for WireEnd {}
 
 impl uart::Peer for WireEnd {
@@ -165,7 +165,7 @@ impl ConverterPort {
     }
 }
 
-/// A run is repeated from its start, never from the middle.
+/// The port stores no state: a run is repeated from its start, never from the middle.
 impl Store for ConverterPort {}
 
 impl Peer for ConverterPort {

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use rigless::image::{Error, Image};
 
-/// The unique id (RM0399 section 64.1): place on the wafer, the wafer's number, and its lot in ASCII.
+/// Unique id (RM0399 section 64.1): place on the wafer, the wafer's number, and its lot in ASCII.
 pub const UNIQUE_ID: [u32; 3] = [0x0029_003B, 0x3233_510B, 0x3833_3337];
 
 /// Address of the unique id, the first of these words.
 const BEGIN: u64 = 0x1FF1_E800;
-/// The size of the flash, KiB (section 64.2).
+/// Offset and value of the flash size, KiB (section 64.2).
 const FLASH_SIZE: (usize, u16) = (0x80, 2048);
 /// Calibration values: readings of ADC3 at 3.3 V with 16 bits (DS12923, "Temperature sensor calibration
 /// values" and "Internal reference voltage calibration values"): the temperature sensor at 30 degrees, 0.62

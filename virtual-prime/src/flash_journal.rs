@@ -210,7 +210,7 @@ impl FlashContent {
         let used = |sector: &usize| self.bytes[sector * SECTOR..(sector + 1) * SECTOR].iter().any(|byte| *byte != 0xFF);
         let sectors: Vec<usize> = (0..BYTES / SECTOR).filter(used).collect();
         let mut elf = vec![0x7F, b'E', b'L', b'F', 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0];
-        // Executable, for ARM, version 1; the entry is that of the vector table.
+        // The file is executable, for ARM, version 1; its entry is that of the vector table.
         let entry: [u8; 4] = self.bytes[4..8].try_into().unwrap_or_default();
         elf.extend([2, 0, 40, 0, 1, 0, 0, 0]);
         elf.extend(entry);

@@ -15,7 +15,7 @@ pub struct Symbols {
 /// Place of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Variable {
-    /// Address of its first byte.
+    /// Address of the first byte.
     pub address: u64,
     /// Length of the variable, bytes.
     pub size: u64,
@@ -24,9 +24,9 @@ pub struct Variable {
 /// A function's place and code.
 #[derive(Clone, Debug)]
 pub struct Function {
-    /// Name as the linker knows it.
+    /// Name in the symbol table.
     pub name: String,
-    /// Address of its first instruction.
+    /// Address of the first instruction.
     pub address: u64,
     code: Vec<u8>,
 }
@@ -47,7 +47,7 @@ impl Symbols {
                 symbols.objects.push((name.into(), Variable { address: symbol.address(), size: symbol.size() }));
                 continue;
             }
-            // Bit 0 of a function's symbol says Thumb.
+            // Bit 0 of a function's symbol marks Thumb code.
             let address = symbol.address() & !1;
             let code = symbol
                 .section_index()

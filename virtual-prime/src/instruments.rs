@@ -23,10 +23,11 @@ use crate::image::{Mask, Symbols};
 use crate::rtt;
 use crate::vm::Observer;
 
-/// Configurable fault status, and the address that the MPU refused (Armv7-M manual, B3.2.15 and B3.2.17).
+/// Addresses of the configurable fault status and of the address that the MPU refused (Armv7-M manual,
+/// B3.2.15 and B3.2.17).
 const CFSR: u64 = 0xE000_ED28;
 const MMFAR: u64 = 0xE000_ED34;
-/// The hard fault handler, as cortex-m-rt and CMSIS name it.
+/// Names of the hard fault handler in cortex-m-rt and CMSIS.
 const HARD_FAULT: [&str; 2] = ["HardFault", "HardFault_Handler"];
 
 /// Records of the instruments, shared with the code that set them up.
@@ -83,7 +84,7 @@ pub struct Probe {
     pub functions: Vec<String>,
     /// Whether windows of masked interrupts are measured.
     pub masked: bool,
-    /// The step queue to look at, as [`QueueProbe::find`] takes it.
+    /// Step queue to sample, as [`QueueProbe::find`] takes it.
     pub queue: Option<String>,
     /// Whether a hard fault is part of the run, and does not end it.
     pub faults_are_meant: bool,

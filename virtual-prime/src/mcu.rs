@@ -28,21 +28,21 @@ use crate::pins::Wiring;
 use crate::timer_outputs::TappedTimer;
 use crate::usb_host::controller::Controller;
 
-/// FLASH_OPTSR bits of the H745 alone, RM0399 section 4.9.8: which core starts after reset.
+/// Bits of FLASH_OPTSR in the H745 alone, RM0399 section 4.9.8: cores that start after reset.
 const BCM4: u64 = 1 << 22;
 const BCM7: u64 = 1 << 23;
-/// PA11 and PA12, the USB socket's lines, and the alternate function that connects them to OTG2.
+/// Pins PA11 and PA12, the USB socket's lines, and the alternate function that connects them to OTG2.
 const USB_PINS: [u8; 2] = [11, 12];
 const USB_FUNCTION: u8 = 10;
 
 /// The microcontroller with our models.
 #[derive(Debug)]
 pub struct PrimeMcu {
-    /// Everything the emulator models itself.
+    /// Emulator's model of the part, with everything that it models itself.
     pub part: Stm32h743,
-    /// EXTI, listening to the pins.
+    /// EXTI controller, extended to hear the pins.
     exti: TappedExti,
-    /// TIM1 and TIM8, whose outputs are listened to.
+    /// Timers TIM1 and TIM8, whose outputs are observed.
     pub(crate) pwm: [TappedTimer; PWM_TIMERS],
     pwr: PrimePwr,
     ethernet_dma: EthernetDma,
@@ -53,7 +53,7 @@ pub struct PrimeMcu {
     /// Whether an access may have changed the USB core's surroundings.
     usb_is_stale: bool,
     rtc: Rtc,
-    /// The SD card's controller, with its slot.
+    /// Controller of the SD card, with its slot.
     pub sdmmc: Sdmmc,
     slots: Slots,
 }
@@ -81,7 +81,7 @@ struct Slots {
 }
 
 impl PrimeMcu {
-    /// The part out of power-on reset.
+    /// Creates the part out of power-on reset.
     ///
     /// # Errors
     /// When the emulator's tables lack a peripheral of ours.
@@ -130,12 +130,12 @@ impl PrimeMcu {
         };
         mcu.otg.sit_in(Mcu::bus(&mcu.part).slots()[otg_window].peripheral().registers);
         mcu.set_second_core(false);
-        // Every model of ours sits on the registers it was written for.
+        // Each of our models has to sit on the registers it was written for.
         mcu.check()?;
         Ok(mcu)
     }
 
-    /// The rail of VDD and VDDA, millivolts.
+    /// Sets the rail of VDD and VDDA, millivolts.
     pub fn set_supply(&mut self, millivolts: u32) {
         let registers = self.part.bus_mut().slot_mut(self.slots.pwr).registers_mut();
         self.pwr.inner.set_supply(millivolts, registers);
@@ -184,7 +184,7 @@ impl PrimeMcu {
         }
     }
 
-    /// A register of the flash interface.
+    /// Returns a register of the flash interface.
     pub(crate) fn flash_register(&self, register: flash::Register) -> u64 {
         self.register(self.slots.flash, register)
     }
@@ -285,7 +285,7 @@ impl PrimeMcu {
         self.slots.ports[port]
     }
 
-    /// The pulse that an output of TIM1 (0) or TIM8 (1) repeats, if any.
+    /// Returns the pulse that an output of TIM1 (0) or TIM8 (1) repeats, if any.
     #[must_use]
     pub fn pulse(&self, timer: usize, channel: Channel) -> Option<Pulse> {
         self.pwm[timer].inner.pulse(channel, self.bus().slots()[self.slots.pwm[timer]].registers())

@@ -13,7 +13,7 @@ use sim::world::{Pin, World};
 use crate::pins::{PINS, PORTS, Role, Wiring};
 
 /// The machine, shared by the parts of the board that touch it. All of them run on the emulator's thread, so
-/// the lock is never contended; it exists because the emulator asks for `Send`.
+/// the lock is never contended; the emulator's `Send` bound requires it.
 #[derive(Clone, Debug)]
 pub struct SharedWorld(Arc<Mutex<World>>);
 
@@ -62,7 +62,7 @@ impl TappedExti {
         tapped
     }
 
-    /// Last announced level of a pin.
+    /// Returns the last announced level of a pin.
     pub fn level(&self, port: usize, number: usize) -> bool {
         self.levels[port][number]
     }
@@ -72,7 +72,7 @@ impl TappedExti {
         self.watched[usize::from(pin.port)][usize::from(pin.number)] = true;
     }
 
-    /// The changes of watched pins since the last call, oldest first.
+    /// Takes the changes of watched pins since the last call, oldest first.
     pub fn take_changes(&mut self) -> Vec<PinChange> {
         std::mem::take(&mut self.changes)
     }

@@ -4,12 +4,13 @@ use board_facts::wiring;
 use sim::world::{Pin, WorldConfig};
 use units::Actuator;
 
-/// Ports A to K.
+/// Number of ports, A to K.
 pub const PORTS: usize = 11;
-/// Pins of one port.
+/// Number of pins of a port.
 pub const PINS: usize = 16;
 
-/// Pins of one driver socket, as the emulator names them: port and pin of the chip select, active low.
+/// Returns the pins of a driver socket, as the emulator names them: port and pin of the chip select, active
+/// low.
 #[must_use]
 pub fn driver_selects() -> [(&'static str, u8); 4] {
     wiring::DRIVERS.map(|driver| {
@@ -18,7 +19,7 @@ pub fn driver_selects() -> [(&'static str, u8); 4] {
     })
 }
 
-/// The emulator's name of a port.
+/// Returns the emulator's name of a port.
 #[must_use]
 pub fn port_name(port: u8) -> &'static str {
     PORT_NAMES[usize::from(port)]
@@ -31,21 +32,21 @@ const PORT_NAMES: [&str; PORTS] =
 /// Role of a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// STEP of a motor.
+    /// STEP input of a motor's driver.
     Step(Actuator),
-    /// DIR of a motor.
+    /// DIR input of a motor's driver.
     Direction(Actuator),
-    /// Enable of an external driver.
+    /// Enable input of an external driver.
     Enable(Actuator),
-    /// ENN of the on-board drivers.
+    /// ENN input of the on-board drivers.
     MotorsDisable,
-    /// Enable of the output buffer.
+    /// Enable input of the output buffer.
     FetBuffer,
-    /// Supply of heaters and fans.
+    /// Switch of the supply of heaters and fans.
     FetPower,
-    /// A heater, by its index in the machine.
+    /// Output of a heater, by its index in the machine.
     Heater(usize),
-    /// A fan, by its index in the machine.
+    /// Output of a fan, by its index in the machine.
     Fan(usize),
 }
 
@@ -110,7 +111,7 @@ impl Wiring {
         self.roles[port][number]
     }
 
-    /// Every pin with a role.
+    /// Iterates over every pin with a role.
     pub fn all(&self) -> impl Iterator<Item = (Pin, Role)> + '_ {
         self.roles.iter().enumerate().flat_map(|(port, pins)| {
             pins.iter().enumerate().filter_map(move |(number, role)| {

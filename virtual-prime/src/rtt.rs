@@ -15,13 +15,13 @@ const UP_COUNT: u64 = 16;
 const DOWN_COUNT: u64 = 20;
 const CHANNELS: u64 = 24;
 const CHANNEL_BYTES: u64 = 24;
-/// Fields of a channel.
+/// Offsets of a channel's fields.
 const BUFFER: u64 = 4;
 const SIZE: u64 = 8;
 const WRITE: u64 = 12;
 const READ: u64 = 16;
 const MODE: u64 = 20;
-/// The mode in which an image is to wait while a ring is full.
+/// Mode in which an image waits while a ring is full.
 pub const BLOCK_IF_FULL: u64 = 2;
 
 /// A debug probe's access to the control block of an image.
@@ -84,7 +84,7 @@ impl Probe {
             bytes.push(host.read(buffer + read, Width::W8).unwrap_or(0) as u8);
             read = (read + 1) % size;
         }
-        // A failed write leaves the bytes in the buffer, and they come again.
+        // After a failed write the bytes stay in the buffer, and are read again.
         let _ = host.write(channel + READ, Width::W32, read);
         bytes
     }

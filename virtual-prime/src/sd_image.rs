@@ -6,10 +6,10 @@ use std::path::Path;
 
 use fatfs::{Dir, FatType, FileSystem, FormatVolumeOptions, FsOptions};
 
-/// Bytes of the smallest card that FAT32 can format, and of ours unless the files need more: 64 MiB.
+/// Size of the smallest card that FAT32 can format, and of ours unless the files need more: 64 MiB.
 const CARD_BYTES: usize = 64 << 20;
 
-/// Bytes of a card with FAT16: 16 MiB.
+/// Size of a card with FAT16: 16 MiB.
 const SMALL_CARD_BYTES: usize = 16 << 20;
 
 type Disk<'a> = &'a mut Cursor<Vec<u8>>;
@@ -17,7 +17,7 @@ type Disk<'a> = &'a mut Cursor<Vec<u8>>;
 /// A file to be put onto the card.
 pub type File = (String, Vec<u8>);
 
-/// A FAT32 volume with everything below `directory`, and these files over it.
+/// Builds a FAT32 volume with everything below `directory`, and these files over it.
 ///
 /// # Errors
 /// When a file cannot be read, or the volume cannot hold them all.
@@ -28,7 +28,7 @@ pub fn build(directory: Option<&Path>, files: &[File]) -> Result<Vec<u8>, String
     format(size, FatType::Fat32, directory, files)
 }
 
-/// A small card: a FAT16 volume with these files.
+/// Builds a small card: a FAT16 volume with these files.
 ///
 /// # Errors
 /// When it cannot hold them all.
@@ -47,7 +47,7 @@ fn format(size: usize, kind: FatType, directory: Option<&Path>, files: &[File]) 
     }
     for (name, content) in files {
         let root = volume.root_dir();
-        // A file of the directory gives way to one given by name.
+        // A file given by name replaces the file of the directory.
         let _ = root.remove(name);
         root.create_file(name).and_then(|mut file| file.write_all(content)).map_err(fail)?;
     }
@@ -55,7 +55,7 @@ fn format(size: usize, kind: FatType, directory: Option<&Path>, files: &[File]) 
     Ok(image.into_inner())
 }
 
-/// The names in a card's root directory, sorted: long ones where there are such.
+/// Lists the names in a card's root directory, sorted: long names where there are such.
 ///
 /// # Errors
 /// When the volume is damaged.
@@ -69,7 +69,7 @@ pub fn names(image: &[u8]) -> Result<Vec<String>, String> {
     Ok(names)
 }
 
-/// The file of this name in a card's root directory, as the run left it.
+/// Reads the file of this name in a card's root directory, as the run left it.
 ///
 /// # Errors
 /// When the volume is damaged or has no such file.

@@ -25,7 +25,7 @@ const WORTH_WRITING: u32 = 200;
 /// Translations file of this process.
 static FILE: OnceLock<Option<PathBuf>> = OnceLock::new();
 static LOADED: Once = Once::new();
-/// Translations in the file.
+/// Number of translations in the file.
 static WRITTEN: AtomicU32 = AtomicU32::new(0);
 static WRITING: Mutex<()> = Mutex::new(());
 
@@ -72,7 +72,7 @@ fn delete_old(folder: &Path) {
     let mut files: Vec<PathBuf> = entries.filter_map(|entry| entry.ok().map(|entry| entry.path())).collect();
     files.sort_by_key(age);
     for file in files.iter().rev().skip(MOST_FILES) {
-        // Another process may have been quicker.
+        // Another process may have deleted the file already.
         let _ = fs::remove_file(file);
     }
 }

@@ -10,7 +10,7 @@ use crate::console::Line;
 /// Bytes that may wait for the wire: 22 ms of it at 115200 baud. So no server of the line ever has more to do
 /// for it than that, and a typed byte is soon through.
 pub const AHEAD: usize = 256;
-/// Pieces that may be read before the line takes them.
+/// Number of pieces that may be read before the line takes them.
 const PIECES: usize = 2;
 
 /// An input that is read by a thread of its own, since reading blocks. The writer is held back as by a
@@ -29,7 +29,7 @@ impl Typed {
         thread::spawn(move || {
             let mut bytes = [0; AHEAD];
             loop {
-                // An input that fails has ended.
+                // An input that cannot be read counts as ended.
                 let count = from.read(&mut bytes).unwrap_or(0);
                 if count == 0 || sender.send(bytes[..count].to_vec()).is_err() {
                     return;

@@ -21,9 +21,9 @@ use crate::factory;
 use crate::flash_journal::{Operation, SECTOR, START};
 use crate::translations;
 
-/// The grid on which the machine's slow physics and voltages are brought up to date.
+/// Grid on which the machine's slow physics and voltages are brought up to date.
 const GRID_NS: u64 = 1_000_000;
-/// DBGMCU_IDC, which can be read at any time and to no effect.
+/// Address of DBGMCU_IDC, which can be read at any time and to no effect.
 const DBGMCU_IDC: u64 = 0x5C00_1000;
 
 /// Reason why an image could not be run.
@@ -180,13 +180,13 @@ impl Vm {
         self.with(|stopped| complaints(stopped.session)).unwrap_or_else(|| self.complaints.clone())
     }
 
-    /// Virtual time, nanoseconds since power-on.
+    /// Returns the virtual time, nanoseconds since power-on.
     #[must_use]
     pub const fn now_ns(&self) -> u64 {
         self.stop.at.0
     }
 
-    /// Instructions executed so far.
+    /// Returns the instructions executed so far.
     #[must_use]
     pub const fn instructions(&self) -> u64 {
         self.stop.instruction_count
@@ -223,7 +223,7 @@ fn execute(session: Session<PrimeBoard>, images: &[Image], puppet: Puppet) {
     let _ = answers.send(Report::Ended(span, found));
 }
 
-/// The driver the emulator calls: it obeys the commands of the [`Vm`].
+/// The driver that the emulator calls, and that obeys the commands of the [`Vm`].
 struct Puppet {
     orders: Receiver<Command>,
     answers: Sender<Report>,
@@ -232,7 +232,7 @@ struct Puppet {
 }
 
 impl Puppet {
-    /// The next instant to stop at: the grid, or the target when it comes first.
+    /// Returns the next instant to stop at: the grid, or the target when it comes first.
     fn next(&self, now_ns: u64) -> VirtualNanos {
         VirtualNanos(((now_ns / GRID_NS + 1) * GRID_NS).min(self.target))
     }

@@ -1,18 +1,18 @@
-//! The boot stage: what it takes at a start, and in what state it leaves the chip to the application.
+//! The boot stage: its time at a start, and the state in which it leaves the chip to the application.
 
 use crate::common::MS;
 use crate::common::velvet::Plan;
 
-/// RCC_CFGR (RM0399 section 9.7.6), and its SW.
+/// Address of RCC_CFGR (RM0399 section 9.7.6), and its field SW.
 const RCC_CFGR: u64 = 0x5802_4410;
 const SW: u64 = 0b111;
 const HSI: u64 = 0b000;
 const PLL: u64 = 0b011;
-/// The whole flash may take 0.3 s.
+/// Time limit for the image under test; a full flash may take 0.3 s.
 const LIMIT_NS: u64 = 200 * MS;
 
-/// A limit by instructions, one a cycle: on silicon the digest of an image takes about as many cycles as here
-/// instructions, as the core issues two at a time and waits now and then.
+/// The limit counts instructions, one a cycle: on silicon the digest of an image takes about as many cycles
+/// as here instructions, as the core issues two at a time and waits now and then.
 #[test]
 fn an_ordinary_start_is_soon_over() {
     let mut velvet = Plan::new().watching(RCC_CFGR..RCC_CFGR + 4).held();

@@ -6,14 +6,16 @@ use crate::common::writes::Written;
 use sim::models::sd_card::Traits;
 use virtual_prime::sd_image;
 
-/// RCC_AHB3RSTR (RM0399 chapter 9) with SDMMC1RST; SDMMC1's POWER and CMDR (section 58.10).
+/// Addresses of RCC_AHB3RSTR (RM0399 chapter 9) with SDMMC1RST, and of SDMMC1's POWER and CMDR (section
+/// 58.10).
 const RESET: u64 = 0x5802_447C;
 const SDMMC1RST: u64 = 1 << 16;
 const POWER: u64 = 0x5200_7000;
 const COMMAND: u64 = 0x5200_700C;
-/// PWRCTRL: power-cycle, power-off, power-on.
+/// Values of PWRCTRL: power-cycle, power-off, power-on.
 const POWER_STATES: [u64; 3] = [0b10, 0b00, 0b11];
-/// Each state but the last lasts a millisecond; then 74 clocks of 400 kHz, 185 us, until the first command.
+/// Duration of each state but the last, a millisecond; then 74 clocks of 400 kHz, 185 us, until the first
+/// command.
 const STATE_NS: u64 = 1_000_000;
 const FIRST_CLOCKS_NS: u64 = 185_000;
 
@@ -188,7 +190,7 @@ fn a_job_whose_card_was_out_goes_on_when_its_own_is_back() {
     assert_eq!(velvet.bench.vm.complaints(), Vec::<String>::new());
 }
 
-/// A job with a journal on a card that takes no writes: told once, and the part is made.
+/// A job with a journal on a card that takes no writes: the fault is told once, and the part is made.
 #[test]
 fn a_protected_card_has_no_journal_and_the_job_is_played() {
     let traits = Traits { is_protected: true, ..Traits::default() };

@@ -7,7 +7,7 @@ use sim::models::sd_card::{BLOCK, Fake, Make, SdCard, Traits, Trouble};
 #[path = "../../drivers/src/exfat/tests/maker.rs"]
 mod exfat;
 
-/// A fault of a card.
+/// A fault of a card, with its test.
 struct Row {
     /// Name of the row's test.
     name: &'static str,
@@ -349,11 +349,11 @@ fn upload(velvet: &mut Velvet, lines: u32) {
     velvet.hear(4 * SECOND);
 }
 
-/// The search for free clusters begins in the last quarter of the volume: FSI_Nxt_Free.
+/// Makes the search for free clusters begin in the last quarter of the volume: FSI_Nxt_Free.
 fn search_far(mut card: Vec<u8>) -> Vec<u8> {
     let clusters = (card.len() / BLOCK) as u32;
     card[BLOCK + 492..BLOCK + 496].copy_from_slice(&(clusters / 2).to_le_bytes());
-    // The card has a quarter of what it claims.
+    // The card has only a quarter of the capacity that it claims.
     card.truncate(card.len() / 4);
     card
 }

@@ -47,7 +47,7 @@ fn a_file_is_read_with_eight_megabytes_a_second_and_more() {
     assert_eq!(velvet.bench.vm.complaints(), Vec::<String>::new());
 }
 
-/// Looks at the dispatcher's count of turns four times a millisecond.
+/// Watch on the dispatcher's count of turns, four times a millisecond.
 struct Watch {
     address: u64,
     turns: u64,
@@ -138,7 +138,7 @@ fn no_write_holds_the_dispatcher_however_slow_the_card() {
     assert!(worst.iter().all(|gap_ns| *gap_ns <= HELD_NS), "{worst:?}");
 }
 
-/// Lines of 0.02 mm at 100 mm/s: 5,000 a second, of 28 bytes.
+/// Returns lines of 0.02 mm at 100 mm/s: 5,000 a second, of 28 bytes.
 fn short_lines() -> String {
     let lines: String = (0..10_000)
         .map(|n| format!("G1 X{:.3} Y{:.3} E0.00010\n", 20.0 + f64::from(n) * 0.012, 20.0 + f64::from(n) * 0.016))

@@ -110,7 +110,7 @@ fn saved_settings_have_their_long_name_and_the_previous_ones_stay() {
     let mut velvet = Plan::new().set("[general] config-override = true").start();
     velvet.ask("M92 X81", SECOND);
     assert_eq!(velvet.ask("M500", SECOND), "Settings Stored to /sd/config-override\nok\n");
-    // On a fresh card other firmware finds them, and nothing besides (it was once `CONFIG-O`).
+    // On a fresh card other firmware finds both files, and no others (there was once a `CONFIG-O`).
     assert_eq!(sd_image::names(&card(&mut velvet)).expect("a sound volume"), ["config-override", "config.ini"]);
     velvet.ask("M92 X82", SECOND);
     assert_eq!(velvet.ask("M500", SECOND), "Settings Stored to /sd/config-override\nok\n");

@@ -100,7 +100,7 @@ fn square(question: Option<&str>) -> Vec<StepEdge> {
     panic!("the square was never done; it said: {}", velvet.said());
 }
 
-/// Time since its motion began (nanoseconds), motor, direction.
+/// Edge of a motion: time since its begin (nanoseconds), motor, direction.
 type Edge = (u64, Actuator, Direction);
 
 /// Duration of two instructions, rounded up to whole nanoseconds at either end.

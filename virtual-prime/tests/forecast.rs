@@ -5,7 +5,7 @@ use config::BoardId;
 use machine::preflight::{Finding, Listener, Preflight, TOLD_LINES, Told, Totals, dialect_of, read};
 use motion::Motion;
 
-/// A sliced part: 4,770 lines, a minute and a half.
+/// Sliced part: 4,770 lines, a minute and a half.
 const PART: &str = include_str!("../../demo/part.gcode");
 
 #[derive(Default)]

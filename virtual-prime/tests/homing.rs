@@ -52,8 +52,8 @@ fn fast_axes_stop_at_switches_that_bounce() {
     assert_home(&mut velvet);
 }
 
-/// The microstep counter of the driver, read over SPI while the motor stands, and brought back by the steps
-/// made since the switch closed: a switch that is 20 um worse each time homes to the same step.
+/// The driver's microstep counter is read over SPI while the motor stands, and corrected by the steps made
+/// since the switch closed: a switch that is 20 um worse each time homes to the same step.
 #[test]
 fn the_phase_read_from_the_driver_homes_a_noisy_switch_to_the_same_step() {
     let mut velvet = Plan::new().set("[endstops] minx.phase_check = true").start();

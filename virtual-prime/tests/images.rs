@@ -1,4 +1,4 @@
-//! Other people's images run too: each of the small images in `images/` tries one part of the board from
+//! Other people's images run too: each of the small images in `images/` tests one part of the board from
 //! inside.
 
 use crate::common::{Bench, MS, boot, boot_on};
@@ -45,7 +45,7 @@ fn voltages_reach_the_converters_and_outputs_reach_the_heater() {
     let world = bench.world();
     bench.expect_pass(1_000);
     let hotend = world.lock().heater_c(0);
-    // 40 W for 20 ms into 12 J/K.
+    // The heater has 40 W for 20 ms into 12 J/K.
     assert!((hotend - 22.0 - 40.0 * 0.020 / 12.0).abs() < 0.005, "{hotend}");
     assert_eq!(world.lock().pwm_duty(0, 0), 0.25);
 }
@@ -101,7 +101,7 @@ fn a_card_can_be_pulled_out_and_another_one_put_in() {
     };
     change(None);
     change(Some(card(0x2222_0002)));
-    // Straight from one card to another: the new one does not know the old one's address.
+    // The card is exchanged for another without a pause: the new card does not know the old card's address.
     change(Some(card(0x3333_0003)));
     change(None);
     let said = bench.expect_pass(100);
@@ -148,7 +148,7 @@ fn an_image_with_one_mpu_region_polls_at_speed_and_is_guarded() {
 fn the_ethernet_reset_ends_with_the_clock_of_the_phy_which_answers() {
     let mut bench = boot("ethernet");
     assert_eq!(bench.expect_pass(200), "reset\nphy 0007 c0f1\nstatus 7809\n");
-    // A reset without the clock is worth a word.
+    // A reset without the PHY's clock is a complaint.
     let complaints = bench.vm.complaints();
     assert_eq!(complaints.len(), 1, "{complaints:?}");
     assert!(complaints[0].contains("SWR"), "{complaints:?}");

@@ -1,11 +1,11 @@
-//! Drivers outside the board, set up and asked by the image: over both SPI buses, and over an auxiliary UART.
+//! External drivers, set up and asked by the image: over both SPI buses, and over an auxiliary UART.
 
 use sim::world::Fault;
 use units::Actuator::{self, Alpha, Delta, Epsilon, Zeta};
 
 use crate::common::velvet::{Plan, SECOND, Velvet};
 
-/// A motor with such a driver: 10 full steps a millimetre, 16 microsteps.
+/// Adds a motor with such a driver: 10 full steps a millimetre, 16 microsteps.
 fn motor(plan: Plan, name: &str, kind: &str, pins: [&str; 2], own: &[&str]) -> Plan {
     let lines = [
         format!("[actuator] {name}.driver = {kind}"),
@@ -41,7 +41,8 @@ fn assert_at(velvet: &mut Velvet, motor: Actuator, mm: f64) {
     assert!((place - mm).abs() < 0.01, "{}: {place} mm, not {mm}: {}", motor.name(), velvet.said());
 }
 
-/// The motors are set up and move; one is set up again after a reset, another told when it falls silent.
+/// Asserts that the motors are set up and move, that a driver is set up again after a reset, and that a
+/// silent driver is reported.
 fn work(mut velvet: Velvet, words: [&[(u8, u32)]; 3]) {
     let said = velvet.hear(SECOND);
     assert!(!said.contains("ERROR") && !velvet.said().contains("does not answer"), "{}", velvet.said());
@@ -136,7 +137,8 @@ fn x_homes_by_the_stall_output_of_a_driver_on_a_uart() {
     assert_eq!([0x00, 0x10, 0x14, 0x40].map(|register| word(&mut velvet, Alpha, register)), before);
 }
 
-/// DIAG is on the input that `stall_pin` names: high for a stall of a TMC2209, low for one of a TMC5160.
+/// Signal DIAG is on the input that `stall_pin` names: high for a stall of a TMC2209, low for a stall of a
+/// TMC5160.
 #[test]
 fn a_crash_of_a_motor_with_a_driver_outside_is_seen() {
     let of_2209 = ["[tmc2209] alpha.sense_resistor = 110", "[tmc2209] alpha.stall_pin = PG0"];

@@ -109,7 +109,8 @@ fn a_flood_through_a_probe_loses_no_line_and_no_step() {
     moved_undisturbed(&mut person.velvet);
 }
 
-/// A probe says to block while a ring is full, as probe-rs does at once, and reads nothing any more.
+/// The probe sets the mode that blocks while a ring is full, as probe-rs does at once, and then reads nothing
+/// any more.
 #[test]
 fn a_probe_that_asks_to_be_waited_for_and_does_not_read_stops_nothing() {
     let mut velvet = moving();
@@ -117,7 +118,7 @@ fn a_probe_that_asks_to_be_waited_for_and_does_not_read_stops_nothing() {
         probe.set_mode(host, LOG, BLOCK_IF_FULL);
         probe.set_mode(host, CONSOLE, BLOCK_IF_FULL);
     });
-    // Answers and events for many times what the rings hold.
+    // Answers and events fill the rings many times over.
     for round in 0..40 {
         velvet.probe(|probe, host| probe.write(host, CONSOLE, &b"M115\n".repeat(20)));
         velvet.ask(if round % 2 == 0 { "M104 S40" } else { "M104 S0" }, SECOND);

@@ -13,7 +13,8 @@ use sim::runner::{self, Job, Runner, Setup};
 use sim::trace::StepEdge;
 use units::{Actuator, Direction};
 
-/// A little of everything: homing, heating, lines at several speeds, an arc, extrusion, a stop in between.
+/// Job with a little of everything: homing, heating, lines at several speeds, an arc, extrusion, a stop in
+/// between.
 const JOB: &str = "M104 S40
 G28
 G4 P300
@@ -167,7 +168,7 @@ fn a_job_run_twice_gives_the_same_edge_hash() {
     assert_eq!(first, on_the_board(&Case::plain()).0);
 }
 
-/// Time since its motion began (nanoseconds), motor, direction.
+/// Edge of a motion: time since its begin (nanoseconds), motor, direction.
 type Edge = (u64, Actuator, Direction);
 pub type Motion = Vec<Edge>;
 
@@ -238,7 +239,7 @@ fn with_pieces_shorter_than_a_step_it_is_as_exact() {
     assert!(worst < TOLERANCE_NS as f64, "an edge is {worst} ns from where it belongs");
 }
 
-/// CMDR of SDMMC1 (RM0399 section 58.10), and the command that writes a block.
+/// Address of CMDR of SDMMC1 (RM0399 section 58.10), and the command that writes a block.
 const COMMAND: u64 = 0x5200_700C;
 const WRITE_BLOCK: u64 = 24;
 
@@ -253,7 +254,7 @@ fn a_journal_moves_no_step() {
         velvet.bench.writes.take();
         velvet.type_in("play /sd/job.g -t");
         velvet.hear_until("Done printing file", PATIENCE_MS);
-        // From each command that writes a block to the last one before a pause.
+        // A hold lasts from the first command that writes a block to the last before a pause.
         let (mut held_ns, mut since) = (0, None);
         for pair in velvet.bench.writes.take().windows(2) {
             if pair[0].value & 0x3F == WRITE_BLOCK {

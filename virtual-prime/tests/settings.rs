@@ -1,12 +1,12 @@
-//! Settings that only the board can show: pins, timers, serial ports, and what loading the configuration
-//! costs. The rows of `tests/tests/every_setting` that say `Board` point here.
+//! Settings that only the board can test: pins, timers, serial ports, and the cost of loading the
+//! configuration. The rows of `tests/tests/every_setting` that say `Board` point here.
 
 use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
 use rigless::mcu::Mcu;
 use rigless::soc::stm32h743::generated::usart1;
 use units::Actuator::{Alpha, Delta};
 
-/// The sample with everything that can be elsewhere moved to other connectors.
+/// Plans the sample with every movable function on another connector.
 fn moved() -> Plan {
     [
         "[extruder] hotend.enable = false",
@@ -84,7 +84,7 @@ fn a_reversed_motor_turns_the_other_way() {
     }
 }
 
-/// `reset_pin`: before the first word to a driver, and for good.
+/// Setting `reset_pin`: the reset line is raised before the first word to a driver, and for good.
 #[test]
 fn the_reset_line_of_a_driver_board_is_raised_at_boot() {
     for (pin, level) in [("PJ9", true), ("PJ9!", false)] {
@@ -103,7 +103,7 @@ fn a_driver_is_asked_at_its_spi_cs_pin() {
     assert!(velvet.said().contains("motor driver alpha does not answer"), "{}", velvet.said());
 }
 
-/// `[pwm1]` and `[pwm2]` `frequency`.
+/// Setting `frequency` of `[pwm1]` and `[pwm2]`.
 #[test]
 fn timers_run_at_their_frequency() {
     for (timer, section, pin, hertz) in [(0, "pwm1", "PWM1_1", 500.0), (1, "pwm2", "PWM2_2", 4_000.0)] {
@@ -124,7 +124,7 @@ fn timers_run_at_their_frequency() {
     }
 }
 
-/// `[uart console]`: `enable`, `console`, `channel`, `baudrate`, `bits`, `stop_bits`, `parity`.
+/// Settings of `[uart console]`: `enable`, `console`, `channel`, `baudrate`, `bits`, `stop_bits`, `parity`.
 #[test]
 fn the_auxiliary_uart_is_what_the_configuration_says() {
     // Bytes at USART3 after 50 ms, at it and at UART4 after 200 ms; and how USART3 is set up.
@@ -160,8 +160,8 @@ fn the_auxiliary_uart_is_what_the_configuration_says() {
     assert_eq!(seen(&on(&["[uart console] parity = even"])).3, (8, 1, 0, 0));
 }
 
-/// Bits of a frame of USART3, whether one is of parity and whether that is odd, and its stop bits, from the
-/// port's registers (RM0399 section 51.8): M1 and M0, PCE, PS in CR1; STOP in CR2.
+/// Reads the frame format of USART3 from the port's registers (RM0399 section 51.8), M1 and M0, PCE, PS in
+/// CR1, STOP in CR2: number of bits, whether one is of parity and whether that is odd, and stop bits.
 fn frame(velvet: &mut Velvet) -> (u8, u64, u64, u64) {
     let registers = velvet.bench.vm.with(|stopped| {
         let bus = stopped.session.board().mcu.bus();
@@ -176,7 +176,8 @@ fn frame(velvet: &mut Velvet) -> (u8, u64, u64, u64) {
     (length, cr1 >> 10 & 1, cr1 >> 9 & 1, cr2 >> 12 & 3)
 }
 
-/// An error in the bed's settings costs the bed: its output is not driven, and the rest of the machine works.
+/// An error in the bed's settings disables only the bed: its output is not driven, and the rest of the
+/// machine works.
 #[test]
 fn a_broken_bed_stays_off_and_the_machine_moves() {
     let mut velvet = Plan::new().set("[temperature control] bed.max_temp = hot").start();
@@ -194,7 +195,7 @@ fn a_broken_bed_stays_off_and_the_machine_moves() {
     assert!(bed.1 == 0.0 && hotend.0 > 25.0, "bed {bed:?}, hotend {hotend:?}");
 }
 
-/// The milliseconds and bytes that `mem` says.
+/// Returns the milliseconds and bytes in the answer to `mem`.
 fn cost(velvet: &mut Velvet) -> (f64, f64) {
     velvet.type_in("mem");
     let said = velvet.hear_until(" bytes\n", SECOND) + &velvet.hear(100);
@@ -203,7 +204,7 @@ fn cost(velvet: &mut Velvet) -> (f64, f64) {
     (numbers.next().expect("milliseconds"), numbers.next().expect("bytes"))
 }
 
-/// The sample, and as much of what a file can hold besides as makes 300 lines.
+/// Returns the sample with other settings appended up to 300 lines.
 fn three_hundred_lines() -> String {
     let switches: String = (0..14)
         .flat_map(|n| {
@@ -228,7 +229,7 @@ fn three_hundred_lines_load_within_200_ms() {
     velvet.ask("G28 X", 60 * SECOND);
 }
 
-/// The largest file there can be: it takes no more memory, and the machine works.
+/// The largest possible configuration file takes no more memory, and the machine works.
 #[test]
 fn a_file_of_64_kib_loads_within_the_same_memory() {
     let comments = "# what somebody wanted to remember about this machine, at length\n".repeat(2_000);
@@ -243,8 +244,8 @@ fn a_file_of_64_kib_loads_within_the_same_memory() {
 
 #[test]
 fn pulses_of_several_motors_keep_their_length_and_their_pause() {
-    // 10 us high and 10.5 us low at least: 45,000 steps/s leave 1.7 us. The pulses of both drift through one
-    // another.
+    // Pulses are 10 us high and 10.5 us low at least: 45,000 steps/s leave 1.7 us. The pulses of both drift
+    // through one another.
     let external = "\n[actuator]\nepsilon.steps_per_mm = 1000\nepsilon.max_rate = 2700\nepsilon.acceleration = 3000\nepsilon.step_pin = PG0\nepsilon.dir_pin = PG1\n\
         zeta.steps_per_mm = 997\nzeta.max_rate = 2700\nzeta.acceleration = 3000\nzeta.step_pin = PA4\nzeta.dir_pin = PJ3\n[system]\nstep_pulse_us = 10\n";
     let mut velvet = Plan::new().config(&format!("{}{external}", crate::common::velvet::CONFIG)).start();
@@ -262,7 +263,8 @@ fn pulses_of_several_motors_keep_their_length_and_their_pause() {
     assert!(said.contains("delayed: 0\n"), "{said}");
 }
 
-/// By what the factory measured at 30 and at 110 degrees; the sensor's millivolt is half a degree.
+/// The chip's temperature is computed from the factory's readings at 30 and at 110 degrees; the sensor's
+/// millivolt is half a degree.
 #[test]
 fn the_chip_s_temperature_is_what_it_is() {
     let mut velvet = Plan::new().start();

@@ -39,10 +39,10 @@ fn line(number: usize) -> String {
 /// Statistics of a stream.
 #[derive(Debug, Default)]
 struct Seen {
-    /// Answers so far, and how many were refusals.
+    /// Number of answers so far, and of refusals among them.
     answers: usize,
     refused: usize,
-    /// Blocks in the look-ahead queue, the fewest that a status told.
+    /// Fewest blocks in the look-ahead queue by any status.
     fewest_blocks: usize,
     statuses: usize,
     /// First and last step, and the longest pause between two steps, between the ramps.
@@ -50,7 +50,7 @@ struct Seen {
     longest_pause_ns: u64,
 }
 
-/// A sender that counts characters, as GRBL's interface page says.
+/// A sender that counts characters, as in GRBL's interface page.
 struct Sender {
     wire: Line,
     window: usize,

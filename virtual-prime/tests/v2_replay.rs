@@ -66,7 +66,8 @@ fn replay(name: &str, text: &str) {
         let input = exchange.input();
         let mut answer = mask::mask(input, &answer);
         let mut ours = mask::mask(input, &exchange.ours);
-        // The virtual chip is warmer than the host runner, and a motor stopped on its way stands elsewhere.
+        // Lines about temperature are left out, as the virtual chip is warmer than the host runner, and a
+        // motor stopped on its way stands elsewhere.
         for reply in [&mut answer, &mut ours] {
             reply.retain(|line| !line.starts_with("chip temp") && !line.starts_with("Microstep position"));
         }
@@ -161,7 +162,8 @@ mod all {
         };
     }
 
-    // Not `files`: where its jobs stand when they are asked depends on how fast a card is read.
+    // Session `files` is left out: the places of its jobs when they are asked for depend on the speed of the
+    // card.
     long_sessions! { delta dollar drill ext faults gcodes gcodes2 grbl grid h2 halt laser laser_cnc malformed malformed2
     malformed_grbl misc misc2 names over probe probe2 shell temps three upload }
 }

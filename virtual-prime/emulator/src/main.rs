@@ -37,7 +37,7 @@ fn make(here: &Path, result: &Path) -> Result<(), String> {
         return Ok(());
     }
     let source = release::find(here)?;
-    // Beside the result first, so that an interrupted run leaves nothing half made.
+    // The source is made beside the result first, so that an interrupted run leaves nothing half made.
     let fresh = result.with_extension("new");
     let _ = fs::remove_dir_all(&fresh);
     copy(&source, &fresh)?;
@@ -74,7 +74,7 @@ fn copy(from: &Path, to: &Path) -> Result<(), String> {
         if path.is_dir() {
             copy(&path, &place)?;
         } else {
-            // Read and written rather than copied: what the registry keeps may be read-only.
+            // The file is read and written rather than copied, as files of the registry may be read-only.
             let bytes = fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
             fs::write(&place, bytes).map_err(|error| format!("{}: {error}", place.display()))?;
         }

@@ -1,9 +1,9 @@
-//! The release as cargo has it: wherever this machine keeps or vendors its crates.
+//! Source of the release as cargo has it: wherever this machine keeps or vendors its crates.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The folder of the crate's source. Cargo fetches it if need be, and checks it against the checksum in
+/// Finds the folder of the crate's source. Cargo fetches it if need be, and checks it against the checksum in
 /// Cargo.lock.
 ///
 /// # Errors
@@ -11,7 +11,7 @@ use std::process::Command;
 pub fn find(here: &Path) -> Result<PathBuf, String> {
     let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let about = said_by(Command::new(compiler).arg("-vV"))?;
-    // For this machine alone, so that nothing is fetched that is not built.
+    // The target is limited to this machine, so that nothing is fetched that is not built.
     let host = about.lines().find_map(|line| line.strip_prefix("host: ")).ok_or("rustc does not name this machine")?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let metadata = said_by(

@@ -39,7 +39,7 @@ pub fn start_clocks(dp: &pac::Peripherals) {
     // SAFETY: PLL1 from HSE (2), DIVM1 = 5; N = 160, P = 2, Q = 4, R = 2 in the minus-one encoding of 9.7.14.
     unsafe {
         rcc.pllckselr.write(|w| w.bits(2 | 5 << 4));
-        // 4 to 8 MHz in, wide VCO, outputs P and Q.
+        // PLL1 has 4 to 8 MHz in, wide VCO, outputs P and Q.
         rcc.pllcfgr.write(|w| w.bits(0b10 << 2 | 1 << 16 | 1 << 17));
         rcc.pll1divr.write(|w| w.bits(159 | 1 << 9 | 3 << 16 | 1 << 24));
     }
@@ -60,7 +60,7 @@ pub fn start_clocks(dp: &pac::Peripherals) {
 pub struct Console<'a>(&'a pac::USART2);
 
 impl<'a> Console<'a> {
-    /// Switches the port on.
+    /// Switches the USART on.
     pub fn new(dp: &'a pac::Peripherals) -> Self {
         dp.RCC.ahb4enr.modify(|_, w| w.gpioden().set_bit());
         dp.RCC.apb1lenr.modify(|_, w| w.usart2en().set_bit());

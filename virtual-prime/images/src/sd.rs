@@ -10,11 +10,11 @@ pub const LONG: u32 = 3 << 8;
 pub const CMDTRANS: u32 = 1 << 6;
 pub const CMDSTOP: u32 = 1 << 7;
 const CPSMEN: u32 = 1 << 12;
-/// Direction of SDMMC_DCTRL: from the card; and blocks of 512 bytes.
+/// SDMMC_DCTRL: direction from the card, and blocks of 512 bytes.
 pub const DTDIR: u32 = 1 << 1;
 pub const BLOCK: u32 = 9 << 4;
 const ALL_FLAGS: u32 = 0x1FE0_0FFF;
-/// Words of a block.
+/// Number of words in a block.
 pub const WORDS: usize = 128;
 /// SDMMC_STAR: flags that end a command, and errors of data.
 const COMMAND_OVER: u32 = 0xC5;
@@ -30,7 +30,7 @@ pub const TXFIFOHE: u32 = 1 << 14;
 pub const RXFIFOHF: u32 = 1 << 15;
 pub const TXFIFOF: u32 = 1 << 16;
 pub const RXFIFOE: u32 = 1 << 19;
-/// SDMMC_CLKCR: 400 kHz and 25 MHz from 200 MHz, four lines, hardware flow control.
+/// SDMMC_CLKCR: dividers for 400 kHz and 25 MHz from 200 MHz, four lines, hardware flow control.
 pub const IDENTIFY: u32 = 250;
 pub const FAST: u32 = 4;
 pub const FOUR_LINES: u32 = 1 << 14;
@@ -108,7 +108,7 @@ impl Host<'_> {
         self.clock(IDENTIFY);
         // SAFETY: PWRCTRL = on.
         self.0.power.write(|w| unsafe { w.bits(3) });
-        // A millisecond: longer than 74 clocks.
+        // A millisecond is longer than 74 clocks.
         cortex_m::asm::delay(400_000);
         self.command(0, 0, NONE);
         assert_eq!(self.command(8, 0x1AA, SHORT) & 0xFFF, 0x1AA);

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 pub struct Call {
     /// Begin of the call, nanoseconds since power-on.
     pub at_ns: u64,
-    /// Instructions the core had executed by then.
+    /// Instructions that the core had executed before the call.
     pub before: u64,
     /// Instructions of the call, without those of counted functions that interrupted it.
     pub instructions: u32,
@@ -72,7 +72,7 @@ impl CallStack {
         }
         let instructions = (inclusive - frame.nested.min(inclusive)) as u32;
         let call = Call { at_ns: frame.at_ns, before: frame.entered, instructions };
-        // By name first: nothing is to be copied at the rate of steps.
+        // A look-up by name comes first: no name is to be copied at the rate of steps.
         match calls.get_mut(&frame.name) {
             Some(calls) => calls.push(call),
             None => drop(calls.insert(frame.name, vec![call])),

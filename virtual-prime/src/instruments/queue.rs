@@ -46,7 +46,7 @@ impl QueueProbe {
         let at = symbols.function(function).ok_or_else(|| format!("no function `{function}`"))?.address;
         let whole = symbols.object(variable).ok_or_else(|| format!("no variable `{variable}`"))?;
         let slots = whole.size.saturating_sub(offset + SLOTS) / SLOT;
-        // Counts wrap, so only a power of two divides them.
+        // Event counts wrap at 32 bits, so slots are found by them only if their number is a power of two.
         if !slots.is_power_of_two() || offset + SLOTS + slots * SLOT != whole.size {
             return Err(format!("no ring of events {offset} bytes into `{variable}`, which has {} bytes", whole.size));
         }

@@ -16,7 +16,7 @@ use crate::peripherals::phy::Phy;
 
 /// Software reset, DMAMR.SWR.
 const SWR: u64 = 1;
-/// DMACTXCR.ST and DMACRXCR.SR: a channel runs.
+/// Bits DMACTXCR.ST and DMACRXCR.SR: a channel runs.
 const START: u64 = 1;
 /// Duration of the reset, which ends once it is over in the slowest clock domain ("DMA mode register"): some
 /// periods of the 2.5 MHz to which 50 MHz are divided out of reset, when MACCR.FES selects 10 Mbit/s.
@@ -24,8 +24,8 @@ const RESET_NS: u64 = 2_000;
 /// A management frame: 32 bits of preamble and 32 bits of frame (section "MDIO clause 22 frame structure").
 const FRAME_BITS: u64 = 64;
 const PREAMBLE_BITS: u64 = 32;
-/// MACMDIOAR: MB starts a frame and clears at its end; C45E; GOC, 1 to write and 3 to read; PSE suppresses
-/// the preamble.
+/// Bits of MACMDIOAR: MB starts a frame and clears at its end; C45E; GOC, 1 to write and 3 to read; PSE
+/// suppresses the preamble.
 const MB: u64 = 1;
 const C45E: u64 = 1 << 1;
 const PSE: u64 = 1 << 27;

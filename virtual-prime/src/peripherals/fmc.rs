@@ -1,5 +1,5 @@
-//! The memory controller (RM0399 section 23): its registers are kept; the board has no memory behind its
-//! banks.
+//! The memory controller (RM0399 section 23): its registers are only stored; the board has no memory behind
+//! its banks.
 
 use rigless::device::{Device, DeviceContext, RegisterFile};
 use rigless::soc::stm32h743::generated::fmc::Register;

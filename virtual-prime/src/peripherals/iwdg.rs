@@ -98,7 +98,7 @@ impl Device for Iwdg {
                 };
                 file.set(Register::Sr, file.get(Register::Sr) | busy);
                 self.updated = Some(context.schedule(VirtualNanos(context.now().0 + UPDATE_NS)));
-                // "Changing the window reloads the counter."
+                // The manual says: "Changing the window reloads the counter."
                 if register == Register::Winr && self.started.is_some() {
                     self.reload(file, context);
                 }

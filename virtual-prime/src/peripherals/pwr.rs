@@ -14,7 +14,7 @@ use rigless::time::EventId;
 
 /// PWR_CR3 bits 5..0: SDLEVEL, SDEXTHP, SDEN, LDOEN, BYPASS.
 const SUPPLY_BITS: u64 = 0x3F;
-/// SDEN alone: direct SMPS supply.
+/// Supply bits for direct SMPS supply: SDEN alone.
 const DIRECT_SMPS: u64 = 0b00_0100;
 /// Reset value of PWR_CR3 at power-on, RM0399 section 7.8.4: SMPS and LDO enabled.
 const CR3_RESET: u64 = 0x46;

@@ -36,7 +36,7 @@ const BYPSHAD: u64 = 1 << 5;
 /// State of the real-time clock.
 #[derive(Debug)]
 pub struct Rtc {
-    /// Rate of RTCCLK, as RCC_BDCR was last seen to select it; zero is none.
+    /// Rate of RTCCLK, as last seen selected by RCC_BDCR; zero is none.
     hz: u64,
     calendar: Calendar,
     /// Instant at which the calendar was last right.
@@ -164,7 +164,7 @@ impl Device for Rtc {
 
     fn write(&mut self, register: Register, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         if register == Register::RtcWpr {
-            // Any wrong key closes the lock, the right ones in order open it.
+            // Any wrong key closes the lock, the right keys in order open it.
             self.unlocked = match KEYS.iter().position(|&key| key == value & 0xFF) {
                 Some(0) => 1,
                 Some(1) if self.unlocked == 1 => 2,

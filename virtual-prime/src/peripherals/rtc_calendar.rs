@@ -10,7 +10,7 @@ pub struct DateTime {
     seconds: u64,
 }
 
-/// The calendar at the moment it was set.
+/// The calendar at the instant it was set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Calendar(DateTime);
 
@@ -45,7 +45,7 @@ const fn days_of(month: u64, year: u64) -> u64 {
 }
 
 impl Calendar {
-    /// From RTC_TR (hours in bits 21..16, minutes 14..8, seconds 6..0) and RTC_DR (year 23..16, weekday
+    /// Decodes RTC_TR (hours in bits 21..16, minutes 14..8, seconds 6..0) and RTC_DR (year 23..16, weekday
     /// 15..13, month 12..8, day 5..0).
     pub fn from_registers(time: u64, date: u64) -> Self {
         let seconds = from_bcd(time >> 16 & 0x3F) * 3_600 + from_bcd(time >> 8 & 0x7F) * 60 + from_bcd(time & 0x7F);
@@ -58,12 +58,12 @@ impl Calendar {
         })
     }
 
-    /// INITS: "the calendar year field is different from 0".
+    /// Whether INITS is set: "the calendar year field is different from 0".
     pub const fn is_set(&self) -> bool {
         self.0.year != 0
     }
 
-    /// So many seconds later.
+    /// Returns the date and time so many seconds later.
     pub fn after(&self, seconds: u64) -> DateTime {
         let mut at = self.0;
         let total = at.seconds + seconds;
@@ -85,12 +85,12 @@ impl Calendar {
 }
 
 impl DateTime {
-    /// As RTC_TR holds it.
+    /// Encodes the time for RTC_TR.
     pub const fn time_register(&self) -> u64 {
         to_bcd(self.seconds / 3_600) << 16 | to_bcd(self.seconds / 60 % 60) << 8 | to_bcd(self.seconds % 60)
     }
 
-    /// As RTC_DR holds it.
+    /// Encodes the date for RTC_DR.
     pub const fn date_register(&self) -> u64 {
         to_bcd(self.year) << 16 | self.weekday << 13 | to_bcd(self.month) << 8 | to_bcd(self.day)
     }
@@ -102,7 +102,7 @@ mod tests {
 
     #[test]
     fn a_leap_day_and_a_new_year_come_at_midnight() {
-        // Wednesday, 28 February 2024, 23:59:59.
+        // The date is Wednesday, 28 February 2024, 23:59:59.
         let before = Calendar::from_registers(0x23_5959, 0x24_6228);
         assert_eq!((before.after(1).time_register(), before.after(1).date_register()), (0, 0x24_8229));
         assert_eq!(before.after(86_401).date_register(), 0x24_A301);

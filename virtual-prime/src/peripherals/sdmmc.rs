@@ -44,7 +44,7 @@ mod tests;
 /// Depth of the FIFO, words.
 const FIFO_WORDS: usize = 16;
 const HALF_FIFO: usize = FIFO_WORDS / 2;
-/// PWRCTRL of POWER: power on.
+/// Value of PWRCTRL in POWER for power on.
 const POWER_ON: u64 = 0b11;
 /// Clocks from power-on until commands go out.
 const POWER_UP_CLOCKS: u64 = 74;
@@ -139,7 +139,7 @@ impl Sdmmc {
         }
     }
 
-    /// The card in the slot.
+    /// Returns the card in the slot.
     #[must_use]
     pub const fn card(&self) -> Option<&SdCard> {
         self.card.as_ref()

@@ -15,7 +15,7 @@ const STATUS_BYTES: usize = 13;
 pub enum Data<'a> {
     /// The command has no data phase.
     None,
-    /// Up to so many bytes from the drive.
+    /// Data from the drive, up to so many bytes.
     In(usize),
     /// Data for the drive.
     Out(&'a [u8]),
@@ -102,7 +102,7 @@ impl BulkOnly {
         wrapper
     }
 
-    /// Has a command block carried out, with all three phases.
+    /// Carries out a command block, with all three phases.
     ///
     /// # Errors
     /// A transfer ended otherwise than the transport allows, or the status is not one.

@@ -29,7 +29,7 @@ pub struct LineCoding {
 /// A serial port of a device.
 #[derive(Clone, Copy, Debug)]
 pub struct Serial {
-    /// The number of its communications interface.
+    /// Number of the communications interface.
     pub interface: u8,
     /// Bulk IN endpoint, from the device.
     pub input: Endpoint,
@@ -40,7 +40,8 @@ pub struct Serial {
 }
 
 impl Serial {
-    /// The serial ports of a device, in order. The data interface is the one that the union descriptor names.
+    /// Finds the serial ports of a device, in order. The data interface is the one that the union descriptor
+    /// names.
     #[must_use]
     pub fn all(device: &Device) -> Vec<Self> {
         let port = |control: &super::descriptors::Interface| {

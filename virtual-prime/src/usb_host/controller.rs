@@ -55,10 +55,11 @@ struct Pipe {
 struct Flight {
     pipe: usize,
     step: Step,
-    /// The answer to an IN token, known from its beginning.
+    /// Answer to an IN token, known from the transaction's begin.
     reply: Option<Reply>,
     ends: u64,
-    /// The device has changed since the beginning, so that it may answer differently if asked again.
+    /// Whether the device has changed since the transaction's begin, so that it may answer differently if
+    /// asked again.
     outdated: bool,
 }
 
@@ -127,7 +128,7 @@ impl Controller {
         self.port
     }
 
-    /// The number of the present frame, 11 bits.
+    /// Returns the number of the present frame, 11 bits.
     #[must_use]
     pub const fn frame(&self) -> u16 {
         (self.frame & 0x7FF) as u16
@@ -160,7 +161,7 @@ impl Controller {
         }
     }
 
-    /// Stops sending frames. Transfers stay.
+    /// Stops sending frames, while transfers stay pending.
     pub fn suspend(&mut self, now_ns: u64, device: &mut impl Function) {
         if self.port == Port::Enabled {
             self.flight = None;
@@ -219,7 +220,7 @@ impl Controller {
         self.pipes.iter_mut().for_each(|pipe| pipe.toggle = Toggle::Data0);
     }
 
-    /// Transfers that have ended since the last call.
+    /// Takes the transfers that have ended since the last call.
     pub fn take_completions(&mut self) -> Vec<Completion> {
         std::mem::take(&mut self.done)
     }

@@ -1,4 +1,4 @@
-//! The host in tests: somebody at a desk who plugs the board in and waits for answers, in virtual time.
+//! The host in tests: a person at a desk who plugs the board in and waits for answers, in virtual time.
 //!
 //! ```no_run
 //! # use virtual_prime::usb_host::desk::UsbHost;
@@ -29,12 +29,12 @@ const MS: u64 = 1_000_000;
 const SLICE_NS: u64 = 200_000;
 /// Greatest duration of a transfer unless set otherwise: a control transfer's 5 s, USB 2.0 section 9.2.6.1.
 const PATIENCE_MS: u64 = 5_000;
-/// Debouncing of a connection, section 7.1.7.3.
+/// Time of debouncing after a connection, section 7.1.7.3.
 const DEBOUNCE_MS: u64 = 100;
-/// A bus reset, and the rest after it, section 7.1.7.5.
+/// Duration of a bus reset, and recovery time after it, section 7.1.7.5.
 const RESET_MS: u64 = 10;
 const RECOVERY_MS: u64 = 10;
-/// The rest after SET_ADDRESS, section 9.2.6.3.
+/// Recovery time after SET_ADDRESS, section 9.2.6.3.
 const ADDRESS_MS: u64 = 2;
 /// Language identifier of US English.
 const LANGUAGE: u16 = 0x0409;
@@ -50,12 +50,12 @@ pub enum UsbError {
     Late,
     /// The device did something that it should not.
     Wrong(String),
-    /// The image has ended.
+    /// The image has ended its run.
     Over(Span),
 }
 
 impl UsbError {
-    /// The device answered STALL.
+    /// Whether the device answered STALL.
     #[must_use]
     pub const fn is_stall(&self) -> bool {
         matches!(self, Self::Ended(Outcome::Stalled, _))
@@ -114,7 +114,7 @@ impl Default for UsbHost {
 }
 
 impl UsbHost {
-    /// A host with an empty port.
+    /// Creates a host with an empty port.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -126,7 +126,7 @@ impl UsbHost {
     }
 }
 
-/// The host with the board.
+/// The host at a running board.
 pub struct Desk<'a> {
     host: &'a mut UsbHost,
     /// The emulated board's machine.
@@ -229,7 +229,7 @@ impl Desk<'_> {
         self.controller(|host, device, now| host.suspend(now, device));
     }
 
-    /// Drives a resume, and waits for its end and the rest after it.
+    /// Drives a resume, and waits for its end and the recovery time after it.
     ///
     /// # Errors
     /// The image has ended.
@@ -401,7 +401,7 @@ impl Desk<'_> {
         self.wait_for_port(|port| !matches!(port, Port::Unplugged | Port::Empty), self.host.patience_ms)?;
         self.pass_ms(DEBOUNCE_MS)?;
         self.reset()?;
-        // Of the first eight bytes, the packet size of endpoint 0 is the last.
+        // The first eight bytes end with the packet size of endpoint 0.
         let begin = self.descriptor(request::DEVICE, 0, 8)?;
         self.host.max_packet0 = u16::from(*begin.get(7).ok_or("a device descriptor of less than 8 bytes".to_owned())?);
         self.set_address(1)?;

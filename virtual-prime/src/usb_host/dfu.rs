@@ -57,7 +57,7 @@ pub struct Functional {
     pub detach_ms: u16,
     /// Greatest block size (wTransferSize), bytes.
     pub transfer: u16,
-    /// bcdDFUVersion: 0x0110, or 0x011A for DfuSe.
+    /// DFU release (bcdDFUVersion): 0x0110, or 0x011A for DfuSe.
     pub version: u16,
 }
 
@@ -66,7 +66,7 @@ pub struct Functional {
 pub struct Dfu {
     /// Number of the interface.
     pub interface: u8,
-    /// bInterfaceProtocol: 1 at run time, 2 in DFU mode.
+    /// Protocol of the interface (bInterfaceProtocol): 1 at run time, 2 in DFU mode.
     pub protocol: u8,
     /// Functional descriptor with the interface's abilities.
     pub functional: Functional,
@@ -93,7 +93,7 @@ impl Dfu {
         desk.tell(CLASS_OUT, request, value, u16::from(self.interface), data)
     }
 
-    /// Asks the application to come back in DFU mode, within so long.
+    /// Asks the application to return in DFU mode, within so many milliseconds.
     ///
     /// # Errors
     /// As [`Desk::control`].
@@ -161,7 +161,7 @@ impl Dfu {
         }
     }
 
-    /// Reads a block back.
+    /// Reads a block of the firmware back.
     ///
     /// # Errors
     /// As [`Desk::control`].
@@ -169,7 +169,7 @@ impl Dfu {
         desk.ask(CLASS_IN, UPLOAD, number, u16::from(self.interface), length)
     }
 
-    /// DfuSe: sets the address that the next block is for.
+    /// Sets the address that the next block is for (DfuSe).
     ///
     /// # Errors
     /// As [`Self::download`].
@@ -177,7 +177,7 @@ impl Dfu {
         self.download(desk, 0, &Self::command(0x21, address))
     }
 
-    /// DfuSe: erases the sector with this address.
+    /// Erases the sector with this address (DfuSe).
     ///
     /// # Errors
     /// As [`Self::download`].

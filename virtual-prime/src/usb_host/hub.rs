@@ -20,12 +20,12 @@ use self::enumeration::{Question, Reading};
 use self::selection::Selection;
 
 const MS: u64 = 1_000_000;
-/// Debouncing of a connection, section 7.1.7.3.
+/// Time of debouncing after a connection, section 7.1.7.3.
 const DEBOUNCE_NS: u64 = 100 * MS;
-/// A bus reset, and the rest after it, section 7.1.7.5.
+/// Duration of a bus reset, and recovery time after it, section 7.1.7.5.
 const RESET_NS: u64 = 10 * MS;
 const RECOVERY_NS: u64 = 10 * MS;
-/// The rest after SET_ADDRESS, section 9.2.6.3.
+/// Recovery time after SET_ADDRESS, section 9.2.6.3.
 const ADDRESS_NS: u64 = 2 * MS;
 /// Number of resets of a device that does not answer properly.
 const ATTEMPTS: u8 = 3;
@@ -43,14 +43,14 @@ pub struct Found {
     pub configurations: Vec<Configuration>,
 }
 
-/// Something that happened at the port.
+/// Event at the port.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum HubEvent {
-    /// A device has connected and described itself.
+    /// A device has connected and given its descriptors.
     Found,
     /// The device has gone; every transfer has ended.
     Gone,
-    /// A device has connected that cannot be used, and why.
+    /// A device has connected that cannot be used, with the reason.
     Unusable(String),
 }
 
@@ -125,7 +125,7 @@ impl Hub {
         self.stage == Stage::Unusable
     }
 
-    /// The value of the configuration that is selected, 0 for none.
+    /// Returns the value of the selected configuration, 0 for none.
     #[must_use]
     pub const fn configuration_value(&self) -> u8 {
         self.selection.configuration
@@ -169,7 +169,7 @@ pub struct Root<'a, F> {
     pub hub: &'a mut Hub,
     /// The host controller's state.
     pub controller: &'a mut Controller,
-    /// The other end of the cable.
+    /// Device at the other end of the cable.
     pub device: &'a mut F,
     /// Virtual time in nanoseconds.
     pub now_ns: u64,
@@ -288,7 +288,7 @@ impl<F: Function> Root<'_, F> {
     }
 
     fn ask(&mut self, question: Question) {
-        // Endpoint 0 of address 0 or of the new one, which the stage says.
+        // The request goes to endpoint 0 of address 0 or of the new address, depending on the stage.
         self.hub.stage = Stage::Asking(question, TransferId(0), 0);
         let setup = question.setup(ADDRESS, &self.hub.reading).bytes();
         let id = self.submit(self.hub.control_endpoint(), Request::Control { setup, data: Vec::new() });

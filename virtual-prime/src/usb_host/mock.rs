@@ -33,7 +33,7 @@ pub struct Mock {
     pub to_say: VecDeque<Vec<u8>>,
     /// Packets for the interrupt IN endpoint.
     pub to_notify: VecDeque<Vec<u8>>,
-    /// Both bulk endpoints answer STALL.
+    /// Whether both bulk endpoints answer STALL.
     pub halted: bool,
     /// The device answers nothing at all.
     pub dead: bool,

@@ -73,7 +73,7 @@ impl Remote {
         self.hub.is_plugged()
     }
 
-    /// Bytes that the device has acknowledged since power-on, by OUT endpoint.
+    /// Returns the bytes that the device has acknowledged since power-on, by OUT endpoint.
     #[must_use]
     pub const fn sent(&self) -> [u64; 16] {
         self.sent

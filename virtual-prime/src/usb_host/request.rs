@@ -1,6 +1,6 @@
 //! Control requests by name: USB 2.0 chapter 9.
 
-/// The eight bytes of a SETUP packet, by field.
+/// A SETUP packet's eight bytes, by field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setup {
     /// Type and direction, bmRequestType.
@@ -86,9 +86,9 @@ pub const SET_INTERFACE: u8 = 11;
 /// bRequest of SYNCH_FRAME, section 9.4.11.
 pub const SYNCH_FRAME: u8 = 12;
 
-/// Feature of an endpoint.
+/// Feature selector of an endpoint's halt.
 pub const ENDPOINT_HALT: u16 = 0;
-/// Feature of a device.
+/// Feature selector of a device's remote wake-up.
 pub const REMOTE_WAKEUP: u16 = 1;
 
 /// Type of a device descriptor.

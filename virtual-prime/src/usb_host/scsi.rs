@@ -17,7 +17,7 @@ pub struct Sense {
 /// Answer of a drive to INQUIRY.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Inquiry {
-    /// Peripheral device type: 0 is a disk.
+    /// Peripheral device type, where 0 is a disk.
     pub kind: u8,
     /// Whether the medium can be taken out.
     pub removable: bool,

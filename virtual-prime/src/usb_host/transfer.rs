@@ -51,7 +51,7 @@ pub enum Kind {
     Bulk,
     /// Interrupt transfer, every so many frames.
     Interrupt {
-        /// bInterval, at least 1.
+        /// Polling interval in frames (bInterval), at least 1.
         frames: u16,
     },
 }
@@ -178,7 +178,7 @@ impl Transfer {
         !matches!(self.request, Request::Garbled)
     }
 
-    /// Bytes that the host wants at most, or has to send.
+    /// Returns the number of bytes that the host wants at most, or has to send.
     fn wanted(&self) -> usize {
         match &self.request {
             Request::Control { setup, .. } => usize::from(u16::from_le_bytes([setup[6], setup[7]])),

@@ -1,4 +1,4 @@
-//! Images with a fault in them: the firmware with other code at the beginning of one function.
+//! Copies of the firmware with a fault: other code at the beginning of one function.
 
 use std::fs;
 use std::path::PathBuf;
@@ -6,16 +6,16 @@ use std::path::PathBuf;
 use object::{Object, ObjectSection};
 use virtual_prime::image::Symbols;
 
-/// `b .`, the branch to itself (ARM DDI 0403E.b, A7.7.12, encoding T2).
+/// Code of `b .`, the branch to itself (ARM DDI 0403E.b, A7.7.12, encoding T2).
 const FOR_EVER: u16 = 0xE7FE;
 
-/// A copy of the firmware that never leaves this function once it is called.
+/// Writes a copy of the firmware that never leaves this function once it is called.
 pub fn image_that_hangs_in(function: &str) -> PathBuf {
     image_with(function, &[FOR_EVER], "hangs")
 }
 
-/// A copy of the firmware where this function, which returns nothing, only keeps all interrupts off for twice
-/// so many instructions.
+/// Writes a copy of the firmware where this function, which returns nothing, only masks all interrupts for
+/// twice so many instructions.
 pub fn image_that_masks_interrupts_in(function: &str, loops: u16) -> PathBuf {
     // MOVW R0, #loops (A7.7.76, encoding T3): the number is scattered over both halfwords.
     let high = 0xF240 | (loops >> 11 & 1) << 10 | loops >> 12;

@@ -6,7 +6,7 @@ use virtual_prime::pin_state::PinState;
 
 use super::velvet::{Plan, Velvet};
 
-/// Besides what the sample printer has: a second hot end, all end stops, probe and kill button, fans and
+/// Settings beyond the sample printer's: a second hot end, all end stops, probe and kill button, fans and
 /// relays on every output, both PWM timers, and an external driver on header GF.
 const EXTRAS: &[&str] = &[
     "[actuator] epsilon.steps_per_mm = 100",

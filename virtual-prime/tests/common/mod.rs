@@ -35,7 +35,7 @@ fn build() -> PathBuf {
     let images = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("images");
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| images.join("target"), PathBuf::from);
     let target = std::path::absolute(target.join("images")).expect("a working directory");
-    // The makefile says which compiler builds images; without it, the one in the path does.
+    // The makefile sets the compiler for images; without it, the compiler in the path builds them.
     let compiler = std::env::var("FW_CARGO").unwrap_or_else(|_| "cargo".into());
     let flags = std::env::var("FW_FLAGS").unwrap_or_default();
     let mut words = compiler.split_whitespace();

@@ -1,10 +1,10 @@
-//! Images that a test has changed, made fit to run again: the boot stage starts none whose digest is wrong.
+//! Sealing of images that a test has changed: the boot stage starts none whose digest is wrong.
 
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Endianness, Object, ObjectSection};
 use update::{MANIFEST_BYTES, PRIME, WORD};
 
-/// Puts the digest of what the ELF file now holds into its manifest.
+/// Computes the digest of the ELF file's present contents into its manifest.
 pub fn seal(elf: &mut [u8]) {
     let mut image = image(elf);
     update::seal(&mut image, &PRIME, None).expect("an image");
@@ -15,7 +15,7 @@ pub fn seal(elf: &mut [u8]) {
     elf[place..place + MANIFEST_BYTES].copy_from_slice(&image[..MANIFEST_BYTES]);
 }
 
-/// The image as it lies in flash, from its manifest on.
+/// Returns the image as it lies in flash, from its manifest on.
 fn image(elf: &[u8]) -> Vec<u8> {
     let file: ElfFile32<Endianness> = ElfFile32::parse(elf).expect("an ELF file");
     let mut image = Vec::new();

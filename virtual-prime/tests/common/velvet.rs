@@ -1,4 +1,5 @@
-//! Velvet's own image on a board to order, an operator at its console, and a look at the machine.
+//! Velvet's own image on a board with a test's configuration, an operator at its console, and access to the
+//! machine.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -29,7 +30,7 @@ const BOOT_MS: u64 = 2 * SECOND;
 /// Slices of time in which a wait runs the board, milliseconds.
 const SLICE_MS: u64 = 5;
 
-/// The image under test.
+/// Returns the path of the image under test.
 pub fn image() -> PathBuf {
     let named = std::env::var_os("VELVET_ELF");
     PathBuf::from(named.expect("VELVET_ELF does not name the firmware image: run these tests with `make test`"))
@@ -394,7 +395,7 @@ impl Velvet {
     /// Asserts that nothing heats, nothing moves, no motor has current, and the console answers.
     #[track_caller]
     pub fn assert_safe(&mut self) {
-        // A halt takes the current off as soon as motion rests; the mean duty forgets within seconds.
+        // A halt takes the current off as soon as motion rests; the mean duty falls to zero within seconds.
         self.hear(500);
         let edges = self.world(|world| world.trace().total());
         for _ in 0..12 {

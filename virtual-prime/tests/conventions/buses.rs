@@ -56,7 +56,7 @@ fn hardware_pwm_has_1000_counts_and_is_on_while_high() {
     velvet.ask("M3 S25", SECOND);
     velvet.ask("M66 S50", SECOND);
     velvet.hear(50);
-    // Timer, frequency of the configuration, channel, share.
+    // The columns are timer, frequency of the configuration, channel, share.
     for (timer, hertz, channel, share) in [("TIM1", 10_000, 1, 25), ("TIM8", 4_000, 2, 50)] {
         let registers = velvet.bench.vm.with(move |stopped| {
             let compare = if channel == 1 { tim1::Register::Ccr1 } else { tim1::Register::Ccr2 };

@@ -6,10 +6,10 @@ use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
 const EXTERNAL: &str = "\n[actuator]\n\
     epsilon.steps_per_mm = 100\nepsilon.max_rate = 6000\nepsilon.driver = external\n\
     epsilon.step_pin = PG0\nepsilon.dir_pin = PG1\n";
-/// Direction pins of the four sockets and of the fifth motor, and the axis that moves each.
+/// Direction pins of the four sockets and of the fifth motor, with the axis that moves each.
 const DIRECTIONS: [(&str, char); 5] = [("PD4", 'X'), ("PG2", 'Y'), ("PG4", 'Z'), ("PG5", 'E'), ("PG1", 'B')];
 
-/// Moves every axis up, down and up again: `high` says of each pin what it is while its motor counts up.
+/// Moves every axis up, down and up again: `high` gives each pin's level while its motor counts up.
 #[track_caller]
 fn assert_directions(mut velvet: Velvet, pins: &[(&'static str, char)], high: &[bool]) {
     velvet.ask("G91", SECOND);
@@ -27,7 +27,8 @@ fn assert_directions(mut velvet: Velvet, pins: &[(&'static str, char)], high: &[
     }
 }
 
-/// Known good: firmware of running boards drives every direction pin low for positive motion.
+/// The level is known from firmware of running boards, which drives every direction pin low for positive
+/// motion.
 #[test]
 fn direction_pins_are_low_for_positive_motion() {
     assert_directions(Plan::new().config(&format!("{CONFIG}{EXTERNAL}")).start(), &DIRECTIONS, &[false; 5]);
@@ -44,7 +45,7 @@ fn direction_pins_with_an_exclamation_mark_are_high_for_positive_motion() {
     assert_directions(Plan::new().config(&text).start(), &DIRECTIONS, &[true; 5]);
 }
 
-/// `reversed` is the same as `!`, and both together count once.
+/// Setting `reversed` is the same as `!`, and both together count once.
 #[test]
 fn reversed_motors_have_their_direction_pins_high_for_positive_motion() {
     let text = format!("{CONFIG}{EXTERNAL}").replace("dir_pin = PG5\n", "dir_pin = PG5!\n");

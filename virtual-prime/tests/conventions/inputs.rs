@@ -75,7 +75,7 @@ fn a_high_led_pin_is_what_shows_life() {
     assert!(LEDS[1..].iter().all(|name| lit(name) == 0), "{all:?}");
 }
 
-/// LED 3 while a heater is on or hot, LED 4 while a file is played.
+/// LED 3 is lit while a heater is on or hot, LED 4 while a file is played.
 #[test]
 fn the_third_led_says_hot_and_the_fourth_that_a_file_is_played() {
     let mut velvet = Plan::new().file("job.g", "G4 S2\n").start();
@@ -96,7 +96,7 @@ fn the_third_led_says_hot_and_the_fourth_that_a_file_is_played() {
     assert_eq!(lit(&mut velvet), [true, false], "it is still hot");
 }
 
-/// `aux_play_led` shows what LED 2 shows: dark at rest, on while something moves, blinking in a halt.
+/// Output `aux_play_led` follows LED 2: dark at rest, on during motion, blinking in a halt.
 #[test]
 fn a_second_lamp_follows_the_second_led() {
     let mut velvet = Plan::new().set("[system] aux_play_led = PJ9!").start();

@@ -1,4 +1,4 @@
-//! Every row of the table in reset, at boot, idle and halted; and that pins without a row are left alone.
+//! Levels of every row of the table in reset, at boot, idle and halted; pins without a row are left alone.
 
 use std::collections::BTreeMap;
 
@@ -128,7 +128,8 @@ fn a_pin_that_is_tried_out_is_released_again() {
     }
     assert_eq!(velvet.ask("gpio PJ1", SECOND), "PJ1^:1\nok\n", "nothing is wired to it: its pull-up");
     assert_eq!(velvet.ask("gpio PJ1v", SECOND), "PJ1v:0\nok\n");
-    // A heater's, a motor's, a driver's select, the drivers' bus, the card's, the console's, an end stop's.
+    // The pins are a heater's, a motor's, a driver's select, the drivers' bus, the card's, the console's, an
+    // end stop's.
     for pin in ["PE0", "PD3", "PJ13", "PE12", "PC8", "PD5", "PD0"] {
         let said = velvet.ask(&format!("gpio {pin} out on"), SECOND);
         assert!(said.starts_with("error:"), "{pin}: {said}");

@@ -1,4 +1,4 @@
-//! Switches of axes, the probe, buttons.
+//! Faults of the axes' switches, the probe, and buttons.
 
 use sim::world::Fault;
 use units::Actuator;
@@ -9,7 +9,7 @@ use crate::common::machine::drive;
 use crate::common::velvet::{Plan, SECOND};
 
 fn never(case: &Case) -> Seen {
-    // Short travels, so that the search is short: the switch is 30 mm away, and the frame 3 mm behind it.
+    // Travels are short, so that the search is short: the switch is 30 mm away, and the frame 3 mm behind it.
     let plan = Plan::new().with("minx.max_travel = 220 ", "minx.max_travel = 32 ").fault("switch-never:minx");
     let velvet = enter(plan, State::Idle);
     halts(velvet, |velvet| velvet.type_in("G28 X0"), "endstop was not reached within its travel", case.within_ms)
@@ -63,7 +63,7 @@ fn kill(case: &Case) -> Seen {
     halts(velvet, |velvet| drive(velvet, "PJ6", false), "ALARM: Kill button pressed", case.within_ms)
 }
 
-/// A kill button of contacts that open, whose wire breaks.
+/// Breaks the wire of a kill button whose contacts open.
 fn kill_wire(case: &Case) -> Seen {
     let plan = printer().set("[kill button] enable = true").set("[kill button] pin = PJ6!^");
     let mut velvet = plan.held();
@@ -74,7 +74,7 @@ fn kill_wire(case: &Case) -> Seen {
     halts(velvet, |velvet| drive(velvet, "PJ6", true), "ALARM: Kill button pressed", case.within_ms)
 }
 
-/// A closed door pulls its input low.
+/// Opens the safety door during a move; a closed door pulls its input low.
 fn door(case: &Case) -> Seen {
     let plan = printer().set("[safety door] enable = true").set("[safety door] pin = PJ9^");
     let plan = [
@@ -103,7 +103,7 @@ fn door(case: &Case) -> Seen {
     let outputs_ms = crate::common::machine::changes(&mut velvet).last().map(|change| ms(change.at_ns));
     let motion_ms = velvet.world(|world| world.trace_mut().take()).last().map(|edge| ms(edge.time_ns));
     assert!(!velvet.level("PI11"), "the spindle turns");
-    // As long as it is open nothing goes on.
+    // No motion goes on while the door is open.
     velvet.bench.console.send(b"~");
     velvet.hear_until("the door is still open", SECOND);
     velvet.hear(300);

@@ -1,4 +1,4 @@
-//! The card, what is on it, and the configuration.
+//! Faults of the card, its files, and the configuration.
 
 use super::scene::{Seen, State, enter, printer};
 use super::{Case, Class};

@@ -211,7 +211,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// A limit in whole milliseconds below a second, in tenths of a second above.
+/// Formats a limit in whole milliseconds below a second, in tenths of a second above.
 fn limit(ms: f64) -> String {
     if ms < 1_000.0 { format!("{ms:.0} ms") } else { format!("{:.1} s", ms / 1e3) }
 }

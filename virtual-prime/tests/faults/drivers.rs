@@ -1,4 +1,4 @@
-//! The motors' driver chips and their bus.
+//! Faults of the motors' driver chips and their bus.
 
 use sim::world::Fault;
 use units::Actuator::{Alpha, Beta};

@@ -1,4 +1,4 @@
-//! Fans, by what their tachometers say.
+//! Faults of fans, seen by their tachometers.
 
 use sim::world::Fault;
 
@@ -6,21 +6,23 @@ use super::scene::{Seen, State, enter, halts, printer, tells};
 use super::{Case, Class};
 use crate::common::velvet::{Plan, SECOND, Velvet};
 
-/// The fan on the second MOSFET has a tachometer of two pulses a turn; it turns 6,000 times a minute.
+/// Plans a machine with a tachometer of two pulses a turn at the fan on the second MOSFET; the fan turns
+/// 6,000 times a minute.
 fn machine(when_stopped: &str) -> Plan {
     let settings = ["enable = true", "tachometer_pin = PD12^", "min_rpm = 1500", "stopped_after = 2"];
     let plan = settings.iter().fold(printer(), |plan, line| plan.set(&format!("[fan] fan.{line}")));
     plan.set(&format!("[fan] fan.when_stopped = {when_stopped}"))
 }
 
-/// The fan at its full speed, which M123 knows.
+/// Runs the fan at its full speed, which M123 reports.
 #[track_caller]
 fn blows(when_stopped: &str, state: State) -> Velvet {
-    // Before the job: M106 rides on motion, behind all of the queue, whose moves take two seconds each.
+    // The fan is switched on before the job: M106 rides on motion, behind all of the queue, whose moves take
+    // two seconds each.
     let prints = state == State::Printing;
     let mut velvet = enter(machine(when_stopped), if prints { State::Holding } else { state });
     velvet.ask("M106 S255", SECOND);
-    // A part is cooler for it: its heater follows.
+    // The fan cools the heated part, so the heater needs time to follow.
     velvet.hear(4 * SECOND);
     let said = velvet.ask("M123", SECOND);
     let turns = said.split_whitespace().filter_map(|word| word.parse::<f64>().ok()).fold(0.0, f64::max);

@@ -69,14 +69,14 @@ const TABLE: &[(&str, &[Class])] = &[
     ("The firmware itself", firmware::CLASSES),
 ];
 
-/// Runs the first case of a class.
+/// Runs the first case of a class, as its test.
 #[track_caller]
 fn share(classes: &[Class], name: &str) {
     let class = classes.iter().find(|class| class.name == name).expect("a class");
     class.cases[0].check(class);
 }
 
-/// A test for each class of a file.
+/// Makes a test for each class of a file.
 macro_rules! tests {
     ($($name:ident)+) => {
         $(#[test]

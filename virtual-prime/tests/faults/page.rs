@@ -61,7 +61,7 @@ pub fn failed(rows: &[Row<'_>], others: &[Other<'_>]) -> Vec<String> {
     ends(rows, others).filter_map(|(name, end)| Some(format!("{name}: {}", end.err()?))).collect()
 }
 
-/// `{"cases": [{"name", "ok", "figure", "why"}], "passed", "failed", "skipped"}`
+/// Formats the summary: `{"cases": [{"name", "ok", "figure", "why"}], "passed", "failed", "skipped"}`.
 pub fn summary(rows: &[Row<'_>], others: &[Other<'_>]) -> String {
     let mut text = String::from("{\"cases\": [");
     let (mut passed, mut failed) = (0, 0);
@@ -84,7 +84,7 @@ pub fn summary(rows: &[Row<'_>], others: &[Other<'_>]) -> String {
     text
 }
 
-/// A string of JSON.
+/// Quotes a text as a string of JSON.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     for letter in text.chars() {

@@ -10,7 +10,7 @@ use crate::common::velvet::{PROMPT, Plan, SECOND, Velvet};
 /// Extra time for telling beyond the reaction: 112 characters at 115200 baud, behind as many that are on
 /// their way, and the grid on which words are looked for.
 pub const TELLING_MS: f64 = 30.0;
-/// The hot end's and the bed's output, and the switch of the hot ends' supply.
+/// Outputs of the hot end and the bed, and the switch of the hot ends' supply.
 const HEATERS: [&str; 3] = ["PE0", "PE3", "PD7"];
 /// Time for which outputs and motors are watched, to be safe for good.
 const WATCHED_MS: u64 = 400;
@@ -277,7 +277,7 @@ pub fn resets(
         // A modulated output is off for moments; the switch of the supply is not.
         let now_ms = ms(from_ns, velvet.bench.vm.now_ns());
         if is_off && now_ms > 1.0 {
-            // A reset lets pins go without a change that anybody announces.
+            // A reset lets pins go without any announced change.
             outputs_ms = outputs_ms.or((was_on && mend.is_some()).then_some(now_ms));
             mend.take().into_iter().for_each(|mend| mend(&mut velvet));
         }
@@ -288,7 +288,7 @@ pub fn resets(
         velvet.hear(5);
     }
     assert_eq!(velvet.said()[greeted..].matches(told).count(), 1, "{}", &velvet.said()[greeted..]);
-    // Motors without current don't follow: a reset lets the pins of steps go, and some fall.
+    // Motors without current do not follow: a reset lets the STEP pins go, and some fall.
     let edges = velvet.world(|world| world.trace_mut().take());
     let moved = edges.iter().filter(|edge| edge.time_ns >= from_ns).map(|edge| ms(from_ns, edge.time_ns));
     let motion_ms = moved.filter(|at_ms| *at_ms <= released_ms).last();

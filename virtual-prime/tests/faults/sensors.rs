@@ -1,4 +1,4 @@
-//! Temperature sensors, their wires and their converter.
+//! Faults of temperature sensors, their wires and their converter.
 
 use sim::world::Fault;
 
@@ -9,7 +9,7 @@ use crate::common::velvet::{Plan, SECOND, Velvet};
 const NO_HOT_END: &str = "ERROR: MINTEMP or MAXTEMP triggered on T";
 const NO_BED: &str = "ERROR: MINTEMP or MAXTEMP triggered on B";
 
-/// Four looks, twenty times a second, and the halt.
+/// Time for four looks, twenty times a second, and the halt.
 const FOUR_LOOKS_MS: f64 = 300.0;
 
 fn open(case: &Case) -> Seen {
@@ -21,7 +21,7 @@ fn shorted(case: &Case) -> Seen {
     fault_halts(printer(), case.state, &Fault::ThermistorShort(name.into()), told, case.within_ms)
 }
 
-/// On the way up it slides out of a heater that is warm: of a cold one it could tell nothing.
+/// Lets a sensor slide out of its heater on the way up: in a cold heater the firmware could not tell.
 fn slips(case: &Case) -> Seen {
     let mut velvet = enter(printer(), case.state);
     let hot_end = velvet.world(|world| world.heater_index("hotend")).expect("a hot end");
@@ -33,7 +33,7 @@ fn slips(case: &Case) -> Seen {
 }
 
 fn loose(case: &Case) -> Seen {
-    // On the way up a jump down is also a heater that does not heat.
+    // On the way up a jump down also looks like a heater that does not heat.
     let told = if case.state == State::Heating { "ERROR: T " } else { "its sensor has come off or is shorting" };
     fault_halts(printer(), case.state, &Fault::ThermistorLoose("hotend".into()), told, case.within_ms)
 }
@@ -54,7 +54,7 @@ fn swapped(case: &Case) -> Seen {
     halts(velvet, |velvet| velvet.type_in("M104 S200"), "ERROR: ", case.within_ms)
 }
 
-/// The converter itself stands, and with it every reading.
+/// Stops the converter itself, and with it every reading.
 fn converter_stands(case: &Case) -> Seen {
     let velvet = enter(printer(), case.state);
     let stands = |velvet: &mut Velvet| {
@@ -66,7 +66,7 @@ fn converter_stands(case: &Case) -> Seen {
     halts(velvet, stands, "ERROR: MINTEMP or MAXTEMP triggered on ", case.within_ms)
 }
 
-/// The hot end's sensor is behind a chip that says nothing any more.
+/// Silences the chip with the hot end's sensor.
 fn chip_falls_silent(case: &Case) -> Seen {
     let plan = ["sensor = max31865", "spi_channel = 0", "spi_select_pin = PD10"]
         .iter()

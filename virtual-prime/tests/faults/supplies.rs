@@ -1,4 +1,4 @@
-//! The supplies of motors and heaters.
+//! Faults of the supplies of motors and heaters.
 
 use sim::world::Fault;
 use units::Actuator;

@@ -1,5 +1,5 @@
-//! Golden registers: what the real image leaves in every register of the chip and sends to the driver chips,
-//! held against tables in which each value stands with its reason.
+//! Golden registers: the contents that the real image leaves in every register of the chip, and the words it
+//! sends to the driver chips, compared with tables that give each value's reason.
 //!
 //! A register that differs from its reset value and has no row fails the test; so does a row without a
 //! reason, or with one that names no source. A failure prints every value that is not as its row says.
@@ -17,11 +17,11 @@ use sim::models::tmc26x::Chip;
 use table::{Expected, Row};
 
 const TABLE: &str = include_str!("registers.txt");
-/// Homing, moves of every motor, a fan: then everything rests.
+/// Job that homes, moves every motor, runs a fan, and comes to rest.
 const JOB: &str = "G28\nG1 X20 Y20 Z5 F6000\nG91\nG1 E2 F300\nG90\nM106 S128\nG1 X30 B2\nM107\nM84\n";
 
-/// The machine of the conventions, at its prompt for a second; and what its registers held before the first
-/// instruction.
+/// Starts the machine of the conventions and waits for a second after its prompt. Returns it with the
+/// register values before the first instruction.
 fn ready() -> (Velvet, Registers) {
     let mut velvet = machine::everything().file("job.g", JOB).held();
     let reset = registers(&mut velvet);
@@ -37,7 +37,7 @@ fn play(velvet: &mut Velvet) {
     velvet.hear(2 * SECOND);
 }
 
-/// Every difference between the table and what is there, as the rows would have to be.
+/// Lists every difference between the table and the registers, in the form of corrected rows.
 #[track_caller]
 fn assert_as_in_the_table(found: &Registers, reset: &Registers, state: fn(&Row) -> Expected) {
     let rows = table::parse(TABLE);

@@ -1,4 +1,4 @@
-//! The registers of every block on the bus.
+//! Reading of the registers of every block on the bus.
 //!
 //! Left out: registers that can only be read or only be written (states and commands, not configuration),
 //! second names of the same register (timer inputs, the views of one core on RCC and EXTI), and words that a
@@ -63,7 +63,7 @@ pub fn registers(velvet: &mut Velvet) -> Registers {
 /// Reads PWR_CR3 as the core does: the model behind it is of a part without the SMPS converter, and holds
 /// another value.
 fn supply(velvet: &mut Velvet) -> u64 {
-    /// RM0399 section 7.8.4.
+    /// Address of PWR_CR3, RM0399 section 7.8.4.
     const PWR_CR3: u64 = 0x5802_480C;
     let read = |stopped: &mut virtual_prime::vm::Stopped<'_>| {
         let access =

@@ -1,4 +1,4 @@
-//! Every word that the driver chips are sent.
+//! Words that the image sends to the driver chips.
 
 use std::fmt::Write as _;
 
@@ -9,8 +9,8 @@ use super::table::{self, Expected};
 use super::{JOB, play};
 use crate::common::velvet::{Plan, SECOND};
 
-/// Boots, plays the job, and changes a current; every chip has been sent the table's words, in its order, and
-/// no others.
+/// Boots, plays the job, and changes a current. Asserts that every chip has been sent the table's words, in
+/// its order, and no others.
 #[track_caller]
 pub fn assert_sent(plan: Plan, chip: Chip, table: &str) {
     let job = JOB.replace(" B2", "");

@@ -13,7 +13,7 @@ use crate::common::{FRAME_NS, MS};
 
 const PROMISED_NS: u64 = 50 * MS;
 
-/// A text without end.
+/// A text without end, as a reader.
 struct Endless {
     text: &'static [u8],
     at: usize,
@@ -70,7 +70,7 @@ fn a_flood_of_moves_leaves_the_other_console_its_turns() {
     assert!(velvet.said().contains("ok\n"), "the flood is not answered");
 }
 
-/// A process that ends with the test.
+/// A child process that ends with the test.
 struct Running(Child);
 
 impl Drop for Running {

@@ -69,7 +69,7 @@ fn switch_on(velvet: &mut Velvet) {
     velvet.hear(100);
 }
 
-/// Types a line and lets the machine get into it.
+/// Types a line and lets the machine begin it.
 fn begin(velvet: &mut Velvet, line: &str) {
     velvet.type_in(line);
     velvet.hear(300);

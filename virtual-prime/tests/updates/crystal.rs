@@ -1,5 +1,5 @@
-//! A board whose 25 MHz crystal does not start: there are no clocks to build on, so nothing runs, and it says
-//! so.
+//! A board whose 25 MHz crystal does not start: there are no clocks to build on, so no application runs, and
+//! the boot stage tells it.
 
 use super::cuts::SHORT;
 use super::small::{Came, Small, application, flash};
@@ -16,8 +16,8 @@ pub const ROWS: &[Row] = &[Row {
 tests! { the_crystal_does_not_start }
 
 const PATIENCE_MS: u64 = 20_000;
-/// A try takes two seconds at 64 MHz; the virtual core does not slow down with its clock, so here a third of
-/// one.
+/// Time after which the boot stage has given up. A try takes two seconds at 64 MHz; the virtual core does not
+/// slow down with its clock, so here a third of a second.
 const A_WHILE_MS: u64 = 1_000;
 
 fn silent() -> usize {

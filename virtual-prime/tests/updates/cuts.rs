@@ -64,20 +64,20 @@ tests! {
 
 /// Time limit of a start; an image of two sectors takes less, with its erases.
 const PATIENCE_MS: u64 = 20_000;
-/// An image of one sector, as short as one may be.
+/// Size of the smallest image, which fits into a single sector, bytes.
 pub const SHORT: usize = 1152;
 
 const TEARS: [Torn; 3] = [Torn::NotBegun, Torn::Unreadable, Torn::Between];
-/// Cuts of a row in `make test`.
+/// Number of cuts of a row in `make test`.
 const QUICK: usize = 4;
-/// Cuts of a row whose image is long, in each way.
+/// Number of cuts of a row whose image is long, in each way.
 const LONG: usize = 60;
 
 /// A path to an image: flash and card as a start finds them.
 struct Path {
     content: FlashContent,
     card: Vec<u8>,
-    /// The card as the start after the cut finds it.
+    /// Card as the start after the cut finds it.
     card_then: Vec<u8>,
     /// Image that may run in the end.
     good: &'static [u8],
@@ -93,7 +93,7 @@ impl Path {
 /// Lists the operations to be cut, and the way of each cut.
 fn cuts(operations: usize, share: Share) -> Vec<(usize, Torn)> {
     let step = match share {
-        // A long image takes its time.
+        // A long image takes its time, so it is cut at two places only.
         Share::Quick if operations > 1000 => operations.div_ceil(2),
         Share::Quick => operations.div_ceil(QUICK),
         Share::Whole => operations.div_ceil(LONG * TEARS.len()).max(1),

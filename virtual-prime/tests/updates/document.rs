@@ -1,4 +1,4 @@
-//! The table in `docs/updates.md`, from the one that is tested.
+//! The table in `docs/updates.md`, made of the tested table.
 
 use std::fmt::Write as _;
 

@@ -173,7 +173,7 @@ fn refused() -> usize {
     let (old, new) = (application(1, SHORT, None), application(2, SHORT, None));
     let mut other_board = new;
     other_board[8] ^= 1;
-    // errTARGET and errFILE (DFU 1.1 section 6.1.2).
+    // The expected states are errTARGET and errFILE (DFU 1.1 section 6.1.2).
     for (file, status) in [(other_board, 0x01), (vec![0x55; 3000], 0x02)] {
         let mut plugged = plug(asked(Small::on(&flash(&old), None)));
         assert_eq!(plugged.send(&file), (state::ERROR, status));

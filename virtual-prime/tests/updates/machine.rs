@@ -245,11 +245,11 @@ fn the_board_waits_for_firmware_over_usb_when_it_is_asked_to() {
     };
     velvet.bench.vm.with(press).expect("the run goes on");
     velvet.hear_until(PROMPT, 3 * SECOND);
-    // A second later one press is the first again.
+    // After more than a second a press counts as the first again.
     velvet.hear(2 * SECOND);
     velvet.bench.vm.with(press).expect("the run goes on");
     velvet.hear_until(PROMPT, 3 * SECOND);
-    // Two presses within a second.
+    // Two presses come within a second.
     velvet.hear(2 * SECOND);
     velvet.bench.vm.with(press).expect("the run goes on");
     velvet.hear(300);

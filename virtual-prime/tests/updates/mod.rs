@@ -50,7 +50,7 @@ fn quick(rows: &[Row], name: &str) {
     println!("{}: {cases} cases", row.what);
 }
 
-/// A test for each row of a file.
+/// Makes a test for each row of a file.
 macro_rules! tests {
     ($($name:ident)+) => {
         $(#[test]

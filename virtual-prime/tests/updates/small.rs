@@ -21,7 +21,7 @@ use crate::common::{MS, velvet};
 const MARK: u32 = 0x2407_FFF0;
 /// Upper half of the number's word.
 const MARKED: u32 = 0x5EED_0000;
-/// The stack of an application, the end of DTCM.
+/// Stack of an application, the end of DTCM.
 const STACK: u32 = 0x2002_0000;
 /// Address of the code, behind the manifest: 16 vectors, then code.
 const CODE: u32 = VECTOR_TABLE + 64;

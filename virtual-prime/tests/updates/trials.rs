@@ -77,7 +77,7 @@ fn broken_previous() -> usize {
     for files in cases {
         assert_eq!(on_trial(files).settle(PATIENCE_MS), Came::Runs(2));
     }
-    // The copy that was being made when the power failed is as good, when it is whole.
+    // The copy that was being made when the power failed is as good, if it is whole.
     assert_eq!(on_trial(&[("firmware.previous", &broken), ("firmware.tmp", &old)]).settle(PATIENCE_MS), Came::Runs(1));
     cases.len() + 1
 }

@@ -7,21 +7,21 @@ use super::velvet::{Plugged, plug};
 use crate::common::velvet::{Plan, SECOND};
 
 const LEAVES: &str = "the board waits for firmware over USB in a second; RESET starts this one again";
-/// The firmware that runs is copied to the card first.
+/// Time in which the running firmware is copied to the card.
 const COPY_MS: u64 = 60 * SECOND;
 
 fn with_download() -> Plan {
     Plan::new().set("[system] dfu_enable = true")
 }
 
-/// The board leaves the bus: it is reset.
+/// Asserts that the board leaves the bus, and is reset.
 #[track_caller]
 fn assert_leaves(plugged: &mut Plugged) {
     let is_gone = |port| matches!(port, Port::Unplugged | Port::Empty);
     plugged.desk().wait_for_port(is_gone, 2 * SECOND).expect("it leaves the bus");
 }
 
-/// `dfu_enable` is what makes the interface.
+/// The interface exists only with `dfu_enable`.
 #[test]
 fn a_computer_may_have_the_machine_leave_for_the_download() {
     assert!(Dfu::of(&plug(Plan::new()).device).is_none());

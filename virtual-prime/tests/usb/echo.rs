@@ -1,4 +1,5 @@
-//! `stm32h7xx-hal`, `synopsys-usb-otg`, `usb-device` and `usbd-serial`, as they are published.
+//! Crates `stm32h7xx-hal`, `synopsys-usb-otg`, `usb-device` and `usbd-serial`, as published, on the virtual
+//! board.
 
 use virtual_prime::usb_host::cdc::{LineCoding, Serial};
 use virtual_prime::usb_host::controller::Port;
@@ -94,7 +95,7 @@ fn chapter_9_is_answered() {
     assert_eq!(desk.ask(request::INTERFACE_IN, request::GET_STATUS, 0, 0, 2).unwrap(), [0, 0]);
     assert_eq!(desk.ask(request::DEVICE_IN, request::GET_CONFIGURATION, 0, 0, 1).unwrap(), [1]);
     assert_eq!(desk.ask(request::INTERFACE_IN, request::GET_INTERFACE, 0, 1, 1).unwrap(), [0]);
-    // A short read of a long descriptor, and a long read of a short one.
+    // The host makes a short read of a long descriptor, and a long read of a short descriptor.
     assert_eq!(desk.descriptor(request::CONFIGURATION, 0, 20).unwrap(), device.configuration_bytes[..20]);
     assert_eq!(desk.descriptor(request::CONFIGURATION, 0, 0xFFFF).unwrap(), device.configuration_bytes);
     // A halt stops the endpoint, and its end starts the toggle over.

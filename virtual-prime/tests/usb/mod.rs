@@ -1,4 +1,4 @@
-//! The USB socket: the model and the host, proved on two images that are not ours, and our own image at it.
+//! The USB socket: the model and the host, tested by two images that are not ours, and by our own image.
 //! `echo` is a serial port made of other people's crates, `registers` a device of register accesses alone,
 //! driven by interrupts.
 
@@ -33,7 +33,7 @@ fn enumerate(desk: &mut Desk<'_>) -> Device {
     desk.enumerate().expect("the image is a USB device")
 }
 
-/// Nothing to complain about.
+/// Asserts that the board has no complaints.
 #[track_caller]
 fn assert_clean(bench: &mut Bench) {
     assert_eq!(bench.vm.complaints(), Vec::<String>::new());

@@ -11,7 +11,7 @@ use super::*;
 const VENDOR_OUT: u8 = 0x40;
 const VENDOR_IN: u8 = 0xC0;
 
-/// Bus resets, suspends, wake-ups, frames.
+/// Asks for the counts of bus resets, suspends, wake-ups, frames.
 fn counts(desk: &mut Desk<'_>) -> [u32; 4] {
     let bytes = desk.ask(VENDOR_IN, 3, 0, 0, 16).unwrap();
     std::array::from_fn(|place| u32::from_le_bytes(bytes[4 * place..][..4].try_into().unwrap()))
@@ -51,11 +51,11 @@ fn bulk_packets_come_back_and_repeated_ones_do_not_count() {
         desk.write(output, &data).unwrap();
         assert_eq!(desk.read(input, 64).unwrap(), data);
     }
-    // 65 packets have gone; the last once more, as if its handshake had been lost.
+    // Of 65 packets the last is repeated, as if its handshake had been lost.
     desk.controller(move |host, _, _| host.set_toggle(output, Toggle::Data0));
     desk.write(output, &[64; 64]).unwrap();
     desk.write(output, b"next").unwrap();
-    // The answer is not understood at first.
+    // The host receives the first answer garbled.
     let lost = desk.submit(input, Request::Garbled);
     assert_eq!(desk.wait(lost).unwrap().data, b"next");
     assert_eq!(desk.read(input, 64).unwrap(), b"next");
@@ -99,7 +99,7 @@ fn suspend_is_noticed_and_remote_wake_up_ends_it() {
     desk.tell(VENDOR_OUT, 4, 0, 0, &[]).unwrap();
     desk.take_events();
     desk.suspend();
-    // 6 ms until suspend, 5 ms until the device wakes the host, 20 ms of resume.
+    // The times are 6 ms until suspend, 5 ms until the device wakes the host, 20 ms of resume.
     desk.pass_ms(35).unwrap();
     assert_eq!(desk.port(), Port::Enabled);
     let events = desk.take_events();
@@ -159,7 +159,7 @@ fn the_ulpis_clock_enabled_for_sleep_is_a_trap() {
 #[test]
 fn without_a_host_nothing_is_said_and_nothing_happens() {
     let (mut bench, _) = boot("usb_registers");
-    // Until it has noticed that the line is idle.
+    // The wait lasts until the device has noticed that the line is idle.
     bench.vm.run_for(30 * MS);
     let before = bench.vm.instructions();
     bench.vm.run_for(1_000 * MS);

@@ -12,7 +12,7 @@ use crate::common::velvet::{Plan, SECOND};
 const ROUND: &str = "G1 X0.4 Y0.1 F6000\nG1 X0.1 Y0.5\nG3 X-0.4 Y-0.2 I-0.2 J-0.1\nG1 X-0.1 Y-0.4\n";
 /// Time that is longer than a round.
 const ROUND_MS: u64 = 200;
-/// Rounds that are carried out with nobody at the socket.
+/// Number of rounds that are carried out without a computer.
 const FEW: usize = 10;
 /// Line of the computer: Z, so that each line that the machine takes can be counted.
 const LINE: &str = "G1 Z0.01 F300\n";
@@ -104,7 +104,7 @@ fn of(edges: &[StepEdge], motor: Actuator) -> usize {
 
 /// Runs so many cycles with a job of so many rounds.
 fn replug(cycles: usize, rounds: usize) {
-    // All rounds are alike, so a few of them tell what there must be.
+    // All rounds are alike, so the edges of a few of them give those of all.
     assert_eq!(rounds % FEW, 0);
     let mut quiet = job(FEW);
     let quiet_edges = finish(&mut quiet, FEW);

@@ -9,7 +9,7 @@ use crate::common::velvet::{Plan, Velvet};
 /// Greeting of a port after a program has opened it.
 pub const GREETING: &str = "Welcome to Smoothie\nok\n";
 
-/// A printer at a host, its device configured.
+/// A printer at a host, with its device configured.
 pub struct Plugged {
     pub velvet: Velvet,
     pub host: UsbHost,

@@ -43,11 +43,11 @@ fn main() -> ! {
     // T1: EPCOS 100 kOhm at 22 C is about 115 kOhm behind 4.7 kOhm: 0.961 of full scale.
     let thermistor = convert!(dp.ADC1, 2);
     assert!((62_900..63_100).contains(&thermistor), "T1 reads {thermistor}");
-    // 24 V over 11 of 3.3 V.
+    // The motor supply is 24 V, divided by 11, of 3.3 V full scale.
     let motor = convert!(dp.ADC3, 16);
     assert!((43_290..43_360).contains(&motor), "the motor supply reads {motor}");
 
-    // PWM1_1 at a quarter: TIM1 channel 1, PWM mode 1.
+    // PWM1_1 is set to a quarter: TIM1 channel 1, PWM mode 1.
     dp.RCC.apb2enr.modify(|_, w| w.tim1en().set_bit());
     // SAFETY: a period of 1000 counts, high for 250 of them.
     unsafe {
@@ -59,7 +59,7 @@ fn main() -> ! {
     dp.TIM1.bdtr.write(|w| w.moe().set_bit());
     dp.TIM1.cr1.write(|w| w.cen().set_bit());
 
-    // Buffer on (low, open drain), supply on, heater on for 20 ms.
+    // The buffer goes on (low, open drain), then the supply, then the heater for 20 ms.
     dp.GPIOF.otyper.modify(|_, w| w.ot14().set_bit());
     dp.GPIOF.moder.modify(|_, w| w.moder14().output());
     dp.GPIOD.bsrr.write(|w| w.bs7().set_bit());

@@ -1,5 +1,5 @@
 //! Reads block 5 of every card that comes into the slot and prints its first word. A card that is gone
-//! answers no status; for the next one the controller is reset by RCC, since POWER can be switched on only
+//! answers no status; for the next card the controller is reset by RCC, since POWER can be switched on only
 //! once (RM0399, 58.10.1).
 #![no_std]
 #![no_main]
@@ -17,7 +17,7 @@ fn reset(rcc: &pac::RCC) {
     rcc.ahb3rstr.modify(|_, w| w.sdmmc1rst().clear_bit());
 }
 
-/// Somebody answers to CMD8 after CMD0.
+/// Whether a card answers to CMD8 after CMD0.
 fn present(host: &Host<'_>) -> bool {
     host.clock(IDENTIFY);
     // SAFETY: PWRCTRL = on.

@@ -6,7 +6,7 @@
 use cortex_m_rt::entry;
 use images::{pac, pass, start_clocks, wait_for};
 
-/// 24 bits in three bytes, mode 3; the 20 bits of the reply.
+/// Sends 24 bits in three bytes, mode 3. Returns the 20 bits of the reply.
 fn frame(dp: &pac::Peripherals, word: u32) -> u32 {
     dp.GPIOJ.bsrr.write(|w| w.br13().set_bit());
     let mut reply = 0;
@@ -28,7 +28,7 @@ fn open_spi(dp: &pac::Peripherals) {
     unsafe {
         dp.GPIOE.afrl.modify(|r, w| w.bits(r.bits() | 0x0550_0000));
         dp.GPIOE.afrh.modify(|r, w| w.bits(r.bits() | 0x0005_0000));
-        // 100 MHz / 256, eight bits.
+        // The SPI clock is 100 MHz / 256, with eight bits.
         dp.SPI4.cfg1.write(|w| w.bits(7 << 28 | 7));
     }
     dp.GPIOE.moder.modify(|_, w| w.moder5().alternate().moder6().alternate().moder12().alternate());
@@ -44,14 +44,14 @@ fn main() -> ! {
     start_clocks(&dp);
     dp.RCC.ahb4enr.modify(|_, w| w.gpioden().set_bit().gpioeen().set_bit().gpiohen().set_bit().gpiojen().set_bit());
     dp.RCC.apb4enr.modify(|_, w| w.syscfgen().set_bit());
-    // Chip select idle before it is an output; ENN high (off) until the chip is set up.
+    // The chip select is idle before it is an output; ENN is high (off) until the chip is set up.
     dp.GPIOJ.bsrr.write(|w| w.bs13().set_bit());
     dp.GPIOJ.moder.modify(|_, w| w.moder13().output());
     dp.GPIOH.bsrr.write(|w| w.bs13().set_bit());
     dp.GPIOH.moder.modify(|_, w| w.moder13().output());
     open_spi(&dp);
 
-    // 16 microsteps, both edges; chopper on; CS = 15; RDSEL = 0.
+    // The settings are 16 microsteps, both edges; chopper on; CS = 15; RDSEL = 0.
     frame(&dp, 0x0_0104);
     frame(&dp, 0x9_0135);
     frame(&dp, 0xD_000F);
@@ -67,7 +67,7 @@ fn main() -> ! {
     dp.EXTI.rtsr1.modify(|_, w| w.tr0().set_bit());
     dp.EXTI.c1imr1.modify(|_, w| w.mr0().set_bit());
 
-    // Towards the switch: direction high. 30 mm at 80 edges a millimetre, at 100 kHz.
+    // The motor turns towards the switch: direction high. 30 mm at 80 edges a millimetre, at 100 kHz.
     dp.GPIOD.bsrr.write(|w| w.bs4().set_bit());
     let mut edges = 0;
     while !dp.EXTI.c1pr1.read().pr0().bit() {

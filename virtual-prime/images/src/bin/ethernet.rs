@@ -12,10 +12,10 @@ use images::{Console, pac, pass, start_clocks, wait_for};
 const MB: u32 = 1;
 const WRITE: u32 = 1 << 2;
 const READ: u32 = 3 << 2;
-/// MDC = HCLK / 102, for 150 to 250 MHz.
+/// Clock range: MDC = HCLK / 102, for 150 to 250 MHz.
 const RANGE: u32 = 4 << 8;
 const SWR: u32 = 1;
-/// 64 bits of 102 clocks of 200 MHz, in cycles of the core at 400 MHz.
+/// Duration of a frame: 64 bits of 102 clocks of 200 MHz, in cycles of the core at 400 MHz.
 const FRAME_CYCLES: u32 = 64 * 102 * 2;
 
 struct Mac<'a>(&'a pac::Peripherals);
@@ -43,7 +43,7 @@ impl Mac<'_> {
     }
 }
 
-/// PA1 (REF_CLK), PA2 (MDIO) and PC1 (MDC) to the MAC: alternate function 11.
+/// Connects PA1 (REF_CLK), PA2 (MDIO) and PC1 (MDC) to the MAC: alternate function 11.
 fn connect(dp: &pac::Peripherals) {
     dp.RCC.ahb4enr.modify(|_, w| w.gpioaen().set_bit().gpiocen().set_bit());
     // SAFETY: AF11 in AFRL1 and AFRL2.
@@ -88,7 +88,7 @@ fn main() -> ! {
     // Software reset of the PHY, which clears itself.
     mac.write(0, 0, 0x8000);
     assert_eq!((mac.read(0, 0), mac.read(0, 4)), (0x3000, 0x01E1));
-    // No cable: 100 and 10 Mbit/s, neither link nor a finished negotiation.
+    // Without a cable there are 100 and 10 Mbit/s, neither link nor a finished negotiation.
     let _ = writeln!(console, "status {:04x}", mac.read(0, 1));
     console.drain();
     pass()

@@ -1,6 +1,6 @@
 //! Switches the MPU on with one region and the default map behind it, as firmware does that keeps its DMA
-//! buffers out of the cache, then polls a timer; and finds that the region and the map still guard: a store
-//! into what is read only faults, and so does an unprivileged load from memory that no region opens.
+//! buffers out of the cache, then polls a timer. Region and map still protect: a store to read-only memory
+//! faults, and so does an unprivileged load from memory that no region opens.
 #![no_std]
 #![no_main]
 
@@ -12,13 +12,13 @@ use cortex_m::peripheral::{DWT, MPU, SCB};
 use cortex_m_rt::{entry, exception};
 use images::{pac, pass, start_clocks, wait_for};
 
-/// SRAM2, 128 KiB: in the region, normal memory, not cached, read only for everybody.
+/// Address of SRAM2, 128 KiB, in the region: normal memory, not cached, read only for everybody.
 const GUARDED: *mut u32 = 0x3002_0000 as *mut u32;
-/// SRAM1: in no region.
+/// Address of SRAM1, in no region.
 const OPEN: *mut u32 = 0x3000_0000 as *mut u32;
 const ENABLE: u32 = 1;
 const PRIVDEFENA: u32 = 1 << 2;
-/// RASR: read only (AP = 110), TEX 1, 2^17 bytes, enabled.
+/// MPU_RASR: read only (AP = 110), TEX 1, 2^17 bytes, enabled.
 const REGION: u32 = 6 << 24 | 1 << 19 | 16 << 1 | 1;
 const ROUNDS: u32 = 100;
 /// A round of the timer, in cycles of the core at 400 MHz: 1 ms.
@@ -26,7 +26,7 @@ const ROUND_CYCLES: u32 = 400_000;
 
 static FAULTS: AtomicU32 = AtomicU32::new(0);
 
-/// Counts, and opens everything: the access is made again and goes through.
+/// Counts the fault, and opens everything: the access is made again and goes through.
 #[exception]
 fn MemoryManagement() {
     FAULTS.fetch_add(1, Ordering::Relaxed);
@@ -51,7 +51,7 @@ fn guard(mpu: &MPU) {
     cortex_m::asm::isb();
 }
 
-/// Counts in memory while it polls a timer; the cycles it took.
+/// Counts in memory while it polls a timer. Returns the cycles taken.
 fn poll(timer: &pac::TIM2) -> u32 {
     let start = DWT::cycle_count();
     for _ in 0..ROUNDS {

@@ -1,5 +1,4 @@
-//! Moves blocks through the FIFO and through the internal DMA, as RM0399 chapter 58 and the SD specification
-//! describe it.
+//! Moves blocks through the FIFO and through the internal DMA, by RM0399 chapter 58 and the SD specification.
 #![no_std]
 #![no_main]
 
@@ -33,7 +32,7 @@ fn main() -> ! {
     read_block(&host, 0, &mut boot);
     assert_eq!(boot[127] >> 16, 0xAA55, "the volume's first block ends in its signature");
 
-    // Three blocks out through the DMA, and back in one go.
+    // Three blocks go out through the DMA, and back at once.
     let mut pattern = [0_u32; 3 * WORDS];
     pattern.iter_mut().zip(0x1000_0000..).for_each(|(word, value)| *word = value);
     let last = 100_000;
@@ -53,7 +52,7 @@ fn main() -> ! {
     cortex_m::asm::dsb();
     assert!(back == pattern, "what comes back is not what was written");
 
-    // A block out through the FIFO, and back.
+    // A block goes out through the FIFO, and back.
     host.dma(None);
     host.expect(512, 0, BLOCK);
     host.command(24, last + 7, SHORT | CMDTRANS);

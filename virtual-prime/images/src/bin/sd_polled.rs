@@ -86,7 +86,8 @@ fn round(host: &Host<'_>, address: u32, seed: u32) {
     }
 }
 
-/// A block that nobody takes overruns the FIFO; the transfer stays open until it is stopped.
+/// Tests an overrun: a block that nobody takes overruns the FIFO; the transfer stays open until it is
+/// stopped.
 fn overrun(host: &Host<'_>) {
     host.expect(512, DTDIR, BLOCK);
     host.command(17, FIRST, SHORT | CMDTRANS);
@@ -96,7 +97,7 @@ fn overrun(host: &Host<'_>) {
     assert_eq!(host.status() & (DABORT | DPSMACT), DABORT);
 }
 
-/// A block of which only a part is given: an underrun.
+/// Tests an underrun: only a part of a block is given.
 fn underrun(host: &Host<'_>, address: u32) {
     host.expect(512, 0, BLOCK);
     host.command(24, FIRST, SHORT | CMDTRANS);
@@ -116,8 +117,8 @@ fn main() -> ! {
     let host = Host(&dp.SDMMC1);
     let address = host.identify();
 
-    // ACMD51, the eight bytes of the SCR, at 400 kHz over one line: the second word comes 80 us after the
-    // first.
+    // The answer to ACMD51 is the eight bytes of the SCR, at 400 kHz over one line: the second word comes 80
+    // us after the first.
     host.command(16, 8, SHORT);
     host.command(55, address, SHORT);
     host.expect(8, DTDIR, 3 << 4);

@@ -158,7 +158,7 @@ fn main() -> ! {
     by_interrupts(&dp.USART2);
 
     dp.RCC.ahb1enr.modify(|_, w| w.dma1en().set_bit());
-    // The line fell idle after the lines before, too.
+    // The line fell idle after the lines before as well, so the mark is cleared.
     IDLE.store(false, Ordering::Relaxed);
     // SAFETY: the requests of USART2 to the first two streams; an interrupt for the idle line alone.
     unsafe {

@@ -15,7 +15,7 @@ use stm32h7xx_hal::usb_hs::{USB2, UsbBus};
 use usb_device::prelude::*;
 use usbd_serial::SerialPort;
 
-/// Packets of the OUT endpoints.
+/// Memory for packets of the OUT endpoints.
 static mut MEMORY: MaybeUninit<[u32; 1024]> = MaybeUninit::uninit();
 
 #[entry]

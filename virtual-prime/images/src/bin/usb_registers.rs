@@ -374,7 +374,7 @@ fn main() -> ! {
             // SAFETY: USB2OTGHSULPILPEN.
             5 => dp.RCC.ahb1lpenr.modify(|r, w| unsafe { w.bits(r.bits() | 1 << 28) }),
             6 => {
-                // After the status stage.
+                // The disconnection comes after the status stage.
                 delay(400_000);
                 set(DCTL, 2);
                 delay(8_000_000);

@@ -53,7 +53,7 @@ pub struct Core {
     pub(super) dcfg: u32,
     /// Device address that the core answers to.
     pub(super) address: u8,
-    /// RWUSIG, SDIS, the test mode and POPRGDNE.
+    /// OTG_DCTL's stored bits: RWUSIG, SDIS, the test mode and POPRGDNE.
     pub(super) dctl: u32,
     pub(super) global_in_nak: bool,
     pub(super) global_out_nak: bool,
@@ -104,7 +104,7 @@ const KEPT: [(u32, u32); 7] = [
     (DIEPEACHMSK1, 0),
     (DOEPEACHMSK1, 0),
 ];
-/// OTG_CID of the STM32H7, section 60.14.
+/// Value of OTG_CID in the STM32H7, section 60.14.
 const PRODUCT_ID: u32 = 0x2300;
 
 impl Core {

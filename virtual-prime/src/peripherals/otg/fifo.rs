@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 
 use super::registers::rxsts;
 
-/// RAM of the FIFOs, 32-bit words.
+/// Size of the FIFOs' RAM, 32-bit words.
 pub const RAM_WORDS: u32 = 1_024;
 /// Locations for SETUP packets of the one control endpoint: 5 n + 8 (section 60.11.3, "Receive FIFO RAM
 /// allocation").
@@ -16,7 +16,7 @@ const STATUS_WORDS: u32 = 2;
 /// Location for the global OUT NAK.
 const NAK_WORDS: u32 = 1;
 
-/// Words that this many bytes take.
+/// Returns the number of words that so many bytes take.
 pub const fn words(bytes: usize) -> u32 {
     bytes.div_ceil(4) as u32
 }
@@ -82,7 +82,7 @@ impl ReceiveFifo {
         held + 1 + words(bytes) + Self::reserved(out_endpoints) <= size
     }
 
-    /// Locations that no data packet takes.
+    /// Returns the number of locations that no data packet takes.
     pub const fn reserved(out_endpoints: u32) -> u32 {
         SETUP_WORDS + STATUS_WORDS * out_endpoints + NAK_WORDS
     }

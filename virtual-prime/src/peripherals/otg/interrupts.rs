@@ -41,7 +41,7 @@ impl Core {
             (gint::GONAKEFF, self.out_nak_effective),
             (gint::IEPINT, pending & 0xFFFF != 0),
             (gint::OEPINT, pending >> OUT_SHIFT != 0),
-            // The host's FIFOs, which are empty.
+            // FIFOs of host mode, which are always empty.
             (gint::NPTXFE | gint::PTXFE, true),
         ];
         live.into_iter().filter(|&(_, set)| set).fold(self.latched, |bits, (bit, _)| bits | bit)

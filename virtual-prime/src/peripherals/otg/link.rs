@@ -160,7 +160,7 @@ impl Core {
             self.out_nak_effective = false;
         }
         if value & dctl::RWUSIG != 0 && self.link.suspended {
-            // The core leaves suspend by its own signal (OTG_DSTS, SUSPSTS).
+            // The core's own signal ends suspend (OTG_DSTS, SUSPSTS).
             self.link.suspended = false;
             self.link.idle_since = None;
         }

@@ -2,7 +2,7 @@
 //!
 //! Offsets count from the core's base, 0x4008_0000 for the second core.
 
-/// Endpoints of either direction, with endpoint 0.
+/// Number of endpoints of either direction, with endpoint 0.
 pub const ENDPOINTS: usize = 9;
 
 pub const GOTGCTL: u32 = 0x000;
@@ -53,7 +53,7 @@ pub const TSIZ: u32 = 0x10;
 pub const DMA: u32 = 0x14;
 pub const DTXFSTS: u32 = 0x18;
 pub const PCGCCTL: u32 = 0xE00;
-/// The FIFO of endpoint 0 and, every 4 KB from here, of the others; then the debug window on the whole RAM.
+/// FIFO window of endpoint 0; every 4 KB another endpoint's follows, then the debug window on the whole RAM.
 pub const FIFO: u32 = 0x1000;
 pub const FIFO_STRIDE: u32 = 0x1000;
 pub const FIFO_END: u32 = FIFO + FIFO_STRIDE * ENDPOINTS as u32;
@@ -147,7 +147,7 @@ pub mod rxsts {
     pub const DPID_SHIFT: u32 = 15;
     pub const PKTSTS_SHIFT: u32 = 17;
     pub const FRMNUM_SHIFT: u32 = 21;
-    /// DPID of DATA1; DATA0 is 0.
+    /// Value of DPID for DATA1; for DATA0 it is 0.
     pub const DATA1: u32 = 0b10;
 }
 

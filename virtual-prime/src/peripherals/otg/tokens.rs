@@ -4,7 +4,7 @@ use super::core::Core;
 use super::registers::*;
 use crate::usb_host::wire::{Address, Drive, Function, Handshake, Reply, Toggle};
 
-/// SETUP packets of a control endpoint that are kept one after another.
+/// Number of SETUP packets in a row that a control endpoint keeps.
 const BACK_TO_BACK: u32 = 3;
 
 impl Core {

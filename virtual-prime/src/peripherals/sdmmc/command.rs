@@ -12,16 +12,16 @@ use super::{CMDSTOP, CMDTRANS, CPSMEN, DTEN, Data, POWER_ON, Sdmmc, flag};
 const INDEX: u64 = 0x3F;
 /// The fastest clock while cards are identified (SD PL 6.00 section 6.6.6).
 const IDENTIFICATION_HZ: u64 = 400_000;
-/// Bits of a command and of a short response, and of a long one.
+/// Lengths of a command and of a short response, and of a long response, bits.
 const SHORT_BITS: u64 = 48;
 const LONG_BITS: u64 = 136;
 /// Clocks between a command and its response: 2 to 64 (SD specification, N_CR). Cards take few.
 const RESPONSE_DELAY: u64 = 8;
 /// Clocks after which a response is given up: "a fixed value of 64 SDMMC_CK".
 const RESPONSE_TIMEOUT: u64 = 64;
-/// No response: WAITRESP of CMDR.
+/// Value of WAITRESP in CMDR for no response.
 const NO_RESPONSE: u64 = 0;
-/// A long response: WAITRESP of CMDR.
+/// Value of WAITRESP in CMDR for a long response.
 const LONG_RESPONSE: u64 = 3;
 
 /// A command on the command line.
@@ -48,7 +48,7 @@ impl Command {
 impl Sdmmc {
     pub(super) fn write_command(&mut self, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         if let Some(command) = &self.command {
-            // Nothing of CMDR changes while a command is under way.
+            // No field of CMDR changes while a command is under way.
             file.set(Register::Cmdr, command.register);
             return;
         }
@@ -61,8 +61,8 @@ impl Sdmmc {
             return;
         }
         if file.get(Register::Dctrl) & DTEN != 0 {
-            // Section 58.10.4 says that no command goes out then. On silicon it does: the vendor's driver
-            // reads the SCR, the SD status and CMD6's answer this way.
+            // Section 58.10.4 says that no command goes out then. On silicon commands do: the vendor's driver
+            // reads the SCR, the SD status and CMD6's answer in that way.
             context.tell("DCTRL", "RM0399 SDMMC: DTEN is not for transfers that a command begins");
         }
         let now_ns = context.now().0;
@@ -147,7 +147,7 @@ impl Sdmmc {
             }
             Reply::Damaged => ([0; 4], false),
             Reply::Short(word) => ([word, 0, 0, 0], true),
-            // R3 has no checksum: an error for a controller asked to check one.
+            // A response R3 has no checksum, which is an error for a controller asked to check one.
             Reply::Unchecked(word) => ([word, 0, 0, 0], command.awaits() == 2),
             Reply::Long(words) => (words, true),
         };

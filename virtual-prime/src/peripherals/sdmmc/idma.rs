@@ -1,4 +1,4 @@
-//! The internal DMA, RM0399 section 58.5.6: one buffer, or two by turns.
+//! The internal DMA, RM0399 section 58.5.6: a single buffer, or two by turns.
 
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ const REACH: [Range<u64>; 3] = [0x0800_0000..0x0820_0000, 0x2400_0000..0x2408_00
 pub(super) const FETCH: u64 = 1;
 pub(super) const STORE: u64 = 2;
 
-/// Size of one buffer in double-buffer mode.
+/// Returns the size of a buffer in double-buffer mode.
 pub(super) fn buffer_bytes(file: &RegisterFile) -> u64 {
     (file.get(Register::Idmabsizer) >> 5 & 0xFF) * 32
 }

@@ -1,4 +1,4 @@
-//! Data from the card, RM0399 section 58.5.5: Wait_R and Receive.
+//! Data from the card, RM0399 section 58.5.5: states Wait_R and Receive.
 
 use std::collections::VecDeque;
 
@@ -22,7 +22,7 @@ pub(super) struct Incoming {
     began_ns: u64,
     /// Words received, of which the last may wait for room.
     came: u64,
-    /// The next word or the end of the block; `None` while flow control holds the clock.
+    /// Event of the next word or the end of the block; `None` while flow control holds the clock.
     event: Option<EventId>,
     /// Whether the checksum will be right.
     intact: bool,

@@ -1,4 +1,4 @@
-//! Data to the card, RM0399 section 58.5.5: Wait_S, Send and Busy.
+//! Data to the card, RM0399 section 58.5.5: states Wait_S, Send and Busy.
 
 use rigless::device::{DeviceContext, RegisterFile};
 use rigless::soc::Width;

@@ -1,4 +1,4 @@
-//! The controller at its registers, clock by clock: 25 MHz on the bus, 40 ns a clock.
+//! Tests of the controller at its registers, clock by clock: 25 MHz on the bus, 40 ns a clock.
 
 use rigless::mcu::{Operate, Single};
 use rigless::soc::Layout;
@@ -10,7 +10,7 @@ use super::*;
 
 const CLOCK_NS: u64 = 40;
 const KERNEL_HZ: u64 = 200_000_000;
-/// CLKDIV 4 with one line; WIDBUS = 1 is four lines.
+/// Register CLKCR: CLKDIV 4 with one line; WIDBUS = 1 is four lines.
 const ONE_LINE: u64 = 4;
 const FOUR_LINES: u64 = 4 | 1 << 14;
 const SHORT: u64 = 1 << 8;
@@ -216,7 +216,7 @@ fn words_go_out_at_the_pace_of_the_bus() {
     for (clock, word_clocks) in [(ONE_LINE, 32), (FOUR_LINES, 8)] {
         let mut bench = Bench::new(clock);
         bench.transfer(24, 5, 1, 0);
-        // Before the card has answered nothing goes out.
+        // Before the card's response no data go out.
         for word in 0..16 {
             bench.write(Register::Fifor, word);
         }
@@ -359,7 +359,7 @@ fn the_fifo_is_closed_while_the_data_path_is_idle() {
     assert_eq!(bench.status() & (flag::RXFIFOE | flag::TXFIFOE | flag::TXFIFOHE), 0);
 }
 
-/// CLKDIV 2: 50 MHz.
+/// Register CLKCR with CLKDIV 2: 50 MHz.
 const FAST: u64 = 2 | 1 << 14;
 
 /// Switches the card to high speed (CMD6).

@@ -12,15 +12,15 @@ use crate::usb_host::wire::{Address, Function, Handshake, Reply, Toggle};
 
 /// Duration of a frame.
 const FRAME_NS: u64 = 1_000_000;
-/// Bits of a SOF packet with its sync field and end of packet.
+/// Length of a SOF packet with its sync field and end of packet, bits.
 const SOF_BITS: u64 = 35;
 /// Overhead of a transaction, bytes: token, data packet, handshake and the pauses between them.
 const OVERHEAD: u64 = 13;
 /// Overhead of an IN transaction that is answered by a handshake.
 const TOKEN: u64 = 9;
-/// Silence towards the end of a frame.
+/// Silence towards the end of a frame, bits.
 const END_BITS: u64 = 42;
-/// Attempts until a transaction without an answer ends its transfer.
+/// Number of attempts until a transaction without an answer ends its transfer.
 const ATTEMPTS: u8 = 3;
 
 const fn bits_ns(bits: u64) -> u64 {

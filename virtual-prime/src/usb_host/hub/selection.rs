@@ -12,7 +12,7 @@ use crate::usb_host::wire::Toggle;
 /// Selected configuration and alternate settings.
 #[derive(Debug, Default)]
 pub struct Selection {
-    /// bConfigurationValue, 0 for none.
+    /// Selected configuration (bConfigurationValue), 0 for none.
     pub configuration: u8,
     /// Alternate settings other than 0, by interface.
     settings: BTreeMap<u8, u8>,

@@ -25,7 +25,7 @@ struct Client {
 pub struct Clients {
     listener: TcpListener,
     clients: Vec<Client>,
-    /// A client that had the device has gone since the last question.
+    /// Whether a client that had the device has gone since the last question.
     departed: bool,
 }
 
@@ -38,7 +38,7 @@ impl Clients {
         self.listener.local_addr()
     }
 
-    /// Whether a client needs the cable in.
+    /// Whether a client needs the cable plugged in.
     pub fn wants_device(&self) -> bool {
         self.clients.iter().any(|client| client.wants_cable)
     }
@@ -48,7 +48,7 @@ impl Clients {
         std::mem::replace(&mut self.departed, false)
     }
 
-    /// Hangs up on the client that has the device, if there is one.
+    /// Closes the connection of the client that has the device, if there is one.
     pub fn unplug(&mut self, notes: &mut Vec<String>) {
         self.clients.retain(|client| {
             let has_device = client.session.has_device();

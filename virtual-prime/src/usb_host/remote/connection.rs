@@ -28,7 +28,7 @@ impl Connection {
     pub fn accept(listener: &TcpListener) -> Option<Self> {
         let (stream, peer) = listener.accept().ok()?;
         stream.set_nonblocking(true).ok()?;
-        // An answer must not wait for the acknowledgement of the one before.
+        // An answer must not wait for the acknowledgement of the answer before.
         stream.set_nodelay(true).ok()?;
         Some(Self { stream, peer, is_closed: false })
     }

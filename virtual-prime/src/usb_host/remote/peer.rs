@@ -14,7 +14,7 @@ use crate::usb_host::wire::Function;
 pub struct Peer {
     listener: TcpListener,
     peer: Option<(Connection, Session)>,
-    /// A peer has gone since the last question.
+    /// Whether a peer has gone since the last question.
     departed: bool,
 }
 
@@ -42,7 +42,7 @@ impl Peer {
         self.departed = true;
     }
 
-    /// Hangs up on the peer, if there is one.
+    /// Closes the connection of the peer, if there is one.
     pub fn unplug(&mut self, notes: &mut Vec<String>) {
         if let Some((connection, _)) = &self.peer {
             notes.push(format!("usbredir: {} is unplugged", connection.peer));
@@ -50,7 +50,7 @@ impl Peer {
         }
     }
 
-    /// Takes what has come, and notices whoever comes or goes.
+    /// Takes received bytes, and notices a peer that comes or goes.
     pub fn hear(&mut self, notes: &mut Vec<String>) {
         if let Some((connection, session)) = &mut self.peer {
             let came = connection.read(session.stream().unread());
@@ -61,7 +61,7 @@ impl Peer {
             }
         }
         while let Some(connection) = Connection::accept(&self.listener) {
-            // There is one socket: whoever else comes is turned away.
+            // There is only one socket, so a second peer is turned away.
             if self.peer.is_none() {
                 notes.push(format!("usbredir: {} plugs in", connection.peer));
                 self.peer = Some((connection, Session::default()));
@@ -75,7 +75,7 @@ impl Peer {
         }
     }
 
-    /// Goes on with the device at hand.
+    /// Serves the peer with the device at hand.
     pub fn serve<F: Function>(
         &mut self,
         root: &mut Root<'_, F>,
@@ -92,7 +92,7 @@ impl Peer {
         }
     }
 
-    /// Sends what there is to be sent.
+    /// Sends the output to the peer.
     pub fn say(&mut self) {
         if let Some((connection, session)) = &mut self.peer {
             connection.write(session.stream().output());

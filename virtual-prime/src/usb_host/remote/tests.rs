@@ -60,7 +60,7 @@ impl Bench {
     /// Waits until the connection is closed.
     fn wait_for_close(&mut self, of: &mut TcpStream) {
         let (mut bytes, mut looks) = ([0; 1024], 0);
-        // With something unread, the system says that it was reset.
+        // If the connection closes with unread bytes, the system reports a reset.
         let closed = |read: io::Result<usize>| match read {
             Ok(count) => count == 0,
             Err(error) => error.kind() != io::ErrorKind::WouldBlock,
@@ -83,7 +83,7 @@ impl Bench {
     }
 }
 
-/// HELLO of a peer that knows what QEMU does.
+/// Encodes HELLO of a peer with QEMU's capabilities.
 fn hello() -> Vec<u8> {
     let mut bytes = [0_u32, 68, 0].map(u32::to_le_bytes).concat();
     bytes.resize(12 + 64, 0);
@@ -92,7 +92,7 @@ fn hello() -> Vec<u8> {
 }
 
 const HELLO_BYTES: usize = 80;
-/// Interfaces, endpoints and connection, with their heads.
+/// Length of the announcement: interfaces, endpoints and connection, with their heads.
 const ANNOUNCEMENT_BYTES: usize = 16 + 132 + 16 + 160 + 16 + 10;
 const LIST: [u8; 8] = [1, 0x11, 0x80, 5, 0, 0, 0, 0];
 
@@ -197,7 +197,7 @@ fn who_is_unplugged_is_heard_no_more() {
     let mut peer = bench.connect(0);
     peer.write_all(&hello()).unwrap();
     bench.hear(&mut peer, HELLO_BYTES + ANNOUNCEMENT_BYTES);
-    // SET_CONFIGURATION 1, which is on its way when the cable is pulled out.
+    // The message SET_CONFIGURATION 1 is on its way when the cable is pulled out.
     peer.write_all(&[6, 0, 0, 0, 1, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 1]).unwrap();
     bench.remote.unplug();
     bench.pass_ms(1);

@@ -3,11 +3,11 @@
 
 use crate::usb_host::hub::Found;
 
-/// The protocol's version, in BCD.
+/// Version of the protocol, in BCD.
 pub const VERSION: u16 = 0x0111;
-/// Length of a busid with its zeros.
+/// Length of a busid with its trailing zeros, bytes.
 pub const BUSID_BYTES: usize = 32;
-/// Length of a command, and of its answer, without data.
+/// Length of a command, and of its answer, without data, bytes.
 pub const COMMAND_BYTES: usize = 48;
 
 const REQ_IMPORT: u16 = 0x8003;
@@ -20,7 +20,7 @@ const RET_SUBMIT: u32 = 3;
 const RET_UNLINK: u32 = 4;
 const OPERATION_BYTES: usize = 8;
 const PATH_BYTES: usize = 256;
-/// Length of the description of a packet of an isochronous transfer.
+/// Length of the description of a packet of an isochronous transfer, bytes.
 const ISO_PACKET_BYTES: usize = 16;
 /// The longest transfer that a client may ask for.
 const MOST_BYTES: usize = 64 << 20;
@@ -53,9 +53,9 @@ pub enum Operation {
 pub struct Submit {
     /// Number that names the request.
     pub sequence: u32,
-    /// Data come from the device.
+    /// Whether data come from the device.
     pub input: bool,
-    /// Endpoint, without its direction.
+    /// Number of the endpoint, without its direction.
     pub endpoint: u8,
     /// Flags, as in [`SHORT_NOT_OK`] and [`ZERO_PACKET`].
     pub flags: u32,
@@ -69,9 +69,9 @@ pub struct Submit {
     pub data: Vec<u8>,
 }
 
-/// Fewer bytes than asked for are an error.
+/// Flag for which fewer bytes than asked for are an error.
 pub const SHORT_NOT_OK: u32 = 0x01;
-/// A full last packet is followed by an empty one.
+/// Flag for an empty packet after a full last packet.
 pub const ZERO_PACKET: u32 = 0x40;
 
 /// Command of a client that has a device.
@@ -169,7 +169,7 @@ fn head(code: u16, status: u32) -> Vec<u8> {
     [&VERSION.to_be_bytes()[..], &code.to_be_bytes(), &status.to_be_bytes()].concat()
 }
 
-/// The answer to [`Operation::List`].
+/// Returns the answer to [`Operation::List`].
 #[must_use]
 pub fn list(device: Option<&Found>, busid: &str, configuration: u8) -> Vec<u8> {
     let mut bytes = head(REP_DEVLIST, 0);
@@ -181,7 +181,7 @@ pub fn list(device: Option<&Found>, busid: &str, configuration: u8) -> Vec<u8> {
     bytes
 }
 
-/// The answer to [`Operation::Import`].
+/// Returns the answer to [`Operation::Import`].
 #[must_use]
 pub fn imported(device: Result<&Found, Refusal>, busid: &str, configuration: u8) -> Vec<u8> {
     match device {
@@ -197,7 +197,7 @@ pub fn submitted(sequence: u32, status: i32, actual: u32, data: &[u8]) -> Vec<u8
     [&words.map(u32::to_be_bytes).concat(), data].concat()
 }
 
-/// The answer to [`Command::Unlink`].
+/// Returns the answer to [`Command::Unlink`].
 #[must_use]
 pub fn unlinked(sequence: u32, status: i32) -> Vec<u8> {
     let words = [RET_UNLINK, sequence, 0, 0, 0, status as u32, 0, 0, 0, 0, 0, 0];

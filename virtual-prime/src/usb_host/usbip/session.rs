@@ -12,15 +12,15 @@ use crate::usb_host::request::{self, Setup};
 use crate::usb_host::transfer::{Completion, Direction, Kind, Outcome, Request, TransferId};
 use crate::usb_host::wire::Function;
 
-/// The name of the one device that there is.
+/// Name (busid) of the only device.
 pub const BUSID: &str = "1-1";
 /// Time that a client's question waits for a device to appear.
 const PATIENCE_NS: u64 = 1_000_000_000;
-/// Requests of the USB class to a port of a hub, which a client's resets may come as.
+/// Type of class requests to a port of a hub, by which a client may reset the device.
 const TO_PORT: u8 = 0x23;
 const PORT_RESET: u16 = 4;
 
-/// Error numbers of Linux.
+/// Linux error numbers of the answers.
 mod error {
     pub const NOENT: i32 = -2;
     pub const INVAL: i32 = -22;
@@ -36,9 +36,9 @@ mod error {
 struct Pending {
     sequence: u32,
     setup: Option<Setup>,
-    /// Bytes that have to come for the transfer to be good.
+    /// Least number of bytes for the transfer to count as successful.
     needs: usize,
-    /// The number of the command that has unlinked it.
+    /// Number of the command that has unlinked the transfer.
     unlinked: Option<u32>,
 }
 
@@ -55,7 +55,7 @@ enum Stage {
     Lost,
 }
 
-/// A conversation with a client.
+/// A session with a client.
 #[derive(Debug)]
 pub struct Session {
     stage: Stage,
@@ -241,7 +241,7 @@ impl Session {
             root.follow(setup);
         }
         match pending.unlinked {
-            // An unlinked transfer has no end of its own.
+            // An unlinked transfer gets no answer of its own, only the unlink command does.
             Some(sequence) if ended.outcome == Outcome::Cancelled => {
                 self.output.extend(packet::unlinked(sequence, error::CONNRESET));
             }

@@ -8,7 +8,8 @@ use crate::usb_host::request::{self, Setup};
 
 /// Announces a connected device: its interfaces, its endpoints and device_connect, in this order.
 pub fn device(found: &Found, hub: &Hub) -> [Message; 3] {
-    // Nothing is selected, but what the peer thinks of the device depends on its interfaces.
+    // Nothing is selected yet, but the peer judges the device by its interfaces, so those of the first
+    // configuration are announced.
     let first = found.configurations.first();
     let connect = Message::DeviceConnect(DeviceInfo {
         speed: FULL_SPEED,

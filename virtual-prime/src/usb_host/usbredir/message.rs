@@ -78,7 +78,7 @@ impl Status {
     }
 }
 
-/// Places for endpoints: OUT n has n, IN n has 16 + n.
+/// Number of places for endpoints: OUT n has place n, IN n has 16 + n.
 pub const PLACES: usize = 32;
 /// Type of an endpoint that does not exist. All other types are those of bmAttributes.
 pub const NO_ENDPOINT: u8 = 255;
@@ -96,7 +96,7 @@ pub const fn place(address: u8) -> usize {
 pub struct EndpointInfo {
     /// Transfer type from bmAttributes, or [`NO_ENDPOINT`].
     pub kind: u8,
-    /// bInterval. QEMU refuses a device with 0 at an interrupt endpoint.
+    /// Polling interval, bInterval. QEMU refuses a device with 0 at an interrupt endpoint.
     pub interval: u8,
     /// Number of the endpoint's interface.
     pub interface: u8,
@@ -136,7 +136,7 @@ pub struct DeviceInfo {
 /// The head of a control packet; the answer repeats the question's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ControlHead {
-    /// 0x80 for a question that the device answers with data, else 0.
+    /// Endpoint: 0x80 for a request that the device answers with data, else 0.
     pub endpoint: u8,
     /// Request code of the SETUP packet, bRequest.
     pub request: u8,
@@ -148,7 +148,7 @@ pub struct ControlHead {
     pub value: u16,
     /// Parameter wIndex of the SETUP packet.
     pub index: u16,
-    /// wLength, and in the answer the bytes that went or came.
+    /// Length of the data (wLength); in the answer, bytes sent or received.
     pub length: u16,
 }
 
@@ -171,11 +171,11 @@ pub struct BulkHead {
 pub enum Message {
     /// First message of each side: a name and the side's capabilities.
     Hello(String, Capabilities),
-    /// A device is there.
+    /// A device has connected.
     DeviceConnect(DeviceInfo),
     /// The device has gone.
     DeviceDisconnect,
-    /// Reset the bus; there is no answer.
+    /// Resets the bus; there is no answer.
     Reset,
     /// The interfaces of the configuration.
     InterfaceInfo(Vec<InterfaceInfo>),
@@ -211,7 +211,7 @@ pub enum Message {
         status: u8,
         endpoint: u8,
     },
-    /// Keep asking an interrupt endpoint, and send what comes.
+    /// Starts continuous polling of an interrupt endpoint, with its packets sent to the peer.
     StartInterruptReceiving {
         endpoint: u8,
     },
@@ -222,7 +222,7 @@ pub enum Message {
         status: u8,
         endpoint: u8,
     },
-    /// The request with this message's identifier is not wanted any more.
+    /// Cancels the request with the message's identifier.
     CancelDataPacket,
     /// The peer refuses this device.
     FilterReject,

@@ -16,12 +16,12 @@ pub enum Pending {
     Bulk(u64, BulkHead),
     /// A packet to an interrupt endpoint, with its identifier.
     Interrupt(u64, u8),
-    /// The next packet of this interrupt endpoint.
+    /// Polling of this interrupt endpoint for its next packet.
     Receiving(u8),
 }
 
 impl Pending {
-    /// The identifier that has to be answered.
+    /// Returns the identifier that has to be answered.
     pub const fn id(&self) -> Option<u64> {
         match self {
             Self::Control(id, _) | Self::Selection(id, _) | Self::Bulk(id, _) | Self::Interrupt(id, _) => Some(*id),
@@ -68,7 +68,7 @@ const fn selection(message: &Message) -> Option<Setup> {
     Some(Setup { kind, request, value: value as u16, index: index as u16, length })
 }
 
-/// Makes a transfer of a request.
+/// Turns a request into a transfer, or refuses it.
 pub fn begin(hub: &Hub, id: u64, message: &Message) -> Begun {
     match message {
         Message::ControlPacket(head, data) => control(hub, id, head, data),
@@ -96,7 +96,7 @@ pub fn begin(hub: &Hub, id: u64, message: &Message) -> Begun {
 fn control(hub: &Hub, id: u64, head: &ControlHead, data: &[u8]) -> Begun {
     let setup = setup_of(head);
     if (setup.kind, setup.request) == (request::DEVICE_OUT, request::SET_ADDRESS) {
-        // The address is the hub's affair.
+        // SET_ADDRESS is left to the hub, which has given the address.
         return Begun::Refused(Status::Success);
     }
     let expected = if setup.reads() { 0 } else { usize::from(setup.length) };
@@ -155,7 +155,7 @@ const fn status_of(outcome: Outcome) -> Status {
     }
 }
 
-/// The answer to a request whose transfer has ended.
+/// Returns the answer to a request whose transfer has ended.
 pub fn answer(pending: Pending, ended: Completion) -> Option<(u64, Message)> {
     let status = status_of(ended.outcome) as u8;
     let said = ended.data.first().copied().unwrap_or(0);
@@ -177,7 +177,7 @@ pub fn answer(pending: Pending, ended: Completion) -> Option<(u64, Message)> {
     })
 }
 
-/// The answer to a request that has messages of its own.
+/// Returns the answer to a request that has messages of its own.
 const fn selected(setup: Setup, status: u8, said: u8) -> Message {
     let (interface, told) = (setup.index as u8, setup.value as u8);
     match setup.request {

@@ -44,7 +44,7 @@ pub struct Session {
     pending: HashMap<TransferId, Pending>,
     /// Interrupt endpoints that are polled continuously: the next packet's identifier, by address.
     receiving: BTreeMap<u8, u64>,
-    /// The peer does not want the device.
+    /// Whether the peer has refused the device.
     rejected: bool,
 }
 
@@ -68,19 +68,19 @@ impl Session {
         &mut self.stream
     }
 
-    /// Whether the peer wants a device: it has said HELLO, and has not refused ours.
+    /// Whether the peer wants a device: it has sent HELLO, and has not refused ours.
     #[must_use]
     pub const fn wants_device(&self) -> bool {
         self.stream.agreed().is_some() && !self.rejected
     }
 
-    /// Whether the peer does not want our device.
+    /// Whether the peer has refused our device.
     #[must_use]
     pub const fn is_rejected(&self) -> bool {
         self.rejected
     }
 
-    /// Hears the peer's HELLO, if that has come; before it, the peer wants no device.
+    /// Reads the peer's HELLO, if that has come; before it, the peer wants no device.
     ///
     /// # Errors
     /// The peer does not speak the protocol.
@@ -108,7 +108,7 @@ impl Session {
         self.catch_up(root);
         while let Some((id, message)) = self.stream.take_message()? {
             self.hear(root, id, message)?;
-            // An acknowledgement makes way for the next announcement.
+            // An acknowledged departure lets the next device be announced.
             self.follow_device(root);
         }
         Ok(())

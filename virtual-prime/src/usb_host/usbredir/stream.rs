@@ -6,7 +6,8 @@
 use super::codec::Malformed;
 use super::message::{Capabilities, Message, number};
 
-/// The longest body that is believed: a bulk packet of a program on the peer's side that asks for a lot.
+/// Greatest length of a body that is accepted: a bulk packet of a program on the peer's side that asks for a
+/// lot.
 const MOST_BYTES: usize = 64 << 20;
 const SHORT_HEAD: usize = 12;
 const LONG_HEAD: usize = 16;
@@ -24,7 +25,7 @@ pub struct Stream {
 }
 
 impl Stream {
-    /// A connection that begins with our HELLO.
+    /// Creates a connection that begins with our HELLO.
     #[must_use]
     pub fn new(name: &str, ours: Capabilities) -> Self {
         let mut stream = Self { ours, agreed: None, input: Vec::new(), read: 0, output: Vec::new() };
@@ -88,7 +89,7 @@ impl Stream {
         None
     }
 
-    /// Sends a message. Before the peer's HELLO there is nothing to be said.
+    /// Sends a message, which before the peer's HELLO is ignored.
     pub fn send(&mut self, id: u64, message: &Message) {
         if let Some(agreed) = self.agreed {
             self.put(id, message, agreed);

@@ -29,7 +29,7 @@ impl Bench {
 fn a_setup_is_taken_at_once_and_its_stage_ends_with_the_next_token() {
     let mut bench = Bench::ready();
     bench.setup(GET, &[]);
-    // 21 bytes on the bus, after the SOF at most.
+    // The transfer takes 21 bytes on the bus, after the SOF at most.
     bench.run(17_000);
     let word = bench.r(GRXSTSR);
     assert_eq!(word >> rxsts::PKTSTS_SHIFT & 0xF, rxsts::SETUP_DATA);
@@ -47,7 +47,7 @@ fn a_setup_is_taken_at_once_and_its_stage_ends_with_the_next_token() {
     assert_ne!(bench.r(DAINT) & 1 << 16, 0);
     assert_ne!(bench.r(GINTSTS) & gint::OEPINT, 0);
     assert_eq!(bench.r(OUT + TSIZ) >> 29, 2, "STUPCNT");
-    // NAK both ways until firmware has cleared it.
+    // NAK stays set both ways until firmware has cleared it.
     assert_ne!(bench.r(IN + CTL) & bench.r(OUT + CTL) & epctl::NAKSTS, 0);
     assert_ne!(bench.r(IN + INT) & epint::NAK, 0);
     assert_ne!(bench.r(IN + INT) & epint::ITTXFE, 0);
@@ -60,7 +60,7 @@ fn a_control_read_sends_its_packets_and_takes_the_status() {
     assert_eq!(bench.take_setup(), GET);
     bench.arm_control_out(0);
     let answer: Vec<u8> = (0..100).collect();
-    // Endpoint 0 has XFRSIZ for one packet: two transfers.
+    // XFRSIZ of endpoint 0 is enough for a packet, so two transfers are needed.
     bench.send(0, &answer[..64], 1);
     bench.run(MS);
     assert_ne!(bench.r(IN + INT) & epint::XFRC, 0);
@@ -126,7 +126,7 @@ fn a_request_is_stalled_and_the_next_setup_ends_that() {
     bench.w(OUT + CTL, epctl::STALL);
     bench.run(MS);
     bench.expect(id, Outcome::Stalled);
-    // Firmware cannot clear it.
+    // Firmware cannot clear STALL of endpoint 0.
     bench.w(IN + CTL, 0);
     assert_ne!(bench.r(IN + CTL) & epctl::STALL, 0);
     let id = bench.setup(NO_DATA, &[]);
@@ -146,7 +146,7 @@ fn a_new_setup_in_the_middle_is_taken_whatever_was_under_way() {
     bench.arm_control_out(64);
     bench.run(MS);
     bench.expect(first, Outcome::Done);
-    // Data are in the FIFO and their status was not asked for; a read comes instead.
+    // Data are in the FIFO with their status unread; a read comes instead.
     let second = bench.setup(GET, &[]);
     bench.run(MS);
     let order: Vec<u32> = (0..4).map(|_| bench.pop().0).collect();
@@ -164,7 +164,7 @@ fn an_answer_that_nobody_fetched_is_still_in_the_fifo_until_it_is_flushed() {
         let broken = Request::Abandoned { setup: GET, data: Vec::new(), after: 1 };
         bench.submit(CONTROL, broken);
         bench.run(MS);
-        // The host gave up after the SETUP; the next one ends its stage.
+        // The host gave up after the SETUP; the next SETUP ends its stage.
         bench.pop();
         bench.send(0, &[1; 8], 1);
         let id = bench.setup(GET, &[]);
@@ -211,7 +211,7 @@ fn the_status_of_a_read_with_data_in_it_is_stalled_if_asked_for() {
 
 #[test]
 fn an_endpoint_that_was_enabled_again_early_stays_enabled() {
-    // Firmware that answers at the SETUP's data, before the end of its stage is popped.
+    // Firmware answers at the SETUP's data, before it pops the end of the SETUP stage.
     let mut bench = Bench::ready();
     let id = bench.setup(GET, &[]);
     bench.run(MS);

@@ -13,11 +13,11 @@ use crate::usb_host::transfer::{Completion, Direction, Endpoint, Kind, Outcome, 
 
 const MS: u64 = 1_000_000;
 
-/// The board as an image should have set it up.
+/// Surroundings of the core as an image should have set them up.
 const WIRED: Surroundings =
     Surroundings { kernel_hz: 48_000_000, pins: true, supply: true, ulpi: false, ulpi_asleep: false };
 
-/// A core with a host, and the time.
+/// A core with a host, and the virtual time.
 struct Bench {
     core: Core,
     host: Controller,
@@ -101,7 +101,7 @@ impl Bench {
         self.w(OUT + STRIDE + CTL, control | epctl::EPENA | epctl::CNAK);
     }
 
-    /// Sends on an IN endpoint.
+    /// Sends data on an IN endpoint.
     fn send(&mut self, number: u32, data: &[u8], packets: u32) {
         self.w(IN + number * STRIDE + TSIZ, packets << 19 | data.len() as u32);
         let control = self.r(IN + number * STRIDE + CTL);
@@ -157,7 +157,7 @@ impl Bench {
         self.ended.extend(self.host.take_completions());
     }
 
-    /// The interrupt line of the core.
+    /// Returns the level of the core's interrupt line.
     fn line(&self) -> bool {
         self.core.lines()[3]
     }

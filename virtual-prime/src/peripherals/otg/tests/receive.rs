@@ -96,7 +96,7 @@ fn a_repeated_packet_is_acknowledged_and_dropped() {
     let full = [1; 64];
     bench.submit(BULK_OUT, out(&full));
     bench.run(MS);
-    // The host has not heard the handshake: the same packet with the same toggle.
+    // The host has not received the handshake, so it repeats the packet with the same toggle.
     bench.host.set_toggle(BULK_OUT, Toggle::Data0);
     let id = bench.submit(BULK_OUT, out(&full));
     bench.run(MS);
@@ -163,7 +163,7 @@ fn an_image_that_never_writes_the_count_gets_packet_by_packet() {
     bench.open_bulk();
     let id = bench.submit(BULK_OUT, out(&[8; 128]));
     for _ in 0..2 {
-        // Enabled again before the end is popped.
+        // The endpoint is enabled again before the end is popped.
         bench.w(OUT + STRIDE + CTL, bench.core.peek(OUT + STRIDE + CTL) | epctl::EPENA | epctl::CNAK);
         bench.run(MS);
         assert_eq!(bench.pop().0, rxsts::OUT_DATA);
@@ -211,7 +211,7 @@ fn data_that_are_not_read_are_lost_and_reading_on_is_said() {
     bench.r(FIFO);
     bench.r(GRXSTSP);
     assert_eq!(bench.found(), ["GRXSTSP"]);
-    // The second packet has four bytes, and any window reads the one FIFO.
+    // The second packet has four bytes, and any window reads the receive FIFO.
     assert_eq!(bench.r(FIFO + 3 * FIFO_STRIDE), 0x0101_0101);
     assert_eq!(bench.r(FIFO), 0);
     assert_eq!(bench.found(), ["FIFO"]);

@@ -130,7 +130,7 @@ fn accesses_that_have_no_model_are_said() {
     bench.w(IN + STRIDE + CTL, epctl::USBAEP | 1 << epctl::EPTYP_SHIFT | 1 << 22 | 64 | epctl::EPENA);
     bench.w(DCFG, 0);
     assert_eq!(bench.found(), ["GAHBCFG", "host registers", "GUSBCFG", "DIEPCTLx", "DCFG"]);
-    // Each is said once.
+    // Each finding is reported once.
     bench.w(DCFG, 0);
     assert!(bench.found().is_empty());
 }

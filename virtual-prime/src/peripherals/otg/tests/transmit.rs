@@ -255,7 +255,7 @@ fn what_comes_too_late_for_a_frame_goes_into_the_next() {
     let mut bench = Bench::ready();
     bench.open_bulk();
     bench.submit(BULK_IN, Request::In(64));
-    // NAK, and then, at the end of the frame, data.
+    // The endpoint answers NAK, and then, at the end of the frame, has data.
     bench.run(MS - bench.now % MS - 30_000);
     bench.send(1, &[1; 64], 1);
     assert!(bench.host.next().is_some_and(|at| at > bench.now));

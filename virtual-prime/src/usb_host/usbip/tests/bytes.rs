@@ -63,7 +63,8 @@ fn a_device_is_listed_with_its_interfaces_and_imported_without() {
     assert_eq!(list.len(), 12 + 312 + 2 * 4);
     assert_eq!(list[..12], [1, 0x11, 0, 5, 0, 0, 0, 0, 0, 0, 0, 1]);
     assert_eq!(&list[0x10C..0x110], b"1-1\0");
-    // Bus, device, speed; vendor, product, release; class; configuration, configurations, interfaces.
+    // The fields are bus, device, speed; vendor, product, release; class; configuration, configurations,
+    // interfaces.
     assert_eq!(list[0x12C..0x138], words(&[1, 2, 2]));
     assert_eq!(list[0x138..0x144], [0x1D, 0x50, 0x60, 0x15, 1, 2, 0xEF, 2, 1, 0, 1, 2]);
     assert_eq!(list[0x144..], [2, 2, 1, 0, 10, 0, 0, 0]);

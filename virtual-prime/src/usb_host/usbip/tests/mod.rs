@@ -1,4 +1,5 @@
-//! Packets against their bytes, and a session with a client on one side and a device on the other.
+//! Tests of packets against their bytes, and of a session with a client on one side and a device on the
+//! other.
 
 mod bytes;
 mod transfers;
@@ -55,7 +56,7 @@ impl Bench {
         Self { session: Session::default(), hub, controller, device, now_ns: 0, others: None }
     }
 
-    /// The client has the device.
+    /// Lets the client import the device.
     fn imported() -> Self {
         let mut bench = Self::new(Mock::connected());
         bench.session.receive(&import(BUSID));

@@ -2,7 +2,7 @@ use super::super::message::{DeviceInfo, EndpointInfo, InterfaceInfo, place};
 use super::*;
 use crate::usb_host::usbredir::message::Status;
 
-/// Everything both sides of QEMU and this server agree on.
+/// Capabilities that both QEMU and this server have.
 const AGREED: Capabilities = Capabilities::OURS;
 
 /// Messages with the bytes that the protocol's description gives for them.
@@ -95,7 +95,7 @@ fn a_short_body_is_malformed_and_an_unknown_kind_is_passed_over() {
     assert_eq!([0, 1, 2, 3, 4, 5, 6, 9].map(|byte| Status::of(byte) as u8), [0, 1, 2, 3, 4, 5, 6, 3]);
 }
 
-/// HELLO with this name and these capabilities, as its bytes.
+/// Encodes HELLO with this name and these capabilities.
 fn hello(name: &str, known: &[u32]) -> Vec<u8> {
     let mut bytes = [0_u32, 64 + 4 * known.len() as u32, 0].map(u32::to_le_bytes).concat();
     bytes.extend(name.bytes());

@@ -29,7 +29,7 @@ fn a_device_that_answers_no_more_is_an_error_and_its_notifications_stop() {
     bench.pass_ms(60);
     let mut answers = bench.answers();
     answers.sort();
-    // A peer begins again after a stall alone.
+    // The interrupt endpoint's error is told as a stall, the only error after which a peer polls again.
     assert_eq!(answers, [(0, 4, vec![0x82]), (2, 3, vec![]), (3, 3, vec![])]);
 }
 

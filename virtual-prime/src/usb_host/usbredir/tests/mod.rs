@@ -1,4 +1,4 @@
-//! Messages against their bytes, and a session with a peer on one side and a device on the other.
+//! Tests of messages against their bytes, and of a session with a peer on one side and a device on the other.
 
 mod bytes;
 mod device;
@@ -47,7 +47,7 @@ impl Bench {
         }
     }
 
-    /// The device is plugged in, and announced to the peer.
+    /// Plugs the device in, and announces it to the peer.
     fn announced() -> Self {
         let mut bench = Self::new(Mock::connected());
         bench.root().plug();
@@ -133,7 +133,7 @@ impl Bench {
     }
 }
 
-/// A question for a descriptor.
+/// Builds a request for a descriptor.
 const fn descriptor(kind: u8, length: u16) -> Setup {
     let value = (kind as u16) << 8;
     Setup { kind: request::DEVICE_IN, request: request::GET_DESCRIPTOR, value, index: 0, length }
