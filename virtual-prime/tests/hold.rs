@@ -28,7 +28,7 @@ const TOLERANCE_NS: u64 = 150;
 /// Time after which the operator ends the hold.
 const HELD_MS: u64 = 15;
 
-/// A kind of motion: its file, and the time from the motion's begin to the first hold.
+/// A kind of motion: its file, and the time from the motion's start to the first hold.
 struct Scene {
     name: &'static str,
     settings: &'static [&'static str],

@@ -86,7 +86,7 @@ struct Whole {
     writes: Vec<BlockWrite>,
     edges: Vec<StepEdge>,
     laid: Laid,
-    /// Begin and end of the job, nanoseconds.
+    /// Start and end of the job, nanoseconds.
     begun: u64,
     ended: u64,
 }

@@ -168,7 +168,7 @@ fn a_job_run_twice_gives_the_same_edge_hash() {
     assert_eq!(first, on_the_board(&Case::plain()).0);
 }
 
-/// Edge of a motion: time since its begin (nanoseconds), motor, direction.
+/// Edge of a motion: time since its start (nanoseconds), motor, direction.
 type Edge = (u64, Actuator, Direction);
 pub type Motion = Vec<Edge>;
 
@@ -176,7 +176,7 @@ pub type Motion = Vec<Edge>;
 /// events it counts as late.
 const TOLERANCE_NS: u64 = 250;
 
-/// Splits edges where nothing moves for 100 ms: the begin of the next motion is the dispatcher's business,
+/// Splits edges where nothing moves for 100 ms: the start of the next motion is the dispatcher's business,
 /// its shape is not.
 pub fn motions(edges: &[StepEdge]) -> Vec<Motion> {
     let mut motions = Vec::<Motion>::new();

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 /// A call of a counted function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Call {
-    /// Begin of the call, nanoseconds since power-on.
+    /// Start of the call, nanoseconds since power-on.
     pub at_ns: u64,
     /// Instructions that the core had executed before the call.
     pub before: u64,

@@ -6,7 +6,7 @@ use crate::image::Mask;
 /// A window of masked interrupts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
-    /// Begin of the window, nanoseconds since power-on.
+    /// Start of the window, nanoseconds since power-on.
     pub at_ns: u64,
     /// Address of the instruction that began the window.
     pub address: u64,

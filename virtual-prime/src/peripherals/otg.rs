@@ -53,7 +53,7 @@ use crate::usb_host::controller::Controller;
 pub const GLOBAL: &str = "OTG2_HS_GLOBAL";
 /// Base address of the core.
 const BASE: u64 = 0x4008_0000;
-/// Begin of the window that has everything but the global registers.
+/// Start of the window that has everything but the global registers.
 const WINDOW: u32 = registers::HOST;
 /// End of the core's block, with the debug window on the FIFOs' RAM.
 const END: u32 = 0x4_0000;

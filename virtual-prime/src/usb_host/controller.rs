@@ -55,10 +55,10 @@ struct Pipe {
 struct Flight {
     pipe: usize,
     step: Step,
-    /// Answer to an IN token, known from the transaction's begin.
+    /// Answer to an IN token, known from the transaction's start.
     reply: Option<Reply>,
     ends: u64,
-    /// Whether the device has changed since the transaction's begin, so that it may answer differently if
+    /// Whether the device has changed since the transaction's start, so that it may answer differently if
     /// asked again.
     outdated: bool,
 }

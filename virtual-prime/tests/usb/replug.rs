@@ -8,7 +8,7 @@ use super::velvet::{GREETING, Plugged, plug};
 use crate::common::MS;
 use crate::common::velvet::{Plan, SECOND};
 
-/// Round of a file: X and Y, relative, back to its begin.
+/// Round of a file: X and Y, relative, back to its start.
 const ROUND: &str = "G1 X0.4 Y0.1 F6000\nG1 X0.1 Y0.5\nG3 X-0.4 Y-0.2 I-0.2 J-0.1\nG1 X-0.1 Y-0.4\n";
 /// Time that is longer than a round.
 const ROUND_MS: u64 = 200;
