@@ -11,6 +11,7 @@ mod sizes;
 mod sources;
 mod structure;
 mod thumb;
+mod words;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -29,7 +30,11 @@ const HELP: &str = "usage: cargo xtask <task>
                    the image for a card into flashme.bin beside it
   memory ELF       bytes taken in each memory region
   sizes ELF [WHAT] where bytes and stacks go: crate (bytes of flash by crate), function (the largest), text (constants by
-                   kind, texts that are there twice) or stack (how deep stacks get, by calls and frames)";
+                   kind, texts that are there twice) or stack (how deep stacks get, by calls and frames)
+  words [FOLDER]   comments that open with a pronoun or are of a few words, by crate; with FOLDER each of them there";
+
+/// Comments that may open with a pronoun, and that may be of a few words, percent of all.
+const MOST_OF_WORDS: (f64, f64) = (5.0, 3.0);
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -54,6 +59,8 @@ fn run(arguments: &[String]) -> Result<()> {
         ["sizes", elf] => sizes::report(Path::new(elf), "crate"),
         ["sizes", elf, what] => sizes::report(Path::new(elf), what),
         ["budget", elf, board] => budget::check(root(), Path::new(elf), Path::new(board)),
+        ["words"] => words::check(root(), None, MOST_OF_WORDS),
+        ["words", folder] => words::check(root(), Some(folder), MOST_OF_WORDS),
         ["itcm", elf] => itcm::check(Path::new(elf)),
         _ => bail!("{HELP}"),
     }
