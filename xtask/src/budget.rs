@@ -19,12 +19,12 @@ use crate::{memory, sizes};
 const FILE: &str = "bench/budget.toml";
 /// Every figure that was measured, whether or not it has a row.
 const FIGURES: &str = "out/bench/held.json";
-/// Where the priorities of interrupts are written.
+/// The source with the interrupts' priorities.
 const TASKS: &str = "firmware/src/main.rs";
 /// The symbol of the executor's stack.
 const STACK: &str = "thread_stack5STACK";
 
-/// What a figure may be.
+/// The limit of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Limit {
     AtMost(f64),
@@ -67,7 +67,7 @@ pub fn check(root: &Path, elf: &Path, virtual_prime: &Path) -> Result<()> {
     Ok(())
 }
 
-/// What the linked image takes: flash in all and by crate, what is free of each memory, and its stacks.
+/// Sizes of the linked image: flash in all and by crate, what is free of each memory, and its stacks.
 pub fn sizes(root: &Path, image: &[u8]) -> Result<Ledger> {
     let mut figures = Ledger::new();
     for ((name, used), (_, range)) in memory::used(image)?.into_iter().zip(memory::REGIONS) {

@@ -9,10 +9,10 @@ use serde_json::Value;
 
 use crate::{sources, structure};
 
-/// Which of our crates each crate may use. A crate that is not listed may not exist.
+/// The workspace's crates that each crate may use. A crate that is not listed may not exist.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("units", &[]),
-    // What is kept of what happened, for everybody to write.
+    // The log of events, which every crate may write.
     ("events", &["units"]),
     // The board on paper: what the simulated machine is wired by, and never the firmware.
     ("board-facts", &[]),
@@ -37,7 +37,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // The step interrupt plays `motion::queue`, the one structure solver and interrupt share; the card's host
     // controller is driven by `drivers::sd`; the flash is what `update` writes to.
     ("bsp-prime", &["units", "events", "motion", "drivers", "update"]),
-    // It knows no machine.
+    // Boot code knows no machine.
     ("boot", &["bsp-prime", "drivers", "update", "usb"]),
     (
         "firmware",

@@ -58,7 +58,7 @@ pub fn run(root: &Path, elf: &Path, virtual_prime: &Path, velvet: &Path) -> Resu
     Ok(())
 }
 
-/// Where the image is measured, without what verifies its steps.
+/// Measures the image, without the programs that verify its steps.
 pub fn bench<'a>(root: &Path, elf: &'a Path, virtual_prime: &'a Path) -> Bench<'a> {
     Bench { elf, virtual_prime, velvet: Path::new(""), scratch: root.join("out/bench") }
 }

@@ -1,4 +1,4 @@
-//! How much of each memory an image takes, by the addresses of its sections.
+//! Bytes of each memory that an image takes, by the addresses of its sections.
 
 use std::fs;
 use std::ops::Range;
@@ -19,7 +19,7 @@ pub const REGIONS: &[(&str, Range<u64>)] = &[
     ("sram4", 0x3800_0000..0x3801_0000),
 ];
 
-/// Where the firmware has room for the boot stage, which is no part of the image.
+/// The firmware's room for the boot stage, which is no part of the image.
 const BOOT_STAGE: &str = ".boot";
 
 /// Bytes taken in each of [`REGIONS`]. Flash counts what is stored there, load images of other regions
@@ -44,7 +44,7 @@ pub fn used(elf_bytes: &[u8]) -> Result<Vec<(&'static str, u64)>> {
     Ok(used)
 }
 
-/// Prints the table.
+/// Prints a row for each memory.
 pub fn report(elf: &Path) -> Result<()> {
     let bytes = fs::read(elf).with_context(|| elf.display().to_string())?;
     for ((name, taken), (_, range)) in used(&bytes)?.into_iter().zip(REGIONS) {

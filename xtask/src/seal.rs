@@ -11,7 +11,7 @@ use object::read::elf::{ElfFile32, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, elf};
 use update::{MANIFEST_BYTES, PRIME, WORD};
 
-/// What erased flash reads as.
+/// Value of an erased byte of flash.
 const ERASED: u8 = 0xFF;
 /// The image's file on a card, as Smoothieware v2 has it.
 const CARD_FILE: &str = "flashme.bin";
@@ -79,7 +79,7 @@ fn seal(mut bytes: Vec<u8>, boot: &[u8]) -> Result<Sealed> {
     })
 }
 
-/// Where a section lies in an ELF file.
+/// Offset of a section in an ELF file.
 fn section(bytes: &[u8], name: &str) -> Result<Range<usize>> {
     let file = object::File::parse(bytes).context("not an ELF file")?;
     let section = file.section_by_name(name).with_context(|| format!("no section {name}: is this the firmware?"))?;

@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 const MAY_BE_UNSAFE: &[&str] = &["bsp-prime", "boot", "firmware"];
 /// Past this a file holds a second idea.
 const MAX_LINES: usize = 500;
-/// What a comment may not go beyond, columns.
+/// Last column that a comment may reach.
 const COMMENT_COLUMNS: usize = 110;
 /// Not ours to judge.
 const SKIP: &[&str] = &["target", ".git", "node_modules"];

@@ -1,4 +1,4 @@
-//! How the files of a crate hang together: which name each other, which types are spread over many of them,
+//! Structure of a crate: files that name each other, types are spread over many of them,
 //! who may wait.
 //!
 //! Files are read with `syn`. An edge is an import, a path in the text, or the call of a method of `self` or
@@ -21,7 +21,7 @@ const LARGEST_CIRCLE: usize = 3;
 /// Most files with an `impl` of one type.
 const MOST_IMPL_FILES: usize = 3;
 
-/// What a rule needs to know of a crate.
+/// Facts of a crate that a rule needs.
 #[derive(Debug, Default)]
 pub struct Structure {
     /// By file, those that it names.
@@ -184,7 +184,7 @@ fn resolve(
     }
 }
 
-/// What a file says of itself.
+/// Names that a file declares and uses.
 #[derive(Debug, Default)]
 struct Facts {
     paths: BTreeSet<Vec<String>>,
@@ -214,7 +214,7 @@ impl Facts {
         }
     }
 
-    /// What is imported can be named by the modules below, too.
+    /// An imported name can be used by the modules below, too.
     fn imported(&mut self, name: String, path: Vec<String>, gives_on: bool) {
         if !gives_on {
             self.paths.insert(path.clone());

@@ -2,23 +2,23 @@
 //! patterns of ARM DDI 0403E (section A7.7). A
 //! disassembler would be a large dependency, and the small ones do not know the floating point unit's.
 
-/// One instruction.
+/// A decoded Thumb-2 instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Instruction {
-    /// Its length in bytes: 2 or 4.
+    /// Length in bytes: 2 or 4.
     pub length: u64,
-    /// What it does.
+    /// Effect on stack and control flow.
     pub effect: Effect,
 }
 
-/// What an instruction does, as far as anybody asks.
+/// Effects of instructions that the reports look at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
     /// The stack pointer moves down by so many bytes, or up.
     Stack(i64),
     /// The stack pointer moves up, and the function returns.
     Return,
-    /// It moves down by what a register holds.
+    /// The stack pointer moves down by a register.
     StackBy(u8),
     /// A register becomes the stack pointer less so many bytes.
     BelowStack(u8, i64),
@@ -46,7 +46,7 @@ pub enum Effect {
     Other(u16),
 }
 
-/// Registers by number.
+/// Numbers of registers that are named.
 const SP: u16 = 13;
 const LR: u8 = 14;
 const PC: u16 = 15;
@@ -80,7 +80,7 @@ fn narrow(pc: u64, word: u16) -> Effect {
         // B<c> T1; conditions 14 and 15 are UDF and SVC.
         0xD000..=0xDDFF => Effect::Branch(pc.wrapping_add_signed(signed(u32::from(word & 0xFF) << 1, 9))),
         0xE000..=0xE7FF => Effect::Jump(pc.wrapping_add_signed(signed(u32::from(word & 0x7FF) << 1, 12))),
-        // CBZ and CBNZ.
+        // Decodes CBZ and CBNZ.
         _ if word & 0xF500 == 0xB100 => Effect::Branch(pc + u64::from((word >> 9 & 1) << 6 | (word >> 3 & 31) << 1)),
         _ => Effect::Other(1 << narrow_target(word)),
     }
@@ -111,7 +111,7 @@ fn wide(pc: u64, first: u16, second: u16) -> Effect {
         (0xF85D, _) if second & 0x0F00 == 0x0B00 => Effect::Stack(-byte),
         (0xE96D, _) => Effect::Stack(4 * byte),
         (0xE8FD, _) => Effect::Stack(-4 * byte),
-        // VPUSH and VPOP.
+        // Decodes VPUSH and VPOP.
         (_, _) if first & 0xFFBF == 0xED2D && second & 0x0E00 == 0x0A00 => Effect::Stack(4 * byte),
         (_, _) if first & 0xFFBF == 0xECBD && second & 0x0E00 == 0x0A00 => Effect::Stack(-4 * byte),
         // SUB and ADD of a constant.

@@ -25,7 +25,7 @@ pub const STEP: [&str; 4] = ["TIM2", "play_carefully", "catch_up", LATE];
 pub const WATCH: &str = "LPTIM1";
 pub const PLANNER: &str = "LPTIM2";
 const SOFTWARE: [&str; 3] = [WATCH, PLANNER, "LPTIM3"];
-/// Other interrupts.
+/// Interrupts besides the step interrupt.
 const OTHERS: [&str; 2] = ["SDMMC1", USB];
 
 /// Where the step queue lies in the image, and when to look at it: at each run of the feed. The offset is
@@ -33,7 +33,7 @@ const OTHERS: [&str; 2] = ["SDMMC1", USB];
 /// pulses, sixteen bytes and then eight for each of eight motors, and three words.
 const QUEUE: &str = "TIM6_DAC,step_engine6SHARED,260";
 
-/// What is run.
+/// The program and image of a measurement.
 pub struct Job {
     pub name: String,
     pub config: String,
@@ -70,7 +70,7 @@ impl Job {
     }
 }
 
-/// Where the pieces are.
+/// Paths of the image, the board and the tools.
 pub struct Bench<'a> {
     pub elf: &'a Path,
     pub virtual_prime: &'a Path,
@@ -78,7 +78,7 @@ pub struct Bench<'a> {
     pub scratch: PathBuf,
 }
 
-/// What a job gave: the virtual board's counts, and the run's summary.
+/// Results of a job: the virtual board's counts, and the run's summary.
 #[derive(Debug)]
 pub struct Measured {
     counts: Value,

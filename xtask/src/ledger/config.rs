@@ -1,4 +1,4 @@
-//! What loading a configuration costs on the board: time for a file of 300 lines, and the memory that any
+//! Cost of loading a configuration on the board: time for a file of 300 lines, and the memory that any
 //! file takes.
 
 use std::fmt::Write as _;
@@ -46,7 +46,7 @@ pub fn measure(root: &Path, elf: &Path, virtual_prime: &Path, scratch: &Path, le
             break;
         }
     }
-    // It has said all that matters; a board that is gone already needs no end.
+    // The board has said all that matters; a board that is gone already needs no end.
     let _ = board.kill();
     let _ = board.wait();
     let Some((ms, bytes)) = answer else { bail!("the board does not say what its configuration cost") };

@@ -10,7 +10,7 @@ use super::Ledger;
 use super::history::{self, State};
 
 const FILE: &str = "docs/images/performance.svg";
-/// What is drawn, and its unit.
+/// Figures that are drawn, with their units.
 const FIGURES: [(&str, &str); 15] = [
     ("flash_bytes", "bytes"),
     ("ram_bytes", "bytes"),
@@ -31,11 +31,11 @@ const FIGURES: [(&str, &str); 15] = [
 /// A cell and the curve in it, pixels.
 const CELL: (f64, f64) = (320.0, 124.0);
 const CURVE: (f64, f64) = (290.0, 60.0);
-/// Where the curve begins, below the texts.
+/// Top of the curve, below the texts.
 const TOP: f64 = 36.0;
 const COLUMNS: usize = 3;
 
-/// Writes the picture.
+/// Writes the curves as an SVG picture.
 pub fn write(root: &Path, now: &Ledger) -> Result<()> {
     let states = history::states(root, now)?;
     let path = root.join(FILE);

@@ -16,7 +16,7 @@ const PARTS: [(&str, &str); 2] = [
     ("uplot.js", include_str!("../../../host/assets/vendor/uPlot.iife.min.js")),
 ];
 
-/// What is drawn together: a heading, what it says, and the keys, by how they begin.
+/// Figures drawn together: a heading, its meaning, and the keys, by how they begin.
 const GROUPS: [(&str, &str, &[&str]); 13] = [
     ("Step interrupt", "instructions for each step, by motors", &["emit_per_step"]),
     (
@@ -56,7 +56,7 @@ pub struct State {
     pub ledger: Ledger,
 }
 
-/// Writes the page.
+/// Writes the page of all ledgers.
 pub fn write(root: &Path, now: &Ledger, page: &Path) -> Result<()> {
     let states = states(root, now)?;
     let data = data(&states).to_string().replace("</", "<\\/");

@@ -1,4 +1,4 @@
-//! How soon a hold takes effect: from the byte to the first step that comes later than the motion before
+//! Latency of a hold: from the byte to the first step that comes later than the motion before
 //! would have had it.
 
 use std::fs;
@@ -18,7 +18,7 @@ const DELAYS_US: [u64; 5] = [0, 100, 200, 300, 400];
 /// How far they are apart, and how far two runs at steady speed are: as long as a segment.
 const APART_US: u64 = 100;
 const PERIOD_US: u64 = 500;
-/// How often the moment is looked for more closely, by halves.
+/// Times that the search for the worst moment is halved.
 const HALVES: usize = 4;
 /// The jobs that are held, and their keys in the ledger.
 const HELD: [(&str, &str); 2] = [("hold", "hold_latency_us"), ("hold-shaped", "hold_latency_shaped_us")];
@@ -53,7 +53,7 @@ pub fn latencies_us(bench: &Bench<'_>, machines: &Machines) -> Result<Vec<(&'sta
 /// step feed and waits for the next: the worst moment of all is the first of those that miss it.
 struct Worst {
     latency_us: f64,
-    /// It misses that run.
+    /// The hold misses that run.
     missed_us: u64,
     /// The last that is known not to.
     in_time_us: u64,
@@ -71,7 +71,7 @@ impl Worst {
         self.in_time_us.midpoint(self.missed_us)
     }
 
-    /// What the moment between the two gave.
+    /// The latency at the moment between the two.
     fn narrow(&mut self, latency_us: f64) {
         if latency_us > self.latency_us {
             (self.latency_us, self.missed_us) = (latency_us, self.between());

@@ -10,7 +10,7 @@ pub const MANY: usize = 2_000;
 /// Ends of the path of both line jobs, millimetres.
 const PATH_MM: [f64; 3] = [50.0, 20.0, 2.0];
 
-/// Where each axis goes in a stroke. Unequal, so that motors step at moments of their own, as they do in real
+/// Target of each axis in a stroke. Unequal, so that motors step at moments of their own, as they do in real
 /// jobs.
 const STROKE: [(&str, f64); 6] = [("X", 40.0), ("Y", 39.0), ("Z", 38.0), ("E", 37.0), ("B", 36.0), ("C", 35.0)];
 /// Speed of six motors at once, mm/min: so many, at 200,000 steps/s each, are what the processor can do.
@@ -100,7 +100,7 @@ fn loaded_pace(steps_per_s: u32) -> (f64, f64) {
     (length, f64::from(steps_per_s) / 1600.0 * length / x)
 }
 
-/// One long stroke of three axes, in short lines, with the hot end heating.
+/// A long stroke of three axes, in short lines, with the hot end heating.
 pub fn loaded(steps_per_s: u32) -> String {
     const LINES: usize = 120;
     let mut job = format!("M104 S200\nM82\nG1 F{:.0}\n", loaded_pace(steps_per_s).1 * 60.0);
@@ -117,17 +117,17 @@ pub fn loaded_seconds(steps_per_s: u32) -> f64 {
     length / speed + speed / ACCELERATION
 }
 
-/// One line of filament along X at full speed, long enough to be held in the middle.
+/// A line of filament along X at full speed, long enough to be held in the middle.
 pub fn line_of_filament() -> String {
     "M83\nG1 X100 E6 F20000\n".into()
 }
 
-/// One stroke of three axes at full speed, long enough to be held in the middle.
+/// A stroke of three axes at full speed, long enough to be held in the middle.
 pub fn stroke() -> String {
     "G1 X80 Y78 Z76 F40000\n".into()
 }
 
-/// What is hard on a step's time: corners, reversals, arcs, segments of a hundredth of a millimetre,
+/// Motion that is hard on step times: corners, reversals, arcs, segments of a hundredth of a millimetre,
 /// retractions. The segments come at 6000 a second: where lines come faster than they are read, the plan
 /// depends on the reading, on the board as elsewhere.
 pub fn hard() -> String {

@@ -1,7 +1,7 @@
 //! The machines the ledger is measured on, and for each kind of kinematics a path inside it that turns all
 //! its motors.
 
-/// What is read from `bench`: a printer, and a fast machine with a place for each kind of kinematics.
+/// Files read from `bench`: a printer, and a fast machine with a place for each kind of kinematics.
 pub struct Machines {
     pub printer: String,
     pub fast: String,
@@ -50,7 +50,7 @@ const SHAPERS: &str =
     "[input shaper]\nshaper_type_x = mzv\nshaper_freq_x = 50\nshaper_type_y = mzv\nshaper_freq_y = 40\n";
 const ADVANCE: (&str, &str) = ("[extruder]\n", "[extruder]\nhotend.pressure_advance = 0.02\n");
 
-/// Where the jerk limit is set.
+/// Line that sets the jerk limit.
 const PLANNER: &str = "[planner]\n";
 
 /// Points 10 mm apart under the paths.

@@ -20,14 +20,14 @@ const RATES: [u32; 12] =
 /// The rate of the fastest motor at which the budget looks at the feed: one that does not hang on how its
 /// runs fall on the queue.
 const HELD_RATE: u32 = 800_000;
-/// How fast the three axes are to each other, together, in the loaded job.
+/// Speed ratios of the three axes together, in the loaded job.
 const LOADED_AXES: f64 = 1.0 + 0.975 + 0.95;
-/// What names of jobs and keys end with where ramps are limited in jerk, shaped, and extruders advanced.
+/// Endings of the names of jobs and keys whose ramps are limited in jerk, shaped, and extruders advanced.
 const SMOOTH: &str = "_smooth";
-/// What names of jobs and keys end with that are arcs, and that are in GRBL's dialect.
+/// Endings of the names of jobs and keys of arcs, and of GRBL's dialect.
 const ARCS: &str = "_arcs";
 const GRBL: &str = "_grbl";
-/// What names of jobs end with that are looked ahead at.
+/// Ending of the names of jobs that preflight reads first.
 const AHEAD: &str = "_ahead";
 /// The kinds that are measured on an uneven bed.
 const LEVELLED: [&str; 2] = ["cartesian", "linear_delta"];
@@ -45,7 +45,7 @@ fn machines(root: &Path) -> Result<Machines> {
     Ok(Machines { printer: read("config.ini")?, fast: read("fast.ini")? })
 }
 
-/// Runs every job.
+/// Runs every job on the virtual board.
 pub fn jobs(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     let machines = machines(root)?;
     let results = bench.run(list(&machines))?;
@@ -164,7 +164,7 @@ fn watch(run: &Measured, ledger: &mut Ledger) -> Result<()> {
     Ok(())
 }
 
-/// What the interrupt and the feed take for each step, by motors.
+/// Instructions of the interrupt and the feed for each step, by motors.
 fn steps(results: &Results, ledger: &mut Ledger) -> Result<()> {
     for (job, key) in
         [("steps-1", "1"), ("steps-3", "3"), ("steps-4", "4"), ("steps-6", "6"), ("printer-3", "printer_3")]
@@ -200,7 +200,7 @@ fn kinematics(results: &Results, ledger: &mut Ledger) -> Result<()> {
     Ok(())
 }
 
-/// What a line and a block cost: the difference of two jobs that differ in lines and in nothing else. `with`:
+/// Cost of a line and of a block: the difference of two jobs that differ in lines and in nothing else. `with`:
 /// what the names of jobs and keys end with.
 fn lines(results: &Results, with: &str, ledger: &mut Ledger) -> Result<()> {
     let of = |job: &str| results.of(&format!("{job}{with}"));
@@ -252,7 +252,7 @@ fn line_cost(results: &Results, with: &str) -> Result<f64> {
     Ok((many.dispatcher()? - few.dispatcher()?) / (many.lines()? - few.lines()?))
 }
 
-/// What expressions, subroutines, loops and looking ahead cost: an expression, a called line and a line that
+/// Cost of expressions, subroutines, loops and preflight: an expression, a called line and a line that
 /// is looked at beyond the same line without, a turn of a loop in all.
 fn language(results: &Results, ledger: &mut Ledger) -> Result<()> {
     let plain = cost(results, "lines", "")?;
@@ -318,7 +318,7 @@ fn sustained(bench: &Bench<'_>, machines: &Machines, ledger: &mut Ledger) -> Res
 fn keeps_up(run: &Measured, rate: u32) -> Result<bool> {
     let late = run.number(&["functions", LATE, "calls"])?;
     let least_s = jobs::loaded_seconds(rate);
-    // What is written ahead of the first step counts as moving.
+    // Work of the feed ahead of the first step counts as moving.
     let in_time = run.seconds_moving()? - 0.002 <= least_s * 1.005;
     Ok(late == 0.0 && in_time && run.number(&["moving", "ahead_ns_min"])? > 0.0)
 }

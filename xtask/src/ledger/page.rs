@@ -13,7 +13,7 @@ const PAGE: &str = "docs/performance.md";
 const BEGIN: &str = "<!-- figures: from bench/ledger.json, written by `make bench` -->\n";
 const END: &str = "<!-- end of figures -->\n";
 
-/// What a row is about, the keys of its figures, and their unit.
+/// Subject of a row, the keys of its figures, and their unit.
 type Row = (&'static str, &'static [&'static str], &'static str);
 
 const ROWS: [Row; 19] = [
@@ -101,7 +101,7 @@ fn figures(ledger: &Ledger) -> Result<String> {
     Ok(table)
 }
 
-/// What solving costs each kinematics, and with the step interrupt of three motors on top.
+/// Cost of solving for each kinematics, and with the step interrupt of three motors on top.
 fn kinematics(ledger: &Ledger) -> Result<String> {
     let emit = number(ledger, "emit_per_step_3")?;
     let mut table = String::from("| kinematics | plain | shaped | shaped and played |\n|---|---|---|---|\n");

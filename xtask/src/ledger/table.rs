@@ -10,7 +10,7 @@ const CYCLES: [f64; 2] = [0.8, 1.6];
 /// Keys whose estimate in cycles says something: the costs of steps.
 const IN_CYCLES: [&str; 4] = ["emit_per_step_", "feed_per_step_", "solve_per_step_", "per_step_total"];
 
-/// One line a number; with what it was at the last commit, where that differs.
+/// A line for each figure, with its value at the last commit, where that differs.
 pub fn print(now: &Ledger, before: Option<&Ledger>) {
     println!("{:<42} {:>12} {:>12} {:>9}  estimated cycles", "key", "now", "committed", "change");
     for (name, value) in now {

@@ -13,7 +13,7 @@ use crate::thumb::{self, Effect};
 pub struct Function {
     /// As a person writes it.
     pub name: String,
-    /// How many bytes of the stack it takes at most, calls not counted.
+    /// Largest frame on the stack, bytes, calls not counted.
     pub frame: i64,
     /// What it calls by address: where that begins, and what it has on the stack itself meanwhile.
     pub calls: BTreeMap<u64, i64>,
@@ -144,7 +144,7 @@ fn read(code: &Code<'_>, start: u64, end: u64) -> Function {
     function
 }
 
-/// What aligning a frame may take beyond its size.
+/// Bytes that aligning a frame may add to it.
 const ALIGNED: i64 = 32;
 
 /// r0 to r3 and r12, which a called function may change (procedure call standard, section 6.1.1).

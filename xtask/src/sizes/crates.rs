@@ -1,4 +1,4 @@
-//! What of the image's flash each crate takes, by the names of its symbols.
+//! Bytes of the image's flash by crate, by the names of its symbols.
 //!
 //! A function that was inlined counts for the crate it ended up in, a generic one for the crate it was
 //! written in. Constants without a name, and what has no symbol at all, are one entry each.

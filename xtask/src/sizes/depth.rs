@@ -1,4 +1,4 @@
-//! How deep a stack gets at most, from the image: each function's frame, and who calls whom.
+//! Greatest depth of a stack, from the image: each function's frame, and who calls whom.
 //!
 //! A call by a register can lead to the functions that the caller has as constants, else to those that its
 //! own callers have, else to those that tables hold for the caller's crate (objects of its traits, rows of
@@ -24,7 +24,7 @@ const NESTING: [(&str, u8); 11] = [
     ("DebugStruct>::field", 2),
     ("<&dyn core::fmt::Debug as", 2),
     ("<core::fmt::builders::PadAdapter", 1),
-    // What is behind the last separator is looked at again when it is empty.
+    // A name that ends with a separator has its last part before it.
     ("core::str::iter::SplitInternal<P>::next_back", 2),
     // A sensor that is made of sensors, and so on: there are `units::MAX_HEATERS`.
     ("config::check::combined_sensors::leads_back", 9),
@@ -37,11 +37,11 @@ const NESTING: [(&str, u8); 11] = [
     ("program::meaning::moves::motion_block", 2),
 ];
 
-/// Where the executor begins on its own stack.
+/// First function on the executor's stack.
 pub const EXECUTOR: &str = "bsp_prime::thread_stack::enter";
-/// Where the main stack begins.
+/// First function on the main stack.
 pub const RESET: &str = "Reset";
-/// Where a panic begins, and every other end.
+/// Functions that begin a panic or another end of the program.
 pub const PANIC: &str = "__rustc::rust_begin_unwind";
 pub const END: &str = "firmware::fault::end";
 
@@ -104,9 +104,9 @@ impl Graph {
     }
 }
 
-/// How deep the stack gets from a function on: in bytes, and by which call.
+/// Depth of the stack from a function on: in bytes, and by which call.
 type Depth = (i64, Option<(u64, Nesting)>);
-/// How often each function of [`NESTING`] may still be entered.
+/// Entries that are left to each function of [`NESTING`].
 type Nesting = [u8; NESTING.len()];
 
 /// Before any of them is entered.

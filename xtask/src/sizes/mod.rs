@@ -1,4 +1,4 @@
-//! Where the image's bytes and its stacks go.
+//! Reports on the image's bytes and its stacks.
 
 mod calls;
 mod crates;

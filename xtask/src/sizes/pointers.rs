@@ -17,11 +17,11 @@ const FIELDS: [(&str, &str); 6] = [
     ("OTG_FS", " as usb_device::class::UsbClass<B>>"),
 ];
 
-/// What formats other values, of `core::fmt`; the rest of it only writes text.
+/// Functions of `core::fmt` that format other values; the rest of it only writes text.
 const FORMATS: [&str; 5] =
     ["core::fmt::write", "core::fmt::builders::Debug", ">::debug_", "&dyn core::fmt::", "::assert_failed_inner"];
 
-/// How the name of a closure ends.
+/// Ending of the name of a closure.
 const CLOSURE: &str = "{{closure}}";
 
 /// Functions whose addresses the image holds as data.
@@ -48,7 +48,7 @@ impl Pointers {
         Ok(Self { in_tables, callers })
     }
 
-    /// What a function that calls by a register may reach.
+    /// Functions that a call by a register may reach.
     pub fn candidates(&self, address: u64, functions: &BTreeMap<u64, Function>) -> BTreeSet<u64> {
         let caller = &functions[&address];
         let constants = |of: &Function| -> BTreeSet<u64> {

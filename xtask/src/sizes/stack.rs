@@ -1,4 +1,4 @@
-//! How much the image needs of its two stacks: the executor's, and the main one, on which the start-up code
+//! Bytes that the image needs of its two stacks: the executor's, and the main one, on which the start-up code
 //! and interrupts run.
 
 use std::collections::BTreeMap;
@@ -10,11 +10,11 @@ use super::depth::{Descent, END, EXECUTOR, Graph, PANIC, RESET};
 
 /// From this size on a frame is looked at.
 const LARGE: i64 = 4096;
-/// What entering an interrupt puts on the stack: 26 words with the registers of the floating point unit, and
+/// Frame of an interrupt's entry: 26 words with the registers of the floating point unit, and
 /// one to align them (ARM DDI 0403E, section B1.5.6).
 const ENTRY_BYTES: i64 = 27 * 4;
 
-/// How many bytes the executor's stack takes at most.
+/// Greatest depth of the executor's stack, bytes.
 ///
 /// # Errors
 /// Those of [`Graph::deepest`].
@@ -22,7 +22,7 @@ pub fn executor_bytes(elf: &[u8]) -> Result<i64> {
     Ok(bytes(&Graph::read(elf)?.deepest(EXECUTOR)?))
 }
 
-/// How many bytes the main stack takes at most: bringing the board up, with interrupts off; or an interrupt
+/// Greatest depth of the main stack, bytes: bringing the board up, with interrupts off; or an interrupt
 /// of each priority in the middle of one of the next lower; and an end behind that. `tasks`: the source that
 /// has the priorities, which RTIC sets.
 ///
@@ -33,7 +33,7 @@ pub fn main_bytes(elf: &[u8], tasks: &str) -> Result<i64> {
     let (begin, interrupts) = on_main(elf, &graph)?;
     let mut levels: BTreeMap<String, i64> = BTreeMap::new();
     for (name, bytes) in interrupts {
-        // One without a task has a priority of its own.
+        // An interrupt without a task has a priority of its own.
         let most = levels.entry(priority(tasks, &name).unwrap_or(name)).or_default();
         *most = bytes.max(*most);
     }
@@ -46,7 +46,7 @@ fn priority(tasks: &str, interrupt: &str) -> Option<String> {
     Some(behind.chars().take_while(char::is_ascii_digit).collect())
 }
 
-/// What the end of the program takes: a panic's, which says the most. It begins with the one function of all
+/// Depth of the end of the program: a panic's, which says the most. A panic begins with the one function of all
 /// ends that is left out of every other path.
 fn end_bytes(graph: &Graph) -> Result<i64> {
     Ok(bytes(&graph.deepest(PANIC)?) + bytes(&graph.deepest(END)?))
@@ -56,7 +56,7 @@ fn bytes(descent: &Descent) -> i64 {
     descent.iter().map(|(_, bytes)| bytes).sum()
 }
 
-/// What bringing the board up takes, and each interrupt.
+/// Depth of bringing the board up, and of each interrupt.
 fn on_main(elf: &[u8], graph: &Graph) -> Result<(i64, Vec<(String, i64)>)> {
     let file = object::File::parse(elf).context("not an ELF file")?;
     let table = file.section_by_name(".vector_table").context("no vector table")?;

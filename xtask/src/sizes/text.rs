@@ -42,7 +42,7 @@ pub fn report(elf: &[u8]) -> Result<()> {
     Ok(())
 }
 
-/// Which bytes are text.
+/// Whether a byte is text.
 fn text_of(data: &[u8]) -> Vec<bool> {
     let is_letter = |byte: &u8| matches!(byte, b' '..=b'~' | b'\n' | b'\t');
     let mut marks = Vec::with_capacity(data.len());
