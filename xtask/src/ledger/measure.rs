@@ -200,8 +200,8 @@ fn kinematics(results: &Results, ledger: &mut Ledger) -> Result<()> {
     Ok(())
 }
 
-/// Cost of a line and of a block: the difference of two jobs that differ in lines and in nothing else. `with`:
-/// what the names of jobs and keys end with.
+/// Cost of a line and of a block: the difference of two jobs that differ in lines and in nothing else; `with`
+/// ends the names of these jobs and keys.
 fn lines(results: &Results, with: &str, ledger: &mut Ledger) -> Result<()> {
     let of = |job: &str| results.of(&format!("{job}{with}"));
     let (few, many, hard) = (of("lines-few")?, of("lines-many")?, of("hard")?);

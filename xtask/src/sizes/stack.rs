@@ -46,7 +46,7 @@ fn priority(tasks: &str, interrupt: &str) -> Option<String> {
     Some(behind.chars().take_while(char::is_ascii_digit).collect())
 }
 
-/// Depth of the end of the program: a panic's, which says the most. A panic begins with the one function of all
+/// Depth of the end of the program: a panic's, which says the most. A panic begins with the function of all
 /// ends that is left out of every other path.
 fn end_bytes(graph: &Graph) -> Result<i64> {
     Ok(bytes(&graph.deepest(PANIC)?) + bytes(&graph.deepest(END)?))
