@@ -18,13 +18,13 @@ use program::{
 };
 use units::{Axis, AxisSet, MmPerSecond, PerAxis, Plane, SwitchId, ToolId};
 
-/// Outputs, outputs with a value, and inputs: this many each, as LinuxCNC has them.
+/// Number of outputs, of outputs with a value, and of inputs, as LinuxCNC has them.
 const IO: u8 = 4;
-/// Switches beyond those with numbers.
+/// First switch beyond those with numbers.
 const COOLANT: SwitchId = SwitchId(100);
-/// What M3, M4 and M5 switch: one for each, so that they are told apart.
+/// Switches of M3, M4 and M5: separate, so that the three codes are told apart.
 const SPINDLE: [(SwitchId, &str); 3] = [(SwitchId(103), "cw"), (SwitchId(104), "ccw"), (SwitchId(105), "stop")];
-/// Lines that are carried out at most: loops may have no end.
+/// Greatest number of lines carried out: loops may have no end.
 const MOST_LINES: u32 = 1_000_000;
 
 /// Prints the actions of a program.
@@ -52,7 +52,7 @@ fn read_tools(program: &mut Interpreter, file: &Path) -> Result<()> {
     Ok(())
 }
 
-/// A file that is read, line by line.
+/// File that is read line by line.
 struct Source {
     path: PathBuf,
     lines: Vec<Vec<u8>>,
@@ -77,7 +77,7 @@ struct Run {
     has_begun: bool,
 }
 
-/// As in the samples.
+/// Returns the settings of an extruder as in the sample configurations.
 const fn extruder() -> ToolSettings {
     ToolSettings {
         id: ToolId(0),
@@ -101,14 +101,14 @@ fn place(line: usize) -> Place {
 
 impl Run {
     fn begin(file: &Path) -> Result<Self> {
-        // Rates that nobody has given are as a program of a mill finds them: none.
+        // No rates are set, as a program finds them on a mill.
         let spindle = SpindleSetup { has_encoder: true, has_speed_control: true };
         let mut setup = Setup { seek_rate: MmPerSecond(100.0), compliant_seek_rate: true, spindle, ..Setup::default() };
         setup.is_preview = true;
         let source = Source::open(file)?;
         let dialect = machine::preflight::dialect_of(&source.lines.join(&b'\n')).unwrap_or(Dialect::Grbl);
         if dialect != Dialect::Grbl {
-            // There is room for it.
+            // The tool list has room for this extruder.
             let _ = setup.tools.push(extruder());
         }
         for (code, claim) in [
@@ -119,12 +119,12 @@ impl Run {
             (8, Claim::SwitchOn(COOLANT)),
             (9, Claim::SwitchOff(COOLANT)),
         ] {
-            // Each can be claimed.
+            // Every one of these codes can be claimed.
             let _ = setup.claims.add(Code::m(code), claim);
         }
         for number in 0..IO {
             for (from, kind) in [(0, IoKind::Digital), (IO, IoKind::Analog), (2 * IO, IoKind::Input)] {
-                // There is room for three times as many.
+                // The list has room for three times as many.
                 let _ = setup.io.push(IoSetup { number, switch: SwitchId(from + number), kind });
             }
         }
@@ -159,7 +159,7 @@ impl Run {
 
     fn line(&mut self, line: &[u8], here: Place, after: Place) -> Result<()> {
         if line.trim_ascii_start().first() == Some(&b'%') {
-            // The first one begins the program, the second one ends it.
+            // The first `%` begins the program, the second one ends it.
             self.has_ended = core::mem::replace(&mut self.has_begun, true);
             return Ok(());
         }
@@ -224,7 +224,7 @@ impl Run {
         self.program.end_line().map_err(|fault| anyhow::anyhow!("{fault}"))
     }
 
-    /// A line whose codes have an order of their own; false when that is not how it is read.
+    /// Reads a line whose codes have an order of their own; false when the dialect does not read it so.
     fn in_order(&mut self, blocks: &Blocks<'_>, after: Place) -> Result<bool> {
         let (mut ahead, mut whole) = (blocks.clone(), WholeLine::default());
         let read = ahead.read_whole(&mut whole, &mut self.program);
@@ -259,10 +259,10 @@ impl Run {
     fn block(&mut self, block: &Block<'_>, after: Place) -> Result<()> {
         let Some(row) = self.program.row(block, self.dialect) else {
             if block.code.is_some_and(|code| code.letter == Letter::M && matches!(code.number, 3..=5 | 7..=9)) {
-                // For a spindle and coolant, which the machine may have or not.
+                // Commands for a spindle and coolant may be missing on a machine, so they pass.
                 return Ok(());
             }
-            // As a job does: what nobody knows is left out, but for a G-code.
+            // Unknown codes are left out as in a job, except for a G-code.
             if let Some(code) = block.code.filter(|code| code.letter == Letter::M && self.dialect != Dialect::Grbl) {
                 writeln!(self.out, "left out {code}")?;
                 return Ok(());
@@ -379,7 +379,7 @@ impl Run {
     }
 }
 
-/// Whether there is such an arc. The machine looks at it when it draws it.
+/// Fails unless such an arc exists: the machine itself checks an arc only when it draws it.
 fn arc_is_sound(from: &PerAxis<f64>, request: &Move) -> Result<()> {
     let Shape::Arc { plane, centre, clockwise, turns, column } = request.shape else { return Ok(()) };
     let shape = match centre {

@@ -26,18 +26,18 @@ pub struct Options {
     page: Option<PathBuf>,
 }
 
-/// A mesh, and what can be said of it.
+/// Mesh of a bed, and the findings about it.
 pub struct Mesh {
     pub shape: GridShape,
     pub heights: Vec<f32>,
     pub form: Form,
     pub means: Means,
     pub interpolation: Interpolation,
-    /// The surface is laid through the points.
+    /// Motion whose compensation is laid through the mesh's points.
     motion: Box<Motion>,
 }
 
-/// Prints the map and the words; writes the page.
+/// Prints the map and the sentences; writes the page.
 pub fn bed(options: &Options) -> Result<()> {
     let path = options.file.display();
     let (shape, heights) = read(&options.file)?;
@@ -53,14 +53,14 @@ pub fn bed(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// A mesh as a board keeps it, `NAME.mesh`, `cartesian.grid` or `delta.grid`: its points and their heights.
+/// Reads a mesh as a board keeps it (`NAME.mesh`, `cartesian.grid`, `delta.grid`): its points and heights.
 pub fn read(path: &Path) -> Result<(GridShape, Vec<f32>)> {
     let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
     let read = if is_grid(path) { grid_of(&bytes) } else { mesh_of(&bytes) };
     read.with_context(|| format!("{} is no mesh", path.display()))
 }
 
-/// Whether it is a grid as Smoothieware keeps it, which does not say where it lies.
+/// Returns whether the file is a grid as Smoothieware keeps it, which does not say where it lies.
 pub fn is_grid(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending == "grid")
 }
@@ -90,12 +90,12 @@ impl Mesh {
         Ok(Self { shape, heights, form, means, interpolation, motion })
     }
 
-    /// The height of the surface here, mm.
+    /// Returns the height of the surface at a place, mm.
     pub fn height(&self, x: f64, y: f64) -> f64 {
         self.motion.compensation().height(x, y).z
     }
 
-    /// What it says of the bed.
+    /// Returns the sentences that describe the bed.
     pub fn sentences(&self) -> Vec<String> {
         (0..).map_while(|number| sentence(&self.form, self.means, number)).map(|text| text.as_str().into()).collect()
     }
@@ -107,7 +107,7 @@ impl Mesh {
     }
 }
 
-/// A mesh that has a name.
+/// Reads a mesh file that has a name.
 fn mesh_of(bytes: &[u8]) -> Result<(GridShape, Vec<f32>)> {
     let (mut reader, mut heights) = (ProfileReader::default(), Vec::new());
     let mut take = |_: usize, height: f32| heights.push(height);
@@ -118,8 +118,8 @@ fn mesh_of(bytes: &[u8]) -> Result<(GridShape, Vec<f32>)> {
     Ok((shape, heights))
 }
 
-/// A grid as Smoothieware writes it: points along X, along Y where that differs, sizes, heights; of a delta
-/// points along a side, radius, heights. Which one it is follows from its length.
+/// Reads a grid as Smoothieware writes it: points along X, along Y if that differs, sizes, heights; for a
+/// delta points along a side, radius, heights. The file's length tells the kinds apart.
 fn grid_of(bytes: &[u8]) -> Result<(GridShape, Vec<f32>)> {
     let count = |index: usize| bytes.get(index).map_or(0, |byte| usize::from(*byte));
     let (nx, ny) = (count(0), count(1));

@@ -18,17 +18,17 @@ const CHIP: &str = "STM32H745XIHx";
 const BOOT_LOADER: &str = "0483:df11";
 /// The board on USB, whether the firmware runs or the boot stage waits.
 const BOARD: &str = "1d50:6015";
-/// The firmware that runs is copied to the card before it makes way, which takes longer than the five seconds
-/// that dfu-util waits by itself.
+/// Seconds that dfu-util waits for the board to detach: the running firmware is copied to the card first,
+/// which takes longer than dfu-util's own five seconds.
 const DETACH_SECONDS: &str = "20";
 /// EX_IOERR of dfu-util, and how many of its last bytes are kept.
 const RESET_FAILED: i32 = 74;
 /// As dfu-util prints errVENDOR (DFU 1.1 section 6.1.2), by which the boot stage means that alone.
 const NO_COPY: &str = "status(11)";
 const LAST_WORDS: usize = 64;
-/// What the boot stage takes: `make firmware` writes it beside the ELF file.
+/// Image for the boot stage, which `make firmware` writes beside the ELF file.
 const CARD_FILE: &str = "flashme.bin";
-/// Where the image begins, and: start it when done.
+/// Address at which the image begins, and dfu-util's order to start it when done.
 const ADDRESS: &str = "0x08000000:leave";
 
 /// A way to the board.
@@ -81,7 +81,7 @@ impl Way {
     }
 }
 
-/// Flashes `image`, by the way asked for or the first one there is a tool for.
+/// Flashes `image` by `way`, or by the first way whose tool is installed.
 pub fn flash(image: &Path, way: Option<Way>) -> Result<()> {
     if !image.is_file() {
         bail!("{} is not there; make firmware builds it", image.display());
@@ -99,7 +99,7 @@ pub fn flash(image: &Path, way: Option<Way>) -> Result<()> {
     ended(way, tool.wait().with_context(started)?, &said)
 }
 
-/// Passes on what a tool says as it comes. Its last words.
+/// Passes a tool's output on as it comes; returns its last words.
 fn passed_on(mut from: impl Read, to: &mut impl Write) -> std::io::Result<String> {
     let (mut piece, mut last) = ([0; 256], Vec::new());
     loop {
@@ -200,7 +200,7 @@ mod tests {
         assert!(error.contains("/no/such/image") && error.contains("make firmware"), "{error}");
     }
 
-    /// What probe-rs and cargo-embed read when they are given no options.
+    /// Compares [`CHIP`] with the files that probe-rs and cargo-embed read when they are given no options.
     #[test]
     fn the_probes_files_name_the_same_chip() {
         let preset = include_str!("../../.probe-rs.yaml");

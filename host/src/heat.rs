@@ -1,5 +1,5 @@
-//! `velvet heat`: a tuning of a heater, M303 or M306, as words and a page: what was read, what was measured
-//! of it, the model that this makes laid over it, and what each gain means.
+//! `velvet heat`: a tuning of a heater, M303 or M306, as words and a page: the readings, the values
+//! measured from them, the model that follows laid over them, and the meaning of each gain.
 
 mod answer;
 mod log;
@@ -15,9 +15,9 @@ use sim::runner::{Runner, Setup};
 use answer::{Laid, Swing};
 use log::Log;
 
-/// A tuning ends by itself within an hour and some.
+/// Longest time given to a tuning, ns: it ends by itself within little more than an hour.
 const LONGEST_NS: u64 = 5_000_000_000_000;
-/// Until readings are there, s.
+/// Time from power-on until readings are there, ns.
 const BOOT_NS: u64 = 1_000_000_000;
 
 /// What `velvet heat` takes.
@@ -36,14 +36,14 @@ pub struct Options {
     page: Option<PathBuf>,
 }
 
-/// A tuning, and what can be said of it.
+/// Log of a tuning, and the findings about it.
 pub struct Tuning {
     pub log: Log,
     pub swings: Vec<Swing>,
     pub laid: Option<Laid>,
 }
 
-/// Prints the words; writes the page.
+/// Prints the sentences; writes the page.
 pub fn heat(options: &Options) -> Result<()> {
     let path = options.log.display();
     if let (Some(config), Some(line)) = (&options.config, &options.tune) {
@@ -62,7 +62,7 @@ pub fn heat(options: &Options) -> Result<()> {
 }
 
 impl Tuning {
-    /// The last one of a log.
+    /// Reads the last tuning of a log.
     fn of(text: &str) -> Result<Self> {
         let log = log::read(text)?;
         let laid = answer::model(&log).map(|model| answer::laid(&log, model));
@@ -71,7 +71,7 @@ impl Tuning {
     }
 }
 
-/// What a console hears of a tuning on a made machine of this configuration.
+/// Tunes a heater on a simulated machine of this configuration; returns the console's text.
 fn tune(config: &Path, line: &str) -> Result<String> {
     let card = std::env::temp_dir().join(format!("velvet-heat-{}", std::process::id()));
     fs::create_dir_all(&card).with_context(|| card.display().to_string())?;

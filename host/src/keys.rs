@@ -26,7 +26,7 @@ pub struct SignOptions {
     out: Option<PathBuf>,
 }
 
-/// Says the public half of a key, which is made first where there is none.
+/// Prints the public half of a key; makes the key first if there is none.
 pub fn key(options: &KeyOptions) -> Result<()> {
     let path = &options.file;
     let secret = if path.exists() { read(path)? } else { make(path)? };
@@ -34,7 +34,7 @@ pub fn key(options: &KeyOptions) -> Result<()> {
     Ok(())
 }
 
-/// Signs a file.
+/// Signs a firmware file with a key.
 pub fn sign(options: &SignOptions) -> Result<()> {
     let secret = read(&options.key)?;
     let mut bytes = fs::read(&options.file).with_context(|| options.file.display().to_string())?;
@@ -56,7 +56,7 @@ fn make(path: &Path) -> Result<[u8; 32]> {
     Ok(secret)
 }
 
-/// Readable by its owner alone, and never over another one.
+/// Writes a secret file that only its owner can read, never over another one.
 fn write_secret(path: &Path, text: &str) -> std::io::Result<()> {
     use std::io::Write;
     let mut options = fs::OpenOptions::new();
@@ -109,7 +109,7 @@ mod tests {
         image
     }
 
-    /// A key that is made, a file that is signed with it, and a board that is locked to it.
+    /// Makes a key, signs a file with it, and shows it to a board that is locked to that key.
     #[test]
     fn what_is_signed_with_a_key_runs_on_a_board_that_is_locked_to_it() {
         let folder = std::env::temp_dir().join(format!("velvet-keys-{}", std::process::id()));

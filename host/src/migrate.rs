@@ -15,7 +15,7 @@ use config::{BoardId, Diagnostic, Summary};
 use board::Board;
 use convert::{Conversion, Entry, ToDo};
 
-/// A comment stands here when the setting is shorter.
+/// Column of comments behind settings that are shorter.
 const COMMENT_COLUMN: usize = 44;
 
 #[derive(clap::Args)]
@@ -30,7 +30,8 @@ pub struct Options {
     board: Option<PathBuf>,
 }
 
-/// Writes the new file and says what is left to do; whether the machine could be started with it.
+/// Writes the new file and prints the work that is left; returns whether the machine could start with the
+/// file.
 pub fn migrate(options: &Options) -> Result<bool> {
     let read = |path: &Path| std::fs::read(path).with_context(|| format!("cannot read {}", path.display()));
     let text = String::from_utf8_lossy(&read(&options.file)?).into_owned();
@@ -51,7 +52,7 @@ pub fn migrate(options: &Options) -> Result<bool> {
     Ok(migrated.summary.is_complete())
 }
 
-/// The new file, and what the checker says about it.
+/// New configuration file, and the checker's findings about it.
 struct Migration {
     text: String,
     to_do: Vec<ToDo>,
@@ -105,7 +106,7 @@ fn write(entries: &[Entry], to_do: &[ToDo]) -> String {
         }
         for (index, instance) in instances.iter().enumerate() {
             let mut lines: Vec<&&Entry> = of_section.iter().filter(|entry| entry.instance == *instance).collect();
-            // As in the reference, not as they happened to be found.
+            // The order is that of the reference, not that in which settings were found.
             lines.sort_by_key(|entry| section.settings.iter().position(|row| row.key == entry.key));
             if index > 0 && lines.len() > 1 {
                 out.push('\n');
@@ -159,8 +160,8 @@ mod tests {
         assert_eq!(config.player.after_suspend_gcode, "G91 G0 Z10");
     }
 
-    /// Both firmwares drive a plain direction pin low for positive motion, so what turned the right way goes
-    /// on doing so.
+    /// Both firmwares drive a plain direction pin low for positive motion, so a motor that turned the right
+    /// way goes on doing so.
     #[test]
     fn direction_pins_keep_their_exclamation_marks() {
         let (config, _) = migrated(PRINTER);

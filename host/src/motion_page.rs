@@ -1,5 +1,5 @@
-//! `velvet motion`: a page that shows how a job moves: speed, acceleration and jerk over time, its hardest
-//! corners with and without input shaping, and how far each step is from its ideal time.
+//! `velvet motion`: a page about a job's motion: speed, acceleration and jerk over time, its hardest
+//! corners with and without input shaping, and the distance of each step from its ideal time.
 
 use std::fs;
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ const SLOTS: [(&str, &str); 4] = [
     ("uplot.js", include_str!("../assets/vendor/uPlot.iife.min.js")),
     ("motion.js", include_str!("../assets/motion.js")),
 ];
-/// The bins of [`StepError::bins`], in words.
+/// Names of the bins of [`StepError::bins`].
 const BINS: [&str; 12] =
     ["< 1 ns", "< 2", "< 3", "< 4", "< 5", "< 10", "< 20", "< 50", "< 100", "< 250", "< 1000", "1 us and more"];
 
@@ -75,7 +75,7 @@ struct Errors {
     rms: f64,
 }
 
-/// Plans the job, compares the run's edges, writes the page; its path.
+/// Plans the job, compares the run's edges, writes the page; returns the page's path.
 pub fn write(options: &Options) -> Result<PathBuf> {
     let job = Job {
         config: options.config.clone(),

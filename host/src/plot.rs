@@ -1,22 +1,22 @@
 //! `velvet plot`: a run's curves as text, for a terminal far from any browser. Two by four dots to a
 //! character (Unicode braille patterns, U+2800).
 
-/// Characters across and down.
+/// Width and height of a plot, characters.
 const WIDTH: usize = 72;
 const HEIGHT: usize = 12;
 const DOTS: [[u32; 4]; 2] = [[0x01, 0x02, 0x04, 0x40], [0x08, 0x10, 0x20, 0x80]];
 
-/// A curve: values at times, gaps where there is none.
+/// Curve of values at times, with gaps at missing values.
 pub struct Curve<'a> {
-    /// What it is, with its unit.
+    /// Name of the quantity, with its unit.
     pub name: &'a str,
-    /// Seconds.
+    /// Times of the values, seconds.
     pub time: &'a [f64],
-    /// Values.
+    /// Values, none at a gap.
     pub values: &'a [Option<f64>],
 }
 
-/// The curve as lines of text, with its range at the left and its time below.
+/// Draws the curve as lines of text, with its range at the left and its time below.
 pub fn draw(curve: &Curve<'_>) -> String {
     let known = || curve.values.iter().flatten().copied();
     let (low, high) = known().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
@@ -36,7 +36,7 @@ pub fn draw(curve: &Curve<'_>) -> String {
         };
         let x = scaled((time - begin) / (end - begin).max(f64::MIN_POSITIVE), 2 * WIDTH);
         let y = scaled((value - low) / span, 4 * HEIGHT);
-        // From the dot before, so that a steep curve has no holes.
+        // A column begins at the dot before, so that a steep curve has no holes.
         let from = last.filter(|(column, _)| *column + 2 > x).map_or(y, |(_, row)| row);
         for row in from.min(y)..=from.max(y) {
             let down = 4 * HEIGHT - 1 - row;

@@ -1,4 +1,4 @@
-//! `velvet preflight`: what a job asks of a machine, before anything moves.
+//! `velvet preflight`: a job's demands on a machine, checked before anything moves.
 
 mod page;
 
@@ -35,11 +35,11 @@ pub struct Options {
     page: Option<PathBuf>,
 }
 
-/// Keeps what is found.
+/// Collector of the findings.
 #[derive(Default)]
 struct Found {
     findings: Vec<Finding>,
-    /// The way of its moves, where a page is to be drawn.
+    /// Path of the job's moves, if a page is to be drawn.
     way: Option<Way>,
 }
 
@@ -61,7 +61,7 @@ impl Listener for Found {
     }
 }
 
-/// Prints what is found; whether nothing stops the job.
+/// Prints the findings; returns whether nothing stops the job.
 pub fn preflight(options: &Options) -> Result<bool> {
     let (config, summary) = config::parse(&bytes(&options.config)?, BoardId::default(), &mut ());
     if !summary.is_usable() {
@@ -97,7 +97,7 @@ fn bytes(path: &Path) -> Result<Vec<u8>> {
     fs::read(path).with_context(|| format!("cannot read {}", path.display()))
 }
 
-/// What the machine has saved is in force before the job begins.
+/// Applies the settings and the mesh that the machine has saved, which are in force before the job begins.
 fn as_saved(options: &Options, preflight: &mut Preflight<'_>, motion: &mut Motion) -> Result<()> {
     if let Some(path) = &options.saved {
         let mut wrong = Found::default();
@@ -120,8 +120,8 @@ fn as_saved(options: &Options, preflight: &mut Preflight<'_>, motion: &mut Motio
     Ok(())
 }
 
-/// Files of subroutines beside the job, each read when it is called first. The card does not tell capital
-/// letters from small ones, and so they are not told apart here.
+/// Files of subroutines beside the job, each read at its first call. The card does not tell capital letters
+/// from small ones, so neither does this reader.
 struct Subs {
     files: Vec<(PathBuf, OnceCell<io::Result<Vec<u8>>>)>,
 }
@@ -141,7 +141,7 @@ impl Subs {
         text.get_or_init(|| fs::read(path)).as_ref().ok().map(Vec::as_slice)
     }
 
-    /// Every file that was asked for could be read.
+    /// Fails unless every file that was asked for could be read.
     fn check(&self) -> Result<()> {
         for (path, text) in &self.files {
             if let Some(Err(error)) = text.get() {
@@ -179,7 +179,7 @@ fn json(config: &MachineConfig, found: &[Finding], totals: &Totals) -> serde_jso
     })
 }
 
-/// Totals as lines of text.
+/// Returns the totals as lines of text.
 fn told(config: &MachineConfig, totals: &Totals) -> String {
     (0..TOLD_LINES).map(|line| Told { config, totals, line }.to_string()).collect()
 }

@@ -1,4 +1,4 @@
-//! How far a long command has come.
+//! The progress of a long command.
 
 use std::io::{IsTerminal, Write};
 
@@ -9,23 +9,23 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Nothing shown yet.
+    /// Makes a progress line with nothing shown yet.
     pub fn new() -> Self {
         Self { shown: None, terminal: std::io::stderr().is_terminal() }
     }
 
-    /// Shows this share, 0 to 1.
+    /// Shows this share of the work done, 0 to 1.
     pub fn show(&mut self, share: f64) {
         let percent = (100.0 * share) as u32;
         if self.terminal && self.shown != Some(percent) {
             eprint!("\r{percent:3} %");
-            // A terminal that does not take it shows it later; nothing depends on it.
+            // A failed flush only shows the percentage later; nothing depends on it.
             let _ = std::io::stderr().flush();
             self.shown = Some(percent);
         }
     }
 
-    /// Takes it off the screen.
+    /// Takes the percentage off the screen.
     pub fn clear(&self) {
         if self.shown.is_some() {
             eprint!("\r      \r");

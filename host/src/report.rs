@@ -40,7 +40,7 @@ pub struct Sources {
     gcode: Option<PathBuf>,
 }
 
-/// A run, read and checked.
+/// Run that was read and checked.
 pub struct Report {
     run: Run,
     executed: Executed,
@@ -52,7 +52,7 @@ pub struct Report {
     title: String,
 }
 
-/// What [`Report::plot`] draws.
+/// Quantities that [`Report::plot`] draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Quantity {
     /// Speed of the tool
@@ -67,7 +67,7 @@ pub enum Quantity {
     Load,
 }
 
-/// Positions are taken this often, seconds; less often in a job of hours, to keep memory bounded.
+/// Sampling period of positions, seconds; longer in a job of hours, to keep memory bounded.
 const SAMPLE_S: f64 = 0.001;
 const MOST_SAMPLES: f64 = 2e6;
 
@@ -99,7 +99,7 @@ impl Report {
                 let anchor = program.as_ref().ok().and_then(|program| {
                     checks::anchor(&executed, machine, program).map(|anchor| anchor.origin(machine, program))
                 });
-                // A machine that does not home counts from where it was switched on.
+                // A machine that does not home counts from its position at power-on.
                 let origin = anchor.unwrap_or_else(|| machine.steps([0.0; 3]));
                 Samples::take(&executed, machine, &origin, &machine.filament(), period_s)
             }
@@ -120,7 +120,7 @@ impl Report {
         Self { account, checks, run, executed, samples, machine, program, title }
     }
 
-    /// Whether no check failed.
+    /// Returns whether no check failed.
     pub fn passes(&self) -> bool {
         self.checks.iter().all(|check| check.verdict != Verdict::Fail)
     }
@@ -132,7 +132,7 @@ impl Report {
         Ok(path)
     }
 
-    /// A quantity over time, as text.
+    /// Draws a quantity over time, as text.
     pub fn plot(&self, quantity: Quantity) -> String {
         let of_samples = |name: &str, of: &dyn Fn(usize) -> f64| {
             let stride = self.samples.points.len().div_ceil(2_000).max(1);
@@ -157,7 +157,7 @@ impl Report {
         }
     }
 
-    /// The findings as lines of text.
+    /// Returns the findings as lines of text.
     pub fn text(&self) -> String {
         let summary = &self.run.summary;
         let edges: u64 = self.executed.edges.iter().sum();
@@ -177,13 +177,13 @@ impl Report {
     }
 }
 
-/// A file of a run's folder: the copies that the native runner makes lie on its card.
+/// Finds a file of a run's folder: the copies that the native runner makes lie on its card.
 fn found(out: &Path, name: &str) -> PathBuf {
     let on_card = out.join("card").join(name);
     if on_card.is_file() { on_card } else { out.join(name) }
 }
 
-/// What the program calls itself, or the name of its file.
+/// Returns the program's own title, or the name of its file.
 fn title(gcode: &Path, program: Option<&Program>) -> String {
     let named = program.and_then(|program| program.title.clone());
     let file = gcode.file_stem().map(|name| name.to_string_lossy().into_owned());

@@ -21,7 +21,7 @@ pub enum Chip {
 }
 
 impl Chip {
-    /// The chip's model.
+    /// Returns the model of the chip.
     pub const fn model(self) -> tmc26x::Chip {
         match self {
             Self::Tmc2590 => tmc26x::Chip::Tmc2590,
@@ -30,7 +30,7 @@ impl Chip {
     }
 }
 
-/// A time in seconds, as nanoseconds.
+/// Reads a time in seconds, returns nanoseconds.
 pub fn seconds(text: &str) -> Result<u64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if seconds > 0.0 && seconds.is_finite() => Ok((seconds * 1e9) as u64),
@@ -64,7 +64,7 @@ pub struct Options {
     verify: bool,
 }
 
-/// Runs the job; whether it ended without halt and error. The reason is printed when it did not.
+/// Runs the job; returns whether it ended without halt and error, and prints the reason if not.
 pub fn run(options: &Options) -> Result<bool> {
     let job = Job {
         config: options.config.clone(),

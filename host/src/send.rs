@@ -1,5 +1,5 @@
-//! `velvet send`: G-code to a board over a serial port or the network, one line at a time, the next when the
-//! board has said ok.
+//! `velvet send`: G-code to a board over a serial port or the network, one line at a time, the next after
+//! the board's ok.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 
 /// Silence after which sending is given up. Heating and homing answer late, but they talk meanwhile.
 const PATIENCE: Duration = Duration::from_secs(600);
-/// How long one look for an answer takes.
+/// Longest wait for an answer before the next look.
 const POLL: Duration = Duration::from_millis(100);
 
 /// Both ends of a line to a board.
@@ -41,7 +41,7 @@ fn open(to: &str, baud: u32) -> Result<Box<dyn Port>> {
     Ok(Box::new(port))
 }
 
-/// Sends line after line; gives how many there were. Replies that are not `ok` go to `tell`.
+/// Sends line after line; returns their number. Replies other than `ok` go to `tell`.
 fn stream(text: &str, port: &mut impl Port, patience: Duration, mut tell: impl FnMut(&str)) -> Result<usize> {
     let mut replies = Replies::default();
     let mut sent = 0;
@@ -60,7 +60,7 @@ fn stream(text: &str, port: &mut impl Port, patience: Duration, mut tell: impl F
                 Some(reply) => {
                     heard = Instant::now();
                     tell(&reply);
-                    // `ok T:200.1 /200.0` answers a command as well as saying something.
+                    // A reply such as `ok T:200.1 /200.0` answers a command as well as saying something.
                     if reply.starts_with("ok ") {
                         break;
                     }
@@ -75,7 +75,7 @@ fn stream(text: &str, port: &mut impl Port, patience: Duration, mut tell: impl F
     Ok(sent)
 }
 
-/// Replies after which no further line may be sent.
+/// Returns whether no further line may be sent after a reply.
 fn is_stop(reply: &str) -> bool {
     let lower = reply.to_ascii_lowercase();
     lower.starts_with("error")
@@ -84,14 +84,14 @@ fn is_stop(reply: &str) -> bool {
         || lower.contains("halt asserted")
 }
 
-/// Lines out of whatever pieces come.
+/// Assembler of lines out of pieces of any size.
 #[derive(Default)]
 struct Replies {
     pending: Vec<u8>,
 }
 
 impl Replies {
-    /// The next whole line, without its end; none when none came within the port's own timeout.
+    /// Returns the next whole line, without its end; none if none came within the port's own timeout.
     fn next(&mut self, port: &mut impl Port) -> Result<Option<String>> {
         if !self.pending.contains(&b'\n') {
             let mut piece = [0; 512];
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use std::collections::VecDeque;
 
-    /// A board that answers each line with the next of its answers.
+    /// Board that answers each line with the next of its answers.
     struct FakeBoard {
         answers: VecDeque<&'static str>,
         heard: String,
@@ -131,7 +131,7 @@ mod tests {
             if self.to_say.is_empty() {
                 return Err(ErrorKind::TimedOut.into());
             }
-            // Three bytes at a time, as slow lines do.
+            // Slow lines deliver three bytes at a time.
             let count = self.to_say.len().min(3).min(buffer.len());
             buffer[..count].copy_from_slice(&self.to_say[..count]);
             self.to_say.drain(..count);

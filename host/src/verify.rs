@@ -1,7 +1,8 @@
 //! `velvet verify`: every step edge of a run against the ideal trajectory of its job.
 //!
 //! The run may come from anything that writes `steps.csv`: the virtual board, another image on it, a logic
-//! analyser. The trajectory is that of the native runner, and how far a step is from it is the oracle's word.
+//! analyser. The trajectory is that of the native runner, and the oracle measures each step's distance from
+//! it.
 
 use std::path::PathBuf;
 
@@ -36,8 +37,8 @@ pub struct Options {
     fault: Vec<TimedFault>,
 }
 
-/// Compares the run, and writes the result into its summary; whether it moved as planned. The reason is
-/// printed when not.
+/// Compares the run, and writes the result into its summary; returns whether it moved as planned, and
+/// prints the reason if not.
 pub fn verify(options: &Options) -> Result<bool> {
     let job = Job {
         config: options.config.clone(),

@@ -13,7 +13,7 @@ fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
-/// An empty folder of this test's own.
+/// Makes an empty folder of this test's own.
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     if folder.exists() {
@@ -222,7 +222,7 @@ fn a_job_is_looked_through_for_the_machine_as_it_has_saved_itself() {
     let json: serde_json::Value = serde_json::from_str(&said(&out)).expect("JSON");
     assert!(json["limits"]["z_axis_max_speed"].as_f64().is_some_and(|cost| cost > 0.5), "{json}");
     assert_eq!(json["heating"]["hotend"]["most_c"], 210.0);
-    // What is wrong is named, with its place and its fix.
+    // A finding about saved settings names its place and its fix.
     let saved = write("saved", "M203 Z1\nM375\n");
     let out = velvet(&["preflight", CONFIG, text(&job), "--saved", text(&saved)]);
     assert_eq!(out.status.code(), Some(2), "{}", said(&out));

@@ -1,5 +1,5 @@
-//! The page of a bed: a map with contour lines, a view in space, the heights at the points, the words. It
-//! needs no network.
+//! The page of a bed: a map with contour lines, a view in space, the heights at the points, the sentences.
+//! The page needs no network.
 
 use serde_json::json;
 
@@ -10,10 +10,10 @@ const TEMPLATE: &str = include_str!("../../assets/bed.html");
 const STYLE: &str = include_str!("../../assets/report.css");
 const SCRIPT: &str = include_str!("../../assets/bed.js");
 
-/// Heights of the surface along its longer side.
+/// Number of heights drawn along the surface's longer side.
 const FINE: f64 = 64.0;
 
-/// The whole page.
+/// Returns the whole HTML page of a mesh.
 pub fn page(mesh: &Mesh, title: &str) -> String {
     let [first, last] = [mesh.shape.place(0), mesh.shape.place(mesh.shape.points() - 1)];
     let low = [first[0].min(last[0]), first[1].min(last[1])];

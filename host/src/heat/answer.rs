@@ -1,22 +1,23 @@
-//! What was measured of a heater, and the model that this makes, laid over what was read.
+//! The values measured of a heater, and the model that follows from them, laid over the readings.
 
 use super::log::{Found, Log, PERIOD_S, Sample};
 
-/// It is switched off so far above its target (`machine/src/heat/step_test.rs`), C.
+/// Distance above its target at which the heater is switched off (`machine/src/heat/step_test.rs`), C.
 const ABOVE: f64 = 4.0;
-/// The slope of a rise is taken from so far below its end on, C.
+/// Distance below the end of a rise from which its slope is taken, C.
 const RISE_WINDOW: f64 = 10.0;
-/// What is late has died away after so many times its lateness.
+/// Multiple of the sensor's lateness after which its effect has died away.
 const DIED_AWAY: f64 = 2.5;
-/// What is warmer has not been off for long: the air is taken to be as in most rooms, C.
+/// Greatest temperature of a heater that has been off for long, C; a warmer one's surroundings are taken to
+/// be at [`ROOM`].
 const COLD: f64 = 45.0;
 const ROOM: f64 = 22.0;
-/// The model is reckoned in steps of this, s.
+/// Time step of the model, s.
 const STEP: f64 = 0.05;
-/// Moments between two readings at which it may have been switched on.
+/// Number of moments between two readings tried as the time of switching on.
 const MOMENTS: u32 = 20;
 
-/// dT/dt = rise u(t - late) - loss (T - air), u from 0 to 1.
+/// Heater model: dT/dt = rise u(t - late) - loss (T - air), u from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model {
     pub rise: f64,
@@ -25,19 +26,19 @@ pub struct Model {
     pub air: f64,
 }
 
-/// A line through readings.
+/// Straight line through readings, each end as time in s and temperature in C.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {
     pub from: [f64; 2],
     pub to: [f64; 2],
-    /// C/s
+    /// Slope of the line, C/s.
     pub slope: f64,
 }
 
-/// One swing: from where it was switched off to where both lines meet.
+/// Swing of the temperature, from switching off to the point at which the lines of rise and fall meet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Swing {
-    /// s
+    /// Time of switching off, s.
     pub off: f64,
     pub meet: f64,
     pub celsius: f64,
@@ -45,17 +46,17 @@ pub struct Swing {
     pub fall: Line,
 }
 
-/// Model and readings.
+/// Model laid over the readings.
 #[derive(Clone, Debug)]
 pub struct Laid {
     pub model: Model,
-    /// C, at the readings.
+    /// Temperatures of the model at the readings, C.
     pub celsius: Vec<f64>,
-    /// Of the readings, C: at most, and in the mean.
+    /// Differences from the readings, C: the greatest, and the mean.
     pub off_by: [f64; 2],
 }
 
-/// The model that was found. PID gains hold it more exactly than the words do.
+/// Returns the model that was found. PID gains hold it more exactly than the console's words do.
 pub fn model(log: &Log) -> Option<Model> {
     let first = log.samples.first()?.celsius;
     let air = if first < COLD { first } else { ROOM };
@@ -74,12 +75,12 @@ pub fn model(log: &Log) -> Option<Model> {
     Some(Model { rise, loss, late, air })
 }
 
-/// What it is at full output, of 255.
+/// Returns the greatest output of the log, of 255.
 pub fn most(log: &Log) -> f64 {
     log.samples.iter().map(|sample| sample.duty).fold(1.0, f64::max)
 }
 
-/// Behind which readings it was switched, and whether on.
+/// Returns the readings behind which the heater was switched, and whether on.
 fn switches(log: &Log) -> Vec<(usize, bool)> {
     let pairs = log.samples.windows(2).enumerate();
     pairs
@@ -90,15 +91,15 @@ fn switches(log: &Log) -> Vec<(usize, bool)> {
         .collect()
 }
 
-/// When it passed its upper end, behind the reading of this number.
+/// Returns the time at which the heater passed its upper end, just behind reading number `index`.
 fn off_at(log: &Log, index: usize) -> Option<f64> {
     let (before, at) = (log.samples.get(index.checked_sub(1)?)?, log.samples.get(index)?);
     let slope = (at.celsius - before.celsius).max(1e-3) / PERIOD_S;
     Some(at.second + ((log.target + ABOVE - at.celsius) / slope).clamp(0.0, PERIOD_S))
 }
 
-/// The lines that were fitted, and where they meet: as the board does it, along the curves that they are
-/// parts of. That of a fall begins once what is late has died away.
+/// Fits the lines of rise and fall and finds the points at which they meet, as the board does, along the
+/// curves of the model. A fall begins once the sensor's lateness has died away.
 pub fn swings(log: &Log, model: Option<Model>) -> Vec<Swing> {
     let Model { loss, late, air, .. } = model.unwrap_or(Model { rise: 0.0, loss: 0.0, late: 0.0, air: ROOM });
     let switches = switches(log);
@@ -114,7 +115,7 @@ pub fn swings(log: &Log, model: Option<Model>) -> Vec<Swing> {
         let end = log.target + ABOVE;
         let rising = log.samples.get(begins..=*index).unwrap_or_default();
         let rising = rising.iter().filter(|sample| sample.celsius > end - window);
-        // Behind its highest reading it has come back to where it was switched off.
+        // Behind its highest reading the temperature has come back to its value at switching off.
         let falling = log.samples.get(index + 1..ends).unwrap_or_default();
         let highest = falling.iter().map(|sample| sample.celsius).fold(0.0, f64::max);
         let falling = falling.iter().skip_while(|sample| sample.celsius < highest);
@@ -138,7 +139,7 @@ pub fn swings(log: &Log, model: Option<Model>) -> Vec<Swing> {
     swings
 }
 
-/// By least squares.
+/// Fits a line by least squares.
 fn line<'s>(samples: impl Iterator<Item = &'s Sample>) -> Option<Line> {
     let points: Vec<[f64; 2]> = samples.map(|sample| [sample.second, sample.celsius]).collect();
     let count = points.len() as f64;
@@ -152,8 +153,8 @@ fn line<'s>(samples: impl Iterator<Item = &'s Sample>) -> Option<Line> {
     Some(Line { from: at(points.first()?[0]), to: at(points.last()?[0]), slope })
 }
 
-/// The model from the first reading on. The moments at which it was switched on again lie somewhere between
-/// two readings: those that fit best are taken.
+/// Returns the model from the first reading on. Each time of switching on again lies somewhere between two
+/// readings; the times that fit best are taken.
 pub fn laid(log: &Log, model: Model) -> Laid {
     let mut turns = vec![0.0];
     let switches = switches(log);
@@ -163,7 +164,7 @@ pub fn laid(log: &Log, model: Model) -> Laid {
             turns.push(off_at(log, *index).unwrap_or(second));
             continue;
         }
-        // What follows up to the next time tells.
+        // The readings up to the next switching on decide which moment fits best.
         let until = switches.get(place + 2).map_or(log.samples.len(), |(next, _)| next + 1);
         let error = |moment: f64| {
             let tried: Vec<f64> = turns.iter().copied().chain([moment]).collect();
@@ -185,7 +186,8 @@ pub fn laid(log: &Log, model: Model) -> Laid {
     Laid { model, celsius, off_by: [most, mean] }
 }
 
-/// What the model is at each reading, switched on at the first of these times, off at the second, and so on.
+/// Returns the model's temperature at each reading, switched on at the first of `turns`, off at the second,
+/// and so on.
 fn run(log: &Log, model: Model, turns: &[f64]) -> Vec<f64> {
     let (mut second, mut celsius) = (0.0, log.samples.first().map_or(model.air, |sample| sample.celsius));
     let is_on = |at: f64| turns.iter().filter(|turn| **turn <= at).count() % 2 == 1;
@@ -205,7 +207,7 @@ fn run(log: &Log, model: Model, turns: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
 
-    /// A heater that is this model, as a board would tell of it.
+    /// Returns the log that a board would write of a heater that follows this model.
     fn tuned(model: Model) -> Log {
         let (mut celsius, mut on, mut pipe) = (model.air, true, std::collections::VecDeque::new());
         (0..(model.late / STEP) as usize).for_each(|_| pipe.push_back(false));

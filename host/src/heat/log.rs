@@ -1,21 +1,21 @@
-//! What a console has heard of a tuning of a heater: M303 or M306, from whichever board.
+//! The console's log of a heater's tuning, M303 or M306, from any board.
 
 use anyhow::{Result, bail};
 
-/// The board says how warm it is so often, s.
+/// Period of the board's temperature reports, s.
 pub const PERIOD_S: f64 = 1.0;
 
-/// How warm it was, and how much it was heated.
+/// Reading of the temperature, and the heater's output at that time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Since the heater was switched on, s.
+    /// Time since the heater was switched on, s.
     pub second: f64,
     pub celsius: f64,
-    /// 0 to 255.
+    /// Output of the heater, 0 to 255.
     pub duty: f64,
 }
 
-/// What was found.
+/// Result of a tuning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Found {
     /// M303: P, I and D.
@@ -24,24 +24,24 @@ pub enum Found {
     Model([f64; 5]),
 }
 
-/// A tuning.
+/// Tuning of a heater, as its log tells it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Log {
-    /// The heater's name; empty where it was not said.
+    /// Name of the heater; empty if the log does not say it.
     pub heater: String,
     pub target: f64,
     pub samples: Vec<Sample>,
-    /// Swings counted and wanted, as was said last.
+    /// Swings counted and swings wanted, as reported last.
     pub swings: [u32; 2],
     pub found: Option<Found>,
-    /// C/s at full output, s that the sensor is late, share of the output that holds the target: as they
-    /// were said.
+    /// Rise in C/s at full output, lateness of the sensor in s, share of the output that holds the target:
+    /// as reported.
     pub said: Option<[f64; 3]>,
-    /// Why it found nothing.
+    /// Reason for a tuning without a result.
     pub failed: Option<String>,
 }
 
-/// The last tuning of a log. Lines that are none of it are passed over, and so is what a terminal writes
+/// Reads the last tuning of a log. Other lines are passed over, and so is any text that a terminal writes
 /// before a line.
 ///
 /// # Errors
@@ -67,7 +67,7 @@ fn after<'l>(line: &'l str, words: &str) -> Option<&'l str> {
     line.split_once(words).map(|(_, rest)| rest)
 }
 
-/// `(T) hotend, toolid 0, control X to abort`, or `hotend, control X to abort`.
+/// Reads `(T) hotend, toolid 0, control X to abort`, or `hotend, control X to abort`.
 fn begin(rest: &str) -> Log {
     let name = rest.split(',').next().unwrap_or("");
     let name = name.split_once(") ").map_or(name, |(_, name)| name);
@@ -87,7 +87,7 @@ fn take(log: &mut Log, line: &str) {
         sample(log, rest);
     } else if let Some(rest) = after(line, "Full output warms it by ") {
         let said: Vec<f64> = numbers(rest);
-        // The fourth is the target.
+        // The fourth number is the target.
         log.said = said.first_chunk::<3>().map(|[rise, late, percent]| [*rise, *late, percent / 100.0]);
     } else if let Some(rest) = after(line, "PID tuned: ") {
         log.found = numbers(rest).first_chunk::<3>().copied().map(Found::Pid);
@@ -100,10 +100,10 @@ fn take(log: &mut Log, line: &str) {
     }
 }
 
-/// ` 22.8/200.0 @255 0/3`
+/// Reads a line such as ` 22.8/200.0 @255 0/3`.
 fn sample(log: &mut Log, rest: &str) {
     let [celsius, target, duty, counted, wanted] = numbers(rest)[..] else { return };
-    // Without a target it only cools before it begins.
+    // Without a target the heater only cools before the tuning begins.
     if target <= 0.0 {
         return;
     }
@@ -113,7 +113,7 @@ fn sample(log: &mut Log, rest: &str) {
     log.samples.push(Sample { second, celsius, duty });
 }
 
-/// The numbers in a text, whatever stands between them.
+/// Returns the numbers in a text, whatever stands between them.
 fn numbers(text: &str) -> Vec<f64> {
     let is_of_number = |letter: char| letter.is_ascii_digit() || letter == '.' || letter == '-';
     let words = text.split(|letter| !is_of_number(letter));

@@ -1,4 +1,4 @@
-//! The page of a tuning. It needs no network.
+//! The page of a tuning, which needs no network.
 
 use serde_json::json;
 
@@ -13,7 +13,7 @@ const SLOTS: [(&str, &str); 4] = [
     ("heat.js", include_str!("../../assets/heat.js")),
 ];
 
-/// The whole page.
+/// Returns the whole HTML page of a tuning.
 pub fn page(tuning: &Tuning) -> String {
     let log = &tuning.log;
     let gains = words::gains(tuning);

@@ -1,13 +1,13 @@
-//! A tuning in sentences.
+//! The findings of a tuning in sentences.
 
 use super::Tuning;
 use super::answer::most;
 use super::log::Found;
 
-/// Readings that differ less from the model are those of a heater that it describes, C.
+/// Differences between readings and model up to which the model describes the heater, C.
 const CLOSE: [f64; 2] = [3.0, 1.0];
 
-/// A figure that was found, and what it means.
+/// Figure that a tuning found, and its meaning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gain {
     pub name: &'static str,
@@ -17,14 +17,14 @@ pub struct Gain {
 }
 
 impl Gain {
-    /// In one line.
+    /// Returns the gain in one line.
     pub fn line(&self) -> String {
         let Self { name, value, unit, means } = self;
         format!("{name} = {value}{}{unit}: {means}", if unit.is_empty() { "" } else { " " })
     }
 }
 
-/// What was measured.
+/// Returns sentences about the measured values.
 pub fn facts(tuning: &Tuning) -> Vec<String> {
     let log = &tuning.log;
     let [counted, wanted] = log.swings;
@@ -74,7 +74,7 @@ fn reserve(holds: f64) -> &'static str {
     }
 }
 
-/// What was found, each with a sentence.
+/// Returns the gains that were found, each with a sentence.
 pub fn gains(tuning: &Tuning) -> Vec<Gain> {
     let (Some(found), Some(laid)) = (tuning.log.found, &tuning.laid) else { return Vec::new() };
     let (model, most) = (laid.model, most(&tuning.log));

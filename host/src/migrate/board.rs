@@ -1,39 +1,38 @@
-//! Which pin of the new board takes the place of which pin of the old one: a table a person can read and
-//! change.
+//! A table of the new board's pins in place of the old board's, which a person can read and change.
 
 use std::collections::BTreeMap;
 
 use anyhow::{Result, bail};
 
-/// The Smoothieboard v1, as shipped with the command.
+/// Table of the Smoothieboard v1, as shipped with the command.
 const SMOOTHIEBOARD: &str = include_str!("../../assets/smoothieboard-v1.pins");
 const MODIFIERS: [char; 5] = ['!', 'o', '^', 'v', '-'];
 
-/// The table.
+/// Table of old pins and their replacements.
 pub struct Board {
     pins: BTreeMap<(u8, u8), Place>,
 }
 
-/// What takes the place of a pin.
+/// Replacement for an old pin.
 struct Place {
-    /// None: nothing needs to.
+    /// Name of the new pin; none if none is needed.
     pin: Option<String>,
     to_do: Option<String>,
 }
 
-/// The outcome for one pin of the old file.
+/// Outcome for one pin of the old file.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Mapped {
-    /// `PD0^`, and what has to be rewired.
+    /// New pin with modifiers, such as `PD0^`, and the rewiring to do.
     Pin(String, Option<String>),
-    /// Not needed any more.
+    /// No pin is needed any more.
     Dropped,
-    /// The table does not have it.
+    /// Missing pin: the table does not have it.
     Unknown,
 }
 
 impl Board {
-    /// The board file's text: `2.5 = PE3  # comment`.
+    /// Reads a board file's text: `2.5 = PE3  # comment`.
     pub fn parse(text: &str) -> Result<Self> {
         let mut pins = BTreeMap::new();
         for (number, line) in text.lines().enumerate() {
@@ -56,12 +55,12 @@ impl Board {
         Ok(Self { pins })
     }
 
-    /// The Smoothieboard v1.
+    /// Returns the table of the Smoothieboard v1.
     pub fn smoothieboard() -> Self {
         Self::parse(SMOOTHIEBOARD).unwrap_or_else(|error| panic!("the table that was built in: {error}"))
     }
 
-    /// The new pin for `1.24^`, with its modifiers.
+    /// Returns the new pin for an old one such as `1.24^`, with its modifiers.
     pub fn map(&self, text: &str) -> Mapped {
         if text.eq_ignore_ascii_case("nc") {
             return Mapped::Pin("nc".into(), None);
@@ -78,7 +77,7 @@ impl Board {
     }
 }
 
-/// `1.24^`: port, number, and what follows.
+/// Splits `1.24^` into port, number, and the modifiers behind them.
 fn old_pin(text: &str) -> Option<((u8, u8), &str)> {
     let (port, rest) = text.split_once('.')?;
     let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
@@ -110,7 +109,7 @@ mod tests {
         }
     }
 
-    /// Two old pins on one new one would be found by the check only when both are in use.
+    /// The check would find two old pins on one new pin only when both are in use.
     #[test]
     fn no_new_pin_is_given_out_twice() {
         let board = Board::smoothieboard();

@@ -1,11 +1,11 @@
-//! Old settings into new ones: by the schema's table of old names, and by hand where the structure changed.
+//! Old settings into new ones: by the schema's table of old names, and by hand if the structure changed.
 
 use config::schema::{self, Kind, Section, Setting, Support};
 
 use super::board::{Board, Mapped};
 use super::old::Line;
 
-/// A line of the new file.
+/// Line of the new file.
 #[derive(Debug)]
 pub struct Entry {
     pub section: &'static str,
@@ -15,14 +15,14 @@ pub struct Entry {
     pub comment: String,
 }
 
-/// Something a person has to do, and the line of the old file that asks for it.
+/// Task for a person, and the line of the old file that causes it.
 #[derive(Debug)]
 pub struct ToDo {
     pub line: Option<usize>,
     pub text: String,
 }
 
-/// What has been converted so far.
+/// State of a conversion: the lines and tasks made so far.
 pub struct Conversion<'a> {
     board: &'a Board,
     lines: &'a [Line],
@@ -50,7 +50,7 @@ const NEEDLESS: &[&str] = &[
     "extruder_module_enable",
 ];
 const EXTRUDER_MOTORS: [&str; 3] = ["delta", "epsilon", "zeta"];
-/// Old axis, new axis, in order.
+/// Old motor names and their axes, in order.
 const ENDSTOP_AXES: [(&str, &str); 3] = [("alpha", "X"), ("beta", "Y"), ("gamma", "Z")];
 
 impl<'a> Conversion<'a> {
@@ -81,7 +81,7 @@ impl<'a> Conversion<'a> {
         self.lines.iter().find(|line| line.key == key)
     }
 
-    /// Whether the module that the setting belongs to is there but not enabled.
+    /// Returns whether the setting's module exists but is not enabled.
     fn is_switched_off(&self, key: &str) -> bool {
         let off = |enable: &str| self.old(enable).is_some_and(|line| !is_true(&line.value));
         let module = key.rsplit_once('.').map(|(module, _)| module);
@@ -129,7 +129,7 @@ impl<'a> Conversion<'a> {
         match schema::by_v1_name(key) {
             Some((section, row, instance)) => self.setting(line, section, row, instance.unwrap_or("")),
             None => {
-                // One item for a whole module.
+                // A whole module gets a single item.
                 let text = match key.split_once('.') {
                     Some((module, _)) => format!("{module}: Velvet has nothing of the kind; its lines are left out"),
                     None => format!("{key} = {}: Velvet has no such setting; it is left out", line.value),
@@ -139,7 +139,7 @@ impl<'a> Conversion<'a> {
         }
     }
 
-    /// A setting whose place in the new file is known by name.
+    /// Converts a setting whose place in the new file is known by name.
     fn by_row(&mut self, line: &Line, section: &str, instance: &str, key: &str) {
         let found = schema::section(section)
             .and_then(|(_, section)| Some((section, section.settings.iter().find(|row| row.key == key)?)));
@@ -158,9 +158,9 @@ impl<'a> Conversion<'a> {
             Support::NotYet { advice, .. } => {
                 return self.ask(line, format!("{}: not supported yet ({advice}); it is left out", line.key));
             }
-            // Its module has been asked about, or is off.
+            // The setting's module is off, or an item asks about it already.
             Support::Dormant => return,
-            // Nothing is lost without it.
+            // A needless setting loses nothing by being left out.
             Support::Needless { .. } => return,
         }
         let Some(value) = self.value(line, row, instance) else { return };
@@ -169,7 +169,7 @@ impl<'a> Conversion<'a> {
         self.add(section.name, instance, row.key, &value, comment);
     }
 
-    /// The value in the new file's words; none when the line is not needed.
+    /// Returns the value in the new file's words; none when the line is not needed.
     fn value(&mut self, line: &Line, row: &Setting, instance: &str) -> Option<String> {
         Some(match row.kind {
             Kind::Pin(..) => match self.board.map(&line.value) {
@@ -188,7 +188,7 @@ impl<'a> Conversion<'a> {
             },
             Kind::Bool(_) => is_true(&line.value).to_string(),
             Kind::Word(..) if row.key == "output_type" && line.value == "pwm" => "sigmadeltapwm".into(),
-            // Blanks were written as underscores.
+            // The old file wrote blanks as underscores.
             Kind::Text(..) if row.key.contains("gcode") || row.key.ends_with("_command") => {
                 line.value.replace('_', " ")
             }
@@ -196,7 +196,7 @@ impl<'a> Conversion<'a> {
         })
     }
 
-    /// What an extruder knows of its motor stands with the motor now.
+    /// Converts an extruder's motor settings, which stand in the motor's section now.
     fn extruder_motor(&mut self, line: &Line, name: &str, rest: &str) -> bool {
         let Some(motor) = self.extruders.iter().position(|known| known == name).and_then(|i| EXTRUDER_MOTORS.get(i))
         else {
@@ -219,7 +219,7 @@ impl<'a> Conversion<'a> {
         true
     }
 
-    /// Tool numbers follow the order of the extruders, as they did.
+    /// Writes tool numbers, which follow the order of the extruders as before.
     fn tools(&mut self) {
         for (tool, name) in self.extruders.clone().into_iter().enumerate().take(EXTRUDER_MOTORS.len()) {
             let motor = EXTRUDER_MOTORS.get(tool).unwrap_or(&"");
@@ -227,7 +227,7 @@ impl<'a> Conversion<'a> {
         }
     }
 
-    /// Outputs were modulated unless the file said otherwise.
+    /// Sets outputs to modulated unless the old file says otherwise.
     fn switches(&mut self) {
         let of_switch = |key: &str| {
             let found = self.entries.iter().filter(move |e| e.section == "switch" && e.key == key);
@@ -239,7 +239,7 @@ impl<'a> Conversion<'a> {
         }
     }
 
-    /// `alpha_min_endstop` and its kin: an endstop of its own for each end.
+    /// Converts `alpha_min_endstop` and its kin: an endstop of its own for each end.
     fn endstops(&mut self, motor: &str, axis: &'static str) {
         let direction = self.old(&format!("{motor}_homing_direction")).map(|line| line.value.clone());
         for (end, towards) in [("min", "home_to_min"), ("max", "home_to_max")] {
@@ -277,7 +277,7 @@ impl<'a> Conversion<'a> {
         }
     }
 
-    /// The new board's drivers are described; the old one's could only be guessed.
+    /// Describes the new board's drivers; the old board's could only be guessed.
     fn drivers(&mut self) {
         let motors: Vec<String> = units::Actuator::ALL
             .into_iter()
@@ -302,7 +302,7 @@ impl<'a> Conversion<'a> {
     }
 }
 
-/// What belongs to the endstops that [`Conversion::endstops`] makes.
+/// Returns whether a key belongs to the endstops that [`Conversion::endstops`] makes.
 fn is_of_an_axis_switch(key: &str) -> bool {
     ENDSTOP_AXES.iter().any(|(motor, _)| {
         key.strip_prefix(motor).is_some_and(|rest| {

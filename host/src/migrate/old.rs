@@ -1,22 +1,23 @@
-//! The previous generation's `config`: `key value # comment`, dotted keys, the last of two lines counts.
+//! The previous generation's `config`: `key value # comment`, dotted keys; of two lines with one key the
+//! last counts.
 
-/// One setting of the old file.
+/// Setting of the old file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
-    /// From 1.
+    /// Line number, from 1.
     pub number: usize,
-    /// `temperature_control.hotend.max_temp`
+    /// Dotted key, such as `temperature_control.hotend.max_temp`.
     pub key: String,
-    /// The first word after the key, as that firmware reads it.
+    /// First word after the key, as the old firmware reads it.
     pub value: String,
-    /// What the owner wrote behind it.
+    /// The owner's comment behind the setting.
     pub comment: String,
 }
 
-/// All settings, in the order of the file; of two with one key the later.
+/// Returns all settings in the order of the file; of two with one key the later.
 pub fn read(text: &str) -> Vec<Line> {
     let mut lines: Vec<Line> = Vec::new();
-    // Some editors put a mark before the first line.
+    // Some editors put a byte order mark before the first line.
     for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
         let (content, comment) = line.split_once('#').unwrap_or((line, ""));
         let mut words = content.split_whitespace();

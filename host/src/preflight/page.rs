@@ -1,5 +1,5 @@
-//! The page of a preflight: the way of the moves by speed, flow, layer and object, with sliders. It needs no
-//! network.
+//! The page of a preflight: the path of the moves by speed, flow, layer and object, with sliders. The page
+//! needs no network.
 
 use machine::preflight::Finding;
 use motion::{Motion, Passage};
@@ -12,30 +12,30 @@ const TEMPLATE: &str = include_str!("../../assets/preflight.html");
 const STYLE: &str = include_str!("../../assets/report.css");
 const SCRIPT: &str = concat!(include_str!("../../assets/palette.js"), include_str!("../../assets/preflight.js"));
 
-/// Places drawn at most; what follows is left out, and the page says so.
+/// Greatest number of places drawn; the rest is left out, and the page says so.
 const MOST_PLACES: usize = 2_000_000;
 /// Length of the chords that curves are drawn with, mm.
 const CHORD_MM: f64 = 0.5;
-/// Layers lie further apart than this, mm.
+/// Least distance between layers, mm.
 const LAYER_MM: f64 = 0.01;
-/// Filament of slicers' default: flow is drawn for it.
+/// Cross-section of filament of slicers' default diameter, mm2, for which flow is drawn.
 const FILAMENT_MM2: f64 = 2.405;
 
-/// The way of a job's moves.
+/// Path of a job's moves, as places.
 #[derive(Default)]
 pub struct Way {
     /// X Y Z, mm; speed, mm/s; flow, mm3/s; layer; object: seven numbers for each place.
     places: Vec<f32>,
     layers: Vec<f64>,
     objects: Vec<String>,
-    /// From which line on which object is made.
+    /// Lines from which on another object is made, with the object.
     labels: Vec<(u32, usize)>,
     seconds: f64,
     is_cut: bool,
 }
 
 impl Way {
-    /// A line says which object begins or ends: the text of M486.
+    /// Notes the object that a line begins or ends: the text of M486.
     pub fn labelled(&mut self, line: u32, text: &str) {
         let (letter, rest) = text.split_at_checked(1).unwrap_or(("", ""));
         let name = rest.trim().trim_matches('"');
@@ -57,7 +57,7 @@ impl Way {
         self.labels.push((line, object));
     }
 
-    /// A block has been passed.
+    /// Adds the places of a passed block.
     pub fn passed(&mut self, passage: &Passage, motion: &Motion) {
         self.seconds += passage.seconds();
         let Some((path, length)) = motion.passed_path() else { return };
@@ -88,7 +88,7 @@ impl Way {
         self.layers.len().saturating_sub(1)
     }
 
-    /// The whole page.
+    /// Returns the whole HTML page of a job.
     pub fn page(&self, title: &str, findings: &[Finding], totals: &str) -> String {
         let rows: Vec<_> = findings
             .iter()

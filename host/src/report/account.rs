@@ -1,4 +1,4 @@
-//! The account of a run's time: what the page and the summary say of it.
+//! The account of a run's time, for the page and the summary.
 
 use super::edges::Executed;
 use super::follow::{Way, follow};
@@ -9,40 +9,41 @@ use super::slow::{self, SlowPlace, Starved};
 use super::spent::{Course, Kind, Span, events_at};
 use super::times::{Odometer, Times};
 
-/// Off the path is further away than this, mm; the same where corners are rounded on purpose.
+/// Distance beyond which the machine is off the path, mm; the second if corners are rounded on purpose.
 const OFF_MM: f64 = 0.3;
 const ROUNDED_OFF_MM: f64 = 1.0;
-/// What comes onto an exact path is closer than this, mm: homing touches its beginning more than once.
+/// Distance within which the machine comes back onto an exact path, mm: homing touches the path's beginning
+/// more than once.
 const ON_MM: f64 = 0.1;
-/// Where levelling moves Z, half a millimetre of it counts as a twentieth.
+/// Weight of distances along Z if levelling moves Z: half a millimetre counts as a twentieth.
 const LEVELLED_Z: f64 = 0.1;
 
-/// What a run's time went into.
+/// Account of a run's time.
 #[derive(Clone, Debug, Default)]
 pub struct Account {
-    /// Sums.
+    /// Sums of time by kind, layer, feature and object.
     pub times: Times,
-    /// Moment by moment.
+    /// Spans of time, in order and without gaps.
     pub spans: Vec<Span>,
-    /// The slowest places, the one that lost most first.
+    /// The slowest places, ordered by the time they lost, greatest first.
     pub slow: Vec<SlowPlace>,
-    /// Stops that nothing asks for; none: the run could not be laid along its program.
+    /// Stops that nothing asks for; none if the run could not be laid along its program.
     pub starved: Option<Vec<Starved>>,
-    /// How close the path was to the program's; none: as above.
+    /// Distance of the path from the program's; none if the run could not be laid along its program.
     pub closeness: Option<Closeness>,
 }
 
-/// How close a path was to that of its program.
+/// Distance of an executed path from that of its program.
 #[derive(Clone, Copy, Debug)]
 pub struct Closeness {
     /// The largest distance, mm.
     pub largest_mm: f64,
-    /// The line at which the machine first left the path though the program has nothing to do there.
+    /// First line at which the machine left the path though the program has nothing to do there.
     pub left_at: Option<u32>,
 }
 
 impl Account {
-    /// Of a run that ends after `end_s`.
+    /// Accounts for a run that ends after `end_s`.
     pub fn of(
         executed: &Executed,
         samples: &Samples,
@@ -81,7 +82,8 @@ impl Account {
         account
     }
 
-    /// In a few lines. `counted`: when the runner itself saw the planner starve.
+    /// Returns the account in a few lines. `counted`: times at which the runner itself saw the planner
+    /// starve.
     pub fn text(&self, counted: Option<&[f64]>) -> String {
         let times = &self.times;
         let share = |seconds: f64| 100.0 * seconds / times.seconds.max(1e-9);

@@ -1,5 +1,4 @@
-//! What is held against what: the run against the program, against itself, and against the rules of a safe
-//! end.
+//! The checks of a run: against its program, against itself, and against the rules of a safe end.
 
 use super::account::Closeness;
 use super::edges::{Executed, Stop};
@@ -10,37 +9,37 @@ use super::run::Run;
 use serde::Serialize;
 use units::{Actuator, MAX_ACTUATORS};
 
-/// Filament may be off by this much, mm.
+/// Greatest error of the filament moved, mm.
 const FILAMENT_TOLERANCE_MM: f64 = 0.01;
-/// The executed path may leave the programmed one by this much, mm: half a step on each axis and what
-/// sampling costs.
+/// Greatest distance of the executed path from the programmed one, mm: half a step on each axis and the
+/// error of sampling.
 const PATH_TOLERANCE_MM: f64 = 0.05;
-/// An edge later than this is late (the firmware counts from here on).
+/// Lateness from which an edge counts as late, ns, as in the firmware.
 const LATE_NS: f64 = 250.0;
 
-/// Why the ways between objects cannot be checked.
+/// Reason for not checking the ways between objects.
 const LEFT_OUT: &str = "an object is left out, and the machine finds its own way to the next one";
 
-/// How a check came out.
+/// Outcome of a check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// As it should be.
+    /// Passed: the run is as it should be.
     Pass,
-    /// Not as it should be.
+    /// Failed: the run is not as it should be.
     Fail,
-    /// Could not be looked at; the finding says why.
+    /// Not checked; the finding says why.
     Skipped,
 }
 
-/// One row of the table.
+/// Row of the table of checks.
 #[derive(Clone, Debug, Serialize)]
 pub struct Check {
-    /// What was checked.
+    /// Subject of the check.
     pub what: &'static str,
-    /// How it came out.
+    /// Outcome of the check.
     pub verdict: Verdict,
-    /// What was found.
+    /// Finding of the check, in words.
     pub found: String,
 }
 
@@ -52,23 +51,23 @@ fn skipped(what: &'static str, why: &str) -> Check {
     Check { what, verdict: Verdict::Skipped, found: why.to_owned() }
 }
 
-/// Everything there is to look at. What is missing makes checks skipped, with the reason.
+/// Everything there is to look at. Missing evidence makes checks skipped, with the reason.
 pub struct Evidence<'a> {
-    /// The run's folder.
+    /// The files of the run's folder.
     pub run: &'a Run,
-    /// Its step edges.
+    /// Step edges of the run.
     pub executed: &'a Executed,
     /// Positions at even times.
     pub samples: &'a Samples,
-    /// How close that was to the program's path, where it could be laid along it.
+    /// Distance from the program's path, if the samples could be laid along it.
     pub closeness: Option<Closeness>,
-    /// The machine, or why it is not known.
+    /// The machine, or the reason for not knowing it.
     pub machine: Result<&'a Machine, String>,
-    /// The program, or why it is not known.
+    /// The program, or the reason for not knowing it.
     pub program: Result<&'a Program, String>,
 }
 
-/// All checks, in the order a person asks.
+/// Returns all checks, in the order a person asks.
 pub fn all(evidence: &Evidence<'_>) -> Vec<Check> {
     let summary = &evidence.run.summary;
     let halted = summary.halted.as_deref();
@@ -109,21 +108,21 @@ fn listed(items: &[String], none: &str) -> String {
     }
 }
 
-/// Where the program's coordinates have their origin, in steps from power-on.
+/// Origin of the program's coordinates, in steps from power-on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Anchor {
     /// The stop where homing ended.
     pub stop: Stop,
-    /// Worst distance of a motor from where the program ends, steps.
+    /// Worst distance of a motor from the program's end, steps.
     pub worst_steps: f64,
-    /// That motor.
+    /// Motor with the worst distance.
     pub worst: Actuator,
 }
 
-/// Finds the stop after homing: of all stops, the one from which the motors went on to end where the program
-/// ends. No other place fits three motors at once but by an error of the run. Homing may stop at that place
-/// more than once; then it is the stop after which the motors made as many steps as the program has. Without
-/// homing it is the beginning.
+/// Finds the stop after homing: of all stops, the one from which the motors went on to end at the program's
+/// end. No other place fits three motors at once but by an error of the run. If homing stops at that place
+/// more than once, the stop counts after which the motors made as many steps as the program has. Without
+/// homing the run's beginning counts.
 pub fn anchor(executed: &Executed, machine: &Machine, program: &Program) -> Option<Anchor> {
     // Motors rest on whole steps.
     let from = machine.steps(program.path().first()?.at).map(f64::round);
@@ -151,7 +150,7 @@ pub fn anchor(executed: &Executed, machine: &Machine, program: &Program) -> Opti
 }
 
 impl Anchor {
-    /// Where each motor stood at power-on, in steps of the machine's own count.
+    /// Returns each motor's position at power-on, in steps of the machine's own count.
     pub fn origin(&self, machine: &Machine, program: &Program) -> [f64; MAX_ACTUATORS] {
         let mut origin = machine.steps(program.path().first().map_or([0.0; 3], |vertex| vertex.at)).map(f64::round);
         origin.iter_mut().zip(self.stop.steps).for_each(|(origin, steps)| *origin -= steps as f64);
@@ -161,7 +160,7 @@ impl Anchor {
 
 const PRIMARY: [Actuator; 3] = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma];
 
-/// Steps each motor makes along the program's path, either way.
+/// Returns the steps that each motor makes along the program's path, either way.
 fn program_steps(machine: &Machine, program: &Program) -> [f64; 6] {
     let mut sum = [0.0; 6];
     for pair in program.path().windows(2) {
@@ -173,7 +172,7 @@ fn program_steps(machine: &Machine, program: &Program) -> [f64; 6] {
     sum
 }
 
-/// Machine, program and anchor, or why there is none.
+/// Returns machine, program and anchor, or the reason for having none.
 fn anchored<'a>(evidence: &Evidence<'a>) -> Result<(&'a Machine, &'a Program, Anchor), String> {
     let machine = evidence.machine.clone()?;
     let program = evidence.program.clone()?;
@@ -194,7 +193,7 @@ fn final_position(evidence: &Evidence<'_>) -> Check {
         Err(why) => return skipped(WHAT, &why),
     };
     let [x, y, z] = program.end();
-    // A hair for the rounding of the comparison itself.
+    // The margin covers the rounding of the comparison itself.
     let passes = anchor.worst_steps.abs() <= 0.5 + 1e-6;
     check(
         WHAT,
@@ -272,16 +271,16 @@ fn heaters_off(run: &Run) -> Check {
     check(WHAT, on.is_empty(), if on.is_empty() { names.join(", ") } else { on.join(", ") })
 }
 
-/// Less power than this at the end is none: telemetry is rounded.
+/// Greatest share of power at the end that counts as off: telemetry is rounded.
 const OFF_SHARE: f64 = 0.01;
 /// Telemetry holds a running mean of the power with this time constant
 /// (`sim::world::World::heater_mean_duty`).
 const MEAN_S: f64 = 1.0;
-/// The power at the end is that over this much time.
+/// Time at the end over which the last power is averaged, s.
 const LAST_S: f64 = 0.5;
 
-/// Mean power over the last moments of a run, 0 to 1, with what the running mean remembers of the time before
-/// taken out.
+/// Returns the mean power over a run's last moments, 0 to 1, without the share of the running mean that
+/// stems from the time before.
 fn last_power(time_s: &[f64], mean: &[Option<f64>]) -> Option<f64> {
     let mut known = time_s.iter().zip(mean).filter_map(|(time, mean)| Some((*time, (*mean)?)));
     let (end_s, at_end) = known.clone().next_back()?;
@@ -296,7 +295,7 @@ fn lost_motion(run: &Run) -> Check {
     check("No carriage ran into its end, no motor stepped without current", lost.is_empty(), listed(&lost, "none"))
 }
 
-/// A step may also wait for its direction to be set up: that is meant.
+/// Checks step times. A step may also wait on purpose for its direction to be set up.
 fn step_times(evidence: &Evidence<'_>) -> Check {
     const WHAT: &str = "No step edge is later than 250 ns, or than its driver's time to change direction";
     let setup_ns = evidence.machine.clone().map_or(0, |machine| machine.direction_setup_ns);
@@ -309,7 +308,7 @@ fn step_times(evidence: &Evidence<'_>) -> Check {
     }
 }
 
-/// The page is drawn from steps.csv: is that the whole run?
+/// Checks that steps.csv, from which the page is drawn, holds the whole run.
 fn trace_is_whole(evidence: &Evidence<'_>) -> [Check; 2] {
     let (summary, executed) = (&evidence.run.summary, evidence.executed);
     let edges: u64 = executed.edges.iter().sum();

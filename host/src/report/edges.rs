@@ -13,17 +13,17 @@ use units::{Actuator, MAX_ACTUATORS};
 
 use super::rows::{self, Rows};
 
-/// X, Y and Z motors standing still for this long is a stop.
+/// Least time without an edge of X, Y and Z that is a stop.
 const STOP_NS: u64 = 4_000_000;
-/// Time between edges that tells standing from braking and setting off again, which also take a few
-/// milliseconds for the last step and the first.
+/// Least time between edges that is standing: braking and setting off again also take a few milliseconds
+/// for the last step and the first.
 const STAND_NS: u64 = 20_000_000;
-/// A time between edges that is not this much longer than its neighbour is slow motion.
+/// Multiple of the neighbouring interval below which a time between edges is slow motion.
 const SLOW: u64 = 3;
-/// Nothing moves as slowly as a step in this time.
+/// Time without a step that is no motion, however slow.
 const SURELY_NS: u64 = 1_000_000_000;
 
-/// Position of one motor over time, in half steps, as straight lines.
+/// Position of a motor over time, in half steps, as straight lines.
 #[derive(Debug, Default)]
 pub struct Track {
     corners: Vec<(u64, i32)>,
@@ -45,7 +45,8 @@ impl Track {
         first.0 / slot_ns == slot && last.0 / slot_ns == slot
     }
 
-    /// When the motor moved between these times: no longer than so without an edge.
+    /// Returns the spans within these times in which the motor moved; a longer pause than `gap_ns` ends a
+    /// span.
     pub fn moved(&self, from_ns: u64, to_ns: u64, gap_ns: u64) -> Vec<(u64, u64)> {
         let first = self.corners.partition_point(|corner| corner.0 < from_ns);
         let mut moved: Vec<(u64, u64)> = Vec::new();
@@ -58,20 +59,20 @@ impl Track {
         moved
     }
 
-    /// A reader that goes forward in time.
+    /// Returns a reader that goes forward in time.
     pub const fn reader(&self) -> TrackReader<'_> {
         TrackReader { track: self, next: 0 }
     }
 }
 
-/// Reads a [`Track`] at times that do not go back.
+/// Reader of a [`Track`] at times that do not go back.
 pub struct TrackReader<'a> {
     track: &'a Track,
     next: usize,
 }
 
 impl TrackReader<'_> {
-    /// Position in steps.
+    /// Returns the motor's position in steps.
     pub fn steps_at(&mut self, time_ns: u64) -> f64 {
         let corners = &self.track.corners;
         while corners.get(self.next).is_some_and(|corner| corner.0 <= time_ns) {
@@ -90,54 +91,54 @@ impl TrackReader<'_> {
     }
 }
 
-/// A stretch of time without an edge of X, Y and Z.
+/// Stretch of time without an edge of X, Y and Z.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stop {
-    /// The edge before; the first of a run has none.
+    /// Time of the edge before the stop; 0 for the first of a run, which has none.
     pub since_ns: u64,
-    /// Its end; the last one of a run has none.
+    /// Time of the edge that ends the stop; the last stop of a run has none.
     pub until_ns: u64,
-    /// Where every motor stood at its end, in steps from power-on.
+    /// Position of every motor at the stop's end, in steps from power-on.
     pub steps: [i64; MAX_ACTUATORS],
-    /// Edges of every motor until then.
+    /// Edges of every motor up to the stop's end.
     pub edges: [u64; MAX_ACTUATORS],
-    /// The shorter one of the times between edges before it and behind it.
+    /// The shorter one of the times between edges before the stop and behind it.
     pub beside_ns: u64,
 }
 
-/// A stretch of time in which X, Y and Z stood still.
+/// Stretch of time in which X, Y and Z stood still.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stand {
-    /// Its beginning, seconds.
+    /// Beginning of the stand, seconds.
     pub from_s: f64,
-    /// Its end, seconds.
+    /// End of the stand, seconds.
     pub to_s: f64,
 }
 
-/// The last edges of X, Y and Z, while reading.
+/// State of X, Y and Z's last edges while reading.
 #[derive(Default)]
 struct Primary {
     last_ns: Option<u64>,
-    /// Between the last two.
+    /// Time between the last two edges.
     interval_ns: u64,
-    /// The last one ended a stop.
+    /// The last edge ended a stop.
     follows_stop: bool,
 }
 
-/// What the motors did.
+/// Executed motion of all motors.
 #[derive(Debug)]
 pub struct Executed {
-    /// One for each motor.
+    /// Position over time of each motor.
     pub tracks: [Track; MAX_ACTUATORS],
     /// Forward minus backward edges.
     pub net_steps: [i64; MAX_ACTUATORS],
-    /// All edges.
+    /// All edges of each motor.
     pub edges: [u64; MAX_ACTUATORS],
     /// Stops in order; the first ends with the first edge, the last is the end of the run.
     pub stops: Vec<Stop>,
     /// Time of the last edge.
     pub end_ns: u64,
-    /// Hash over all edges, to hold against the run's own.
+    /// Hash over all edges, to compare with the run's own.
     pub hash: u64,
 }
 
@@ -173,8 +174,8 @@ impl Executed {
         Ok(executed)
     }
 
-    /// When X, Y and Z stood still, in a run that ends then. Before the first edge and behind the last they
-    /// stand.
+    /// Returns the times in which X, Y and Z stood still, in a run that ends at `end_s`. The machine stands
+    /// before the first edge and behind the last.
     pub fn stands(&self, end_s: f64) -> Vec<Stand> {
         let last = self.stops.len().saturating_sub(1);
         let is_stand = |(place, stop): &(usize, &Stop)| {
@@ -245,7 +246,8 @@ mod tests {
     #[test]
     fn a_stand_is_told_from_braking_and_from_slow_motion() {
         let steps = |from_ms: u64, every_ms: u64| (0..10).map(move |n| from_ms + n * every_ms);
-        // Fast, 12 ms of turning round, fast, 200 ms of nothing, then steadily a step in 30 ms.
+        // The motor moves fast, turns round in 12 ms, moves fast, rests 200 ms, then makes a step every 30
+        // ms.
         let times = steps(1_000, 1).chain(steps(1_021, 1)).chain(steps(1_230, 30));
         let rows: String = times.map(|ms| format!("{},alpha,1\n", ms * 1_000_000)).collect();
         let stands = parse(&rows).unwrap().stands(2.0);

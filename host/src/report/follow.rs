@@ -1,85 +1,87 @@
-//! Lays the executed path along the programmed one: when each corner of the program was passed.
+//! Lays the executed path along the programmed one, and so finds the time at which each corner of the
+//! program was passed.
 //!
 //! Both are walked forward together. From one sample to the next the machine comes about as far along the
-//! program as it has moved; within that reach it is where the program's path is nearest. So a path that comes
-//! back over itself or passes close by is not confused with its later part. Where the machine leaves the path
-//! (it homes, parks, changes a tool) it is waited for until it is on it again and stays on it.
+//! program as it has moved; within that reach the nearest point of the program's path counts. So a path
+//! that comes back over itself or passes close by is not confused with its later part. If the machine
+//! leaves the path (it homes, parks, changes a tool), the walk waits until it is on the path again and
+//! stays on it.
 
 use super::path::Samples;
 use super::program::Vertex;
 
-/// When what was seen.
+/// Times at which the machine passed the corners or was off the path.
 #[derive(Clone, Debug, Default)]
 pub struct Followed {
-    /// When each corner was passed, seconds; not a number where the machine was not seen to.
+    /// Time of passing each corner, seconds; not a number if the machine was not seen to pass.
     pub passed_s: Vec<f64>,
-    /// When the machine was on no programmed path.
+    /// Times in which the machine was on no programmed path.
     pub aside: Vec<Aside>,
-    /// The largest distance from the path on it, mm.
+    /// Greatest distance from the path while on it, mm.
     pub largest_mm: f64,
-    /// The corners to which it was on its way when it left the path, homing excepted.
+    /// Corners for which the machine was heading when it left the path, homing excepted.
     pub left: Vec<usize>,
 }
 
-/// A time away from the programmed path.
+/// Time away from the programmed path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aside {
-    /// Seconds.
+    /// Beginning of the absence, seconds.
     pub from_s: f64,
-    /// Seconds.
+    /// End of the absence, seconds.
     pub to_s: f64,
-    /// It never came back, though there was more of the program: this time cannot be told to lines.
+    /// The machine never came back, though the program had more to do: this time belongs to no line.
     pub is_lost: bool,
-    /// The corner it then goes to.
+    /// The corner to which the machine goes then.
     pub then: usize,
 }
 
-/// How the two are compared.
+/// Run and program to compare, with tolerances.
 #[derive(Clone, Copy, Debug)]
 pub struct Way<'a> {
-    /// The machine.
+    /// Executed path of the machine.
     pub samples: &'a Samples,
-    /// The program's path.
+    /// Corners of the program's path.
     pub corners: &'a [Vertex],
-    /// Further away than this is off the path, mm.
+    /// Distance beyond which the machine is off the path, mm.
     pub off_mm: f64,
-    /// Coming onto the path again, the machine is within this, mm.
+    /// Distance within which the machine comes back onto the path, mm.
     pub trial_mm: f64,
-    /// Distances along Z count so much: little where levelling moves it.
+    /// Weight of distances along Z: little if levelling moves Z.
     pub z_weight: f64,
 }
 
-/// Paths equally near but for this: the earlier one counts, mm.
+/// Difference in distance below which two places count as equally near, mm: the earlier one wins.
 const TIE_MM: f64 = 0.002;
-/// The machine is at a corner, mm: half a step each way, and some.
+/// Distance within which the machine is at a corner, mm: half a step each way, and a margin.
 const NEAR_MM: f64 = 0.05;
-/// The end of a stretch is reached this close to it, mm.
+/// Distance from the end of a stretch at which it is reached, mm.
 const END_MM: f64 = 0.02;
-/// Coming onto the path again counts where the machine then follows it this far, mm.
+/// Distance that the machine has to follow the path for coming back onto it to count, mm.
 const TRIAL_MM: f64 = 2.0;
-/// The same after homing, which touches its own path more often.
+/// The same distance after homing, which touches its own path more often, mm.
 const HOMED_TRIAL_MM: f64 = 20.0;
-/// Corners ahead at which the machine may come onto the path again.
+/// Number of corners ahead at which the machine may come onto the path again.
 const AHEAD: usize = 4;
 
-/// On the path: on the piece that ends at a corner, so far from its beginning.
+/// Place on the path: the piece that ends at a corner, and the distance from the piece's beginning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Place {
     piece: usize,
     along: f64,
 }
 
-/// The machine has come onto the path.
+/// Return of the machine onto the path.
 #[derive(Clone, Copy)]
 struct On {
-    /// The sample at which it came to this place.
+    /// Sample at which the machine came to the place.
     came: usize,
-    /// The sample at which it goes on from there.
+    /// Sample at which the machine goes on from the place.
     leaves: usize,
     place: Place,
 }
 
-/// Where a walk ended.
+/// End of a walk along the path.
 struct Walked {
     sample: usize,
     place: Place,
@@ -109,7 +111,7 @@ pub fn follow(way: &Way<'_>, begins_unknown: bool) -> Followed {
     followed
 }
 
-/// Walks the path from one homing to the next, from this sample on; gives the sample at which it ended.
+/// Walks the path from one homing to the next, from sample `from` on; returns the sample at which it ended.
 fn stretch(way: &Way<'_>, first: usize, last: usize, from: usize, followed: &mut Followed) -> usize {
     let period_s = way.samples.period_s;
     let begin = Place { piece: first + 1, along: 0.0 };
@@ -152,7 +154,7 @@ impl Way<'_> {
         [x, y, z]
     }
 
-    /// A place of a piece, and the piece's length.
+    /// Returns the point at a place of a piece, and the piece's length.
     fn at(&self, place: Place) -> ([f64; 3], f64) {
         let (from, to) = (self.corners[place.piece - 1].at, self.corners[place.piece].at);
         let length = length(from, to);
@@ -160,7 +162,7 @@ impl Way<'_> {
         (std::array::from_fn(|axis| from[axis] + share * (to[axis] - from[axis])), length)
     }
 
-    /// The place on the path that is nearest, at most `reach` ahead, and how far it is away.
+    /// Returns the nearest place on the path, at most `reach` ahead, and the distance to it.
     fn nearest(&self, from: Place, reach: f64, last: usize, point: [f64; 3]) -> (Place, f64) {
         let mut found: Vec<(Place, f64)> = Vec::new();
         let (mut at, mut left) = (from, reach);
@@ -182,11 +184,11 @@ impl Way<'_> {
         found.into_iter().find(|(_, apart)| *apart <= least + TIE_MM).unwrap_or((from, f64::INFINITY))
     }
 
-    /// Follows the path from here until it is off it, at the last corner, or has come `most` mm along.
+    /// Follows the path until the machine is off it, at the last corner, or has come `most` mm along.
     fn walk(&self, from: usize, at: Place, last: usize, most: f64, passed: &mut dyn FnMut(usize, f64)) -> Walked {
         let period_s = self.samples.period_s;
         let (mut place, mut sample, mut come) = (at, from, 0.0);
-        // Being away counts as a distance only where it comes back without having been off.
+        // A distance counts only if the machine comes back without having been off the path.
         let (mut largest_mm, mut away_mm) = (0.0_f64, 0.0_f64);
         if place.piece > last {
             return Walked { sample, place, is_off: false, largest_mm };
@@ -221,17 +223,17 @@ impl Way<'_> {
         Walked { sample, place, is_off: false, largest_mm: largest_mm.max(away_mm) }
     }
 
-    /// From one place of the path to a later one, mm.
+    /// Returns the length of the path from a place to a later one, mm.
     fn distance(&self, from: Place, to: Place) -> f64 {
         let between: f64 = (from.piece..to.piece).map(|piece| self.at(Place { piece, along: 0.0 }).1).sum();
         between - from.along + to.along
     }
 
-    /// The first sample from which the machine goes on along the path: from this place or from one of the
-    /// next corners, for at least `trial` mm or to the end.
+    /// Finds the first sample from which the machine goes on along the path: from `place` or from one of
+    /// the next corners, for at least `trial` mm or to the end.
     fn come_on(&self, from: usize, place: Place, last: usize, trial: f64) -> Option<On> {
         if place.piece > last {
-            // No way at all: where the machine stands when it has come here.
+            // A stretch without length ends at the sample in which the machine has come to its point.
             let here = self.corners[last].at;
             return (from..self.samples.points.len())
                 .find(|sample| self.apart(self.point(*sample), here) <= NEAR_MM)
@@ -247,7 +249,7 @@ impl Way<'_> {
         let trial_way = Way { off_mm: self.trial_mm, ..*self };
         for sample in from..self.samples.points.len() {
             for (place, at) in &places {
-                // It leaves this corner with the next sample.
+                // The machine leaves this corner with the next sample.
                 let leaves = near(sample, *at) && !near(sample + 1, *at);
                 if leaves && !trial_way.walk(sample, *place, last, trial, &mut |_, _| {}).is_off {
                     let before = (from..sample).rev().take_while(|before| near(*before, *at)).last();
@@ -268,8 +270,8 @@ mod tests {
     use super::super::program::Program;
     use super::*;
 
-    /// The path of a machine that goes at 20 mm/s through these points and stands at each for so many
-    /// milliseconds.
+    /// Returns the path of a machine that goes at 20 mm/s through these points and stands at each for so
+    /// many milliseconds.
     fn machine(points: &[([f64; 3], usize)]) -> Samples {
         let mut path = vec![[points[0].0[0], points[0].0[1], points[0].0[2], 0.0]; points[0].1 + 1];
         for pair in points.windows(2) {

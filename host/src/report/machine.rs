@@ -11,19 +11,19 @@ use units::{Actuator, Axis, MAX_ACTUATORS, PerActuator, PerAxis};
 /// Scale, geometry and home of a machine.
 #[derive(Clone, Debug)]
 pub struct Machine {
-    /// Steps per mm of each motor; none: there is no such motor.
+    /// Steps per mm of each motor; none if there is no such motor.
     pub steps_per_mm: [Option<f64>; MAX_ACTUATORS],
-    /// How motors relate to axes; none: the geometry is that of no machine.
+    /// Relation of motors to axes; none if no machine can have the configured geometry.
     pub kinematics: Option<Kinematics>,
-    /// How a program begins; X, Y and Z after homing, where an axis has a homing switch.
+    /// State in which a program begins; X, Y and Z after homing, if an axis has a homing switch.
     pub beginning: Beginning,
     /// Greatest speed of X, Y and Z, mm/s.
     pub max_speed: [f64; 3],
     /// Longest time between a change of direction and the motor's next step, nanoseconds.
     pub direction_setup_ns: u32,
-    /// Input shapers round its corners on purpose.
+    /// Whether input shapers round corners on purpose.
     pub shaped: bool,
-    /// For each tool the motor that moves its filament.
+    /// Motor that moves the filament of each tool.
     pub extruders: Vec<(u8, Actuator)>,
 }
 
@@ -59,12 +59,12 @@ impl Machine {
         Self { steps_per_mm, kinematics, beginning, max_speed, direction_setup_ns, shaped, extruders }
     }
 
-    /// The motor of a tool.
+    /// Returns the filament motor of a tool.
     pub fn extruder(&self, tool: u8) -> Option<Actuator> {
         self.extruders.iter().find(|(id, _)| *id == tool).map(|(_, actuator)| *actuator)
     }
 
-    /// Every motor that moves filament.
+    /// Returns every motor that moves filament.
     pub fn filament(&self) -> Vec<Actuator> {
         let mut motors: Vec<Actuator> = self.extruders.iter().map(|(_, motor)| *motor).collect();
         motors.sort_by_key(|motor| *motor as usize);
@@ -72,7 +72,7 @@ impl Machine {
         motors
     }
 
-    /// Machine position in mm for motor positions in steps.
+    /// Returns the machine position in mm for motor positions in steps.
     pub fn point(&self, steps: [f64; MAX_ACTUATORS]) -> [f64; MAX_ACTUATORS] {
         let mut mm = [0.0; MAX_ACTUATORS];
         for (mm, (steps, scale)) in mm.iter_mut().zip(steps.into_iter().zip(self.steps_per_mm)) {
@@ -81,7 +81,7 @@ impl Machine {
         self.kinematics.unwrap_or_default().point(&PerActuator(mm)).0
     }
 
-    /// Motor positions in steps for a machine position.
+    /// Returns motor positions in steps for a machine position.
     pub fn steps(&self, point: [f64; 3]) -> [f64; MAX_ACTUATORS] {
         let [x, y, z] = point;
         let mut steps = self.kinematics.unwrap_or_default().actuators(&PerAxis([x, y, z, 0.0, 0.0, 0.0])).0;
@@ -91,8 +91,8 @@ impl Machine {
         steps
     }
 
-    /// A difference of motor positions in steps, where a motor that turns round and round may differ by whole
-    /// turns.
+    /// Returns a difference of motor positions in steps, taken within a turn for a motor that turns
+    /// endlessly and may differ by whole turns.
     pub fn within_a_turn(&self, motor: Actuator, steps: f64) -> f64 {
         let turn = self.kinematics.and_then(|kinematics| kinematics.turn_of(motor));
         match (turn, self.steps_per_mm[motor as usize]) {
@@ -101,7 +101,7 @@ impl Machine {
         }
     }
 
-    /// A Cartesian printer with one extruder, for tests.
+    /// Returns a Cartesian printer with one extruder, for tests.
     #[cfg(test)]
     pub fn printer() -> Self {
         Self {
@@ -116,7 +116,7 @@ impl Machine {
     }
 }
 
-/// Where homing leaves X, Y and Z (`machine/src/homing.rs`).
+/// Returns the position of X, Y and Z after homing (`machine/src/homing.rs`).
 fn home(config: &MachineConfig) -> [Option<f64>; 3] {
     let stops = [Axis::X, Axis::Y, Axis::Z].map(|axis| config.homing_endstop(axis));
     let mut home = stops.map(|stop| stop.map(|stop| stop.homing_position.0));

@@ -1,5 +1,5 @@
-//! What a slicer's comments, and the commands that name objects, say of the lines of a file: which layer,
-//! which kind of feature, which object.
+//! The layer, kind of feature and object of a file's lines, from a slicer's comments and from the commands
+//! that name objects.
 //!
 //! | slicer | feature | object |
 //! |---|---|---|
@@ -11,34 +11,34 @@
 //! | KISSlicer | `; 'Perimeter Path', 0.9 [feed mm/s]` | |
 //! | any | | `EXCLUDE_OBJECT_START NAME=part`, `M486 S1` |
 //!
-//! Layers are those of [`machine::Layers`]. Where commands name objects, comments about them count no more:
+//! Layers are those of [`machine::Layers`]. If commands name objects, comments about objects count no more:
 //! files have both.
 
 use machine::Layers;
 
-/// What a line is for.
+/// Layer, feature and object of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Label {
-    /// From 1; 0 before the first.
+    /// Layer number from 1; 0 before the first.
     pub layer: u32,
-    /// Place in [`Marks::features`] from 1; 0: none is said.
+    /// Place in [`Marks::features`] from 1; 0 if the file names none.
     pub feature: u32,
-    /// Place in [`Marks::objects`] from 1; 0: none is said.
+    /// Place in [`Marks::objects`] from 1; 0 if the file names none.
     pub object: u32,
 }
 
-/// An object of the file.
+/// Object that the file names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Object {
-    /// As the file names it.
+    /// Name as in the file.
     pub name: String,
-    /// Its number, where M486 numbers it.
+    /// Number that M486 gives the object.
     number: Option<u32>,
-    /// The file itself says that it is not to be made.
+    /// The file itself says that the object is not to be made.
     pub is_left_out: bool,
 }
 
-/// What the lines so far say.
+/// Marks of the lines read so far.
 #[derive(Clone, Debug, Default)]
 pub struct Marks {
     /// Kinds of features in the order in which they come.
@@ -51,7 +51,7 @@ pub struct Marks {
     commands_name_objects: bool,
 }
 
-/// What Simplify3D before version 4 writes as the whole of a comment.
+/// Features that Simplify3D before version 4 writes as the whole of a comment.
 const PLAIN_FEATURES: [&str; 14] = [
     "outer perimeter",
     "inner perimeter",
@@ -70,7 +70,7 @@ const PLAIN_FEATURES: [&str; 14] = [
 ];
 
 impl Marks {
-    /// Of a text whose lines will be read.
+    /// Makes marks for a text whose lines will be read.
     pub fn of(text: &[u8]) -> Self {
         let names = |line: &[u8]| {
             let line = line.trim_ascii_start().to_ascii_uppercase();
@@ -79,17 +79,17 @@ impl Marks {
         Self { commands_name_objects: text.split(|byte| *byte == b'\n').any(names), ..Self::default() }
     }
 
-    /// What the lines from here on are for.
+    /// Returns the layer, feature and object of the lines from here on.
     pub const fn label(&self) -> Label {
         Label { layer: self.layers.current, feature: self.feature as u32, object: self.object as u32 }
     }
 
-    /// Whether the lines from here on make an object that is left out.
+    /// Returns whether the lines from here on make an object that is left out.
     pub fn is_left_out(&self) -> bool {
         self.object.checked_sub(1).and_then(|place| self.objects.get(place)).is_some_and(|object| object.is_left_out)
     }
 
-    /// Looks at a line that may say something.
+    /// Reads a line that may mark a layer, a feature or an object.
     pub fn read(&mut self, line: &[u8]) {
         self.layers.read(line);
         let line = String::from_utf8_lossy(line);
@@ -111,7 +111,7 @@ impl Marks {
         }
     }
 
-    /// Klipper's `EXCLUDE_OBJECT_START NAME=..` and the like.
+    /// Reads Klipper's `EXCLUDE_OBJECT_START NAME=..` and the like.
     fn read_exclude(&mut self, line: &str) {
         let mut words = line.split_whitespace();
         let command = words.next().unwrap_or("").to_ascii_uppercase();
@@ -136,7 +136,7 @@ impl Marks {
         }
     }
 
-    /// Marlin's M486: `S1`, `S-1`, `AName`, `P1`, `U1`, `C`.
+    /// Reads Marlin's M486: `S1`, `S-1`, `AName`, `P1`, `U1`, `C`.
     fn read_m486(&mut self, words: &str) {
         let (letter, rest) = words.split_at_checked(1).unwrap_or(("", ""));
         let digits = rest.find(|letter: char| !letter.is_ascii_digit()).unwrap_or(rest.len());
@@ -177,7 +177,8 @@ impl Marks {
         }
     }
 
-    /// The object of this name, which may be new. Names differ by more than case, as for the machine.
+    /// Returns the object of this name, which may be new. Names differ by more than case, as for the
+    /// machine.
     fn named(&mut self, name: &str) -> usize {
         let known = self.objects.iter().position(|object| object.name.eq_ignore_ascii_case(name));
         known.map_or_else(|| self.new_object(name.to_owned(), None), |place| place + 1)
@@ -202,13 +203,13 @@ fn place_of(names: &mut Vec<String>, name: &str) -> usize {
     })
 }
 
-/// What follows a code on its line, when it is this code.
+/// Returns the rest of a line behind `code`, if the line begins with that code.
 fn after_code<'a>(line: &'a str, code: &str) -> Option<&'a str> {
     let rest = line.get(code.len()..).filter(|_| line[..code.len()].eq_ignore_ascii_case(code))?;
     (!rest.starts_with(|letter: char| letter.is_ascii_digit() || letter == '.')).then(|| rest.trim_start())
 }
 
-/// The kind of feature that begins with this comment.
+/// Returns the kind of feature that begins with this comment.
 fn feature_of(text: &str) -> Option<&str> {
     for prefix in ["TYPE:", "FEATURE:", "feature "] {
         if let Some(name) = text.strip_prefix(prefix) {
@@ -221,7 +222,7 @@ fn feature_of(text: &str) -> Option<&str> {
     PLAIN_FEATURES.contains(&text).then_some(text)
 }
 
-/// The object that begins with this comment; empty where one ends.
+/// Returns the object that begins with this comment; empty if one ends.
 fn object_of(text: &str) -> Option<&str> {
     if text.starts_with("stop printing object") {
         return Some("");
@@ -283,7 +284,7 @@ mod tests {
             (&["EXCLUDE_OBJECT_START NAME=\"a\"", "EXCLUDE_OBJECT_END NAME=a"], &["a"], 0),
             (&["M486 T2", "M486 S0 A\"Cube (1)\"", "M486 S-1", "M486 S1", "M486 ABall"], &["Cube (1)", "Ball"], 2),
             (&["m486 s7"], &["object 7"], 1),
-            // Both ways in one file: the objects are not counted twice.
+            // A file with both comments and commands does not count its objects twice.
             (&["; printing object a id:0", "EXCLUDE_OBJECT_START NAME=a_id_0"], &["a_id_0"], 1),
         ] {
             let marks = read(lines);

@@ -1,4 +1,4 @@
-//! The page: data as JSON, charts and 3D view by libraries that are part of the page. It needs no network.
+//! The page: data as JSON, charts and 3D view by libraries that are part of the page. No network is needed.
 
 mod account;
 
@@ -20,10 +20,10 @@ const SLOTS: [(&str, &str); 7] = [
     ("report.js", include_str!("../../assets/report.js")),
 ];
 
-/// Corners drawn at most; a graphics card turns ten times as many without effort, a page of ten megabytes
-/// loads slowly.
+/// Greatest number of corners drawn; a graphics card turns ten times as many without effort, but a page of
+/// ten megabytes loads slowly.
 const MOST_CORNERS: usize = 60_000;
-/// Points of a chart at most: two for each pixel of a wide screen.
+/// Greatest number of points in a chart: two for each pixel of a wide screen.
 const MOST_CHART_POINTS: usize = 5_000;
 const MOST_CONSOLE_LINES: usize = 500;
 /// Filament of slicers' default, for the thickness of drawn lines only.
@@ -95,7 +95,7 @@ struct Series<'a> {
     values: Vec<Option<f64>>,
 }
 
-/// The whole page.
+/// Returns the whole HTML page of a report.
 pub fn render(report: &Report) -> String {
     // `<` never stands in the JSON, so no text of a run can end the script it is in.
     let data = serde_json::to_string(&data(report)).unwrap_or_else(|_| "null".to_owned()).replace('<', "\\u003c");
@@ -150,8 +150,8 @@ fn motors(report: &Report) -> Vec<MotorRow<'_>> {
     rows
 }
 
-/// The corners in the program's coordinates from the end of homing on, or all of them where they are not
-/// known.
+/// Returns the corners in the program's coordinates from the end of homing on, or all of them if those are
+/// not known.
 fn path(report: &Report) -> PathData {
     let has_extruder = report.machine.as_ref().is_ok_and(|machine| !machine.extruders.is_empty());
     let mut corners = report.samples.corners(has_extruder, 0.01, 6.0, MOST_CORNERS);
@@ -173,8 +173,8 @@ fn path(report: &Report) -> PathData {
     }
 }
 
-/// Thickness of the drawn line in mm: of a round line with the material that went into it; thin where nothing
-/// did.
+/// Returns the thickness of the drawn line in mm: that of a round line with the material that went into it;
+/// thin if none did.
 fn tube(corners: &[Corner]) -> f64 {
     let (mut length, mut fed) = (0.0, 0.0);
     let mut low = [f64::INFINITY; 3];
@@ -191,8 +191,8 @@ fn tube(corners: &[Corner]) -> f64 {
     if length > 0.0 && fed > 0.0 { FILAMENT_DIAMETER_MM * (fed / length).sqrt() } else { (size / 300.0).max(0.05) }
 }
 
-/// In each slot of time the largest speed, and the filament speed of largest size: peaks are what one looks
-/// for.
+/// Returns in each slot of time the largest speed, and the filament speed of largest size: peaks matter
+/// most.
 fn speed(report: &Report) -> SpeedData {
     let samples = &report.samples;
     let per_point = samples.points.len().div_ceil(MOST_CHART_POINTS).max(1);
@@ -220,7 +220,7 @@ fn telemetry(report: &Report) -> TelemetryData<'_> {
             let values = column.iter().step_by(stride).map(|value| value.map(|value| rounded(value, 1e3)));
             Series { name, values: values.collect() }
         });
-        // What was never recorded, or never on, is no curve.
+        // A quantity that was never recorded, or never on, makes no curve.
         let empty = if suffix == "_duty" { Some(0.0) } else { None };
         columns.filter(|series| series.values.iter().any(|v| v.is_some() && *v != empty)).collect::<Vec<_>>()
     };
@@ -233,7 +233,7 @@ fn telemetry(report: &Report) -> TelemetryData<'_> {
     }
 }
 
-/// Beginning and end of the console, when it is long.
+/// Returns beginning and end of the console, when it is long.
 fn console(text: &str) -> String {
     let lines: Vec<&str> = text.lines().collect();
     if lines.len() <= MOST_CONSOLE_LINES {
@@ -248,7 +248,7 @@ fn rounded(value: f64, per_unit: f64) -> f64 {
     (value * per_unit).round() / per_unit
 }
 
-/// RFC 4648 section 4.
+/// Encodes bytes in base 64, RFC 4648 section 4.
 pub fn base64(bytes: impl Iterator<Item = u8>) -> String {
     const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let bytes: Vec<u8> = bytes.collect();

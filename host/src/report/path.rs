@@ -1,11 +1,11 @@
-//! The executed path: positions at even times from the step edges, then only the corners that shape and speed
-//! need.
+//! The executed path: positions at even times from the step edges, then only the corners that shape and
+//! speed need.
 
 use super::edges::Executed;
 use super::machine::Machine;
 use units::{Actuator, MAX_ACTUATORS};
 
-/// What the machine did on the way to a corner.
+/// Kind of motion on the way to a corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Moving without feeding filament.
@@ -14,10 +14,10 @@ pub enum Kind {
     Work,
 }
 
-/// A corner of the executed path.
+/// Corner of the executed path.
 #[derive(Clone, Copy, Debug)]
 pub struct Corner {
-    /// Seconds since power-on.
+    /// Time since power-on, seconds.
     pub time_s: f64,
     /// X, Y, Z in mm.
     pub at: [f64; 3],
@@ -25,28 +25,28 @@ pub struct Corner {
     pub speed: f64,
     /// Filament fed since the corner before, mm.
     pub fed: f64,
-    /// What it did on the way here.
+    /// Kind of motion on the way to this corner.
     pub kind: Kind,
 }
 
 /// Positions at even times.
 #[derive(Debug)]
 pub struct Samples {
-    /// Seconds between two.
+    /// Time between two samples, seconds.
     pub period_s: f64,
     /// X, Y, Z of the machine in mm, and filament in mm.
     pub points: Vec<[f64; 4]>,
 }
 
-/// Speeds are means over this many samples either side.
+/// Number of samples on either side over which speeds are averaged.
 const SPEED_WINDOW: usize = 4;
-/// Slower filament than this is a motor between two edges, mm/s.
+/// Filament speed below which a motor is only between two edges, mm/s.
 const FEEDING_MM_PER_S: f64 = 0.03;
-/// Slower than this along the path is standing, mm/s.
+/// Speed along the path below which the machine stands, mm/s.
 const MOVING_MM_PER_S: f64 = 0.05;
 
 impl Samples {
-    /// Reads positions every `period_s`. `origin`: where each motor stood at power-on, in steps of the
+    /// Reads positions every `period_s`. `origin`: each motor's position at power-on, in steps of the
     /// machine's own count. `filament` are the motors whose steps count as filament.
     pub fn take(
         executed: &Executed,
@@ -80,26 +80,26 @@ impl Samples {
         (self.points[first], self.points[last], (last - first).max(1) as f64 * self.period_s)
     }
 
-    /// Speed along the path at a sample, mm/s.
+    /// Returns the speed along the path at a sample, mm/s.
     pub fn speed(&self, index: usize) -> f64 {
         let (from, to, seconds) = self.around(index, SPEED_WINDOW);
         distance(&from, &to) / seconds
     }
 
-    /// Filament speed at a sample, mm/s.
+    /// Returns the filament speed at a sample, mm/s.
     pub fn filament_speed(&self, index: usize) -> f64 {
         let (from, to, seconds) = self.around(index, SPEED_WINDOW);
         (to[3] - from[3]) / seconds
     }
 
-    /// What a machine that moves does at a sample.
+    /// Returns the kind of motion at a sample of a machine that moves.
     pub fn moves(&self, index: usize, has_extruder: bool) -> Kind {
         let (from, to, seconds) = self.around(index.min(self.points.len() - 1), 1);
         let feeds = (to[3] - from[3]) / seconds > FEEDING_MM_PER_S;
         if feeds || !has_extruder { Kind::Work } else { Kind::Travel }
     }
 
-    /// Whether the machine moves along the path at a sample, and whether it feeds filament meanwhile.
+    /// Returns the kind of motion at a sample; none if the machine stands.
     fn kind(&self, index: usize, has_extruder: bool) -> Option<Kind> {
         let (from, to, seconds) = self.around(index, 1);
         let speed = distance(&from, &to) / seconds;
@@ -109,9 +109,9 @@ impl Samples {
         Some(self.moves(index, has_extruder))
     }
 
-    /// The corners: straight pieces between them are within `error_mm` of the samples, and speed changes
-    /// evenly along them but for `error_speed` mm/s. Coarser, both doubled, until there are at most
-    /// `at_most`.
+    /// Returns the corners: straight pieces between them are within `error_mm` of the samples, and speed
+    /// changes evenly along them but for `error_speed` mm/s. Both errors are doubled until there are at
+    /// most `at_most` corners.
     pub fn corners(&self, has_extruder: bool, error_mm: f64, error_speed: f64, at_most: usize) -> Vec<Corner> {
         let runs = self.runs(has_extruder);
         let (mut error_mm, mut error_speed) = (error_mm, error_speed);
@@ -126,7 +126,7 @@ impl Samples {
                         at: [self.points[index][0], self.points[index][1], self.points[index][2]],
                         speed: self.speed(index),
                         fed: self.points[index][3] - self.points[before][3],
-                        // The first corner of a run is where it begins: nothing is drawn towards it.
+                        // The first corner of a run is its beginning: nothing is drawn towards it.
                         kind: if place == 0 { Kind::Travel } else { *kind },
                     });
                     before = index;
@@ -140,7 +140,7 @@ impl Samples {
         }
     }
 
-    /// Stretches of moving samples of one kind, each beginning where the one before ended.
+    /// Returns stretches of moving samples of one kind, each beginning at the end of the one before.
     fn runs(&self, has_extruder: bool) -> Vec<(usize, usize, Kind)> {
         let mut runs: Vec<(usize, usize, Kind)> = Vec::new();
         let mut moving = false;
@@ -161,8 +161,8 @@ fn distance(from: &[f64; 4], to: &[f64; 4]) -> f64 {
     ((to[0] - from[0]).powi(2) + (to[1] - from[1]).powi(2) + (to[2] - from[2]).powi(2)).sqrt()
 }
 
-/// U. Ramer (1972), D. Douglas and T. Peucker (1973): split at the worst sample until every one is close
-/// enough.
+/// Simplifies by U. Ramer (1972), D. Douglas and T. Peucker (1973): splits at the worst sample until every
+/// sample is close enough.
 fn simplify(samples: &Samples, first: usize, last: usize, error_mm: f64, error_speed: f64) -> Vec<usize> {
     let mut kept = vec![first];
     let mut open = vec![(first, last)];
@@ -186,7 +186,7 @@ fn simplify(samples: &Samples, first: usize, last: usize, error_mm: f64, error_s
     kept
 }
 
-/// Distance of a point from a chord, and how far along the chord it is, 0 to 1.
+/// Returns the distance of a point from a chord, and the point's place along the chord, 0 to 1.
 fn from_chord(from: &[f64; 4], to: &[f64; 4], point: &[f64; 4]) -> (f64, f64) {
     let mut along = 0.0;
     let mut length = 0.0;
@@ -210,7 +210,7 @@ mod tests {
         Samples { period_s: 0.001, points: points.into_iter().collect() }
     }
 
-    /// Along X, then along Y, 20 mm/s each, feeding on the second leg.
+    /// Moves along X, then along Y, 20 mm/s each, feeding on the second leg.
     fn corner_path() -> Samples {
         let leg_x = (0..1_000).map(|n| [f64::from(n) * 0.02, 0.0, 0.0, 0.0]);
         let leg_y = (0..=1_000).map(|n| [20.0, f64::from(n) * 0.02, 0.0, f64::from(n) * 0.001]);

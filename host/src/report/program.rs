@@ -1,5 +1,5 @@
-//! What a G-code program asks for: the path, where it ends, how much filament it moves, and what it waits for
-//! on the way. A plain reading of the text, with none of the firmware's code but its words.
+//! The demands of a G-code program: its path, its end, the filament it moves, and its waits on the way. A
+//! plain reading of the text that shares with the firmware only the decoder of words.
 
 use anyhow::{Context, Result};
 use gcode::{Block, Code, Decoder, Letter, Line};
@@ -9,27 +9,27 @@ use std::path::Path;
 use super::arc;
 use super::marks::{Label, Marks, Object};
 
-/// Layers that no comment marks lie further apart than this, mm.
+/// Least distance between layers that no comment marks, mm.
 const LAYER_MM: f64 = 0.01;
 
-/// A corner of the programmed path, machine coordinates in mm.
+/// Corner of the programmed path, machine coordinates in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vertex {
-    /// X, Y, Z.
+    /// Coordinates X, Y and Z.
     pub at: [f64; 3],
-    /// The move that ends here feeds filament.
+    /// Whether the move that ends here feeds filament.
     pub extrudes: bool,
-    /// Speed that move is asked to have, mm/s.
+    /// Speed that the program asks of that move, mm/s.
     pub asked: f64,
-    /// The line it stands in, from 1.
+    /// Line of the move, from 1.
     pub line: u32,
-    /// What that line is for.
+    /// Layer, feature and object of that line.
     pub label: Label,
     /// The machine is homed and then stands here: no move leads from the corner before.
     pub is_homed: bool,
 }
 
-/// What a program has the machine do at a corner of its path.
+/// Event at a corner of a program's path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum EventKind {
     /// Filament moves and the tool does not.
@@ -40,29 +40,29 @@ pub enum EventKind {
     Dwell(f64),
     /// Waits for a person, a change of filament among them.
     Pause,
-    /// Homes.
+    /// Homing of the machine.
     Home,
     /// Something else that may let motion end.
     Other,
 }
 
-/// One of them.
+/// Event at a corner of the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
-    /// The corner at which it happens, in [`Program::corners`].
+    /// Place of the event's corner in [`Program::corners`].
     pub at: usize,
-    /// What it is.
+    /// Kind of the event.
     pub kind: EventKind,
-    /// The line it stands in, from 1.
+    /// Line of the event, from 1.
     pub line: u32,
-    /// What that line is for.
+    /// Layer, feature and object of that line.
     pub label: Label,
 }
 
-/// What a program begins with, as the machine has it.
+/// State of the machine at a program's beginning.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Beginning {
-    /// Where homing leaves each axis.
+    /// Position of each axis after homing.
     pub home: [Option<f64>; 3],
     /// Speed of G1 until an F word, mm/s.
     pub feed: f64,
@@ -78,39 +78,39 @@ impl From<[Option<f64>; 3]> for Beginning {
     }
 }
 
-/// A program, read.
+/// Program that has been read.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
-    /// The whole path; at each homing it begins anew.
+    /// The whole path; each homing begins it anew.
     pub corners: Vec<Vertex>,
-    /// What happens on the way, in order.
+    /// Events on the way, in order.
     pub events: Vec<Event>,
-    /// Where in `corners` the path after the last homing begins.
+    /// Index in `corners` at which the path after the last homing begins.
     begins: usize,
-    /// Lines of the file.
+    /// Number of lines of the file.
     pub lines: usize,
     /// Filament moved by each tool, mm.
     pub extruded: BTreeMap<u8, f64>,
-    /// A code whose effect on the position this reading does not know.
+    /// First code whose effect on the position this reading does not know.
     pub unknown: Option<String>,
-    /// Corners are rounded on purpose (G64).
+    /// Whether corners are rounded on purpose (G64).
     pub rounds_corners: bool,
     /// Whether the program homes.
     pub homes: bool,
-    /// It says itself that an object is not to be made.
+    /// The program itself leaves an object out.
     pub leaves_out: bool,
-    /// What the first comment calls it.
+    /// Title of the job, from the first comment.
     pub title: Option<String>,
-    /// Kinds of features that its comments name.
+    /// Kinds of features that the comments name.
     pub features: Vec<String>,
-    /// Objects that it names.
+    /// Objects that the program names.
     pub objects: Vec<Object>,
     text: Vec<u8>,
 }
 
 struct Modal {
     position: [f64; 3],
-    /// Work coordinates are machine coordinates less this (G92).
+    /// Difference by which machine coordinates exceed work coordinates (G92).
     offset: [f64; 3],
     e: f64,
     absolute: bool,
@@ -125,23 +125,23 @@ struct Modal {
 }
 
 impl Program {
-    /// Reads a file.
+    /// Reads a program from a file.
     pub fn read(path: &Path, beginning: Beginning) -> Result<Self> {
         let text = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
         Ok(Self::parse(&text, beginning))
     }
 
-    /// The path after the last homing, beginning where that left the machine.
+    /// Returns the path after the last homing, beginning at the machine's place then.
     pub fn path(&self) -> &[Vertex] {
         &self.corners[self.begins..]
     }
 
-    /// Where the program ends.
+    /// Returns the program's last position.
     pub fn end(&self) -> [f64; 3] {
         self.corners.last().map_or([0.0; 3], |vertex| vertex.at)
     }
 
-    /// The text of a line, from 1.
+    /// Returns the text of a line, counted from 1.
     pub fn line(&self, number: u32) -> String {
         let mut lines = self.text.split(|byte| *byte == b'\n');
         let line = lines.nth(number.saturating_sub(1) as usize).unwrap_or_default();
@@ -213,7 +213,7 @@ impl Program {
         self.events.push(Event { at, kind, line: self.lines as u32, label: modal.label });
     }
 
-    /// Where no comment marks layers they are told by their height: that of level moves with filament.
+    /// Marks layers by their height if no comment marks them: the height of level moves with filament.
     fn mark_layers(&mut self) {
         if self.corners.iter().any(|corner| corner.label.layer > 0) {
             return;
@@ -332,12 +332,12 @@ impl Program {
     }
 }
 
-/// Codes that motion does not stop for: fans, targets, messages, accelerations, factors.
+/// Codes for which motion does not stop: fans, targets, messages, accelerations, factors.
 const RIDES: [u16; 20] =
     [73, 82, 83, 104, 105, 106, 107, 117, 118, 140, 201, 203, 204, 205, 220, 221, 486, 566, 572, 900];
 
-/// The first line, when it is a comment that names the job: up to a colon, since what follows is detail. What
-/// slicers write there names only themselves.
+/// Returns the first line, when it is a comment that names the job: up to a colon, since details follow it.
+/// Slicers' own first comments name only themselves.
 fn title(text: &[u8]) -> Option<String> {
     let first = text.split(|byte| *byte == b'\n').next()?.strip_prefix(b";")?;
     let words = String::from_utf8_lossy(first);

@@ -14,7 +14,7 @@ pub fn open(path: &Path) -> Result<BufReader<File>> {
     Ok(BufReader::with_capacity(1 << 20, file))
 }
 
-/// Step edges in order; a row that is none is an error with its line.
+/// Step edges in order; a malformed row is an error with its line.
 #[derive(Debug)]
 pub struct Rows<R> {
     csv: R,
@@ -23,7 +23,7 @@ pub struct Rows<R> {
 }
 
 impl<R: BufRead> Rows<R> {
-    /// Reads a text.
+    /// Reads rows from a text.
     pub const fn of(csv: R) -> Self {
         Self { csv, line: Vec::new(), number: 0 }
     }

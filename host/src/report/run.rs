@@ -6,56 +6,56 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// `summary.json`
+/// Contents of `summary.json`.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Summary {
-    /// How long the job took on the machine's own clock.
+    /// Length of the job on the machine's own clock, seconds.
     pub virtual_seconds: f64,
     /// Lines of G-code executed.
     pub lines: u64,
-    /// Why the machine halted, if it did.
+    /// Reason for a halt, if the machine halted.
     pub halted: Option<String>,
     /// Everything that went wrong.
     pub errors: Vec<String>,
-    /// By motor.
+    /// Motors by their names.
     pub actuators: BTreeMap<String, ActuatorSummary>,
-    /// By controller.
+    /// Heaters by their controllers' names.
     pub heaters: BTreeMap<String, HeaterSummary>,
     /// Hash over every step edge.
     pub edge_hash: Value,
-    /// Step times held against the ideal ones, when asked for.
+    /// Comparison of step times with the ideal ones, when asked for.
     pub step_error_ns: Option<StepError>,
     /// Steps too close to a change of direction for the driver chips.
     pub timing_faults: Option<u64>,
-    /// When the planner had to release a move with too little look-ahead behind it, seconds; none: the run
-    /// could not look into it.
+    /// Times at which the planner had to release a move with too little look-ahead behind it, seconds; none
+    /// if the run could not look into the planner.
     pub starved_at_s: Option<Vec<f64>>,
-    /// The emulator's complaints.
+    /// Complaints of the emulator.
     pub board: Option<Vec<Value>>,
 }
 
-/// One motor of `summary.json`.
+/// Motor in `summary.json`.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct ActuatorSummary {
-    /// Edges.
+    /// Number of step edges.
     pub steps: u64,
-    /// Where it stands.
+    /// Position at the end, mm.
     pub position_mm: f64,
-    /// Highest step rate.
+    /// Highest step rate, steps/s.
     pub max_steps_per_s: f64,
-    /// Motion that went into an end of the axis or into a motor without current.
+    /// Motion that went into an end of the axis or into a motor without current, mm.
     pub lost_mm: f64,
 }
 
-/// One heater of `summary.json`.
+/// Heater in `summary.json`.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct HeaterSummary {
-    /// Temperature at the end.
+    /// Temperature at the end, C.
     pub final_c: f64,
-    /// Highest temperature.
+    /// Highest temperature of the run, C.
     pub max_c: f64,
 }
 
@@ -63,14 +63,15 @@ pub struct HeaterSummary {
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct StepError {
-    /// Worst.
+    /// Worst error of a step, ns.
     pub max: f64,
-    /// Root mean square.
+    /// Root mean square of the errors, ns.
     pub rms: f64,
 }
 
 impl Summary {
-    /// The hash as a number, however it is written: 16 hex digits with or without 0x, or a JSON number.
+    /// Returns the hash as a number, however it is written: 16 hex digits with or without 0x, or a JSON
+    /// number.
     pub fn edge_hash(&self) -> Option<u64> {
         match &self.edge_hash {
             Value::String(text) => u64::from_str_radix(text.trim_start_matches("0x"), 16).ok(),
@@ -79,14 +80,14 @@ impl Summary {
     }
 }
 
-/// `telemetry.csv`: a table of numbers by column name; an empty field is a missing number.
+/// Contents of `telemetry.csv`: a table of numbers by column name; an empty field is a missing number.
 #[derive(Clone, Debug, Default)]
 pub struct Telemetry {
     /// Column names, time excepted.
     pub names: Vec<String>,
-    /// Seconds since power-on.
+    /// Times of the rows, seconds since power-on.
     pub time_s: Vec<f64>,
-    /// One column for each name.
+    /// Columns, each under its name in `names`.
     pub columns: Vec<Vec<Option<f64>>>,
 }
 
@@ -111,26 +112,26 @@ impl Telemetry {
         Ok(table)
     }
 
-    /// The columns whose name ends so, with the name's beginning.
+    /// Returns the columns whose name ends with `suffix`, with the name's beginning.
     pub fn ending<'a>(&'a self, suffix: &'a str) -> impl Iterator<Item = (&'a str, &'a [Option<f64>])> {
         let columns = self.names.iter().zip(&self.columns);
         columns.filter_map(move |(name, column)| Some((name.strip_suffix(suffix)?, column.as_slice())))
     }
 }
 
-/// A run's folder.
+/// Files of a run's folder.
 #[derive(Debug)]
 pub struct Run {
-    /// `summary.json`
+    /// Contents of `summary.json`.
     pub summary: Summary,
-    /// `telemetry.csv`, if there is one.
+    /// Contents of `telemetry.csv`, if there is one.
     pub telemetry: Option<Telemetry>,
-    /// `console.log`, if there is one.
+    /// Contents of `console.log`, if there is one.
     pub console: Option<String>,
 }
 
 impl Run {
-    /// Reads the folder.
+    /// Reads a run's folder.
     pub fn read(out: &Path) -> Result<Self> {
         let text = |name: &str| std::fs::read_to_string(out.join(name));
         let summary = text("summary.json").with_context(|| format!("{} holds no run", out.display()))?;

@@ -1,5 +1,4 @@
-//! Where a run was slower than its program asks: places of short moves far below their feed, and stops that
-//! nothing asked for.
+//! The slow parts of a run: places of short moves far below their feed, and stops that nothing asked for.
 
 use serde::Serialize;
 
@@ -8,67 +7,68 @@ use super::program::Program;
 use super::spent::{Placed, events_at};
 use super::times::Odometer;
 
-/// A row of moves that went far slower than their feed.
+/// Row of moves that went far slower than their feed.
 #[derive(Clone, Debug, Serialize)]
 pub struct SlowPlace {
-    /// Its first line, from 1.
+    /// First line of the row, from 1.
     pub line: u32,
-    /// Its last line.
+    /// Last line of the row, from 1.
     pub last: u32,
-    /// The text of the first.
+    /// Text of the first line.
     pub text: String,
-    /// How many moves.
+    /// Number of moves in the row.
     pub moves: usize,
-    /// When, seconds.
+    /// Beginning of the row, seconds.
     pub from: f64,
-    /// Until when, seconds.
+    /// End of the row, seconds.
     pub to: f64,
-    /// Their length, mm.
+    /// Length of the moves, mm.
     pub length: f64,
-    /// Their time beyond what their feeds and the machine's limits ask, seconds.
+    /// Time beyond the least that the feeds and the machine's limits ask, seconds.
     pub lost: f64,
     /// Mean speed, mm/s.
     pub speed: f64,
     /// Mean speed asked, mm/s.
     pub asked: f64,
-    /// Layer of the first.
+    /// Layer of the first move.
     pub layer: u32,
-    /// The slicer's feature of the first.
+    /// The slicer's feature of the first move.
     pub feature: String,
-    /// Where, mm.
+    /// Place of the row, mm.
     pub at: [f64; 3],
 }
 
-/// A stop in a row of moves that nothing in the program asks for.
+/// Stop in a row of moves for which nothing in the program asks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Starved {
-    /// When, seconds.
+    /// Time of the stop, seconds.
     pub at: f64,
-    /// How long it stood, seconds; 0: it braked to rest and went on at once.
+    /// Length of the stand, seconds; 0 if the machine braked to rest and went on at once.
     pub stood: f64,
-    /// The line of the move that came too late, where that is known.
+    /// Line of the move that came too late, if known.
     pub line: Option<u32>,
 }
 
-/// Slower than this share of what is asked is slow.
+/// Share of the asked speed below which a move is slow.
 const SLOW_SHARE: f64 = 0.5;
-/// As many places are told.
+/// Greatest number of places reported.
 const MOST_PLACES: usize = 12;
-/// Less than this at a corner is rest, mm/s, if it was this many times faster this long before and after.
+/// Speed at a corner below which the machine rests, mm/s, if it was this many times faster this long before
+/// and after.
 const REST_MM_PER_S: f64 = 2.0;
 const TIMES_FASTER: f64 = 5.0;
 const BESIDE_S: f64 = 0.03;
-/// A path that turns less than this (its cosine) over this length asks for no rest.
+/// Cosine of the turn, over the length below, up to which a path asks for no rest.
 const STRAIGHT_COS: f64 = 0.94;
 const STRAIGHT_MM: f64 = 0.3;
 
-/// A move as it was made.
+/// Move of the program as it was made.
 struct Made {
     corner: usize,
     from_s: f64,
     to_s: f64,
     length: f64,
-    /// As its feed and the machine's limits allow.
+    /// Speed that the feed and the machine's limits allow.
     asked: f64,
 }
 
@@ -78,13 +78,14 @@ impl Made {
     }
 }
 
-/// The slowest places of the work, the one that lost most first. `limits` are the machine's greatest speeds
-/// along X, Y, Z.
+/// Returns the slowest places of the work, ordered by lost time, greatest first. `limits` are the machine's
+/// greatest speeds along X, Y, Z.
 pub fn places(program: &Program, followed: &Followed, stands: &[Placed], limits: [f64; 3]) -> Vec<SlowPlace> {
     let mut rows: Vec<Vec<Made>> = Vec::new();
     let mut stands = stands.iter().peekable();
     let mut goes_on = false;
-    // Where filament is fed, ways without it are what joins the work: their ramps are told as a sum.
+    // In a job that feeds filament, moves without filament only join the work: their ramps are told as a
+    // sum.
     let feeds = program.corners.iter().any(|corner| corner.extrudes);
     for corner in 1..program.corners.len() {
         let (from, to) = (&program.corners[corner - 1], &program.corners[corner]);
@@ -96,7 +97,7 @@ pub fn places(program: &Program, followed: &Followed, stands: &[Placed], limits:
             continue;
         }
         while stands.next_if(|placed| placed.stand.to_s <= from_s).is_some() {}
-        // It stood at its end, or on its way: that time is no slow motion.
+        // The machine stood at the move's end, or on its way: that time is no slow motion.
         let stood = stands.peek().map(|placed| placed.stand).filter(|stand| stand.from_s < to_s);
         to_s -= stood.map_or(0.0, |stand| stand.to_s - stand.from_s);
         let way: [f64; 3] = std::array::from_fn(|axis| to.at[axis] - from.at[axis]);
@@ -144,7 +145,7 @@ fn place(program: &Program, row: &[Made]) -> SlowPlace {
     }
 }
 
-/// Every stop that nothing asks for, in order.
+/// Returns every stop that nothing asks for, in order.
 pub fn starved(program: &Program, followed: &Followed, stands: &[Placed], odometer: &Odometer<'_>) -> Vec<Starved> {
     let stood = stands.iter().filter(|placed| placed.is_unasked).map(|placed| {
         let after = placed.corner.and_then(|corner| program.corners.get(corner + 1));
@@ -166,7 +167,7 @@ pub fn starved(program: &Program, followed: &Followed, stands: &[Placed], odomet
     found
 }
 
-/// Whether the machine brakes to rest at a corner where the path goes straight on.
+/// Returns whether the machine brakes to rest at a corner through which the path goes straight on.
 fn rests(program: &Program, odometer: &Odometer<'_>, corner: usize, at_s: f64) -> bool {
     const HALF_S: f64 = 0.002;
     let [at, after] = [corner, corner + 1].map(|corner| &program.corners[corner]);

@@ -1,7 +1,7 @@
-//! What every moment of a run was spent on, and on which line of the program.
+//! The use of every moment of a run, and the line of the program it belongs to.
 //!
-//! Standing and moving are told by the step edges alone. What a stand is for, and which line a motion is of,
-//! is told by laying the executed path along the program ([`super::follow`]).
+//! Standing and moving are told by the step edges alone. The purpose of a stand, and the line of a motion,
+//! are found by laying the executed path along the program ([`super::follow`]).
 
 use serde::Serialize;
 use units::Actuator;
@@ -12,13 +12,13 @@ use super::marks::Label;
 use super::path::{Kind as Moves, Samples};
 use super::program::{Event, EventKind, Program};
 
-/// What time goes into.
+/// Kind of use of a run's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
     /// Moves that feed filament, or cut.
     Print,
-    /// Moves that do not.
+    /// Moves that neither feed filament nor cut.
     Travel,
     /// Filament moves and the tool stands.
     Filament,
@@ -26,7 +26,7 @@ pub enum Kind {
     Own,
     /// Waits for a temperature.
     Heating,
-    /// G4.
+    /// Waits for a time, G4.
     Dwell,
     /// Waits for a person.
     Pause,
@@ -35,11 +35,11 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Each, in the order in which they are shown.
+    /// All kinds, in the order in which they are shown.
     pub const ALL: [Self; 8] =
         [Self::Print, Self::Travel, Self::Filament, Self::Own, Self::Heating, Self::Dwell, Self::Pause, Self::Standing];
 
-    /// In words.
+    /// Returns the kind's name in words.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Print => "print moves",
@@ -54,65 +54,65 @@ impl Kind {
     }
 }
 
-/// A stretch of time.
+/// Stretch of time with one use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Span {
-    /// Its beginning, seconds.
+    /// Beginning of the span, seconds.
     pub from_s: f64,
-    /// Its end, seconds.
+    /// End of the span, seconds.
     pub to_s: f64,
-    /// What it was spent on.
+    /// Kind of use of the time.
     pub kind: Kind,
-    /// On this line, where that is known.
+    /// Line of the program, if known.
     pub line: Option<u32>,
-    /// What that line is for.
+    /// Layer, feature and object of that line.
     pub label: Label,
 }
 
-/// A stand and where on the program's path it was.
+/// Stand of the machine, and its place on the program's path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placed {
-    /// When.
+    /// Times of the stand.
     pub stand: Stand,
-    /// The corner at which the machine stood.
+    /// Corner at which the machine stood.
     pub corner: Option<usize>,
-    /// Where it stood between two moves, or on one, and the program has nothing to wait for there.
+    /// The machine stood between two moves, or on one, and the program has nothing to wait for there.
     pub is_unasked: bool,
 }
 
-/// What a part of a stand was spent on, on which line, and what that is for.
+/// Use of a part of a stand, its line, and the layer, feature and object of that line.
 type Owned = (Kind, (Option<u32>, Label));
 
-/// A run that is looked at.
+/// Run whose time is accounted for.
 pub struct Course<'a> {
-    /// How long it was, seconds.
+    /// Length of the run, seconds.
     pub end_s: f64,
-    /// Its edges.
+    /// Step edges of the run.
     pub executed: &'a Executed,
-    /// Its path.
+    /// Executed path of the run.
     pub samples: &'a Samples,
-    /// Its program, and when its corners were passed.
+    /// Program of the run, and the times at which its corners were passed.
     pub program: Option<(&'a Program, Followed)>,
-    /// The motors that move filament.
+    /// Motors that move filament.
     pub filament: Vec<Actuator>,
 }
 
-/// A stand is at a corner that is this close, mm.
+/// Distance within which a stand is at a corner, mm.
 const AT_CORNER_MM: f64 = 0.06;
-/// Corners around the last one passed that are looked at.
+/// Number of corners considered around the last one passed.
 const AROUND: usize = 6;
-/// Homing ends with a stand; this long before the next move, seconds, it surely is that one.
+/// Time before the next move, seconds, at which the machine surely is in the stand that ends homing.
 const AFTER_HOMING_S: f64 = 0.1;
-/// Longer than homing stands between its moves, seconds.
+/// Least stand that is longer than those of homing between its moves, seconds.
 const HOMING_STANDS_S: f64 = 1.0;
-/// Filament that moves has an edge in this time.
+/// Longest time between edges of moving filament.
 const FILAMENT_GAP_NS: u64 = 20_000_000;
-/// What braking before filament moves and setting off behind it may take, seconds.
+/// Longest time for braking before filament moves and for setting off behind it, seconds.
 const AROUND_FILAMENT_S: f64 = 0.04;
 
 impl Course<'_> {
-    /// When the machine stood, and where on its path; corners at which it stood are passed at the stand's
-    /// end.
+    /// Returns the times in which the machine stood, with their places on the path; corners at which it
+    /// stood are passed at the stand's end.
     pub fn place_stands(&mut self) -> Vec<Placed> {
         let stands = self.executed.stands(self.end_s);
         let Some((program, followed)) = &mut self.program else {
@@ -144,7 +144,7 @@ impl Course<'_> {
         placed
     }
 
-    /// Everything, from the first moment to the last, without gaps.
+    /// Returns all spans, from the first moment to the last, without gaps.
     pub fn spans(&self, stands: &[Placed]) -> Vec<Span> {
         let mut spans = Vec::new();
         let owners = self.owners();
@@ -158,8 +158,8 @@ impl Course<'_> {
         spans
     }
 
-    /// Which piece of the program the machine is on from which time on, in order; `Err` is none, and whether
-    /// it is lost.
+    /// Returns the piece of the program on which the machine is from each time on, in order; `Err` is no
+    /// piece, and whether the machine is lost.
     fn owners(&self) -> Vec<(f64, Result<usize, bool>)> {
         let Some((program, followed)) = &self.program else { return vec![(0.0, Err(true))] };
         let count = program.corners.len();
@@ -176,7 +176,7 @@ impl Course<'_> {
         owners
     }
 
-    /// The spans of a stretch without stands.
+    /// Adds the spans of a stretch without stands.
     fn motion(
         &self,
         owners: &[(f64, Result<usize, bool>)],
@@ -195,7 +195,7 @@ impl Course<'_> {
             match (owner, &self.program) {
                 (Ok(piece), Some((program, _))) => {
                     let corner = program.corners[piece];
-                    // Where nothing feeds filament every move is work.
+                    // On a machine that feeds no filament every move is work.
                     let works = corner.extrudes || self.filament.is_empty();
                     let kind = if works { Kind::Print } else { Kind::Travel };
                     let (line, label) = (Some(corner.line), corner.label);
@@ -211,7 +211,7 @@ impl Course<'_> {
         }
     }
 
-    /// Motion of no known line: what it is, is seen by whether filament moves.
+    /// Adds motion of no known line: moving filament or its absence tells the kind.
     fn untold(&self, from_s: f64, to_s: f64, spans: &mut Vec<Span>) {
         let period_s = self.samples.period_s;
         let mut at_s = from_s;
@@ -228,7 +228,7 @@ impl Course<'_> {
         }
     }
 
-    /// The spans of a stand.
+    /// Adds the spans of a stand.
     fn stand(&self, placed: &Placed, is_last: bool, spans: &mut Vec<Span>) {
         let Stand { from_s, to_s } = placed.stand;
         let events = self.events_of(placed, is_last);
@@ -283,7 +283,7 @@ impl Course<'_> {
         placed.corner.is_none() && followed.aside.iter().any(|aside| is_in(aside) && aside.to_s < self.end_s)
     }
 
-    /// What the program has the machine do while it stands there.
+    /// Returns the events of the program during a stand.
     fn events_of(&self, placed: &Placed, is_last: bool) -> Vec<Event> {
         let Some((program, followed)) = &self.program else { return Vec::new() };
         let count = program.corners.len();
@@ -295,7 +295,7 @@ impl Course<'_> {
         let aside = followed.aside.iter().find(|aside| aside.from_s < middle && middle < aside.to_s);
         let is_before_homing = to_s < begins_s && to_s - from_s > HOMING_STANDS_S;
         match placed.corner {
-            // No place is known before homing: what is waited for there is in this stand or in another.
+            // No place is known before homing: a wait of that part is in this stand or in another.
             _ if is_before_homing || placed.corner == Some(0) && before_homing.is_some() => {
                 let until = before_homing.unwrap_or(count);
                 let waits = |event: &&Event| event.at < until && !matches!(event.kind, EventKind::Home);
@@ -303,7 +303,7 @@ impl Course<'_> {
             }
             Some(corner) => events_at(program, corner).copied().collect(),
             None if is_last => events_at(program, count - 1).copied().collect(),
-            // It has parked, and will go on from this corner.
+            // The machine has parked, and will go on from this corner.
             None => match aside.and_then(|aside| aside.then.checked_sub(1)) {
                 Some(corner) if corner < count && !program.corners[corner].is_homed => {
                     events_at(program, corner).copied().collect()
@@ -313,7 +313,7 @@ impl Course<'_> {
         }
     }
 
-    /// When filament moved in a stand, seconds.
+    /// Returns the times in which filament moved during a stand, seconds.
     fn filament_moves(&self, from_s: f64, to_s: f64) -> Vec<(f64, f64)> {
         let [from_ns, to_ns] = [from_s, to_s].map(|seconds| (seconds * 1e9).round() as u64);
         let mut moves: Vec<(u64, u64)> = Vec::new();
@@ -332,19 +332,19 @@ impl Course<'_> {
     }
 }
 
-/// What happens at a corner.
+/// Returns the events at a corner.
 pub fn events_at(program: &Program, corner: usize) -> impl Iterator<Item = &Event> {
     let first = program.events.partition_point(|event| event.at < corner);
     program.events[first..].iter().take_while(move |event| event.at == corner)
 }
 
-/// Nothing leads to this corner, or from it.
+/// Returns whether nothing leads to this corner, or nothing from it.
 fn is_end(program: &Program, corner: usize) -> bool {
     let after = program.corners.get(corner + 1);
     corner == 0 || program.corners[corner].is_homed || after.is_none_or(|after| after.is_homed)
 }
 
-/// The corner at which the machine stands; `last` is the last one that was passed.
+/// Returns the corner at which the machine stands; `last` is the last one that was passed.
 fn corner_of(program: &Program, followed: &Followed, samples: &Samples, last: usize, stand: Stand) -> Option<usize> {
     let middle = 0.5 * (stand.from_s + stand.to_s);
     let index = ((middle / samples.period_s) as usize).min(samples.points.len() - 1);
@@ -357,7 +357,7 @@ fn corner_of(program: &Program, followed: &Followed, samples: &Samples, last: us
         let is_passed = followed.passed_s[corner].is_finite();
         (is_passed && apart <= AT_CORNER_MM && !is_homing).then_some((corner, apart))
     });
-    // Of corners close together it is the one where something is to be waited for.
+    // Of corners close together, the one with an event to wait for counts.
     let asks = |corner: usize| events_at(program, corner).next().is_some();
     let order = |a: &(usize, f64), b: &(usize, f64)| asks(b.0).cmp(&asks(a.0)).then(a.1.total_cmp(&b.1));
     near.min_by(order).map(|(corner, _)| corner)

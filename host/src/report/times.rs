@@ -1,4 +1,4 @@
-//! Where the time of a run went: by kind, layer, feature and object.
+//! The sums of a run's time: by kind, layer, feature and object.
 
 use serde::Serialize;
 
@@ -7,111 +7,111 @@ use super::path::Samples;
 use super::program::Program;
 use super::spent::{Kind, Span};
 
-/// Where the time of a run went.
+/// Sums of a run's time.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Times {
-    /// All of it, seconds.
+    /// Length of the run, seconds.
     pub seconds: f64,
-    /// By kind, in the order of [`Kind::ALL`]; they sum to `seconds`.
+    /// Times by kind, in the order of [`Kind::ALL`]; they sum to `seconds`.
     pub kinds: Vec<KindRow>,
-    /// How print moves and travel moved.
+    /// Moving time of print moves and of travel, by change of speed.
     pub pace: [Pace; 2],
-    /// Motion and waiting that no line of the program could be found for, seconds.
+    /// Motion and waiting that belong to no known line of the program, seconds.
     pub untold: f64,
-    /// By layer; 0 is what is before the first.
+    /// Times by layer; row 0 is the time before the first.
     pub layers: Vec<LayerRow>,
     /// Print moves by the slicer's features.
     pub features: Vec<FeatureRow>,
-    /// By object; the first row is what is of none.
+    /// Times by object; the first row is the time that belongs to none.
     pub objects: Vec<ObjectRow>,
 }
 
-/// One kind of time.
+/// Row of the table of kinds.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct KindRow {
-    /// Which.
+    /// Kind of time of the row.
     pub kind: Kind,
-    /// In words.
+    /// Name of the kind in words.
     pub name: &'static str,
-    /// So long.
+    /// Time of the kind, seconds.
     pub seconds: f64,
 }
 
-/// Moving time by what speed did, seconds.
+/// Moving time by change of speed, seconds.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Pace {
-    /// It stayed.
+    /// Time at even speed.
     pub cruising: f64,
-    /// It grew.
+    /// Time of growing speed.
     pub accelerating: f64,
-    /// It fell.
+    /// Time of falling speed.
     pub braking: f64,
 }
 
-/// A layer.
+/// Row of the table of layers.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LayerRow {
-    /// From 1; 0: before the first.
+    /// Layer number from 1; 0 before the first.
     pub number: u32,
-    /// Height of its last line of filament, mm.
+    /// Height of the layer's last line of filament, mm.
     pub z: Option<f64>,
-    /// When it began, seconds.
+    /// Beginning of the layer, seconds.
     pub from: f64,
-    /// When it ended, seconds.
+    /// End of the layer, seconds.
     pub to: f64,
-    /// Time spent on its lines.
+    /// Time spent on the layer's lines, seconds.
     pub seconds: f64,
-    /// Waiting among it.
+    /// Waiting as part of that time, seconds.
     pub waiting: f64,
-    /// Filament, mm.
+    /// Filament that the layer took, mm.
     pub filament: f64,
 }
 
-/// A kind of feature.
+/// Row of the table of features.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct FeatureRow {
-    /// As the slicer names it; empty: none was named.
+    /// Name that the slicer gives the feature; empty if none.
     pub name: String,
-    /// Its place among all that the file names, from 1.
+    /// Place among all features that the file names, from 1.
     pub place: usize,
-    /// Time of its print moves, seconds.
+    /// Time of the feature's print moves, seconds.
     pub seconds: f64,
-    /// Their length, mm.
+    /// Length of the feature's print moves, mm.
     pub length: f64,
-    /// Filament, mm.
+    /// Filament that the feature took, mm.
     pub filament: f64,
 }
 
-/// An object.
+/// Row of the table of objects.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ObjectRow {
-    /// As the file names it; empty: what is of no object.
+    /// Name in the file; empty for the time that belongs to no object.
     pub name: String,
-    /// The file says that it is not to be made.
+    /// The file says that the object is not to be made.
     pub left_out: bool,
-    /// Time spent on its lines, seconds.
+    /// Time spent on the object's lines, seconds.
     pub seconds: f64,
-    /// Print moves among it, seconds.
+    /// Print moves as part of that time, seconds.
     pub printing: f64,
-    /// Filament, mm.
+    /// Filament that the object took, mm.
     pub filament: f64,
 }
 
-/// Speeds and their changes are means over this much time either side, seconds: shorter, and single steps
-/// show.
+/// Time on either side over which speeds and their changes are averaged, seconds: in a shorter one single
+/// steps show.
 const PACE_S: f64 = 0.004;
-/// A change of speed below this is none, mm/s^2; what single steps make of an even speed is less.
+/// Change of speed below which a speed is even, mm/s^2; single steps of an even speed make less.
 const EVEN_MM_PER_S2: f64 = 100.0;
 
 /// Length of the executed path and of filament at any time.
 pub struct Odometer<'a> {
     samples: &'a Samples,
-    /// At each sample, mm.
+    /// Length of the path at each sample, mm.
     length: Vec<f64>,
 }
 
 impl<'a> Odometer<'a> {
-    /// Of a run.
+    /// Measures the path of a run.
     pub fn new(samples: &'a Samples) -> Self {
         let mut sum = 0.0;
         let steps = samples.points.windows(2).map(|pair| {
@@ -129,24 +129,24 @@ impl<'a> Odometer<'a> {
         of(before) + (at - before as f64) * (of(after) - of(before))
     }
 
-    /// Length of the path in a time, mm.
+    /// Returns the length of the path in a time, mm.
     pub fn length(&self, from_s: f64, to_s: f64) -> f64 {
         self.between(to_s, |sample| self.length[sample]) - self.between(from_s, |sample| self.length[sample])
     }
 
-    /// Filament fed in a time, less what was pulled back, mm.
+    /// Returns the filament fed in a time, less the filament pulled back, mm.
     pub fn filament(&self, from_s: f64, to_s: f64) -> f64 {
         let fed = |at_s| self.between(at_s, |sample| self.samples.points[sample][3]);
         fed(to_s) - fed(from_s)
     }
 
-    /// Speed along the path about a sample, mm/s.
+    /// Returns the speed along the path about a sample, mm/s.
     fn speed(&self, sample: usize, window: usize) -> f64 {
         let (first, last) = (sample.saturating_sub(window), (sample + window).min(self.length.len() - 1));
         (self.length[last] - self.length[first]) / ((last - first).max(1) as f64 * self.samples.period_s)
     }
 
-    /// Adds the time of a span to what its speed did.
+    /// Adds the time of a span to its change of speed.
     fn pace(&self, span: &Span, pace: &mut Pace) {
         let period_s = self.samples.period_s;
         let window = ((PACE_S / period_s) as usize).max(1);
@@ -241,7 +241,7 @@ impl Times {
         }
     }
 
-    /// The time of a kind, seconds.
+    /// Returns the time of a kind, seconds.
     pub fn of_kind(&self, kind: Kind) -> f64 {
         self.kinds.iter().find(|row| row.kind == kind).map_or(0.0, |row| row.seconds)
     }

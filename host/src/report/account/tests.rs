@@ -4,7 +4,7 @@ use super::super::fake::{self, Edge};
 use super::*;
 use units::MAX_ACTUATORS;
 
-/// A machine that is moved by the test. It begins at 0 and home is there.
+/// Machine that the test moves, from 0 on, with its home there.
 struct Desk {
     machine: Machine,
     edges: Vec<Edge>,
@@ -57,7 +57,7 @@ G1 X0 E5
 EXCLUDE_OBJECT_END NAME=b
 ";
 
-/// [`JOB`]: 30 s of heating, homing, 10 s of heating, and so on.
+/// Runs [`JOB`]: 30 s of heating, homing, 10 s of heating, and so on.
 fn job() -> Account {
     let mut desk = Desk::new();
     desk.stand(30.0).go([-5.0, 0.0, 0.0], 0.0, 0.5).stand(0.05).go([0.0; 3], 0.0, 0.5).stand(10.0);
@@ -182,7 +182,7 @@ fn braking_to_rest_on_a_straight_way_is_seen() {
 
 #[test]
 fn rows_of_moves_far_below_their_feed_are_told_with_their_lines() {
-    // Asked 200 mm/s; the second and third move go at 40, and so does a way without filament.
+    // Asked for 200 mm/s, the second and third move go at 40, and so does a way without filament.
     let text = ";TYPE:Infill\nG1 X20 E1 F12000\nG1 Y1 E2\nG1 X19 E3\nG1 X0 E4\nG1 Y20\n";
     let mut desk = Desk::new();
     desk.stand(1.0).go([20.0, 0.0, 0.0], 1.0, 0.12).go([20.0, 1.0, 0.0], 1.0, 0.025);
@@ -195,7 +195,7 @@ fn rows_of_moves_far_below_their_feed_are_told_with_their_lines() {
         (place.asked - 200.0).abs() < 1e-6 && (place.speed - 40.0).abs() < 2.0 && near(place.lost, 0.04),
         "{place:?}"
     );
-    // What the machine cannot do is not asked of it.
+    // Speeds beyond the machine's limits are not asked of it.
     desk.machine.max_speed = [50.0; 3];
     assert!(desk.account(text).slow.is_empty());
 }

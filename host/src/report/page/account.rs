@@ -7,19 +7,19 @@ use super::super::marks::Label;
 use super::super::slow::{SlowPlace, Starved};
 use super::super::times::Times;
 
-/// Stops listed at most; how many there are is told.
+/// Greatest number of stops listed; the page tells their full number.
 const MOST_STARVED: usize = 50;
 
-/// What the page says of the time.
+/// The page's data about the run's time.
 #[derive(Serialize)]
 pub struct AccountData<'a> {
     times: &'a Times,
     slow: &'a [SlowPlace],
-    /// None: the run could not be laid along its program.
+    /// Stops that nothing asks for; none if the run could not be laid along its program.
     starved: Option<StarvedData<'a>>,
-    /// How often the runner itself saw the planner starve; none: it could not look.
+    /// Number of times the runner itself saw the planner starve; none if it could not look.
     counted: Option<usize>,
-    /// When what is made changes: seconds, layer, feature, object, one behind the other.
+    /// Changes of layer, feature or object: seconds, layer, feature, object, concatenated.
     labels: Vec<f64>,
 }
 
@@ -30,7 +30,7 @@ struct StarvedData<'a> {
     first: &'a [Starved],
 }
 
-/// Of a run.
+/// Returns the account of a run as data.
 pub fn data(report: &Report) -> AccountData<'_> {
     let account = &report.account;
     let starved = account.starved.as_deref().map(|starved| StarvedData {
