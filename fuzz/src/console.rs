@@ -1,11 +1,11 @@
-//! A whole machine on the native runner, and somebody at its consoles who types anything.
+//! A whole machine on the native runner, with random input typed at its consoles.
 //!
-//! What must hold: nothing panics; every wait has an end; motors stay within the speeds and accelerations
-//! that the configuration permits and carriages within their travel ([`guard`]); no heater is asked for more
-//! than its `max_temp`; after M112 nothing is on within a millisecond; and a machine that was repaired can be
-//! released and answers.
+//! Conditions that every input must meet: nothing panics; every wait has an end; motors stay within the
+//! speeds and accelerations that the configuration permits and carriages within their travel ([`guard`]);
+//! no heater is asked for more than its `max_temp`; after M112 nothing is on within a millisecond; and a
+//! machine that was repaired can be released and answers.
 //!
-//! An input is what is typed, and lines of directions, see [`DIRECTIONS`]. Virtual time is bounded: half a
+//! An input is typed text, and lines of directions, see [`DIRECTIONS`]. Virtual time is bounded: half a
 //! millisecond for each line typed, and [`MOST_WAIT_NS`] for all `@wait` together.
 
 mod guard;
@@ -22,7 +22,7 @@ use sim::world::{Fault, TimedFault};
 use guard::Guard;
 pub use machines::{MACHINES, config};
 
-/// What an input may direct, one a line; everything else is typed as it stands.
+/// Directions that an input may hold, each on a line of its own; everything else is typed as it stands.
 ///
 /// `@machine` counts in the first line alone. `@home` homes and waits for the end. `@file` puts the lines up
 /// to `@end` on the card as `part.g`, before power-on.
@@ -58,33 +58,34 @@ pub const DIRECTIONS: &[&str] = &[
     "@fault heater-stuck-on:hotend",
     "@fault repaired",
 ];
-/// How long an input may wait in all, nanoseconds.
+/// Longest total wait of an input, nanoseconds.
 pub const MOST_WAIT_NS: u64 = 2_000 * MS;
-/// A line typed passes so much time, nanoseconds.
+/// Time that passes with each typed line, nanoseconds.
 const LINE_NS: u64 = MS / 2;
-/// `@home` ends by then, nanoseconds.
+/// Longest time until `@home` ends, nanoseconds.
 const HOMING_NS: u64 = 6_000 * MS;
-/// After M112 motors stand and have no current by then: a second for braking, another one for what does not.
+/// Time after M112 in which motors come to a stand without current: a second for braking, another one for
+/// motors that do not brake.
 const REST_NS: u64 = 2_200 * MS;
-/// YModem waits so long for the rest of a block.
+/// Time that YModem waits for the rest of a block.
 const BLOCK_NS: u64 = 1_100 * MS;
-/// A millisecond.
+/// A millisecond in nanoseconds.
 const MS: u64 = 1_000_000;
-/// Lines of an input that count.
+/// Greatest number of an input's lines that count.
 const MOST_LINES: usize = 200;
-/// How often the card's machine is started again.
+/// Greatest number of restarts of the machine with the same card.
 const MOST_RESETS: u32 = 2;
-/// Turns of the dispatcher in half a millisecond: few, which is a busy board, and quick.
+/// Turns of the dispatcher in half a millisecond: few, which stands for a busy board, and quick.
 const TURNS: u32 = 3;
 /// M112, behind the end of half a line, of an `upload` (Ctrl-D) and of M28, which take everything but that.
 const HALT: &[u8] = b"\n\x04\nM29\nM112\n";
 const CONSOLE: SessionId = SessionId(0);
 const OTHER: SessionId = SessionId(1);
 
-/// Runs an input.
+/// Runs an input and checks the conditions of this module.
 ///
 /// # Panics
-/// When something of the above does not hold.
+/// When a condition of this module does not hold.
 pub fn run(bytes: &[u8]) {
     let mut bench = Bench::start(bytes);
     let mut in_file = false;
@@ -101,14 +102,14 @@ pub fn run(bytes: &[u8]) {
     bench.comes_back();
 }
 
-/// The text between `@file` and `@end`.
+/// Returns the text between `@file` and `@end`.
 fn file_of(bytes: &[u8]) -> Vec<u8> {
     let lines = bytes.split_inclusive(|byte| *byte == b'\n');
     let inside = lines.skip_while(|line| line.trim_ascii_end() != b"@file").skip(1);
     inside.take_while(|line| line.trim_ascii_end() != b"@end").flatten().copied().collect()
 }
 
-/// A machine, its card, and who watches it.
+/// Machine with its card and its guard.
 struct Bench {
     runner: Runner,
     card: PathBuf,
@@ -116,7 +117,7 @@ struct Bench {
     session: SessionId,
     waited_ns: u64,
     resets: u32,
-    /// Its configuration is one that no machine can have.
+    /// The configuration is unusable for any machine.
     is_unusable: bool,
 }
 
@@ -156,7 +157,7 @@ impl Bench {
         self.is_unusable = self.heard(CONSOLE).contains("fatal error in the config.ini");
     }
 
-    /// One line of the input.
+    /// Types a line of the input, or follows its direction.
     fn line(&mut self, line: &[u8], text: &str) {
         if let Some((direction, about)) = text.strip_prefix('@').map(|rest| rest.split_once(' ').unwrap_or((rest, "")))
             && self.direct(direction, about)
@@ -164,7 +165,7 @@ impl Bench {
             return;
         }
         self.guard.hear_typed(line);
-        // What does not fit is lost, and told: that is the machine's to see to.
+        // Bytes that do not fit are lost, and the machine itself has to report them.
         let _ = self.runner.send_on(self.session, line);
         self.pass(LINE_NS);
         if self.runner.reset_requested() && self.resets < MOST_RESETS {
@@ -175,7 +176,7 @@ impl Bench {
         }
     }
 
-    /// Does what a direction says. False when there is none such: then it is typed.
+    /// Follows a direction. False when no such direction exists: then the line is typed.
     fn direct(&mut self, direction: &str, about: &str) -> bool {
         let now_ns = self.runner.now_ns();
         match direction {
@@ -205,7 +206,7 @@ impl Bench {
     }
 
     fn home(&mut self) {
-        // What is typed so far is a line, and answered.
+        // The text typed so far becomes a line and is answered.
         let _ = self.runner.send_on(self.session, b"\n");
         self.pass(50 * MS);
         let _ = self.heard(self.session);
@@ -221,12 +222,12 @@ impl Bench {
         }
     }
 
-    /// What was said on a session since the last look.
+    /// Returns the text sent on a session since the last look.
     fn heard(&self, session: SessionId) -> String {
         String::from_utf8_lossy(&self.runner.read_from(session)).into_owned()
     }
 
-    /// Lets time pass, and looks at the machine in every slot.
+    /// Lets time pass, and checks the machine in every slot.
     fn pass(&mut self, ns: u64) {
         let end_ns = self.runner.now_ns() + ns;
         while self.runner.now_ns() < end_ns {
@@ -235,9 +236,10 @@ impl Bench {
         }
     }
 
-    /// M112, whatever is under way: within a millisecond the machine is halted and nothing is on.
+    /// Sends M112, whatever is under way: within a millisecond the machine is halted and nothing is on.
     fn emergency_stop(&mut self) {
-        // What is typed already may release the halt at once: then the next one holds, for that line is gone.
+        // A line typed already may release the halt at once: then the next halt holds, for that line is
+        // gone.
         for attempt in 1..=4_096 {
             if attempt % 256 == 0 {
                 self.end_transfer();
@@ -253,16 +255,16 @@ impl Bench {
         panic!("M112 does not halt");
     }
 
-    /// Halted, or never working: its configuration cannot be used.
+    /// Returns whether the machine is halted, or never works because its configuration is unusable.
     fn is_halted(&self) -> bool {
         self.is_unusable || self.runner.heat(machine::heat::HeatControl::is_halted)
     }
 
-    /// Repaired and let go, the machine is released and answers both its consoles.
+    /// Checks that the machine, repaired and let go, is released and answers both its consoles.
     fn comes_back(&mut self) {
         let repaired = self.runner.world(|world| world.inject(&Fault::Repaired));
         assert_eq!(repaired, Ok(()), "repair");
-        // Lines that still wait are answered or release the machine: each of those is stopped.
+        // Waiting lines are answered or release the machine: each release is stopped again.
         for _ in 0..1_000 {
             if !self.is_halted() {
                 self.end_transfer();
@@ -275,14 +277,15 @@ impl Bench {
         panic!("it does not stay halted");
     }
 
-    /// The console may have begun to receive by YModem, so that its words are the file's: two of Ctrl-X end
-    /// that, behind a block that is given up. Or it edits a file, which `%c` ends.
+    /// Ends a transfer. The console may have begun to receive by YModem, so that its words are the file's:
+    /// two of Ctrl-X end that, behind a block that is given up. Or the console edits a file, which `%c`
+    /// ends.
     fn end_transfer(&mut self) {
         self.pass(BLOCK_NS);
         let _ = self.runner.send_on(CONSOLE, b"\n%c\n\x18\x18\x18");
     }
 
-    /// Motors stand and have no current. False when the halt was released meanwhile.
+    /// Waits until motors stand and have no current. False when the halt was released meanwhile.
     fn comes_to_rest(&mut self) -> bool {
         let end_ns = self.runner.now_ns() + REST_NS;
         self.pass(5 * MS);
@@ -296,7 +299,8 @@ impl Bench {
         false
     }
 
-    /// What `?` says, behind the end of a transfer, of an upload, of editing and of half a line.
+    /// Returns whether `?` reports a halt, behind the end of a transfer, of an upload, of editing and of
+    /// half a line.
     fn says_that_it_is_halted(&mut self, session: SessionId) -> bool {
         for _ in 0..3 {
             // Two of Ctrl-X end YModem, outside a block at once.
@@ -317,14 +321,14 @@ impl Bench {
 
     fn release(&mut self) {
         let mut said = String::new();
-        // Longer than the five seconds that `cat -d` waits before it begins.
+        // The wait exceeds the five seconds that `cat -d` waits before it begins.
         for attempt in 0..40 {
             if attempt % 5 == 0 {
                 let _ = self.runner.send_on(CONSOLE, b"M999\nM105\n");
             }
             self.pass(10 * attempt * MS);
             said.push_str(&self.heard(CONSOLE));
-            // The answer of M105 in a state in which it may answer.
+            // M105 is answered so in a state in which it may answer.
             if ["ok T", "ok B", "[MSG:T", "[MSG:B", "the configuration has errors"]
                 .iter()
                 .any(|answer| said.contains(answer))

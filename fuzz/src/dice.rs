@@ -5,13 +5,13 @@
 pub struct Dice(u64);
 
 impl Dice {
-    /// The generator of this seed.
+    /// Makes a generator from a seed.
     #[must_use]
     pub const fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// The next number.
+    /// Returns the next random number.
     pub const fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -19,17 +19,17 @@ impl Dice {
         mixed ^ (mixed >> 31)
     }
 
-    /// Below `sides`; 0 when there are none.
+    /// Returns a number below `sides`; 0 when `sides` is 0.
     pub const fn below(&mut self, sides: usize) -> usize {
         if sides == 0 { 0 } else { (self.next() % sides as u64) as usize }
     }
 
-    /// True once in so many times.
+    /// Returns true once in so many times.
     pub const fn once_in(&mut self, times: usize) -> bool {
         self.below(times) == 0
     }
 
-    /// One of these.
+    /// Picks an item at random.
     ///
     /// # Panics
     /// When there are none.

@@ -1,5 +1,5 @@
-//! Lines as people and programs write them, out of the tables that say what there is: codes with their words
-//! and bounds, console commands with what they take, settings. And lines that are wrong.
+//! Random lines as people and programs write them, from the tables of the firmware: codes with their words
+//! and bounds, console commands with their arguments, settings. Wrong lines are among them.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ use program::extended;
 
 use crate::dice::Dice;
 
-/// Names of files and folders: on the card of the console's machine, and not.
+/// Names of files and folders: some on the card of the console's machine, some not.
 pub const FILES: &[&str] = &[
     "part.g",
     "/sd/part.g",
@@ -26,14 +26,14 @@ pub const FILES: &[&str] = &[
     "..",
     "",
 ];
-/// Bytes that act at once.
+/// Realtime bytes, which act at once.
 pub const REALTIME: &[&[u8]] =
     &[b"?", b"!", b"~", b"\x18", b"\x19", b"\x84", b"\x85", b"!~", b"!\x18", b"\x08", b"\x7f"];
-/// Codes that the configurations give a meaning to, and some that nobody does.
+/// Codes that the configurations give a meaning to, and some without any.
 const CLAIMED: &[&str] = &[
     "M3", "M4", "M5", "M8", "M9", "M104", "M106", "M107", "M109", "M140", "M190", "M105", "M42", "G6", "M9999", "G200",
 ];
-/// Pieces that break lines.
+/// Pieces of text that break lines.
 const NOISE: &[&str] = &[
     "*",
     "**1",
@@ -99,7 +99,7 @@ const NOISE: &[&str] = &[
     "M29",
     "M110 N0",
 ];
-/// Numbers near which things change.
+/// Numbers near which behaviour changes.
 const NUMBERS: &[&str] = &[
     "0",
     "-0",
@@ -131,7 +131,7 @@ const NUMBERS: &[&str] = &[
     "60000",
 ];
 
-/// A number within these bounds, mostly; sometimes near or beyond them.
+/// Returns a number mostly within the bounds; sometimes near or beyond them.
 pub fn number(dice: &mut Dice, bounds: Bounds, unit: Unit) -> String {
     if dice.once_in(12) {
         return (*dice.pick(NUMBERS)).to_owned();
@@ -148,7 +148,7 @@ pub fn number(dice: &mut Dice, bounds: Bounds, unit: Unit) -> String {
     }
 }
 
-/// What is a usual number of this unit.
+/// Returns a usual size of numbers of this unit.
 const fn size(unit: Unit) -> f64 {
     match unit {
         Unit::Length | Unit::Mm | Unit::Number => 30.0,
@@ -163,7 +163,7 @@ const fn size(unit: Unit) -> f64 {
     }
 }
 
-/// A code with some of its words.
+/// Returns a code with some of its words.
 pub fn code(dice: &mut Dice) -> String {
     let rows: Vec<&CodeInfo> = codes::all().collect();
     if dice.once_in(8) {
@@ -198,7 +198,7 @@ pub fn code(dice: &mut Dice) -> String {
     line
 }
 
-/// A move: the deep end of most machines.
+/// Returns a move, the part of most machines with the most to go wrong.
 pub fn motion(dice: &mut Dice) -> String {
     let mut line = (*dice
         .pick(&["G0", "G1", "G1", "G1", "G2", "G3", "", "G91 G1", "G90 G1", "G5", "G5.1", "$J", "G53 G0"]))
@@ -218,7 +218,7 @@ pub fn motion(dice: &mut Dice) -> String {
     line
 }
 
-/// A console command with what it takes.
+/// Returns a console command with its arguments.
 pub fn command(dice: &mut Dice) -> String {
     let info = dice.pick(COMMANDS);
     let mut line = info.word.to_owned();
@@ -241,7 +241,7 @@ pub fn command(dice: &mut Dice) -> String {
     line
 }
 
-/// The key of a setting, with an instance's name where there are some.
+/// Returns the key of a setting, with an instance's name if there are instances.
 fn setting(dice: &mut Dice) -> String {
     let section = dice.pick(SECTIONS);
     let key = section.settings.get(dice.below(section.settings.len())).map_or("key", |setting| setting.key);
@@ -251,14 +251,14 @@ fn setting(dice: &mut Dice) -> String {
     }
 }
 
-/// A line with a number and a checksum, right or not.
+/// Returns the text as a line with a number and a checksum, right or not.
 fn numbered(dice: &mut Dice, text: &str) -> String {
     let line = format!("N{} {text}", dice.below(4));
     let sum = checksum_of(line.as_bytes()) ^ u8::from(dice.once_in(4));
     format!("{line}*{sum}")
 }
 
-/// A command by name, with what it takes and numbers or names for it.
+/// Returns a command by name, with its words and numbers or names for them.
 fn named(dice: &mut Dice) -> String {
     let rows: Vec<_> = extended::all().collect();
     let row = dice.pick(&rows);
@@ -270,7 +270,7 @@ fn named(dice: &mut Dice) -> String {
     line
 }
 
-/// A piece of a line.
+/// Returns a piece of a line.
 pub fn token(dice: &mut Dice) -> Vec<u8> {
     match dice.below(6) {
         0 => dice.pick(REALTIME).to_vec(),
@@ -283,7 +283,7 @@ pub fn token(dice: &mut Dice) -> Vec<u8> {
     }
 }
 
-/// A line of any kind, without its end. `directions`: those that the target understands.
+/// Returns a line of any kind, without its end. `directions`: those that the target understands.
 pub fn line(dice: &mut Dice, directions: &[&str]) -> Vec<u8> {
     let text = match dice.below(16) {
         0..=3 => motion(dice),
@@ -309,7 +309,7 @@ pub fn line(dice: &mut Dice, directions: &[&str]) -> Vec<u8> {
     text.into_bytes()
 }
 
-/// A whole input of up to so many lines.
+/// Returns a whole input of at most `lines` lines.
 pub fn input(dice: &mut Dice, directions: &[&str], lines: usize) -> Vec<u8> {
     let mut bytes = Vec::new();
     for _ in 0..=dice.below(lines) {

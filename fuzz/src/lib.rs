@@ -1,13 +1,13 @@
-//! What must hold for any input, and inputs to try it with.
+//! Conditions that the firmware must meet for any input, and inputs to try.
 //!
-//! Three targets, each a function of bytes that panics when something is wrong: [`parser`] (bytes to words),
-//! [`program`] (lines to actions), [`console`] (a whole machine on the native runner, somebody at its
-//! consoles). They run in three ways: on the kept corpus and on generated inputs of a fixed seed in `make
-//! test` (`tests/`), and under a coverage-guided engine in `make fuzz` (`engine/`).
+//! Three targets, each a function of bytes that panics when something is wrong: [`parser`] (bytes to
+//! words), [`program`] (lines to actions), [`console`] (a whole machine on the native runner, with input at
+//! its consoles). Targets run in three ways: on the kept corpus and on generated inputs of a fixed seed in
+//! `make test` (`tests/`), and under a coverage-guided engine in `make fuzz` (`engine/`).
 //!
-//! Inputs are text, so that a finding can be read and typed: what is typed, and lines of directions that
+//! Inputs are text, so that a finding can be read and typed: text to type, and lines of directions that
 //! begin with `@`. The [`grammar`] makes lines out of the tables of codes, commands and settings;
-//! [`mutation`] changes inputs line by line and word by word, beside what the engine does to bytes.
+//! [`mutation`] changes inputs line by line and word by word, beside the engine's own changes of bytes.
 #![forbid(unsafe_code)]
 
 pub mod console;
@@ -17,20 +17,20 @@ pub mod mutation;
 pub mod parser;
 pub mod program;
 
-/// A target: its name, which is also its folder of the corpus, and what it does with an input.
+/// Target: its name, which is also its folder of the corpus, and its function.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
-    /// Its name.
+    /// Name of the target.
     pub name: &'static str,
-    /// Panics when the input shows something wrong.
+    /// Function that panics when the input shows something wrong.
     pub run: fn(&[u8]),
-    /// The directions its inputs may hold.
+    /// Directions that the target's inputs may hold.
     pub directions: &'static [&'static str],
-    /// Lines of a generated input, at most.
+    /// Greatest number of lines of a generated input.
     pub lines: usize,
 }
 
-/// Every target.
+/// All targets of the crate.
 pub const TARGETS: [Target; 3] = [
     Target { name: "parser", run: parser::run, directions: &[], lines: 12 },
     Target { name: "program", run: program::run, directions: program::DIRECTIONS, lines: 30 },

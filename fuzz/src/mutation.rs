@@ -1,10 +1,10 @@
-//! Changes of an input as text: lines come, go and change places, words and numbers are exchanged. The engine
-//! changes bytes.
+//! Changes of an input as text: lines come, go and change places, words and numbers are exchanged. The
+//! engine changes bytes.
 
 use crate::dice::Dice;
 use crate::grammar;
 
-/// Changes `input` once, to `most` bytes at most.
+/// Changes `input` in a single place, to `most` bytes at most.
 pub fn mutate(input: &mut Vec<u8>, dice: &mut Dice, directions: &[&str], most: usize) {
     let mut lines: Vec<Vec<u8>> = input.split(|byte| *byte == b'\n').map(<[u8]>::to_vec).collect();
     let at = dice.below(lines.len());
@@ -38,7 +38,7 @@ pub fn mutate(input: &mut Vec<u8>, dice: &mut Dice, directions: &[&str], most: u
     input.truncate(most);
 }
 
-/// Writes another number for one of those in the line.
+/// Replaces a number in the line by another.
 fn exchange_number(line: &mut Vec<u8>, dice: &mut Dice) {
     let is_number = |byte: u8| byte.is_ascii_digit() || byte == b'.' || byte == b'-';
     let starts: Vec<usize> =

@@ -7,14 +7,14 @@ use gcode::{Decoder, Gathered, Line, LineBuffer, MAX_LINE_LENGTH, Refusal};
 /// Reads the bytes as a console in each dialect and as a file.
 ///
 /// # Panics
-/// When something of that is not so.
+/// When a condition of this module does not hold.
 pub fn run(bytes: &[u8]) {
     read(bytes, Some(false), false);
     read(bytes, Some(true), true);
     read(bytes, None, false);
 }
 
-/// `console`: bytes that act at once are taken out first; true where GRBL's are among them.
+/// Reads the bytes. `console`: bytes that act at once are taken out first; true if GRBL's are among them.
 fn read(bytes: &[u8], console: Option<bool>, block_delete: bool) {
     let mut receiver = Receiver::new();
     let mut gathering = LineBuffer::new();
@@ -66,7 +66,7 @@ fn look(line: &[u8], decoder: &mut Decoder) {
         }
         Ok(Line::Flow(flow)) => {
             assert!(!flow.label.is_empty(), "a subroutine without a name");
-            // Without parameters some have no values.
+            // Without parameters some words have no values.
             let _ = flow.values(&gcode::NoParameters, |value| assert!(value.is_finite(), "{value}"));
         }
         Err(Refusal::Resend { expected: wanted }) => {
@@ -86,7 +86,7 @@ fn look_at_block(block: &gcode::Block<'_>, line: &[u8]) {
         let written = line.get(column.wrapping_sub(1)).copied().unwrap_or_default();
         assert_eq!(char::from(written).to_ascii_uppercase(), letter, "column {column}");
     }
-    // Printed, it reads back as itself. Text may hold anything but what begins a comment.
+    // A printed line reads back as itself. Text may hold anything but the beginning of a comment.
     if block.text.is_none() {
         let printed = block.to_string();
         let mut again = gcode::Blocks::new(printed.as_bytes());

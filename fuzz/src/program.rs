@@ -8,17 +8,17 @@ use program::{
 };
 use units::{Axis, AxisSet, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId, ToolId};
 
-/// What an input may direct beside its lines.
+/// Directions that an input may hold beside its lines.
 pub const DIRECTIONS: &[&str] =
     &["@grbl", "@smoothie", "@refuse", "@homed", "@unhomed", "@elsewhere", "@contact", "@halt", "@again"];
-/// More actions than any block means.
+/// Number of actions that no block exceeds.
 const MOST_ACTIONS: usize = 8;
-/// A canned cycle may mean millions; so many are looked at.
+/// Number of a canned cycle's moves that are checked: a cycle may mean millions.
 const MOST_MOVES_OF_CYCLE: usize = 1_000;
-/// More effects than any block has.
+/// Number of effects that no block exceeds.
 const MOST_EFFECTS: usize = 40;
 
-/// A machine of two extruders, a hot end, a bed, and switches on several codes.
+/// Returns a machine of two extruders, a hot end, a bed, and switches on several codes.
 fn setup() -> Setup {
     let mut setup = Setup { feed_rate: MmPerSecond(50.0), seek_rate: MmPerSecond(100.0), ..Setup::default() };
     for (id, axis) in [(0, Axis::A), (1, Axis::B)] {
@@ -57,7 +57,7 @@ fn setup() -> Setup {
     setup
 }
 
-/// A machine whose heaters and switches have no names.
+/// Machine whose heaters and switches have no names.
 struct NoNames;
 
 impl extended::Names for NoNames {
@@ -87,7 +87,7 @@ impl extended::Names for NoNames {
     }
 }
 
-/// Lines that are carried out: loops may have no end.
+/// Greatest number of lines carried out: loops may have no end.
 const MOST_TURNS: u32 = 3_000;
 
 struct Session {
@@ -100,10 +100,10 @@ struct Session {
     refuses: bool,
 }
 
-/// Has a program mean something, line by line, in every dialect.
+/// Runs a program line by line, in every dialect.
 ///
 /// # Panics
-/// When something of the above is not so.
+/// When a condition of this module does not hold.
 pub fn run(bytes: &[u8]) {
     for dialect in Dialect::ALL {
         let facts = Facts { homed: AxisSet::PRIMARY, can_home: AxisSet::PRIMARY };
@@ -121,14 +121,14 @@ pub fn run(bytes: &[u8]) {
             turns += 1;
             at = session.line(line.get(..gcode::MAX_LINE_LENGTH).unwrap_or(line), at);
         }
-        // What is open is said, and nothing is open then.
+        // At the end of the file an open construct is reported, and none stays open.
         let _ = session.interpreter.end_file();
         assert!(session.interpreter.flow().is_at_rest(), "something is open behind the end");
     }
 }
 
 impl Session {
-    /// The place of the next line.
+    /// Runs a line; returns the place of the next line.
     fn line(&mut self, line: &[u8], at: usize) -> usize {
         let after = at + 1;
         match line {
@@ -194,11 +194,11 @@ impl Session {
                 return self.interpreter.drop_line();
             }
         }
-        // There may be no room.
+        // Ending the line may fail for want of room.
         let _ = self.interpreter.end_line();
     }
 
-    /// False when the rest of the line is not read.
+    /// Runs a block. False when the rest of the line is not read.
     fn block(&mut self, block: &Block<'_>, row: &'static program::CodeInfo) -> bool {
         let before = *self.interpreter.position();
         let meaning = match self.interpreter.run(block, row, self.facts, self.dialect) {
@@ -233,7 +233,7 @@ impl Session {
         !is_refused
     }
 
-    /// True when the machine refuses it, as it does with places that are none.
+    /// Carries out an action. True when the machine refuses it, as it does with impossible places.
     fn carry_out(&mut self, action: &Action<'_>, block: &Block<'_>) -> bool {
         match action {
             Action::Move(wanted) => {

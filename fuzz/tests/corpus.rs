@@ -1,5 +1,5 @@
-//! The kept corpus, every file of it, and generated inputs of a fixed seed: what `make test` tries of what
-//! `make fuzz` looks for.
+//! The kept corpus, every file of it, and generated inputs of a fixed seed: the part of `make fuzz` that
+//! `make test` runs.
 //!
 //! `FUZZ_FILE=path cargo test -p fuzz a_file` runs one input, with what it shows printed.
 
@@ -37,7 +37,7 @@ fn replay(name: &str) {
     }
 }
 
-/// Inputs out of the grammar, and inputs of the corpus changed.
+/// Runs inputs out of the grammar, and changed inputs of the corpus.
 fn generated(name: &str, seed: u64, count: usize) {
     let target = target(name);
     let mut dice = Dice::new(seed);
@@ -85,7 +85,7 @@ fn generated_for_the_console() {
     generated("console", 3, 400);
 }
 
-/// For whoever looks at a finding.
+/// Runs a single input, for a look at a finding.
 #[test]
 fn a_file() {
     let Some(path) = std::env::var_os("FUZZ_FILE").map(PathBuf::from) else { return };

@@ -1,4 +1,5 @@
-//! What the three engines share: half of the mutations know lines, codes and numbers, the other half bytes.
+//! The mutator that the three engines share: half of the mutations know lines, codes and numbers, the other
+//! half bytes.
 #![forbid(unsafe_code)]
 
 use fuzz::dice::Dice;

@@ -1,7 +1,7 @@
-//! Watches a machine from outside, slot by slot: its step edges, its carriages, its heaters.
+//! Watch on a machine from outside, slot by slot: its step edges, its carriages, its heaters.
 //!
-//! Limits can be changed at run time (M203, M204, M92), for moves that come after. So a motor is held against
-//! the widest limits that have been in force since power-on.
+//! Limits can be changed at run time (M203, M204, M92), for moves that come after. So a motor is compared
+//! with the widest limits that have been in force since power-on.
 
 use std::collections::VecDeque;
 
@@ -10,52 +10,52 @@ use sim::runner::Runner;
 use sim::world::ON_BOARD_DRIVERS;
 use units::{Actuator, Axis, Direction, MAX_ACTUATORS};
 
-/// What step times are off by, as a share of a speed: the grid of 5 ns, and the solver.
+/// Factor on a speed limit for the error of step times: the grid of 5 ns, and the solver.
 const SPEED_ALLOWED: f64 = 1.01;
-/// The same of an acceleration; and corners so flat that they count as straight.
+/// Factor on an acceleration limit for the same error, and for corners so flat that they count as straight.
 const ACCELERATION_ALLOWED: f64 = 1.1;
-/// Accelerations are looked at over twice this time, nanoseconds.
+/// Half the time over which accelerations are measured, nanoseconds.
 const WINDOW_NS: u64 = 10_000_000;
-/// Places on the way are kept this far apart, nanoseconds.
+/// Least time between kept positions, nanoseconds.
 const SAMPLE_NS: u64 = 1_000_000;
-/// How far the machine may think it is from where it is, mm.
+/// Greatest difference between the machine's idea of its position and the true one, mm.
 const KNOWN_MM: f64 = 0.1;
-/// Codes that say where the machine is, or what its travel is, or that it does not count: then nobody knows
-/// from outside.
+/// Codes that redefine the machine's position or travel, or free it from them: after such a code the
+/// position is unknown from outside.
 const REDEFINES: &[&[u8]] =
     &[b"28", b"206", b"306", b"665", b"666", b"92", b"211", b"load", b"501", b"play", b"M24", b"M32", b"reset"];
 
-/// What is remembered of a motor.
+/// Observed state of a motor.
 #[derive(Clone, Debug, Default)]
 struct Motor {
-    /// Steps from where it stood at first.
+    /// Steps from the first position.
     count: i64,
-    /// The last edge: nanoseconds, and which way.
+    /// Time of the last edge, nanoseconds, and its direction.
     last: Option<(u64, Direction)>,
-    /// Times and places, steps, since it last stood still.
+    /// Times and positions, steps, since the motor last stood still.
     samples: VecDeque<(u64, f64)>,
     /// Widest limits so far, steps a second and steps a second squared.
     speed: f64,
     acceleration: f64,
 }
 
-/// The watch.
+/// Guard that watches the whole machine.
 #[derive(Clone, Debug, Default)]
 pub struct Guard {
     motors: [Motor; MAX_ACTUATORS],
-    /// A corner may be taken at speed, the path is not what motors make, or something broke: accelerations
-    /// are no motor's own.
+    /// A corner may be taken at speed, the path is not that of the motors, or something broke:
+    /// accelerations are no motor's own.
     is_bent: bool,
     /// Extruders run ahead by pressure advance, which no limit counts (docs/motion.md).
     runs_ahead: bool,
     /// A switch that stops the motors at once, without braking, was armed at the last look.
     may_stop_at_once: bool,
-    /// Homed and sound: travel lost at hard stops by then, mm.
+    /// Travel lost at hard stops up to homing, mm; some if the machine is homed and sound.
     homed: Option<[f64; 3]>,
 }
 
 impl Guard {
-    /// Homed just now, as it seems: from now on it may leave its travel no more.
+    /// Notes that the machine is homed: from now on carriages may leave their travel no more.
     pub fn is_homed(&mut self, runner: &Runner) {
         let place = runner.motion(|motion| motion.live_position());
         let is_there = |(actuator, mm): (Actuator, f64)| {
@@ -65,25 +65,26 @@ impl Guard {
         self.homed = Actuator::ALL.into_iter().zip(place.0).take(3).all(is_there).then(|| lost(runner));
     }
 
-    /// A switch is pressed by hand: where the carriages end is nobody's fault.
+    /// Notes a switch pressed by hand: any end position of the carriages is allowed then.
     pub const fn switch_is_pressed(&mut self) {
         self.homed = None;
     }
 
-    /// Something breaks: a driver without supply takes no steps, so that its motor goes by jumps.
+    /// Notes that something breaks: a driver without supply takes no steps, so that its motor goes by
+    /// jumps.
     pub const fn something_breaks(&mut self) {
         self.homed = None;
         self.is_bent = true;
     }
 
-    /// Somebody typed this.
+    /// Notes a line that was typed.
     pub fn hear_typed(&mut self, line: &[u8]) {
         if REDEFINES.iter().any(|code| line.windows(code.len()).any(|part| part == *code)) {
             self.homed = None;
         }
     }
 
-    /// A look, every slot.
+    /// Checks the machine; to be called in every slot.
     ///
     /// # Panics
     /// When a motor, a carriage or a heater is out of its limits.
@@ -138,7 +139,7 @@ impl Guard {
             && is_limited
         {
             assert!(at_ns >= last_ns, "{} steps at {at_ns} ns after a step at {last_ns} ns", actuator.name());
-            // Two ticks of the grid.
+            // Ten nanoseconds are added for two ticks of the grid.
             let seconds = (at_ns - last_ns + 10) as f64 * 1e-9;
             let rate = 1.0 / seconds;
             let name = actuator.name();
@@ -170,7 +171,7 @@ impl Guard {
         }
     }
 
-    /// After an emergency stop: no target, no duty, nothing on a timer.
+    /// Checks the state after an emergency stop: no target, no duty, nothing on a timer.
     ///
     /// # Panics
     /// When something is on.
@@ -186,7 +187,7 @@ impl Guard {
         }
     }
 
-    /// Nothing moves, and no motor has current.
+    /// Returns whether nothing moves, and no motor has current.
     pub fn rests(runner: &Runner) -> bool {
         let has_current = runner.world(|world| (0..ON_BOARD_DRIVERS).any(|index| world.driver(index).drives()));
         !has_current && runner.motion(|motion| motion.is_idle())
@@ -194,7 +195,7 @@ impl Guard {
 }
 
 impl Motor {
-    /// A step's place at its time: the second divided difference of three places is a mean of the
+    /// Checks a step's acceleration: the second divided difference of three positions is a mean of the
     /// acceleration between them.
     fn accelerates(&mut self, at_ns: u64, place: f64, actuator: Actuator) {
         let before = |samples: &VecDeque<(u64, f64)>, ns: u64| {
@@ -225,7 +226,7 @@ fn lost(runner: &Runner) -> [f64; 3] {
     [x, y, z].map(|actuator| runner.world(|world| world.lost_mm(actuator)))
 }
 
-/// No heater is asked for more than its configuration allows.
+/// Checks that no heater is asked for more than its configuration allows.
 fn look_at_targets(runner: &Runner) {
     runner.heat(|heat| {
         for (id, heater) in heat.heaters() {

@@ -3,10 +3,10 @@
 
 use config::edit::{Edit, apply};
 
-/// A machine: its name, the sample it comes from, what is changed (`[section] key = value`).
+/// Machine: its name, the sample it comes from, the changed settings (`[section] key = value`).
 #[derive(Clone, Copy, Debug)]
 pub struct Machine {
-    /// Its name in `@machine`.
+    /// Name of the machine in `@machine`.
     pub name: &'static str,
     sample: &'static str,
     changes: &'static [&'static [&'static str]],
@@ -17,7 +17,7 @@ const COREXY: &str = include_str!("../../../config/samples/corexy.ini");
 const DELTA: &str = include_str!("../../../config/samples/delta.ini");
 const MILL: &str = include_str!("../../../config/samples/cnc-mill.ini");
 
-/// A short way to the switches, and fast.
+/// Changes for a short way to the switches, and fast motion.
 const SMALL: &[&str] = &[
     "[endstops] minx.max_travel = 40",
     "[endstops] miny.max_travel = 50",
@@ -31,7 +31,7 @@ const SMALL: &[&str] = &[
     "[motion control] z_axis_max_speed = 6000",
     "[conveyor] queue_delay_time_ms = 5",
 ];
-/// What a person can press, and a probe.
+/// Inputs that a person can press, and a probe.
 const INPUTS: &[&str] = &[
     "[kill button] enable = true",
     "[kill button] pin = PB7^",
@@ -44,9 +44,10 @@ const INPUTS: &[&str] = &[
     "[zprobe] slow_feedrate = 20",
     "[zprobe] fast_feedrate = 60",
 ];
-/// No speed is kept through corners: then accelerations can be told from step times.
+/// Junction deviation of zero: no speed is kept through corners, so accelerations can be told from step
+/// times.
 const SHARP: &[&str] = &["[planner] junction_deviation = 0"];
-/// Everything that bends a path or a speed.
+/// Settings that bend a path or a speed.
 const CORNERS: &[&str] = &[
     "[planner] junction_deviation = 0.05",
     "[planner] jerk = 200000",
@@ -71,7 +72,7 @@ const SPINDLE: &[&str] = &[
     "[conveyor] queue_delay_time_ms = 5",
 ];
 
-/// Every machine.
+/// All machines of the target, by name.
 pub const MACHINES: &[Machine] = &[
     Machine { name: "printer", sample: CARTESIAN, changes: &[SMALL, INPUTS, SHARP] },
     Machine { name: "corners", sample: CARTESIAN, changes: &[SMALL, INPUTS, CORNERS] },
@@ -80,7 +81,7 @@ pub const MACHINES: &[Machine] = &[
     Machine { name: "corexy", sample: COREXY, changes: &[SMALL, SHARP] },
 ];
 
-/// The configuration of the machine of this name, or of the first one.
+/// Returns the configuration of the machine of this name, or of the first one.
 #[must_use]
 pub fn config(name: &[u8]) -> String {
     let machine = MACHINES.iter().find(|machine| machine.name.as_bytes() == name).unwrap_or(&MACHINES[0]);
