@@ -1,4 +1,4 @@
-//! One chip or one piece of physics per module, each from its datasheet or textbook, none aware of the
+//! Models of chips and physics, one per module, each from its datasheet or textbook, none aware of the
 //! others.
 
 pub mod carriage;

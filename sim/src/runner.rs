@@ -3,9 +3,9 @@
 //! virtual board.
 //!
 //! Time advances in slots of half a millisecond, the period of the board's fastest periodic tasks. In each
-//! slot the tasks run in the order of their priorities on the board, then the step events due in the slot are
-//! played at their exact ticks. So step times are those of the board; only the moment at which the dispatcher
-//! sees something differs.
+//! slot the tasks run in the order of their priorities on the board, then the step events due in the slot
+//! are played at their exact ticks. So step times are those of the board; only the moment at which the
+//! dispatcher sees something differs.
 
 mod bank;
 pub mod curves;
@@ -46,32 +46,32 @@ pub use verify::plan::{Plan, PlannedMotion};
 /// The executor, on a stack of its own: it waits by a call, which comes back here.
 type Executor = Coroutine<(), Wake, Infallible, DefaultStack>;
 
-/// Its stack. The pages that it does not come to take no memory; without optimisation it comes to ten times
-/// as many as on the board.
+/// Stack of the executor. Unused pages take no memory; without optimisation the executor needs ten times as
+/// many as on the board.
 const STACK_BYTES: usize = 8 << 20;
 
-/// How often the executor has a turn in a slot: on the board it runs whenever nothing else does.
+/// Turns of the executor in a slot: on the board it runs whenever nothing else does.
 const TURNS_PER_SLOT: u32 = 16;
 
-/// What to run.
+/// Settings of a run.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// Folder that is the card; `config.ini` in it is the machine's configuration.
     pub card: PathBuf,
-    /// What is wrong with the card, if anything.
+    /// Fault of the card, if any.
     pub card_state: CardState,
-    /// Which driver chips the board carries.
+    /// Model of the board's driver chips.
     pub chip: Chip,
     /// Faults, and when they happen.
     pub faults: Vec<TimedFault>,
     /// Transports in memory beside the two consoles, whose other ends come and go. Nobody is there at the
     /// start.
     pub visitors: Vec<SessionProfile>,
-    /// The configuration that fits the machine as it is built, when the card's says something else about it.
+    /// Configuration that fits the machine as built, when the card's differs.
     pub built_as: Option<String>,
-    /// Where the motors' carriages are at power-on, mm; else as the machine is built.
+    /// Positions of the motors' carriages at power-on, mm; else as the machine is built.
     pub carriages: Vec<f64>,
-    /// After so many block writes the power is gone.
+    /// Number of block writes after which the power is gone.
     pub writes: Option<u32>,
 }
 
@@ -111,15 +111,15 @@ impl std::fmt::Debug for Runner {
 
 impl Drop for Runner {
     fn drop(&mut self) {
-        // The drivers reach the world through what is shared, and are shared themselves: that circle would
-        // keep both.
+        // The drivers reach the world through the shared state, and are part of it themselves: that circle
+        // would keep both alive.
         *self.shared.bank.borrow_mut() = bank::Bank::default();
         *self.shared.sensors.borrow_mut() = sensors::Sensors::default();
     }
 }
 
 impl Runner {
-    /// The machine at power-on.
+    /// Makes the machine at power-on.
     ///
     /// # Errors
     /// When a fault names something the machine does not have.
@@ -132,7 +132,7 @@ impl Runner {
         }
         let mut world = World::new(config);
         for fault in &setup.faults {
-            // What is wrong at power-on is wrong before the first grid point of the physics.
+            // A fault at power-on is in force before the first grid point of the physics.
             if fault.at_ns == 0 { world.inject(&fault.fault)? } else { world.schedule(fault.clone())? }
         }
         let inputs = Inputs::of(&machine, &world);
@@ -146,34 +146,34 @@ impl Runner {
         Ok(Self { tasks, shared, executor, machine, slot_ns: 0, turns: TURNS_PER_SLOT })
     }
 
-    /// Virtual time since power-on, nanoseconds.
+    /// Returns the virtual time since power-on, nanoseconds.
     #[must_use]
     pub fn now_ns(&self) -> u64 {
         self.shared.now_ns.get()
     }
 
-    /// The simulated machine.
+    /// Gives access to the simulated machine.
     pub fn world<R>(&self, f: impl FnOnce(&mut World) -> R) -> R {
         f(&mut self.shared.world.borrow_mut())
     }
 
-    /// The motion object, for whoever checks it.
+    /// Gives a checker access to the motion object.
     pub fn motion<R>(&self, f: impl FnOnce(&mut motion::Motion) -> R) -> R {
         f(&mut self.shared.motion.borrow_mut())
     }
 
-    /// Heat control, for whoever checks it.
+    /// Gives a checker access to heat control.
     pub fn heat<R>(&self, f: impl FnOnce(&HeatControl) -> R) -> R {
         f(&self.shared.heat.borrow())
     }
 
-    /// An input is armed that stops the motors at once, without braking.
+    /// Returns whether an input is armed that stops the motors at once, without braking.
     #[must_use]
     pub fn hard_stop_is_armed(&self) -> bool {
         self.shared.latch.armed() != 0 && self.shared.latch.is_hard()
     }
 
-    /// The configuration the simulated machine was built from.
+    /// Returns the configuration from which the simulated machine was built.
     #[must_use]
     pub const fn machine(&self) -> &MachineConfig {
         &self.machine
@@ -191,11 +191,11 @@ impl Runner {
         let (Some(inbox), Some(intake)) = (self.shared.inboxes.get(place), intakes.get_mut(place)) else {
             return false;
         };
-        // Every byte is offered: what is lost is for the machine to tell.
+        // Every byte is offered: the machine itself reports losses.
         inbox.receive_all(intake, bytes)
     }
 
-    /// Somebody comes to the other end of a session, or goes.
+    /// Connects somebody to the other end of a session, or disconnects.
     pub fn set_open(&self, session: SessionId, open: bool) {
         let place = usize::from(session.0);
         let mut intakes = self.shared.intakes.borrow_mut();
@@ -207,7 +207,7 @@ impl Runner {
         }
     }
 
-    /// Whoever has gone from the other end of a session is there again, in the middle of a line perhaps.
+    /// Reconnects whoever had gone from the other end of a session, perhaps in the middle of a line.
     pub fn come_back(&self, session: SessionId) {
         let place = usize::from(session.0);
         let mut intakes = self.shared.intakes.borrow_mut();
@@ -216,38 +216,38 @@ impl Runner {
         }
     }
 
-    /// From now on a session takes at most so many bytes that nobody has read.
+    /// Limits the unread bytes of a session from now on.
     pub fn set_room(&self, session: SessionId, bytes: usize) {
         if let Some(sent) = self.shared.sent.borrow_mut().get_mut(usize::from(session.0)) {
             sent.room = bytes;
         }
     }
 
-    /// What a console has sent since the last call.
+    /// Returns the bytes that a console has sent since the last call.
     #[must_use]
     pub fn read_from(&self, session: SessionId) -> Vec<u8> {
         let mut consoles = self.shared.sent.borrow_mut();
         consoles.get_mut(usize::from(session.0)).map(|sent| std::mem::take(&mut sent.bytes)).unwrap_or_default()
     }
 
-    /// Block writes of the card so far, and whether the power went at one.
+    /// Returns the number of block writes of the card so far, and whether the power went at one.
     #[must_use]
     pub fn block_writes(&self) -> (u32, bool) {
         self.shared.block_writes()
     }
 
-    /// The most block writes of the card between two times that the machine reported to its watchdog.
+    /// Returns the most block writes of the card between two reports of the machine to its watchdog.
     #[must_use]
     pub fn most_unseen_writes(&self) -> u32 {
         self.shared.most_unseen_writes()
     }
 
-    /// The card is pulled out, or put in again.
+    /// Pulls the card out, or puts it in again.
     pub fn set_card_state(&self, state: CardState) {
         self.shared.set_card_state(state);
     }
 
-    /// The machine asked for a reset.
+    /// Returns whether the machine asked for a reset.
     #[must_use]
     pub fn reset_requested(&self) -> bool {
         self.shared.reset_requested.get()
@@ -258,7 +258,7 @@ impl Runner {
         self.tasks.periodic(&self.shared);
         let mut rests = false;
         for _ in 0..self.turns {
-            // In a slot nothing comes, so whoever waits for time would do so again.
+            // Nothing arrives within a slot, so an executor that waits for time would do so again.
             if !rests {
                 rests = match self.executor.resume(()) {
                     CoroutineResult::Yield(wake) => wake == Wake::Time,
@@ -272,14 +272,14 @@ impl Runner {
         self.shared.now_ns.set(self.slot_ns);
     }
 
-    /// Runs until this moment.
+    /// Runs until the time `until_ns`.
     pub fn run_until(&mut self, until_ns: u64) {
         while self.now_ns() < until_ns {
             self.step();
         }
     }
 
-    /// From now on every step edge is compared with the oracle.
+    /// Compares every step edge with the oracle from now on.
     ///
     /// # Errors
     /// When the configuration describes no machine that can move.
@@ -288,7 +288,7 @@ impl Runner {
         Ok(())
     }
 
-    /// From now on the ideal motion is recorded, to hold another board's edges against it; with the feed in
+    /// Records the ideal motion from now on, to compare another board's edges with it; with the feed in
     /// these phases while switches are searched for.
     ///
     /// # Errors
@@ -303,40 +303,40 @@ impl Runner {
         motion_config(&self.machine).map_err(|_| "the configuration describes nothing that can move".to_owned())
     }
 
-    /// Motions recorded so far.
+    /// Returns the number of motions recorded so far.
     #[must_use]
     pub fn recorded_motions(&self) -> usize {
         self.tasks.watch.as_ref().and_then(Watch::plan).map_or(0, |plan| plan.motions().count())
     }
 
-    /// What was recorded since [`Self::record`].
+    /// Returns the motion recorded since [`Self::record`].
     #[must_use]
     pub fn take_plan(&mut self) -> Option<Plan> {
         self.tasks.watch.take()?.into_plan()
     }
 
-    /// From now on the dispatcher has time for so many turns in a slot.
+    /// Sets the dispatcher's number of turns in a slot from now on.
     pub const fn set_turns(&mut self, turns: u32) {
         self.turns = turns;
     }
 
-    /// Something keeps the step feed from its next so many runs.
+    /// Keeps the step feed from its next so many runs.
     pub fn block_feed(&mut self, runs: u32) {
         self.tasks.missed_runs = runs;
     }
 
-    /// The task that reads the converter chips of sensors comes to run no more, or again.
+    /// Stops the task that reads the converter chips of sensors, or lets it run again.
     pub fn hold_sensors(&mut self, stand: bool) {
         self.shared.sensors.borrow_mut().stand = stand;
     }
 
-    /// From now on the board says this of its step times.
+    /// Sets the board's report of its step times from now on.
     pub fn pretend_step_times(&mut self, times: StepTimes) {
         self.shared.step_times.set(times);
     }
 
-    /// How far the edges were off, when [`Self::verify`] was asked for; an edge without an ideal crossing is
-    /// an error.
+    /// Returns the distances of the edges, when [`Self::verify`] was asked for; an edge without an ideal
+    /// crossing is an error.
     #[must_use]
     pub fn step_error(&self) -> Option<Result<StepError, String>> {
         let (error, strays) = self.tasks.watch.as_ref()?.result()?;
@@ -347,13 +347,13 @@ impl Runner {
         })
     }
 
-    /// Types a line on the debug console and runs until `ok`, an error or the deadline comes; returns what
-    /// was sent.
+    /// Types a line on the debug console and runs until `ok`, an error or the deadline comes; returns the
+    /// text sent.
     pub fn command(&mut self, line: &str, deadline_ns: u64) -> String {
         self.command_on(SessionId(0), line, deadline_ns)
     }
 
-    /// The same on any console.
+    /// Does the same as [`Self::command`] on any console.
     pub fn command_on(&mut self, session: SessionId, line: &str, deadline_ns: u64) -> String {
         self.type_on(session, line);
         self.type_on(session, "\n");
@@ -380,19 +380,19 @@ fn is_answered(text: &str) -> bool {
         })
 }
 
-/// The machine the card's configuration describes, as far as it can be read.
+/// Returns the machine that the card's configuration describes, as far as it can be read.
 fn describe(setup: &Setup) -> (MachineConfig, BoardId) {
     let board_id = match setup.chip {
         Chip::Tmc2590 => BoardId::Prime2590,
         Chip::Tmc2660 => BoardId::Prime2660,
     };
     let text = fs::read(setup.card.join("config.ini")).unwrap_or_default();
-    // What is wrong with it is the machine's to say.
+    // Faults of the configuration are the machine's to report.
     let (machine, _) = config::parse(&text, board_id, &mut ());
     (machine, board_id)
 }
 
-/// A value that the executor and the runner look at in turns; neither holds it while the other runs.
+/// Value that the executor and the runner use in turns; neither holds it while the other runs.
 type Turns<T> = RefCell<T>;
-/// A plain value both may set.
+/// Plain value that both may set.
 type Flag<T> = Cell<T>;

@@ -1,9 +1,9 @@
 //! The operator at the console: has the board play a file from its SD card and watches it to the end.
 //!
-//! The dialogue is Smoothieware v2's. A state machine without a clock of its own: it is told the time and
-//! what the board said, and says what to type next. The same for every board and runner.
+//! The dialogue is Smoothieware v2's. The state machine has no clock of its own: it is told the time and
+//! the board's words, and returns the next text to type. The same serves for every board and runner.
 
-/// Time the board may take before it answers, before the question is asked again.
+/// Time for the board's answer, before the question is asked again.
 const PATIENCE_NS: u64 = 2_000_000_000;
 /// Interval of progress questions while the file plays.
 const PROGRESS_NS: u64 = 2_000_000_000;
@@ -12,30 +12,29 @@ const STATUS_NS: u64 = 200_000_000;
 /// Attempts to reach the board, and to start the job.
 const ATTEMPTS: u32 = 10;
 
-/// How long a booting board may say nothing between two of its first words: an image may wait for the 32 kHz
+/// Longest silence of a booting board between two of its first words: an image may wait for the 32 kHz
 /// crystal twice, 2 s each (the data sheet's typical start-up).
 pub const BOOT_SILENCE_NS: u64 = 5_000_000_000;
 
-/// A heater this far below its target is still on its way, kelvins.
+/// Distance below its target at which a heater is still on its way, kelvins.
 const WARM_K: f64 = 0.5;
-/// Standstills in a row that end a job on a board that is not ours: it may have read the file far ahead of
-/// what it does, be idle while it waits for a heater, and for a moment before it goes on.
+/// Standstills in a row that end a job on a board that is not ours: such a board may have read the file far
+/// ahead of its motion, be idle while it waits for a heater, and for a moment before it goes on.
 const FOREIGN_IDLE: u32 = 25;
 
-/// When the operator speaks for the first time.
+/// Time at which the operator speaks for the first time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Opening {
     /// At once: the board answers when it can.
     #[default]
     AtOnce,
-    /// When the board has said something and then nothing for a while. For a board that loses what it is told
-    /// before.
+    /// After the board's first words and a pause, for a board that loses any text sent before.
     AfterFirstWords,
     /// At this time since power-on, nanoseconds.
     At(u64),
 }
 
-/// Where the dialogue stands.
+/// State of the dialogue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
     /// Waiting for the board's first words.
@@ -46,7 +45,7 @@ enum Step {
     Select,
     /// `M24` was typed: waiting for its ok.
     Start,
-    /// The file plays.
+    /// The file is being played.
     Play,
     /// The file is through: waiting for standstill.
     Settle,
@@ -54,15 +53,15 @@ enum Step {
     Over,
 }
 
-/// A job's dialogue.
+/// Dialogue of a job.
 #[derive(Clone, Debug)]
 pub struct Session {
     file: String,
     step: Step,
-    /// When to speak next.
+    /// Time of the next words.
     speak_ns: u64,
     attempts: u32,
-    /// Standstills seen in a row after the file, and how many of them end the job.
+    /// Standstills seen in a row after the file, and the number that ends the job.
     idle: u32,
     idle_needed: u32,
     partial: Vec<u8>,
@@ -74,7 +73,7 @@ pub struct Session {
 }
 
 impl Session {
-    /// Will have the board play this file of its card's root directory.
+    /// Makes a session that has the board play this file of its card's root directory.
     #[must_use]
     pub fn new(file: &str, opening: Opening) -> Self {
         let (step, speak_ns) = match opening {
@@ -97,7 +96,7 @@ impl Session {
         }
     }
 
-    /// Bytes the board has sent.
+    /// Takes bytes that the board has sent.
     pub fn hear(&mut self, now_ns: u64, bytes: &[u8]) {
         if self.step == Step::Listen && !bytes.is_empty() {
             self.speak_ns = now_ns + BOOT_SILENCE_NS;
@@ -117,7 +116,7 @@ impl Session {
             return;
         }
         if let Some(reason) = halt_reason(line) {
-            // `!!` only says that the machine has halted; the error before it says why.
+            // The mark `!!` only says that the machine has halted; the error before it tells the reason.
             let reason = self.errors.last().filter(|_| reason == "!!").map_or(reason, String::as_str).to_owned();
             self.halted.get_or_insert(reason);
             self.go(now_ns, Step::Over);
@@ -136,7 +135,7 @@ impl Session {
             Step::Greet if line.starts_with("ok") => self.go(now_ns, Step::Select),
             Step::Select if line.contains("File selected") => self.go(now_ns, Step::Start),
             Step::Select if line.contains("file.open failed") => self.give_up(now_ns, line),
-            // Before the question it is still the answer to the last one.
+            // Before the question the line is still the answer to the last one.
             Step::Start if line.starts_with("ok") && self.attempts > 0 => {
                 self.go(now_ns, Step::Play);
                 self.speak_ns = now_ns + PROGRESS_NS;
@@ -146,13 +145,13 @@ impl Session {
                 self.give_up(now_ns, "the file stopped playing before its end");
             }
             Step::Start | Step::Play if line.starts_with(PAUSED) => self.go(now_ns, Step::Over),
-            // In GRBL's dialect messages say why, and no line is an error's.
+            // In GRBL's dialect messages tell the reason, and no line is an error's.
             Step::Start | Step::Play if line.starts_with(PAUSED_GRBL) => {
                 let why = std::mem::take(&mut self.message);
                 self.errors.extend([why, line.to_owned()]);
                 self.go(now_ns, Step::Over);
             }
-            // The tool is in, whatever the program waited for has been done.
+            // The tool is in, and any other wait of the program is done.
             Step::Start | Step::Play if line.contains(WAITS) => self.go(now_ns, Step::Start),
             Step::Settle if line.starts_with("<Idle") => {
                 self.idle = if self.idle_needed > 1 && warms_up(line) { 0 } else { self.idle + 1 };
@@ -182,7 +181,7 @@ impl Session {
         self.go(now_ns, Step::Over);
     }
 
-    /// What the operator types now, if anything.
+    /// Returns the operator's next text, if any.
     pub fn say(&mut self, now_ns: u64) -> Option<String> {
         if now_ns < self.speak_ns {
             return None;
@@ -222,32 +221,32 @@ impl Session {
         }
     }
 
-    /// Nothing more to do.
+    /// Returns whether nothing more is to do.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.step == Step::Over
     }
 
-    /// The job went through so far.
+    /// Returns whether the job went through so far.
     #[must_use]
     pub fn succeeded(&self) -> bool {
         self.halted.is_none() && self.errors.is_empty()
     }
 
-    /// Why the machine halted, if it did.
+    /// Returns the reason of a halt, if the machine halted.
     #[must_use]
     pub fn halted(&self) -> Option<&str> {
         self.halted.as_deref()
     }
 
-    /// What went wrong.
+    /// Returns the errors so far.
     #[must_use]
     pub fn errors(&self) -> &[String] {
         &self.errors
     }
 }
 
-/// Lines that mean the machine has halted.
+/// Returns the reason if a line means that the machine has halted.
 fn halt_reason(line: &str) -> Option<&str> {
     let halted = line.starts_with("ALARM")
         || line.starts_with("!!")
@@ -267,7 +266,7 @@ fn warms_up(status: &str) -> bool {
     })
 }
 
-/// A line of the job that could not be read; what is wrong with it.
+/// Mark of a line of the job that could not be read, with the fault behind it.
 const UNREAD_LINE: &str = "// WARNING gcode parse failed";
 /// The job waits for a person, because one of its lines could not be carried out.
 const PAUSED: &str = "error:paused";
@@ -276,8 +275,8 @@ const PAUSED_GRBL: &str = "[MSG:paused";
 /// The program waits for a person (M0, M6), who is to say that it may go on.
 const WAITS: &str = ": ~ or M24 goes on";
 
-/// What a board says whose configuration cannot be used: nothing can be played on it. Its findings come
-/// before.
+/// Mark of a board whose configuration cannot be used, so that nothing can be played. The findings come
+/// before it.
 const INVALID: &str = "There was a fatal error in the config.ini";
 
 fn is_error(line: &str) -> bool {
@@ -292,7 +291,7 @@ mod tests {
 
     const S: u64 = 1_000_000_000;
 
-    /// A board that answers what it is told to; the transcript of what it heard.
+    /// Runs a board that answers the operator; returns the transcript of the board's input.
     fn transcript(answers: &[(&str, &str)], until_s: u64) -> (Session, Vec<String>) {
         let mut session = Session::new("job.gcode", Opening::AtOnce);
         let mut heard = Vec::new();

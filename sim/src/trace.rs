@@ -1,15 +1,15 @@
-//! The record of step edges: every edge a driver takes as a step, when, which motor, which way.
+//! The record of step edges: every edge a driver takes as a step, with time, motor and direction.
 
 use units::{Actuator, Direction, MAX_ACTUATORS};
 
-/// One step edge.
+/// Step edge of a motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StepEdge {
-    /// When, nanoseconds since power-on.
+    /// Time of the edge, nanoseconds since power-on.
     pub time_ns: u64,
-    /// Which motor.
+    /// Motor that took the step.
     pub actuator: Actuator,
-    /// Which way, as the machine counts (direction inversion undone).
+    /// Direction of the step, as the machine counts (direction inversion undone).
     pub direction: Direction,
 }
 
@@ -41,7 +41,7 @@ impl Fnv1a {
 /// Counts and speeds of one motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ActuatorTally {
-    /// Step edges taken.
+    /// Number of step edges taken.
     pub steps: u64,
     /// Forward minus backward edges.
     pub net_steps: i64,
@@ -50,7 +50,7 @@ pub struct ActuatorTally {
     last: Option<(u64, Direction)>,
 }
 
-/// The record of a run. Edges are kept until taken; hash and tallies cover all of them.
+/// Record of a run. Edges are kept until taken; hash and tallies cover all of them.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
     edges: Vec<StepEdge>,
@@ -84,7 +84,7 @@ impl Trace {
         self.hash.value()
     }
 
-    /// How many edges there were in all.
+    /// Returns the number of edges in all.
     #[must_use]
     pub const fn total(&self) -> u64 {
         self.total

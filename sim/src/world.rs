@@ -37,19 +37,19 @@ use crate::trace::Trace;
 use heat::{FanState, HeaterState};
 use motion::Motor;
 
-/// Step of the thermal physics.
+/// Step of the thermal physics, nanoseconds.
 pub const GRID_NS: u64 = 1_000_000;
 /// Timers with outputs on the headers: PWM1 (TIM1) and PWM2 (TIM8).
 pub const PWM_TIMERS: usize = 2;
-/// Outputs of each.
+/// Number of outputs of each timer.
 pub const PWM_CHANNELS: usize = 4;
-/// How many driver chips the board carries.
+/// Number of driver chips on the board.
 pub const ON_BOARD_DRIVERS: usize = 4;
 
-/// A switch whose level changed.
+/// Change of a switch's level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SwitchChange {
-    /// When, nanoseconds since power-on.
+    /// Time of the change, nanoseconds since power-on.
     pub at_ns: u64,
     /// Index in [`WorldConfig::switches`].
     pub switch: usize,
@@ -57,7 +57,7 @@ pub struct SwitchChange {
     pub high: bool,
 }
 
-/// The machine.
+/// Simulated machine with all its parts.
 #[derive(Clone, Debug)]
 pub struct World {
     config: WorldConfig,
@@ -68,15 +68,15 @@ pub struct World {
     drivers: [Tmc26x; ON_BOARD_DRIVERS],
     /// Chips of drivers on headers, by motor.
     outside: [Option<TmcStealth>; MAX_ACTUATORS],
-    /// What the chips on each UART have heard.
+    /// Listening state of the chips on each UART.
     wires: [Wire; 2],
     switches: Vec<(Switch, bool)>,
     switch_changes: Vec<SwitchChange>,
-    /// Contacts that bounce: when, which switch, whether it closes. In order of time.
+    /// Contacts that bounce: time, index of the switch, and whether it closes. In order of time.
     bounces: Vec<(u64, usize, bool)>,
     heaters: Vec<HeaterState>,
     fans: Vec<FanState>,
-    /// Strips of lights.
+    /// Strips of lights on the timers.
     strips: Vec<LedStrip>,
     filament: filament::Filament,
     vmotor_v: f64,
@@ -90,7 +90,7 @@ pub struct World {
     fet_switch_stuck_on: bool,
     /// Two heaters whose sensors are in each other's plugs.
     swapped: Option<[usize; 2]>,
-    /// When the converter came to stand, and the voltages that it holds.
+    /// Time at which the converter came to stand, and the voltages that it holds.
     adc_stands: Option<(u64, Vec<f64>)>,
     pending_faults: Vec<TimedFault>,
     trace: Trace,
@@ -99,7 +99,7 @@ pub struct World {
 }
 
 impl World {
-    /// The machine at power-on: everything cold, outputs off, motors without current.
+    /// Makes the machine at power-on: everything cold, outputs off, motors without current.
     #[must_use]
     pub fn new(config: WorldConfig) -> Self {
         let mut motors = [const { None }; MAX_ACTUATORS];
@@ -148,19 +148,19 @@ impl World {
         world
     }
 
-    /// What the machine consists of.
+    /// Returns the parts of the machine.
     #[must_use]
     pub const fn config(&self) -> &WorldConfig {
         &self.config
     }
 
-    /// How far time has come, nanoseconds since power-on.
+    /// Returns the present time, nanoseconds since power-on.
     #[must_use]
     pub const fn now_ns(&self) -> u64 {
         self.now_ns
     }
 
-    /// Lets time pass up to here. Inputs do this themselves; call it before reading outputs.
+    /// Lets time pass up to `to_ns`. Inputs do this themselves; call it before reading outputs.
     pub fn advance(&mut self, to_ns: u64) {
         while self.grid_ns <= to_ns {
             let at_ns = self.grid_ns;
@@ -178,7 +178,7 @@ impl World {
         self.now_ns = self.now_ns.max(to_ns);
     }
 
-    /// Has a fault happen later. Faults take effect on the physics grid.
+    /// Schedules a fault. Faults take effect on the physics grid.
     ///
     /// # Errors
     /// When the machine has no such heater, switch or motor.
@@ -273,29 +273,29 @@ impl World {
         self.operate_switches(self.now_ns);
     }
 
-    /// Every step edge so far.
+    /// Returns the trace of every step edge so far.
     #[must_use]
     pub const fn trace(&self) -> &Trace {
         &self.trace
     }
 
-    /// The trace, to take edges out of it.
+    /// Returns the trace, to take edges out of it.
     pub const fn trace_mut(&mut self) -> &mut Trace {
         &mut self.trace
     }
 
-    /// One of the four on-board driver chips.
+    /// Returns a driver chip of the four on the board.
     #[must_use]
     pub const fn driver(&self, index: usize) -> &Tmc26x {
         &self.drivers[index]
     }
 
-    /// See [`Self::driver`].
+    /// Returns a driver chip, as [`Self::driver`] does.
     pub const fn driver_mut(&mut self, index: usize) -> &mut Tmc26x {
         &mut self.drivers[index]
     }
 
-    /// The chip of a motor's driver outside the board; `None` when it has none.
+    /// Returns the chip of a motor's driver outside the board; `None` when it has none.
     #[must_use]
     pub const fn outside_driver(&self, motor: Actuator) -> Option<&TmcStealth> {
         self.outside[motor as usize].as_ref()

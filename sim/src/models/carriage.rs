@@ -1,4 +1,4 @@
-//! A carriage on its rail: what a motor moves.
+//! A carriage on its rail, moved by a motor.
 
 /// Positions of one full step that a driver distinguishes.
 const MICROPOSITIONS: f64 = 256.0;
@@ -8,23 +8,23 @@ const MICROPOSITIONS: f64 = 256.0;
 #[derive(Clone, Debug)]
 pub struct Carriage {
     mm_per_full_step: f64,
-    /// Where it is with a count of zero, millimetres.
+    /// Position at a count of zero, millimetres.
     origin_mm: f64,
     /// 1/256 full steps taken.
     count: i64,
-    /// Hard stops in millimetres; infinite for what turns freely (extruders, rotary axes).
+    /// Hard stops in millimetres; infinite for free rotation (extruders, rotary axes).
     limits_mm: [f64; 2],
     lost_mm: f64,
-    /// What the motor turns before the carriage follows, when it turns round, and how much of it is taken up
-    /// in the forward direction: 1/256 full steps.
+    /// Backlash between motor and carriage, and the part of it taken up in the forward direction: 1/256
+    /// full steps.
     play: i64,
     taken_up: i64,
-    /// Lowest and highest position since it was last put somewhere.
+    /// Lowest and highest position since the carriage was last placed.
     reached_mm: [f64; 2],
 }
 
 impl Carriage {
-    /// A carriage standing at `position_mm` between `limits_mm`.
+    /// Makes a carriage standing at `position_mm` between `limits_mm`.
     #[must_use]
     pub const fn new(position_mm: f64, limits_mm: [f64; 2], mm_per_full_step: f64) -> Self {
         Self {
@@ -55,24 +55,24 @@ impl Carriage {
         self.reached_mm = [lowest.min(reached), highest.max(reached)];
     }
 
-    /// How far of so many 1/256 full steps the hard stops let it go, play not counted.
+    /// Returns the part of so many 1/256 full steps that the hard stops permit, play not counted.
     #[must_use]
     pub fn room(&self, micropositions: i64) -> i64 {
         let micropositions = micropositions as f64;
         let per_mm = MICROPOSITIONS / self.mm_per_full_step;
         let place = self.position_mm();
-        // What it already stands past a stop by rounding is no way back.
+        // Standing past a stop by rounding gives no way back.
         let (down, up) = ((self.limits_mm[0] - place) * per_mm, (self.limits_mm[1] - place) * per_mm);
         let (down, up) = (down.ceil().min(0.0), up.floor().max(0.0));
         micropositions.clamp(down, up) as i64
     }
 
-    /// So many 1/256 full steps of travel are lost, as a rotor loses them that falls out of its field.
+    /// Loses so many 1/256 full steps of travel, as a rotor does that falls out of its field.
     pub fn lose(&mut self, micropositions: i64) {
         self.lost_mm += micropositions.abs() as f64 * self.mm_per_full_step / MICROPOSITIONS;
     }
 
-    /// Moves its hard stops, millimetres.
+    /// Moves the hard stops, millimetres.
     pub const fn limit(&mut self, limits_mm: [f64; 2]) {
         self.limits_mm = limits_mm;
     }
@@ -81,31 +81,31 @@ impl Carriage {
         self.count as f64 * self.mm_per_full_step / MICROPOSITIONS
     }
 
-    /// Where it is, in millimetres.
+    /// Returns the carriage's position, millimetres.
     #[must_use]
     pub fn position_mm(&self) -> f64 {
         self.origin_mm + self.travelled_mm()
     }
 
-    /// Gives it backlash.
+    /// Gives the carriage backlash, millimetres.
     pub fn loosen(&mut self, backlash_mm: f64) {
         self.play = (backlash_mm / self.mm_per_full_step * MICROPOSITIONS).round() as i64;
         self.taken_up = self.taken_up.min(self.play);
     }
 
-    /// Puts it somewhere by hand.
+    /// Puts the carriage somewhere by hand.
     pub fn place(&mut self, position_mm: f64) {
         self.origin_mm = position_mm - self.travelled_mm();
         self.reached_mm = [position_mm; 2];
     }
 
-    /// Lowest and highest position since it was last put somewhere, in millimetres.
+    /// Returns the lowest and highest position since the carriage was last placed, millimetres.
     #[must_use]
     pub const fn reached_mm(&self) -> [f64; 2] {
         self.reached_mm
     }
 
-    /// How much commanded travel the hard stops have swallowed, in millimetres.
+    /// Returns the commanded travel that the hard stops have swallowed, millimetres.
     #[must_use]
     pub const fn lost_mm(&self) -> f64 {
         self.lost_mm

@@ -1,7 +1,7 @@
 //! Converter chips of temperature sensors, as their SPI shows them: MAX31855, MAX31856 and MAX31865.
 //!
-//! A frame is what happens between select and deselect; bytes travel with their most significant bit first.
-//! Which edges of the clock count is the bus's affair.
+//! A frame lasts from select to deselect; bytes travel with their most significant bit first. The bus
+//! decides which edges of the clock count.
 
 mod max31855;
 mod max31856;
@@ -12,24 +12,24 @@ pub use max31855::Max31855;
 pub use max31856::{Max31856, Thermocouple};
 pub use max31865::Max31865;
 
-/// What is at the terminals of a chip, and around it.
+/// Sensor and surroundings at the terminals of a chip.
 #[derive(Clone, Copy, Debug)]
 pub struct Terminals {
     /// The sensor's temperature, degrees Celsius.
     pub sensor_c: f64,
-    /// What is wrong with its wires.
+    /// Fault of the sensor's wires.
     pub wiring: Wiring,
-    /// What is wrong with single leads of a platinum sensor of four wires.
+    /// Fault of single leads of a platinum sensor of four wires.
     pub leads: Leads,
     /// The chip's own temperature: the cold junction's, degrees Celsius.
     pub chip_c: f64,
 }
 
-/// What is wrong with single leads of a platinum sensor of four wires: what only the chip's fault detection
-/// cycle finds, or tells apart.
+/// Fault of single leads of a platinum sensor of four wires, which only the chip's fault detection cycle
+/// finds or tells apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Leads {
-    /// Nothing.
+    /// No fault of the leads.
     #[default]
     Sound,
     /// A wire that brings the current is open.
@@ -40,34 +40,34 @@ pub enum Leads {
     PlusToGround,
 }
 
-/// Which chip there is, and what is soldered to it.
+/// Model of the chip, and the sensor soldered to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    /// For thermocouples of the one type it is made for.
+    /// For thermocouples of the single type the chip is made for.
     Max31855,
     /// For thermocouples of all types.
     Max31856 {
-        /// The one that is connected.
+        /// Type of the connected thermocouple.
         thermocouple: Thermocouple,
     },
-    /// For platinum sensors.
+    /// For platinum resistance sensors.
     Max31865 {
-        /// The one that is connected.
+        /// Curve of the connected sensor.
         sensor: Curve,
         /// The reference resistor, ohms.
         reference_ohms: f64,
     },
 }
 
-/// What drives the data line.
+/// Driver of the data line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DataLine {
-    /// The chip.
+    /// Line driven by the chip.
     #[default]
     Sound,
-    /// Nothing: the processor's pull-up.
+    /// Line driven by nothing but the processor's pull-up.
     Silent,
-    /// Ground, or a chip without supply.
+    /// Line held at ground, or by a chip without supply.
     Low,
 }
 
@@ -83,12 +83,12 @@ enum Chip {
 pub struct Converter {
     kind: Kind,
     chip: Chip,
-    /// What is wrong with its data line.
+    /// Fault of the chip's data line.
     pub data: DataLine,
 }
 
 impl Converter {
-    /// A chip whose supply comes up now.
+    /// Makes a chip whose supply comes up now.
     #[must_use]
     pub fn new(kind: Kind, at_ns: u64) -> Self {
         let chip = match kind {
@@ -99,12 +99,12 @@ impl Converter {
         Self { kind, chip, data: DataLine::Sound }
     }
 
-    /// Its supply fails and comes back now.
+    /// Lets the chip's supply fail and come back now.
     pub fn reset(&mut self, at_ns: u64) {
         self.chip = Self::new(self.kind, at_ns).chip;
     }
 
-    /// Its select goes low.
+    /// Lowers the chip's select line.
     pub fn select(&mut self, at_ns: u64, terminals: &Terminals) {
         match &mut self.chip {
             Chip::Max31855(chip) => chip.select(at_ns, terminals),
@@ -113,7 +113,7 @@ impl Converter {
         }
     }
 
-    /// A byte each way.
+    /// Exchanges a byte in each direction.
     pub fn transfer(&mut self, mosi: u8) -> u8 {
         let miso = match &mut self.chip {
             Chip::Max31855(chip) => chip.transfer(),
@@ -127,7 +127,7 @@ impl Converter {
         }
     }
 
-    /// Its select goes high.
+    /// Raises the chip's select line.
     pub fn deselect(&mut self, at_ns: u64) {
         match &mut self.chip {
             Chip::Max31855(_) => {}
@@ -136,7 +136,7 @@ impl Converter {
         }
     }
 
-    /// Its registers; a MAX31855 has none.
+    /// Returns the chip's registers; a MAX31855 has none.
     #[must_use]
     pub fn registers(&self) -> &[u8] {
         match &self.chip {
@@ -147,8 +147,8 @@ impl Converter {
     }
 }
 
-/// Where a frame with an address is: both chips count their address on with every byte (MAX31856 data sheet,
-/// "Serial Interface"; MAX31865 data sheet, "Serial Interface").
+/// Position within a frame with an address: both chips count their address on with every byte (MAX31856
+/// data sheet, "Serial Interface"; MAX31865 data sheet, "Serial Interface").
 #[derive(Clone, Copy, Debug, Default)]
 struct Cursor {
     at: Option<u8>,
@@ -156,12 +156,12 @@ struct Cursor {
 }
 
 impl Cursor {
-    /// Before the address.
+    /// Resets the cursor to before the address.
     fn select(&mut self) {
         *self = Self::default();
     }
 
-    /// The next byte. It goes to a register, or it is the address, or there is one to give.
+    /// Takes the next byte: an address, a byte for a register, or the clocks for a byte to read.
     fn next(&mut self, mosi: u8, registers: u8) -> Access {
         let Some(at) = self.at else {
             (self.at, self.writes) = (Some((mosi & 0x7F) % registers), mosi & 0x80 != 0);
@@ -172,7 +172,7 @@ impl Cursor {
     }
 }
 
-/// What a byte of a frame is.
+/// Meaning of a byte of a frame.
 enum Access {
     Address,
     Write(usize),

@@ -1,44 +1,45 @@
-//! A fan: a rotor that takes its time, and a tachometer.
+//! A fan: a rotor with inertia, and a tachometer.
 //!
-//! Its speed follows its mean drive with one time constant; below a tenth of full drive it does not start,
-//! and stops below half of that. The tachometer is a contact that is closed for half of each pulse.
+//! The speed follows the mean drive with a single time constant; below a tenth of full drive the fan does
+//! not start, and below half of that it stops. The tachometer is a contact that is closed for half of each
+//! pulse.
 
-/// What a fan is like.
+/// Constants of a fan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
-    /// Turns a minute at full drive.
+    /// Speed at full drive, turns a minute.
     pub rpm: f64,
-    /// Within what time it comes to its speed, seconds.
+    /// Time constant of the speed, seconds.
     pub time_constant_s: f64,
-    /// Pulses of its tachometer in a turn.
+    /// Pulses of the tachometer in a turn.
     pub pulses_per_turn: f64,
 }
 
 impl Plant {
-    /// A fan of 40 mm.
+    /// Constants of a 40 mm fan.
     pub const SMALL: Self = Self { rpm: 6_000.0, time_constant_s: 0.4, pulses_per_turn: 2.0 };
 }
 
-/// Pulses of modulation are felt as their mean over so long.
+/// Time over which pulses of modulation are averaged.
 const SMOOTHED_OVER_S: f64 = 0.05;
-/// Least drive from which it starts.
+/// Least drive from which a fan starts.
 const STARTS: f64 = 0.1;
-/// A fan with dry bearings: this share of its speed.
+/// Share of its speed that a fan with dry bearings reaches.
 const SLOW: f64 = 0.04;
 
-/// What is wrong with it.
+/// Condition of a fan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Condition {
-    /// Nothing.
+    /// Fan without a fault.
     #[default]
     Sound,
-    /// Something holds it.
+    /// Fan whose rotor is held.
     Stopped,
-    /// It turns slowly, whatever its drive.
+    /// Fan that turns slowly at any drive.
     Slow,
 }
 
-/// A fan.
+/// State of a fan.
 #[derive(Clone, Copy, Debug)]
 pub struct Fan {
     plant: Plant,
@@ -46,14 +47,14 @@ pub struct Fan {
     drive: f64,
     /// Share of full speed.
     speed: f64,
-    /// Pulses since power-on.
+    /// Tachometer pulses since power-on.
     pulses: f64,
-    /// What is wrong with it.
+    /// Fault of the fan, if any.
     pub condition: Condition,
 }
 
 impl Fan {
-    /// One that stands.
+    /// Makes a fan that stands.
     #[must_use]
     pub const fn new(plant: Plant) -> Self {
         Self { plant, drive: 0.0, speed: 0.0, pulses: 0.0, condition: Condition::Sound }
@@ -75,13 +76,13 @@ impl Fan {
         self.pulses += self.rpm() / 60.0 * self.plant.pulses_per_turn * seconds;
     }
 
-    /// Turns a minute.
+    /// Returns the speed, turns a minute.
     #[must_use]
     pub fn rpm(&self) -> f64 {
         self.speed * self.plant.rpm
     }
 
-    /// The tachometer's contact is closed.
+    /// Returns whether the tachometer's contact is closed.
     #[must_use]
     pub fn is_closed(&self) -> bool {
         self.pulses.fract() < 0.5

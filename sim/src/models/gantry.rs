@@ -2,16 +2,16 @@
 
 use units::Actuator;
 
-/// Where each motor carries it, X and Y, mm.
+/// Places of the motors that carry the gantry, X and Y, mm.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gantry {
-    /// Two motors and more; one alone, or none, carries it everywhere.
+    /// Motors with their places, if two or more; a single motor, or none, carries the gantry everywhere.
     pub pivots: Vec<(Actuator, [f64; 2])>,
 }
 
 impl Gantry {
-    /// Height of the tool over X and Y, with the motors at these heights: straight between two motors, a
-    /// plane over three, a twisted surface over four, mm.
+    /// Returns the height of the tool over X and Y, with the motors at these heights, mm: straight between
+    /// two motors, a plane over three, a twisted surface over four.
     #[must_use]
     pub fn height(&self, [x, y]: [f64; 2], motor_mm: impl Fn(Actuator) -> f64) -> f64 {
         let row = |[x, y]: [f64; 2], along: [f64; 2]| match self.pivots.len() {

@@ -1,8 +1,8 @@
 //! A strip of lights with a chip each: WS2812B and its kin, by their data sheets.
 //!
-//! A pulse is a bit, its length says which. Each chip keeps the first bits it is sent and passes the rest on;
-//! a line that is low for long has all of them show what they have. What is not within the data sheet's times
-//! is counted: real chips may or may not take it.
+//! A pulse is a bit, and its length gives the value. Each chip keeps the first bits it is sent and passes
+//! the rest on; a line that is low for long has all chips show their bits. Pulses outside the data sheet's
+//! times are counted: real chips may or may not take them.
 
 use std::ops::RangeInclusive;
 
@@ -13,24 +13,26 @@ pub struct Times {
     pub zero: [RangeInclusive<u64>; 2],
     /// High and low times of a 1.
     pub one: [RangeInclusive<u64>; 2],
-    /// The line is low for so long before the chips show what they have.
+    /// Time for which the line is low before the chips show their bits.
     pub latch_ns: u64,
 }
 
 impl Times {
-    /// Worldsemi WS2812B, data sheet version 1: 0.4, 0.85, 0.8 and 0.45 us, each +-0.15 us; above 50 us.
+    /// Returns the times of a Worldsemi WS2812B, data sheet version 1: 0.4, 0.85, 0.8 and 0.45 us, each
+    /// +-0.15 us; above 50 us.
     #[must_use]
     pub const fn ws2812b() -> Self {
         Self { zero: [250..=550, 700..=1_000], one: [650..=950, 300..=600], latch_ns: 50_000 }
     }
 
-    /// Worldsemi WS2812B-V5: 0 high 220 to 380 ns, all others 580 to 1000 ns; above 280 us.
+    /// Returns the times of a Worldsemi WS2812B-V5: 0 high 220 to 380 ns, all others 580 to 1000 ns; above
+    /// 280 us.
     #[must_use]
     pub const fn ws2812b_v5() -> Self {
         Self { zero: [220..=380, 580..=1_000], one: [580..=1_000, 580..=1_000], latch_ns: 280_000 }
     }
 
-    /// SK6812 and SK6812RGBW: 0.3, 0.9, 0.6 and 0.6 us, each +-0.15 us; above 80 us.
+    /// Returns the times of SK6812 and SK6812RGBW: 0.3, 0.9, 0.6 and 0.6 us, each +-0.15 us; above 80 us.
     #[must_use]
     pub const fn sk6812() -> Self {
         Self { zero: [150..=450, 750..=1_050], one: [450..=750, 450..=750], latch_ns: 80_000 }
@@ -47,19 +49,19 @@ pub struct Seen {
     pub one: [Option<(u64, u64)>; 2],
 }
 
-/// A strip.
+/// Strip of lights on a line.
 #[derive(Clone, Debug)]
 pub struct LedStrip {
-    /// The chips that it may be of: what is sent must suit all of them.
+    /// Kinds of chips that the strip may have: every pulse must suit all of them.
     chips: Vec<Times>,
-    /// Bytes that its lights keep.
+    /// Number of bytes that the strip's lights keep.
     capacity: usize,
     high: bool,
-    /// When the line last changed.
+    /// Time of the line's last change.
     since_ns: u64,
-    /// How long its last pulse was.
+    /// Length of the line's last pulse.
     pulse_ns: Option<u64>,
-    /// Bits since it was last low for long.
+    /// Bits since the line was last low for long.
     bits: Vec<bool>,
     shown: Vec<u8>,
     frames: u64,
@@ -68,7 +70,7 @@ pub struct LedStrip {
 }
 
 impl LedStrip {
-    /// So many lights of so many bytes, dark, on a line that is low.
+    /// Makes a dark strip of so many lights of so many bytes, on a line that is low.
     #[must_use]
     pub fn new(lights: usize, bytes_each: usize) -> Self {
         Self {
@@ -89,7 +91,7 @@ impl LedStrip {
         self.chips.iter().map(|chip| chip.latch_ns).max().unwrap_or(0)
     }
 
-    /// The line has this level from now on.
+    /// Sets the level of the line from now on.
     pub fn level(&mut self, at_ns: u64, high: bool) {
         if high == self.high {
             return;
@@ -106,7 +108,7 @@ impl LedStrip {
         }
     }
 
-    /// The bit of the last pulse, and the low line behind it.
+    /// Ends the bit of the last pulse with the low line behind it.
     fn end_bit(&mut self, low_ns: u64) {
         let Some(high_ns) = self.pulse_ns.take() else { return };
         let is_last = low_ns > self.latch_ns();
@@ -137,7 +139,7 @@ impl LedStrip {
         self.frames += 1;
     }
 
-    /// What its lights show, in the order in which it was sent.
+    /// Returns the bytes that the lights show, in the order of sending.
     pub fn shown(&mut self, now_ns: u64) -> &[u8] {
         if !self.high && now_ns.saturating_sub(self.since_ns) > self.latch_ns() {
             self.end_bit(u64::MAX);
@@ -146,27 +148,27 @@ impl LedStrip {
         &self.shown
     }
 
-    /// Bytes as they come from whoever does not make pulses.
+    /// Takes bytes from a sender that makes no pulses.
     pub fn take(&mut self, bytes: &[u8]) {
         let count = bytes.len().min(self.capacity);
         self.shown[..count].copy_from_slice(&bytes[..count]);
         self.frames += 1;
     }
 
-    /// Transmissions so far.
+    /// Returns the number of transmissions so far.
     #[must_use]
     pub const fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Times of its line so far.
+    /// Returns the times of the line so far.
     #[must_use]
     pub const fn seen(&self) -> Seen {
         self.seen
     }
 
-    /// Pulses, and pauses behind them, that one of the chips need not understand; and bytes with bits
-    /// missing.
+    /// Returns the number of pulses, and of pauses behind them, that some chip need not understand; and of
+    /// bytes with bits missing.
     #[must_use]
     pub const fn faults(&self) -> u64 {
         self.faults

@@ -1,51 +1,51 @@
-//! A stepper's rotor in its field: how far load turns it back, when it falls out, and what stallGuard2 reads
-//! of it.
+//! A stepper's rotor in its field: its deflection under load, its loss of steps, and its stallGuard2
+//! readings.
 //!
 //! Textbook physics of a hybrid stepper at constant current: torque is the holding torque times the sine of
 //! the load angle, whose right angle is one full step; past two full steps the rotor falls into the next
-//! stable place, four full steps back. What a turning rotor induces grows with its speed, and the share of it
-//! that load leaves in phase with the current shrinks with the load. stallGuard2 measures that share once a
-//! full step (TMC2660 datasheet rev. 1.05, chapter 4; TMC2130 datasheet rev. 1.09, 14.2 and 14.4): it reads
-//! high for little load, low for much, 0 for a rotor that stands; little for one that turns slowly; and
-//! `SGT` shifts all of it.
+//! stable place, four full steps back. The voltage that a turning rotor induces grows with its speed, and
+//! the share of it that load leaves in phase with the current shrinks with the load. stallGuard2 measures
+//! that share once a full step (TMC2660 datasheet rev. 1.05, chapter 4; TMC2130 datasheet rev. 1.09, 14.2
+//! and 14.4): the reading is high for little load, low for much, 0 for a rotor that stands, little for a
+//! slow one; and `SGT` shifts all of it.
 //!
-//! Nothing here knows what firmware makes of the reading.
+//! Nothing here knows the firmware's use of the reading.
 
 use super::surface::TouchNoise;
 
 /// Positions of a full step that a driver tells apart.
 const FULL_STEP: i64 = 256;
-/// From one stable place of the rotor to the next.
+/// Distance between two stable places of the rotor.
 const CYCLE: i64 = 4 * FULL_STEP;
-/// What a reading is lower than the measured share of full scale, with `SGT` = 0: so that a usual motor reads
+/// Difference between the measured share of full scale and a reading with `SGT` = 0: so a usual motor reads
 /// some hundreds free and 0 stalled ("a good SGT starting value is zero").
 const OFFSET: f64 = 200.0;
-/// What one more of `SGT` adds to the reading.
+/// Increase of the reading per unit of `SGT`.
 const PER_SGT: f64 = 20.0;
 const FULL_SCALE: f64 = 1_023.0;
 
-/// A motor, and what it moves.
+/// Constants of a motor and its load.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plant {
-    /// Peak current at which it has the torque that the loads below are shares of, amperes.
+    /// Peak current at which the motor has its rated torque, amperes.
     pub rated_amps: f64,
-    /// Friction of what it moves, as a share of that torque.
+    /// Friction of the load, as a share of the rated torque.
     pub friction: f64,
-    /// How much friction differs from full step to full step, as a standard deviation.
+    /// Standard deviation of friction from full step to full step.
     pub friction_noise: f64,
-    /// Share of that torque that accelerates by one full step per second squared.
+    /// Share of the rated torque that accelerates by one full step per second squared.
     pub inertia: f64,
     /// Induced voltage at one full step per second, volts.
     pub volts_per_full_step: f64,
-    /// Of a coil.
+    /// Resistance of a coil, ohms.
     pub ohms: f64,
     /// Standard deviation of a reading of stallGuard2.
     pub reading_noise: f64,
 }
 
 impl Plant {
-    /// A NEMA 17 of 0.4 N m, 1.2 A, 2 Ohm, 6.3 mV s per full step, with a carriage of 0.4 kg on a belt pulley
-    /// of 20 teeth.
+    /// Constants of a NEMA 17 of 0.4 N m, 1.2 A, 2 Ohm, 6.3 mV s per full step, with a carriage of 0.4 kg
+    /// on a belt pulley of 20 teeth.
     pub const PRINTER: Self = Self {
         rated_amps: 1.2,
         friction: 0.15,
@@ -57,16 +57,16 @@ impl Plant {
     };
 }
 
-/// How a driver regulates the coils meanwhile.
+/// Regulation of the coils by a driver.
 #[derive(Clone, Copy, Debug)]
 pub struct Drive {
     /// Peak coil current, amperes.
     pub amps: f64,
-    /// Motor supply, volts.
+    /// Voltage of the motor supply, volts.
     pub supply_volts: f64,
-    /// `SGT`.
+    /// Threshold of stallGuard2, `SGT`.
     pub threshold: i32,
-    /// `SFILT`: a reading is the mean of four full steps, and made once for them.
+    /// Filter of stallGuard2, `SFILT`: a reading is the mean of four full steps, and made once for them.
     pub filter: bool,
 }
 
@@ -74,22 +74,22 @@ pub struct Drive {
 #[derive(Clone, Debug)]
 pub struct Rotor {
     plant: Plant,
-    /// How far the field is ahead of the rotor that a stop holds, 1/256 full steps.
+    /// Lead of the field over a rotor that a stop holds, 1/256 full steps.
     lag: i64,
-    /// What the field and the rotor have turned since the last full step, and when that was.
+    /// Turns of the field and of the rotor since the last full step, and the time of that.
     field: i64,
     moved: i64,
     since_ns: Option<u64>,
-    /// Full steps per second in the last one.
+    /// Speed in the last full step, full steps per second.
     speed: f64,
-    /// Measurements of the filter, and how many.
+    /// Sum and number of the filter's measurements.
     sum: f64,
     count: u8,
     noise: TouchNoise,
 }
 
 impl Rotor {
-    /// A rotor that stands in its field.
+    /// Makes a rotor that stands in its field.
     #[must_use]
     pub fn new(plant: Plant) -> Self {
         Self {
@@ -105,8 +105,8 @@ impl Rotor {
         }
     }
 
-    /// The field turns by so much; `may` says how far of what is wanted the rotor can go. Gives how far it
-    /// goes, and how much of its travel is lost for good, all in 1/256 full steps.
+    /// Turns the field by so much; `may` limits a travel to the part that the rotor can go. Returns the
+    /// rotor's travel, and the part of it lost for good, all in 1/256 full steps.
     pub fn follow(&mut self, field: i64, may: impl Fn(i64) -> i64) -> (i64, i64) {
         self.field += field;
         self.lag += field;
@@ -114,7 +114,7 @@ impl Rotor {
         self.lag -= went;
         let mut lost = 0;
         if self.lag.abs() > CYCLE / 2 {
-            // It falls back, to where the field is a cycle earlier.
+            // The rotor falls back to the position of the field a cycle earlier.
             lost = CYCLE * self.lag.signum();
             self.lag -= lost;
             let back = may(self.lag + went) - went;
@@ -125,8 +125,8 @@ impl Rotor {
         (went, lost)
     }
 
-    /// The driver has taken an active edge at this time. When that completes a full step, and a measurement
-    /// with it: what stallGuard2 reads from now on.
+    /// Takes an active edge at this time. Returns the new reading of stallGuard2 if the edge completes a
+    /// full step and a measurement.
     pub fn reading(&mut self, now_ns: u64, drive: Drive) -> Option<u16> {
         if self.field.abs() < FULL_STEP {
             return None;
@@ -152,12 +152,13 @@ impl Rotor {
         Some((mean - OFFSET + PER_SGT * f64::from(drive.threshold)).clamp(0.0, FULL_SCALE) as u16)
     }
 
-    /// What one full step measures: the share of full scale that the load leaves of what the rotor induces.
+    /// Returns the measurement of a full step: the share of full scale that the load leaves of the induced
+    /// voltage.
     fn share(&mut self, speed: f64, faster: f64, drive: Drive) -> f64 {
         let plant = self.plant;
         let induced = plant.volts_per_full_step * speed;
         let across_coil = drive.amps * plant.ohms;
-        // At speed the supply does not get the current through the coil any more.
+        // At speed the supply no longer gets the current through the coil.
         let regulated = (drive.supply_volts / (induced + across_coil)).min(1.0);
         let torque = drive.amps / plant.rated_amps * regulated;
         self.noise.next(1.0);
@@ -169,7 +170,7 @@ impl Rotor {
         FULL_SCALE * induced / (induced + across_coil).max(1e-9) * (1.0 - load) + self.noise.now_mm()
     }
 
-    /// What a rotor of this motor reads without noise at so many full steps a second, for tests of the model.
+    /// Returns a rotor's reading without noise at so many full steps a second, for tests of the model.
     #[cfg(test)]
     fn reads(amps: f64, full_steps_per_s: f64, friction: f64) -> f64 {
         let plant = Plant { friction, friction_noise: 0.0, reading_noise: 0.0, ..Plant::PRINTER };
@@ -197,7 +198,7 @@ mod tests {
     fn a_held_rotor_gives_way_up_to_two_full_steps_and_then_falls_back_by_four() {
         let mut rotor = Rotor::new(Plant::PRINTER);
         let mut place = 0_i64;
-        // A stop at 100: nothing beyond it.
+        // A stop stands at 100: nothing moves beyond it.
         let mut turn = |rotor: &mut Rotor, by: i64| {
             let (went, lost) = rotor.follow(by, |wanted| wanted.min(100 - place));
             place += went;
@@ -207,7 +208,7 @@ mod tests {
         for _ in 0..32 {
             assert_eq!(turn(&mut rotor, 16), (100, 0));
         }
-        // Back again before it has fallen out: nothing is lost.
+        // The field turns back before the rotor has fallen out: nothing is lost.
         assert_eq!(turn(&mut rotor, -512), (100, 0));
         assert_eq!(turn(&mut rotor, -100), (0, 0));
         assert_eq!(turn(&mut rotor, 100 + 512), (100, 0));
@@ -223,7 +224,7 @@ mod tests {
         for step in 0..16 * 300_i64 {
             let (went, _) = rotor.follow(16, |wanted| wanted.min(256 * 250 - place));
             place += went;
-            // 400 full steps a second.
+            // The field turns at 400 full steps a second.
             let read = rotor.reading(step as u64 * 156_250, drive);
             match read {
                 Some(value) if step < 16 * 249 => lowest_free = lowest_free.min(value),

@@ -1,9 +1,9 @@
 //! An SD memory card on its own bus: commands and blocks, as a host controller exchanges them with it.
 //!
 //! Source: SD Physical Layer Simplified Specification 6.00 (PL 6.00). Cards of standard and high capacity,
-//! 3.3 V signalling, with high speed (CMD6) or without; [`Traits`] says how one differs from the usual,
-//! [`Trouble`] what goes wrong with it. Left out: protection of groups of blocks, locking and unlocking (a
-//! card is locked or not) and the SPI mode; a switch to other functions than high speed; erase timing.
+//! 3.3 V signalling, with high speed (CMD6) or without; [`Traits`] tells how a card differs from the usual,
+//! [`Trouble`] lists its faults. Left out: protection of groups of blocks, locking and unlocking (a card is
+//! locked or not) and the SPI mode; a switch to other functions than high speed; erase timing.
 //!
 //! | behaviour | where it is written |
 //! |---|---|
@@ -19,21 +19,21 @@ mod traits;
 
 pub use traits::{Fake, Make, Traits, Trouble};
 
-/// Bytes of a block.
+/// Size of a block, bytes.
 pub const BLOCK: usize = 512;
-/// The address the card proposes for itself.
+/// Address that the card proposes for itself.
 const ADDRESS: u16 = 0x5A51;
-/// ACMD41 shows the card busy for this long after the first one.
+/// Time after the first ACMD41 for which the card shows itself busy.
 const POWER_UP_NS: u64 = 2_000_000;
 /// Operating conditions, section 5.1: 2.7 to 3.6 V, high capacity.
 const OCR: u32 = 0x00FF_8000;
 const OCR_CAPACITY: u32 = 1 << 30;
 const OCR_POWER_UP_DONE: u32 = 1 << 31;
 
-/// What a card answers a command with (section 4.9), as far as the host tells the formats apart.
+/// Answer to a command (section 4.9), as far as the host tells the formats apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reply {
-    /// Nothing.
+    /// No answer to the command.
     None,
     /// R1, R1b, R6, R7: 32 bits with index and checksum.
     Short(u32),
@@ -41,14 +41,14 @@ pub enum Reply {
     Unchecked(u32),
     /// R2: 128 bits, first word first.
     Long([u32; 4]),
-    /// One that arrives damaged.
+    /// Answer that arrives damaged.
     Damaged,
 }
 
-/// What follows a command on the data lines.
+/// Transfer on the data lines after a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transfer {
-    /// Nothing.
+    /// No transfer after the command.
     None,
     /// The card sends blocks.
     Read,
@@ -69,16 +69,16 @@ enum State {
     Program = 7,
 }
 
-/// What the data lines carry.
+/// Contents of the data lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Stream {
     Idle,
-    /// Blocks from memory, from this one on; one alone or until stopped.
+    /// Blocks from memory, from this number on; a single one or until stopped.
     Memory {
         block: u32,
         endless: bool,
     },
-    /// A register's bytes, once.
+    /// Bytes of a register, sent once.
     Register(Vec<u8>),
 }
 
@@ -96,11 +96,11 @@ const APP_CMD: u32 = 1 << 5;
 /// A block that the host has written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BlockWrite {
-    /// When the card had it, nanoseconds since power-on.
+    /// Time at which the card had the block, nanoseconds since power-on.
     pub at_ns: u64,
-    /// Its number.
+    /// Number of the block.
     pub block: u32,
-    /// What it holds from then on.
+    /// Contents of the block from then on.
     pub bytes: Vec<u8>,
 }
 
@@ -110,7 +110,7 @@ pub struct SdCard {
     content: Vec<u8>,
     traits: Traits,
     trouble: Trouble,
-    /// What was written, once somebody has asked for it.
+    /// Blocks written since the log was asked for, if it was.
     log: Option<Vec<BlockWrite>>,
     /// A write was refused, and the host has not been told yet.
     has_refused: bool,
@@ -129,7 +129,7 @@ pub struct SdCard {
 }
 
 impl SdCard {
-    /// A card with this content, rounded up to the 512 KiB that a card's size is stated in.
+    /// Makes a card with this content, rounded up to the 512 KiB that a card's size is stated in.
     #[must_use]
     pub fn new(mut content: Vec<u8>) -> Self {
         const UNIT: usize = 512 * 1024;
@@ -154,42 +154,42 @@ impl SdCard {
         }
     }
 
-    /// The same card, another make of it.
+    /// Returns the same card with other traits.
     #[must_use]
     pub const fn with(mut self, traits: Traits) -> Self {
         self.traits = traits;
         self
     }
 
-    /// What goes wrong from now on.
+    /// Returns the troubles to come, to be set.
     pub const fn trouble(&mut self) -> &mut Trouble {
         &mut self.trouble
     }
 
-    /// Keeps what is written from now on.
+    /// Keeps a log of the blocks written from now on.
     pub fn keep_writes(&mut self) {
         self.log = Some(Vec::new());
     }
 
-    /// What was written since that was asked for, in order.
+    /// Returns the blocks written since the log was asked for, in order.
     #[must_use]
     pub fn writes(&self) -> &[BlockWrite] {
         self.log.as_deref().unwrap_or(&[])
     }
 
-    /// Everything on the card.
+    /// Returns everything on the card.
     #[must_use]
     pub fn content(&self) -> &[u8] {
         &self.content
     }
 
-    /// The host has set four data lines.
+    /// Returns whether the host has set four data lines.
     #[must_use]
     pub const fn is_wide(&self) -> bool {
         self.wide
     }
 
-    /// Until when the card holds D0 low: it programs.
+    /// Returns the time until which the card programs and holds D0 low.
     #[must_use]
     pub const fn busy_until_ns(&self) -> u64 {
         self.busy_until_ns
@@ -206,7 +206,7 @@ impl SdCard {
         (self.state as u32) << 9 | ready | illegal | refused | failed | locked | application
     }
 
-    /// Takes a command: the reply, and what then happens on the data lines.
+    /// Takes a command; returns the reply, and the transfer on the data lines that follows.
     pub fn command(&mut self, now_ns: u64, index: u8, argument: u32) -> (Reply, Transfer) {
         let (reply, transfer) = self.carry_out(now_ns, index, argument);
         if reply != Reply::None && Trouble::take(&mut self.trouble.damaged_answers) {
@@ -215,7 +215,7 @@ impl SdCard {
         (reply, transfer)
     }
 
-    /// Whether a card of its kind, and in its condition, knows this command.
+    /// Returns whether a card of this kind, and in this condition, knows a command.
     const fn knows(&self, index: u8) -> bool {
         match self.traits.make {
             Make::Mmc => matches!(index, 0 | 1),
@@ -276,7 +276,7 @@ impl SdCard {
                 (Reply::Short(self.status(now_ns)), Transfer::None)
             }
             (16, State::Transfer) => {
-                // Fixed at 512 for memory of a high-capacity card; registers follow it.
+                // The length is fixed at 512 for memory of a high-capacity card; registers follow it.
                 self.block_length = (argument as usize).clamp(1, BLOCK);
                 (Reply::Short(self.status(now_ns)), Transfer::None)
             }
@@ -302,14 +302,14 @@ impl SdCard {
         }
     }
 
-    /// Programming ends by time alone.
+    /// Ends programming, which takes nothing but time.
     fn settle(&mut self, now_ns: u64) {
         if self.state == State::Program && now_ns >= self.busy_until_ns {
             self.state = State::Transfer;
         }
     }
 
-    /// R1 shows the state the command found, then the card is in the new one.
+    /// Returns R1 with the state the command found, and puts the card in the new state.
     fn r1_into(&mut self, now_ns: u64, state: State) -> (Reply, Transfer) {
         let status = self.status(now_ns);
         self.state = state;
@@ -359,7 +359,7 @@ impl SdCard {
         (Reply::Short(status), Transfer::None)
     }
 
-    /// CMD6 (section 4.3.10): function group 1 offers default (0) and high speed (1).
+    /// Carries out CMD6 (section 4.3.10): function group 1 offers default (0) and high speed (1).
     fn switch(&mut self, now_ns: u64, argument: u32) -> (Reply, Transfer) {
         let wanted = argument & 0xF;
         let selected = match wanted {

@@ -1,4 +1,4 @@
-//! What a probe can touch: a bed that is neither level nor even, and solid blocks on it.
+//! The surface that a probe can touch: a bed that is neither level nor even, and solid blocks on it.
 
 /// Height of a bed over its coordinates: a plane that is bent and twisted, with waves and a step on it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -9,20 +9,20 @@ pub struct Bed {
     pub slope: [f64; 2],
     /// Height of the waves over the plane, millimetres; zero for a flat bed.
     pub wave_mm: f64,
-    /// Their length along X and Y, millimetres.
+    /// Length of the waves along X and Y, millimetres.
     pub wave_length_mm: f64,
-    /// Where bend and twist add nothing.
+    /// Place at which bend and twist add nothing.
     pub middle: [f64; 2],
-    /// So much lower 100 mm from there along X and along Y, growing with the square, millimetres.
+    /// Fall by bending 100 mm from the middle along X and along Y, growing with the square, millimetres.
     pub bend_mm: [f64; 2],
-    /// So much higher 100 mm from there along both, growing with the product, millimetres.
+    /// Rise by twist 100 mm from the middle along both, growing with the product, millimetres.
     pub twist_mm: f64,
-    /// Higher by the second from the first X on, millimetres.
+    /// Beginning of the step along X, and its height from there on, millimetres.
     pub step_mm: [f64; 2],
 }
 
 impl Bed {
-    /// A level bed at this height.
+    /// Makes a level bed at this height.
     #[must_use]
     pub const fn level(height_mm: f64) -> Self {
         Self {
@@ -37,31 +37,31 @@ impl Bed {
         }
     }
 
-    /// A bed that leans.
+    /// Makes a bed that leans.
     #[must_use]
     pub const fn tilted(height_mm: f64, slope: [f64; 2]) -> Self {
         Self { slope, ..Self::level(height_mm) }
     }
 
-    /// The same with waves.
+    /// Returns the same bed with waves.
     #[must_use]
     pub const fn wavy(self, wave_mm: f64, wave_length_mm: f64) -> Self {
         Self { wave_mm, wave_length_mm, ..self }
     }
 
-    /// The same bent and twisted around a middle.
+    /// Returns the same bed, bent and twisted around a middle.
     #[must_use]
     pub const fn bent(self, middle: [f64; 2], bend_mm: [f64; 2], twist_mm: f64) -> Self {
         Self { middle, bend_mm, twist_mm, ..self }
     }
 
-    /// The same with a step.
+    /// Returns the same bed with a step.
     #[must_use]
     pub const fn stepped(self, from_x: f64, by_mm: f64) -> Self {
         Self { step_mm: [from_x, by_mm], ..self }
     }
 
-    /// Its height here, millimetres.
+    /// Returns the height of the bed at a place, millimetres.
     #[must_use]
     pub fn height(&self, x: f64, y: f64) -> f64 {
         let (u, v) = ((x - self.middle[0]) / 100.0, (y - self.middle[1]) / 100.0);
@@ -82,20 +82,20 @@ pub type Block = [[f64; 2]; 3];
 /// Everything the probe can touch.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
-    /// The bed; none where the probe looks for blocks alone.
+    /// Bed; none if the probe looks for blocks alone.
     pub bed: Option<Bed>,
-    /// The bed is above, for a probe that searches upwards.
+    /// Whether the bed is above, for a probe that searches upwards.
     pub overhead: bool,
-    /// Blocks.
+    /// Solid blocks on the bed.
     pub blocks: Vec<Block>,
-    /// Where the probe's tip is, seen from the tool, millimetres.
+    /// Position of the probe's tip relative to the tool, millimetres.
     pub tip_mm: [f64; 3],
     /// Standard deviation of the height at which the contact closes, from touch to touch, millimetres.
     pub noise_mm: f64,
 }
 
-/// The height at which the contact of a probe closes, which differs from touch to touch: normally
-/// distributed, the same in every run.
+/// Height at which the contact of a probe closes, which differs from touch to touch: normally distributed,
+/// the same in every run.
 #[derive(Clone, Copy, Debug)]
 pub struct TouchNoise {
     state: u64,
@@ -109,13 +109,13 @@ impl Default for TouchNoise {
 }
 
 impl TouchNoise {
-    /// Of the touch to come: so much higher, millimetres.
+    /// Returns the excess height of the touch to come, millimetres.
     #[must_use]
     pub const fn now_mm(&self) -> f64 {
         self.now_mm
     }
 
-    /// The contact has opened: the next touch has another one.
+    /// Draws another height for the next touch, after the contact has opened.
     pub fn next(&mut self, deviation_mm: f64) {
         // Twelve even numbers from 0 to 1 have a sum whose deviation is 1; xorshift makes them (Marsaglia
         // 2003).
@@ -131,15 +131,15 @@ impl TouchNoise {
 }
 
 impl Default for Surface {
-    /// A level bed at zero under a probe whose tip is the tool's.
+    /// Returns a level bed at zero under a probe whose tip is the tool's.
     fn default() -> Self {
         Self { bed: Some(Bed::level(0.0)), overhead: false, blocks: Vec::new(), tip_mm: [0.0; 3], noise_mm: 0.0 }
     }
 }
 
 impl Surface {
-    /// How far the tip is from the nearest thing it can touch, with the tool here, millimetres: zero or less
-    /// when it touches. Away from bed and blocks this is not the distance along any way, only above zero.
+    /// Returns the distance of the tip from the nearest touchable thing, with the tool here, millimetres:
+    /// zero or less when it touches. Away from bed and blocks the value is only known to be above zero.
     #[must_use]
     pub fn gap(&self, tool_mm: [f64; 3]) -> f64 {
         let tip: [f64; 3] = std::array::from_fn(|axis| tool_mm[axis] + self.tip_mm[axis]);
@@ -162,7 +162,7 @@ mod tests {
     fn the_tip_touches_the_bed_under_it_and_not_under_the_tool() {
         let bed = Bed::tilted(1.0, [0.01, -0.02]);
         let surface = Surface { bed: Some(bed), tip_mm: [30.0, -10.0, -2.0], ..Surface::default() };
-        // Under the tip at 130, 40: 1 + 1.3 - 0.8.
+        // The surface under the tip at 130, 40 has the height 1 + 1.3 - 0.8.
         for (z, touches) in [(3.51, false), (3.499, true), (0.0, true)] {
             assert_eq!(surface.gap([100.0, 50.0, z]) <= 0.0, touches, "{z}");
         }

@@ -2,7 +2,7 @@
 
 use super::surface::TouchNoise;
 
-/// On which side of its position the switch is operated.
+/// Side of its position on which a switch is operated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// Operated at and below the position.
@@ -11,40 +11,40 @@ pub enum Side {
     Above,
 }
 
-/// What is wrong with the switch.
+/// Fault of a switch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Fault {
-    /// Nothing.
+    /// No fault of the switch.
     #[default]
     Sound,
-    /// Never operates.
+    /// Switch that never operates.
     NeverOperates,
     /// Always reads as operated.
     AlwaysOperated,
-    /// Its contact opens again twice, for [`BOUNCES_NS`], when it is operated.
+    /// The contact opens again twice, for [`BOUNCES_NS`], when the switch is operated.
     Bounces,
 }
 
-/// When a bouncing contact changes, nanoseconds after it first closes: open, closed, open, closed for good.
+/// Changes of a bouncing contact, nanoseconds after it first closes: open, closed, open, closed for good.
 pub const BOUNCES_NS: [u64; 4] = [300_000, 700_000, 1_300_000, 2_200_000];
 
-/// The switch.
+/// Switch at a position of a carriage.
 #[derive(Clone, Copy, Debug)]
 pub struct Switch {
-    /// Where it operates, millimetres.
+    /// Position at which the switch operates, millimetres.
     pub position_mm: f64,
-    /// Which way.
+    /// Side on which the switch operates.
     pub side: Side,
-    /// What is wrong with it.
+    /// Fault of the switch, if any.
     pub fault: Fault,
-    /// Standard deviation of where it operates, from time to time, millimetres.
+    /// Standard deviation of the operating position from time to time, millimetres.
     pub noise_mm: f64,
-    /// Of the next time.
+    /// Deviation of the next operation.
     pub noise: TouchNoise,
 }
 
 impl Switch {
-    /// Whether it is operated with the carriage here.
+    /// Returns whether the switch is operated with the carriage here.
     #[must_use]
     pub fn operated(&self, carriage_mm: f64) -> bool {
         let position_mm = self.position_mm + self.noise.now_mm();

@@ -6,16 +6,16 @@ use board_facts::wiring::THERMISTOR_PULL_UP_OHMS as PULL_UP_OHMS;
 pub const REFERENCE_VOLTS: f64 = board_facts::wiring::ANALOG_REFERENCE_VOLTS;
 const ZERO_CELSIUS_K: f64 = 273.15;
 
-/// How resistance depends on temperature.
+/// Dependence of resistance on temperature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Curve {
     /// R = R25 exp(B (1/T - 1/T25)).
     Beta {
-        /// Nominal resistance, ohms.
+        /// Nominal resistance of the part, ohms.
         r25_ohms: f64,
         /// Temperature of the nominal resistance, degrees Celsius (25 for nearly all).
         t25_c: f64,
-        /// B parameter, kelvin.
+        /// Material constant B, kelvin.
         beta_k: f64,
     },
     /// 1/T = c1 + c2 ln R + c3 (ln R)^3.
@@ -30,12 +30,12 @@ pub enum Curve {
         /// Temperature coefficient, 1/K.
         alpha_per_k: f64,
     },
-    /// Platinum by the table of IEC 60751, between whose points it is straight enough (0.2 C).
+    /// Platinum by the table of IEC 60751, straight between its points, which is close enough (0.2 C).
     Platinum {
         /// Resistance at 0 degrees Celsius, ohms.
         r0_ohms: f64,
     },
-    /// An amplifier that drives the input, whatever pulls it up: volts at 0 degrees Celsius, and for each
+    /// An amplifier that drives the input against any pull-up: volts at 0 degrees Celsius, and for each
     /// degree.
     Amplifier {
         /// Volts at 0 degrees Celsius.
@@ -58,21 +58,22 @@ fn platinum_share(celsius: f64) -> f64 {
 impl Curve {
     /// The makers' points (degrees Celsius, ohms) of parts that configurations know by name.
     const PARTS: [(&str, [(f64, f64); 3]); 3] = [
-        // EPCOS B57560G104F
+        // EPCOS B57560G104F, by its data sheet.
         ("EPCOS100K", [(25.0, 100_000.0), (150.0, 1_641.9), (250.0, 226.15)]),
-        // ATC Semitec 104GT-2
+        // ATC Semitec 104GT-2, by its data sheet.
         ("Semitec", [(20.0, 126_800.0), (150.0, 1_360.0), (300.0, 80.65)]),
-        // ATC Semitec 104NT-4-R025H42G
+        // ATC Semitec 104NT-4-R025H42G, by its data sheet.
         ("Semitec-104NT4", [(25.0, 100_000.0), (160.0, 1_074.0), (300.0, 82.78)]),
     ];
 
-    /// The part a configuration names, from its maker's data; `None` for parts without any here.
+    /// Returns the curve of a part that a configuration names, from its maker's data; `None` for parts
+    /// without any here.
     #[must_use]
     pub fn of_part(name: &str) -> Option<Self> {
         Self::PARTS.iter().find(|(part, _)| *part == name).map(|&(_, points)| Self::through(points))
     }
 
-    /// The Steinhart-Hart curve through three points of (degrees Celsius, ohms).
+    /// Returns the Steinhart-Hart curve through three points of (degrees Celsius, ohms).
     #[must_use]
     pub fn through(points: [(f64, f64); 3]) -> Self {
         let l = points.map(|(_, ohms)| ohms.ln());
@@ -84,7 +85,7 @@ impl Curve {
         Self::SteinhartHart { coefficients: [c1, c2, c3] }
     }
 
-    /// Resistance in ohms at a temperature in degrees Celsius.
+    /// Returns the resistance in ohms at a temperature in degrees Celsius.
     #[must_use]
     pub fn ohms(&self, celsius: f64) -> f64 {
         let kelvin = celsius + ZERO_CELSIUS_K;
@@ -94,7 +95,7 @@ impl Curve {
             }
             Self::Linear { r0_ohms, alpha_per_k } => r0_ohms * (1.0 + alpha_per_k * celsius),
             Self::Platinum { r0_ohms } => r0_ohms * platinum_share(celsius),
-            // As much as the divider takes for its voltage.
+            // The resistance is chosen for which the divider gives the amplifier's voltage.
             Self::Amplifier { at_zero, per_k } => {
                 let volts = (at_zero + per_k * celsius).clamp(0.0, REFERENCE_VOLTS - 1e-9);
                 PULL_UP_OHMS * volts / (REFERENCE_VOLTS - volts)
@@ -111,15 +112,15 @@ impl Curve {
     }
 }
 
-/// What is wrong with the sensor.
+/// Fault of a sensor's wires.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wiring {
-    /// As it should be.
+    /// Sensor without a fault.
     #[default]
     Sound,
     /// Not connected: the input is pulled to the supply.
     Open,
-    /// Shorted to ground.
+    /// Sensor shorted to ground.
     Shorted,
     /// Shorted to the supply.
     ToSupply,

@@ -5,10 +5,10 @@
 //! register layout; they differ in current scale, in the fourth read-back format and in the DRVCONF bits
 //! below bit 4, which the TMC2660 ignores.
 //!
-//! Not modelled: the SPI (SDOFF = 1) current mode beyond storing its registers, coil currents in time. What
-//! StallGuard reads the world gives, see [`super::rotor`].
+//! Not modelled: the SPI (SDOFF = 1) current mode beyond storing its registers, coil currents in time.
+//! StallGuard's readings come from the world, see [`super::rotor`].
 
-/// Which chip is fitted.
+/// Model of the driver chip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chip {
     /// Gate driver with external power stage, fitted to boards with id 0.
@@ -18,8 +18,8 @@ pub enum Chip {
 }
 
 impl Chip {
-    /// Full-scale voltage across the sense resistor, by VSENSE. TMC2590 datasheet, "Sense resistor": 0.325 V
-    /// and 0.173 V typical; TMC2660: 0.310 V and 0.165 V.
+    /// Returns the full-scale voltage across the sense resistor, by VSENSE. TMC2590 datasheet, "Sense
+    /// resistor": 0.325 V and 0.173 V typical; TMC2660: 0.310 V and 0.165 V.
     #[must_use]
     pub const fn full_scale_volts(self, high_sensitivity: bool) -> f64 {
         match (self, high_sensitivity) {
@@ -30,7 +30,7 @@ impl Chip {
         }
     }
 
-    /// Sense resistor that the boards with this chip carry.
+    /// Returns the sense resistor that the boards with this chip carry.
     #[must_use]
     pub const fn sense_ohms(self) -> f64 {
         match self {
@@ -40,20 +40,20 @@ impl Chip {
     }
 }
 
-/// What is wrong with the chip or its motor.
+/// Faults of the chip or its motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Condition {
     /// The SPI output never drives: every reply reads as ones (pull-up on MISO).
     pub silent: bool,
-    /// Coil A, coil B not connected.
+    /// Disconnected coils: A, B.
     pub open_load: [bool; 2],
-    /// Coil A, coil B shorted to ground.
+    /// Coils shorted to ground: A, B.
     pub short_to_ground: [bool; 2],
-    /// Coil A, coil B shorted to the motor supply.
+    /// Coils shorted to the motor supply: A, B.
     pub short_to_supply: [bool; 2],
     /// Chip temperature in degrees Celsius.
     pub temperature_c: i32,
-    /// A bit of every so many replies arrives wrong; 0 for none.
+    /// Interval of replies of which a bit arrives wrong; 0 for none.
     pub bit_error_every: u32,
 }
 
@@ -67,7 +67,7 @@ struct Registers {
     drvconf: u32,
 }
 
-/// What the short detectors of both coils have latched ("S2GA", "S2VSA" and so on).
+/// Shorts that the detectors of both coils have latched ("S2GA", "S2VSA" and so on).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Shorts {
     to_ground: [bool; 2],
@@ -75,20 +75,20 @@ struct Shorts {
 }
 
 impl Shorts {
-    /// "SHORTA", "SHORTB".
+    /// Returns the flag "SHORTA" or "SHORTB" of a coil.
     const fn of(self, coil: usize) -> bool {
         self.to_ground[coil] || self.to_supply[coil]
     }
 }
 
-/// One driver chip.
+/// Driver chip with its registers and motor state.
 #[derive(Clone, Debug)]
 pub struct Tmc26x {
     chip: Chip,
     registers: Registers,
     /// Place in the electrical period: 1024 positions of 1/256 full step.
     microstep_counter: u16,
-    /// When the last active step edge came, ns since power-on.
+    /// Time of the last active step edge, ns since power-on.
     last_step_ns: Option<u64>,
     /// Motor supply in volts.
     supply_volts: f64,
@@ -98,14 +98,14 @@ pub struct Tmc26x {
     overheated: bool,
     /// Shorts met while driving; cleared by switching the bridges off (TOFF = 0 or ENN high).
     shorts: Shorts,
-    /// StallGuard reading, 0 is a stalled motor.
+    /// Reading of StallGuard; 0 is a stalled motor.
     stall_guard: u16,
-    /// CoolStep: 32nds that it has taken off the current, and high readings in a row.
+    /// State of CoolStep: 32nds that it has taken off the current, and high readings in a row.
     cool: (u32, u32),
-    /// What is wrong with it.
+    /// Faults of the chip and its motor.
     pub condition: Condition,
     frames: u64,
-    /// Every different frame, in the order in which it first came.
+    /// Every different frame, in the order of its first arrival.
     words: Vec<u32>,
 }
 
@@ -115,15 +115,16 @@ const STANDSTILL_NS: u64 = (1 << 20) * 1_000 / 15;
 /// Overtemperature thresholds in degrees Celsius ("OTPW", "OT"; OTSENS = 0).
 const PREWARNING_C: i32 = 100;
 const SHUTDOWN_C: i32 = 150;
-/// A TMC2590 comes back below this ("Overtemperature release"), a TMC2660 below the prewarning.
+/// Temperature below which a TMC2590 comes back ("Overtemperature release"); a TMC2660 comes back below the
+/// prewarning.
 const RELEASE_C: i32 = 120;
-/// The TMC2590's UV_7V flag.
+/// Voltage below which a TMC2590 sets its UV_7V flag.
 const UV_7V_VOLTS: f64 = 7.0;
 /// A frame is 20 bits, most significant first.
 pub const FRAME_MASK: u32 = 0xF_FFFF;
 
 impl Tmc26x {
-    /// A chip fresh from power-on with its motor supply present, its ENN pin floating high.
+    /// Makes a chip fresh from power-on with its motor supply present, its ENN pin floating high.
     #[must_use]
     pub fn new(chip: Chip) -> Self {
         Self {
@@ -143,27 +144,28 @@ impl Tmc26x {
         }
     }
 
-    /// Which chip this is.
+    /// Returns the model of the chip.
     #[must_use]
     pub const fn chip(&self) -> Chip {
         self.chip
     }
 
-    /// One SPI frame (chip select low to high): takes the 20 bits written, gives the 20 bits shifted out
-    /// meanwhile. Those are the status as chip select fell, in the format that earlier frames chose.
+    /// Exchanges an SPI frame (chip select low to high): takes the 20 bits written, gives the 20 bits
+    /// shifted out meanwhile, which are the status as chip select fell, in the format that earlier frames
+    /// chose.
     pub fn transfer(&mut self, now_ns: u64, frame: u32) -> u32 {
         let shifted_out = self.status(now_ns);
         self.write(frame);
         shifted_out
     }
 
-    /// The chip hears and answers nothing: MISO stays at its pull-up.
+    /// Returns whether the chip hears and answers nothing: MISO stays at its pull-up.
     fn mute(&self) -> bool {
         self.condition.silent || self.supply_volts < self.lockout_volts()
     }
 
-    /// Below this supply the logic resets and registers are lost: 6.5 V typical; on a TMC2590 7 V, and 3.8 V
-    /// with EN_PFD ("Detector Levels").
+    /// Returns the supply below which the logic resets and registers are lost: 6.5 V typical; on a TMC2590
+    /// 7 V, and 3.8 V with EN_PFD ("Detector Levels").
     const fn lockout_volts(&self) -> f64 {
         match self.chip {
             Chip::Tmc2590 if self.registers.drvconf & (1 << 1) != 0 => 3.8,
@@ -172,27 +174,27 @@ impl Tmc26x {
         }
     }
 
-    /// What stands in DRVCTRL, CHOPCONF, SMARTEN, SGCSCONF and DRVCONF, without their addresses.
+    /// Returns the contents of DRVCTRL, CHOPCONF, SMARTEN, SGCSCONF and DRVCONF, without their addresses.
     #[must_use]
     pub const fn registers(&self) -> [u32; 5] {
         let Registers { drvctrl, chopconf, smarten, sgcsconf, drvconf } = self.registers;
         [drvctrl, chopconf, smarten, sgcsconf, drvconf]
     }
 
-    /// How many frames the chip has taken.
+    /// Returns the number of frames that the chip has taken.
     #[must_use]
     pub const fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Every different frame the chip was sent, in the order in which it first came.
+    /// Returns every different frame the chip was sent, in the order of its first arrival.
     #[must_use]
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// Chip select rose after these 20 bits, decoded by the leading ones ("Register set": 00 DRVCTRL, 100
-    /// CHOPCONF, 101 SMARTEN, 110 SGCSCONF, 111 DRVCONF; 01 is not a register).
+    /// Takes the 20 bits before chip select rose, decoded by the leading ones ("Register set": 00 DRVCTRL,
+    /// 100 CHOPCONF, 101 SMARTEN, 110 SGCSCONF, 111 DRVCONF; 01 is not a register).
     pub fn write(&mut self, frame: u32) {
         if self.mute() {
             return;
@@ -258,15 +260,15 @@ impl Tmc26x {
         self.registers.sgcsconf & 0x1F
     }
 
-    /// The current scale that is in force: CoolStep may have lowered it ("SE").
+    /// Returns the current scale that is in force: CoolStep may have lowered it ("SE").
     #[must_use]
     pub const fn scale_in_force(&self) -> u32 {
         self.current_scale().saturating_sub(self.cool.0)
     }
 
-    /// StallGuard has a new reading, 0 for a stalled motor. CoolStep raises the current by SEUP where it is
-    /// below 32 SEMIN, and lowers it by one after SEDN readings from 32 (SEMIN + SEMAX + 1) on, to a half or
-    /// a quarter of CS (SEIMIN) ("coolStep", SMARTEN).
+    /// Takes a new reading of StallGuard, 0 for a stalled motor. CoolStep raises the current by SEUP if the
+    /// reading is below 32 SEMIN, and lowers it by one after SEDN readings from 32 (SEMIN + SEMAX + 1) on,
+    /// to a half or a quarter of CS (SEIMIN) ("coolStep", SMARTEN).
     pub fn measure(&mut self, reading: u16) {
         self.stall_guard = reading;
         let (word, reading) = (self.registers.smarten, u32::from(reading));
@@ -306,26 +308,26 @@ impl Tmc26x {
         self.registers.sgcsconf & (1 << 16) != 0
     }
 
-    /// The level of SG_TST: high while the bridges work and the last reading was 0.
+    /// Returns the level of SG_TST: high while the bridges work and the last reading was 0.
     #[must_use]
     pub fn stall_output(&self) -> bool {
         self.drives() && self.stall_guard == 0
     }
 
-    /// Motor supply, volts.
+    /// Returns the motor supply, volts.
     #[must_use]
     pub const fn supply_volts(&self) -> f64 {
         self.supply_volts
     }
 
-    /// Peak coil current the chopper regulates to, in amperes, for a sense resistor in ohms.
+    /// Returns the peak coil current the chopper regulates to, in amperes, for a sense resistor in ohms.
     #[must_use]
     pub fn peak_current_amps(&self, sense_ohms: f64) -> f64 {
         let scale = f64::from(self.scale_in_force() + 1) / 32.0;
         scale * self.chip.full_scale_volts(self.high_sensitivity()) / sense_ohms
     }
 
-    /// The bridges drive the motor: it follows the microstep counter.
+    /// Returns whether the bridges drive the motor, which then follows the microstep counter.
     #[must_use]
     pub fn drives(&self) -> bool {
         self.off_time() != 0
@@ -335,7 +337,7 @@ impl Tmc26x {
             && self.shorts == Shorts::default()
     }
 
-    /// The level of the ENN pin changed.
+    /// Sets the level of the ENN pin.
     pub fn set_enn(&mut self, high: bool) {
         self.enn_high = high;
         if high {
@@ -343,7 +345,7 @@ impl Tmc26x {
         }
     }
 
-    /// The motor supply changed, in volts. Below the lockout the registers return to their power-on values.
+    /// Sets the motor supply, in volts. Below the lockout the registers return to their power-on values.
     pub fn set_supply(&mut self, volts: f64) {
         self.supply_volts = volts;
         if volts < self.lockout_volts() {
@@ -351,8 +353,8 @@ impl Tmc26x {
         }
     }
 
-    /// The chip's power-on reset: its supply was gone for a moment, or dipped. Registers are zero again
-    /// ("Register set": reset value), the place in the sine table too.
+    /// Resets the chip as at power-on: its supply was gone for a moment, or dipped. Registers are zero
+    /// again ("Register set": reset value), the place in the sine table too.
     pub fn reset(&mut self) {
         self.registers = Registers::default();
         self.cool = (0, 0);
@@ -362,9 +364,9 @@ impl Tmc26x {
         self.last_step_ns = None;
     }
 
-    /// An edge on STEP with DIR at this level. When it is an active edge, answers how far the microstep
-    /// counter moves, in 1/256 full step: up with DIR low, down with DIR high ("Microstep Table"); `None`
-    /// when the chip ignores the edge.
+    /// Takes an edge on STEP with DIR at this level. For an active edge the answer is the move of the
+    /// microstep counter, in 1/256 full step: up with DIR low, down with DIR high ("Microstep Table");
+    /// `None` when the chip ignores the edge.
     pub fn step_edge(&mut self, now_ns: u64, rising: bool, dir_high: bool) -> Option<i32> {
         if self.spi_mode() || self.supply_volts < self.lockout_volts() || !(rising || self.double_edge()) {
             return None;
@@ -381,7 +383,7 @@ impl Tmc26x {
         Some(if dir_high { -i32::from(size) } else { i32::from(size) })
     }
 
-    /// The condition changed or time passed: shorts and heat switch the bridges off.
+    /// Notes a changed condition or passed time: shorts and heat switch the bridges off.
     pub fn notice_faults(&mut self) {
         if self.condition.temperature_c >= SHUTDOWN_C {
             self.overheated = true;
@@ -401,8 +403,8 @@ impl Tmc26x {
         }
     }
 
-    /// Chip select fell: the 20-bit reply ("Read response"), ten bits chosen by RDSEL (DRVCONF bits 5..4),
-    /// ten status bits.
+    /// Returns the 20-bit reply as chip select falls ("Read response"): ten bits chosen by RDSEL (DRVCONF
+    /// bits 5..4), ten status bits.
     pub fn status(&mut self, now_ns: u64) -> u32 {
         if self.mute() {
             return FRAME_MASK;
@@ -419,13 +421,14 @@ impl Tmc26x {
         (selected << 10 | self.flags(now_ns)) ^ self.bit_error()
     }
 
-    /// The bit of this reply that arrives wrong, another one each time.
+    /// Returns the bit of this reply that arrives wrong, another one each time.
     fn bit_error(&self) -> u32 {
         let every = u64::from(self.condition.bit_error_every);
         if every == 0 || !self.frames.is_multiple_of(every) { 0 } else { 1 << (self.frames / every * 7 % 20) }
     }
 
-    /// Full diagnosis, TMC2590 with RDSEL = 3: supply, ENN input, shorts, temperature comparators.
+    /// Returns the full diagnosis, TMC2590 with RDSEL = 3: supply, ENN input, shorts, temperature
+    /// comparators.
     fn diagnostics(&self) -> u32 {
         let over = |limit_c: i32| self.condition.temperature_c >= limit_c;
         bits(&[
@@ -463,7 +466,7 @@ impl Tmc26x {
         ])
     }
 
-    /// The microstep counter, 0 to 1023 in the electrical period.
+    /// Returns the microstep counter, 0 to 1023 in the electrical period.
     #[must_use]
     pub const fn microstep_counter(&self) -> u16 {
         self.microstep_counter

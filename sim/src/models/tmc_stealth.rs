@@ -1,15 +1,15 @@
 //! TMC2130, TMC5160, TMC2240, TMC2208 and TMC2209 in STEP/DIR mode, as their buses and logic pins show them.
 //!
-//! Sources: TMC2130 datasheet rev. 1.10, TMC5160 datasheet rev. 1.14, TMC2240 datasheet rev. 1, chapters "SPI
-//! interface" and "Register mapping"; TMC220x and TMC222x datasheet rev. 1.02, TMC2209 datasheet rev. 1.03,
-//! chapter "Register map". How the last two speak is in [`super::tmc_wire`].
+//! Sources: TMC2130 datasheet rev. 1.10, TMC5160 datasheet rev. 1.14, TMC2240 datasheet rev. 1, chapters
+//! "SPI interface" and "Register mapping"; TMC220x and TMC222x datasheet rev. 1.02, TMC2209 datasheet rev.
+//! 1.03, chapter "Register map". The UART of the last two is in [`super::tmc_wire`].
 //!
-//! Not modelled: encoder, motion controller, coil currents in time, stealthChop's and coolStep's regulation,
-//! the voltage at VREF (it is open). What the load measurement reads the world gives.
+//! Not modelled: encoder, motion controller, coil currents in time, stealthChop's and coolStep's
+//! regulation, the voltage at VREF (it is open). The readings of the load measurement come from the world.
 
 use super::tmc26x::Condition;
 
-/// Which chip is on the driver's board.
+/// Model of the chip on the driver's board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names are the meaning")]
 pub enum StealthKind {
@@ -38,12 +38,12 @@ const SG_RESULT: usize = 0x41;
 const TPWMTHRS: usize = 0x13;
 const TCOOLTHRS: usize = 0x14;
 
-/// Temperature warning, shutdown, and where a chip that has shut down comes back.
+/// Temperatures of the warning, below which a chip that has shut down comes back, and of the shutdown.
 const PREWARNING_C: i32 = 120;
 const SHUTDOWN_C: i32 = 150;
 
 impl StealthKind {
-    /// "VERSION" of IOIN.
+    /// Returns the "VERSION" field of IOIN.
     const fn version(self) -> u32 {
         match self {
             Self::Tmc2130 => 0x11,
@@ -54,7 +54,7 @@ impl StealthKind {
         }
     }
 
-    /// Typical frequency of the internal oscillator, MHz.
+    /// Returns the typical frequency of the internal oscillator, MHz.
     const fn clock_mhz(self) -> u64 {
         match self {
             Self::Tmc2130 => 13,
@@ -62,29 +62,29 @@ impl StealthKind {
         }
     }
 
-    /// It is on a UART.
+    /// Returns whether the chip is on a UART.
     const fn is_on_wire(self) -> bool {
         matches!(self, Self::Tmc2208 | Self::Tmc2209)
     }
 
-    /// The register of the inputs, and "drv_enn" or "ENN" among them.
+    /// Returns the register of the inputs, and "drv_enn" or "ENN" among them.
     const fn inputs(self) -> (usize, u32) {
         if self.is_on_wire() { (WIRE_IOIN, 1) } else { (IOIN, 1 << 4) }
     }
 
-    /// DIAG is high for a stall; the outputs of others are open drain, and low for one.
+    /// Returns whether DIAG is high for a stall; the outputs of others are open drain, and low for a stall.
     #[must_use]
     pub const fn stall_is_high(self) -> bool {
         self.is_on_wire()
     }
 
-    /// "reset default" of the registers where it is not 0.
+    /// Returns the "reset default" of the registers in which it is not 0.
     const fn reset_values(self) -> &'static [(usize, u32)] {
         match self {
             Self::Tmc2130 => &[(GSTAT, 1), (PWMCONF, 0x0005_0480)],
             Self::Tmc5160 => &[(GSTAT, 1), (DRV_CONF, 0x0008_0400), (CHOPCONF, 0x1041_0150), (PWMCONF, 0xC40C_001E)],
             Self::Tmc2240 => &[(GSTAT, 1), (CHOPCONF, 0x1041_0150), (PWMCONF, 0xC40C_001D)],
-            // Without anything programmed once for all (OTP).
+            // Values of a chip whose one-time memory (OTP) is not programmed.
             Self::Tmc2208 | Self::Tmc2209 => &[
                 (GCONF, 0x101),
                 (GSTAT, 1),
@@ -96,7 +96,8 @@ impl StealthKind {
         }
     }
 
-    /// Access "R", "RW", "R+C" or "R+WC": others read as 0. A TMC2240's can all be read.
+    /// Returns whether a register has the access "R", "RW", "R+C" or "R+WC": others read as 0. All
+    /// registers of a TMC2240 can be read.
     fn can_be_read(self, address: usize) -> bool {
         const READABLE: [usize; 7] = [GCONF, GSTAT, IOIN, TSTEP, MSCNT, CHOPCONF, DRV_STATUS];
         const ON_WIRE: [usize; 9] = [GCONF, GSTAT, IFCNT, WIRE_IOIN, TSTEP, MSCNT, CHOPCONF, DRV_STATUS, PWMCONF];
@@ -115,33 +116,33 @@ impl StealthKind {
     }
 }
 
-/// One chip on the board of a driver.
+/// Driver chip on the board of a driver.
 #[derive(Clone, Debug)]
 pub struct TmcStealth {
     kind: StealthKind,
     registers: [u32; 128],
-    /// What the next datagram shifts out.
+    /// Value that the next datagram shifts out.
     answer: u32,
     /// Place in the electrical period: 1024 positions of 1/256 full step.
     microstep_counter: u16,
     last_step_ns: Option<u64>,
-    /// Between the last two steps.
+    /// Time between the last two steps.
     step_ns: Option<u64>,
     /// Levels of MS1 and MS2: address on a UART, and microsteps until a register says how many.
     address: u8,
-    /// What the load measurement reads: stallGuard2, or stallGuard4 of a TMC2209.
+    /// Reading of the load measurement: stallGuard2, or stallGuard4 of a TMC2209.
     pub load: u16,
     overheated: bool,
     short_to_ground: [bool; 2],
     short_to_supply: [bool; 2],
-    /// What is wrong with it.
+    /// Faults of the chip and its motor.
     pub condition: Condition,
     datagrams: u64,
     written: Vec<[u8; 5]>,
 }
 
 impl TmcStealth {
-    /// A chip fresh from power-on, its enable input as given.
+    /// Makes a chip fresh from power-on, its enable input as given.
     #[must_use]
     pub fn new(kind: StealthKind, enn_high: bool) -> Self {
         let mut chip = Self {
@@ -165,19 +166,19 @@ impl TmcStealth {
         chip
     }
 
-    /// One on a UART, its pins MS1 and MS2 as this address says.
+    /// Makes a chip on a UART, its pins MS1 and MS2 at this address.
     #[must_use]
     pub fn on_wire(kind: StealthKind, address: u8, enn_high: bool) -> Self {
         Self { address, ..Self::new(kind, enn_high) }
     }
 
-    /// Its address on a UART.
+    /// Returns the chip's address on a UART.
     #[must_use]
     pub const fn address(&self) -> u8 {
         self.address
     }
 
-    /// Its supply was gone, and is back.
+    /// Resets the chip after a loss of its supply.
     pub fn reset(&mut self) {
         let (inputs, enn) = self.kind.inputs();
         let levels = self.registers[inputs] & enn;
@@ -190,39 +191,39 @@ impl TmcStealth {
         (self.overheated, self.short_to_ground, self.short_to_supply) = (false, [false; 2], [false; 2]);
     }
 
-    /// Which chip this is.
+    /// Returns the model of the chip.
     #[must_use]
     pub const fn kind(&self) -> StealthKind {
         self.kind
     }
 
-    /// What stands in a register, readable or not.
+    /// Returns the contents of a register, readable or not.
     #[must_use]
     pub fn register(&self, address: u8) -> u32 {
         self.registers[usize::from(address & 0x7F)]
     }
 
-    /// How many datagrams have come.
+    /// Returns the number of datagrams so far.
     #[must_use]
     pub const fn datagrams(&self) -> u64 {
         self.datagrams
     }
 
-    /// Every different datagram that wrote something, in the order in which it first came.
+    /// Returns every different datagram that wrote something, in the order of its first arrival.
     #[must_use]
     pub fn written(&self) -> &[[u8; 5]] {
         &self.written
     }
 
-    /// One datagram of 40 bits. Back come the status as select fell, and what the one before asked for, or
-    /// wrote.
+    /// Exchanges a datagram of 40 bits. The answer holds the status as select fell, and the value that the
+    /// datagram before asked for, or wrote.
     pub fn transfer(&mut self, now_ns: u64, datagram: [u8; 5]) -> [u8; 5] {
         let shown = self.shown(now_ns);
         self.take(now_ns, datagram);
         shown
     }
 
-    /// Select fell: what is shifted out from now on.
+    /// Returns the bits shifted out after select fell.
     pub fn shown(&mut self, now_ns: u64) -> [u8; 5] {
         if self.condition.silent {
             return [0xFF; 5];
@@ -234,7 +235,7 @@ impl TmcStealth {
         reply
     }
 
-    /// Select rose behind these 40 bits.
+    /// Takes the 40 bits before select rose.
     pub fn take(&mut self, now_ns: u64, datagram: [u8; 5]) {
         if self.condition.silent {
             return;
@@ -252,14 +253,14 @@ impl TmcStealth {
         }
     }
 
-    /// A read request over a UART; what stands in the register, as it leaves the chip.
+    /// Answers a read request over a UART with the register's value, as it leaves the chip.
     pub fn read_wire(&mut self, now_ns: u64, register: u8) -> u32 {
         self.datagrams += 1;
         self.notice_faults();
         self.read(now_ns, usize::from(register & 0x7F)) ^ self.bit_error() as u32
     }
 
-    /// A write over a UART, which is counted.
+    /// Writes over a UART, and counts the write.
     pub fn write_wire(&mut self, register: u8, data: u32) {
         self.datagrams += 1;
         let [a, b, c, d] = data.to_be_bytes();
@@ -271,7 +272,7 @@ impl TmcStealth {
         self.registers[IFCNT] = (self.registers[IFCNT] + 1) & 0xFF;
     }
 
-    /// The bit of this reply that arrives wrong, another one each time.
+    /// Returns the bit of this reply that arrives wrong, another one each time.
     fn bit_error(&self) -> u64 {
         let every = u64::from(self.condition.bit_error_every);
         if every == 0 || !self.datagrams.is_multiple_of(every) { 0 } else { 1 << (self.datagrams / every * 7 % 40) }
@@ -318,7 +319,7 @@ impl TmcStealth {
         self.overheated || self.short_to_ground.contains(&true) || self.short_to_supply.contains(&true)
     }
 
-    /// "SPI_STATUS": reset, driver error, stallGuard, standstill.
+    /// Returns "SPI_STATUS": reset, driver error, stallGuard, standstill.
     fn spi_status(&self, now_ns: u64) -> u8 {
         (self.gstat() & 0b11) as u8 | u8::from(self.stands(now_ns)) << 3
     }
@@ -350,7 +351,7 @@ impl TmcStealth {
         flags.into_iter().fold(load, |word, (bit, set)| word | u32::from(set) << bit)
     }
 
-    /// DRV_STATUS of the chips on a UART.
+    /// Returns DRV_STATUS of the chips on a UART.
     fn wire_status(&self, now_ns: u64) -> u32 {
         let (standing, driving) = (self.stands(now_ns), self.off_time() != 0 && !self.enn_high());
         let open = |coil: usize| self.condition.open_load[coil] && driving && !standing;
@@ -408,7 +409,7 @@ impl TmcStealth {
         self.registers[inputs] & enn != 0
     }
 
-    /// The level of DRV_ENN: high switches the bridges off.
+    /// Sets the level of DRV_ENN: high switches the bridges off.
     pub fn set_enn(&mut self, high: bool) {
         let (inputs, enn) = self.kind.inputs();
         self.registers[inputs] = self.registers[inputs] & !enn | if high { enn } else { 0 };
@@ -417,7 +418,7 @@ impl TmcStealth {
         }
     }
 
-    /// The bridges drive the motor.
+    /// Returns whether the bridges drive the motor.
     #[must_use]
     pub fn drives(&self) -> bool {
         self.off_time() != 0 && !self.enn_high() && !self.is_shut()
@@ -450,8 +451,8 @@ impl TmcStealth {
             }
     }
 
-    /// An edge on STEP with DIR at this level. When it is an active edge, answers how far the microstep
-    /// counter moves, in 1/256 full step.
+    /// Takes an edge on STEP with DIR at this level. For an active edge the answer is the move of the
+    /// microstep counter, in 1/256 full step.
     pub fn step_edge(&mut self, now_ns: u64, rising: bool, dir_high: bool) -> Option<i32> {
         if !(rising || self.double_edge()) {
             return None;

@@ -1,8 +1,9 @@
 //! A UART of one wire with driver chips on it: TMC2209 datasheet rev. 1.03, chapter 4.
 //!
-//! Each chip hears all that is on the wire: requests, writes, and the answers of the others. It learns the
-//! time of a bit from the first byte of a datagram. Once it has lost its way it hears nothing until the wire
-//! has been idle for twelve bit times, and a pause of more than 63 within a datagram begins a new one.
+//! Each chip hears everything on the wire: requests, writes, and the answers of the others. A chip learns
+//! the time of a bit from the first byte of a datagram. A chip that has lost its way hears nothing until
+//! the wire has been idle for twelve bit times, and a pause of more than 63 within a datagram begins a new
+//! one.
 
 use super::tmc_stealth::TmcStealth;
 
@@ -10,12 +11,12 @@ const SYNC: u8 = 0x05;
 const MASTER: u8 = 0xFF;
 const WRITE: u8 = 0x80;
 const BYTE_BITS: u64 = 10;
-/// 9600 baud.
+/// Longest time of a bit, at 9600 baud.
 const SLOWEST_BIT_NS: u64 = 104_167;
 /// SLAVECONF: "SENDDELAY" in bits 11 to 8.
 const SLAVECONF: u8 = 0x03;
 
-/// What the chips of one wire have heard. They hear alike, so one of it does for all.
+/// Listening state of the chips on a wire. All chips hear alike, so a single state does for all.
 #[derive(Clone, Debug, Default)]
 pub struct Wire {
     heard: Vec<u8>,
@@ -24,11 +25,11 @@ pub struct Wire {
     bit_ns: u64,
 }
 
-/// An answer: its bytes, and when the last bit of each is over.
+/// Answer of a chip: each byte with the time at which its last bit is over.
 pub type Answer = [(u64, u8); 8];
 
 impl Wire {
-    /// A byte whose stop bit ends now, and what a chip says to it.
+    /// Takes a byte whose stop bit ends now; returns a chip's answer to it.
     pub fn hear(&mut self, at_ns: u64, byte: u8, chips: &mut [&mut TmcStealth]) -> Option<Answer> {
         let datagram = self.take(at_ns, byte)?;
         let [sync, address, register, data @ .., sum] = &datagram[..] else { return None };
@@ -50,14 +51,14 @@ impl Wire {
         let ends = |place: usize| begins + (place as u64 + 1) * BYTE_BITS * self.bit_ns;
         let answer = std::array::from_fn(|place| (ends(place), answer[place]));
         for (at_ns, byte) in answer {
-            // Nobody answers an answer.
+            // An answer gets no answer itself.
             self.take(at_ns, byte);
             self.is_lost = true;
         }
         Some(answer)
     }
 
-    /// One more byte; the datagram that it completes.
+    /// Adds a byte; returns the datagram that it completes.
     fn take(&mut self, at_ns: u64, byte: u8) -> Option<Vec<u8>> {
         let since = self.last_ns.replace(at_ns).map_or(u64::MAX, |last| at_ns.saturating_sub(last));
         let bit_ns = if self.bit_ns == 0 { SLOWEST_BIT_NS } else { self.bit_ns };
@@ -80,14 +81,14 @@ impl Wire {
         (self.heard.len() == length).then(|| std::mem::take(&mut self.heard))
     }
 
-    /// The time of a bit, as last learned.
+    /// Returns the time of a bit, as last learned.
     #[must_use]
     pub const fn bit_ns(&self) -> u64 {
         self.bit_ns
     }
 }
 
-/// CRC8-ATM, as the datasheet's figure shifts it.
+/// Returns the CRC8-ATM, as the datasheet's figure shifts it.
 fn check_sum(bytes: &[u8]) -> u8 {
     let mut sum = 0_u8;
     for byte in bytes {
@@ -106,7 +107,7 @@ mod tests {
 
     const BIT_NS: u64 = 4_000;
 
-    /// The bytes one after another, from this time on; what is answered.
+    /// Sends bytes in succession from this time on; returns the answer.
     fn say(wire: &mut Wire, chip: &mut TmcStealth, from_ns: u64, bytes: &[u8]) -> Option<Answer> {
         let mut chips = [chip];
         let ends = |place: usize| from_ns + (place as u64 + 1) * BYTE_BITS * BIT_NS;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-/// A string.
+/// Returns a text as a JSON string.
 pub fn string(text: &str) -> String {
     let mut out = String::from("\"");
     for letter in text.chars() {
@@ -21,24 +21,24 @@ pub fn string(text: &str) -> String {
     out
 }
 
-/// A number with so many decimals; null when it is none.
+/// Returns a number with so many decimals; null if it is not finite.
 pub fn number(value: f64, decimals: usize) -> String {
     if value.is_finite() { format!("{value:.decimals$}") } else { "null".into() }
 }
 
-/// A list of strings.
+/// Returns a list of JSON strings.
 pub fn strings(list: &[String]) -> String {
     let items: Vec<String> = list.iter().map(|text| string(text)).collect();
     format!("[{}]", items.join(", "))
 }
 
-/// An object on one line, its values JSON already.
+/// Returns an object on a single line, its values JSON already.
 pub fn object(members: &[(&str, String)]) -> String {
     let members: Vec<String> = members.iter().map(|(name, value)| format!("{}: {value}", string(name))).collect();
     format!("{{{}}}", members.join(", "))
 }
 
-/// An object of one member a line, its values JSON already.
+/// Returns an object with a member on each line, its values JSON already.
 pub fn lines(members: &[(String, String)], indent: &str) -> String {
     if members.is_empty() {
         return "{}".into();

@@ -3,10 +3,10 @@
 use super::json::{lines, number, object, string, strings};
 use crate::world::World;
 
-/// How far step edges were from where the oracle puts them.
+/// Distances of step edges from the oracle's times.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepError {
-    /// Largest distance, nanoseconds.
+    /// Largest distance of an edge, nanoseconds.
     pub max_ns: f64,
     /// Root mean square, nanoseconds.
     pub rms_ns: f64,
@@ -21,26 +21,26 @@ impl From<motion::oracle::StepError> for StepError {
     }
 }
 
-/// What a run's driver knows besides the machine.
+/// Facts that a run's driver knows besides the machine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
     /// Lines of the job.
     pub lines: u64,
-    /// Why the machine halted, if it did.
+    /// Reason of a halt, if the machine halted.
     pub halted: Option<String>,
     /// Errors the firmware reported, or that ended the run.
     pub errors: Vec<String>,
-    /// With verification: how far edges were off.
+    /// Distances of the edges from the oracle's, with verification.
     pub step_error: Option<StepError>,
-    /// When the planner had to release a move with too little look-ahead behind it, nanoseconds; `None` where
-    /// nobody could look into it.
+    /// Times at which the planner had to release a move with too little look-ahead behind it, nanoseconds;
+    /// `None` if nobody could look into the planner.
     pub starved_ns: Option<Vec<u64>>,
     /// The emulated board's complaints; empty for a clean run and for runs without a board.
     pub board: Vec<String>,
 }
 
 impl Outcome {
-    /// Whether the job ended without halt or error.
+    /// Returns whether the job ended without halt or error.
     #[must_use]
     pub const fn succeeded(&self) -> bool {
         self.halted.is_none() && self.errors.is_empty()
@@ -54,8 +54,8 @@ fn distances(error: StepError) -> String {
     object(&[("max", number(error.max_ns, 1)), ("rms", number(error.rms_ns, 2))])
 }
 
-/// A summary that [`render`] wrote, with the result of a verification that came later; `None` when it is not
-/// such a text.
+/// Returns a summary of [`render`] with the result of a verification that came later; `None` when the text
+/// is no such summary.
 pub(super) fn with_verification(text: &str, result: &Result<StepError, String>) -> Option<String> {
     let member = format!("  {}: ", string(STEP_ERROR));
     let mut members: Vec<String> =
@@ -79,7 +79,7 @@ pub(super) fn with_verification(text: &str, result: &Result<StepError, String>) 
     Some(format!("{{\n{}\n}}\n", members.join("\n")))
 }
 
-/// The summary as JSON text.
+/// Returns the summary as JSON text.
 pub(super) fn render(world: &World, outcome: &Outcome) -> String {
     let actuators: Vec<(String, String)> = world
         .config()

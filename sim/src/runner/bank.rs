@@ -12,16 +12,16 @@ use units::Actuator;
 use super::ports::Shared;
 use crate::world::DriverConfig;
 
-/// A chip's select on the simulated bus.
+/// Select of a chip on the simulated bus.
 #[derive(Clone, Copy)]
 enum Select {
-    /// One of the board's, by its number.
+    /// Select of a chip on the board, by its number.
     OnBoard(usize),
-    /// That of a motor's driver outside.
+    /// Select of the driver outside the board of a motor.
     Outside(Actuator),
 }
 
-/// One chip's place on the simulated bus.
+/// Place of a chip on the simulated bus.
 #[derive(Clone)]
 pub struct Bus {
     shared: Rc<Shared>,
@@ -37,7 +37,7 @@ impl Bus {
         let now_ns = self.shared.now_ns.get();
         let mut world = self.shared.world.borrow_mut();
         match self.select {
-            // One frame of 24 clocks: the chip takes the last 20 bits and answers with the first 20 (TMC2590
+            // A frame has 24 clocks: the chip takes the last 20 bits and answers with the first 20 (TMC2590
             // datasheet, "SPI interface").
             Select::OnBoard(index) => {
                 let word = bytes.iter().fold(0_u32, |word, byte| word << 8 | u32::from(*byte)) & 0xF_FFFF;
@@ -75,7 +75,7 @@ impl SpiDevice for Bus {
     }
 }
 
-/// The enable pin of an external driver.
+/// Enable pin of an external driver.
 pub struct Enable {
     shared: Rc<Shared>,
     motor: Actuator,
@@ -112,7 +112,7 @@ impl Enable {
     }
 }
 
-/// An auxiliary UART with the drivers on it, TX over a resistor.
+/// Auxiliary UART with the drivers on it, TX over a resistor.
 pub struct Line {
     shared: Rc<Shared>,
     channel: u8,
@@ -124,14 +124,14 @@ impl std::fmt::Debug for Line {
     }
 }
 
-/// 250,000 baud, and what the wire is idle before a datagram.
+/// Bit time at 250,000 baud, and the wire's idle time before a datagram.
 const BIT_NS: u64 = 4_000;
 const IDLE_NS: u64 = 16 * BIT_NS;
 
 impl SingleWire for Line {
     type Error = Infallible;
 
-    /// All of it at once, as far as the machine is concerned, though to the chips in its time.
+    /// Exchanges a datagram at once, as far as the machine is concerned, though to the chips in its time.
     fn exchange(&mut self, datagram: &[u8], answer: &mut [u8]) -> Result<(), WireFault<Infallible>> {
         let clock = &self.shared.wires_ns[usize::from(self.channel)];
         let mut at_ns = clock.get().max(self.shared.now_ns.get()) + IDLE_NS;
@@ -151,7 +151,7 @@ impl SingleWire for Line {
     }
 }
 
-/// The drivers of all actuators.
+/// Drivers of all actuators.
 pub type Bank = DriverBank<Bus, Line, Enable>;
 
 /// Gives every configured motor its driver. Reports settings a chip cannot take.

@@ -1,8 +1,8 @@
 //! A job's ideal motion as curves to look at: speed, acceleration and jerk over time, and the sharpest
 //! corners.
 //!
-//! Everything is sampled from the oracle's trajectory, after the filters: what the tool does, not what was
-//! asked for.
+//! Everything is sampled from the oracle's trajectory, after the filters: the tool's motion, not the
+//! commanded one.
 
 use motion::oracle::Ideal;
 use motion::trajectory::Piece;
@@ -11,31 +11,31 @@ use units::{Axis, PerAxis};
 
 use super::{Plan, PlannedMotion};
 
-/// Samples at most: a page of more is slow, and a screen shows no more.
+/// Greatest number of samples: a page of more is slow, and a screen shows no more.
 const MOST_SAMPLES: f64 = 40_000.0;
-/// Samples are no closer than this, seconds: two knots' distance.
+/// Least time between samples, seconds: the distance of two knots.
 const CLOSEST: f64 = 0.000_25;
-/// Corners shown, and how far apart they are at least, mm.
+/// Number of corners shown, and their least distance, mm.
 const CORNERS: usize = 3;
 const CORNERS_APART: f64 = 3.0;
-/// What is shown of a corner before and after it, seconds.
+/// Time shown of a corner before and after it, seconds.
 const CORNER_SECONDS: f64 = 0.05;
 /// Points of a corner's path.
 const CORNER_POINTS: usize = 400;
-/// A change of direction below this (10 degrees) is no corner.
+/// Cosine above which a change of direction (below 10 degrees) is no corner.
 const LEAST_TURN: f64 = 0.985;
 
-/// Curves of the tool over time; equally many of each.
+/// Curves of the tool over time, with equally many values.
 #[derive(Clone, Debug, Default)]
 pub struct Curves {
-    /// Seconds from boot. Rests are left out.
+    /// Times of the samples, seconds from boot. Rests are left out.
     pub time: Vec<f64>,
     /// Speed of X Y Z together, mm/s.
     pub speed: Vec<f64>,
     /// Size of the acceleration, mm/s^2: mean over a sample.
     pub acceleration: Vec<f64>,
-    /// Size of the jerk, mm/s^3: mean over a sample. Where the acceleration jumps it is as large as the
-    /// samples are close.
+    /// Size of the jerk, mm/s^3: mean over a sample. At a jump of the acceleration the value grows with the
+    /// density of the samples.
     pub jerk: Vec<f64>,
     /// Distance of the samples, seconds.
     pub period: f64,
@@ -44,24 +44,24 @@ pub struct Curves {
 /// A path in X and Y, mm.
 pub type Path = Vec<[f64; 2]>;
 
-/// One corner, as planned and as it is after the filters.
+/// Corner as planned and after the filters.
 #[derive(Clone, Debug)]
 pub struct Corner {
-    /// When the tool passes it, seconds from boot.
+    /// Time at which the tool passes the corner, seconds from boot.
     pub time: f64,
-    /// Where it is.
+    /// Place of the corner, mm.
     pub at: [f64; 2],
-    /// Speed through it, mm/s.
+    /// Speed through the corner, mm/s.
     pub speed: f64,
-    /// Without filters.
+    /// Path without the filters.
     pub planned: Path,
-    /// With them.
+    /// Path with the filters.
     pub shaped: Path,
-    /// What shaped it.
+    /// Name of the shaper.
     pub shaper: String,
 }
 
-/// The motion of X, Y and Z from one time to another, seconds from boot.
+/// Samples the motion of X, Y and Z from one time to another, seconds from boot.
 #[must_use]
 pub fn curves(plan: &Plan, from: f64, until: f64) -> Curves {
     let spans: Vec<_> = plan.motions().map(|motion| (motion, span(motion))).collect();
@@ -78,14 +78,14 @@ pub fn curves(plan: &Plan, from: f64, until: f64) -> Curves {
     curves
 }
 
-/// When the longest motion without a rest begins, seconds from boot.
+/// Returns the time at which the longest motion without a rest begins, seconds from boot.
 #[must_use]
 pub fn longest_motion(plan: &Plan) -> f64 {
     let spans = plan.motions().map(span);
     spans.fold((0.0, 0.0), |(begin, length), (b, e)| if e - b > length { (b, e - b) } else { (begin, length) }).0
 }
 
-/// From the first piece's beginning to the end of the last, filters drained.
+/// Returns the times of the first piece's beginning and of the last one's end, filters drained.
 fn span(motion: &PlannedMotion) -> (f64, f64) {
     let end = motion.pieces().last().map_or(0.0, |piece| begin_of(piece) + piece.duration);
     (motion.start * 1e-9, end + 2.0 * motion.filters().latency())
@@ -122,7 +122,7 @@ fn size(vector: &[f64; 3]) -> f64 {
     vector.iter().map(|part| part * part).sum::<f64>().sqrt()
 }
 
-/// The corners in the XY plane that are taken hardest, hardest first.
+/// Returns the corners in the XY plane that are taken hardest, hardest first.
 #[must_use]
 pub fn corners(plan: &Plan) -> Vec<Corner> {
     let mut found: Vec<(f64, &PlannedMotion, f64, [f64; 2], f64)> = Vec::new();
@@ -133,7 +133,7 @@ pub fn corners(plan: &Plan) -> Vec<Corner> {
             let (out, into) =
                 (xyz(&before.tangent_after(before.distance(before.duration))), xyz(&after.tangent_after(0.0)));
             let along = (out[0] * into[0] + out[1] * into[1]) / (out[0].hypot(out[1]) * into[0].hypot(into[1]));
-            // Approached fast, turned sharply.
+            // A corner is hard that is approached fast and turned sharply.
             let hardness = before.speed.max(after.speed_at(after.duration)) * (1.0 - along);
             if along < LEAST_TURN && hardness.is_finite() {
                 let at = after.point_after(0.0);
@@ -152,7 +152,7 @@ pub fn corners(plan: &Plan) -> Vec<Corner> {
     chosen
 }
 
-/// With the machine's own shapers; where it has none, with one that many printers use.
+/// Draws a corner with the machine's own shapers, or else with a shaper that many printers use.
 fn draw(motion: &PlannedMotion, time: f64, at: [f64; 2], speed: f64) -> Corner {
     let own = motion.filters();
     let (filters, shaper) = if own.shapers.iter().any(Option::is_some) {

@@ -13,31 +13,31 @@ use crate::session::{Opening, Session};
 use crate::trace::StepEdge;
 use crate::world::TimedFault;
 
-/// The job's name on the card.
+/// Name of the job on the card.
 const FILE: &str = "job.gcode";
-/// Moments at which the planner starved that a summary lists.
+/// Greatest number of starvations of the planner that a summary lists.
 const MOST_STARVED: usize = 1_000;
 
-/// A job, and what to do with it.
+/// Job with the settings of its run.
 #[derive(Clone, Debug)]
 pub struct Job {
-    /// Configuration file.
+    /// File of the machine's configuration.
     pub config: PathBuf,
-    /// G-code file.
+    /// File of the job's G-code.
     pub gcode: PathBuf,
-    /// Where the run's files go.
+    /// Folder for the run's files.
     pub out: PathBuf,
     /// Give up after this much virtual time.
     pub until_ns: Option<u64>,
-    /// Which driver chips the board carries.
+    /// Model of the board's driver chips.
     pub chip: Chip,
     /// Faults, and when they happen.
     pub faults: Vec<TimedFault>,
-    /// Compare every step edge with the oracle.
+    /// Whether to compare every step edge with the oracle.
     pub verify: bool,
 }
 
-/// The machine with the job on its card, and the operator.
+/// Machine with the job on its card, and the operator.
 struct Played {
     runner: Runner,
     session: Session,
@@ -66,7 +66,7 @@ pub fn run(job: &Job, progress: &mut dyn FnMut(f64)) -> Result<Outcome, String> 
         let new = (counted..count).take(MOST_STARVED.saturating_sub(starved.len()));
         starved.extend(new.map(|_| runner.now_ns()));
         counted = count;
-        // There is no processor whose load could be measured.
+        // The host has no processor whose load could be measured.
         runner.world(|world| recorder.observe(world, f64::NAN))?;
         Ok(true)
     })?;
@@ -78,9 +78,9 @@ pub fn run(job: &Job, progress: &mut dyn FnMut(f64)) -> Result<Outcome, String> 
     Ok(outcome)
 }
 
-/// Compares step edges that another board made of a job with the job's ideal motion. `edges` gives them anew
-/// for each try: a board may have begun to brake at a switch a segment sooner or later than the native runner
-/// ([`FeedPhase`]), and which, only the comparison tells.
+/// Compares step edges that another board made of a job with the job's ideal motion. `edges` gives them
+/// anew for each try: a board may have begun to brake at a switch a segment sooner or later than the native
+/// runner ([`FeedPhase`]), and only the comparison tells which.
 ///
 /// # Errors
 /// As [`plan`], and the place where the board did something else than any plan has.
@@ -101,7 +101,7 @@ where
         };
         let mut better = None;
         for trial in other_phases(&ideal, &mismatch, &phases) {
-            // Whether it is right shows in the next motion; the rest of the job need not be run for that.
+            // The next motion shows whether the plan is right; the rest of the job need not run for that.
             let ideal = plan(job, &trial, Some(mismatch.motion + 2), progress)?;
             if ideal.compare(edges()?, InSearches::Doubt).map_or_else(|next| next.motion > mismatch.motion, |_| true) {
                 better = Some(trial);
@@ -118,7 +118,7 @@ where
     }
 }
 
-/// What the phases of the last two searches before a mismatch may have been instead.
+/// Returns the other possible phases of the last two searches before a mismatch.
 fn other_phases(ideal: &Plan, mismatch: &Mismatch, phases: &[FeedPhase]) -> Vec<Vec<FeedPhase>> {
     let begun = ideal.motions().nth(mismatch.motion.saturating_sub(1)).map_or(0, |motion| motion.searches);
     let mut all = Vec::new();
@@ -130,7 +130,7 @@ fn other_phases(ideal: &Plan, mismatch: &Mismatch, phases: &[FeedPhase]) -> Vec<
             all.push(trial);
         }
     }
-    // What was tried before led here.
+    // The phases tried before led to this mismatch.
     all.retain(|trial| trial != phases);
     all
 }
@@ -184,7 +184,7 @@ impl Played {
         Ok(Self { runner: Runner::new(&setup)?, session: Session::new(FILE, Opening::AtOnce), errors: Vec::new() })
     }
 
-    /// Has the job played to its end; `each` sees the machine after each slot, and what it has said, and says
+    /// Plays the job to its end; `each` sees the machine after each slot with its new text, and decides
     /// whether to go on.
     fn play(
         &mut self,

@@ -1,8 +1,8 @@
-//! Which pins the machine on the host has: what a configuration names, as the board's table of claims.
+//! The pins of the machine on the host: those that a configuration names, as the board's table of claims.
 
 use config::{MachineConfig, OutputPin, Pin};
 
-/// What uses a pin.
+/// Returns the user of a pin.
 pub fn user_of(config: &MachineConfig, pin: Pin) -> Option<String> {
     let users = motors(config).chain(inputs(config)).chain(outputs(config));
     users.into_iter().find(|(used, _)| used.is_some_and(|used| used.is_same_pad(pin))).map(|(_, user)| user)

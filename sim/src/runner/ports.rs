@@ -1,4 +1,4 @@
-//! The host as the machine sees it.
+//! The ports through which the machine sees the host.
 
 use std::rc::Rc;
 use std::sync::atomic::AtomicU32;
@@ -27,10 +27,10 @@ use crate::world::World;
 /// Consoles of the host: the debug UART and UART 0.
 const CONSOLES: usize = 2;
 
-/// What a session has sent and nobody has read.
+/// Bytes that a session has sent and nobody has read.
 pub struct Sent {
     pub bytes: Vec<u8>,
-    /// It takes no more than this.
+    /// Greatest number of unread bytes that the session takes.
     pub room: usize,
 }
 
@@ -48,10 +48,10 @@ impl Sent {
     }
 }
 
-/// What the controller, the tasks and the runner look at in turns.
+/// State that the controller, the tasks and the runner use in turns.
 pub struct Shared {
     pub now_ns: Flag<u64>,
-    /// When the last bit on each auxiliary UART is over.
+    /// Time at which the last bit on each auxiliary UART is over.
     pub wires_ns: [Flag<u64>; 2],
     pub world: Turns<World>,
     pub motion: Turns<Motion>,
@@ -69,11 +69,11 @@ pub struct Shared {
     pub levels: Flag<InputLevels>,
     pub wired: Turns<Option<MachineConfig>>,
     pub reset_requested: Flag<bool>,
-    /// What the clock was set to, and when.
+    /// Value set on the clock, and the time of setting.
     pub date: Flag<(DateTime, u64)>,
-    /// The host has no interrupts that could be late: what a test says.
+    /// Step times that a test reports: the host has no interrupts that could be late.
     pub step_times: Flag<StepTimes>,
-    /// Kept over a reset, which a runner has none of.
+    /// Slots of events, kept over a reset, which a runner never has.
     events: Box<(Slots, AtomicU32)>,
     card: Turns<Card>,
     board_id: u8,
@@ -85,7 +85,7 @@ impl Shared {
         let profiles: Vec<SessionProfile> = consoles.into_iter().chain(setup.visitors.iter().copied()).collect();
         let inbox = |place: usize| {
             let inbox = Inbox::new();
-            // Visitors come later.
+            // Visitors connect only later.
             inbox.set_open(place < CONSOLES);
             inbox
         };
@@ -118,7 +118,7 @@ impl Shared {
         shared
     }
 
-    /// What has happened.
+    /// Returns the ring of recent events.
     pub fn events(&self) -> EventRing<'_> {
         EventRing::new(&self.events.0, &self.events.1)
     }
@@ -138,15 +138,15 @@ impl Shared {
     }
 }
 
-/// The ports the controller owns.
+/// Ports that the controller owns.
 pub struct HostPorts<'y> {
     shared: Rc<Shared>,
-    /// Leads out of the executor's stack.
+    /// Way out of the executor's stack.
     yielder: &'y Yielder<(), Wake>,
 }
 
 impl<'y> HostPorts<'y> {
-    /// Ports onto what is shared.
+    /// Makes ports onto the shared state.
     #[must_use]
     pub(super) const fn new(shared: Rc<Shared>, yielder: &'y Yielder<(), Wake>) -> Self {
         Self { shared, yielder }
@@ -194,7 +194,7 @@ impl HeatPort for HostPorts<'_> {
         f(&mut self.shared.heat.borrow_mut())
     }
 
-    /// The executor runs once a period of the heat task, so this is its next run.
+    /// The executor runs once a period of the heat task, so its next run is soon enough.
     fn run_heat_now(&mut self) {}
 }
 
@@ -233,7 +233,7 @@ impl Consoles for HostPorts<'_> {
     }
 
     fn inbox(&self, session: SessionId) -> &Inbox {
-        // There are two at least, and the machine asks for those that there are.
+        // The machine asks only for existing sessions, of which there are two at least.
         self.shared.inboxes.get(usize::from(session.0)).unwrap_or(&self.shared.inboxes[0])
     }
 
@@ -259,12 +259,12 @@ impl PinPort for HostPorts<'_> {
             let text = format!("{name} is used by {user}");
             return Err(text.as_str().try_into().unwrap_or_default());
         }
-        // Nothing is wired to it: an input is what its resistor makes of it.
+        // Nothing is wired to the pin: an input is as its resistor makes it.
         Ok(drive.unwrap_or((pin.pull != Pull::Down) != pin.inverted))
     }
 
     fn return_pin(&mut self, _pin: Pin) {
-        // Nothing looks at it.
+        // Nothing looks at the level.
     }
 }
 
@@ -315,8 +315,8 @@ impl Board for HostPorts<'_> {
     }
 
     fn report_alive(&mut self) {
-        // There is no watchdog: a machine that hangs here hangs the test. What it would be silent for is
-        // counted.
+        // The host has no watchdog: a machine that hangs here hangs the test. Writes of the time in which a
+        // watchdog would hear nothing are counted.
         self.shared.card.borrow_mut().seen();
     }
 
@@ -332,7 +332,7 @@ impl Board for HostPorts<'_> {
 
 impl Calendar for HostPorts<'_> {
     fn date(&self) -> DateTime {
-        // Runs are repeatable: the clock starts with the machine, and counts from when it was set.
+        // Runs are repeatable: the clock starts with the machine, and counts from its last setting.
         let (set, since_ns) = self.shared.date.get();
         later(set, self.shared.now_ns.get().saturating_sub(since_ns) / 1_000_000_000)
     }
@@ -343,7 +343,7 @@ impl Calendar for HostPorts<'_> {
     }
 }
 
-/// The date so many seconds later; a machine in a test does not see the end of a month.
+/// Returns the date so many seconds later; a machine in a test does not see the end of a month.
 fn later(date: DateTime, seconds: u64) -> DateTime {
     let total = u64::from(date.hour) * 3_600 + u64::from(date.minute) * 60 + u64::from(date.second) + seconds;
     let day = date.day + (total / 86_400) as u8;

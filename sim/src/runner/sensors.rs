@@ -1,5 +1,5 @@
-//! The converter chips of sensors behind the machine's heat task: the real reading of them over the simulated
-//! SPI buses.
+//! The converter chips of sensors behind the machine's heat task: their real driver over the simulated SPI
+//! buses.
 
 use std::convert::Infallible;
 use std::rc::Rc;
@@ -11,7 +11,7 @@ use units::Micros;
 
 use super::ports::Shared;
 
-/// The wires of one chip.
+/// Lines of a chip.
 pub struct Line {
     shared: Rc<Shared>,
     heater: usize,
@@ -52,17 +52,17 @@ impl SpiDevice for Line {
     }
 }
 
-/// The bank, and what it has read.
+/// Bank of the chips, and its readings.
 #[derive(Default)]
 pub struct Sensors {
     bank: sensor_bank::SensorBank<Line>,
     read: [Option<DatedReading>; MAX_HEATERS],
-    /// The task that reads does not come to run.
+    /// Whether the task that reads is kept from running.
     pub stand: bool,
 }
 
 impl Sensors {
-    /// The chips of a configuration.
+    /// Makes the chips of a configuration.
     pub fn of(shared: &Rc<Shared>, config: &MachineConfig) -> Self {
         let mut sensors = Self::default();
         for (heater, controller) in config.temperatures.iter().enumerate() {
@@ -74,7 +74,7 @@ impl Sensors {
         sensors
     }
 
-    /// One run of the task.
+    /// Runs the task once.
     pub fn run(&mut self, now: Micros) {
         if self.stand {
             return;
@@ -86,7 +86,7 @@ impl Sensors {
         }
     }
 
-    /// What is known of a sensor.
+    /// Returns the last reading of a sensor.
     pub fn reading(&self, heater: usize, now: Micros) -> SensorReading {
         self.read.get(heater).copied().flatten().map_or(SensorReading::Missing, |read| read.at(now))
     }

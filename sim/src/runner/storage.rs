@@ -1,6 +1,6 @@
 //! A folder of the host as the machine's card. Names and errors are those of the board's card (crate
-//! `storage`): the same without regard to case, legal as on FAT, and nothing is done to a file that is open.
-//! Short names it has none.
+//! `storage`): the same without regard to case, legal as on FAT, and nothing is done to a file that is
+//! open. The card has no short names.
 
 use std::fs::{self, File};
 use std::io::{Error, ErrorKind, Read, Seek, SeekFrom, Write};
@@ -9,29 +9,29 @@ use std::path::{Path, PathBuf};
 use drivers::fat::{is_legal_name, same_name, stripped};
 use machine::ports::{DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, OpenMode, StorageError};
 
-/// How many files can be open at once, as on the board.
+/// Number of files that can be open at once, as on the board.
 const OPEN_FILES: usize = 5;
-/// How many more can be read beside.
+/// Number of further files that can be read beside.
 const BESIDE: usize = 4;
-/// Block writes that making, closing, renaming or removing a file takes at most on a FAT32 card: tables and
-/// folder (`tests/power_cuts.rs` counts them).
+/// Greatest number of block writes for making, closing, renaming or removing a file on a FAT32 card: tables
+/// and folder (`tests/power_cuts.rs` counts them).
 const FOLDER_WRITES: u32 = 6;
 
-/// What is wrong with the card.
+/// State of the card.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CardState {
-    /// Nothing.
+    /// Card without a fault.
     #[default]
     Good,
-    /// There is none.
+    /// Slot without a card.
     Missing,
-    /// It has no file system.
+    /// Card without a file system.
     Unformatted,
-    /// Files open, but reading them fails.
+    /// Card whose files open but cannot be read.
     Unreadable,
 }
 
-/// An open file.
+/// File that is open.
 #[derive(Debug)]
 struct Open {
     place: PathBuf,
@@ -39,17 +39,17 @@ struct Open {
     file: File,
 }
 
-/// The card.
+/// Card in a folder of the host.
 #[derive(Debug)]
 pub struct Card {
     root: PathBuf,
     state: CardState,
     open: [Option<Open>; OPEN_FILES + BESIDE],
-    /// Blocks written, and how many may be before the power goes.
+    /// Blocks written, and the number permitted before the power goes.
     writes: u32,
     most_writes: Option<u32>,
     is_off: bool,
-    /// Block writes since the machine last said that it is alive, and the most there ever were.
+    /// Block writes since the machine last reported that it is alive, and the most there ever were.
     unseen: u32,
     most_unseen: u32,
 }
@@ -65,7 +65,7 @@ fn translate(error: &Error) -> StorageError {
 }
 
 impl Card {
-    /// This folder as the card.
+    /// Takes a folder as the card.
     pub fn new(root: &Path, state: CardState, most_writes: Option<u32>) -> Self {
         Self {
             root: root.to_owned(),
@@ -79,18 +79,18 @@ impl Card {
         }
     }
 
-    /// Block writes so far, and whether the power went at one.
+    /// Returns the number of block writes so far, and whether the power went at one.
     pub const fn block_writes(&self) -> (u32, bool) {
         (self.writes, self.is_off)
     }
 
-    /// The machine says that it is alive.
+    /// Notes the machine's report that it is alive.
     pub const fn seen(&mut self) {
         self.unseen = 0;
     }
 
-    /// The most block writes between two times that the machine said it was alive: on a slow card, each takes
-    /// a quarter of a second.
+    /// Returns the most block writes between two reports of the machine that it is alive: on a slow card,
+    /// each takes a quarter of a second.
     pub const fn most_unseen_writes(&self) -> u32 {
         self.most_unseen
     }
@@ -102,7 +102,7 @@ impl Card {
         }
     }
 
-    /// It is pulled out, or put in again.
+    /// Pulls the card out, or puts it in again.
     pub fn set_state(&mut self, state: CardState) {
         self.state = state;
     }
@@ -115,7 +115,7 @@ impl Card {
         }
     }
 
-    /// What a path says behind the card's name.
+    /// Returns the part of a path behind the card's name.
     fn inside<'p>(&self, path: &'p str) -> Result<&'p str, StorageError> {
         self.usable()?;
         let path = path.trim_start_matches('/');
@@ -123,7 +123,7 @@ impl Card {
         if first.eq_ignore_ascii_case("sd") { Ok(rest.trim_end_matches('/')) } else { Err(StorageError::NotFound) }
     }
 
-    /// The host's path of something on the card, but not of what is in `moved`; nothing outside the folder
+    /// Returns the host's path of an entry of the card, but none within `moved`; nothing outside the folder
     /// can be named.
     fn place(&self, inside: &str, moved: Option<&Path>) -> Result<PathBuf, StorageError> {
         let mut place = self.root.clone();
@@ -144,7 +144,7 @@ impl Card {
         Ok(place)
     }
 
-    /// The host's path of a file or directory; the card itself is neither.
+    /// Returns the host's path of a file or directory; the card itself is neither.
     fn entry(&self, path: &str) -> Result<PathBuf, StorageError> {
         match self.inside(path)? {
             "" => Err(StorageError::BadPath),
@@ -152,14 +152,14 @@ impl Card {
         }
     }
 
-    /// The same, of what is not open.
+    /// Returns the host's path of an entry that is not open.
     fn closed(&self, path: &str) -> Result<PathBuf, StorageError> {
         let place = self.entry(path)?;
         let has = |open: &Open| open.place == place && open.mode != OpenMode::Beside;
         if self.open.iter().flatten().any(has) { Err(StorageError::Busy) } else { Ok(place) }
     }
 
-    /// The host's path of something new, which nothing but `moved` may have.
+    /// Returns the host's path of something new, which nothing but `moved` may have.
     fn new_place(&self, path: &str, moved: Option<&Path>) -> Result<PathBuf, StorageError> {
         let inside = self.inside(path)?;
         let (directory, name) = inside.rsplit_once('/').unwrap_or(("", inside));
@@ -179,14 +179,14 @@ impl Card {
         }
     }
 
-    /// The host's path of a file that nobody writes.
+    /// Returns the host's path of a file that nobody writes.
     fn read_by_others(&self, path: &str) -> Result<PathBuf, StorageError> {
         let place = self.entry(path)?;
         let writes = |open: &Open| open.place == place && matches!(open.mode, OpenMode::Write | OpenMode::Append);
         if self.open.iter().flatten().any(writes) { Err(StorageError::Busy) } else { Ok(place) }
     }
 
-    /// Who reads this file beside finds it no more.
+    /// Drops the reading beside of this file: it is found no more.
     fn forget_beside(&mut self, place: &Path) {
         let is_beside = |open: &Open| open.mode == OpenMode::Beside && open.place == place;
         self.open.iter_mut().filter(|slot| slot.as_ref().is_some_and(is_beside)).for_each(|slot| *slot = None);
@@ -307,7 +307,7 @@ impl Card {
             // The host's dates would make runs differ.
             let attributes = FileAttributes { archive: facts.is_file(), ..FileAttributes::default() };
             let written = FileTime::NO_CLOCK;
-            // `take` bounds it.
+            // The bound of `take` makes every entry fit.
             let _fits =
                 entries.push(DirectoryEntry { name, size_bytes, is_directory: facts.is_dir(), attributes, written });
         }

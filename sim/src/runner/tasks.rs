@@ -16,18 +16,18 @@ use crate::world::World;
 pub const SLOT_NS: u64 = HEAT_PERIOD_US as u64 * 1_000;
 /// ADC3 inputs behind the board's names ADC3_0 to ADC3_5.
 const VOLTAGE_CHANNELS: [u8; 6] = [10, 6, 7, 8, 9, 16];
-/// Temperature of a chip that has little to do.
+/// Temperature of a chip that has little to do, degrees Celsius.
 pub const CHIP_C: f32 = 30.0;
 /// Reference of the converters, volts.
 const REFERENCE_V: f32 = 3.3;
-/// The cell of the clock.
+/// Voltage of the clock's cell.
 const CELL_V: f32 = 3.0;
 
-/// Which world switch is which input of the machine, and what else of the configuration the tasks need.
+/// Mapping of the world's switches to the machine's inputs, and further settings that the tasks need.
 pub struct Inputs {
-    /// By the world's index of the switch.
+    /// Machine inputs, by the world's index of the switch.
     inputs: Vec<Option<Input>>,
-    /// By the place of the switch in the configuration: the world's index of the fan it drives.
+    /// World's index of the fan that a switch drives, by the place of the switch in the configuration.
     fans: Vec<Option<usize>>,
 }
 
@@ -58,7 +58,7 @@ impl Inputs {
         }
     }
 
-    /// The number of the input that fires when a switch of the world does this.
+    /// Returns the number of the input that fires when a switch of the world changes so.
     fn fired(&self, switch: usize, operated: bool) -> Option<u8> {
         let input = match self.inputs.get(switch).copied().flatten()? {
             Input::Probe if !operated => Input::ProbeOpen,
@@ -69,57 +69,57 @@ impl Inputs {
     }
 }
 
-/// Where in time the feed runs while a switch is searched for.
+/// Phase of the feed's runs while a switch is searched for.
 ///
-/// A switch that fires within microseconds of a run of the feed is seen by it or by the next one; a segment
-/// that ends within microseconds of where the feed stops writing is taken or left. The brake begins
+/// The feed sees a switch that fires within microseconds of its run in that run or in the next one; a
+/// segment that ends within microseconds of the end of writing is taken or left. The brake begins
 /// accordingly, a segment sooner or later. Here the feed runs exactly on its grid; on the board interrupts
 /// have their entry and jitter, so all of that may happen there and is right.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum FeedPhase {
-    /// On the grid.
+    /// Feed on the grid.
     #[default]
     Exact,
-    /// [`PHASE_NS`] before it.
+    /// Feed [`PHASE_NS`] before the grid.
     Before,
-    /// [`PHASE_NS`] after it.
+    /// Feed [`PHASE_NS`] after the grid.
     After,
 }
 
-/// See [`FeedPhase`].
+/// Shift of the phases of [`FeedPhase`].
 const PHASE_NS: u64 = 20_000;
 
-/// How long it takes from an edge of an input to its interrupt: steps that are due by then are still played,
-/// also where the motors are to stop at once. On the board those that share the step interrupt with the step
-/// that closed the switch.
+/// Time from an edge of an input to its interrupt: steps that are due by then are still played, also if the
+/// motors have to stop at once. On the board such steps share the step interrupt with the step that closed
+/// the switch.
 const REACTION_NS: u64 = 1_000;
 
-/// An input has fired, and its interrupt is about to run.
+/// Input that has fired, and whose interrupt is about to run.
 #[derive(Clone, Copy, Debug)]
 struct Firing {
     input: u8,
-    /// The tick it is stamped with.
+    /// Tick of the clock stamped on the event.
     tick: u32,
     at_ns: u64,
 }
 
-/// All task state.
+/// State of all tasks.
 pub struct Tasks {
     feed: FeedTask,
     inputs: Inputs,
     heat: HeatTask,
     present: OutputLevels,
-    /// Looks at every piece of trajectory and every edge, when asked to.
+    /// Observer of every piece of trajectory and every edge, when asked for.
     pub watch: Option<Watch>,
-    /// By the number of the search for a switch: the feed's phase meanwhile.
+    /// Phase of the feed by the number of the search for a switch.
     pub phases: Vec<FeedPhase>,
-    /// Searches begun so far, and whether one is under way.
+    /// Number of searches begun so far, and whether one is under way.
     searches: (usize, bool),
-    /// A trigger that stops the motors at once, as soon as its interrupt has run.
+    /// Trigger that stops the motors at once, as soon as its interrupt has run.
     firing: Option<Firing>,
     /// Triggers that the next run of the feed has yet to miss: input and tick.
     withheld: Vec<(u8, u32)>,
-    /// The feed misses so many runs: something kept it from running.
+    /// Number of runs that the feed misses, as if something kept it from running.
     pub missed_runs: u32,
 }
 
@@ -140,12 +140,12 @@ impl Tasks {
         }
     }
 
-    /// One slot's tasks, in the order of their priorities.
+    /// Runs a slot's tasks, in the order of their priorities.
     pub fn periodic(&mut self, shared: &Shared) {
         self.heat(shared);
         self.count_searches(shared);
         let now_ns = shared.now_ns.get();
-        // A motion begins on the grid: only what is between its beginning and the present matters.
+        // A motion begins on the grid: only the time between its beginning and the present matters.
         let moving = shared.motion.borrow().current_block().is_some();
         match self.phase() {
             FeedPhase::After if moving => {
@@ -171,7 +171,7 @@ impl Tasks {
         self.searches.1 = armed;
     }
 
-    /// The phase of the search under way, or of the last one: its brake belongs to it.
+    /// Returns the phase of the search under way, or of the last one: its brake belongs to it.
     fn phase(&self) -> FeedPhase {
         let search = self.searches.0.checked_sub(1);
         search.and_then(|search| self.phases.get(search)).copied().unwrap_or_default()
@@ -215,7 +215,7 @@ impl Tasks {
         }
     }
 
-    /// Level of every input, as the machine counts them.
+    /// Returns the levels of the inputs, in the machine's numbering.
     fn levels(&self, shared: &Shared) -> InputLevels {
         let world = shared.world.borrow();
         let mut levels = InputLevels::default();
@@ -230,7 +230,7 @@ impl Tasks {
         levels
     }
 
-    /// Plays every step event due up to here, each at its tick.
+    /// Plays every step event due up to `until_ns`, each at its tick.
     pub fn play_until(&mut self, shared: &Shared, until_ns: u64) {
         self.play_events(shared, until_ns);
         let mut world = shared.world.borrow_mut();
@@ -242,10 +242,10 @@ impl Tasks {
 
     fn play_events(&mut self, shared: &Shared, until_ns: u64) {
         let start = ticks(shared.now_ns.get());
-        // Motors that stand at once stand whether or not the feed has seen why.
+        // Motors that stand at once stand whether or not the feed has seen the reason.
         let stands = |tasks: &Self| shared.latch.is_hard() && !tasks.withheld.is_empty();
         while let Some(event) = shared.queue.front().filter(|_| !stands(self)) {
-            // The queue holds the low half of the clock; what is due lies at most a horizon away from now.
+            // The queue holds the low half of the clock; a due event lies at most a horizon away from now.
             let ahead = event.at.wrapping_sub(start.0 as u32) as i32;
             let at = start.0.saturating_add_signed(i64::from(ahead)).max(start.0);
             let at_ns = at * u64::from(TICK_NANOSECONDS);
@@ -263,7 +263,7 @@ impl Tasks {
         }
     }
 
-    /// An input's interrupt: at once, or after the run of the feed that is to miss it.
+    /// Reports an input's interrupt: at once, or after the run of the feed that has to miss it.
     fn report(&mut self, shared: &Shared, input: u8, tick: u32, at_ns: u64) {
         if self.phase() == FeedPhase::Before && SLOT_NS - at_ns % SLOT_NS < PHASE_NS {
             self.withheld.push((input, tick));
@@ -300,7 +300,7 @@ impl Tasks {
         }
     }
 
-    /// What switches did that no step made them do: contacts that bounce, buttons that are pressed.
+    /// Reports changes of switches that no step caused: contacts that bounce, buttons that are pressed.
     fn report_other_changes(&self, shared: &Shared) {
         let mut world = shared.world.borrow_mut();
         for change in world.take_switch_changes() {
@@ -312,7 +312,7 @@ impl Tasks {
     }
 }
 
-/// The step clock at this moment.
+/// Returns the step clock at a time.
 const fn ticks(now_ns: u64) -> Ticks {
     Ticks(now_ns / TICK_NANOSECONDS as u64)
 }
@@ -336,7 +336,7 @@ fn readings(shared: &Shared) -> SensorReadings {
     readings
 }
 
-/// A named voltage monitor of the wired configuration.
+/// Returns a named voltage monitor of the wired configuration.
 pub fn voltage(shared: &Shared, name: &str) -> Option<units::Volts> {
     match name {
         "vref" => return Some(units::Volts(REFERENCE_V)),
@@ -356,7 +356,7 @@ fn slow(shared: &Shared) {
     shared.supervisor.borrow_mut().tick(Micros(shared.now_ns.get() / 1_000), &mut *bank, supply, shared.events());
 }
 
-/// The pins of the heat task.
+/// Pins of the heat task.
 struct HeatPins<'a> {
     inputs: &'a Inputs,
     present: &'a mut OutputLevels,

@@ -1,9 +1,9 @@
-//! Holds step edges against the oracle: the ideal trajectory in `f64`, which shares no arithmetic with the
-//! step solver.
+//! The comparison of step edges with the oracle: the ideal trajectory in `f64`, which shares no arithmetic
+//! with the step solver.
 //!
 //! The native runner's own edges are compared as they are played ([`Watch::comparing`]). Edges of another
-//! board come without their trajectory; they are compared with the one that the native runner plans for the
-//! same job ([`plan`], [`against`]).
+//! board come without their trajectory; they are compared with the trajectory that the native runner plans
+//! for the same job ([`plan`], [`against`]).
 
 pub mod against;
 pub mod plan;
@@ -18,34 +18,34 @@ use units::{Actuator, PerActuator, StepCount};
 
 use plan::Plan;
 
-/// Pieces that ended this long before the present edge are forgotten.
+/// Age before the present edge at which ended pieces are forgotten.
 const MEMORY_NS: f64 = 1e7;
-/// Steps between two times of forgetting.
+/// Number of steps between two times of forgetting.
 const FORGET_EVERY: u64 = 4_096;
-/// Trajectory that goes on this long after its last piece has ended, seconds, has rested in between.
+/// Pause after the end of the last piece, seconds, from which trajectory has rested in between.
 const REST_SECONDS: f64 = 1e-6;
 
-/// One step of one motor.
+/// Step of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     pub actuator: Actuator,
-    /// Nanoseconds from boot.
+    /// Time of the step, nanoseconds from boot.
     pub at: f64,
-    /// Where the motor stands after it.
+    /// Position of the motor after the step.
     pub count: StepCount,
-    /// Which way it turned, 1 or -1.
+    /// Direction of the step, 1 or -1.
     pub sign: StepCount,
 }
 
-/// Watches one run: keeps count of where the motors stand, and tells apart the motions from rest to rest.
+/// Observer of a run: keeps count of the motors' positions, and tells apart the motions from rest to rest.
 pub struct Watch {
     config: MotionConfig,
-    /// The compensation in force, and which change of it that is.
+    /// Compensation in force, and the number of its change.
     warp: (Option<u32>, Option<Arc<Warp>>),
     last: Option<Piece>,
     /// Count of the last time that trajectory was taken back.
     taken_back: u32,
-    /// Where each motor stands, and which way it turns.
+    /// Position of each motor, and the direction in which it turns.
     counts: PerActuator<StepCount>,
     signs: PerActuator<StepCount>,
     /// Nothing has been played since the motors rested.
@@ -55,7 +55,7 @@ pub struct Watch {
     task: Task,
 }
 
-/// What is done with what is seen.
+/// Task of the observer.
 enum Task {
     Compare(Box<Comparison>),
     Record(Plan),
@@ -83,19 +83,19 @@ impl Watch {
         }
     }
 
-    /// Compares every edge of the machine with this configuration.
+    /// Makes an observer that compares every edge of the machine with this configuration.
     pub fn comparing(config: MotionConfig) -> Self {
         let (ideal, error) = (Ideal::new(config), StepError::default());
         Self::new(config, Task::Compare(Box::new(Comparison { ideal, error, strays: 0 })))
     }
 
-    /// Records what is ideal, to hold another board's edges against it.
+    /// Makes an observer that records the ideal motion, to compare another board's edges with it.
     pub const fn recording(config: MotionConfig) -> Self {
         Self::new(config, Task::Record(Plan::new()))
     }
 
-    /// Before and after each run of the feed: it may find the motors at rest, and from then on until the next
-    /// step where they stand may be declared anew.
+    /// Looks before and after each run of the feed: it may find the motors at rest, and from then on until
+    /// the next step their positions may be declared anew.
     pub fn look(&mut self, motion: &Motion) {
         if motion.is_idle() {
             self.resting = true;
@@ -106,7 +106,7 @@ impl Watch {
         }
     }
 
-    /// Trajectory that was taken back since the last look is no longer ideal.
+    /// Forgets trajectory that was taken back since the last look, which is no longer ideal.
     fn taken_back(&mut self, motion: &Motion) {
         let Some(taken) = motion.last_taken_back().filter(|taken| taken.count != self.taken_back) else { return };
         self.taken_back = taken.count;
@@ -126,7 +126,7 @@ impl Watch {
         if self.warp.0 != Some(changes) {
             self.warp = (Some(changes), Warp::of(motion.compensation()).map(Arc::new));
         }
-        // While filters run out, what follows a rest still overlaps what was before it.
+        // While filters run out, the motion after a rest still overlaps the motion before it.
         let rested = filters == FilterConfig::NONE
             && self.last.is_some_and(|last| {
                 let seconds =
@@ -153,7 +153,7 @@ impl Watch {
         }
     }
 
-    /// An event is played at this time.
+    /// Takes an event that is played at this time.
     pub fn played(&mut self, event: StepEvent, at_ns: u64) {
         self.resting = false;
         for actuator in Actuator::ALL {
@@ -179,7 +179,7 @@ impl Watch {
         }
     }
 
-    /// When comparing: how far the edges were off, and how many had no ideal crossing at all.
+    /// Returns, when comparing, the distances of the edges, and the number without any ideal crossing.
     pub fn result(&self) -> Option<(StepError, u64)> {
         match &self.task {
             Task::Compare(comparison) => Some((comparison.error, comparison.strays)),
@@ -187,14 +187,14 @@ impl Watch {
         }
     }
 
-    /// The machine begins to search for a switch.
+    /// Notes that the machine begins to search for a switch.
     pub const fn search_begins(&mut self) {
         if let Task::Record(plan) = &mut self.task {
             plan.search_begins();
         }
     }
 
-    /// When recording: what was recorded so far.
+    /// Returns, when recording, the plan so far.
     pub const fn plan(&self) -> Option<&Plan> {
         match &self.task {
             Task::Record(plan) => Some(plan),
@@ -202,7 +202,7 @@ impl Watch {
         }
     }
 
-    /// When recording: what was recorded.
+    /// Returns, when recording, the whole plan.
     pub fn into_plan(self) -> Option<Plan> {
         match self.task {
             Task::Record(plan) => Some(plan),
@@ -223,7 +223,7 @@ impl Comparison {
     }
 }
 
-/// The motion object, watched for new pieces of trajectory.
+/// Motion object that is watched for new pieces of trajectory.
 pub struct Watched<'a> {
     pub motion: &'a mut Motion,
     pub watch: Option<&'a mut Watch>,

@@ -1,4 +1,4 @@
-//! What a simulated machine consists of.
+//! The parts of a simulated machine.
 
 use units::Actuator;
 
@@ -22,7 +22,8 @@ pub struct Pin {
 }
 
 impl Pin {
-    /// The pin with this name (`PD3`), ignoring modifiers after it; `None` when it is no pin's name.
+    /// Returns the pin with this name (`PD3`), ignoring modifiers after it; `None` when it is no pin's
+    /// name.
     #[must_use]
     pub const fn parse(name: &str) -> Option<Self> {
         let bytes = name.as_bytes();
@@ -53,27 +54,27 @@ impl std::fmt::Display for Pin {
 pub struct AnalogInput {
     /// 1 for ADC1, 3 for ADC3.
     pub converter: u8,
-    /// INP number.
+    /// Channel by its INP number.
     pub channel: u8,
 }
 
 impl AnalogInput {
-    /// Where the board leads this.
+    /// Returns the input to which the board leads a signal.
     #[must_use]
     pub const fn of(input: &board_facts::wiring::AnalogInput) -> Self {
         Self { converter: input.converter, channel: input.channel }
     }
 }
 
-/// How a motor is driven.
+/// Drive of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DriverConfig {
-    /// One of the four drivers on the board, in the order of their chip selects (alpha is 0).
+    /// Driver on the board, in the order of the four chip selects (alpha is 0).
     OnBoard,
     /// A driver on a header: a rising STEP edge is a step, `enable_high` the level that energises it.
     External {
-        /// STEP must be low and high for this long, else a step may be missed: counted as a timing fault,
-        /// nanoseconds.
+        /// Least time for STEP to be low and high, nanoseconds: a shorter pulse may miss a step and counts
+        /// as a timing fault.
         pulse_ns: u64,
         /// Microsteps per full step set by its switches.
         microsteps: u32,
@@ -82,28 +83,28 @@ pub enum DriverConfig {
     },
     /// A driver on a header with a chip that is set up.
     Outside {
-        /// Its chip.
+        /// Model of the driver's chip.
         kind: StealthKind,
-        /// Level of the enable pin that lets the chip drive; `None` where that input is tied so.
+        /// Level of the enable pin that lets the chip drive; `None` if that input is tied so.
         enable_high: Option<bool>,
-        /// How it is spoken with.
+        /// Connection to the chip.
         port: OutsidePort,
     },
 }
 
-/// What the chip of a driver on a header is connected to.
+/// Connection of the chip of a driver on a header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutsidePort {
     /// SPI1 (0) or SPI4 (1), and its select.
     Spi {
-        /// The bus.
+        /// Index of the bus.
         channel: u8,
-        /// Low while it is spoken with.
+        /// Select pin, low during a transfer.
         select: Option<Pin>,
     },
     /// USART3 (0) or UART4 (1): one wire, on which TX is over a resistor.
     Uart {
-        /// The port.
+        /// Index of the port.
         channel: u8,
         /// Levels of MS1 and MS2.
         address: u8,
@@ -113,9 +114,9 @@ pub enum OutsidePort {
 /// A motor and what it moves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ActuatorConfig {
-    /// Which motor.
+    /// Motor that is configured.
     pub actuator: Actuator,
-    /// Its driver.
+    /// Driver of the motor.
     pub driver: DriverConfig,
     /// Travel per full step, millimetres (degrees for rotary axes).
     pub mm_per_full_step: f64,
@@ -123,29 +124,29 @@ pub struct ActuatorConfig {
     pub forward_high: bool,
     /// STEP, DIR and enable pin of an external driver; on-board ones are copper.
     pub step_pin: Option<Pin>,
-    /// See `step_pin`.
+    /// Direction pin, see `step_pin`.
     pub direction_pin: Option<Pin>,
-    /// See `step_pin`.
+    /// Enable pin, see `step_pin`.
     pub enable_pin: Option<Pin>,
-    /// The resistor that the current of a driver with a chip outside is set by, ohms.
+    /// Resistor that sets the current of a driver with a chip outside, ohms.
     pub sense_ohms: f64,
-    /// Where the carriage stands at power-on, millimetres.
+    /// Position of the carriage at power-on, millimetres.
     pub start_mm: f64,
-    /// Hard stops, millimetres.
+    /// Hard stops of the carriage, millimetres.
     pub limits_mm: [f64; 2],
-    /// The motor's rotor and its load, for what stallGuard makes of them; `None`: it follows its field
-    /// stiffly, and a stop takes what it does not follow.
+    /// Rotor of the motor and its load, for stallGuard; `None`: it follows its field stiffly, and a stop
+    /// takes the rest.
     pub rotor: Option<crate::models::rotor::Plant>,
 }
 
-/// What operates a switch.
+/// Operator of a switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Operator {
     /// The carriage of one motor (Cartesian axes, delta towers).
     Carriage(Actuator),
     /// A Cartesian coordinate of the tool, 0 to 2 for X to Z, through [`Linkage`].
     Tool(usize),
-    /// What the tool stands over or beside, see [`WorldConfig::surface`]: a probe.
+    /// Surface under or beside the tool, see [`WorldConfig::surface`]: a probe.
     Surface,
     /// The stallGuard output of a motor's driver, with the place 0 and [`Side::Below`].
     Stall(Actuator),
@@ -156,22 +157,22 @@ pub enum Operator {
 pub struct SwitchConfig {
     /// Name in reports and faults (`minx`, `probe`, `kill`).
     pub name: String,
-    /// Input pin.
+    /// Pin of the switch's input.
     pub pin: Pin,
     /// Level on the pin while operated.
     pub operated_high: bool,
-    /// What operates it; `None` for buttons, which only faults and tests press.
+    /// Operator of the switch; `None` for buttons, which only faults and tests press.
     pub operator: Option<(Operator, f64, Side)>,
 }
 
 /// A converter chip on an SPI bus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConverterConfig {
-    /// Which, and what is connected to it.
+    /// Model of the chip, and the sensor connected to it.
     pub kind: Kind,
     /// The bus: 0 is SPI1, 1 is SPI4.
     pub channel: u8,
-    /// Its select, active low.
+    /// Select pin, active low.
     pub select: Pin,
 }
 
@@ -184,92 +185,92 @@ pub struct HeaterConfig {
     pub pin: Option<Pin>,
     /// Level that heats (before the board's buffer and switches).
     pub on_high: bool,
-    /// Sensor input; `None` when the sensor is not analog.
+    /// Analog input of the sensor; `None` when the sensor is not analog.
     pub sensor: Option<AnalogInput>,
-    /// The chip that reads the sensor; `None` where the converter of the board does, or nothing.
+    /// The chip that reads the sensor; `None` if the converter of the board does, or nothing.
     pub converter: Option<ConverterConfig>,
-    /// Sensor curve.
+    /// Curve of the sensor.
     pub curve: Curve,
-    /// Thermal constants.
+    /// Thermal constants of the heater.
     pub plant: Plant,
 }
 
 /// A fan on an output.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FanConfig {
-    /// Name in reports.
+    /// Name of the fan in reports.
     pub name: String,
-    /// Output.
+    /// Output pin of the fan.
     pub pin: Pin,
     /// Level that runs it.
     pub on_high: bool,
-    /// Index in [`WorldConfig::heaters`] of what it blows at.
+    /// Index in [`WorldConfig::heaters`] of the heater that the fan cools.
     pub cools: Option<usize>,
-    /// Where its tachometer's contact to ground is, if it has one.
+    /// Pin of the tachometer's contact to ground, if the fan has one.
     pub tachometer: Option<Pin>,
 }
 
 /// A strip of lights with a chip each, on a timer's output.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StripConfig {
-    /// Its timer (0: PWM1) and channel (0: PWM1_1).
+    /// Timer (0: PWM1) and channel (0: PWM1_1) of the strip.
     pub output: (usize, usize),
-    /// Lights that it has.
+    /// Number of lights in the strip.
     pub lights: usize,
-    /// Bytes that each of them takes.
+    /// Bytes that each light takes.
     pub bytes_each: usize,
 }
 
 /// A sensor of the width of filament, in front of an extruder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilamentSensorConfig {
-    /// Its inputs, which read the same.
+    /// Inputs of the sensor, which read the same.
     pub inputs: [Option<AnalogInput>; 2],
-    /// The motor that pulls the filament through it.
+    /// Motor that pulls the filament through the sensor.
     pub motor: Actuator,
-    /// Filament from it to the nozzle, millimetres.
+    /// Filament from the sensor to the nozzle, millimetres.
     pub to_nozzle_mm: f64,
     /// Volts of each input for filament of no thickness, and for each millimetre more.
     pub volts: [f64; 2],
 }
 
-/// How motors move the tool.
+/// Relation of motors to the tool's motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Linkage {
     /// Motor n moves axis n.
     Direct,
     /// X = (alpha + beta) / 2, Y = (alpha - beta) / 2, Z = gamma.
     CoreXy,
-    /// Three towers.
+    /// Linear delta with three towers.
     LinearDelta(DeltaFrame),
 }
 
-/// The whole machine.
+/// Configuration of the whole machine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorldConfig {
-    /// Which driver chips the board carries.
+    /// Model of the board's driver chips.
     pub chip: Chip,
     /// Motors, at most one entry per actuator.
     pub actuators: Vec<ActuatorConfig>,
-    /// How they move the tool.
+    /// Relation of motors to the tool's motion.
     pub linkage: Linkage,
-    /// Switches and buttons.
+    /// Switches and buttons of the machine.
     pub switches: Vec<SwitchConfig>,
     /// Motors of Z that carry the gantry or the bed at places of their own; empty: gamma does it alone.
     pub gantry: Gantry,
-    /// What a probe can touch.
+    /// Surface that a probe can touch.
     pub surface: Surface,
-    /// Heaters and sensors.
+    /// Heaters and sensors of the machine.
     pub heaters: Vec<HeaterConfig>,
-    /// Fans.
+    /// Fans of the machine.
     pub fans: Vec<FanConfig>,
     /// Strips of lights, in the order of the machine's description.
     pub strips: Vec<StripConfig>,
-    /// What measures the width of filament.
+    /// Sensor of the width of filament.
     pub filament_sensor: Option<FilamentSensorConfig>,
     /// Temperature of the air, degrees Celsius.
     pub air_c: f64,
-    /// Motor supply, volts.
+    /// Voltage of the motor supply, volts.
     pub vmotor_v: f64,
     /// Supply of the heater and fan switches, volts; heater power is given for 24 V.
     pub vfet_v: f64,

@@ -3,11 +3,11 @@
 use super::World;
 use crate::models::converter::{Converter, Terminals};
 
-/// How much warmer than the air the chips are, kelvin.
+/// Excess of the chips' temperature over the air's, kelvin.
 const CHIP_WARMTH_K: f64 = 3.0;
 
 impl World {
-    /// The select of the chip of a heater's sensor goes low.
+    /// Lowers the select of the chip of a heater's sensor.
     pub fn converter_select(&mut self, at_ns: u64, heater: usize) {
         self.advance(at_ns);
         let terminals = Terminals {
@@ -21,19 +21,19 @@ impl World {
         }
     }
 
-    /// A byte each way; without a chip nothing drives the line.
+    /// Exchanges a byte in each direction; without a chip nothing drives the line.
     pub fn converter_transfer(&mut self, heater: usize, mosi: u8) -> u8 {
         self.heaters[heater].converter.as_mut().map_or(0xFF, |converter| converter.transfer(mosi))
     }
 
-    /// The select of the chip of a heater's sensor goes high.
+    /// Raises the select of the chip of a heater's sensor.
     pub fn converter_deselect(&mut self, at_ns: u64, heater: usize) {
         if let Some(converter) = &mut self.heaters[heater].converter {
             converter.deselect(at_ns);
         }
     }
 
-    /// What the chip of a heater's sensor holds; empty where it holds nothing.
+    /// Returns the registers of the chip of a heater's sensor; empty if there are none.
     #[must_use]
     pub fn converter_registers(&self, heater: usize) -> &[u8] {
         self.heaters[heater].converter.as_ref().map_or(&[], Converter::registers)

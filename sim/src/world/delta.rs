@@ -1,4 +1,4 @@
-//! Where three diagonal rods hold the tool of a linear delta.
+//! The tool position of a linear delta, held by three pairs of diagonal rods.
 
 use config::LinearDeltaArms;
 
@@ -12,7 +12,8 @@ pub struct DeltaFrame {
 }
 
 impl DeltaFrame {
-    /// As its drawing says: towers at 210, 330 and 90 degrees, each as far off as its own figures have it.
+    /// Makes the frame of its drawing: towers at 210, 330 and 90 degrees, each as far off as its own
+    /// figures have it.
     #[must_use]
     pub fn of(arms: &LinearDeltaArms) -> Self {
         let towers_mm = std::array::from_fn(|n| {
@@ -23,14 +24,15 @@ impl DeltaFrame {
         Self { towers_mm, arms_mm: std::array::from_fn(|n| arms.arm_length + arms.arm_offset[n]) }
     }
 
-    /// How high the carriage of a tower stands over the tool, with the tool at X0 Y0, millimetres.
+    /// Returns the height of a tower's carriage over the tool, with the tool at X0 Y0, millimetres.
     #[must_use]
     pub fn rise(&self, tower: usize) -> f64 {
         let [x, y] = self.towers_mm[tower];
         (self.arms_mm[tower].powi(2) - x * x - y * y).sqrt()
     }
 
-    /// Tool position for these heights of the carriages: the lower intersection of three spheres around them.
+    /// Returns the tool position for these heights of the carriages: the lower intersection of three
+    /// spheres around them.
     #[must_use]
     pub fn tool(&self, heights_mm: [f64; 3]) -> [f64; 3] {
         let p: [[f64; 3]; 3] = std::array::from_fn(|n| [self.towers_mm[n][0], self.towers_mm[n][1], heights_mm[n]]);

@@ -12,7 +12,7 @@ pub const VFET_INPUT: AnalogInput = AnalogInput::of(&wiring::HEATER_SUPPLY);
 /// Input of the motor supply.
 pub const VMOTOR_INPUT: AnalogInput = AnalogInput::of(&wiring::MOTOR_SUPPLY);
 
-/// What lies between an output's pin and the current through its load.
+/// Path from an output's pin to the current through its load.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Path {
     /// The buffer, the output's own MOSFET, and the load switch.
@@ -26,7 +26,7 @@ pub(super) enum Path {
 }
 
 impl Path {
-    /// Of the output on this pin.
+    /// Returns the path of the output on this pin.
     pub fn of(pin: Option<Pin>) -> Self {
         let output = pin.and_then(|pin| wiring::power_output(&pin.to_string()));
         match output.map(|output| output.feed) {
@@ -39,25 +39,25 @@ impl Path {
 }
 
 impl World {
-    /// The level of the output buffer's enable (PF14): low enables, and it floats high.
+    /// Sets the level of the output buffer's enable (PF14): low enables, and it floats high.
     pub fn fet_buffer_pin(&mut self, at_ns: u64, high: bool) {
         self.advance(at_ns);
         self.fet_buffer_on = !high;
     }
 
-    /// The level of the load switch of heaters and fans (PD7): high switches on.
+    /// Sets the level of the load switch of heaters and fans (PD7): high switches on.
     pub fn fet_power_pin(&mut self, at_ns: u64, high: bool) {
         self.advance(at_ns);
         self.fet_power_on = high;
     }
 
-    /// The load switch of heaters and fans conducts.
+    /// Returns whether the load switch of heaters and fans conducts.
     pub(super) const fn fets_supplied(&self) -> bool {
         self.fet_power_on || self.fet_switch_stuck_on
     }
 
-    /// A timer output (PWM1_1 is timer 0, channel 0) has this duty, 0 to 1, from now on. Laser modules and
-    /// spindle drives hang on these; they filter, so the mean is all they see.
+    /// Sets the duty of a timer output (PWM1_1 is timer 0, channel 0), 0 to 1, from now on. Laser modules
+    /// and spindle drives hang on these; they filter, so the mean is all they see.
     pub fn pwm(&mut self, timer: usize, channel: usize, duty: f64) {
         self.pwm[timer][channel] = duty;
     }
@@ -68,7 +68,7 @@ impl World {
         self.pwm[timer][channel]
     }
 
-    /// A timer runs at this frequency, hertz, from now on.
+    /// Sets the frequency of a timer, hertz, from now on.
     pub fn pwm_rate(&mut self, timer: usize, hertz: f64) {
         self.pwm_hz[timer] = hertz;
     }
@@ -84,19 +84,19 @@ impl World {
         self.drivers.iter_mut().for_each(|driver| driver.set_supply(volts));
     }
 
-    /// Motor supply, volts.
+    /// Returns the motor supply, volts.
     #[must_use]
     pub const fn vmotor_v(&self) -> f64 {
         self.vmotor_v
     }
 
-    /// Supply at hot ends and fans, volts: zero while the load switch is off.
+    /// Returns the supply at hot ends and fans, volts: zero while the load switch is off.
     #[must_use]
     pub const fn vfet_v(&self) -> f64 {
         if self.fets_supplied() { self.vfet_v } else { 0.0 }
     }
 
-    /// Volts that drive current through a load on this path when its MOSFET conducts.
+    /// Returns the voltage that drives current through a load on this path when its MOSFET conducts.
     pub(super) const fn load_volts(&self, path: Path) -> f64 {
         match path {
             Path::Switched => self.vfet_v(),
@@ -105,7 +105,7 @@ impl World {
         }
     }
 
-    /// Whether the level on an output's pin reaches what is on its path.
+    /// Returns whether the level on an output's pin reaches the loads on its path.
     pub(super) const fn passes(&self, path: Path) -> bool {
         matches!(path, Path::Header) || self.fet_buffer_on
     }
@@ -114,7 +114,7 @@ impl World {
     #[must_use]
     pub fn analog_volts(&self, input: AnalogInput) -> Option<f64> {
         if input == VFET_INPUT {
-            // Measured before the load switch.
+            // The supply is measured before the load switch.
             return Some(self.vfet_v / SUPPLY_DIVIDER);
         }
         if input == VMOTOR_INPUT {

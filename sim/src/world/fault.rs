@@ -1,10 +1,10 @@
-//! Faults: what a run can be asked to go wrong with.
+//! Faults that a run can be asked to suffer.
 
 use units::Actuator;
 
 use crate::models::converter::Leads;
 
-/// One thing that goes wrong. Heaters, switches and motors are named as in the machine's configuration.
+/// Fault of the machine. Heaters, switches and motors are named as in the machine's configuration.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fault {
     /// The sensor of this heater is not connected.
@@ -13,26 +13,26 @@ pub enum Fault {
     ThermistorShort(String),
     /// A wire of this heater's sensor touches the supply.
     SensorToSupply(String),
-    /// Single leads of this heater's platinum sensor.
+    /// Single leads of this heater's platinum sensor are at fault.
     SensorLead(String, Leads),
     /// The converter chip of this heater's sensor does not answer.
     ConverterSilent(String),
-    /// Its data line is at ground, as with a chip without supply.
+    /// Data line of this heater's sensor chip is at ground, as with a chip without supply.
     ConverterLow(String),
-    /// Its supply fails for a moment: it forgets its settings.
+    /// The supply of this heater's sensor chip fails for a moment: the chip forgets its settings.
     ConverterReset(String),
     /// The sensor of this heater slides half out: it comes to feel as much of the air as of the heater.
     ThermistorSlips(String),
     /// The plug of this heater's sensor is loose: the reading jumps.
     ThermistorLoose(String),
-    /// The wire of this heater's sensor picks up what others switch: the reading is off by up to so many
-    /// kelvin, now that way and now the other.
+    /// The wire of this heater's sensor picks up the switching of other loads: the reading is off by up to
+    /// so many kelvin, either way.
     ThermistorNoisy(String, f64),
     /// The sensor of this heater comes to read more and more too much, or too little: kelvin per second.
     ThermistorDrifts(String, f64),
     /// The sensors of these two heaters are in each other's plugs.
     ThermistorsSwapped(String, String),
-    /// The converter of the thermistors stands: what it converted last stays.
+    /// The converter of the thermistors stands: its last results stay.
     AdcStands,
     /// The heater's switch conducts whatever its input.
     HeaterStuckOn(String),
@@ -53,7 +53,7 @@ pub enum Fault {
     SwitchBounces(String),
     /// The driver chip does not answer on SPI.
     DriverSilent(Actuator),
-    /// One bit of every so many replies of the driver chip arrives wrong.
+    /// A bit of every so many replies of the driver chip arrives wrong.
     DriverBitErrors(Actuator, u32),
     /// The driver chip is this hot, degrees Celsius.
     DriverTemperature(Actuator, i32),
@@ -63,7 +63,7 @@ pub enum Fault {
     DriverShort(Actuator),
     /// Coil A of the motor is shorted to the motor supply.
     DriverShortToSupply(Actuator),
-    /// A driver chip was without supply for a moment, which nobody but it has noticed.
+    /// A driver chip was without supply for a moment, which nothing but the chip has noticed.
     DriverReset(Actuator),
     /// The motor supply has this voltage.
     MotorSupply(f64),
@@ -78,13 +78,13 @@ pub enum Fault {
 /// A fault and when it happens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TimedFault {
-    /// Nanoseconds since power-on.
+    /// Time of the fault, nanoseconds since power-on.
     pub at_ns: u64,
-    /// What happens.
+    /// Fault that happens then.
     pub fault: Fault,
 }
 
-/// How faults are spelled, for usage texts.
+/// Spelling of faults, for usage texts.
 pub const SPELLING: &str = "thermistor-open:HEATER thermistor-short:HEATER sensor-to-supply:HEATER sensor-lead:HEATER,LEAD (force-open, minus-to-ground, plus-to-ground) converter-silent:HEATER converter-low:HEATER converter-reset:HEATER thermistor-slip:HEATER thermistor-loose:HEATER thermistor-noisy:HEATER,K thermistor-drifts:HEATER,K_PER_S thermistors-swapped:HEATER,HEATER adc-stands heater-stuck-on:HEATER heater-dead:HEATER heater-weak:HEATER,SHARE fan-stopped:FAN fan-slow:FAN \
 switch-never:SWITCH switch-always:SWITCH switch-bounces:SWITCH driver-silent:MOTOR driver-bit-errors:MOTOR,EVERY driver-overheat:MOTOR driver-prewarn:MOTOR \
 driver-open-load:MOTOR driver-short:MOTOR driver-short-to-supply:MOTOR driver-reset:MOTOR motor-supply:VOLTS fet-supply:VOLTS fet-switch-stuck-on \

@@ -3,15 +3,16 @@
 use super::{AnalogInput, World};
 use crate::models::thermistor::REFERENCE_VOLTS;
 
-/// What filament is where nothing else is said, millimetres.
+/// Thickness of filament if nothing else is said, millimetres.
 const USUAL_MM: f64 = 1.75;
 
-/// Filament.
+/// Filament that runs through the sensor.
 #[derive(Clone, Debug)]
 pub(super) struct Filament {
-    /// From where on, in millimetres of what has come out of the nozzle by then, it is how thick.
+    /// Thickness of the filament, by the position from which it applies, in millimetres of filament that
+    /// has come out of the nozzle by then.
     pieces: Vec<(f64, f64)>,
-    /// The sensor's plug is in.
+    /// Whether the sensor's plug is in.
     plugged: bool,
 }
 
@@ -22,25 +23,26 @@ impl Default for Filament {
 }
 
 impl World {
-    /// The filament's diameter from each of these places on, both in millimetres; 0 is where the nozzle stood
-    /// at power-on. Before the first it is 1.75 mm thick.
+    /// Sets the filament's diameter from each of these places on, both in millimetres; 0 is the nozzle's
+    /// place at power-on. Before the first the diameter is 1.75 mm.
     pub fn thread_filament(&mut self, pieces: &[(f64, f64)]) {
         self.filament.pieces = pieces.to_vec();
     }
 
-    /// The plug of the sensor of its width is pushed in, or pulled.
+    /// Pushes in or pulls the plug of the width sensor.
     pub const fn plug_filament_sensor(&mut self, plugged: bool) {
         self.filament.plugged = plugged;
     }
 
-    /// How thick the filament is that was, or will be, at the nozzle when the extruder stands here, mm.
+    /// Returns the thickness of the filament that was, or will be, at the nozzle when the extruder stands
+    /// here, mm.
     #[must_use]
     pub fn filament_mm(&self, at_mm: f64) -> f64 {
         let piece = self.filament.pieces.iter().rev().find(|(from, _)| *from <= at_mm);
         piece.map_or(USUAL_MM, |(_, diameter)| *diameter)
     }
 
-    /// Voltage of the sensor on this input; `None` when there is none, or its plug is pulled.
+    /// Returns the voltage of the sensor on this input; `None` when there is none, or its plug is pulled.
     pub(super) fn filament_volts(&self, input: AnalogInput) -> Option<f64> {
         let sensor = self.config.filament_sensor.filter(|sensor| sensor.inputs.contains(&Some(input)))?;
         let pushed = self.carriage_mm(sensor.motor)?;

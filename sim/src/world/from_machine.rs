@@ -1,4 +1,4 @@
-//! The machine a configuration describes: what it leaves open is filled with a well-built printer's facts.
+//! The machine a configuration describes: missing facts are filled in with those of a well-built printer.
 
 use board_facts::wiring;
 use config::{
@@ -21,15 +21,15 @@ use crate::models::thermistor::{Curve, REFERENCE_VOLTS};
 use crate::models::tmc_stealth::StealthKind;
 use crate::models::tmc26x::Chip;
 
-/// How far beyond a switch the carriage can still move before it hits the frame, millimetres.
+/// Travel of a carriage beyond a switch before it hits the frame, millimetres.
 const OVERTRAVEL_MM: f64 = 3.0;
-/// Where a bed above the tool is, millimetres.
+/// Height of a bed above the tool, millimetres.
 const OVERHEAD_MM: f64 = 30.0;
 /// Distance from their homing switches at which X, Y and Z stand at power-on, millimetres.
 const START_MM: [f64; 3] = [30.0, 40.0, 10.0];
 
 impl WorldConfig {
-    /// The machine this configuration describes, on a board with these driver chips.
+    /// Makes the machine of this configuration, on a board with these driver chips.
     #[must_use]
     pub fn of(machine: &MachineConfig, chip: Chip) -> Self {
         let linkage = match machine.motion.arm_solution {
@@ -57,12 +57,12 @@ const fn pin(pin: config::Pin) -> Pin {
     Pin { port: pin.port, number: pin.number }
 }
 
-/// The coordinate range an axis's homing switch implies: switch position, other end, and where it stands at
-/// power-on.
+/// Returns the coordinate range an axis's homing switch implies: switch position, other end, and the
+/// position at power-on.
 fn range(stop: &EndstopConfig, axis: usize) -> ([f64; 2], f64) {
     let (at, travel) = (stop.homing_position.0, stop.max_travel.0.max(1.0));
     let away = START_MM.get(axis).copied().unwrap_or(20.0).min(travel / 2.0);
-    // Where there is no switch the frame itself is the end.
+    // Without a switch the frame itself is the end.
     let beyond = if stop.stall.homing { 0.0 } else { OVERTRAVEL_MM };
     match stop.homing_direction {
         HomingDirection::ToMax => ([at - travel - OVERTRAVEL_MM, at + beyond], at - away),
@@ -70,7 +70,7 @@ fn range(stop: &EndstopConfig, axis: usize) -> ([f64; 2], f64) {
     }
 }
 
-/// Rotors cost time, so only a machine that looks at their load has them.
+/// Returns a rotor if the machine looks at its load: rotors cost time.
 fn rotor(machine: &MachineConfig, actuator: Actuator) -> Option<rotor::Plant> {
     let config = &machine.actuators[actuator];
     if !config.driver.is_spoken_with() || !machine.looks_at_stalls() {
@@ -127,7 +127,7 @@ fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> Actua
         },
         sense_ohms: machine.stealth_driver(actuator).and_then(|chip| chip.resistor).map_or(0.0, |r| f64::from(r.0)),
         mm_per_full_step: f64::from(config.microsteps.max(1)) / config.steps_per_mm,
-        // The wiring of a working machine; `!` says that this motor's is the other way round.
+        // The wiring is that of a working machine; `!` says that this motor's is the other way round.
         forward_high: config.direction_inverted() != wiring::UP_IS_HIGH,
         step_pin: config.step_pin.map(pin),
         direction_pin: config.dir_pin.map(pin),
@@ -138,8 +138,8 @@ fn motor(machine: &MachineConfig, actuator: Actuator, linkage: Linkage) -> Actua
     }
 }
 
-/// A switch where it really is. A tower's: at the height the carriage has with the tool at its homing
-/// position, and as far off as the trim makes up for.
+/// Returns a switch at its true position. A tower's is at the height the carriage has with the tool at its
+/// homing position, less the trim.
 fn placed(machine: &MachineConfig, stop: &EndstopConfig, linkage: Linkage) -> EndstopConfig {
     let mut placed = stop.clone();
     let master = stop.axis.and_then(|axis| machine.actuators.0.get(axis as usize)).and_then(|motor| motor.slaved_to);
@@ -158,7 +158,7 @@ fn placed(machine: &MachineConfig, stop: &EndstopConfig, linkage: Linkage) -> En
     placed
 }
 
-/// Where the belts of a CoreXY stand with the tool at its power-on place.
+/// Returns the position of a CoreXY belt with the tool at its power-on place.
 fn belt_start(machine: &MachineConfig, axis: Axis) -> f64 {
     let tool = |axis: Axis| machine.homing_endstop(axis).map_or(0.0, |stop| range(stop, axis as usize).1);
     match axis {
@@ -185,7 +185,7 @@ fn switches(machine: &MachineConfig, linkage: Linkage) -> Vec<SwitchConfig> {
         operator: None,
     };
     let kill = machine.kill_button.enable.then_some(machine.kill_button.pin).flatten();
-    // Pressed is low, whatever the pin's name says besides.
+    // A pressed button is low, whatever else the pin's name says.
     let kill = kill.map(|input| button("kill", input, input.inverted));
     let door = machine.safety_door.pin.filter(|_| machine.safety_door.enable);
     let door = door.map(|input| button("door", input, !input.inverted));
@@ -223,7 +223,7 @@ fn switches(machine: &MachineConfig, linkage: Linkage) -> Vec<SwitchConfig> {
         .collect()
 }
 
-/// As many motors as places are written, gamma and its slaves in their order.
+/// Returns as many motors as places are written, gamma and its slaves in their order.
 fn gantry(machine: &MachineConfig) -> Gantry {
     let of_z = |(motor, config): &(Actuator, &config::ActuatorConfig)| {
         *motor == Actuator::Gamma || config.slaved_to == Some(Actuator::Gamma)
@@ -232,19 +232,20 @@ fn gantry(machine: &MachineConfig) -> Gantry {
     Gantry { pivots: motors.zip(machine.z_alignment.motors.iter().copied()).collect() }
 }
 
-/// A level bed at zero; for a probe that searches upwards, one above the tool.
+/// Returns a level bed at zero; for a probe that searches upwards, a bed above the tool.
 fn surface(machine: &MachineConfig) -> Surface {
     let overhead = machine.probe.reverse_z;
     Surface { overhead, bed: Some(Bed::level(if overhead { OVERHEAD_MM } else { 0.0 })), ..Surface::default() }
 }
 
-/// The motor whose driver's stallGuard output the board leads to this pin.
+/// Returns the motor whose driver's stallGuard output the board leads to this pin.
 fn stall_output(input: config::Pin) -> Option<Actuator> {
     let socket = wiring::DRIVERS.iter().position(|socket| Pin::parse(socket.stall) == Some(pin(input)))?;
     Actuator::from_index(socket)
 }
 
-/// The outputs of the chips on SPI are low for a stall, and the board's pull-ups make them high.
+/// Returns whether the stall output is low for a stall: those of chips on SPI are, and the board's pull-ups
+/// make them high.
 const fn is_low_for_stall(driver: DriverKind) -> bool {
     matches!(driver, DriverKind::Tmc2130 | DriverKind::Tmc5160 | DriverKind::Tmc2240)
 }
@@ -296,7 +297,7 @@ fn heater(controller: &TemperatureConfig) -> HeaterConfig {
     }
 }
 
-/// The converter chip that the configuration says is fitted, with the sensor it says is connected.
+/// Returns the converter chip that the configuration says is fitted, with the connected sensor.
 fn converter(sensor: &config::SensorConfig) -> Option<ConverterConfig> {
     let spi = &sensor.spi;
     let kind = match sensor.kind {
@@ -325,7 +326,7 @@ const fn thermocouple(kind: config::ThermocoupleType) -> Thermocouple {
     }
 }
 
-/// A sensor that is as it was calibrated, two that share what they read equally.
+/// Returns the filament sensor as calibrated, with the reading shared equally by two inputs if there are two.
 fn filament_sensor(machine: &MachineConfig) -> Option<FilamentSensorConfig> {
     let sensor = &machine.filament_width;
     let mut inputs = [None; 2];
@@ -344,14 +345,14 @@ fn filament_sensor(machine: &MachineConfig) -> Option<FilamentSensorConfig> {
     (count > 0.0).then_some(FilamentSensorConfig { inputs, motor, to_nozzle_mm: sensor.delay.0, volts })
 }
 
-/// The sensor that the configuration says is fitted.
+/// Returns the sensor that the configuration says is fitted.
 fn fitted(sensor: &config::SensorConfig) -> Curve {
     match sensor.kind {
         SensorKind::Pt100 => Curve::Platinum { r0_ohms: 100.0 },
         SensorKind::Pt1000 => Curve::Platinum { r0_ohms: 1_000.0 },
         SensorKind::Ad849x => Curve::Amplifier { at_zero: f64::from(sensor.amplifier_offset.0), per_k: 0.005 },
         SensorKind::Voltage => match sensor.voltage_points {
-            // A straight one through its first two points.
+            // The curve is a straight line through the first two points.
             [Some([one, volts]), Some([other, other_volts]), ..] if one != other => {
                 let per_k = (other_volts - volts) / (other - one);
                 Curve::Amplifier { at_zero: volts - per_k * one, per_k }
@@ -362,7 +363,7 @@ fn fitted(sensor: &config::SensorConfig) -> Curve {
     }
 }
 
-/// The fitted thermistor: the maker's points for known parts, otherwise what the configuration says of it.
+/// Returns the fitted thermistor: the maker's points for known parts, otherwise the configuration's curve.
 fn curve(thermistor: &config::ThermistorConfig) -> Curve {
     if let Some(points) = thermistor.rt_curve {
         return Curve::through(points);
@@ -385,7 +386,7 @@ fn curve(thermistor: &config::ThermistorConfig) -> Curve {
     })
 }
 
-/// Strips that are switches have no chips.
+/// Returns the strips of lights; strips that are switches have no chips.
 fn strips(machine: &MachineConfig) -> Vec<StripConfig> {
     let strip = |strip: &config::LedStripConfig| {
         let output =
@@ -406,7 +407,7 @@ fn fans(machine: &MachineConfig) -> Vec<FanConfig> {
             name: switch.name.as_str().into(),
             pin: pin(output),
             on_high: !output.inverted,
-            // The fan of this plain name blows at the part, and at the nozzle with it.
+            // The fan of the plain name "fan" blows at the part, and at the nozzle with it.
             cools: if switch.name == "fan" { hot_end } else { None },
             tachometer: described.and_then(|fan| fan.tachometer.pin).map(pin),
         })

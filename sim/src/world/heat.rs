@@ -7,7 +7,7 @@ use crate::models::fan::{Condition, Fan, Plant};
 use crate::models::heater::Heater;
 use crate::models::thermistor::{Wiring, divider_volts};
 
-/// Heater power is stated for this supply.
+/// Supply for which heater power is stated, volts.
 pub(super) const NOMINAL_VOLTS: f64 = 24.0;
 
 /// Time of one conversion of a thermistor's input (`bsp_prime::adc`).
@@ -54,29 +54,29 @@ impl FanState {
     }
 }
 
-/// How a sensor sits in its heater, and its plug.
+/// Seat of a sensor in its heater, and its plug.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Seat {
-    /// It slides out.
+    /// The sensor slides out.
     pub(super) slips: bool,
-    /// Share of it that feels the air.
+    /// Share of the sensor that feels the air.
     out: f64,
-    /// Its plug is loose.
+    /// The plug is loose.
     pub(super) loose: bool,
-    /// What its wire picks up adds up to so many kelvin, either way.
+    /// Noise that the wire picks up, kelvin, either way.
     pub(super) noise_k: f64,
-    /// How fast it drifts, and how far it has.
+    /// Drift of the sensor per second, and the drift so far.
     pub(super) drift_k_per_s: f64,
     drift_k: f64,
 }
 
-/// How far a sensor slides out, and within what time it comes to feel that.
+/// Share by which a sensor slides out, and the time within which it comes to feel that.
 const HALF_OUT: f64 = 0.5;
 const SLIPS_WITHIN_S: f64 = 3.0;
-/// What a loose plug adds in the half of every period in which it has contact through dirt only.
+/// Reading that a loose plug adds in the half of every period in which it has contact through dirt only.
 const LOOSE_C: f64 = -15.0;
 const LOOSE_PERIOD_NS: u64 = 1_200_000_000;
-/// What a wire picks up changes this often: of faster noise a converter takes the mean.
+/// Period of noise that a wire picks up: a converter averages faster noise.
 const NOISE_PERIOD_NS: u64 = 40_000_000;
 
 #[derive(Clone, Debug)]
@@ -87,9 +87,9 @@ pub(super) struct HeaterState {
     pub(super) wiring: Wiring,
     pub(super) leads: Leads,
     pub(super) converter: Option<Converter>,
-    /// A switch that conducts always or never.
+    /// Switch that conducts always or never.
     pub(super) stuck: Option<bool>,
-    /// Share of its power that it still gives.
+    /// Share of power that the heater still gives.
     pub(super) strength: f64,
     pub(super) seat: Seat,
     max_c: f64,
@@ -116,8 +116,8 @@ impl HeaterState {
 }
 
 impl World {
-    /// One step of the thermal grid, ending here. Heaters are stepped with the switches' state at its end: a
-    /// change of buffer or power enable counts from the next grid point.
+    /// Passes a step of the thermal grid, ending here. Heaters are stepped with the switches' state at its
+    /// end: a change of buffer or power enable counts from the next grid point.
     pub(super) fn pass_heat(&mut self, at_ns: u64) {
         let seconds = GRID_NS as f64 * 1e-9;
         let fans: Vec<f64> = (0..self.fans.len()).map(|fan| self.pass_fan(at_ns, fan)).collect();
@@ -146,7 +146,7 @@ impl World {
         }
     }
 
-    /// Share of full speed of a fan over the grid step that ends here.
+    /// Returns the share of full speed of a fan over the grid step that ends here.
     fn pass_fan(&mut self, at_ns: u64, fan: usize) -> f64 {
         let path = self.fans[fan].path;
         let runs = self.passes(path) && self.load_volts(path) > 0.0;
@@ -159,13 +159,13 @@ impl World {
         }
     }
 
-    /// The tachometer of a fan closes its contact.
+    /// Returns whether the tachometer of a fan closes its contact.
     #[must_use]
     pub fn fan_tachometer(&self, index: usize) -> bool {
         self.fans[index].fan.is_closed()
     }
 
-    /// Turns a minute of a fan.
+    /// Returns the speed of a fan, turns a minute.
     #[must_use]
     pub fn fan_rpm(&self, index: usize) -> f64 {
         self.fans[index].fan.rpm()
@@ -249,14 +249,14 @@ impl World {
         self.heaters[index].heater.soak(celsius);
     }
 
-    /// How many conversions the converter of the thermistors has made; it takes 154 us for one.
+    /// Returns the number of conversions that the converter of the thermistors has made; each takes 154 us.
     #[must_use]
     pub fn conversions(&self) -> u32 {
         let until_ns = self.adc_stands.as_ref().map_or(self.now_ns, |(since_ns, _)| *since_ns);
         (until_ns / CONVERSION_NS) as u32
     }
 
-    /// Voltage a heater's sensor puts on its analog input.
+    /// Returns the voltage a heater's sensor puts on its analog input.
     #[must_use]
     pub fn sensor_volts(&self, index: usize) -> f64 {
         if let Some(volts) = self.adc_stands.as_ref().and_then(|(_, volts)| volts.get(index)) {
@@ -266,7 +266,7 @@ impl World {
         divider_volts(&self.config.heaters[index].curve, self.felt_c(index), self.heaters[index].wiring)
     }
 
-    /// Of two plugs in each other's places each brings its own sensor along.
+    /// Two plugs in each other's places each bring their own sensor along.
     fn plugged(&self, index: usize) -> usize {
         match self.swapped {
             Some([one, other]) if index == one => other,
@@ -275,7 +275,7 @@ impl World {
         }
     }
 
-    /// Temperature of a heater's sensor, as it sits in it.
+    /// Returns the temperature of a heater's sensor, as it sits in the heater.
     pub(super) fn felt_c(&self, index: usize) -> f64 {
         let state = &self.heaters[index];
         let air_c = self.config.air_c;
@@ -285,7 +285,7 @@ impl World {
             felt_c += LOOSE_C;
         }
         if state.seat.noise_k > 0.0 {
-            // Evenly spread, and the same in every run.
+            // The noise is evenly spread, and the same in every run.
             let place = (self.now_ns / NOISE_PERIOD_NS).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40;
             felt_c += state.seat.noise_k * (place as f64 / f64::from(1 << 23) - 1.0);
         }

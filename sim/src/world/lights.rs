@@ -10,33 +10,33 @@ impl World {
         self.config.strips.iter().position(|strip| strip.output == (timer, channel))
     }
 
-    /// The line of a strip has this level from now on.
+    /// Sets the level of a strip's line from now on.
     pub fn strip_pin(&mut self, at_ns: u64, strip: usize, high: bool) {
         if let Some(strip) = self.strips.get_mut(strip) {
             strip.level(at_ns, high);
         }
     }
 
-    /// Bytes for a strip, from whoever does not make pulses.
+    /// Hands bytes to a strip, from a sender that makes no pulses.
     pub fn strip_bytes(&mut self, strip: usize, bytes: &[u8]) {
         if let Some(strip) = self.strips.get_mut(strip) {
             strip.take(bytes);
         }
     }
 
-    /// What the lights of a strip show, in the order in which they are sent.
+    /// Returns the bytes that the lights of a strip show, in the order of sending.
     pub fn strip_shows(&mut self, strip: usize) -> Vec<u8> {
         let now_ns = self.now_ns;
         self.strips.get_mut(strip).map_or_else(Vec::new, |strip| strip.shown(now_ns).to_vec())
     }
 
-    /// Transmissions to a strip so far, and what was not as its chips' data sheets want it.
+    /// Returns the number of transmissions to a strip so far, and of violations of its chips' data sheets.
     #[must_use]
     pub fn strip_counters(&self, strip: usize) -> (u64, u64) {
         self.strips.get(strip).map_or((0, 0), |strip| (strip.frames(), strip.faults()))
     }
 
-    /// How long pulses and pauses of a strip's line were.
+    /// Returns the lengths of pulses and pauses on a strip's line.
     #[must_use]
     pub fn strip_times(&self, strip: usize) -> Seen {
         self.strips.get(strip).map_or_else(Seen::default, |strip| strip.seen())

@@ -10,15 +10,15 @@ use crate::models::switch::{self, Side, Switch};
 use crate::models::tmc_wire::Answer;
 use crate::trace::StepEdge;
 
-/// DIR must be stable this long before an active STEP edge (TMC2590 and TMC2660 datasheets, "STEP and DIR
-/// timing": setup time 20 ns).
+/// Least time of DIR before an active STEP edge (TMC2590 and TMC2660 datasheets, "STEP and DIR timing":
+/// setup time 20 ns).
 const DIRECTION_SETUP_NS: u64 = 20;
 
 /// STEP of a chip outside must stay high or low this long ("STEP/DIR interface timing": 100 ns).
 const PULSE_NS: u64 = 100;
 
-/// The threshold with which a rotor's reading is what it measures, as stallGuard4's is: once a full step, and
-/// not filtered (TMC2209 datasheet rev. 1.03, 5.5).
+/// Threshold with which a rotor's reading is its raw measurement, as stallGuard4's is: once a full step,
+/// and not filtered (TMC2209 datasheet rev. 1.03, 5.5).
 const UNSHIFTED: i32 = 10;
 
 /// A motor with its driver's logic inputs and its carriage.
@@ -63,7 +63,7 @@ pub(super) fn switch_of(config: &SwitchConfig) -> Switch {
 }
 
 impl World {
-    /// The level of a motor's STEP pin.
+    /// Sets the level of a motor's STEP pin.
     pub fn step_pin(&mut self, at_ns: u64, actuator: Actuator, high: bool) {
         let Some(motor) = &mut self.motors[actuator as usize] else { return };
         if motor.step_high == high {
@@ -102,7 +102,7 @@ impl World {
         }
     }
 
-    /// The field of a motor with current turns by so many 1/256 full steps.
+    /// Turns the field of a motor with current by so many 1/256 full steps.
     fn turn_motor(&mut self, at_ns: u64, actuator: Actuator, field: i64) {
         let Some(Motor { carriage, rotor, sense_ohms, .. }) = &mut self.motors[actuator as usize] else { return };
         let Some(rotor) = rotor else { return carriage.turn(field) };
@@ -131,28 +131,28 @@ impl World {
         }
     }
 
-    /// Something stands in a carriage's way: its hard stops from now on, millimetres.
+    /// Places obstacles in a carriage's way: its hard stops from now on, millimetres.
     pub fn obstruct(&mut self, actuator: Actuator, limits_mm: [f64; 2]) {
         if let Some(motor) = &mut self.motors[actuator as usize] {
             motor.carriage.limit(limits_mm);
         }
     }
 
-    /// Another motor, or another load on it, from now on.
+    /// Fits another motor, or another load, from now on.
     pub fn fit_rotor(&mut self, actuator: Actuator, plant: crate::models::rotor::Plant) {
         if let Some(motor) = &mut self.motors[actuator as usize] {
             motor.rotor = Some(Rotor::new(plant));
         }
     }
 
-    /// One step as the board makes it: both edges of a pulse, or one edge where the driver takes both.
+    /// Makes a step as the board does: both edges of a pulse, or one edge if the driver takes both.
     pub fn step(&mut self, at_ns: u64, actuator: Actuator) {
         let Some(motor) = &self.motors[actuator as usize] else { return };
         let high = motor.step_high;
         let double_edge = motor.driver == DriverConfig::OnBoard && self.drivers[actuator as usize].double_edge();
         self.step_pin(at_ns, actuator, !high);
         if !double_edge {
-            // How long a pulse is, is not known here.
+            // The length of the pulse is not known here.
             if let Some(motor) = &mut self.motors[actuator as usize] {
                 motor.step_changed_ns = None;
             }
@@ -163,7 +163,7 @@ impl World {
         }
     }
 
-    /// The level of a motor's DIR pin.
+    /// Sets the level of a motor's DIR pin.
     pub fn direction_pin(&mut self, at_ns: u64, actuator: Actuator, high: bool) {
         let Some(motor) = &mut self.motors[actuator as usize] else { return };
         if motor.dir_high != high {
@@ -178,48 +178,49 @@ impl World {
         self.direction_pin(at_ns, actuator, (direction == Direction::Forward) == motor.forward_high);
     }
 
-    /// The level of the enable pin of an external driver.
+    /// Sets the level of the enable pin of an external driver.
     pub fn enable_pin(&mut self, _at_ns: u64, actuator: Actuator, high: bool) {
         let Some(motor) = &mut self.motors[actuator as usize] else { return };
         match (motor.driver, &mut self.outside[actuator as usize]) {
             (DriverConfig::External { enable_high: Some(active), .. }, _) => motor.enabled = high == active,
-            // The chip's own input is low for on, whatever the driver's board makes of it.
+            // The chip's own input is low for on, whatever level the driver's board takes.
             (DriverConfig::Outside { enable_high: Some(active), .. }, Some(chip)) => chip.set_enn(high != active),
             _ => {}
         }
     }
 
-    /// The level of the ENN line all four on-board drivers share: high switches them off.
+    /// Sets the level of the ENN line all four on-board drivers share: high switches them off.
     pub fn motors_disable_pin(&mut self, _at_ns: u64, high: bool) {
         self.drivers.iter_mut().for_each(|driver| driver.set_enn(high));
     }
 
-    /// One 20-bit SPI frame to an on-board driver; answers the 20 bits it shifts out.
+    /// Exchanges a 20-bit SPI frame with an on-board driver; returns the 20 bits it shifts out.
     pub fn driver_spi(&mut self, at_ns: u64, index: usize, frame: u32) -> u32 {
         self.advance(at_ns);
         self.drivers[index].transfer(at_ns, frame)
     }
 
-    /// One SPI datagram to the chip of a driver outside; answers what it shifts out. A line that nobody
-    /// drives is pulled up.
+    /// Exchanges an SPI datagram with the chip of a driver outside; returns the bits shifted out. A line
+    /// that nobody drives is pulled up.
     pub fn outside_spi(&mut self, at_ns: u64, motor: Actuator, datagram: [u8; 5]) -> [u8; 5] {
         self.advance(at_ns);
         self.outside[motor as usize].as_mut().map_or([0xFF; 5], |chip| chip.transfer(at_ns, datagram))
     }
 
-    /// What the chip of a driver outside shifts out from now on: its select fell.
+    /// Returns the bits that the chip of a driver outside shifts out after its select fell.
     pub fn outside_shown(&mut self, at_ns: u64, motor: Actuator) -> [u8; 5] {
         self.outside[motor as usize].as_mut().map_or([0xFF; 5], |chip| chip.shown(at_ns))
     }
 
-    /// It has been sent this datagram: its select rose.
+    /// Hands a datagram to the chip of a driver outside as its select rises.
     pub fn outside_taken(&mut self, at_ns: u64, motor: Actuator, datagram: [u8; 5]) {
         if let Some(chip) = &mut self.outside[motor as usize] {
             chip.take(at_ns, datagram);
         }
     }
 
-    /// A byte on an auxiliary UART whose stop bit ends now; what a driver's chip there answers.
+    /// Takes a byte on an auxiliary UART whose stop bit ends now; returns the answer of a driver's chip
+    /// there.
     pub fn wire_byte(&mut self, at_ns: u64, channel: u8, byte: u8) -> Option<Answer> {
         let on_it = |motor: usize| {
             let mut motors = self.config.actuators.iter().filter(|entry| entry.actuator as usize == motor);
@@ -232,13 +233,14 @@ impl World {
         self.wires.get_mut(usize::from(channel))?.hear(at_ns, byte, &mut chips)
     }
 
-    /// Where a motor's carriage is, millimetres; `None` when the machine has no such motor.
+    /// Returns the position of a motor's carriage, millimetres; `None` when the machine has no such motor.
     #[must_use]
     pub fn carriage_mm(&self, actuator: Actuator) -> Option<f64> {
         self.motors[actuator as usize].as_ref().map(|motor| motor.carriage.position_mm())
     }
 
-    /// Lowest and highest place of a motor's carriage since it was last put somewhere, millimetres.
+    /// Returns the lowest and highest place of a motor's carriage since it was last put somewhere,
+    /// millimetres.
     #[must_use]
     pub fn reached_mm(&self, actuator: Actuator) -> Option<[f64; 2]> {
         self.motors[actuator as usize].as_ref().map(|motor| motor.carriage.reached_mm())
@@ -252,8 +254,9 @@ impl World {
         }
     }
 
-    /// Where a motor's carriage is once its on-board driver has lost its supply and got it back: the chip's
-    /// counter begins at zero, and the rotor goes to the nearest place where it is held so. Millimetres.
+    /// Returns the position of a motor's carriage, millimetres, once its on-board driver has lost its
+    /// supply and got it back: the chip's counter begins at zero, and the rotor goes to the nearest place
+    /// that holds it so.
     #[must_use]
     pub fn carriage_after_power_up_mm(&self, actuator: Actuator) -> Option<f64> {
         let motor = self.motors[actuator as usize].as_ref()?;
@@ -275,26 +278,26 @@ impl World {
         }
     }
 
-    /// Commanded travel that a motor lost at hard stops, millimetres.
+    /// Returns the commanded travel that a motor lost at hard stops, millimetres.
     #[must_use]
     pub fn lost_mm(&self, actuator: Actuator) -> f64 {
         self.motors[actuator as usize].as_ref().map_or(0.0, |motor| motor.carriage.lost_mm())
     }
 
-    /// Step edges that came sooner after a change of DIR than the drivers allow.
+    /// Returns the number of step edges that came sooner after a change of DIR than the drivers allow.
     #[must_use]
     pub const fn timing_faults(&self) -> u64 {
         self.timing_faults
     }
 
-    /// Where the tool is, millimetres, X to Z.
+    /// Returns the position of the tool, millimetres, X to Z.
     #[must_use]
     pub fn tool_mm(&self) -> [f64; 3] {
         self.tool_beside([0.0; 2])
     }
 
-    /// Where a tip is that hangs beside the tool by this much along X and Y: at the tool's X and Y, but as
-    /// high as the gantry is over the tip.
+    /// Returns the position of a tip that hangs beside the tool by this much along X and Y: at the tool's X
+    /// and Y, but as high as the gantry is over the tip.
     fn tool_beside(&self, [dx, dy]: [f64; 2]) -> [f64; 3] {
         let [a, b, c] = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma].map(|n| self.carriage_mm(n).unwrap_or(0.0));
         let [x, y] = match self.config.linkage {
@@ -308,19 +311,19 @@ impl World {
         [x, y, self.config.gantry.height([x + dx, y + dy], |motor| self.carriage_mm(motor).unwrap_or(0.0))]
     }
 
-    /// The level of a switch's pin.
+    /// Returns the level of a switch's pin.
     #[must_use]
     pub fn switch_high(&self, index: usize) -> bool {
         self.switches[index].1 == self.config.switches[index].operated_high
     }
 
-    /// Whether [`Self::take_switch_changes`] has something to give.
+    /// Returns whether [`Self::take_switch_changes`] has something to give.
     #[must_use]
     pub const fn has_switch_changes(&self) -> bool {
         !self.switch_changes.is_empty()
     }
 
-    /// Level changes since the last call, oldest first.
+    /// Returns the level changes since the last call, oldest first.
     pub fn take_switch_changes(&mut self) -> Vec<SwitchChange> {
         std::mem::take(&mut self.switch_changes)
     }
@@ -334,8 +337,8 @@ impl World {
         self.set_switch_fault(name, if pressed { switch::Fault::AlwaysOperated } else { switch::Fault::Sound })
     }
 
-    /// From its next opening on a switch operates at another place each time, with this standard deviation
-    /// in millimetres.
+    /// Makes a switch operate at another place each time from its next opening on, with this standard
+    /// deviation in millimetres.
     ///
     /// # Errors
     /// When there is no switch of this name.
@@ -370,7 +373,7 @@ impl World {
         Ok(())
     }
 
-    /// Brings every switch in line with the carriages, and notes what changed.
+    /// Brings every switch in line with the carriages, and notes every change.
     pub(super) fn operate_switches(&mut self, at_ns: u64) {
         let tool = if self.config.linkage == Linkage::Direct { None } else { Some(self.tool_mm()) };
         for index in 0..self.switches.len() {
@@ -421,12 +424,12 @@ impl World {
         self.switch_changes.push(SwitchChange { at_ns, switch: index, high });
     }
 
-    /// What bouncing contacts do up to here.
+    /// Applies the changes of bouncing contacts up to `to_ns`.
     pub(super) fn bounce(&mut self, to_ns: u64) {
         while let Some(due) = self.bounces.iter().position(|(at_ns, ..)| *at_ns <= to_ns) {
             let (at_ns, index, operated) = self.bounces.remove(due);
             self.change_switch(at_ns, index, operated);
-            // It may have been let go meanwhile.
+            // The switch may have been released meanwhile.
             self.operate_switches(at_ns);
         }
     }

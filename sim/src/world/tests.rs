@@ -1,4 +1,4 @@
-//! What must hold of the machine, whatever is done to it.
+//! Properties of the machine that hold after any inputs.
 
 use proptest::prelude::*;
 use units::{Actuator, Direction};
@@ -10,7 +10,7 @@ const MS: u64 = 1_000_000;
 const CHOPPER_ON: u32 = 0x9_0135;
 const DOUBLE_EDGE_16: u32 = 0x0_0104;
 
-/// A machine whose on-board drivers are set up and energised.
+/// Returns a machine whose on-board drivers are set up and energised.
 fn energised() -> World {
     let mut world = World::new(WorldConfig::default());
     for driver in 0..ON_BOARD_DRIVERS {
@@ -21,7 +21,7 @@ fn energised() -> World {
     world
 }
 
-/// Everything on: buffer, supply, the hot end's heater.
+/// Switches everything on: buffer, supply, the hot end's heater.
 fn heating() -> World {
     let mut world = World::new(WorldConfig::default());
     world.fet_buffer_pin(0, false);
@@ -96,7 +96,7 @@ fn a_noisy_switch_closes_at_another_place_each_time() {
             }
         }
     }
-    // The noise is of the time behind an opening.
+    // The noise applies to the time behind an opening.
     assert!(closings[0].abs() < 1e-9 && closings[1..].windows(2).any(|two| two[0] != two[1]), "{closings:?}");
     assert!(closings.iter().all(|place| place.abs() < 0.3), "{closings:?}");
     world.move_switch("minx", 1.5).expect("a switch");
@@ -228,7 +228,7 @@ fn a_scheduled_fault_comes_at_its_time() {
 }
 
 proptest! {
-    /// Physics runs on its own grid: who asks for the time, and how often, changes nothing.
+    /// Physics runs on its own grid: questions for the time, however frequent, change nothing.
     #[test]
     fn how_often_time_is_asked_for_changes_nothing(cuts in proptest::collection::vec(1_u64..200 * MS, 0..40)) {
         let end = 2_000 * MS;
@@ -261,7 +261,7 @@ proptest! {
         prop_assert_eq!(world.timing_faults(), 0);
     }
 
-    /// No text makes the fault parser do anything but answer.
+    /// The fault parser answers any text, and does nothing else.
     #[test]
     fn any_text_is_a_fault_or_a_reason(text in ".{0,40}") {
         if let Err(reason) = TimedFault::parse(&text) {
@@ -270,7 +270,7 @@ proptest! {
     }
 }
 
-/// What a configuration takes for the stall output of a driver is the pin that the schematic leads it to.
+/// The configuration's pin for the stall output of a driver is the pin of the schematic.
 #[test]
 fn stall_outputs_lead_where_the_schematic_has_them() {
     let mut text = include_str!("../../../config/samples/cartesian.ini").to_owned();

@@ -1,17 +1,17 @@
-//! MAX31855, from its data sheet (19-5793 Rev 5): tables 2 to 5 for the frame, "Thermal Characteristics" for
-//! the times. It has no input: whatever it is sent, it shifts its frame out.
+//! MAX31855, from its data sheet (19-5793 Rev 5): tables 2 to 5 for the frame, "Thermal Characteristics"
+//! for the times. The chip has no input: it shifts its frame out whatever it is sent.
 
 use super::Terminals;
 use crate::models::thermistor::Wiring;
 
-/// tCONV_PU at most: from power-up to the first result.
+/// Longest time from power-up to the first result, tCONV_PU.
 const FIRST_NS: u64 = 200_000_000;
 
-/// The chip.
+/// MAX31855 chip with its frame.
 #[derive(Clone, Debug)]
 pub struct Max31855 {
     ready_ns: u64,
-    /// What is still to be shifted out.
+    /// Bits that are still to be shifted out.
     frame: u32,
 }
 
@@ -20,8 +20,8 @@ impl Max31855 {
         Self { ready_ns: at_ns + FIRST_NS, frame: 0 }
     }
 
-    /// Results are taken over only while it is not selected. The sensor's temperature of this moment stands
-    /// for that of the last conversion, up to 100 ms ago.
+    /// Starts a frame. Results are taken over only while the chip is not selected. The sensor's present
+    /// temperature stands for that of the last conversion, up to 100 ms ago.
     pub(super) fn select(&mut self, at_ns: u64, terminals: &Terminals) {
         let code = |celsius: f64, per_degree: f64, bits: u32| {
             let limit = 2_f64.powi(bits as i32 - 1);

@@ -14,19 +14,19 @@ const MASK: usize = 0x02;
 const COLD_JUNCTION: usize = 0x0A;
 const TEMPERATURE: usize = 0x0C;
 const STATUS: usize = 0x0F;
-/// 00h to 0Bh can be written.
+/// Registers that can be written, 00h to 0Bh.
 const WRITABLE: std::ops::Range<usize> = 0..0x0C;
 
-/// CR0: converts continuously; looks for an open thermocouple; 50 Hz.
+/// Bits of CR0: continuous conversion; detection of an open thermocouple; 50 Hz.
 const AUTOMATIC: u8 = 1 << 7;
 const OPEN_DETECTION: u8 = 0b11 << 4;
 const NOTCH_50_HZ: u8 = 1;
-/// SR: TC range, OVUV, OPEN.
+/// Bits of SR: TC range, OVUV, OPEN.
 const TC_RANGE: u8 = 1 << 6;
 const OVUV: u8 = 1 << 1;
 const OPEN: u8 = 1;
 
-/// Types, as CR1 numbers them.
+/// Types of thermocouples, as CR1 numbers them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the names are the meaning")]
 pub enum Thermocouple {
@@ -52,13 +52,13 @@ const TYPES: [(f64, f64); 8] = [
     (52.180, 400.0),
 ];
 
-/// The chip.
+/// MAX31856 chip with its registers.
 #[derive(Clone, Debug)]
 pub struct Max31856 {
     connected: Thermocouple,
     registers: [u8; 16],
     cursor: Cursor,
-    /// When the first automatic conversion is over; none while it stands.
+    /// End of the first automatic conversion; none while the converter stands.
     ready_ns: Option<u64>,
 }
 
@@ -88,11 +88,11 @@ impl Max31856 {
         let microvolts = (terminals.sensor_c - terminals.chip_c) * TYPES[self.connected as usize].0;
         let celsius = match terminals.wiring {
             Wiring::Sound => terminals.chip_c + microvolts / linearised,
-            // The input floats, or lies at a rail: nothing that can be relied on.
+            // A floating input, or one at a rail, gives no reliable reading.
             _ => terminals.chip_c,
         };
         let open = terminals.wiring == Wiring::Open && self.registers[CR0] & OPEN_DETECTION != 0;
-        // The bias of 0.735 V holds the inputs inside; what touches ground or supply takes them out.
+        // The bias of 0.735 V holds the inputs inside; contact with ground or supply takes them out.
         let outside = matches!(terminals.wiring, Wiring::Shorted | Wiring::ToSupply);
         let bits = [(open, OPEN), (outside, OVUV), (celsius > most, TC_RANGE)];
         self.registers[STATUS] = bits.into_iter().filter(|(is_so, _)| *is_so).fold(0, |status, (_, bit)| status | bit);

@@ -1,6 +1,6 @@
-//! MAX31865, from its data sheet (19-6478 Rev 3): tables 1 and 2 for addresses and configuration, 4 and 5 for
-//! the ratio, 3 for the fault detection cycle, 6 for the thresholds, 7 for the fault status, 10 to 12 for
-//! what a fault makes of bits and data.
+//! MAX31865, from its data sheet (19-6478 Rev 3): tables 1 and 2 for addresses and configuration, 4 and 5
+//! for the ratio, 3 for the fault detection cycle, 6 for the thresholds, 7 for the fault status, 10 to 12
+//! for the effect of a fault on bits and data.
 //!
 //! Not modelled: one-shot conversions, and the fault detection cycle in two steps.
 
@@ -12,33 +12,36 @@ const RTD: usize = 1;
 const HIGH: usize = 3;
 const LOW: usize = 5;
 const STATUS: usize = 7;
-/// Configuration, table 2.
+/// Bits of the configuration, table 2.
 const BIAS_AND_AUTOMATIC: u8 = 0b11 << 6;
 const CLEAR: u8 = 1 << 1;
-/// Table 3: the fault detection cycle with automatic delays, which wants the converter off (100X010X).
+/// Bits of table 3: the fault detection cycle with automatic delays, which wants the converter off
+/// (100X010X).
 const CYCLE: u8 = 0b11 << 2;
 const AUTOMATIC_CYCLE: u8 = 0b01 << 2;
 const WHEN_IT_MAY: u8 = 0b1110_1110;
 const IT_MAY: u8 = 0b1000_0100;
-/// Those of one-shot and clearing go back to zero at once; those of fault detection when it is over.
+/// Bits kept after writing the configuration: those of one-shot and clearing go back to zero at once, those
+/// of fault detection at the end of the cycle.
 const KEPT: u8 = 0b1101_0001;
-/// The cycle takes so long at most ("Electrical Characteristics": 550 us, 600 us at most).
+/// Longest duration of the cycle ("Electrical Characteristics": 550 us, 600 us at most).
 const CYCLE_NS: u64 = 600_000;
-/// Single conversion of the 50 Hz filter, which the first one of many is ("Electrical Characteristics").
+/// Duration of the 50 Hz filter's single conversion, which the first of many is ("Electrical
+/// Characteristics").
 const FIRST_NS: u64 = 66_000_000;
-/// The most that the 15 bits say.
+/// Greatest value of the 15 bits.
 const FULL_SCALE: u16 = 0x7FFF;
 
-/// The chip.
+/// MAX31865 chip with its registers.
 #[derive(Clone, Debug)]
 pub struct Max31865 {
     sensor: Curve,
     reference_ohms: f64,
     registers: [u8; 8],
     cursor: Cursor,
-    /// When the first automatic conversion is over; none while it stands.
+    /// End of the first automatic conversion; none while the converter stands.
     ready_ns: Option<u64>,
-    /// When the fault detection cycle is over, while one runs.
+    /// End of the fault detection cycle, while one runs.
     cycle_ends_ns: Option<u64>,
 }
 
@@ -65,7 +68,8 @@ impl Max31865 {
         }
     }
 
-    /// What the cycle finds, tables 10 to 12: D5 no current flows, D4 RTDIN- low, D3 something low.
+    /// Sets the faults that the cycle finds, tables 10 to 12: D5 no current flows, D4 RTDIN- low, D3
+    /// something low.
     fn detect(&mut self, terminals: &Terminals) {
         let no_current = terminals.wiring == Wiring::Open || terminals.leads == Leads::ForceOpen;
         let minus_low = terminals.leads == Leads::MinusToGround;
@@ -82,7 +86,7 @@ impl Max31865 {
             Wiring::Open => FULL_SCALE,
             Wiring::Shorted => 0,
             _ if terminals.leads == Leads::PlusToGround => 0,
-            // "Indeterminate": at worst, the input's capacitor keeps what looks well.
+            // The data sheet says "Indeterminate": at worst, the input's capacitor keeps a plausible value.
             _ if terminals.leads == Leads::ForceOpen => last,
             Wiring::Sound | Wiring::ToSupply => {
                 let ratio = self.sensor.ohms(terminals.sensor_c) / self.reference_ohms;
@@ -90,7 +94,7 @@ impl Max31865 {
             }
         };
         let threshold = |at: usize| u16::from_be_bytes([self.registers[at], self.registers[at + 1]]) >> 1;
-        // Table 7: D7 high, D6 low, D2 over- or undervoltage. They stay until they are cleared.
+        // Table 7: D7 high, D6 low, D2 over- or undervoltage. The bits stay set until they are cleared.
         let bits = u8::from(ratio >= threshold(HIGH)) << 7
             | u8::from(ratio <= threshold(LOW)) << 6
             | u8::from(terminals.wiring == Wiring::ToSupply) << 2;

@@ -2,11 +2,11 @@
 
 use super::{BLOCK, BlockWrite, Fake, SdCard, State, Stream, Trouble};
 
-/// A card that never gets ready again: longer than anybody waits.
+/// Busy time of a card that never gets ready again: longer than anybody waits.
 const FOR_EVER_NS: u64 = 3_600_000_000_000;
 
 impl SdCard {
-    /// The fastest clock that it may have in its present state, Hz.
+    /// Returns the fastest clock permitted in the card's present state, Hz.
     #[must_use]
     pub const fn highest_hz(&self) -> u64 {
         match self.state {
@@ -16,34 +16,34 @@ impl SdCard {
         }
     }
 
-    /// Whether what goes over a bus with this clock arrives as it was sent.
+    /// Returns whether data over a bus with this clock arrives as sent.
     #[must_use]
     pub const fn is_clean_at(&self, hz: u64) -> bool {
         hz <= self.highest_hz() && hz <= self.traits.clean_hz
     }
 
-    /// Time from a command to the first block that it sends, nanoseconds.
+    /// Returns the time from a command to the first block that the card sends, nanoseconds.
     pub const fn access_ns(&mut self) -> u64 {
         self.traits.access_ns + Trouble::delay(&mut self.trouble.slow_reads)
     }
 
-    /// Time between its blocks, nanoseconds.
+    /// Returns the time between the blocks of a read, nanoseconds.
     #[must_use]
     pub const fn next_ns(&self) -> u64 {
         self.traits.next_ns
     }
 
-    /// Whether the block that is sent now arrives damaged.
+    /// Returns whether the block that is sent now arrives damaged.
     pub const fn damages_block(&mut self) -> bool {
         Trouble::take(&mut self.trouble.damaged_reads)
     }
 
-    /// Bytes that it says it has.
+    /// Returns the number of bytes that the card claims to have.
     pub(super) fn claimed(&self) -> usize {
         self.content.len() * self.traits.claims.map_or(1, |(times, _)| times as usize)
     }
 
-    /// Where a block is in its memory, and whether it has that.
+    /// Returns the place of a block in the card's memory, and whether the card has that.
     fn place(&self, block: u32) -> (usize, bool) {
         let (start, size) = (block as usize * BLOCK, self.content.len());
         match self.traits.claims {
@@ -52,7 +52,8 @@ impl SdCard {
         }
     }
 
-    /// The next block of a transfer to the host, `length` bytes. `None` when the card has nothing to send.
+    /// Returns the next block of a transfer to the host, `length` bytes. `None` when the card has nothing
+    /// to send.
     pub fn read(&mut self, length: usize) -> Option<Vec<u8>> {
         if self.state != State::Data {
             return None;
@@ -79,8 +80,8 @@ impl SdCard {
         }
     }
 
-    /// The block that [`Self::read`] gave is on the bus with its checksum. Until then the card is in its data
-    /// state, and a transfer can be stopped.
+    /// Notes that the block of [`Self::read`] is on the bus with its checksum. Until then the card is in
+    /// its data state, and a transfer can be stopped.
     pub fn block_sent(&mut self) {
         if self.state != State::Data {
             return;
@@ -102,7 +103,7 @@ impl SdCard {
         }
         let (start, has_it) = self.place(number);
         if self.traits.is_protected {
-            // Section 4.3.4: it takes the data and drops them.
+            // Section 4.3.4: a protected card takes the data and drops them.
             self.has_refused = true;
         } else if let Some(place) = self.content.get_mut(start..start + bytes.len()).filter(|_| has_it) {
             place.copy_from_slice(bytes);

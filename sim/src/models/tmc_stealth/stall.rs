@@ -1,4 +1,4 @@
-//! Which chopper drives, and when a chip says that its motor stalls.
+//! The chopper in use, and the stall signal of a chip.
 
 use super::{CHOPCONF, GCONF, StealthKind, TCOOLTHRS, TPWMTHRS, TmcStealth};
 
@@ -6,23 +6,24 @@ use super::{CHOPCONF, GCONF, StealthKind, TCOOLTHRS, TPWMTHRS, TmcStealth};
 const STANDS: u32 = 0xF_FFFF;
 
 impl TmcStealth {
-    /// "TSTEP": clocks between two steps of 1/256.
+    /// Returns "TSTEP": clocks between two steps of 1/256.
     pub(super) fn step_time(&self, now_ns: u64) -> u32 {
         let Some(step_ns) = self.step_ns.filter(|_| !self.stands(now_ns)) else { return STANDS };
         let clocks = step_ns * self.kind.clock_mhz() / 1_000 / u64::from(256 / self.microsteps());
         u32::try_from(clocks).unwrap_or(STANDS).min(STANDS)
     }
 
-    /// stealthChop is enabled ("en_pwm_mode"; "en_spreadCycle" 0), and the motor no faster than TPWMTHRS.
+    /// Returns whether stealthChop is enabled ("en_pwm_mode"; "en_spreadCycle" 0), and the motor no faster
+    /// than TPWMTHRS.
     pub(super) fn uses_stealth_chop(&self, now_ns: u64) -> bool {
         let bit = self.registers[GCONF] >> 2 & 1 == 1;
         let enabled = bit != self.kind.is_on_wire();
         enabled && self.step_time(now_ns) >= self.registers[TPWMTHRS]
     }
 
-    /// Whether a DIAG pin says stall: the chopper drives whose load is measured, the motor is at least as
-    /// fast as TCOOLTHRS says, and the reading is at its end. The pins of chips on SPI are to be enabled
-    /// ("diag0_stall", "diag1_stall").
+    /// Returns whether a DIAG pin signals a stall: the chopper drives whose load is measured, the motor is
+    /// at least as fast as TCOOLTHRS says, and the reading is at its end. The pins of chips on SPI have to
+    /// be enabled ("diag0_stall", "diag1_stall").
     #[must_use]
     pub fn stall_output(&self, now_ns: u64) -> bool {
         let is_fast = self.step_ns.is_some() && self.step_time(now_ns) <= self.registers[TCOOLTHRS];
@@ -36,8 +37,8 @@ impl TmcStealth {
         self.drives() && is_fast && is_stalled
     }
 
-    /// What of the load measurement the world has to know: stallGuard2's threshold and filter, COOLCONF bits
-    /// 22 to 16 and 24; none for stallGuard4, whose threshold shifts nothing.
+    /// Returns the settings of the load measurement that the world needs: stallGuard2's threshold and filter,
+    /// COOLCONF bits 22 to 16 and 24; none for stallGuard4, whose threshold shifts nothing.
     #[must_use]
     pub const fn stall_guard_2(&self) -> Option<(i32, bool)> {
         match self.kind {
@@ -49,7 +50,7 @@ impl TmcStealth {
         }
     }
 
-    /// Whether the bridges are told to be on.
+    /// Returns whether the bridges are told to be on.
     #[must_use]
     pub const fn is_on(&self) -> bool {
         self.registers[CHOPCONF] & 0xF != 0

@@ -1,10 +1,10 @@
 //! Another board's step edges against the plan of the same job.
 //!
-//! A motion begins when its bytes have arrived and the dispatcher has seen the one before end, so when it
-//! begins is the board's own business; what follows is not. For each motion from rest, the moment at which it
-//! began is measured once, from its first steps; every step is then compared with the oracle shifted by that.
-//! The measure is a median: no single wrong edge moves it. What it takes out is a delay that all steps of a
-//! motion share, such as the entry of the step interrupt.
+//! A motion begins when its bytes have arrived and the dispatcher has seen the one before end, so the time
+//! of its beginning is the board's own business; the rest is not. For each motion from rest, the moment of
+//! its beginning is measured once, from its first steps; every step is then compared with the oracle
+//! shifted by that. The measure is a median: no single wrong edge moves it. A delay that all steps of a
+//! motion share, such as the entry of the step interrupt, is thereby taken out.
 
 use motion::oracle::{self, Ideal};
 use units::{Actuator, Direction, PerActuator, StepCount};
@@ -14,25 +14,25 @@ use super::plan::{Plan, PlannedMotion};
 use crate::output::StepError;
 use crate::trace::StepEdge;
 
-/// The beginning of a motion is measured from as many steps.
+/// Number of steps from which the beginning of a motion is measured.
 const MEASURED: usize = 31;
 
-/// In a motion that ends at a switch, an edge this far from where it belongs, nanoseconds, is taken for a
-/// brake that began a segment sooner or later than planned, before it is taken for an error.
+/// Distance of an edge, nanoseconds, that in a motion that ends at a switch is taken for a brake that began
+/// a segment sooner or later than planned, before it is taken for an error.
 const DOUBT_NS: f64 = 5_000.0;
 
-/// Where a board did something else than what was planned.
+/// Place at which a board departed from the plan.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mismatch {
-    /// In which motion, counted from 1.
+    /// Number of the motion, counted from 1.
     pub motion: usize,
-    /// What it did.
+    /// Description of the departure.
     pub reason: String,
-    /// Another plan of the same search may fit; this one may be right all the same.
+    /// Another plan of the same search may fit; this plan may be right all the same.
     pub is_doubt: bool,
 }
 
-/// What an edge that is far off in a search means.
+/// Meaning of an edge that is far off in a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InSearches {
     /// Another plan should be tried.
@@ -81,17 +81,17 @@ impl Plan {
     }
 }
 
-/// Follows a board through one motion.
+/// Follower of a board through a motion.
 struct Follower<'a> {
     motion: &'a PlannedMotion,
-    /// Which one, counted from 1.
+    /// Number of the motion, counted from 1.
     number: usize,
     ideal: Ideal,
     counts: PerActuator<StepCount>,
     /// Steps that each motor has yet to make, slaves included, and all together.
     left: PerActuator<u64>,
     expected: u64,
-    /// How much later than planned the board began, nanoseconds.
+    /// Delay of the board's beginning behind the plan, nanoseconds.
     offset: f64,
 }
 
@@ -103,7 +103,7 @@ impl<'a> Follower<'a> {
         Self { motion, number, ideal: motion.ideal(), counts, left, expected: left.0.iter().sum(), offset: 0.0 }
     }
 
-    /// All steps of the motion.
+    /// Follows all steps of the motion.
     fn follow(
         &mut self,
         edges: &mut impl Iterator<Item = Result<StepEdge, String>>,
@@ -136,7 +136,7 @@ impl<'a> Follower<'a> {
         )
     }
 
-    /// The edge as the next step of its motor.
+    /// Takes the edge as the next step of its motor.
     fn step(&mut self, edge: &StepEdge) -> Result<Step, String> {
         let actuator = edge.actuator;
         if self.left[actuator] == 0 {
@@ -163,7 +163,7 @@ impl<'a> Follower<'a> {
         })
     }
 
-    /// From the first steps: when the board began.
+    /// Measures from the first steps the time at which the board began.
     fn measure_beginning(&mut self, first: &[Step]) {
         let mut offsets: Vec<f64> = first
             .iter()
@@ -177,7 +177,7 @@ impl<'a> Follower<'a> {
             })
             .collect();
         offsets.sort_by(f64::total_cmp);
-        // None: nothing fits, and the first comparison says so.
+        // Without a measurement nothing fits, and the first comparison says so.
         self.offset = offsets.get(offsets.len().saturating_sub(1) / 2).copied().unwrap_or(0.0);
     }
 
@@ -196,7 +196,7 @@ impl<'a> Follower<'a> {
     }
 }
 
-/// The motor whose steps this one makes.
+/// Returns the motor whose steps this motor makes.
 fn master(motion: &PlannedMotion, actuator: Actuator) -> Actuator {
     motion.config.actuators[actuator].and_then(|motor| motor.slaved_to).unwrap_or(actuator)
 }

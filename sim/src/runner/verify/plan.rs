@@ -1,5 +1,5 @@
-//! The ideal motion of a job, recorded from a native run: pieces of trajectory, and how many steps belong to
-//! them.
+//! The ideal motion of a job, recorded from a native run: pieces of trajectory, and the number of steps
+//! that belong to them.
 
 use std::sync::Arc;
 
@@ -10,28 +10,28 @@ use units::{PerActuator, StepCount};
 
 use super::Step;
 
-/// As many first steps of each motion are remembered, to find out when another board began it.
+/// Number of first steps remembered of each motion, to find out when another board began it.
 pub const FIRST_STEPS: usize = 64;
 
-/// What a job moves, from one rest to the next.
+/// Motion of a job from one rest to the next.
 #[derive(Clone, Debug)]
 pub struct PlannedMotion {
-    /// The machine then: commands may change it at rest.
+    /// Configuration at that time: commands may change it at rest.
     pub config: MotionConfig,
-    /// What lay between program and motors.
+    /// Compensation between program and motors.
     warp: Option<Arc<Warp>>,
     pieces: Vec<(Piece, FilterConfig)>,
-    /// Where trajectory was taken back: after so many pieces.
+    /// Times at which trajectory was taken back: after so many pieces.
     taken_back: Vec<(usize, TakenBack)>,
-    /// When the first piece begins, nanoseconds from boot.
+    /// Beginning of the first piece, nanoseconds from boot.
     pub start: f64,
-    /// Where the motors stood before the first step.
+    /// Positions of the motors before the first step.
     pub counts: PerActuator<StepCount>,
     /// Steps of each motor; those of slaves are their masters'.
     pub steps: PerActuator<u64>,
-    /// The first of them, in order of time.
+    /// First steps in order of time.
     pub first: Vec<Step>,
-    /// Searches for a switch that had begun when it ended.
+    /// Number of searches for a switch that had begun when the motion ended.
     pub searches: usize,
 }
 
@@ -50,7 +50,7 @@ impl PlannedMotion {
         }
     }
 
-    /// The pieces of trajectory, before any filter, in order. Those that were taken back are left out.
+    /// Returns the pieces of trajectory, before any filter, in order, without those that were taken back.
     pub fn pieces(&self) -> impl Iterator<Item = &Piece> {
         let is_left = |index: usize, piece: &Piece| {
             !self.taken_back.iter().any(|(count, taken)| index < *count && piece.start >= taken.from)
@@ -62,19 +62,19 @@ impl PlannedMotion {
             .map(|(_, (piece, _))| piece)
     }
 
-    /// The filters that were in force at its beginning.
+    /// Returns the filters that were in force at the motion's beginning.
     #[must_use]
     pub fn filters(&self) -> FilterConfig {
         self.pieces.first().map_or(FilterConfig::NONE, |(_, filters)| *filters)
     }
 
-    /// The trajectory.
+    /// Returns the ideal trajectory.
     #[must_use]
     pub fn ideal(&self) -> Ideal {
         self.ideal_through(None)
     }
 
-    /// The trajectory as it would be with these filters all along, or with those that were in force.
+    /// Returns the trajectory with these filters all along, or with those that were in force.
     #[must_use]
     pub fn ideal_through(&self, other: Option<FilterConfig>) -> Ideal {
         let mut ideal = Ideal::new(self.config);
@@ -92,7 +92,7 @@ impl PlannedMotion {
     }
 }
 
-/// All motion of a job in order.
+/// Motion of a job in order.
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
     motions: Vec<PlannedMotion>,
@@ -104,7 +104,7 @@ impl Plan {
         Self { motions: Vec::new(), searches: 0 }
     }
 
-    /// Those motions that have steps.
+    /// Returns those motions that have steps.
     pub fn motions(&self) -> impl Iterator<Item = &PlannedMotion> {
         self.motions.iter().filter(|motion| !motion.first.is_empty())
     }
@@ -113,7 +113,7 @@ impl Plan {
         self.searches += 1;
     }
 
-    /// The next piece; with a machine, it begins a motion.
+    /// Adds the next piece; with a machine, it begins a motion.
     pub(super) fn push(
         &mut self,
         begins: Option<(MotionConfig, Option<Arc<Warp>>)>,
@@ -127,14 +127,14 @@ impl Plan {
         }
     }
 
-    /// What comes next replaces what was taken back.
+    /// Replaces trajectory that was taken back by later pieces.
     pub(super) fn take_back(&mut self, taken: &TakenBack) {
         if let Some(motion) = self.motions.last_mut() {
             motion.taken_back.push((motion.pieces.len(), *taken));
         }
     }
 
-    /// The next step; `before`: where the motors stood.
+    /// Takes the next step; `before`: the motors' positions before it.
     pub(super) fn take(&mut self, step: &Step, before: &PerActuator<StepCount>) {
         // The feed works ahead of the motors: the newest motion need not have begun to move.
         let Some(motion) = self.motions.iter_mut().rev().find(|motion| motion.start <= step.at) else { return };
