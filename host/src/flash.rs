@@ -21,10 +21,12 @@ const BOARD: &str = "1d50:6015";
 /// Seconds that dfu-util waits for the board to detach: the running firmware is copied to the card first,
 /// which takes longer than dfu-util's own five seconds.
 const DETACH_SECONDS: &str = "20";
-/// EX_IOERR of dfu-util, and how many of its last bytes are kept.
+/// Exit status EX_IOERR of dfu-util.
 const RESET_FAILED: i32 = 74;
-/// As dfu-util prints errVENDOR (DFU 1.1 section 6.1.2), by which the boot stage means that alone.
+/// Print of errVENDOR by dfu-util (DFU 1.1 section 6.1.2): the card holds no firmware to come back to,
+/// the only meaning that the boot stage gives this status.
 const NO_COPY: &str = "status(11)";
+/// Number of a tool's last bytes that are kept.
 const LAST_WORDS: usize = 64;
 /// Image for the boot stage, which `make firmware` writes beside the ELF file.
 const CARD_FILE: &str = "flashme.bin";
