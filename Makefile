@@ -159,6 +159,7 @@ test-lint: target/toolchain.mk
 	@echo "== rules and lints"
 	@$(CARGO) run -q --locked -p xtask -- deps
 	@$(CARGO) run -q --locked -p xtask -- docs
+	@$(CARGO) run -q --locked -p xtask -- words
 	@if $(CARGO) fmt --version >/dev/null 2>&1; then $(CARGO) fmt --all --check; else echo "rustfmt is not installed: skipped"; fi
 	@if $(CARGO) clippy --version >/dev/null 2>&1; then \
 	    $(CARGO) clippy -q --locked --all-targets -- -D warnings && \
