@@ -222,8 +222,9 @@ mod tests {
         let config = machine("$J -c X1", "$J STOP", "");
         let mut buttons = Buttons::new(&config);
         let pressed = InputLevels::default().with(Input::Button(0));
-        for (ms, levels) in [(0, InputLevels::default()), (50, pressed)] {
-            assert_eq!(buttons.look(levels, &config, Micros::from_millis(ms)), Urgent::default());
+        for (ms, levels, line) in [(0, InputLevels::default(), false), (50, pressed, true)] {
+            let urgent = buttons.look(levels, &config, Micros::from_millis(ms));
+            assert_eq!(urgent, Urgent { line, ..Urgent::default() });
         }
         assert!(buttons.look(InputLevels::default(), &config, Micros::from_millis(100)).stop_jog);
         assert_eq!(buttons.take_line(&config), None);
