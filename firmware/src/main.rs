@@ -11,7 +11,7 @@
 //! | 6 | `usb_packets` | OTG_FS | none: until then the host waits |
 //! | 5 | `heat` | TIM7, 2 kHz | half a millisecond |
 //! | 4 | `feed` | TIM6, at the queue's need | 0.125 ms: steps written ahead. Polls the RTT console |
-//! | 3 | `plan` | the dispatcher | the next corner |
+//! | 3 | `plan` | the executor, `heat` | the next corner |
 //! | 2 | `lights_sent` | DMA2, stream 0 | none: it ends a transmission to a strip of lights |
 //! | 1 | `slow` | `heat`, 10 Hz | a second |
 //! | 1 | `sensors` | `heat`, 100 Hz, where there are some | 50 ms |
@@ -85,8 +85,8 @@ mod app {
     use crate::{LATCH, PLANNER, REACHED, REPORTS, SENSORS, SLOW, dispatcher, fault, log, update, usb};
     use machine::heat::HeatControl;
 
-    /// Least time between two rounds of the feed's other duties: each of its periodic runs, apart from
-    /// delays.
+    /// Least time between two rounds of the feed's other duties. Runs of the feed that come sooner skip
+    /// them.
     const LOOK_EVERY: Ticks = Ticks::from_micros(400);
 
     /// Memory of motion that no step waits for. All zero, as the section is. In AXI SRAM: DTCM is for the

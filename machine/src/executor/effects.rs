@@ -14,7 +14,7 @@ use crate::needs::needs;
 use crate::outputs::Outputs;
 use crate::ports::{Ports, Wake};
 
-/// Carries out an effect whose place on the path has been reached.
+/// Carries out an effect when its line is read: outputs then change where the path has come to that line.
 pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {
     if machine.safety.state() == State::Check {
         if let Some(passed) = &mut machine.passed {

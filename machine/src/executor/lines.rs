@@ -25,7 +25,7 @@ use crate::jobs::{Next, Scripts};
 use crate::ports::{Ports, Wake};
 use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
 
-/// Runs the next line: of work that a line has started, of a session, of the file being played, of a switch.
+/// Runs the next line: of work that a line has started, of a session, of an input, of the file being played.
 /// False when there was nothing.
 pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if machine.urgent.ends() {

@@ -5,7 +5,7 @@ use heapless::Deque;
 use motion::Mark;
 use units::{Celsius, Duty, HeaterId};
 
-/// Number of effects that can wait: the look-ahead queue is no longer.
+/// Number of effects that can wait; a line with one more waits until the first has been made.
 const WAITING: usize = 64;
 
 /// A change of an output.

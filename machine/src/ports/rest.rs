@@ -3,7 +3,7 @@
 /// Event that ends a rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wake {
-    /// Any event: bytes, an event of the card, a run of the step feed, so half a millisecond at most.
+    /// Any event: bytes, an event of the card, a run of the step feed, so a millisecond at most.
     Any,
     /// Any event; and the awaited one comes with time alone (motion, heat, a moment), so that a world in
     /// which nothing else is new may let time pass at once.
