@@ -1,4 +1,5 @@
-//! Comments that a stranger cannot use: those that open with a pronoun or a wh-word, and those of a few words.
+//! Counts comments that a stranger cannot use: those that open with a pronoun or a wh-word, and those of a
+//! few words.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -59,8 +60,8 @@ enum Fault {
     Short,
 }
 
-/// Prints the shares of all crates together; with the name of a crate or folder also the shares of each crate, and
-/// each such comment of the folder. Fails where the shares of all are beyond the limits, percent.
+/// Prints the shares of all crates together; with the name of a crate or folder also the shares of each crate,
+/// and each such comment of the folder. Fails where the shares of all are beyond the limits, percent.
 pub fn check(root: &Path, folder: Option<&str>, most: (f64, f64)) -> Result<()> {
     let mut crates: BTreeMap<String, Count> = BTreeMap::new();
     for path in sources::rust_files(root)? {
