@@ -63,8 +63,8 @@ pub fn rest(wake: Wake, told: &mut Told) {
         return;
     }
     while !AWAKE.swap(false, Ordering::Acquire) {
-        // An interrupt that calls `wake` between the test and the sleep is seen at the feed's next run, within
-        // a millisecond.
+        // An interrupt that calls `wake` between the test and the sleep is seen at the feed's next run,
+        // within a millisecond.
         rtic::export::wfi();
     }
 }

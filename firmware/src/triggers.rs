@@ -2,8 +2,8 @@
 //!
 //! An armed input is watched by its edge interrupt, which stamps the very tick. The chip has one edge
 //! detector per pin number, and on this board X min (PD0) and Z min (PI0) share one: so detectors are given
-//! out when inputs are armed, and every armed input is also read by the step feed, every 0.4 to 0.9 ms. An input that
-//! got no detector, or was active before it was armed, is thus found a millisecond late at worst.
+//! out when inputs are armed, and every armed input is also read by the step feed, every 0.4 to 0.9 ms. An
+//! input that got no detector, or was active before it was armed, is thus found a millisecond late at worst.
 
 use bsp_prime::pins::{Input, PinSpec};
 use bsp_prime::{step_engine, time, trigger};
