@@ -60,8 +60,8 @@ enum Fault {
     Short,
 }
 
-/// Prints the shares of all crates together; with the name of a folder also the shares of each crate, and each
-/// such comment of the folder. Fails where the shares of all are beyond the limits, percent.
+/// Prints the shares of all crates together; with the name of a folder also the shares of each crate, and
+/// each such comment of the folder. Fails where the shares of all are beyond the limits, percent.
 pub fn check(root: &Path, folder: Option<&str>, most: (f64, f64)) -> Result<()> {
     let mut crates: BTreeMap<String, Count> = BTreeMap::new();
     for path in sources::rust_files(root)? {
