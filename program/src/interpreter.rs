@@ -412,16 +412,18 @@ impl Interpreter {
     #[must_use]
     pub fn keep(&self) -> Kept {
         let series = *self.cycles.series();
-        Kept { series, modal: self.modal.clone(), e: self.tools.active().map_or(0.0, |tool| tool.e) }
+        let e = self.tools.active().map_or(0.0, |tool| tool.e);
+        Kept { series, modal: self.modal.clone(), tool: self.tools.active, e }
     }
 
-    /// Restores modes and E. The compensation of temperature belongs to the machine and keeps its current
+    /// Restores modes, extruder and E. The compensation of temperature belongs to the machine and keeps its current
     /// value.
     pub fn come_back_to(&mut self, kept: Kept) {
         let thermal_z = self.modal.thermal_z;
         self.modal = kept.modal;
         self.modal.set_thermal_z(thermal_z);
         self.cycles.set_series(kept.series);
+        self.tools.active = kept.tool;
         if let Some(tool) = self.tools.active_mut() {
             tool.e = kept.e;
         }
@@ -488,10 +490,12 @@ impl Interpreter {
     }
 }
 
-/// Modes and E of a program, to be restored after a person has worked at the machine.
+/// Modes, extruder and E of a program, to be restored after a person has worked at the machine.
 #[derive(Clone, Debug)]
 pub struct Kept {
     pub(crate) modal: Modal,
     pub(crate) series: Series,
+    /// Place of the extruder in use.
+    pub(crate) tool: usize,
     pub(crate) e: f64,
 }

@@ -1,6 +1,6 @@
 //! Resuming a program after a person has worked at the machine.
 
-use units::{Axis, PerAxis};
+use units::{Axis, PerAxis, ToolId};
 
 use crate::interpreter::{Interpreter, Kept};
 use crate::meaning::modes;
@@ -11,11 +11,30 @@ const NOTHING: f64 = 1e-9;
 /// Restores the saved modes except offsets: offsets that were set meanwhile, for another cutter or another
 /// part, stay. Spindle and coolant return to their former state by the next effects.
 pub fn go_on_from(program: &mut Interpreter, mut kept: Kept) {
+    take_up_tool(program, &kept);
     let before = program.modal.auxiliary;
     kept.modal.take_offsets_of(&program.modal);
     program.come_back_to(kept);
     program.effects.clear();
     modes::switch_from(program, &before);
+}
+
+/// Selects the extruder that was in use when `kept` was saved, with its offset; returns its number where another
+/// one had been selected since.
+pub fn take_up_tool(program: &mut Interpreter, kept: &Kept) -> Option<ToolId> {
+    take_up(program, kept.tool)
+}
+
+/// Selects the extruder at this place, with its offset; returns its number where another one was selected.
+pub(crate) fn take_up(program: &mut Interpreter, place: usize) -> Option<ToolId> {
+    if program.tools.active == place {
+        return None;
+    }
+    program.tools.active = place;
+    let settings = &program.tools.active()?.settings;
+    let (id, offset) = (settings.id, settings.offset);
+    program.modal.set_tool_offset(offset);
+    Some(id)
 }
 
 /// Returns the machine position that now has the work coordinates that `place` had when `kept` was saved, in

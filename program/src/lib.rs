@@ -71,7 +71,7 @@ pub use dialect::{Dialect, Dialects};
 pub use fault::{Fault, Part, Problem};
 pub use flow::{Flow, FlowFault, FlowProblem, Next, Place};
 pub use interpreter::{Interpreter, Kept};
-pub use kept::{go_on_from, same_work_place};
+pub use kept::{go_on_from, same_work_place, take_up_tool};
 pub use lights::{LightChange, Lights};
 pub use meaning::objects;
 pub use meaning::printers::said_by_m118;

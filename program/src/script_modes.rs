@@ -4,6 +4,7 @@
 use units::{MmPerSecond, Plane};
 
 use crate::interpreter::Interpreter;
+use crate::kept;
 use crate::modal::{FeedMode, Modal, MotionMode};
 
 /// Modes of the program while a script runs. Offsets and coordinate systems are not included, because a
@@ -46,6 +47,7 @@ impl ScriptModes {
         OperatorModes {
             modes: Self::of(&program.modal),
             system: program.modal.system,
+            tool: program.tools.active,
             e: program.tools.active().map_or(0.0, |tool| tool.e),
         }
     }
@@ -80,12 +82,13 @@ impl ScriptModes {
     }
 }
 
-/// Modes, coordinate system and E of a program while a person works at the machine beside it (M0, M6): modes
+/// Modes, coordinate system, extruder and E of a program while a person works at the machine beside it (M0, M6): modes
 /// set at the console do not affect the program, but offsets set there stay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OperatorModes {
     modes: ScriptModes,
     system: usize,
+    tool: usize,
     e: f64,
 }
 
@@ -94,6 +97,7 @@ impl OperatorModes {
     pub fn end(&self, program: &mut Interpreter) {
         self.modes.end(program);
         program.modal.system = self.system;
+        kept::take_up(program, self.tool);
         if let Some(tool) = program.tools.active_mut() {
             tool.e = self.e;
         }

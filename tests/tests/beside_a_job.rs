@@ -94,3 +94,31 @@ fn resume_does_not_wait_for_the_last_tenth_of_a_degree() {
     bench.hear_until("Resuming print", 60.0);
     assert!(bench.now_s() - begun_s < 6.0, "{}", bench.now_s() - begun_s);
 }
+
+/// The extruder of a suspended job is the job's, and so are its E and its offset.
+#[test]
+fn a_tool_chosen_while_a_job_is_suspended_or_waits_is_not_the_jobs() {
+    for (stop, told, goes_on) in [("M600", "// Print Suspended", "resume\n"), ("M0", "the program waits", "~")] {
+        let job = format!("G28.3 X0 Y0 Z0\nT0\nM82\nG92 E0\nG1 X10 E1 F1200\n{stop}\nG1 X20 E2\nM400\n");
+        let mut bench = Plan::new(CARTESIAN)
+            .set("[extruder] second.enable = true")
+            .set("[extruder] second.tool_id = 1")
+            .set("[extruder] second.x_offset = 7")
+            .set("[actuator] epsilon.driver = external")
+            .set("[actuator] epsilon.steps_per_mm = 400")
+            .set("[actuator] epsilon.step_pin = PJ5")
+            .set("[actuator] epsilon.dir_pin = PJ1")
+            .file("part.g", &job)
+            .start();
+        let before = [Alpha, Delta].map(|motor| bench.carriage(motor));
+        bench.type_in("play part.g -t\n");
+        bench.hear_until(told, 30.0);
+        bench.run(&["T1", "G92 E50", "G1 X30 F1200", "M400"]);
+        bench.type_in(goes_on);
+        bench.hear_until("Done printing file", 30.0);
+        bench.hear(0.5);
+        let moved = [Alpha, Delta].map(|motor| bench.carriage(motor));
+        assert!((moved[0] - before[0] - 20.0).abs() < 0.02, "{stop}: X {}", moved[0] - before[0]);
+        assert!((moved[1] - before[1] - 2.0).abs() < 0.01, "{stop}: E {}", moved[1] - before[1]);
+    }
+}

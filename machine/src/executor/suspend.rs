@@ -148,11 +148,15 @@ fn knows_the_place<P: Ports>(machine: &Machine<'_, P>, but: AxisSet) -> Result<(
 pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     knows_the_place(machine, AxisSet::NONE)?;
     let Some(Suspended { position: was, kept, .. }) = machine.jobs.suspended() else { return Ok(()) };
+    let other_tool = program::take_up_tool(&mut machine.program, kept);
     let position = program::same_work_place(&mut machine.program, kept, was);
     let mut from = machine.ports.motion(|motion| motion.commanded_position());
     let mut target = from;
     Axis::PRIMARY.into_iter().for_each(|axis| target[axis] = position[axis]);
     machine.stays_within(&from, &target)?;
+    if let Some(tool) = other_tool {
+        machine.announce(format_args!("// NOTE the job goes on with its own tool, T{}\n", tool.0));
+    }
     let Some(suspended) = machine.jobs.take_suspended() else { return Ok(()) };
     let stalled = suspended.stall.map(|mut stall| {
         // Relative words of the stalled line count from its beginning, which moves with the restored place.
