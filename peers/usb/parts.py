@@ -53,7 +53,8 @@ def download(folder, names):
         os.makedirs(path)
     said = subprocess.run(["apt-get", "download", *names], cwd=debs, capture_output=True, text=True)
     if said.returncode:
-        raise Missing(f"Debian's packages, to download: {said.stderr.strip().splitlines()[-1]}")
+        why = said.stderr.strip().splitlines()[-1]
+        raise Missing(f"Debian's packages, to download (apt-get update, if its lists are old): {why}")
     for deb in glob.glob(os.path.join(debs, "*.deb")):
         subprocess.run(["dpkg-deb", "-x", deb, root], check=True)
     shutil.rmtree(debs)
