@@ -408,16 +408,15 @@ impl Interpreter {
         self.splines.closed()
     }
 
-    /// Returns modes and E of the program, to be restored later.
+    /// Returns modes, extruder and E of the program, to be restored later.
     #[must_use]
     pub fn keep(&self) -> Kept {
-        let series = *self.cycles.series();
         let e = self.tools.active().map_or(0.0, |tool| tool.e);
-        Kept { series, modal: self.modal.clone(), tool: self.tools.active, e }
+        Kept { series: *self.cycles.series(), modal: self.modal.clone(), tool: self.tools.active, e }
     }
 
-    /// Restores modes, extruder and E. The compensation of temperature belongs to the machine and keeps its current
-    /// value.
+    /// Restores modes, extruder and E. The compensation of temperature belongs to the machine and keeps its
+    /// current value.
     pub fn come_back_to(&mut self, kept: Kept) {
         let thermal_z = self.modal.thermal_z;
         self.modal = kept.modal;

@@ -19,8 +19,8 @@ pub fn go_on_from(program: &mut Interpreter, mut kept: Kept) {
     modes::switch_from(program, &before);
 }
 
-/// Selects the extruder that was in use when `kept` was saved, with its offset; returns its number where another
-/// one had been selected since.
+/// Selects the extruder that was in use when `kept` was saved, with its offset; returns its number where
+/// another one had been selected since.
 pub fn take_up_tool(program: &mut Interpreter, kept: &Kept) -> Option<ToolId> {
     take_up(program, kept.tool)
 }

@@ -82,8 +82,8 @@ impl ScriptModes {
     }
 }
 
-/// Modes, coordinate system, extruder and E of a program while a person works at the machine beside it (M0, M6): modes
-/// set at the console do not affect the program, but offsets set there stay.
+/// Modes, coordinate system, extruder and E of a program while a person works at the machine beside it (M0,
+/// M6): modes set at the console do not affect the program, but offsets set there stay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OperatorModes {
     modes: ScriptModes,
