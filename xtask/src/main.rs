@@ -21,6 +21,7 @@ use anyhow::{Result, bail};
 const HELP: &str = "usage: cargo xtask <task>
   budget ELF VP    the image keeps within bench/budget.toml: its sizes, and what it costs on the virtual board VP
   deps             every crate uses only what the architecture allows, and no source breaks a house rule
+  deps CRATE       which file of a crate names which, and those that need each other
   docs             what the documentation names exists, and its figures are those of the ledger
   figures          writes the ledger's figures into docs/performance.md, and draws them over the commits
   itcm ELF         the step interrupt stays in ITCM: no branch from there leaves it
@@ -51,6 +52,7 @@ fn run(arguments: &[String]) -> Result<()> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words.as_slice() {
         ["deps"] => deps::check(root()),
+        ["deps", package] => structure::report(root(), package),
         ["figures"] => ledger::write_committed(root()),
         ["docs"] => docs::check(root()).and_then(|()| ledger::page::check(root())),
         ["seal", elf, boot] => seal::run(Path::new(elf), Path::new(boot)),

@@ -70,6 +70,20 @@ pub fn figures(root: &Path, package: &str) -> Result<String> {
     Ok(format!("{package}: {files} files, largest circle {circle}, {name} has methods in {spread} of them"))
 }
 
+/// Prints the circles of a crate, of files and of rooms, and every arrow between two files.
+pub fn report(root: &Path, package: &str) -> Result<()> {
+    let structure = Structure::read(&root.join(package).join("src"))?;
+    for (from, to) in structure.arrows() {
+        println!("{from} -> {to}");
+    }
+    for (kind, circles) in [("files", structure.circles()), ("rooms", structure.circles_of_rooms())] {
+        for circle in circles {
+            println!("{package}: {} {kind} need each other: {}", circle.len(), circle.join(" "));
+        }
+    }
+    Ok(())
+}
+
 impl Structure {
     fn read(source: &Path) -> Result<Self> {
         let mut files = BTreeMap::new();
@@ -116,17 +130,32 @@ impl Structure {
 
     /// Files that need each other, largest first.
     fn circles(&self) -> Vec<Vec<&str>> {
-        let mut graph = DiGraphMap::<&str, ()>::new();
-        for (file, named) in &self.edges {
-            for other in named {
-                graph.add_edge(file.as_str(), other.as_str(), ());
-            }
-        }
-        let mut circles: Vec<Vec<&str>> = tarjan_scc(&graph).into_iter().filter(|circle| circle.len() > 1).collect();
-        circles.iter_mut().for_each(|circle| circle.sort_unstable());
-        circles.sort_by_key(|circle| std::cmp::Reverse(circle.len()));
-        circles
+        circles(self.arrows())
     }
+
+    /// Rooms that need each other, largest first: the files and folders at the top of a crate.
+    fn circles_of_rooms(&self) -> Vec<Vec<&str>> {
+        circles(self.arrows().map(|(from, to)| (room_of(from), room_of(to))).filter(|(from, to)| from != to))
+    }
+
+    /// Every pair of files of which the first names the second.
+    fn arrows(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.edges.iter().flat_map(|(file, named)| named.iter().map(move |other| (file.as_str(), other.as_str())))
+    }
+}
+
+/// Groups of more than one node that lead to each other, largest first.
+fn circles<'a>(arrows: impl Iterator<Item = (&'a str, &'a str)>) -> Vec<Vec<&'a str>> {
+    let graph: DiGraphMap<&str, ()> = arrows.map(|(from, to)| (from, to, ())).collect();
+    let mut circles: Vec<Vec<&str>> = tarjan_scc(&graph).into_iter().filter(|circle| circle.len() > 1).collect();
+    circles.iter_mut().for_each(|circle| circle.sort_unstable());
+    circles.sort_by_key(|circle| std::cmp::Reverse(circle.len()));
+    circles
+}
+
+/// The first folder of a file's path, or the file's own name.
+fn room_of(file: &str) -> &str {
+    file.split('/').next().unwrap_or(file).trim_end_matches(".rs")
 }
 
 /// `homing/slaves.rs` is `homing::slaves`, `homing/mod.rs` is `homing`, `lib.rs` is the crate.
