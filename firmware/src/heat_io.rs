@@ -5,11 +5,11 @@ use bsp_prime::adc::Thermistors;
 use bsp_prime::pins::{Input, Output};
 use bsp_prime::pwm::Pwm;
 use config::MAX_FANS;
-use machine::heat::HeatControl;
 use machine::ports::{
     DatedReading, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit,
 };
 use machine::tasks::{self, Due, HeatTask};
+use thermal::HeatControl;
 use units::{Celsius, Micros};
 
 /// Age at which a chip temperature is stale: four runs of the slow task.

@@ -83,7 +83,7 @@ mod app {
     use crate::slow::Slow;
     use crate::triggers::TriggerInputs;
     use crate::{LATCH, PLANNER, REACHED, REPORTS, SENSORS, SLOW, dispatcher, fault, log, update, usb};
-    use machine::heat::HeatControl;
+    use thermal::HeatControl;
 
     /// Least time between two rounds of the feed's other duties. Runs of the feed that come sooner skip
     /// them.

@@ -13,7 +13,6 @@ use bsp_prime::usb::UsbSocket;
 use bsp_prime::{memory, thread_stack, time, wait};
 use config::{MachineConfig, OutputPin, Pin};
 use heapless::Vec;
-use machine::heat::HeatControl;
 use machine::ports::{
     Ahead, Board, BoardInfo, Consoles, DriversPort, HeatPort, InputLevels, Inputs, LightPort, MemoryReport, MotionPort,
     PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Workspace,
@@ -23,6 +22,7 @@ use machine::supervisor::Supervisor;
 use machine::watchdog::Reporter;
 use motion::{Latch, Motion};
 use rtic::Mutex;
+use thermal::HeatControl;
 use units::{Celsius, Micros, Ticks, Volts};
 
 use crate::consoles::Console;

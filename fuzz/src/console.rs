@@ -257,7 +257,7 @@ impl Bench {
 
     /// Returns whether the machine is halted, or never works because its configuration is unusable.
     fn is_halted(&self) -> bool {
-        self.is_unusable || self.runner.heat(machine::heat::HeatControl::is_halted)
+        self.is_unusable || self.runner.heat(thermal::HeatControl::is_halted)
     }
 
     /// Checks that the machine, repaired and let go, is released and answers both its consoles.

@@ -1,6 +1,6 @@
 //! M303 and M306: measure how a heater answers to power, and set its control (PID or a model) accordingly.
 //!
-//! Both codes swing the temperature around a target, a few times (see [`crate::heat::StepTest`]). The heater
+//! Both codes swing the temperature around a target, a few times (see [`thermal::StepTest`]). The heater
 //! goes off whatever happens, and keeps its former control unless everything was found. Questions are
 //! answered meanwhile, and heat safety watches as ever.
 
@@ -12,11 +12,11 @@ use units::{Celsius, Micros};
 
 use crate::executor::Hands;
 use crate::failure::{Failure, Outcome, Texts};
-use crate::heat::{AIR_C, Answer, LawSettings, ModelSettings, PidGains};
 use crate::heat_codes::{allow_target, change_target, check_supply, heater_named, heater_of, wait_for_first_reading};
 use crate::needs::needs;
 use crate::ports::{Ports, Wake};
 use crate::sessions::Reply;
+use thermal::{AIR_C, Answer, LawSettings, ModelSettings, PidGains};
 
 /// Time between two progress reports.
 const REPORT_PERIOD: Micros = Micros::from_seconds(1);

@@ -13,13 +13,13 @@ use units::Celsius;
 
 use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
-use crate::heat::{HeatCause, HeatControl, HeatFault, OFF_BELOW, TargetRefused};
 use crate::ports::{HeatPort, Ports};
 use crate::sessions::Reply;
 pub(crate) use gains::{heater_model, maximum_temperature, pid_gains};
 pub(crate) use named::{heater_named, heater_of};
 pub(crate) use preheat::preheat;
 pub(crate) use sensors::{sensors, write_sensor};
+use thermal::{HeatCause, HeatControl, HeatFault, OFF_BELOW, TargetRefused};
 pub(crate) use wait::{heat_and_wait, wait_for_all, wait_for_first_reading, wait_for_temperature};
 
 /// Temperature reported for an unreadable sensor, C.
@@ -274,7 +274,7 @@ impl fmt::Display for HeatFaultText<'_> {
             HeatCause::DispatcherSilent => write!(
                 f,
                 "the controller did not answer for {} s while {name} was on",
-                crate::heat::DISPATCHER_TIMEOUT.seconds()
+                thermal::DISPATCHER_TIMEOUT.seconds()
             ),
         }
     }

@@ -6,10 +6,10 @@ use program::Part;
 use units::{Duty, Micros, SwitchId};
 
 use crate::failure::{Failure, Texts};
-use crate::heat::Output;
 use crate::needs::needs;
 use crate::ports::{Input, InputLevels};
 use crate::sessions::Reply;
+use thermal::Output;
 
 mod listing;
 mod spindle;

@@ -11,7 +11,7 @@ mod calendar;
 mod consoles;
 mod drivers;
 mod events;
-mod io;
+mod inputs;
 mod rest;
 mod storage;
 mod updates;
@@ -23,7 +23,6 @@ use core::ops::DerefMut;
 use motion::{Latch, Motion};
 use units::Micros;
 
-use crate::heat::HeatControl;
 use crate::supervisor::Supervisor;
 pub use board::{
     Board, BoardInfo, LastWords, MemoryReport, PinPort, PinTaken, Start, StepTimes, SupplyVoltages, WiringError,
@@ -35,14 +34,15 @@ pub use drivers::{
 };
 pub use events::EventLog;
 pub use gcode::realtime::Realtime;
-pub use io::{
-    DatedReading, Input, InputLevels, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings,
-    heater_bit, switch_bit,
-};
+pub use inputs::{Input, InputLevels};
 pub use rest::{Rest, Wake};
 pub use storage::{
     CardEvent, CardFacts, DirectoryEntry, FileAttributes, FileHandle, FileTime, FreeSpace, LIST_CHUNK, NAME_BYTES,
     OpenMode, PATH_BYTES, Storage, StorageError,
+};
+use thermal::HeatControl;
+pub use thermal::io::{
+    DatedReading, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit,
 };
 pub use updates::{Arrival, FailedBy, Firmware, FirmwareId, Flaw, Running, Updates};
 pub use usb::{Disk, NotLent, Usb};

@@ -12,7 +12,6 @@ use units::{Actuator, Axis};
 
 use crate::arms::{write_arms, write_homing};
 use crate::bed::Bed;
-use crate::heat::LawSettings;
 use crate::heat_codes::write_sensor;
 use crate::leveling::write_leveling;
 use crate::motion_codes::advance_of;
@@ -21,6 +20,7 @@ use crate::ports::{HeatPort, MotionPort};
 use crate::probing::write_probe;
 use crate::thermal::Thermal;
 use crate::tuning::Tuning;
+use thermal::LawSettings;
 
 /// Text of one part's lines.
 pub type Text = heapless::String<1_408>;

@@ -14,8 +14,8 @@ use motion::queue::StepQueue;
 use motion::{Access, FeedSchedule, Latch, Mark, StepFeed, feed_schedule};
 use units::{Micros, Ticks};
 
-use crate::heat::{HeatControl, MODULATION_HZ};
 use crate::ports::{OutputLevels, SensorReading, SensorReadings};
+use thermal::{HeatControl, MODULATION_HZ};
 
 /// Time between two runs of the heat task: a tick of the modulators.
 pub const HEAT_PERIOD_US: u32 = 1_000_000 / MODULATION_HZ;

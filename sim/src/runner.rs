@@ -26,10 +26,10 @@ use std::rc::Rc;
 use config::{BoardId, MachineConfig};
 use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult};
-use machine::heat::HeatControl;
 use machine::motion_config::motion_config;
 use machine::ports::{SessionProfile, StepTimes, Wake};
 use machine::sessions::SessionId;
+use thermal::HeatControl;
 
 use crate::models::tmc26x::Chip;
 use crate::output::StepError;

@@ -22,8 +22,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("motion", &["units"]),
     ("tmc", &["units"]),
     ("drivers", &["units"]),
-    // What a sensor's reading means in degrees is known in one place; `drivers` speaks to no chip.
-    ("machine", &["units", "events", "gcode", "program", "config", "motion", "drivers"]),
+    // What keeps heaters safe, apart from everything that moves; `drivers` knows sensors' curves and no chip.
+    // Of motion it knows marks, the places on the path at which outputs change.
+    ("thermal", &["units", "config", "motion", "drivers"]),
+    ("machine", &["units", "events", "gcode", "program", "config", "motion", "drivers", "thermal"]),
     // The machine's port over the chips: `machine` never sees a chip, `tmc` never sees a machine.
     ("driver-bank", &["units", "config", "machine", "tmc"]),
     // The same for the converter chips of sensors: their settings, and when each is read.
@@ -48,6 +50,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "config",
             "motion",
             "drivers",
+            "thermal",
             "machine",
             "driver-bank",
             "sensor-bank",
@@ -67,14 +70,15 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "config",
             "motion",
             "drivers",
+            "thermal",
             "machine",
             "driver-bank",
             "sensor-bank",
         ],
     ),
-    ("scenarios", &["units", "events", "program", "gcode", "config", "motion", "drivers", "machine", "sim"]),
+    ("scenarios", &["units", "events", "program", "gcode", "config", "motion", "drivers", "thermal", "machine", "sim"]),
     ("on-target", &["units", "events", "config", "motion", "tmc", "drivers", "machine", "bsp-prime"]),
-    ("fuzz", &["units", "gcode", "program", "config", "motion", "machine", "sim"]),
+    ("fuzz", &["units", "gcode", "program", "config", "motion", "thermal", "machine", "sim"]),
     ("fuzz-engine", &["fuzz"]),
     ("host", &["units", "gcode", "program", "config", "motion", "sim", "machine", "update"]),
     ("xtask", &["update"]),
@@ -99,6 +103,7 @@ const PURE: &[&str] = &[
     "motion",
     "tmc",
     "drivers",
+    "thermal",
     "machine",
     "driver-bank",
     "sensor-bank",

@@ -2,7 +2,7 @@
 
 use super::log::{Found, Log, PERIOD_S, Sample};
 
-/// Distance above its target at which the heater is switched off (`machine/src/heat/step_test.rs`), C.
+/// Distance above its target at which the heater is switched off (`thermal/src/step_test.rs`), C.
 const ABOVE: f64 = 4.0;
 /// Distance below the end of a rise from which its slope is taken, C.
 const RISE_WINDOW: f64 = 10.0;

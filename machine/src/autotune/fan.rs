@@ -6,9 +6,9 @@ use units::{Duty, Micros};
 use super::Ask;
 use crate::executor::Hands;
 use crate::failure::Failure;
-use crate::heat::{AIR_C, LawSettings, ModelSettings, Output};
 use crate::heat_codes::change_target;
 use crate::ports::{Ports, Wake};
+use thermal::{AIR_C, LawSettings, ModelSettings, Output};
 
 /// Time over which the output is averaged...
 const AVERAGED: Micros = Micros::from_seconds(30);

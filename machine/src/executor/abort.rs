@@ -2,10 +2,10 @@
 
 use super::{Machine, log, passed_over, program_io, statistics, suspend};
 use crate::failure::{Answer, Outcome};
-use crate::heat::HeatControl;
 use crate::ports::Ports;
 use crate::safety::Event;
 use crate::sessions::Recipient;
+use thermal::HeatControl;
 
 /// Aborts the job (`abort`, M524): brakes, drops queued moves, closes the file. Heaters are left alone.
 pub(super) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {

@@ -175,7 +175,7 @@ fn heat_and_wait<P: Ports>(
     (heater, target, cools): (units::HeaterId, Celsius, bool),
     to: Recipient,
 ) -> Outcome {
-    if target > crate::heat::OFF_BELOW {
+    if target > thermal::OFF_BELOW {
         needs(machine.texts, machine.config, Part::Heater(heater), machine.jobs.is_playing())?;
     }
     machine.jobs.set_heating(true);

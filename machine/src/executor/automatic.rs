@@ -7,9 +7,9 @@ use super::Machine;
 use super::program_io::apply;
 use crate::fans::{Facts, Found};
 use crate::grbl::numbers::Alarm;
-use crate::heat::HeatControl;
 use crate::ports::Ports;
 use crate::sessions::{Recipient, Reply};
+use thermal::HeatControl;
 
 /// Looks at temperatures and has outputs follow, in every state: hot parts are cooled in a halt too.
 pub(super) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {

@@ -16,7 +16,6 @@ use crate::axes::{internal_motors, on_board_motors};
 use crate::failure::about_file;
 use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
 use crate::grbl::{framing, hal, stored};
-use crate::heat::{HeatControl, HeaterSettings};
 use crate::leveling;
 use crate::motion_config::motion_config;
 use crate::needs::tell_what_is_off;
@@ -24,6 +23,7 @@ use crate::ports::{MotorDrivers, OpenMode, Ports, Start, StorageError, Wake};
 use crate::safety::Event;
 use crate::sessions::{Recipient, Reply, Sessions};
 use crate::supervisor::{DriverTrouble, MOTOR_SUPPLY_OFF};
+use thermal::{HeatControl, HeaterSettings};
 
 /// Time within which the motor supply is read: two periods of the slow task, and its conversions.
 const SUPPLY_READING_TIMEOUT: Micros = Micros::from_millis(250);

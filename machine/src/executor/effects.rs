@@ -7,12 +7,12 @@ use units::{Micros, SwitchId};
 
 use super::{Machine, lights, program_io};
 use crate::failure::Failure;
-use crate::heat::{Full, Output};
 use crate::heat_codes;
 use crate::heat_codes::TargetRefusal;
 use crate::needs::needs;
 use crate::outputs::Outputs;
 use crate::ports::{Ports, Wake};
+use thermal::{Full, Output};
 
 /// Carries out an effect when its line is read: outputs then change where the path has come to that line.
 pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {
@@ -31,7 +31,7 @@ pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> 
     let was_on = matches!(effect, Effect::Switch { switch, .. } if machine.outputs.is_on(switch));
     let output = match effect {
         Effect::Target { heater, target } => {
-            if target > crate::heat::OFF_BELOW {
+            if target > thermal::OFF_BELOW {
                 needs(machine.texts, machine.config, Part::Heater(heater), is_playing)?;
                 heat_codes::check_target(machine.texts, &mut machine.ports, machine.config, heater, target)?;
                 if !machine.ports.supervisor(|supervisor| supervisor.fet_supply_on()) {

@@ -14,10 +14,10 @@ use super::{Machine, journal, log, program_io};
 use crate::brown_out;
 use crate::failure::Failure;
 use crate::grbl::numbers::{Alarm, Error};
-use crate::heat::HeatControl;
 use crate::ports::{Ports, Wake};
 use crate::safety::{Event, Press, Stopping};
 use crate::sessions::Recipient;
+use thermal::HeatControl;
 
 impl<P: Ports> Machine<'_, P> {
     /// Halts, saying why to every session, and by number to those of GRBL's dialect. Does nothing while

@@ -18,7 +18,6 @@ use crate::endstop_phase::EndstopPhases;
 use crate::failure::{Failure, Texts};
 use crate::files::safe_file::Draft;
 use crate::grbl::numbers::Alarm;
-use crate::heat::HeatControl;
 use crate::paper::Paper;
 use crate::ports::{InputLevels, Ports, StorageError, Wake};
 use crate::probing::{DeltaRecords, Deployment};
@@ -28,6 +27,7 @@ use crate::sessions::{Recipient, Reply};
 use crate::supervisor::Supervisor;
 use crate::tuning::Tuning;
 use crate::wait::Waited;
+use thermal::HeatControl;
 
 /// The machine in the hands of one sequence.
 pub struct Hands<'m, 'c, P: Ports> {

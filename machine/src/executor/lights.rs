@@ -8,9 +8,9 @@ use units::{Micros, SwitchId};
 use super::Machine;
 use super::program_io::apply;
 use crate::failure::Failure;
-use crate::heat::{HeatControl, OFF_BELOW};
 use crate::lights::Condition;
 use crate::ports::{Ports, Wake};
+use thermal::{HeatControl, OFF_BELOW};
 
 /// Distance from its target within which a heater has warmed up, C.
 const WARM_WITHIN_C: f32 = 5.0;

@@ -30,8 +30,6 @@ use crate::files::logs::Logs;
 use crate::forecast::{Ahead, Foresight, LookAhead};
 use crate::grbl::Grbl;
 use crate::grbl::numbers::Error;
-use crate::heat::Effects;
-use crate::heat_surplus::SurplusWatch;
 use crate::jobs::Jobs;
 use crate::journal::{Journal, Recovery};
 use crate::lights::LightShow;
@@ -48,6 +46,8 @@ use crate::strips::Strips;
 use crate::thermal::Thermal;
 use crate::tuning::Tuning;
 use crate::wait::Waited;
+use thermal::Effects;
+use thermal::surplus::SurplusWatch;
 
 /// The machine, as the owners of its parts.
 pub(crate) struct Machine<'c, P: Ports> {

@@ -3,9 +3,9 @@
 use units::Micros;
 
 use crate::failure::ShortText;
-use crate::melt::Flow;
 use crate::slow_turning::SlowTurning;
 use crate::stall_watch::StallWatch;
+use thermal::flow::Flow;
 
 /// Due times of the looks, and memory between them.
 #[derive(Debug, Default)]

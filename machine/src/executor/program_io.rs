@@ -6,12 +6,12 @@ use units::SwitchId;
 use super::Machine;
 use super::hold::Hold;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::heat::Output;
 use crate::motion_codes;
 use crate::outputs;
 use crate::ports::{Input, Ports, Wake};
 use crate::safety::Event;
 use crate::sessions::Recipient;
+use thermal::Output;
 
 /// Sets whether the operator's overrides count and a feed hold acts, once nothing moves (M48 to M51, taps).
 /// Override values that were set stay known.

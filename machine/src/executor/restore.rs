@@ -20,7 +20,7 @@ pub(super) fn heat<P: Ports>(machine: &mut Machine<'_, P>, targets: &[Celsius], 
     for tools in [false, true] {
         for (id, target) in HeaterId::all().zip(targets) {
             let Some(heater) = machine.config.temperatures.get(id.index()) else { continue };
-            if *target <= crate::heat::OFF_BELOW || heater.designator.starts_with('T') != tools {
+            if *target <= thermal::OFF_BELOW || heater.designator.starts_with('T') != tools {
                 continue;
             }
             let hands = &mut Hands::new(machine, to);

@@ -16,12 +16,12 @@ use super::{
 use crate::apart::apart;
 use crate::files::listings;
 use crate::grbl::numbers::Alarm;
-use crate::heat::HeatControl;
 use crate::heat_codes::{HeatFaultText, TargetRefusal};
 use crate::ports::{Disk, InputLevels, Ports};
 use crate::safety::{Event, Hit};
 use crate::sessions::{Listing, Recipient, Rights, SessionId, Visitor};
 use crate::supervisor::{DriverTrouble, Supervisor, SupervisorEvent};
+use thermal::HeatControl;
 
 /// Period of the looks at inputs and faults.
 const POLL_PERIOD: Micros = Micros::from_millis(10);

@@ -6,9 +6,9 @@ use units::{Celsius, Duty};
 
 use super::named::{bed, heater_of};
 use crate::failure::{Answer, Failure, Outcome, Texts};
-use crate::heat::{HeatControl, HeaterSettings, LawSettings, ModelSettings, PidGains};
 use crate::ports::HeatPort;
 use crate::sessions::Reply;
+use thermal::{HeatControl, HeaterSettings, LawSettings, ModelSettings, PidGains};
 
 /// M143: the highest temperature of a heater, or of all; S is the `tool_id`.
 ///

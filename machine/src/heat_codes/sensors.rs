@@ -9,10 +9,10 @@ use units::{Celsius, HeaterId, Ohms};
 
 use super::named::heater_of;
 use crate::failure::{Answer, Failure, Outcome, Texts};
-use crate::heat::Sensor;
 use crate::ports::HeatPort;
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
+use thermal::Sensor;
 
 /// M305: reports the sensors, or changes that of heater S; S alone restores the configured one.
 ///
@@ -141,8 +141,8 @@ fn describe(
     let (name, tool_id) = (&controller.designator, controller.tool_id);
     let how = match (settings.heats, settings.law) {
         (false, _) => "Readonly",
-        (true, crate::heat::LawSettings::Pid(_)) => "PID",
-        (true, crate::heat::LawSettings::Model(_)) => "a model",
+        (true, thermal::LawSettings::Pid(_)) => "PID",
+        (true, thermal::LawSettings::Model(_)) => "a model",
         _ => "Bang bang",
     };
     reply.say(format_args!("{name}(S{tool_id}): using {how} - active: {}\n", u8::from(target.0 > 0.0)));

@@ -7,9 +7,9 @@ use units::{Celsius, Micros};
 use super::{allow_target, change_target, check_supply, temperature_text};
 use crate::executor::Hands;
 use crate::failure::Failure;
-use crate::heat::{HeatControl, Heater, OFF_BELOW, SensorFault};
 use crate::needs::needs;
 use crate::ports::{Ports, Wake};
+use thermal::{HeatControl, Heater, OFF_BELOW, SensorFault};
 
 /// Period of temperature reports during a wait.
 const WAIT_REPORT: Micros = Micros::from_millis(1_200);

@@ -5,8 +5,8 @@ use core::fmt::Write as _;
 use config::Name;
 use heapless::{String, Vec};
 
-use crate::heat::Work;
 use crate::ports::MAX_HEATERS;
+use thermal::Work;
 
 /// Time on after which the hours are saved, s, also while heaters stay on.
 const SAVED_EACH_S: f64 = 3_600.0;

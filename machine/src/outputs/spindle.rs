@@ -8,7 +8,7 @@ use program::Spindle;
 use units::SwitchId;
 
 use super::{Outputs, listens, off_value, output};
-use crate::heat::Output;
+use thermal::Output;
 
 /// Operator's changes of the spindle, beside the program.
 #[derive(Clone, Copy, Debug)]

@@ -11,11 +11,11 @@ use super::lines::{Reading, Said};
 use super::settings;
 use crate::apart::apart;
 use crate::failure::{Failure, short};
-use crate::heat::OFF_BELOW;
 use crate::motion_codes;
 use crate::needs::needs;
 use crate::outputs::{self, Outputs};
 use crate::ports::MotionPort;
+use thermal::OFF_BELOW;
 
 /// Port to the motion object that makes no steps, for codes that set limits.
 struct Shadow<'m> {

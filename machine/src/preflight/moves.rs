@@ -102,7 +102,7 @@ impl Reading<'_, '_> {
         }
         let config = self.preflight.config;
         let Some((heater, settings)) = config.heaters().find(|(_, heater)| heater.tool_id == id) else { return };
-        let is_off = self.preflight.targets.get(heater.index()).is_some_and(|t| *t <= crate::heat::OFF_BELOW);
+        let is_off = self.preflight.targets.get(heater.index()).is_some_and(|t| *t <= thermal::OFF_BELOW);
         if is_off && settings.heater_pin.is_some() {
             if let Some(said) = self.preflight.once.cold.get_mut(axis as usize) {
                 *said = true;

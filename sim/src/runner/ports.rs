@@ -6,7 +6,6 @@ use std::sync::atomic::AtomicU32;
 use config::{BoardId, MachineConfig, Pin, Pull};
 use corosensei::Yielder;
 use events::{Cause, Event, EventRing, Slots};
-use machine::heat::HeatControl;
 use machine::ports::{
     Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle,
     HeatPort, InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, Rest,
@@ -16,6 +15,7 @@ use machine::sessions::{Inbox, Intake, SessionId};
 use machine::supervisor::Supervisor;
 use motion::queue::StepQueue;
 use motion::{Latch, Motion};
+use thermal::HeatControl;
 use units::{Celsius, Micros, Volts};
 
 use super::bank::{self, Bank};

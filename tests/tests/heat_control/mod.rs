@@ -8,7 +8,7 @@ mod rig;
 
 use std::thread;
 
-use machine::heat::{LawSettings, PidGains};
+use thermal::{LawSettings, PidGains};
 use units::Duty;
 
 use crate::heat_plants::plants::{Chance, KINDS, Kind};

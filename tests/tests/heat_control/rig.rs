@@ -2,10 +2,10 @@
 
 use std::collections::VecDeque;
 
-use machine::heat::{Answer, HeatControl, HeaterSettings, LawSettings, ModelSettings, PidGains};
 use machine::ports::{SensorReading, SensorReadings, heater_bit};
 use sim::models::heater::Heater;
 use sim::models::thermistor::{Curve, Wiring, divider_volts};
+use thermal::{Answer, HeatControl, HeaterSettings, LawSettings, ModelSettings, PidGains};
 use units::{Celsius, Duty, HeaterId, Micros, ToolId};
 
 use crate::heat_plants::plants::{Chance, Kind};

@@ -9,12 +9,12 @@ mod rules;
 use std::collections::BTreeMap;
 use std::thread;
 
-use machine::heat::{HeatControl, HeatFault, HeaterSettings};
 use machine::ports::{SensorReading, SensorReadings, heater_bit};
 use plants::{Chance, KINDS, Kind};
 use rules::{Klipper, Marlin, Prusa, Seen};
 use sim::models::heater::{Heater, Plant};
 use sim::models::thermistor::{Curve, Wiring, divider_volts};
+use thermal::{HeatControl, HeatFault, HeaterSettings};
 use units::{Celsius, HeaterId, Micros};
 
 const AIR_C: f64 = 23.0;

@@ -35,8 +35,8 @@ const ELSEWHERE: &[Elsewhere] = &[
         what: "a reading that freezes while its heater holds, whose converter goes on",
         does: "halt as soon as the output is another, for so long that the reading would be",
         tests: &[
-            ("machine/src/heat_safety/tests.rs", "a_reading_that_stands_while_the_output_changes_is_nobodys"),
-            ("machine/src/heat_safety/tests.rs", "a_reading_may_stand_as_long_as_its_output_does"),
+            ("thermal/src/safety/tests.rs", "a_reading_that_stands_while_the_output_changes_is_nobodys"),
+            ("thermal/src/safety/tests.rs", "a_reading_may_stand_as_long_as_its_output_does"),
         ],
     },
     Elsewhere {
@@ -71,22 +71,22 @@ const ELSEWHERE: &[Elsewhere] = &[
     Elsewhere {
         what: "a mistake of control: a pin on without a target",
         does: "outputs closed and halt after two looks, 0.1 s",
-        tests: &[("machine/src/heat_safety/tests.rs", "a_pin_that_is_on_for_nobody_is_told_and_closed")],
+        tests: &[("thermal/src/safety/tests.rs", "a_pin_that_is_on_for_nobody_is_told_and_closed")],
     },
     Elsewhere {
         what: "heater at full output, or at one target, for too long",
         does: "halt, where `full_power_timeout` or `hold_timeout` says so",
-        tests: &[("machine/src/heat_safety/tests.rs", "time_limits_count_from_the_last_pause_and_from_the_target")],
+        tests: &[("thermal/src/safety/tests.rs", "time_limits_count_from_the_last_pause_and_from_the_target")],
     },
     Elsewhere {
         what: "dispatcher silent for ten seconds",
         does: "heaters off",
-        tests: &[("machine/src/heat/tests.rs", "a_dead_dispatcher_cools_the_machine")],
+        tests: &[("thermal/src/control/tests.rs", "a_dead_dispatcher_cools_the_machine")],
     },
     Elsewhere {
         what: "heat control stops ticking and the rest goes on",
         does: "outputs off within a second",
-        tests: &[("machine/src/heat/tests.rs", "a_stalled_control_tick_switches_heaters_off_but_leaves_fans_turning")],
+        tests: &[("thermal/src/control/tests.rs", "a_stalled_control_tick_switches_heaters_off_but_leaves_fans_turning")],
     },
     Elsewhere {
         what: "halt while a probe is out, in a paper test, in a calibration",

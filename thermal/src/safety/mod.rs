@@ -31,8 +31,9 @@ use config::HeaterId;
 use heapless::Vec;
 use units::{Celsius, Micros};
 
-use crate::heat::{Sensor, SensorFault, read_sensor};
-use crate::ports::{MAX_HEATERS, OutputLevels, SensorReadings, heater_bit};
+use crate::combined::read as read_sensor;
+use crate::io::{MAX_HEATERS, OutputLevels, SensorReadings, heater_bit};
+use crate::sensor::{Sensor, SensorFault};
 use at_rest::StuckOnWatch;
 use course::Course;
 use frozen::Frozen;

@@ -9,42 +9,23 @@
 //! reported within [`DISPATCHER_TIMEOUT`]. If any of them is missing, the output falls to off by itself; the
 //! message follows later.
 
-mod chip_faults;
-mod combined;
-mod effects;
-mod fan_drive;
-mod filter;
-mod heater;
-mod law;
-mod model;
-mod modulator;
-mod pulses;
-mod sensor;
-mod settings;
-mod step_test;
-mod switch_outputs;
-
 use config::HeaterId;
 use heapless::Vec;
 use motion::Mark;
 use units::{Celsius, Duty, Micros, ToolId};
 
-pub use combined::{Parts, Rule, read as read_sensor};
-pub use effects::{Effects, Full, Output};
-pub use heater::{Heater, TargetRefused, Work};
-pub use law::{BangBang, Law, Pid, PidGains};
-pub use model::{AIR_C, Model, ModelSettings, Surroundings};
-pub use modulator::{MODULATION_HZ, Modulators};
-pub use sensor::{Sensor, SensorFault};
-pub use settings::{HeaterSettings, LawSettings};
-pub use step_test::{Answer, Gains, StepTest, TestFailed};
-
-use crate::heat_safety::HeatSafety;
-pub use crate::heat_safety::{HeatCause, HeatFault, OFF_BELOW, SafetyLimits};
-use crate::ports::{MAX_HEATERS, OutputLevels, SensorReading, SensorReadings};
-use chip_faults::ChipFaults;
-use pulses::Pulses;
-use switch_outputs::SwitchOutputs;
+use crate::chip_faults::ChipFaults;
+use crate::combined::read as read_sensor;
+use crate::effects::{Effects, Full, Output};
+use crate::heater::{Heater, TargetRefused, Work};
+use crate::io::{MAX_HEATERS, OutputLevels, SensorReading, SensorReadings};
+use crate::model::Surroundings;
+use crate::modulator::{MODULATION_HZ, Modulators};
+use crate::pulses::Pulses;
+use crate::safety::{HeatCause, HeatFault, HeatSafety};
+use crate::sensor::Sensor;
+use crate::settings::{HeaterSettings, LawSettings};
+use crate::switch_outputs::SwitchOutputs;
 
 /// Without a control tick for this many modulation ticks (one second), every heater output is off.
 pub const STALE_MODULATION_TICKS: u32 = MODULATION_HZ;

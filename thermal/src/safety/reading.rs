@@ -3,7 +3,7 @@
 use units::{Celsius, Micros};
 
 use super::look::{HeatCause, Look};
-use crate::heat::SensorFault;
+use crate::sensor::SensorFault;
 
 /// Number of unbelievable readings in a row that is a fault. Control has its heater off from the first.
 const BAD_READINGS: u8 = 4;

@@ -7,8 +7,8 @@ use drivers::thermistor::{AdcCode, BuiltIn, Curve, CurveError, Divider, Law, The
 use drivers::voltage_sensor::VoltageCurve;
 use units::{Celsius, Ohms};
 
-use super::combined::{Parts, Rule};
-use crate::ports::SensorReading;
+use crate::combined::{Parts, Rule};
+use crate::io::SensorReading;
 
 /// Reason why a sensor gives no temperature, in words that say what to check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,7 +58,7 @@ pub enum Sensor {
     Voltage(VoltageCurve),
     /// Sensor that reports degrees: a converter chip, or the microcontroller's own sensor.
     Degrees,
-    /// Combination of other sensors: see [`super::combined::read`].
+    /// Combination of other sensors: see [`crate::combined::read`].
     Combined(Rule, Parts),
     /// Sensor whose description makes none, and the reason: it gives no temperature, so nothing heats by it.
     Unusable(&'static str),

@@ -1,9 +1,9 @@
 //! A small oven with a thermistor that tests can break.
 
-use super::law::PidGains;
 use super::*;
-use crate::heat_safety::{CourseLimits, ResponseLimits, TimeLimits};
-use crate::ports::{heater_bit, switch_bit};
+use crate::io::{heater_bit, switch_bit};
+use crate::law::PidGains;
+use crate::safety::{CourseLimits, ResponseLimits, TimeLimits};
 use drivers::thermistor::{Curve, Divider, Thermistor};
 use units::Ohms;
 

@@ -3,7 +3,7 @@
 use config::HeaterId;
 use units::{Celsius, Micros};
 
-use crate::heat::SensorFault;
+use crate::sensor::SensorFault;
 
 /// Period of the looks at every heater.
 pub const LOOK_PERIOD: Micros = Micros::from_millis(50);

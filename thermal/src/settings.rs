@@ -3,10 +3,10 @@
 use config::{ControlLaw, TemperatureConfig};
 use units::{Celsius, Duty, Micros, ToolId};
 
-use super::law::PidGains;
-use super::model::ModelSettings;
-use super::sensor::Sensor;
-use crate::heat_safety::{CourseLimits, ReadingLimits, ResponseLimits, SafetyLimits, TimeLimits};
+use crate::law::PidGains;
+use crate::model::ModelSettings;
+use crate::safety::{CourseLimits, ReadingLimits, ResponseLimits, SafetyLimits, TimeLimits};
+use crate::sensor::Sensor;
 
 /// Settings of a control law.
 #[derive(Clone, Copy, Debug, PartialEq)]

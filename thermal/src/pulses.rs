@@ -1,6 +1,6 @@
 //! Counter of tachometer pulses, which samples the inputs in each run of the heat task.
 //!
-//! Looking [`super::MODULATION_HZ`] times a second sees every pulse that is high, and low, for half a
+//! Looking [`crate::MODULATION_HZ`] times a second sees every pulse that is high, and low, for half a
 //! millisecond and a little more, which is 800 pulses a second: 24,000 turns a minute with two pulses a turn.
 //! A noisy wire costs no interrupt so, and any input will do.
 

@@ -2,7 +2,7 @@
 
 use units::{Celsius, Micros};
 
-use super::sensor::SensorFault;
+use crate::sensor::SensorFault;
 
 /// State of the filter.
 #[derive(Clone, Copy, Debug)]

@@ -4,9 +4,9 @@
 use config::FanDriveConfig;
 use units::Duty;
 
-use super::fan_drive::FanDrives;
-use super::modulator::Modulators;
-use crate::ports::MAX_SWITCHES;
+use crate::fan_drive::FanDrives;
+use crate::io::MAX_SWITCHES;
+use crate::modulator::Modulators;
 
 /// Present outputs of all switches.
 #[derive(Debug)]

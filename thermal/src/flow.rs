@@ -12,7 +12,7 @@ const USUAL_DIAMETER: f64 = 1.75;
 
 /// Estimate of the extrusion flow.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Flow {
+pub struct Flow {
     due: Micros,
     /// Tool of the last look, its pushed length, mm, and the time.
     before: Option<(ToolId, f64, Micros)>,

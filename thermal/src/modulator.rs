@@ -9,7 +9,7 @@
 
 use units::{Duty, Micros};
 
-use crate::ports::{MAX_HEATERS, MAX_SWITCHES, heater_bit, switch_bit};
+use crate::io::{MAX_HEATERS, MAX_SWITCHES, heater_bit, switch_bit};
 
 /// Modulation ticks per second.
 pub const MODULATION_HZ: u32 = 2_000;

@@ -16,9 +16,9 @@
 
 use units::{Celsius, Duty, Micros};
 
-use super::model::{Model, Surroundings};
-use super::settings::LawSettings;
-use super::step_test::StepTest;
+use crate::model::{Model, Surroundings};
+use crate::settings::LawSettings;
+use crate::step_test::StepTest;
 
 /// Gains and limits of a PID law.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 use config::{HeaterId, SensorKind};
 use units::Celsius;
 
-use super::sensor::{Sensor, SensorFault};
-use crate::ports::{MAX_HEATERS, SensorReadings};
+use crate::io::{MAX_HEATERS, SensorReadings};
+use crate::sensor::{Sensor, SensorFault};
 
 /// Rule that makes a temperature from several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,7 +87,7 @@ fn read_within<T>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ports::SensorReading;
+    use crate::io::SensorReading;
     use proptest::prelude::*;
 
     fn id(index: usize) -> HeaterId {

@@ -4,7 +4,7 @@
 use config::HeaterId;
 use units::Micros;
 
-use crate::ports::{MAX_HEATERS, SensorReading, SensorReadings};
+use crate::io::{MAX_HEATERS, SensorReading, SensorReadings};
 
 /// Time after which the same fault of the same sensor is told again.
 const AGAIN: Micros = Micros::from_seconds(60);

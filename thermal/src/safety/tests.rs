@@ -4,7 +4,7 @@ use super::*;
 use drivers::thermistor::{Curve, Divider, Thermistor};
 use units::Ohms;
 
-use crate::ports::SensorReading;
+use crate::io::SensorReading;
 
 fn sensor() -> Sensor {
     let r0 = Ohms(100_000.0);

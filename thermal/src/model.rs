@@ -12,7 +12,7 @@
 
 use units::{Celsius, Duty};
 
-use super::law::Steps;
+use crate::law::Steps;
 
 /// Temperature of the air from which losses count. The observer finds the difference to the real air.
 pub const AIR_C: f32 = 25.0;

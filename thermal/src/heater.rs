@@ -2,8 +2,8 @@
 
 use units::{Celsius, Duty, Micros};
 
-use super::filter::Filter;
 use super::{HeaterSettings, Law, LawSettings, OFF_BELOW, Sensor, SensorFault, StepTest, Surroundings};
+use crate::filter::Filter;
 
 /// Distance from the target, C, within which a heater counts as holding it.
 const HOLDS_WITHIN: f32 = 5.0;
@@ -131,7 +131,7 @@ impl Heater {
     }
 
     /// Swings around the target to find the heater's response, in air of this temperature, until
-    /// [`HeatControl::set_law`](super::HeatControl::set_law).
+    /// [`HeatControl::set_law`](crate::HeatControl::set_law).
     pub fn start_tuning(&mut self, swings: u8, air: Celsius) {
         self.law = Law::Tuning(StepTest::new(self.settings.max_duty, swings, air));
     }
@@ -164,7 +164,7 @@ impl Heater {
     }
 
     /// Takes a sample and computes the duty. Without a believable reading the heater is off;
-    /// [`HeatSafety`](crate::heat_safety::HeatSafety) decides whether the reading is a fault.
+    /// [`HeatSafety`](crate::safety::HeatSafety) decides whether the reading is a fault.
     pub(super) fn sample(&mut self, now: Micros, read: Result<Celsius, SensorFault>, around: Surroundings) {
         self.due = now.plus(self.settings.period);
         if self.is_on() {
