@@ -3,7 +3,7 @@
 use core::cell::{Cell, RefCell};
 use core::fmt::{self, Arguments, Display, Write};
 
-use crate::grbl::numbers::{Alarm, Error};
+use crate::reason::{Alarm, Reason};
 
 /// Greatest length of a text, bytes.
 const TEXT_BYTES: usize = 112;
@@ -85,9 +85,9 @@ pub struct Failure {
     fixed: Option<&'static &'static str>,
     /// Number of the failure's text in [`Texts`], without a fixed one.
     number: u8,
-    /// Error number for senders of GRBL's dialect, where a line is refused with this failure.
-    pub error: Error,
-    /// Alarm number for senders of GRBL's dialect, where the machine halts with this failure.
+    /// Reason of the refusal, where a line is refused with this failure.
+    pub reason: Reason,
+    /// Reason of the halt, where the machine halts with this failure.
     pub alarm: Alarm,
     /// Consequence for the machine.
     pub kind: FailureKind,
@@ -98,7 +98,7 @@ impl Failure {
     pub const HALTED: Self = Self::fixed(FailureKind::Halted, &"");
 
     const fn fixed(kind: FailureKind, text: &'static &'static str) -> Self {
-        Self { fixed: Some(text), number: 0, error: Error::Unsupported, alarm: Alarm::Abort, kind }
+        Self { fixed: Some(text), number: 0, reason: Reason::Unsupported, alarm: Alarm::Abort, kind }
     }
 
     /// Makes a refusal with a text that is always the same.
@@ -113,15 +113,15 @@ impl Failure {
         Self::fixed(FailureKind::Alarm, text)
     }
 
-    /// Returns the same failure with this error number.
+    /// Returns the same failure with this reason.
     #[must_use]
-    pub const fn numbered(self, error: Error) -> Self {
-        Self { error, ..self }
+    pub const fn with_reason(self, reason: Reason) -> Self {
+        Self { reason, ..self }
     }
 
-    /// Returns the same failure with this alarm number.
+    /// Returns the same failure with this alarm.
     #[must_use]
-    pub const fn alarming(self, alarm: Alarm) -> Self {
+    pub const fn with_alarm(self, alarm: Alarm) -> Self {
         Self { alarm, ..self }
     }
 
@@ -224,8 +224,8 @@ impl Texts {
 
     /// Returns the failure that was kept, with its text in [`Texts`] again.
     pub fn taken_up(&self, kept: &KeptFailure) -> Failure {
-        let KeptFailure { failure: Failure { error, alarm, kind, .. }, text } = kept;
-        self.keep(*kind, text).numbered(*error).alarming(*alarm)
+        let KeptFailure { failure: Failure { reason, alarm, kind, .. }, text } = kept;
+        self.keep(*kind, text).with_reason(*reason).with_alarm(*alarm)
     }
 
     /// Copies the text of a failure, to be kept for longer.
@@ -310,12 +310,12 @@ mod tests {
     #[test]
     fn a_failure_that_is_kept_is_the_same_when_it_is_taken_up() {
         let texts = Texts::new();
-        let kept = texts.kept(texts.alarm(format_args!("a {}", "text")).numbered(Error::Target));
+        let kept = texts.kept(texts.alarm(format_args!("a {}", "text")).with_reason(Reason::Target));
         for n in 0..2 * TEXTS {
             let _other = texts.refused(format_args!("number {n}"));
         }
         let failure = texts.taken_up(&kept);
         assert_eq!(texts.of(failure).to_string(), "a text");
-        assert_eq!((failure.kind, failure.error), (FailureKind::Alarm, Error::Target));
+        assert_eq!((failure.kind, failure.reason), (FailureKind::Alarm, Reason::Target));
     }
 }

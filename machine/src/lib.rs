@@ -49,6 +49,7 @@ pub mod ports;
 pub mod preflight;
 mod probing;
 mod program_setup;
+mod reason;
 mod reports;
 pub mod safety;
 mod saved_settings;

@@ -12,10 +12,10 @@ use heapless::Vec;
 use program::{CodeInfo, Fault, Part, Problem};
 
 use crate::failure::{Failure, FailureKind, ShortText, Texts, short};
-use crate::grbl::numbers::Error;
+use crate::reason::Reason;
 use crate::sessions::Reply;
 
-/// Error that keeps a part off, and its place.
+/// Reason that keeps a part off, and its place.
 struct Explained<'c>(&'c OffModule);
 
 impl fmt::Display for Explained<'_> {
@@ -82,7 +82,7 @@ pub(crate) fn failure_of(texts: &Texts, config: &MachineConfig, fault: &Fault, i
         Problem::NoSuchTool(word) => texts.keep(FailureKind::Refused, &no_such_tool(config, word)),
         _ => texts.refused(format_args!("{fault}")),
     };
-    let refused = refused.numbered(Error::of_problem(&fault.problem));
+    let refused = refused.with_reason(Reason::of_problem(&fault.problem));
     if fault.halts { refused.meaning(FailureKind::Alarm) } else { refused }
 }
 
@@ -174,6 +174,6 @@ mod tests {
         let texts = Texts::new();
         let failure = failure_of(&texts, &machine(), &Problem::NegativeFeedRate.alarm(3), false);
         assert_eq!(said(&texts, failure), (FailureKind::Alarm, "feed rate < 0, column 3".to_owned()));
-        assert_eq!(failure.error, Error::Negative);
+        assert_eq!(failure.reason, Reason::Negative);
     }
 }

@@ -7,8 +7,8 @@ use super::cycle::{CYCLE, FULL_STEP, nearest, within};
 use super::found::Unread;
 use crate::executor::Hands;
 use crate::failure::{Failure, ShortText, short};
-use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::Ports;
+use crate::reason::{Alarm, Reason};
 
 /// Facts about the approach of an axis to its switch.
 #[derive(Clone, Copy, Debug)]
@@ -109,7 +109,11 @@ fn warn_or_halt<P: Ports>(
     why: &ShortText,
 ) -> Result<(), Failure> {
     if settings.halts {
-        return Err(hands.texts().alarm(format_args!("{why}")).numbered(Error::Locked).alarming(Alarm::HomingSearch));
+        return Err(hands
+            .texts()
+            .alarm(format_args!("{why}"))
+            .with_reason(Reason::Locked)
+            .with_alarm(Alarm::HomingSearch));
     }
     hands.announce(format_args!("WARNING: {why}; homed to the switch alone\n"));
     Ok(())

@@ -10,11 +10,11 @@ use super::{
 };
 use crate::apart::apart;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::grbl::numbers::Alarm;
 use crate::heat_codes;
 use crate::motion_codes;
 use crate::needs::{failure_of, needs};
 use crate::ports::Ports;
+use crate::reason::Alarm;
 use crate::sessions::Recipient;
 use program::State;
 

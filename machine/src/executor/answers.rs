@@ -8,8 +8,8 @@ use super::line_numbers::tag_of;
 use super::source::{Origin, Source};
 use super::{Machine, grbl, stack};
 use crate::failure::{Answer, Failure, FailureKind, Outcome};
-use crate::grbl::numbers::Error;
 use crate::ports::Ports;
+use crate::reason::Reason;
 use crate::sessions::{Recipient, Reply, SessionId};
 
 /// Answers a line that has come to its end.
@@ -92,7 +92,7 @@ pub(super) fn is_grbl<P: Ports>(machine: &Machine<'_, P>, to: Recipient) -> bool
 /// Gives the answer to commands while halted.
 pub(super) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
     if is_grbl(machine, to) {
-        return machine.sessions.refuse(to, Error::Locked, format_args!("'$H'|'$X' to unlock"));
+        return machine.sessions.refuse(to, Reason::Locked, format_args!("'$H'|'$X' to unlock"));
     }
     machine.say(to, format_args!("!!\n"));
 }
@@ -102,11 +102,11 @@ pub(super) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Re
     let text = machine.texts.of(why);
     if is_grbl(machine, to) {
         machine.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
-        return machine.sessions.refuse(to, why.error, format_args!("{text}"));
+        return machine.sessions.refuse(to, why.reason, format_args!("{text}"));
     }
     // Other sessions must learn why the machine stands.
     let to = if to == Recipient::Nobody { Recipient::All } else { to };
-    machine.say(to, format_args!("Error: {text}\n"));
+    machine.say(to, format_args!("Reason: {text}\n"));
     machine.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
 }
 
@@ -114,7 +114,7 @@ pub(super) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Re
 pub(super) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &[u8], to: Recipient) {
     let text = core::str::from_utf8(line).unwrap_or("(not text)");
     if is_grbl(machine, to) {
-        let error = Error::of_refusal(&refusal);
+        let error = Reason::of_refusal(&refusal);
         return machine.sessions.refuse(to, error, format_args!("{refusal} - {text}"));
     }
     if let Refusal::Resend { .. } = refusal {
@@ -123,7 +123,7 @@ pub(super) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refus
     // The line arrived whole, so a resend is of no use; lines after it count on it.
     let session = to.session().and_then(|id| machine.sessions.get(id)).filter(|session| session.decoder.can_resend());
     if session.is_some() && tag_of(line) != Tag::NONE {
-        return machine.sessions.refuse(to, Error::of_refusal(&refusal), format_args!("{refusal} - {text}"));
+        return machine.sessions.refuse(to, Reason::of_refusal(&refusal), format_args!("{refusal} - {text}"));
     }
     let heard_by = if to == Recipient::Nobody { Recipient::All } else { to };
     machine.say(heard_by, format_args!("// WARNING gcode parse failed {refusal} - {text}\n"));

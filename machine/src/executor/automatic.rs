@@ -6,8 +6,8 @@ use units::{Celsius, Micros, SwitchId};
 use super::Machine;
 use super::program_io::apply;
 use crate::fans::{Facts, Found};
-use crate::grbl::numbers::Alarm;
 use crate::ports::Ports;
+use crate::reason::Alarm;
 use crate::sessions::{Recipient, Reply};
 use thermal::HeatControl;
 

@@ -11,8 +11,8 @@ use super::Machine;
 use crate::brown_out::{PATH, news, told};
 use crate::failure::{ShortText, short};
 use crate::falling_supply::OFF;
-use crate::grbl::numbers::Alarm;
 use crate::ports::{DateTime, Ports, StorageError};
+use crate::reason::Alarm;
 use crate::supervisor::Supervisor;
 
 /// Period of the looks, at each of the two supplies in turns.

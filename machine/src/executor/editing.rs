@@ -10,8 +10,8 @@ use crate::files::editing::Editing;
 use crate::files::editor::{Step, shown};
 use crate::files::editor_commands::{Command, HELP, What, parse};
 use crate::files::paths::words;
-use crate::grbl::numbers::Error;
 use crate::ports::{OpenMode, Ports, Storage, StorageError, Wake};
+use crate::reason::Reason;
 use crate::sessions::{Recipient, SessionId};
 
 /// Bytes read at a time, a block of the card.
@@ -63,7 +63,7 @@ pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, li
     };
     match outcome {
         Ok(()) => machine.say(to, format_args!("ok\n")),
-        Err(why) => machine.sessions.refuse(to, Error::default(), format_args!("{why}")),
+        Err(why) => machine.sessions.refuse(to, Reason::default(), format_args!("{why}")),
     }
     answered(machine, id);
 }

@@ -10,12 +10,12 @@ use super::{Hands, Machine, actions, kept, long_answers, program_io, settings_fi
 use crate::failure::{Answer, Failure, Outcome};
 use crate::files::listings;
 use crate::grbl::framing::LOCKED;
-use crate::grbl::numbers::Error;
 use crate::grbl::settings::{Change, Setting, Sources};
 use crate::grbl::status::{self, Report};
 use crate::grbl::{HELP, Own, Text, hal, jog, overrides, reports, stored};
 use crate::motion_config::motion_config;
 use crate::ports::Ports;
+use crate::reason::Reason;
 use crate::safety::Event;
 use crate::sessions::{Listing, Recipient, Reply, Rights, SessionId, Sessions};
 
@@ -63,7 +63,11 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipie
         }
         _ => match command.split_once('=') {
             Some((key @ ("N0" | "N1" | "I"), text)) => store(machine, key, text)?,
-            _ => return Err(Failure::refused(&"this $ command is not known: $ lists them").numbered(Error::Statement)),
+            _ => {
+                return Err(
+                    Failure::refused(&"this $ command is not known: $ lists them").with_reason(Reason::Statement)
+                );
+            }
         },
     }
     Ok(Answer::Ok)
@@ -130,7 +134,7 @@ fn with_sources<P: Ports, R>(
     f: impl FnOnce(&Sources<'_>, &mut Sessions) -> R,
 ) -> Result<R, Failure> {
     let motion = machine.ports.motion(|motion| motion.config().copied());
-    let motion = motion.ok_or_else(|| Failure::refused(&"motion is not configured").numbered(Error::Locked))?;
+    let motion = motion.ok_or_else(|| Failure::refused(&"motion is not configured").with_reason(Reason::Locked))?;
     let Machine { safety, sessions, config, tuning, grbl, .. } = machine;
     let travel = safety.travel.up_to_date(config, tuning);
     let (soft_limits, ends) = (travel.is_on(config), travel.ends());
@@ -150,8 +154,8 @@ fn list<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Fai
 /// Sets a setting, which acts and is saved at once (`$n=value`).
 fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Recipient) -> Outcome {
     may_set(machine)?;
-    let setting =
-        Setting::of(number).ok_or_else(|| Failure::refused(&"there is no such setting").numbered(Error::Statement))?;
+    let setting = Setting::of(number)
+        .ok_or_else(|| Failure::refused(&"there is no such setting").with_reason(Reason::Statement))?;
     let texts = machine.texts;
     let change = with_sources(machine, |of, _| setting.change(texts, value, of))??;
     match change {
@@ -173,7 +177,7 @@ fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Rec
 fn may_set<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
     match machine.safety.state() {
         State::Idle | State::Alarm => Ok(()),
-        _ => Err(Failure::refused(&"settings are changed from standstill").numbered(Error::NotIdle)),
+        _ => Err(Failure::refused(&"settings are changed from standstill").with_reason(Reason::NotIdle)),
     }
 }
 
@@ -190,7 +194,7 @@ fn save<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Fai
     if let Err(why) = settings_file::save(machine, None, Recipient::Nobody)
         && why.is_refusal()
     {
-        return Err(why.numbered(Error::Storage));
+        return Err(why.with_reason(Reason::Storage));
     }
     if !machine.config.general.config_override {
         machine.say(to, format_args!("saved, but [general] config-override is off: the next reset forgets it\n"));
@@ -201,14 +205,14 @@ fn save<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Fai
 fn save_own<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     let Machine { ports, grbl, .. } = machine;
     stored::write(ports, &grbl.own)
-        .map_err(|error| machine.texts.about_file(stored::PATH, error.text()).numbered(Error::Storage))
+        .map_err(|error| machine.texts.about_file(stored::PATH, error.text()).with_reason(Reason::Storage))
 }
 
 /// Stores a startup line, looked through, for the next boot or reset (`$N0=`, `$N1=`); or a text (`$I=`).
 fn store<P: Ports>(machine: &mut Machine<'_, P>, key: &str, text: &str) -> Result<(), Failure> {
     may_set(machine)?;
     let text = text.trim();
-    let too_long = |_| Failure::refused(&"80 characters are kept at most").numbered(Error::StoredLength);
+    let too_long = |_| Failure::refused(&"80 characters are kept at most").with_reason(Reason::StoredLength);
     let kept = Text::try_from(text).map_err(too_long)?;
     if key != "I" {
         look_through(machine, text)?;
@@ -226,8 +230,8 @@ fn store<P: Ports>(machine: &mut Machine<'_, P>, key: &str, text: &str) -> Resul
 fn look_through<P: Ports>(machine: &Machine<'_, P>, text: &str) -> Result<(), Failure> {
     for block in Blocks::new(text.as_bytes()) {
         let block = block.map_err(|error| {
-            let number = Error::of_refusal(&Refusal::Syntax(error));
-            machine.texts.refused(format_args!("{error}")).numbered(number)
+            let number = Reason::of_refusal(&Refusal::Syntax(error));
+            machine.texts.refused(format_args!("{error}")).with_reason(number)
         })?;
         let is_known =
             machine.program.row(&block, Dialect::Grbl).is_some() || block.code.is_some_and(crate::grbl::accepts);
@@ -245,7 +249,7 @@ pub(super) fn startup_ended<P: Ports>(machine: &mut Machine<'_, P>, number: u8, 
     match outcome {
         Ok(_) => sessions.say(Recipient::All, format_args!(">{text}:ok\n")),
         Err(why) => {
-            let error = if why.has_text() { why.error } else { Error::Locked };
+            let error = if why.has_text() { why.reason } else { Reason::Locked };
             sessions.say(Recipient::All, format_args!(">{text}:error:{}\n", error.number()));
         }
     }
@@ -265,7 +269,7 @@ fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) ->
     may_set(machine)?;
     if !matches!(what, "$" | "#" | "*") {
         return Err(
-            Failure::refused(&"$RST=$ restores settings, $RST=# offsets, $RST=* all").numbered(Error::Statement)
+            Failure::refused(&"$RST=$ restores settings, $RST=# offsets, $RST=* all").with_reason(Reason::Statement)
         );
     }
     if what != "#" {
@@ -299,7 +303,7 @@ fn restore_motion<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure>
 
 /// Numbers a refusal as one because the machine is not idle.
 fn not_idle(failure: Failure) -> Failure {
-    if failure.is_refusal() { failure.numbered(Error::NotIdle) } else { failure }
+    if failure.is_refusal() { failure.with_reason(Reason::NotIdle) } else { failure }
 }
 
 /// Homes (`$H`, `$HX` and so on), and ends an alarm, too.
@@ -307,11 +311,11 @@ fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Ou
     let mut named = AxisSet::NONE;
     for letter in axes.chars() {
         let axis = Axis::from_letter(letter.to_ascii_uppercase());
-        let unknown = || Failure::refused(&"$H homes all axes, $HX, $HY and $HZ one").numbered(Error::Statement);
+        let unknown = || Failure::refused(&"$H homes all axes, $HX, $HY and $HZ one").with_reason(Reason::Statement);
         named = named.with(axis.ok_or_else(unknown)?);
     }
     if machine.can_home.is_empty() {
-        return Err(Failure::refused(&"no endstop has a homing_direction: [endstops]").numbered(Error::NotEnabled));
+        return Err(Failure::refused(&"no endstop has a homing_direction: [endstops]").with_reason(Reason::NotEnabled));
     }
     match machine.safety.state() {
         State::Idle | State::Suspended => {}
@@ -321,7 +325,7 @@ fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Ou
             machine.release();
             machine.wait_release();
         }
-        _ => return Err(Failure::refused(&"homing begins from standstill").numbered(Error::NotIdle)),
+        _ => return Err(Failure::refused(&"homing begins from standstill").with_reason(Reason::NotIdle)),
     }
     super::home::home(machine, named, to)
 }

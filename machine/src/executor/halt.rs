@@ -13,8 +13,8 @@ use units::Micros;
 use super::{Machine, journal, log, program_io};
 use crate::brown_out;
 use crate::failure::Failure;
-use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::{Ports, Wake};
+use crate::reason::{Alarm, Reason};
 use crate::safety::{Event, Press, Stopping};
 use crate::sessions::Recipient;
 use thermal::HeatControl;
@@ -156,7 +156,7 @@ impl<P: Ports> Machine<'_, P> {
                 return self.say(to, format_args!("[{}Caution: Unlocked]\n", if is_grbl { "MSG:" } else { "" }));
             }
         };
-        self.sessions.refuse(to, Error::Locked, format_args!("{locked}"));
+        self.sessions.refuse(to, Reason::Locked, format_args!("{locked}"));
     }
 
     /// Waits for a release that was asked for while motion still came to rest.

@@ -20,9 +20,9 @@ use super::{
 use crate::apart::apart;
 use crate::failure::Answer;
 use crate::files::NotSaved;
-use crate::grbl::numbers::Error;
 use crate::jobs::{Next, Scripts};
 use crate::ports::{Ports, Wake};
+use crate::reason::Reason;
 use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
 
 /// Runs the next line: of work that a line has started, of a session, of an input, of the file being played.
@@ -119,7 +119,7 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
     match session.decoder.decode(line) {
         Ok(_) if !may_operate => {
             let text = format_args!("this session may ask, and stop the machine, no more");
-            machine.sessions.refuse(to, Error::Locked, text);
+            machine.sessions.refuse(to, Reason::Locked, text);
             answered(machine, id);
         }
         Ok(decoded) if machine.files.uploads_from(id) && !matches!(decoded, Line::Console(_)) => {
@@ -137,7 +137,7 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
             answered(machine, id);
         }
         Ok(Line::Code(_)) if grbl::jogs(machine, to) => {
-            machine.sessions.refuse(to, Error::Locked, format_args!("a jog is under way: 0x85 ends it"));
+            machine.sessions.refuse(to, Reason::Locked, format_args!("a jog is under way: 0x85 ends it"));
             answered(machine, id);
         }
         Ok(decoded) => {

@@ -29,7 +29,6 @@ use crate::files::Files;
 use crate::files::logs::Logs;
 use crate::forecast::{Ahead, Foresight, LookAhead};
 use crate::grbl::Grbl;
-use crate::grbl::numbers::Error;
 use crate::jobs::Jobs;
 use crate::journal::{Journal, Recovery};
 use crate::lights::LightShow;
@@ -38,6 +37,7 @@ use crate::outputs::{Outputs, TemperatureSwitches};
 use crate::paper::Paper;
 use crate::ports::{Ports, Wake};
 use crate::probing::{DeltaRecords, Deployment};
+use crate::reason::Reason;
 use crate::safety::travel::Travel;
 use crate::safety::{Event, Safety};
 use crate::sessions::{Recipient, Sessions};
@@ -227,7 +227,7 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Refuses a recipient's request, with the text of a failure.
     pub(super) fn refuse(&mut self, to: Recipient, why: Failure) {
-        self.sessions.refuse(to, why.error, format_args!("{}", self.texts.of(why)));
+        self.sessions.refuse(to, why.reason, format_args!("{}", self.texts.of(why)));
     }
 
     /// Keeps an event, in the ring that survives a reset.
@@ -381,13 +381,13 @@ impl<'c, P: Ports> Machine<'c, P> {
                     waited.unless_halted()?;
                 }
                 Err(Refusal::NoFeedRate) => {
-                    return Err(self.texts.alarm(format_args!("Undefined feed rate")).numbered(Error::FeedRate));
+                    return Err(self.texts.alarm(format_args!("Undefined feed rate")).with_reason(Reason::FeedRate));
                 }
                 Err(refusal @ Refusal::Unreachable) if !halts_out_of_reach(self.config) => {
-                    return Err(self.texts.refused(format_args!("{refusal}")).numbered(Error::Target));
+                    return Err(self.texts.refused(format_args!("{refusal}")).with_reason(Reason::Target));
                 }
                 Err(refusal) => {
-                    return Err(self.texts.alarm(format_args!("{refusal}")).numbered(Error::Target));
+                    return Err(self.texts.alarm(format_args!("{refusal}")).with_reason(Reason::Target));
                 }
             }
         }

@@ -15,9 +15,9 @@ use super::{
 };
 use crate::apart::apart;
 use crate::files::listings;
-use crate::grbl::numbers::Alarm;
 use crate::heat_codes::{HeatFaultText, TargetRefusal};
 use crate::ports::{Disk, InputLevels, Ports};
+use crate::reason::Alarm;
 use crate::safety::{Event, Hit};
 use crate::sessions::{Listing, Recipient, Rights, SessionId, Visitor};
 use crate::supervisor::{DriverTrouble, Supervisor, SupervisorEvent};

@@ -12,8 +12,8 @@ use super::Machine;
 use crate::apart::apart;
 use crate::drawing::{self, Draws};
 use crate::failure::Failure;
-use crate::grbl::numbers::Error;
 use crate::ports::Ports;
+use crate::reason::Reason;
 use crate::safety::Event;
 
 /// Returns a move of the program in motion's terms, without its curve.
@@ -80,7 +80,7 @@ impl<P: Ports> Draws for Drawing<'_, '_, P> {
     }
 
     fn wrong(&mut self, what: Arguments<'_>) -> Failure {
-        self.0.texts.alarm(what).numbered(Error::Target)
+        self.0.texts.alarm(what).with_reason(Reason::Target)
     }
 
     fn line_may_be(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Failure> {

@@ -5,8 +5,8 @@ use program::State;
 use units::{Actuator, Axis, Micros, PerActuator};
 
 use super::{Machine, stall_recovery};
-use crate::grbl::numbers::Alarm;
 use crate::ports::{Input, Ports};
+use crate::reason::Alarm;
 use crate::stall_watch::Sight;
 
 /// Period of the looks while no motor is watched.

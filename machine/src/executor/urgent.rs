@@ -12,9 +12,9 @@ use super::asked::{Ends, Requester};
 use super::line_numbers::decoder_expecting;
 use super::{Machine, abort, recover, stack};
 use crate::failure::Failure;
-use crate::grbl::numbers::Alarm;
 use crate::ports::Ports;
 use crate::program_setup;
+use crate::reason::Alarm;
 use crate::sessions::{Recipient, SessionId};
 
 /// Returns how much of the work in progress a line ends; `None` if it waits its turn.

@@ -6,7 +6,7 @@
 
 use core::fmt::{self, Write};
 
-use super::numbers::Error;
+use crate::reason::Reason;
 
 /// First text of a session of this dialect, also after each reset: senders wait for it.
 pub const BANNER: &str = "Grbl 1.1f ['$' for help]\n";
@@ -60,10 +60,10 @@ impl Framing {
         if core::mem::take(&mut self.owes) { out.write_str("ok\n") } else { Ok(()) }
     }
 
-    /// Refuses the line, with the reason and the number.
-    pub fn refuse(&mut self, error: Error, why: fmt::Arguments<'_>, out: &mut impl Write) -> fmt::Result {
+    /// Refuses the line, with the number of the reason, and why.
+    pub fn refuse(&mut self, reason: Reason, why: fmt::Arguments<'_>, out: &mut impl Write) -> fmt::Result {
         writeln!(out, "[MSG:{why}]")?;
-        if core::mem::take(&mut self.owes) { writeln!(out, "error:{}", error.number()) } else { Ok(()) }
+        if core::mem::take(&mut self.owes) { writeln!(out, "error:{}", reason.number()) } else { Ok(()) }
     }
 
     /// Passes a piece of text on. `is_reply`: it may answer the line that is owed an answer.
@@ -114,7 +114,7 @@ impl Framing {
         }
         self.owes = false;
         match place {
-            Place::Refusal => writeln!(out, "error:{}", Error::default().number()),
+            Place::Refusal => writeln!(out, "error:{}", Reason::default().number()),
             _ => out.write_str("ok\n"),
         }
     }
@@ -165,7 +165,7 @@ mod tests {
         framing.owe();
         framing.pass("error:of a heater, to everybody\nok\n", false, &mut out).unwrap();
         assert_eq!(out, "[MSG:of a heater, to everybody]\n");
-        framing.refuse(Error::Locked, format_args!("locked"), &mut out).unwrap();
+        framing.refuse(Reason::Locked, format_args!("locked"), &mut out).unwrap();
         framing.settle(&mut out).unwrap();
         assert!(out.ends_with("[MSG:locked]\nerror:9\n"), "{out}");
     }

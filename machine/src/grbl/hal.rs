@@ -6,9 +6,9 @@ use config::MachineConfig;
 use program::{Interpreter, write_system_name};
 use units::{Axis, AxisSet};
 
-use super::numbers::{Alarm, Error};
 use super::settings::Setting;
 use super::told::{Extra, Told};
+use crate::reason::{Alarm, Reason};
 use crate::reports::{Line, add, free_axes};
 use crate::sessions::{Enumeration, INBOX_BYTES, Reply};
 
@@ -89,7 +89,7 @@ pub(crate) fn list_line(list: Enumeration, line: usize, reply: &mut Reply<'_>) -
             reply.say(format_args!("[ALARMCODE:{}||{text}]\n", alarm.number()));
             true
         }),
-        Enumeration::Errors => Error::ALL.get(line).is_some_and(|(error, text)| {
+        Enumeration::Errors => Reason::ALL.get(line).is_some_and(|(error, text)| {
             reply.say(format_args!("[ERRORCODE:{}||{text}]\n", error.number()));
             true
         }),

@@ -5,10 +5,10 @@ use gcode::Blocks;
 use program::{Modal, State};
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
-use super::numbers::Error;
 use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
 use crate::ports::{Ports, Wake};
+use crate::reason::Reason;
 use crate::safety::Event;
 
 /// Millimetres in an inch.
@@ -28,7 +28,7 @@ pub(crate) struct Jog {
 }
 
 fn bad(texts: &Texts, what: &str) -> Failure {
-    texts.because(what).numbered(Error::BadJog)
+    texts.because(what).with_reason(Reason::BadJog)
 }
 
 /// Parses the text behind `$J=`. Units and distance mode are the program's where the jog has none of its own.
@@ -41,8 +41,8 @@ pub(crate) fn read(texts: &Texts, text: &str, modal: &Modal) -> Result<Jog, Fail
     let mut feed = None;
     for block in Blocks::new(text.as_bytes()) {
         let block = block.map_err(|error| {
-            let number = Error::of_refusal(&gcode::Refusal::Syntax(error));
-            texts.refused(format_args!("{error}")).numbered(number)
+            let number = Reason::of_refusal(&gcode::Refusal::Syntax(error));
+            texts.refused(format_args!("{error}")).with_reason(number)
         })?;
         match block.code.map(|code| (code.letter, code.number, code.subcode)) {
             None => {}
@@ -55,7 +55,7 @@ pub(crate) fn read(texts: &Texts, text: &str, modal: &Modal) -> Result<Jog, Fail
         }
         for (letter, value) in block.words() {
             let value =
-                value.ok_or_else(|| Failure::refused(&"a word of a jog has no number").numbered(Error::Number))?;
+                value.ok_or_else(|| Failure::refused(&"a word of a jog has no number").with_reason(Reason::Number))?;
             match (letter, Axis::from_letter(letter)) {
                 (_, Some(axis)) => words[axis] = Some(value),
                 ('F', _) => feed = Some(value),
@@ -66,11 +66,12 @@ pub(crate) fn read(texts: &Texts, text: &str, modal: &Modal) -> Result<Jog, Fail
     }
     let unit = if inches { MM_PER_INCH } else { 1.0 };
     if words.0.iter().all(Option::is_none) {
-        return Err(Failure::refused(&"a jog names an axis").numbered(Error::NoAxes));
+        return Err(Failure::refused(&"a jog names an axis").with_reason(Reason::NoAxes));
     }
-    let rate = feed.ok_or_else(|| Failure::refused(&"a jog has its own F").numbered(Error::FeedRate))? * unit / 60.0;
+    let rate =
+        feed.ok_or_else(|| Failure::refused(&"a jog has its own F").with_reason(Reason::FeedRate))? * unit / 60.0;
     if rate <= 0.0 {
-        return Err(Failure::refused(&"F of a jog is above zero").numbered(Error::FeedRate));
+        return Err(Failure::refused(&"F of a jog is above zero").with_reason(Reason::FeedRate));
     }
     let words = PerAxis(words.0.map(|word| word.map(|value| value * unit)));
     Ok(Jog { words, rate: MmPerSecond(rate), absolute, machine })
@@ -110,17 +111,17 @@ pub(crate) fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, jog: &Jog, modal: &Mod
     let has_motor =
         |axis: Axis| Actuator::from_index(axis as usize).is_some_and(|motor| config.actuators[motor].present);
     if let Some(axis) = Axis::ALL.into_iter().find(|axis| jog.words[*axis].is_some() && !has_motor(*axis)) {
-        return Err(hands.texts().refused(format_args!("{} has no motor", axis.letter())).numbered(Error::BadJog));
+        return Err(hands.texts().refused(format_args!("{} has no motor", axis.letter())).with_reason(Reason::BadJog));
     }
     if config.motion.must_be_homed && !hands.all_homed() {
-        return Err(Failure::refused(&"Must be homed before moving").numbered(Error::NeedsHoming));
+        return Err(Failure::refused(&"Must be homed before moving").with_reason(Reason::NeedsHoming));
     }
     // An earlier request to stop is not meant for this jog.
     let _before = hands.stop_requested();
     loop {
         if !matches!(hands.state(), State::Idle | State::Suspended | State::Jog) {
             return Err(
-                Failure::refused(&"a jog begins from standstill, or behind another one").numbered(Error::NotIdle)
+                Failure::refused(&"a jog begins from standstill, or behind another one").with_reason(Reason::NotIdle)
             );
         }
         let is_free = hands.motion(|motion| {
@@ -138,7 +139,7 @@ pub(crate) fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, jog: &Jog, modal: &Mod
     let (from, homed) = (hands.position(), hands.axes().homed());
     let target = jog.target(&from, modal);
     if let Err(out) = hands.travel().check(&from, &target, homed) {
-        return Err(hands.texts().refused(format_args!("{out}")).numbered(Error::JogTravel));
+        return Err(hands.texts().refused(format_args!("{out}")).with_reason(Reason::JogTravel));
     }
     if target == from {
         return Ok(());
@@ -164,9 +165,9 @@ mod tests {
         modal
     }
 
-    fn number(text: &str) -> Error {
+    fn number(text: &str) -> Reason {
         match read(&Texts::new(), text, &modal()) {
-            Err(text) if text.is_refusal() => text.error,
+            Err(text) if text.is_refusal() => text.reason,
             other => panic!("{text}: {other:?}"),
         }
     }
@@ -174,16 +175,16 @@ mod tests {
     #[test]
     fn what_is_no_jog_is_refused_by_number() {
         for (text, error) in [
-            ("X1", Error::FeedRate),
-            ("X1F0", Error::FeedRate),
-            ("F100", Error::NoAxes),
-            ("", Error::NoAxes),
-            ("G1X1F100", Error::BadJog),
-            ("M3X1F100", Error::BadJog),
-            ("X1F100S5", Error::BadJog),
-            ("X1 F100 P", Error::Number),
-            ("X1F", Error::Number),
-            ("X1 F1 &", Error::Letter),
+            ("X1", Reason::FeedRate),
+            ("X1F0", Reason::FeedRate),
+            ("F100", Reason::NoAxes),
+            ("", Reason::NoAxes),
+            ("G1X1F100", Reason::BadJog),
+            ("M3X1F100", Reason::BadJog),
+            ("X1F100S5", Reason::BadJog),
+            ("X1 F100 P", Reason::Number),
+            ("X1F", Reason::Number),
+            ("X1 F1 &", Reason::Letter),
         ] {
             assert_eq!(number(text), error, "{text}");
         }

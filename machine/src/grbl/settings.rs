@@ -8,8 +8,8 @@ use motion::MotionConfig;
 use units::{Actuator, Axis, PerAxis};
 
 use super::Own;
-use super::numbers::Error;
 use crate::failure::{Failure, ShortText, Texts, short};
+use crate::reason::Reason;
 
 /// Sources of the values.
 #[derive(Clone, Copy, Debug)]
@@ -325,9 +325,9 @@ impl Setting {
     /// When the text is no number that the setting takes, or the setting is read only.
     pub fn change(self, texts: &Texts, text: &str, of: &Sources<'_>) -> Result<Change, Failure> {
         let wanted = text.trim().parse::<f64>().ok().filter(|value| value.is_finite() && value.abs() < 1e9);
-        let wanted = wanted.ok_or_else(|| Failure::refused(&"a setting takes a number").numbered(Error::Number))?;
+        let wanted = wanted.ok_or_else(|| Failure::refused(&"a setting takes a number").with_reason(Reason::Number))?;
         if wanted < 0.0 {
-            return Err(Failure::refused(&"a setting is not negative").numbered(Error::Negative));
+            return Err(Failure::refused(&"a setting is not negative").with_reason(Reason::Negative));
         }
         let (value, decimals) = self.value(of);
         // Compared as far as decimals are printed.
@@ -338,7 +338,7 @@ impl Setting {
         match self.row.write {
             Write::Config(key) => {
                 let text = format_args!("{}: change {key} in config.ini and reset", self.row.meaning);
-                Err(texts.refused(text).numbered(Error::Statement))
+                Err(texts.refused(text).with_reason(Reason::Statement))
             }
             Write::Code(code, letter, factor) => {
                 let letter = letter.unwrap_or(self.axis.letter());
@@ -346,12 +346,12 @@ impl Setting {
             }
             Write::Switch(_) if wanted != 0.0 && !homes(of.config) => {
                 Err(Failure::refused(&"soft limits need homing: no endstop has a homing_direction")
-                    .numbered(Error::NeedsHoming))
+                    .with_reason(Reason::NeedsHoming))
             }
             Write::Switch(code) => Ok(Change::Switch(short(format_args!("{code}{}", u8::from(wanted != 0.0))))),
             Write::Own(set) => Ok(Change::Own(set, wanted)),
             Write::Laser => Err(Failure::refused(&"laser mode is not supported yet: M3 S keeps its power in G0")
-                .numbered(Error::NoLaserOutput)),
+                .with_reason(Reason::NoLaserOutput)),
         }
     }
 }

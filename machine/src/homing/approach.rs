@@ -13,8 +13,8 @@ use super::switches::{inputs_of, operated, slave_inputs_of, slowest, switch_of, 
 use crate::endstop_phase::{self, Came, Pass};
 use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
-use crate::grbl::numbers::Alarm;
 use crate::ports::Ports;
+use crate::reason::Alarm;
 
 /// Number of disturbed approaches that are repeated: the input fired but is open when the motors stand.
 const RETRIES: u8 = 3;

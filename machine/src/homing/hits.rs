@@ -7,8 +7,8 @@ use units::{Axis, AxisSet, PerAxis};
 use super::switches::switch_of;
 use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
-use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::{Ports, Wake};
+use crate::reason::{Alarm, Reason};
 
 /// Positions of axes when their switches closed, mm.
 #[derive(Clone, Copy, Debug)]
@@ -36,5 +36,5 @@ pub(crate) fn wait_trigger<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Opt
 /// Returns the failure of an axis' homing.
 pub(super) fn alarm(texts: &Texts, config: &MachineConfig, axis: Axis, number: Alarm, what: &str) -> Failure {
     let name = switch_of(config, axis).map_or("?", |(_, stop)| stop.name.as_str());
-    texts.alarm(format_args!("{} {name}: {what}", axis.letter())).numbered(Error::Locked).alarming(number)
+    texts.alarm(format_args!("{} {name}: {what}", axis.letter())).with_reason(Reason::Locked).with_alarm(number)
 }

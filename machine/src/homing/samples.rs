@@ -6,8 +6,8 @@ use units::{Axis, AxisSet, PerAxis};
 
 use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
-use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::Ports;
+use crate::reason::{Alarm, Reason};
 use crate::spread::Spread;
 
 /// Number of slow approaches to a switch, and requirements on them.
@@ -83,7 +83,7 @@ pub(super) fn disagree(texts: &Texts, (axis, range): (Axis, f64), samples: &Samp
         "{letter}: approaches lie {range:.3} mm apart, homing_tolerance is {}: is the switch loose, or the slow_rate high?",
         samples.tolerance
     );
-    texts.alarm(text).numbered(Error::Locked).alarming(Alarm::HomingSearch)
+    texts.alarm(text).with_reason(Reason::Locked).with_alarm(Alarm::HomingSearch)
 }
 
 #[cfg(test)]

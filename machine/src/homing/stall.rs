@@ -14,8 +14,8 @@ use super::hits::{Hits, alarm, wait_trigger};
 use super::switches::{switch_of, towards};
 use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
-use crate::grbl::numbers::Alarm;
 use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch, Wake};
+use crate::reason::Alarm;
 
 /// Greatest distance between two stalls at the same end, full steps: a rotor that fell out of its field in
 /// the first has lost four, and each is seen up to two late.

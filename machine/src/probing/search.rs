@@ -7,9 +7,9 @@ use units::{Axis, Micros, MmPerSecond, PerAxis};
 use super::deployment;
 use crate::executor::Hands;
 use crate::failure::Failure;
-use crate::grbl::numbers::Error;
 use crate::homing::wait_trigger;
 use crate::ports::{Input, InputLevels, Ports};
+use crate::reason::Reason;
 use crate::safety::Event;
 use crate::tuning::Tuning;
 
@@ -97,7 +97,7 @@ fn search_at_standstill<P: Ports>(
         // Without a deployable probe the message is Smoothieware's.
         let is_moved = search.until == Contact::Closes && deployment::is_moved(hands);
         let text = if is_moved { TOO_EARLY } else { "ZProbe triggered before move, aborting command." };
-        return Err(hands.texts().because(text).numbered(Error::Target));
+        return Err(hands.texts().because(text).with_reason(Reason::Target));
     }
     // Filters would delay the stop at the contact.
     hands.motion(|motion| motion.bypass_filters(true));

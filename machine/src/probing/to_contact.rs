@@ -6,9 +6,9 @@ use units::Axis;
 use super::search::{Search, check_homed, search};
 use crate::executor::Hands;
 use crate::failure::{Answer, Failure, FailureKind, Outcome};
-use crate::grbl::numbers::Alarm;
 use crate::leveling;
 use crate::ports::Ports;
+use crate::reason::Alarm;
 
 /// G30: searches for the bed and returns to its start, or stays at the contact; then Z may read as given
 /// there. Without a probe the code is unknown, as programs for printers expect.
@@ -50,7 +50,7 @@ pub(crate) fn probe_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeA
     let done = search_along(hands, probe);
     let halts = hands.speaks_grbl() && !hands.is_playing();
     done.map_err(|why| match why.kind {
-        FailureKind::Refused if halts => why.meaning(FailureKind::Alarm).alarming(Alarm::ProbeState),
+        FailureKind::Refused if halts => why.meaning(FailureKind::Alarm).with_alarm(Alarm::ProbeState),
         _ => why,
     })
 }

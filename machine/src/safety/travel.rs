@@ -21,7 +21,7 @@ use motion::path::Bounds;
 use units::{Axis, AxisSet, PerAxis};
 
 use crate::failure::{Failure, FailureKind, Texts};
-use crate::grbl::numbers::{Alarm, Error};
+use crate::reason::{Alarm, Reason};
 use crate::tuning::Tuning;
 
 /// Rounding error of targets, of inches for example, mm.
@@ -104,7 +104,7 @@ impl OutOfTravel {
     #[cold]
     #[must_use]
     pub fn failure(&self, texts: &Texts, config: &MachineConfig) -> Failure {
-        let refused = texts.refused(format_args!("{self}")).numbered(Error::Target).alarming(Alarm::SoftLimit);
+        let refused = texts.refused(format_args!("{self}")).with_reason(Reason::Target).with_alarm(Alarm::SoftLimit);
         if config.soft_endstops.halt { refused.meaning(FailureKind::Alarm) } else { refused }
     }
 }

@@ -16,8 +16,8 @@ use core::{array, fmt};
 use program::Dialect;
 use units::Micros;
 
-use crate::grbl::numbers::{Alarm, Error};
 use crate::ports::{Consoles, SessionProfile};
+use crate::reason::{Alarm, Reason};
 pub use inbox::{INBOX_BYTES, Inbox, Intake, Received};
 pub use listing::{Enumeration, Listing};
 pub use periodic::Periodic;
@@ -74,8 +74,7 @@ pub struct Sessions {
 }
 
 /// Text for a peer that comes back in the middle of a file, from sleep for instance.
-const FILE_BROKEN_OFF: &str =
-    "Error: the file that was being sent is not kept: it was interrupted. Close the port, open it, and send it again\n";
+const FILE_BROKEN_OFF: &str = "Reason: the file that was being sent is not kept: it was interrupted. Close the port, open it, and send it again\n";
 
 /// Change of a session's peer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -198,7 +197,7 @@ impl Sessions {
     }
 
     /// Refuses a line of the recipient. Without a single session, everybody hears the refusal.
-    pub fn refuse(&mut self, to: Recipient, error: Error, why: fmt::Arguments<'_>) {
+    pub fn refuse(&mut self, to: Recipient, error: Reason, why: fmt::Arguments<'_>) {
         match to.session().and_then(|id| self.get_mut(id)) {
             Some(session) => session.refuse(error, why),
             None => self.say(Recipient::All, format_args!("error:{why}\n")),

@@ -10,8 +10,8 @@ use units::Micros;
 use super::periodic::Periods;
 use super::{INBOX_BYTES, Inbox, LineBytes, Listing, Received};
 use crate::grbl::framing::{BANNER, Framing};
-use crate::grbl::numbers::Error;
 use crate::ports::{ConsoleKind, SessionProfile};
+use crate::reason::Reason;
 
 /// Bytes of output by which a session can be behind; more than the longest reply of one line.
 const OUTPUT_BYTES: usize = 2_048;
@@ -293,15 +293,15 @@ impl Session {
     /// Takes the fault of a line that was lost, to be answered as a refused one, so that a sender that counts
     /// answers stays in step. The answer keeps its place: earlier lines have been answered, and there is
     /// room.
-    pub fn take_lost(&mut self) -> Option<(Error, &'static str)> {
+    pub fn take_lost(&mut self) -> Option<(Reason, &'static str)> {
         if self.busy || self.line.is_some() || self.output.bytes.len() >= OUTPUT_BYTES / 2 {
             return None;
         }
         let lost = if core::mem::take(&mut self.too_long) {
-            (Error::LineLength, "Discarding long line")
+            (Reason::LineLength, "Discarding long line")
         } else if self.lost > 0 {
             self.lost -= 1;
-            (Error::LineLength, "line lost, wait for ok before sending more")
+            (Reason::LineLength, "line lost, wait for ok before sending more")
         } else {
             return None;
         };
@@ -364,11 +364,11 @@ impl Session {
     }
 
     /// Refuses the line that was taken.
-    pub fn refuse(&mut self, error: Error, why: fmt::Arguments<'_>) {
+    pub fn refuse(&mut self, reason: Reason, why: fmt::Arguments<'_>) {
         let Self { framing, output, .. } = self;
         // Writing to the output cannot fail.
         let _ = match self.dialect {
-            Dialect::Grbl => framing.refuse(error, why, output),
+            Dialect::Grbl => framing.refuse(reason, why, output),
             _ => writeln!(output, "error:{why}"),
         };
     }

@@ -148,7 +148,7 @@ fn a_move_out_of_travel_is_refused_or_halts_as_configured() {
         config.soft_endstops.halt = halts;
         let texts = Texts::new();
         let failure = out.failure(&texts, &config);
-        assert_eq!((failure.kind, failure.error, failure.alarm), (kind, Error::Target, Alarm::SoftLimit));
+        assert_eq!((failure.kind, failure.reason, failure.alarm), (kind, Reason::Target, Alarm::SoftLimit));
         assert_eq!(texts.of(failure).to_string(), text);
     }
 }
