@@ -6,23 +6,18 @@ pub(crate) mod words;
 use core::fmt;
 
 use config::MachineConfig;
-use motion::{ConfigError, Kinematics, MotionConfig};
+use motion::{Kinematics, MotionConfig};
 use program::Words;
 use units::{Axis, AxisSet, PerAxis};
 
 use crate::axes::Axes;
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, Texts};
-use crate::ports::{MotionPort, Ports};
-use crate::saved_settings::Value;
+use crate::ports::MotionPort;
+use crate::procedures::Hands;
+use crate::saved_value::Value;
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
 use words::{arms_of, homes_by_tool, set_arm_tuning, set_home_offsets, set_trims};
-
-/// Returns the failure for a configuration that motion refuses.
-pub(crate) fn refused(texts: &Texts, error: ConfigError) -> Failure {
-    texts.refused(format_args!("{error}"))
-}
 
 /// Returns whether X, Y and Z home together, motor by motor.
 pub(crate) const fn homes_by_motor(config: &MachineConfig) -> bool {
@@ -47,7 +42,7 @@ pub(crate) fn delta_home(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64
 ///
 /// # Errors
 /// When motion refuses the geometry, or the machine halts.
-pub(crate) fn arm_settings<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<(), Failure> {
+pub(crate) fn arm_settings<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Result<(), Failure> {
     hands.standstill()?;
     let motion_config = hands.motion_config()?;
     if let Some(arms) = arms_of(&motion_config.kinematics, words) {
@@ -60,7 +55,7 @@ pub(crate) fn arm_settings<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words
 }
 
 /// Prints the parameters of the arms, and the settings of line segmentation that the words have changed.
-fn report_arms<P: Ports>(hands: &mut Hands<'_, '_, P>, config: &MachineConfig, words: &Words<'_>) {
+fn report_arms<'c>(hands: &mut impl Hands<'c>, config: &MachineConfig, words: &Words<'_>) {
     let Ok(motion_config) = hands.motion_config() else { return };
     let mut any = false;
     for (letter, value) in motion_config.kinematics.parameters().iter() {
@@ -146,8 +141,8 @@ pub(crate) fn home_offsets_from_here(
 ///
 /// # Errors
 /// When motion refuses the geometry.
-pub(crate) fn change_arms<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(crate) fn change_arms<'c>(
+    hands: &mut impl Hands<'c>,
     config: MotionConfig,
     kinematics: Kinematics,
 ) -> Result<(), Failure> {
@@ -155,7 +150,7 @@ pub(crate) fn change_arms<P: Ports>(
     let motors = hands.motion(|motion| config.kinematics.actuators(&motion.compensation().motors(&place)));
     hands
         .motion(|motion| motion.configure(MotionConfig { kinematics, ..config }))
-        .map_err(|error| refused(hands.texts(), error))?;
+        .map_err(|error| hands.texts().refusal(error))?;
     let place = hands.motion(|motion| motion.compensation().program(&kinematics.point(&motors)));
     hands.set_position(place)
 }

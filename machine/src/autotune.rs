@@ -10,11 +10,11 @@ use config::{HeaterId, MachineConfig};
 use program::{Part, Words};
 use units::{Celsius, Micros};
 
-use crate::executor::Hands;
 use crate::failure::{Failure, Outcome, Texts};
 use crate::heat_codes::{allow_target, change_target, check_supply, heater_named, heater_of, wait_for_first_reading};
 use crate::needs::needs;
-use crate::ports::{Ports, Wake};
+use crate::ports::Wake;
+use crate::procedures::Hands;
 use crate::sessions::Reply;
 use thermal::{AIR_C, Answer, LawSettings, ModelSettings, PidGains};
 
@@ -50,7 +50,7 @@ struct Ask {
 /// # Errors
 /// When P is no heater with PID control, the target is not allowed or too near to the air, there is no
 /// supply, or the heater's answer to power is not that of a heater.
-pub(crate) fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn tune_pid<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let config = hands.config();
     let Some(heater) = heater_of(hands.texts(), config, words, 'P')? else {
         say_choice(config, &mut hands.reply());
@@ -92,7 +92,7 @@ pub(crate) fn tune_pid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>
 ///
 /// # Errors
 /// As of [`tune_pid`]; and when the heater is warm and R does not say how warm the air is.
-pub(crate) fn tune_model<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn tune_model<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let config = hands.config();
     let heater = heater_named(hands.texts(), config, 306, 'T', words.get('T').unwrap_or(0.0))?;
     let ask = asked(hands, words, heater)?;
@@ -127,7 +127,7 @@ pub(crate) fn tune_model<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
 ///
 /// # Errors
 /// When the heater is not to be tuned so.
-fn asked<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, heater: HeaterId) -> Result<Ask, Failure> {
+fn asked<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>, heater: HeaterId) -> Result<Ask, Failure> {
     let texts = hands.texts();
     let config = hands.config();
     let number = words.code().number;
@@ -187,7 +187,7 @@ fn say_choice(config: &MachineConfig, reply: &mut Reply<'_>) {
 }
 
 /// Prints the heater's measured answer in words.
-fn explain<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, answer: &Answer) {
+fn explain<'c>(hands: &mut impl Hands<'c>, ask: &Ask, answer: &Answer) {
     let Answer { rise, late_s, holds, .. } = answer;
     let percent = holds * 100.0;
     hands.say(format_args!(
@@ -198,7 +198,7 @@ fn explain<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, answer: &Answer) {
 }
 
 /// Returns the model that matches the measured answer.
-fn model<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, answer: &Answer) -> ModelSettings {
+fn model<'c>(hands: &mut impl Hands<'c>, ask: &Ask, answer: &Answer) -> ModelSettings {
     let configured = hands.config().heater(ask.heater).map(ModelSettings::from).unwrap_or_default();
     let settings =
         hands.heat(|heat| heat.heater(ask.heater).map(|heater| (heater.settings.law, heater.settings.max_duty)));
@@ -215,7 +215,7 @@ fn model<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, answer: &Answer) -> 
 ///
 /// # Errors
 /// When the answer is not that of a heater, the test takes too long, or the machine halts.
-fn swing<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask) -> Result<Answer, Failure> {
+fn swing<'c>(hands: &mut impl Hands<'c>, ask: &Ask) -> Result<Answer, Failure> {
     let texts = hands.texts();
     let config = hands.config();
     hands.standstill()?;
@@ -245,26 +245,29 @@ fn swing<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask) -> Result<Answer, Fa
     }
 }
 
+/// Returns the reading of the heater under test.
+fn reading<'c>(hands: &mut impl Hands<'c>, ask: &Ask) -> Option<Celsius> {
+    hands.heat(|heat| heat.heater(ask.heater).and_then(|heater| heater.reading()))
+}
+
 /// Waits with the heater off until it is far enough below the target for the first rise to tell all.
-fn cool<P: Ports>(hands: &mut Hands<'_, '_, P>, ask: &Ask, began: Micros) -> Result<(), Failure> {
+fn cool<'c>(hands: &mut impl Hands<'c>, ask: &Ask, began: Micros) -> Result<(), Failure> {
     let below = ask.air.0 + (ask.target.0 - ask.air.0) * RISES_FROM;
-    let reading =
-        |hands: &mut Hands<'_, '_, P>| hands.heat(|heat| heat.heater(ask.heater).and_then(|heater| heater.reading()));
-    if reading(hands).is_some_and(|reading| reading.0 > below) {
+    if reading(hands, ask).is_some_and(|reading| reading.0 > below) {
         hands.say(format_args!("It cools to {below:.0} C first\n"));
         // A target of zero is never refused.
         let _ = hands.heat(|heat| heat.set_target(ask.heater, Celsius(0.0)));
     }
     let mut report_due = hands.now().plus(REPORT_PERIOD);
-    while reading(hands).is_none_or(|reading| reading.0 > below) {
+    while reading(hands, ask).is_none_or(|reading| reading.0 > below) {
         turn(hands, ask, began, (0, ask.swings), &mut report_due)?;
     }
     Ok(())
 }
 
 /// Does one turn of a wait, and reports progress.
-fn turn<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn turn<'c>(
+    hands: &mut impl Hands<'c>,
     ask: &Ask,
     began: Micros,
     (counted, wanted): (u8, u8),
@@ -302,7 +305,7 @@ fn refused(texts: &Texts, ask: &Ask, why: &str) -> Failure {
 
 /// Switches the heater off, whatever happened, and gives it a control law that holds a temperature: the one
 /// found, or its former one.
-fn end<P: Ports>(hands: &mut Hands<'_, '_, P>, id: HeaterId, found: Option<LawSettings>) {
+fn end<'c>(hands: &mut impl Hands<'c>, id: HeaterId, found: Option<LawSettings>) {
     hands.heat(|heat| {
         // A target of zero is never refused.
         let _ = heat.set_target(id, Celsius(0.0));

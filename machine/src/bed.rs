@@ -2,7 +2,7 @@
 
 use config::MachineConfig;
 
-use crate::probing::Scatter;
+use crate::touches::Scatter;
 
 /// Greatest number of places at which an axis twist is given.
 pub const MOST_TWIST_POINTS: usize = config::MOST_TWIST_POINTS;

@@ -178,6 +178,12 @@ impl Texts {
         Self { texts: RefCell::new([const { (0, ShortText::NONE) }; TEXTS]), last: Cell::new(0) }
     }
 
+    /// Makes a refusal with the text of an error.
+    #[must_use]
+    pub fn refusal(&self, error: impl Display) -> Failure {
+        self.refused(format_args!("{error}"))
+    }
+
     /// Makes a refusal with this text.
     pub fn refused(&self, text: Arguments<'_>) -> Failure {
         self.keep(FailureKind::Refused, &short(text))

@@ -3,9 +3,9 @@
 use config::{Pin, PinName, Pull, parse_pin};
 use units::Micros;
 
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, Texts};
-use crate::ports::{Ports, Wake};
+use crate::hands::Hands;
+use crate::ports::{PinPort, Wake};
 
 /// Time for which a pin is driven without a duration, ms.
 const DRIVEN_MS: u32 = 2_000;
@@ -73,7 +73,7 @@ fn duration(texts: &Texts, word: Option<&str>) -> Result<u32, Failure> {
 ///
 /// # Errors
 /// When the pin is used, or driven by the board itself, and for a command that is not understood.
-pub(crate) fn command<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Outcome {
+pub(crate) fn command<'c>(hands: &mut impl Hands<'c>, arguments: &str) -> Outcome {
     let (pin, request) = parse(hands.texts(), arguments)?;
     let drives = match request {
         Request::Read => None,
@@ -111,7 +111,7 @@ fn bare(pin: Pin) -> Pin {
 }
 
 /// Waits for the time to pass, for Ctrl-Y, or until the asking session has gone.
-fn wait<P: Ports>(hands: &mut Hands<'_, '_, P>, time: Micros) -> Result<(), Failure> {
+fn wait<'c>(hands: &mut impl Hands<'c>, time: Micros) -> Result<(), Failure> {
     let ends = hands.now().plus(time);
     while hands.now() < ends && !hands.is_let_go() {
         hands.wait(Wake::Any).unless_halted()?;

@@ -11,9 +11,9 @@ use core::fmt;
 use config::{HeaterId, MachineConfig};
 use units::Celsius;
 
-use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
-use crate::ports::{HeatPort, Ports};
+use crate::hands::Hands;
+use crate::ports::HeatPort;
 use crate::sessions::Reply;
 pub(crate) use gains::{heater_model, maximum_temperature, pid_gains};
 pub(crate) use named::{heater_named, heater_of};
@@ -31,7 +31,7 @@ const NO_READING: f32 = -100.0;
 ///
 /// # Errors
 /// An alarm, when the supply is off and the target is not.
-pub(crate) fn check_supply<P: Ports>(hands: &mut Hands<'_, '_, P>, target: Celsius) -> Result<(), Failure> {
+pub(crate) fn check_supply<'c>(hands: &mut impl Hands<'c>, target: Celsius) -> Result<(), Failure> {
     if target > OFF_BELOW && !hands.supervisor(|supervisor| supervisor.fet_supply_on()) {
         return Err(no_heater_supply());
     }

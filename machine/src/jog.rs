@@ -4,10 +4,10 @@ use motion::{Mode, Motion};
 use program::State;
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::motion_config::slowest_rate;
-use crate::ports::{Ports, Wake};
+use crate::ports::Wake;
+use crate::procedures::Hands;
 use crate::safety::Event;
 
 /// Least length of one piece of a continuous jog, mm.
@@ -85,7 +85,7 @@ fn refused(texts: &Texts, what: &str, word: &str) -> Failure {
 /// # Errors
 /// When the jog is not understood, the machine must be homed first or is halted, or nothing of the jog is
 /// within the travel.
-pub(crate) fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, text: &str, e_axis: Option<Axis>) -> Outcome {
+pub(crate) fn jog<'c>(hands: &mut impl Hands<'c>, text: &str, e_axis: Option<Axis>) -> Outcome {
     if matches!(hands.state(), State::Alarm | State::Sleep | State::Invalid) {
         return Err(Failure::HALTED);
     }
@@ -128,7 +128,7 @@ fn moved(from: &PerAxis<f64>, by: &PerAxis<f64>) -> PerAxis<f64> {
     PerAxis(Axis::ALL.map(|axis| from[axis] + by[axis]))
 }
 
-fn out_of_travel<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>) -> Failure {
+fn out_of_travel<'c>(hands: &mut impl Hands<'c>, by: &PerAxis<f64>) -> Failure {
     let (from, homed) = (hands.position(), hands.axes().homed());
     match hands.travel().check(&from, &moved(&from, by), homed) {
         Err(out) => hands.texts().refused(format_args!("{out}")),
@@ -137,7 +137,7 @@ fn out_of_travel<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>) -> F
 }
 
 /// Submits one move, cut to the travel. False when nothing is left of it.
-fn move_by<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64) -> Result<bool, Failure> {
+fn move_by<'c>(hands: &mut impl Hands<'c>, by: &PerAxis<f64>, rate: f64) -> Result<bool, Failure> {
     let (from, homed) = (hands.position(), hands.axes().homed());
     let target = hands.travel().cut(&from, &moved(&from, by), homed);
     if target == from {
@@ -155,7 +155,7 @@ fn move_by<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64)
 }
 
 /// Runs until Ctrl-Y, then brakes. Pieces are queued only as far ahead as braking needs.
-fn jog_continuously<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, rate: f64) -> Result<(), Failure> {
+fn jog_continuously<'c>(hands: &mut impl Hands<'c>, by: &PerAxis<f64>, rate: f64) -> Result<(), Failure> {
     if !hands.can_be_stopped() {
         return Err(Failure::refused(&"unable to set continuous jog mode"));
     }
@@ -173,7 +173,7 @@ fn jog_continuously<P: Ports>(hands: &mut Hands<'_, '_, P>, by: &PerAxis<f64>, r
     Ok(())
 }
 
-fn jog_pieces<P: Ports>(hands: &mut Hands<'_, '_, P>, piece: &PerAxis<f64>, rate: f64) -> Result<(), Failure> {
+fn jog_pieces<'c>(hands: &mut impl Hands<'c>, piece: &PerAxis<f64>, rate: f64) -> Result<(), Failure> {
     let mut moves = false;
     while !hands.is_let_go() {
         // Two pieces wait beside the one under way: enough to keep the speed, little enough to stop soon.

@@ -322,7 +322,7 @@ fn scale_steps(texts: &Texts, ports: &mut impl MotionPort, motor: Actuator, fact
     let actuator = settings.actuators[motor].as_mut().ok_or_else(missing)?;
     actuator.steps_per_mm *= factor;
     let steps = actuator.steps_per_mm;
-    ports.motion(|motion| motion.configure(settings)).map_err(|error| crate::arms::refused(texts, error))?;
+    ports.motion(|motion| motion.configure(settings)).map_err(|error| texts.refusal(error))?;
     Ok(steps)
 }
 

@@ -13,6 +13,7 @@ use units::{Amps, Axis, PerActuator, PerAxis};
 
 use crate::motion_config::line_settings;
 use crate::ports::ChopperFit;
+use crate::ports::{Input, InputLevels};
 
 /// Least temperature for extrusion that M302 P0 sets where none is configured, C.
 const USUAL_LEAST_WARM: f32 = 170.0;
@@ -97,6 +98,12 @@ fn least_warm(config: &MachineConfig) -> [[f32; 2]; program::MAX_TOOLS] {
 }
 
 impl Tuning {
+    /// Returns whether the probe's contact is closed.
+    #[must_use]
+    pub const fn probe_touches(&self, inputs: InputLevels) -> bool {
+        inputs.is_active(Input::Probe) != self.probe_inverted
+    }
+
     /// Takes the settings from the configuration.
     #[must_use]
     pub fn new(config: &MachineConfig) -> Self {

@@ -9,11 +9,9 @@ use heapless::Vec;
 use motion::{Mode, MotionConfig};
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
-use crate::arms::refused;
-use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::homing::come_to_rest;
-use crate::ports::Ports;
+use crate::procedures::Hands;
 
 /// Returns the motors that are slaved to `master`, in their order.
 pub(super) fn slaves_of(config: &MachineConfig, master: Actuator) -> Vec<Actuator, 3> {
@@ -24,8 +22,8 @@ pub(super) fn slaves_of(config: &MachineConfig, master: Actuator) -> Vec<Actuato
 
 /// Moves slaves by these distances, mm, all at once, and waits for the end. Afterwards they are slaves again
 /// in any case; after an error the distances that they moved are unknown.
-pub(super) fn move_slaves<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(super) fn move_slaves<'c>(
+    hands: &mut impl Hands<'c>,
     slaves: &[Actuator],
     distances: &[f64],
     rate: MmPerSecond,
@@ -40,7 +38,7 @@ pub(super) fn move_slaves<P: Ports>(
     turned.and(ended)
 }
 
-fn turn<P: Ports>(hands: &mut Hands<'_, '_, P>, target: PerAxis<f64>, rate: MmPerSecond) -> Result<(), Failure> {
+fn turn<'c>(hands: &mut impl Hands<'c>, target: PerAxis<f64>, rate: MmPerSecond) -> Result<(), Failure> {
     hands.go(target, rate, Mode::Rapid)?;
     hands.standstill()?;
     hands.wait_while_held()
@@ -58,7 +56,7 @@ pub(super) struct Apart {
 }
 
 impl Apart {
-    pub(super) fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, slaves: &[Actuator]) -> Result<Self, Failure> {
+    pub(super) fn begin<'c>(hands: &mut impl Hands<'c>, slaves: &[Actuator]) -> Result<Self, Failure> {
         hands.standstill()?;
         let (whole, here) = (hands.motion_config()?, hands.position());
         let (mut config, mut start) = (whole, here);
@@ -66,7 +64,7 @@ impl Apart {
             set_free(&mut config, *slave);
             start[axis_of(*slave)] = 0.0;
         }
-        hands.motion(|motion| motion.configure(config)).map_err(|error| refused(hands.texts(), error))?;
+        hands.motion(|motion| motion.configure(config)).map_err(|error| hands.texts().refusal(error))?;
         let apart = Self { whole, here };
         match hands.set_position(start) {
             Ok(()) => Ok(apart),
@@ -75,7 +73,7 @@ impl Apart {
     }
 
     /// Makes the motors slaves again, whether or not their move succeeded.
-    pub(super) fn end<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+    pub(super) fn end<'c>(self, hands: &mut impl Hands<'c>) -> Result<(), Failure> {
         // A halt may still be braking.
         come_to_rest(hands);
         if let Err(error) = hands.motion(|motion| motion.configure(self.whole)) {

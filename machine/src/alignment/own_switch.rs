@@ -9,10 +9,10 @@ use program::Words;
 use units::{Actuator, Axis, MmPerSecond};
 
 use super::apart::{Apart, axis_of, slaves_of};
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::homing::{homing_switch, stops_in_time, wait_trigger};
-use crate::ports::{Input, Ports};
+use crate::ports::Input;
+use crate::procedures::Hands;
 
 /// Greatest distance to the switch, mm: on its way the slave twists the part that both motors carry.
 const FARTHEST: f64 = 20.0;
@@ -31,7 +31,7 @@ struct Search {
 }
 
 /// G28.7 X, Y or Z: 0 measures, 1 puts the slave at its trim.
-pub(crate) fn align_slave<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn align_slave<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let search = plan(hands, words)?;
     hands.standstill()?;
     hands.enable_motors()?;
@@ -47,7 +47,7 @@ pub(crate) fn align_slave<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<
     searched.and(ended).map(|()| Answer::Ok)
 }
 
-fn plan<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<Search, Failure> {
+fn plan<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Result<Search, Failure> {
     let texts = hands.texts();
     let config = hands.config();
     let axis =
@@ -90,7 +90,7 @@ fn plan<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<Sea
 }
 
 impl Search {
-    fn run<P: Ports>(&self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+    fn run<'c>(&self, hands: &mut impl Hands<'c>) -> Result<(), Failure> {
         let own = axis_of(self.slave);
         let mut target = hands.position();
         target[own] = self.towards * FARTHEST;

@@ -4,11 +4,10 @@ use config::Thread;
 use core::fmt;
 
 use super::words::Corner;
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::leveling;
-use crate::ports::Ports;
 use crate::probing::{check_homed, touch_places};
+use crate::procedures::Hands;
 
 /// A turn of a bed screw, as it is told to a person.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +51,7 @@ impl fmt::Display for Turn {
 
 /// G35: touches the bed over each screw and says how far it is to be turned for the bed to be as high there
 /// as over the first one. Nothing is changed.
-pub(crate) fn advise<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(crate) fn advise<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     let config = hands.config();
     let screws = &config.bed_screws;
     if screws.screws.is_empty() {

@@ -12,11 +12,10 @@ use units::{Actuator, MmPerSecond};
 use super::apart::{move_slaves, slaves_of};
 use super::fit::{Bed, Shape};
 use super::words::Corner;
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::leveling;
-use crate::ports::Ports;
 use crate::probing::{check_homed, touch_places};
+use crate::procedures::Hands;
 
 /// Motors turn alone at this speed at most.
 const RATE: MmPerSecond = MmPerSecond(5.0);
@@ -27,7 +26,7 @@ const LEAST_GAIN: f64 = 0.7;
 const NOISE: f64 = 4.0;
 
 /// G34: I is the number of further rounds, T the tolerance.
-pub(crate) fn align<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn align<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let config = hands.config();
     if config.z_alignment.motors.is_empty() || !config.probe.enable {
         return Err(Failure::refused(
@@ -56,7 +55,7 @@ pub(crate) fn align<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -
 /// Errors of the slaves, mm: the distance by which each must be moved up.
 type Offsets = Vec<f64, 3>;
 
-fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, settings: &ZAlignment, slaves: &[Actuator]) -> Result<(), Failure> {
+fn rounds<'c>(hands: &mut impl Hands<'c>, settings: &ZAlignment, slaves: &[Actuator]) -> Result<(), Failure> {
     let mut before = f64::INFINITY;
     let mut moved: Offsets = slaves.iter().map(|_| 0.0).collect();
     for round in 0..=settings.retries {
@@ -99,11 +98,7 @@ fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, settings: &ZAlignment, slaves:
 }
 
 /// Touches the points and returns each motor's height error relative to the first motor.
-fn measure<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    settings: &ZAlignment,
-    slaves: &[Actuator],
-) -> Result<Offsets, Failure> {
+fn measure<'c>(hands: &mut impl Hands<'c>, settings: &ZAlignment, slaves: &[Actuator]) -> Result<Offsets, Failure> {
     let touches = touch_places(hands, &settings.points, settings.initial_height.0)?;
     let shape = Shape::of(settings.motors.len(), settings.twist);
     let bed = Bed::through(&touches, &settings.motors, shape)

@@ -4,10 +4,10 @@ use config::{HeaterId, OutputKind};
 use units::{Duty, Micros};
 
 use super::Ask;
-use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::heat_codes::change_target;
-use crate::ports::{Ports, Wake};
+use crate::ports::Wake;
+use crate::procedures::Hands;
 use thermal::{AIR_C, LawSettings, ModelSettings, Output};
 
 /// Time over which the output is averaged...
@@ -24,7 +24,7 @@ pub(super) struct Blower {
 
 impl Blower {
     /// Stops the fan with this place among the switches; does nothing if there is none.
-    pub(super) fn stop<P: Ports>(hands: &mut Hands<'_, '_, P>, place: Option<u8>) -> Self {
+    pub(super) fn stop<'c>(hands: &mut impl Hands<'c>, place: Option<u8>) -> Self {
         let before = place.map_or(0.0, |place| hands.heat(|heat| heat.switch_duty(place)));
         let blower = Self { place, before };
         blower.blow(hands, 0.0);
@@ -32,14 +32,14 @@ impl Blower {
     }
 
     /// Gives the fan its former output, unless a halt has put it where the configuration says.
-    pub(super) fn restore<P: Ports>(self, hands: &mut Hands<'_, '_, P>) {
+    pub(super) fn restore<'c>(self, hands: &mut impl Hands<'c>) {
         if !hands.heat(|heat| heat.is_halted()) {
             self.blow(hands, self.before);
         }
     }
 
     /// Returns the fan's greatest output, 0 to 1.
-    fn most<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> f32 {
+    fn most<'c>(self, hands: &mut impl Hands<'c>) -> f32 {
         let switch = self.place.and_then(|place| hands.config().switches.get(usize::from(place)));
         switch.map_or(0.0, |switch| match switch.output_kind {
             OutputKind::SigmaDelta => f32::from(switch.max_pwm.0) / 255.0,
@@ -47,7 +47,7 @@ impl Blower {
         })
     }
 
-    fn blow<P: Ports>(self, hands: &mut Hands<'_, '_, P>, share: f32) {
+    fn blow<'c>(self, hands: &mut impl Hands<'c>, share: f32) {
         let Some(place) = self.place else { return };
         let kind = hands.config().switches.get(usize::from(place)).map(|switch| switch.output_kind);
         let output = match kind {
@@ -63,8 +63,8 @@ impl Blower {
 ///
 /// # Errors
 /// When the machine halts.
-pub(super) fn measure<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(super) fn measure<'c>(
+    hands: &mut impl Hands<'c>,
     ask: &Ask,
     model: ModelSettings,
     blower: Blower,
@@ -92,7 +92,7 @@ pub(super) fn measure<P: Ports>(
 }
 
 /// Returns the mean output that holds the target, once the temperature has settled.
-fn held_with<P: Ports>(hands: &mut Hands<'_, '_, P>, id: HeaterId, model: &ModelSettings) -> Result<f32, Failure> {
+fn held_with<'c>(hands: &mut impl Hands<'c>, id: HeaterId, model: &ModelSettings) -> Result<f32, Failure> {
     let (times, least) = SETTLES;
     let settled = hands.now().plus(least).plus(Micros((model.late_s * times * 1e6) as u64));
     while hands.now() < settled {

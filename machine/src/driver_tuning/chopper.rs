@@ -5,16 +5,16 @@
 
 use units::{Actuator, Axis};
 
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::{ChopperFit, Coil, MotorDrivers, Ports};
+use crate::ports::{ChopperFit, Coil, MotorDrivers};
+use crate::procedures::Hands;
 
 use super::strokes;
 
 /// # Errors
 /// If a figure is missing, with the place to write it; when the supply does not drive the current through the
 /// coil; when the driver does not take the settings.
-pub(crate) fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, letter: char) -> Outcome {
+pub(crate) fn tune<'c>(hands: &mut impl Hands<'c>, letter: char) -> Outcome {
     let config = hands.config();
     let axis = Axis::from_letter(letter).ok_or_else(|| hands.texts().because(super::USAGE))?;
     let motor = Actuator::from_index(axis as usize).filter(|motor| config.actuators[*motor].present);
@@ -42,11 +42,7 @@ pub(crate) fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, letter: char) -> Outc
     Ok(Answer::Ok)
 }
 
-fn explain<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    (volts, ohms, millihenries, amps): (f32, f32, f32, f32),
-    fit: &ChopperFit,
-) {
+fn explain<'c>(hands: &mut impl Hands<'c>, (volts, ohms, millihenries, amps): (f32, f32, f32, f32), fit: &ChopperFit) {
     let (off_us, blank_us) = (fit.off_s * 1e6, fit.blank_s * 1e6);
     let (rise, fall) = (fit.rise.0 * 1e3, fit.fall.0 * 1e3);
     hands.say(format_args!("// {volts:.1} V, {amps:.2} A, {ohms:.2} Ohm, {millihenries:.2} mH\n"));

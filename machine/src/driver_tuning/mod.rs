@@ -19,9 +19,9 @@ mod strokes;
 use config::{ArmSolution, MachineConfig};
 use units::{Actuator, Amps, Axis, AxisSet};
 
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::{MotorDrivers, Ports, StallSearch};
+use crate::ports::{MotorDrivers, StallSearch};
+use crate::procedures::Hands;
 use crate::tuning::StallThreshold;
 use readings::{FIRST, Halving, LAST, Readings, middle};
 use strokes::Way;
@@ -61,7 +61,7 @@ struct Found {
 /// # Errors
 /// If the axis cannot be measured, when no threshold fits, and when the machine halts. Then the driver is as
 /// it was.
-pub(crate) fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Outcome {
+pub(crate) fn tune<'c>(hands: &mut impl Hands<'c>, arguments: &str) -> Outcome {
     if let Some((letter, "chopper")) = arguments.trim().split_once(' ').map(|(axis, what)| (axis, what.trim())) {
         hands.standstill()?;
         return chopper::tune(hands, letter.chars().next().unwrap_or(' '));
@@ -90,7 +90,7 @@ pub(crate) fn tune<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> O
 /// Results for the watch over stalls, and for homing without a switch.
 type Both = [Option<Found>; 2];
 
-fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Speeds) -> Result<Both, Failure> {
+fn measure<'c>(hands: &mut impl Hands<'c>, way: &Way, speeds: &Speeds) -> Result<Both, Failure> {
     let config = hands.config();
     let letter = way.axis.letter();
     hands.say(format_args!("// {letter} moves over {:.0} mm\n", way.ends[1] - way.ends[0]));
@@ -116,8 +116,8 @@ fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, speeds: &Speeds) -
 }
 
 /// Finds the threshold for a current, by the method that fits the driver.
-fn find_either<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn find_either<'c>(
+    hands: &mut impl Hands<'c>,
     way: &Way,
     speeds: &Speeds,
     current: Option<Amps>,
@@ -129,12 +129,7 @@ fn find_either<P: Ports>(
 }
 
 /// Finds the threshold for a current, of a driver whose readings the threshold shifts.
-fn find<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    way: &Way,
-    speeds: &Speeds,
-    current: Option<Amps>,
-) -> Result<Found, Failure> {
+fn find<'c>(hands: &mut impl Hands<'c>, way: &Way, speeds: &Speeds, current: Option<Amps>) -> Result<Found, Failure> {
     let highest = crawl(hands, way, current)?;
     let mut found: Option<Found> = None;
     let mut from = FIRST;
@@ -163,7 +158,7 @@ fn find<P: Ports>(
 }
 
 /// Returns the highest threshold at which a motor that hardly turns reads 0.
-fn crawl<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, current: Option<Amps>) -> Result<i8, Failure> {
+fn crawl<'c>(hands: &mut impl Hands<'c>, way: &Way, current: Option<Amps>) -> Result<i8, Failure> {
     let rate = hands.config().load_speed(way.motor).0 * CRAWL;
     let mut halving = Halving::from(FIRST);
     while let Some(threshold) = halving.next() {
@@ -182,8 +177,8 @@ fn crawl<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, current: Option<Amps
 }
 
 /// Returns the lowest threshold from `from` on with which a motor runs free at a speed.
-fn lowest_free<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn lowest_free<'c>(
+    hands: &mut impl Hands<'c>,
     way: &Way,
     rate: f64,
     current: Option<Amps>,
@@ -199,7 +194,7 @@ fn lowest_free<P: Ports>(
 }
 
 /// Sets the thresholds found, and says how sure they are.
-fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, [watched, homing]: Both) -> Outcome {
+fn keep<'c>(hands: &mut impl Hands<'c>, way: &Way, [watched, homing]: Both) -> Outcome {
     let (motor, config) = (way.motor, hands.config());
     let filter = config.measures_filtered(motor);
     if let Some(found) = watched {
@@ -224,7 +219,7 @@ fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, [watched, homing]: Bo
     Ok(Answer::Ok)
 }
 
-fn say<P: Ports>(hands: &mut Hands<'_, '_, P>, name: &str, found: &Found) {
+fn say<'c>(hands: &mut impl Hands<'c>, name: &str, found: &Found) {
     let &Found { threshold, free, stands, .. } = found;
     hands.say(format_args!("{name} = {threshold}, the middle of {free} (free) to {stands} (stands)\n"));
     let noise = found.readings.noise().max(1.0);
@@ -240,7 +235,7 @@ fn say<P: Ports>(hands: &mut Hands<'_, '_, P>, name: &str, found: &Found) {
 }
 
 /// Checks that the axis can be measured, and returns its travel and the speeds.
-fn prepare<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(Way, Speeds), Failure> {
+fn prepare<'c>(hands: &mut impl Hands<'c>, arguments: &str) -> Result<(Way, Speeds), Failure> {
     let mut words = arguments.split_ascii_whitespace();
     let letter = words.next().and_then(|word| word.chars().next());
     let axis = letter.and_then(Axis::from_letter).ok_or_else(|| Failure::refused(&USAGE))?;
@@ -291,7 +286,7 @@ fn measurable(config: &MachineConfig, axis: Axis) -> Result<Actuator, Failure> {
     Ok(motor)
 }
 
-fn way<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, motor: Actuator) -> Result<Way, Failure> {
+fn way<'c>(hands: &mut impl Hands<'c>, axis: Axis, motor: Actuator) -> Result<Way, Failure> {
     let limits = hands.motion_config()?.limits;
     let settings = &hands.config().actuators[motor];
     let [least, most] = hands.travel().ends().map(|ends| ends[axis]);
@@ -312,7 +307,7 @@ fn way<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, motor: Actuator) -> R
 
 /// Returns three speeds: the rapid speed, as far as the axis reaches it, the slowest at which load can be
 /// measured, and the mean of both.
-fn usual_speeds<P: Ports>(hands: &mut Hands<'_, '_, P>, way: &Way, least: f64) -> Result<Speeds, Failure> {
+fn usual_speeds<'c>(hands: &mut impl Hands<'c>, way: &Way, least: f64) -> Result<Speeds, Failure> {
     let limits = hands.motion_config()?.limits;
     let axis = limits.axis_speed.get(way.axis as usize).copied().flatten().map_or(f64::INFINITY, |rate| rate.0);
     let mut fast = hands.config().motion.default_seek_rate.0.min(axis).min(limits.actuator_rate[way.motor].0);

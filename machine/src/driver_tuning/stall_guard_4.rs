@@ -7,9 +7,9 @@ use units::Amps;
 use super::readings::Readings;
 use super::strokes::{self, Way};
 use super::{CRAWL, Found, LEAST_MEAN, Speeds};
-use crate::executor::Hands;
 use crate::failure::Failure;
-use crate::ports::{Ports, StallSearch};
+use crate::ports::StallSearch;
+use crate::procedures::Hands;
 
 /// With threshold 0 a reading is four times the threshold up to which the driver says stall: `SGTHRS` is half
 /// of stallGuard4's reading, whose range is half that of the other drivers' readings.
@@ -18,8 +18,8 @@ const PER_THRESHOLD: f32 = 4.0;
 pub(super) const THRESHOLDS: [i16; 2] = [0, 255];
 
 /// Finds the threshold for a current.
-pub(super) fn find<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(super) fn find<'c>(
+    hands: &mut impl Hands<'c>,
     way: &Way,
     speeds: &Speeds,
     current: Option<Amps>,
@@ -59,8 +59,8 @@ fn threshold(value: f32) -> i16 {
     (value as i16).clamp(THRESHOLDS[0], THRESHOLDS[1])
 }
 
-fn read<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn read<'c>(
+    hands: &mut impl Hands<'c>,
     way: &Way,
     rate: f64,
     current: Option<Amps>,

@@ -5,10 +5,10 @@ use motion::Mode;
 use units::{Actuator, Axis, Micros, MmPerSecond};
 
 use super::readings::Readings;
-use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
 use crate::homing;
-use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch, Wake};
+use crate::ports::{DriverFault, MotorDrivers, StallSearch, Wake};
+use crate::procedures::Hands;
 
 /// Least number of readings of a stroke: noise cannot be judged from fewer.
 const COUNT: u32 = 60;
@@ -55,7 +55,7 @@ impl Way {
 }
 
 /// Sets the driver's current and threshold for the next stroke.
-pub(super) fn set<P: Ports>(hands: &mut Hands<'_, '_, P>, motor: Actuator, search: StallSearch) -> Result<(), Failure> {
+pub(super) fn set<'c>(hands: &mut impl Hands<'c>, motor: Actuator, search: StallSearch) -> Result<(), Failure> {
     hands
         .drivers(|drivers| drivers.begin_stall_search(motor, search))
         .map_err(|fault| silent(hands.texts(), motor, fault))
@@ -76,8 +76,8 @@ pub(super) fn silent(texts: &Texts, motor: Actuator, fault: DriverFault) -> Fail
 /// # Errors
 /// When the machine halts, the person or host who asked wants the test to end, the driver does not answer, or
 /// the driver or its motor is not sound.
-pub(super) fn there_and_back<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(super) fn there_and_back<'c>(
+    hands: &mut impl Hands<'c>,
     way: &Way,
     rate: f64,
     is_crawl: bool,
@@ -99,8 +99,8 @@ pub(super) fn there_and_back<P: Ports>(
     Ok(readings)
 }
 
-fn one_way<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn one_way<'c>(
+    hands: &mut impl Hands<'c>,
     way: &Way,
     rate: f64,
     is_crawl: bool,
@@ -132,7 +132,7 @@ fn one_way<P: Ports>(
 }
 
 /// Refuses a driver that is hot or has an open coil: its load readings would be wrong.
-fn is_sound<P: Ports>(hands: &mut Hands<'_, '_, P>, motor: Actuator) -> Result<(), Failure> {
+fn is_sound<'c>(hands: &mut impl Hands<'c>, motor: Actuator) -> Result<(), Failure> {
     let status = hands.drivers(|drivers| drivers.status(motor)).map_err(|fault| silent(hands.texts(), motor, fault))?;
     let name = motor.name();
     let why = if status.over_temperature || status.over_temperature_warning {

@@ -5,9 +5,8 @@ use units::Axis;
 
 use super::cycle::{CYCLE, FULL_STEP, nearest, within};
 use super::found::Unread;
-use crate::executor::Hands;
 use crate::failure::{Failure, ShortText, short};
-use crate::ports::Ports;
+use crate::procedures::Hands;
 use crate::reason::{Alarm, Reason};
 
 /// Facts about the approach of an axis to its switch.
@@ -24,8 +23,8 @@ pub(crate) struct Came {
 ///
 /// # Errors
 /// An alarm when the phase is too far off or cannot be read, and the configuration says that this halts.
-pub(crate) fn at_switch<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(crate) fn at_switch<'c>(
+    hands: &mut impl Hands<'c>,
     axis: Axis,
     hit: f64,
     place: f64,
@@ -79,7 +78,7 @@ fn aligned(place: f64, wanted: f64, mm: f64) -> f64 {
 
 /// Reports whole cycles lost between two homings: a motor that loses its field's hold falls into the next
 /// cycle.
-fn say_lost<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, places: f64, mm_per_place: f64) {
+fn say_lost<'c>(hands: &mut impl Hands<'c>, axis: Axis, places: f64, mm_per_place: f64) {
     let cycles = libm::floor(places / CYCLE + 0.5);
     if cycles != 0.0 {
         let (letter, lost) = (axis.letter(), libm::fabs(cycles));
@@ -103,11 +102,7 @@ fn why_unread(axis: Axis, unread: Unread) -> ShortText {
     }
 }
 
-fn warn_or_halt<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    settings: &EndstopPhaseConfig,
-    why: &ShortText,
-) -> Result<(), Failure> {
+fn warn_or_halt<'c>(hands: &mut impl Hands<'c>, settings: &EndstopPhaseConfig, why: &ShortText) -> Result<(), Failure> {
     if settings.halts {
         return Err(hands
             .texts()

@@ -6,9 +6,9 @@ use units::{Axis, Micros, PerActuator, StepCount};
 use super::axes::checked;
 use super::cycle::{CYCLE, Gearing, within};
 use super::found::{Reading, Unread, Way};
-use crate::executor::Hands;
 use crate::failure::Failure;
-use crate::ports::{DriverFault, ElectricalPhase, MotorDrivers, Ports};
+use crate::ports::{DriverFault, ElectricalPhase, MotorDrivers};
+use crate::procedures::Hands;
 
 /// Time after which the chips have come to rest. A chip that interpolates moves on to its step's place for as
 /// long as the step before took. The chip takes a motor for standing 2^20 of its clocks after the last step
@@ -31,8 +31,8 @@ pub(crate) enum Pass {
 ///
 /// # Errors
 /// [`Failure::HALTED`].
-pub(crate) fn switch_closed<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(crate) fn switch_closed<'c>(
+    hands: &mut impl Hands<'c>,
     axis: Axis,
     then: &PerActuator<StepCount>,
     hit: f64,
@@ -56,8 +56,8 @@ pub(crate) fn switch_closed<P: Ports>(
     Ok(())
 }
 
-fn read<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn read<'c>(
+    hands: &mut impl Hands<'c>,
     axis: Axis,
     then: &PerActuator<StepCount>,
     hit: f64,

@@ -5,7 +5,7 @@ use program::{Action, Dialect, Fault, Meaning, Move, Part};
 use units::{Celsius, PerAxis};
 
 use super::{
-    Hands, Machine, cold, effects, fast_forward, flow, functions, halt, holes, home, kept, leave_out, objects,
+    Machine, MachineHands, cold, effects, fast_forward, flow, functions, halt, holes, home, kept, leave_out, objects,
     operator, program_io, shapes, suspend, tool_change,
 };
 use crate::apart::apart;
@@ -136,7 +136,7 @@ fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to:
             Ok(Answer::Ok)
         }
         Action::ProbeDown(ref probe) => apart(|| {
-            let hands = &mut Hands::new(machine, to);
+            let hands = &mut MachineHands::new(machine, to);
             let ended = crate::probing::probe_down(hands, probe);
             if probe.stays {
                 crate::probing::leave_out(hands);
@@ -144,7 +144,7 @@ fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to:
             crate::probing::stow_after(hands, ended)
         }),
         Action::ProbeAlong(ref probe) => apart(|| {
-            let hands = &mut Hands::new(machine, to);
+            let hands = &mut MachineHands::new(machine, to);
             let ended = crate::probing::probe_along(hands, probe);
             crate::probing::leave_out(hands);
             ended
@@ -179,7 +179,7 @@ fn heat_and_wait<P: Ports>(
         needs(machine.texts, machine.config, Part::Heater(heater), machine.jobs.is_playing())?;
     }
     machine.jobs.set_heating(true);
-    let heated = heat_codes::heat_and_wait(&mut Hands::new(machine, to), heater, target, cools);
+    let heated = heat_codes::heat_and_wait(&mut MachineHands::new(machine, to), heater, target, cools);
     machine.jobs.set_heating(false);
     heated.map(|()| Answer::Ok)
 }

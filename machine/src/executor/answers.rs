@@ -4,10 +4,10 @@ use gcode::{Code, Refusal, SyntaxError};
 use motion::Tag;
 use program::Dialect;
 
-use super::line_numbers::tag_of;
 use super::source::{Origin, Source};
 use super::{Machine, grbl, stack};
 use crate::failure::{Answer, Failure, FailureKind, Outcome};
+use crate::jobs::line_numbers::tag_of;
 use crate::ports::Ports;
 use crate::reason::Reason;
 use crate::sessions::{Recipient, Reply, SessionId};

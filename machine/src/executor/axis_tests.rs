@@ -4,9 +4,10 @@
 use motion::{Limits, Mode};
 use units::{Actuator, Axis, AxisSet, MmPerSecond, MmPerSecond2, PerAxis};
 
-use super::{Hands, Machine};
+use super::{Machine, MachineHands};
 use crate::driver_tuning;
 use crate::failure::{Failure, Outcome};
+use crate::hands::Hands;
 use crate::homing;
 use crate::ports::Ports;
 use crate::sessions::Recipient;
@@ -48,7 +49,7 @@ pub(super) fn endstop<P: Ports>(
     to: Recipient,
 ) -> Result<(), Failure> {
     is_alone(machine, axis)?;
-    let homed = homing::measure(&mut Hands::new(machine, to), axis, count);
+    let homed = homing::measure(&mut MachineHands::new(machine, to), axis, count);
     machine.resynchronise_if_still();
     homed.map(drop)
 }
@@ -61,7 +62,7 @@ pub(super) fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Re
     let mut target = from;
     target[test.axis] += test.way;
     machine.stays_within(&from, &target)?;
-    let hands = &mut Hands::new(machine, to);
+    let hands = &mut MachineHands::new(machine, to);
     for _ in 0..test.times {
         hands.go(target, test.rate, Mode::Rapid)?;
         hands.go(from, test.rate, Mode::Rapid)?;
@@ -90,7 +91,7 @@ pub(super) fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Re
 
 /// `tune_driver`: measures which stallGuard threshold the motor of an axis is to have.
 pub(super) fn tune_driver<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let tuned = driver_tuning::tune(&mut Hands::new(machine, to), arguments);
+    let tuned = driver_tuning::tune(&mut MachineHands::new(machine, to), arguments);
     machine.resynchronise_if_still();
     tuned
 }
@@ -115,7 +116,7 @@ pub(super) fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, to: Re
     let mut reach = here;
     reach[test.axis] += widest;
     machine.stays_within(&here, &reach)?;
-    let hands = &mut Hands::new(machine, to);
+    let hands = &mut MachineHands::new(machine, to);
     let limits = hands.motion_config()?.limits;
     let needed = SWEEP_ACCELERATION * test.from.max(test.to);
     let motor = Actuator::from_index(test.axis as usize).and_then(|motor| limits.actuator_acceleration[motor]);
@@ -143,12 +144,7 @@ fn way_at(hertz: f64) -> f64 {
     SWEEP_ACCELERATION * hertz * quarter * quarter
 }
 
-fn shake<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    test: &Sweep,
-    here: &PerAxis<f64>,
-    limits: &Limits,
-) -> Result<(), Failure> {
+fn shake<'c>(hands: &mut impl Hands<'c>, test: &Sweep, here: &PerAxis<f64>, limits: &Limits) -> Result<(), Failure> {
     let (mut hertz, direction) = (test.from, if test.to < test.from { -1.0 } else { 1.0 });
     let mut said = f64::NEG_INFINITY;
     while (test.to - hertz) * direction >= 0.0 {
@@ -157,7 +153,7 @@ fn shake<P: Ports>(
             hands.say(format_args!("{hertz:.0} Hz\n"));
         }
         let own = Limits { acceleration: MmPerSecond2(SWEEP_ACCELERATION * hertz), ..*limits };
-        hands.motion(|motion| motion.set_limits(own)).map_err(|error| crate::arms::refused(hands.texts(), error))?;
+        hands.motion(|motion| motion.set_limits(own)).map_err(|error| hands.texts().refusal(error))?;
         let mut far = *here;
         far[test.axis] += way_at(hertz);
         // Each Hz takes `pace` seconds, so a higher frequency takes more periods.

@@ -14,12 +14,13 @@ use super::{Machine, automatic, brown_out, grbl, kept, lights, recover, statisti
 use crate::apart::apart;
 use crate::axes::{internal_motors, on_board_motors};
 use crate::failure::about_file;
-use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path, safe_file};
 use crate::grbl::{framing, hal, stored};
 use crate::leveling;
 use crate::motion_config::motion_config;
 use crate::needs::tell_what_is_off;
+use crate::paths::{CONFIG_PATH, OVERRIDE_PATH, Path};
 use crate::ports::{MotorDrivers, OpenMode, Ports, Start, StorageError, Wake};
+use crate::safe_file;
 use crate::safety::Event;
 use crate::sessions::{Recipient, Reply, Sessions};
 use crate::supervisor::{DriverTrouble, MOTOR_SUPPLY_OFF};

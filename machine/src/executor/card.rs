@@ -6,8 +6,8 @@
 use program::Function;
 
 use super::Machine;
-use crate::files::safe_file::Draft;
 use crate::ports::{CardEvent, Ports, StorageError, Wake};
+use crate::safe_file::Draft;
 use crate::sessions::Listing;
 
 /// Waits until the card is at rest, and takes what most changes write. A card that has failed does not keep

@@ -7,7 +7,7 @@ use program::{Dialect, Part, State};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
 use super::{
-    Hands, Machine, abort, actions, answers, axis_tests, card, disk, editing, foresee, functions, grbl, home,
+    Machine, MachineHands, abort, actions, answers, axis_tests, card, disk, editing, foresee, functions, grbl, home,
     job_control, long_answers, motion_tests, play_from, recording, suspend, update,
 };
 use crate::apart::apart;
@@ -396,14 +396,13 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
         "suspend" => apart(|| suspend::suspend(machine, arguments.starts_with(['l', 'h']), None, to)),
         "resume" => suspend::resume(machine, to),
         "switch" => apart(|| switch(machine, arguments, to)),
-        "preheat" => apart(|| heat_codes::preheat(&mut Hands::new(machine, to), arguments)),
-        "config-set" => {
-            apart(|| files::config_edit::config_set(&mut Hands::new(machine, to), arguments)).map(|()| Answer::Said)
-        }
+        "preheat" => apart(|| heat_codes::preheat(&mut MachineHands::new(machine, to), arguments)),
+        "config-set" => apart(|| files::config_edit::config_set(&mut MachineHands::new(machine, to), arguments))
+            .map(|()| Answer::Said),
         "$H" => apart(|| home::home(machine, units::AxisSet::NONE, to)),
         "$J" => apart(|| {
             let e_axis = machine.program.tools().active().map(|tool| tool.settings.axis);
-            let done = jog::jog(&mut Hands::new(machine, to), arguments, e_axis);
+            let done = jog::jog(&mut MachineHands::new(machine, to), arguments, e_axis);
             let position = machine.ports.motion(|motion| motion.commanded_position());
             machine.program.resynchronise(position);
             done
@@ -411,13 +410,13 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
         "$P" => apart(|| probe(machine, arguments, to)),
         "test" => apart(|| motion_tests::run(machine, arguments, to)),
         "tune_driver" => apart(|| axis_tests::tune_driver(machine, arguments, to)),
-        "gpio" => apart(|| crate::gpio::command(&mut Hands::new(machine, to), arguments)),
+        "gpio" => apart(|| crate::gpio::command(&mut MachineHands::new(machine, to), arguments)),
         "flash" | "dfu" => apart(|| update::command(machine, word, to)),
         "msc" => apart(|| disk::msc(machine, arguments, to)),
-        "card" => apart(|| files::card_facts::card(&mut Hands::new(machine, to))),
+        "card" => apart(|| files::card_facts::card(&mut MachineHands::new(machine, to))),
         "cp" | "truncate" | "md5sum" => apart(|| {
             let directory = machine.files.directory().clone();
-            let hands = &mut Hands::new(machine, to);
+            let hands = &mut MachineHands::new(machine, to);
             match word {
                 "cp" => files::copying::copy(hands, &directory, arguments),
                 "truncate" => files::copying::truncate(hands, &directory, arguments),

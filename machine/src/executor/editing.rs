@@ -4,12 +4,13 @@
 //! console goes away before the end, the new one is deleted.
 
 use super::answers::answered;
-use super::{Hands, Machine, card};
+use super::{Machine, MachineHands, card};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::files::editing::Editing;
 use crate::files::editor::{Step, shown};
 use crate::files::editor_commands::{Command, HELP, What, parse};
-use crate::files::paths::words;
+use crate::hands::Hands as _;
+use crate::paths::words;
 use crate::ports::{OpenMode, Ports, Storage, StorageError, Wake};
 use crate::reason::Reason;
 use crate::sessions::{Recipient, SessionId};
@@ -176,7 +177,7 @@ fn once<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recip
         }
         machine.wait(Wake::Any).whatever_happens();
     }
-    if Hands::new(machine, to).stop_requested() { Err("stopped") } else { Ok(true) }
+    if MachineHands::new(machine, to).stop_requested() { Err("stopped") } else { Ok(true) }
 }
 
 fn read_more<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {

@@ -5,9 +5,10 @@ use motion::Mode;
 use program::{State, Tool, Words};
 use units::{Axis, Celsius, HeaterId, Micros, Mm, MmPerSecond};
 
-use super::{Hands, Machine, cold};
+use super::{Machine, MachineHands, cold};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::filament::{News, Use, WidthNews};
+use crate::hands::Hands as _;
 use crate::ports::Ports;
 use crate::sessions::{Recipient, Reply};
 use crate::tuning::Tuning;
@@ -111,7 +112,7 @@ fn push<P: Ports>(machine: &mut Machine<'_, P>, length: f64, rate: MmPerSecond) 
         return Ok(());
     }
     let axis = extruder(machine)?;
-    let hands = &mut Hands::new(machine, Recipient::Nobody);
+    let hands = &mut MachineHands::new(machine, Recipient::Nobody);
     let mut target = hands.position();
     target[axis] += length;
     hands.go(target, rate, Mode::Feed)?;
@@ -191,7 +192,7 @@ fn park<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -
             machine.announce(format_args!("// NOTE there is no room to lift the tool: it stays where it is\n"));
             return Ok(());
         }
-        Hands::new(machine, Recipient::Nobody).go(above, change.park_rate, Mode::Rapid)?;
+        MachineHands::new(machine, Recipient::Nobody).go(above, change.park_rate, Mode::Rapid)?;
     }
     let mut away = above;
     for (axis, place) in [Axis::X, Axis::Y].into_iter().zip(change.park) {
@@ -207,7 +208,7 @@ fn park<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -
         ));
         return Ok(());
     }
-    let hands = &mut Hands::new(machine, Recipient::Nobody);
+    let hands = &mut MachineHands::new(machine, Recipient::Nobody);
     hands.go(away, change.park_rate, Mode::Rapid)?;
     hands.standstill()
 }

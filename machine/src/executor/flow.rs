@@ -9,8 +9,8 @@ use program::Next;
 use super::source::{Origin, Source};
 use super::{Machine, log};
 use crate::failure::{Answer, Failure, Outcome};
-use crate::files::Path;
 use crate::jobs::Listeners;
+use crate::paths::Path;
 use crate::ports::Ports;
 
 /// Runs a line with an O word.

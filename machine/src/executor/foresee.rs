@@ -12,12 +12,13 @@ use program::Dialect;
 use units::{Celsius, MAX_HEATERS, Micros};
 
 use super::{Machine, long_answers};
+use crate::clock_time::Clock;
 use crate::failure::{Failure, Outcome};
-use crate::files::Path;
 use crate::forecast::{Ahead, Answer, Foresight, LookAhead, Purpose, Stage, Wanted};
 use crate::jobs::{FileLines, Lookup, Outlook, PausePlace, Planned, Step, TOO_DEEP, sub_path};
+use crate::paths::Path;
 use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError};
-use crate::preflight::{AsItIs, Clock, Kind, TOLD_LINES, Told};
+use crate::preflight::{AsItIs, Kind, TOLD_LINES, Told};
 use crate::sessions::{Listing, Recipient, Reply};
 
 /// Time after which a job's wait for the look at its file is told first; later each time the wait has

@@ -8,8 +8,8 @@ use program::{LeftHole, OperatorModes, ScriptModes};
 
 use super::source::Source;
 use crate::failure::{Answer, KeptFailure};
-use crate::files::Path;
 use crate::journal::Step;
+use crate::paths::Path;
 use crate::ports::FileHandle;
 use crate::probing::Plan;
 use crate::sessions::{LineBytes, Recipient};

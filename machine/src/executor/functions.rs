@@ -9,8 +9,8 @@ use program::{Function, State, Words};
 use units::AxisSet;
 
 use super::{
-    Hands, Machine, abort, automatic, card, cold, filament, foresee, long_answers, objects, periodic, probe_strategy,
-    program_io, recover, settings_file, statistics, suspend,
+    Machine, MachineHands, abort, automatic, card, cold, filament, foresee, long_answers, objects, periodic,
+    probe_strategy, program_io, recover, settings_file, statistics, suspend,
 };
 use crate::apart::apart;
 use crate::failure::{Answer, Failure, Outcome};
@@ -20,7 +20,7 @@ use crate::reports::Status;
 use crate::sessions::{Listing, Recipient, Reply};
 use crate::{
     alignment, arms, autotune, driver_codes, endstop_phase, heat_codes, leveling, motion_codes, motors, probing,
-    reports,
+    procedures, reports,
 };
 
 /// Carries out a function, and waits for its end.
@@ -66,7 +66,7 @@ pub(super) fn run<P: Ports>(
 /// Runs a function that takes time. Each has a stack frame of its own: functions wait, and much is called
 /// from there.
 fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &Words<'_>, to: Recipient) -> Outcome {
-    let hands = &mut Hands::new(machine, to);
+    let hands = &mut MachineHands::new(machine, to);
     match function {
         Function::ProbeStrategy => probe_strategy::run(machine, words, words.code(), to),
         Function::MeasureBed => probe_strategy::run(machine, words, Code::g(31), to),
@@ -108,7 +108,7 @@ fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &
 }
 
 /// Runs a sequence that probes, and stows the probe after it.
-fn stowed<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: impl FnOnce(&mut Hands<'_, '_, P>) -> Outcome) -> Outcome {
+fn stowed<'c, H: procedures::Hands<'c>>(hands: &mut H, probe: impl FnOnce(&mut H) -> Outcome) -> Outcome {
     let ended = apart(|| probe(hands));
     probing::stow_after(hands, ended)
 }

@@ -6,7 +6,7 @@ use program::{Dialect, State};
 use units::{Axis, AxisSet};
 
 use super::frames::Frame;
-use super::{Hands, Machine, actions, kept, long_answers, program_io, settings_file};
+use super::{Machine, MachineHands, actions, kept, long_answers, program_io, settings_file};
 use crate::failure::{Answer, Failure, Outcome};
 use crate::files::listings;
 use crate::grbl::framing::LOCKED;
@@ -25,7 +25,7 @@ pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Rec
     if let Some(words) = command.strip_prefix("J=") {
         let modal = machine.program.modal().clone();
         let jog = jog::read(machine.texts, words, &modal)?;
-        let jogged = jog::jog(&mut Hands::new(machine, to), &jog, &modal);
+        let jogged = jog::jog(&mut MachineHands::new(machine, to), &jog, &modal);
         machine.resynchronise();
         return jogged.map(|()| Answer::Ok);
     }

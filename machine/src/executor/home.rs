@@ -3,7 +3,7 @@
 use units::AxisSet;
 
 use super::frames::Then;
-use super::{Hands, Machine, suspend};
+use super::{Machine, MachineHands, suspend};
 use crate::failure::{Answer, Outcome};
 use crate::ports::Ports;
 use crate::sessions::Recipient;
@@ -15,7 +15,7 @@ pub(super) fn home<P: Ports>(machine: &mut Machine<'_, P>, named: AxisSet, to: R
     if named.is_empty() && !script.is_empty() && !machine.frames.run_script(script) {
         return suspend::start_script(machine, script, Then::Ended(Ok(())));
     }
-    let homed = crate::homing::home(&mut Hands::new(machine, to), named);
+    let homed = crate::homing::home(&mut MachineHands::new(machine, to), named);
     machine.resynchronise_if_still();
     homed.map(|()| Answer::Ok)
 }

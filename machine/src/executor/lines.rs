@@ -10,7 +10,6 @@ use program::{Dialect, State, Waits};
 use super::answers::{answered, finish, pause_job, say_refusal};
 use super::blocks::Start;
 use super::foresee::Start as JobStart;
-use super::line_numbers::{decoder_expecting, tag_of};
 use super::named::Named;
 use super::source::{Origin, Source};
 use super::{
@@ -20,6 +19,7 @@ use super::{
 use crate::apart::apart;
 use crate::failure::Answer;
 use crate::files::NotSaved;
+use crate::jobs::line_numbers::{decoder_expecting, tag_of};
 use crate::jobs::{Next, Scripts};
 use crate::ports::{Ports, Wake};
 use crate::reason::Reason;

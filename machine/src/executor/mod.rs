@@ -2,7 +2,7 @@
 //! the program say what they mean, carries that out, waits where it must, and serves everybody at each
 //! waiting point.
 //!
-//! Nothing outside this folder sees the whole machine. Sequences that take time are handed [`Hands`];
+//! Nothing outside this folder sees the whole machine. Sequences that take time are handed [`MachineHands`];
 //! everything else gets the owners it needs as arguments.
 
 mod abort;
@@ -39,7 +39,6 @@ mod journal;
 mod kept;
 mod leave_out;
 mod lights;
-mod line_numbers;
 mod lines;
 mod log;
 mod long_answers;
@@ -79,8 +78,7 @@ use core::convert::Infallible;
 use core::pin::pin;
 
 use config::MachineConfig;
-pub use hands::Hands;
-pub(crate) use line_numbers::decoder_expecting;
+pub use hands::MachineHands;
 use machine::{Beside, Machine};
 use units::Micros;
 

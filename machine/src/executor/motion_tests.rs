@@ -11,8 +11,9 @@ use motion::{Kinematics, Mode};
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
 use super::axis_tests::{APPROACHES, Speed, Sweep, TIMES};
-use super::{Hands, Machine, actions, axis_tests};
+use super::{Machine, MachineHands, actions, axis_tests};
 use crate::failure::{Answer, Failure, Outcome};
+use crate::hands::Hands as _;
 use crate::ports::{Ports, Wake};
 use crate::sessions::Recipient;
 
@@ -204,7 +205,7 @@ pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: R
         Test::Endstop(axis, count) => axis_tests::endstop(machine, axis, count, to)?,
         Test::Sweep(sweep) => axis_tests::sweep(machine, &sweep, to)?,
         Test::Backlash(axis, distance) => {
-            let hands = &mut Hands::new(machine, to);
+            let hands = &mut MachineHands::new(machine, to);
             let measured = crate::probing::lost_motion(hands, axis, distance).map(|()| Answer::Ok);
             let measured = crate::probing::stow_after(hands, measured).map(|_| ());
             machine.resynchronise_if_still();
@@ -225,7 +226,7 @@ fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recipient) 
     let dialect = machine.sessions.dialect_of(to);
     let (mut number, mut stopped) = (0, false);
     loop {
-        if Hands::new(machine, to).stop_requested() {
+        if MachineHands::new(machine, to).stop_requested() {
             machine.ports.motion(motion::Motion::stop);
             stopped = true;
         }
@@ -267,7 +268,7 @@ fn step<P: Ports>(machine: &mut Machine<'_, P>, steps: &Steps, to: Recipient) ->
     machine.stays_within(&from, &target)?;
     let (shown, shown_rate) = (libm::fabs(count), libm::round(rate));
     machine.say(to, format_args!("issuing {shown} steps at a rate of {shown_rate} steps/sec on the {letter} axis\n"));
-    let went = Hands::new(machine, to).go(target, MmPerSecond(rate / per_mm), Mode::Rapid);
+    let went = MachineHands::new(machine, to).go(target, MmPerSecond(rate / per_mm), Mode::Rapid);
     let stood = machine.standstill();
     machine.resynchronise();
     went.and(stood)

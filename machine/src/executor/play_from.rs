@@ -9,8 +9,9 @@ use units::{Axis, MmPerSecond};
 
 use super::frames::{Frame, Then};
 use super::passed::Until;
-use super::{Hands, Machine, fast_forward, journal, restore};
+use super::{Machine, MachineHands, fast_forward, journal, restore};
 use crate::failure::{Answer, Failure, Outcome};
+use crate::hands::Hands as _;
 use crate::jobs::Scripts;
 use crate::ports::Ports;
 use crate::sessions::Recipient;
@@ -121,17 +122,17 @@ fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_heated: &
         place[Axis::Z]
     ));
     // Refusals must come before anything heats.
-    Hands::new(machine, to).enable_motors()?;
+    MachineHands::new(machine, to).enable_motors()?;
     journal::give_up_offer(machine);
     *has_heated = true;
     restore::heat(machine, &passed.targets.map(|target| target.unwrap_or_default()), to)?;
     let rate = machine.program.modal().seek_rate;
-    let hands = &mut Hands::new(machine, to);
+    let hands = &mut MachineHands::new(machine, to);
     hands.set_position(here)?;
     hands.go(up, rate, Mode::Rapid)?;
     hands.go_there(over, rate)?;
     restore::switch(machine, &passed.switches);
-    let hands = &mut Hands::new(machine, to);
+    let hands = &mut MachineHands::new(machine, to);
     hands.go_there(place, DOWN)?;
     machine.set_before = None;
     machine.program.come_back_to(kept);

@@ -4,7 +4,7 @@ use gcode::Code;
 use program::Words;
 
 use super::frames::Then;
-use super::{Hands, Machine, suspend};
+use super::{Machine, MachineHands, suspend};
 use crate::failure::Outcome;
 use crate::ports::Ports;
 use crate::probing;
@@ -12,13 +12,13 @@ use crate::sessions::Recipient;
 
 /// The lines around a cartesian grid may hold any code, so they are run as scripts.
 pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, code: Code, to: Recipient) -> Outcome {
-    match probing::prepare(&mut Hands::new(machine, to), words, code)? {
+    match probing::prepare(&mut MachineHands::new(machine, to), words, code)? {
         Some(plan) => {
             let [before, _] = &machine.config.probe_gcode;
             suspend::start_script(machine, before, Then::TouchGrid(plan, to))
         }
         None => {
-            let hands = &mut Hands::new(machine, to);
+            let hands = &mut MachineHands::new(machine, to);
             let ended = probing::strategy(hands, words, code);
             probing::stow_after(hands, ended)
         }

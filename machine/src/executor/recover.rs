@@ -15,8 +15,9 @@ use units::{Axis, AxisSet, Celsius, MmPerSecond, PerAxis};
 use super::frames::{Frame, Then};
 use super::journal::Heights;
 use super::passed::{Passed, Until};
-use super::{Hands, Machine, fast_forward, foresee, journal, restore, stall_recovery, suspend};
+use super::{Machine, MachineHands, fast_forward, foresee, journal, restore, stall_recovery, suspend};
 use crate::failure::{Answer, Failure, Outcome};
+use crate::hands::Hands as _;
 use crate::homing;
 use crate::jobs::{Listeners, Scripts};
 use crate::journal::{Doing, Found, Offer, Recovery, Step, find, forget, machine_value};
@@ -344,7 +345,7 @@ fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> R
         let has_moved = here[Axis::Z] - was.get(Axis::Z as usize).copied().unwrap_or(0.0);
         here[Axis::Z] = if z_is_told { z } else { z + has_moved - sag };
     }
-    Hands::new(machine, to).set_position(here)?;
+    MachineHands::new(machine, to).set_position(here)?;
     if let Some(recovery) = &mut machine.recovery {
         recovery.is_placed = true;
     }
@@ -357,7 +358,7 @@ fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> R
         journal::note(machine, Heights::Any, false);
         machine.announce(format_args!("// homing Z, upwards\n"));
         machine.axes.mark_homed(AxisSet::PRIMARY);
-        homing::home(&mut Hands::new(machine, to), AxisSet::of(Axis::Z))?;
+        homing::home(&mut MachineHands::new(machine, to), AxisSet::of(Axis::Z))?;
         journal::note(machine, Heights::Planned, false);
         // Towers and arms have homed together.
         homes = if crate::arms::homes_by_motor(machine.config) { AxisSet::NONE } else { homes };
@@ -368,7 +369,7 @@ fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> R
         return Ok(());
     }
     machine.announce(format_args!("// homing X and Y\n"));
-    homing::home(&mut Hands::new(machine, to), homes)
+    homing::home(&mut MachineHands::new(machine, to), homes)
 }
 
 /// Lifts Z so high that X and Y can go to their switches.
@@ -384,7 +385,7 @@ fn go_up<P: Ports>(
     // Until Z has arrived it may be anywhere between.
     journal::note(machine, Heights::Between([here[Axis::Z], up[Axis::Z]]), false);
     machine.axes.mark_homed(AxisSet::PRIMARY);
-    let hands = &mut Hands::new(machine, to);
+    let hands = &mut MachineHands::new(machine, to);
     hands.enable_motors()?;
     hands.go_there(up, SLOWLY)?;
     journal::note(machine, Heights::Planned, false);
@@ -406,7 +407,7 @@ fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     let mut over = machine.ports.motion(|motion| motion.commanded_position());
     // Filament counts from here as in the file; and nothing has turned A, B or C since.
     Axis::ALL.into_iter().filter(|axis| !Axis::PRIMARY.contains(axis)).for_each(|axis| over[axis] = place[axis]);
-    Hands::new(machine, to).set_position(over)?;
+    MachineHands::new(machine, to).set_position(over)?;
     // The script may have left the tool low, and homing at its highest: there a delta goes nowhere else.
     let from = over;
     over[Axis::Z] = above(machine, recovery.highest);
@@ -417,12 +418,12 @@ fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     machine.stays_within(&over, &place)?;
     machine.announce(format_args!("// back to X{:.2} Y{:.2}, and down\n", place[Axis::X], place[Axis::Y]));
     let rate = machine.program.modal().seek_rate;
-    let hands = &mut Hands::new(machine, to);
+    let hands = &mut MachineHands::new(machine, to);
     hands.go(up, rate, Mode::Rapid)?;
     hands.go_there(over, rate)?;
     let [low, high] = [place[Axis::Z].min(over[Axis::Z]), over[Axis::Z].max(place[Axis::Z])];
     journal::note(machine, Heights::Between([low, high]), false);
-    Hands::new(machine, to).go_there(place, SLOWLY)?;
+    MachineHands::new(machine, to).go_there(place, SLOWLY)?;
     machine.program.set_thermal_z(place[Axis::Z] - recovery.place[Axis::Z] + entry.thermal_z);
     if let Some(kept) = recovery.kept {
         machine.program.come_back_to(kept);

@@ -2,8 +2,9 @@
 
 use units::{Celsius, HeaterId, SwitchId};
 
-use super::{Hands, Machine};
+use super::{Machine, MachineHands};
 use crate::failure::Failure;
+use crate::hands::Hands as _;
 use crate::heat_codes;
 use crate::ports::Ports;
 use crate::sessions::Recipient;
@@ -23,7 +24,7 @@ pub(super) fn heat<P: Ports>(machine: &mut Machine<'_, P>, targets: &[Celsius], 
             if *target <= thermal::OFF_BELOW || heater.designator.starts_with('T') != tools {
                 continue;
             }
-            let hands = &mut Hands::new(machine, to);
+            let hands = &mut MachineHands::new(machine, to);
             hands.announce(format_args!("// {} heats to {:.0} C\n", heater.name, target.0));
             heat_codes::heat_and_wait(hands, id, *target, false)?;
         }

@@ -2,14 +2,15 @@
 
 use super::{Machine, card, suspend};
 use crate::failure::{Answer, Outcome, Texts};
-use crate::files::{self, OVERRIDE_PATH, safe_file};
+use crate::paths::{OVERRIDE_PATH, override_path};
 use crate::ports::{Ports, StorageError, Wake};
+use crate::safe_file;
 use crate::saved_settings;
 use crate::sessions::{Recipient, Reply};
 
 /// Reads the file of saved settings as a script (M501).
 pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
-    let path = files::override_path(machine.texts, set)?;
+    let path = override_path(machine.texts, set)?;
     if let Err(error) = suspend::begin_replay(machine, &path, to, false) {
         machine.say(to, format_args!("failed to load configuration override {path}: {}\n", error.text()));
     }
@@ -18,7 +19,7 @@ pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to
 
 /// Saves the settings (M500). At a power loss the file is the old one or the new one.
 pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
-    let path = files::override_path(machine.texts, set)?;
+    let path = override_path(machine.texts, set)?;
     let failed = |error: StorageError| machine.texts.about_file(&path, error.text());
     let mut draft = safe_file::Draft::begin(&mut machine.ports, &path).map_err(failed)?;
     for part in 0..saved_settings::PARTS {

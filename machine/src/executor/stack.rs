@@ -7,7 +7,7 @@ use super::blocks::Start;
 use super::frames::{Frame, Replay, Script, Then};
 use super::source::{Origin, Source};
 use super::suspend::{self, start_script};
-use super::{Hands, Machine, actions, answers, blocks, holes, play_from, recover, stall_recovery, tool_change};
+use super::{Machine, MachineHands, actions, answers, blocks, holes, play_from, recover, stall_recovery, tool_change};
 use crate::failure::{Answer, Failure, FailureKind, Outcome, short};
 use crate::ports::{Ports, StorageError};
 use crate::probing::{stow_after, touch_cartesian_grid};
@@ -135,7 +135,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failu
     match then {
         Then::TouchGrid(plan, to) => {
             machine.standstill()?;
-            let hands = &mut Hands::new(machine, to);
+            let hands = &mut MachineHands::new(machine, to);
             let leveled = touch_cartesian_grid(hands, &plan);
             let leveled = stow_after(hands, leveled).map(|_| ());
             machine.resynchronise_if_still();

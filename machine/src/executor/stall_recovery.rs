@@ -15,8 +15,9 @@ use units::{Actuator, Axis, AxisSet, PerAxis};
 
 use super::frames::{Frame, StallStep, Then};
 use super::passed::{Passed, Until};
-use super::{Hands, Machine, fast_forward, journal, leave_out, suspend};
+use super::{Machine, MachineHands, fast_forward, journal, leave_out, suspend};
 use crate::failure::{Failure, FailureKind, short};
+use crate::hands::Hands as _;
 use crate::homing;
 use crate::jobs::{StalledJob, Suspended};
 use crate::ports::Ports;
@@ -179,7 +180,7 @@ fn rise<P: Ports>(machine: &mut Machine<'_, P>, top: f64) -> Result<(), Failure>
     up[Axis::Z] = top;
     journal::leaves_height(machine, core::iter::once(top));
     let rate = machine.program.modal().seek_rate;
-    Hands::new(machine, Recipient::All).go_there(up, rate)
+    MachineHands::new(machine, Recipient::All).go_there(up, rate)
 }
 
 /// Suspends the job where the program stands after the reading.
@@ -275,7 +276,7 @@ pub(super) fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failu
         return Ok(());
     }
     machine.announce(format_args!("// homing what has lost its place\n"));
-    let found = homing::home(&mut Hands::new(machine, Recipient::All), lost);
+    let found = homing::home(&mut MachineHands::new(machine, Recipient::All), lost);
     if let Err(why) = found
         && why.is_alarm()
     {

@@ -10,9 +10,9 @@ use units::{AxisSet, Micros};
 use super::{Machine, card};
 use crate::failure::Answer;
 use crate::files::kept::each_line;
-use crate::files::safe_file::Draft;
 use crate::jobs::{Duration, HeaterTime, STATISTICS_PATH, Sums};
 use crate::ports::{Ports, StorageError};
+use crate::safe_file::Draft;
 use crate::sessions::Recipient;
 
 /// Period of asking heaters for their work.

@@ -9,13 +9,15 @@ use program::{Part, Words};
 use units::{Axis, AxisSet, Celsius, HeaterId};
 
 use super::frames::{Frame, Replay, Then};
-use super::{Hands, Machine, effects, filament, stall_recovery};
+use super::{Machine, MachineHands, effects, filament, stall_recovery};
 use crate::failure::{Answer, Failure, Outcome};
-use crate::files::{Path, safe_file};
+use crate::hands::Hands as _;
 use crate::heat_codes;
 use crate::jobs::Suspended;
 use crate::needs::needs;
+use crate::paths::Path;
 use crate::ports::{OpenMode, Ports, StorageError};
+use crate::safe_file;
 use crate::safety::Event;
 use crate::sessions::Recipient;
 
@@ -118,7 +120,7 @@ pub(super) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
         machine.announce(format_args!("// Waiting for heaters...\n"));
     }
     for (id, _) in heated() {
-        heat_codes::wait_for_temperature(&mut Hands::new(machine, to), id)?;
+        heat_codes::wait_for_temperature(&mut MachineHands::new(machine, to), id)?;
     }
     stall_recovery::rehome(machine)?;
     if let Some(change) = machine.jobs.suspended().and_then(|suspended| suspended.change) {
@@ -173,7 +175,7 @@ pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
         for axis in Axis::ALL.into_iter().filter(|axis| machine.program.tools().uses(*axis)) {
             (from[axis], target[axis]) = (position[axis], position[axis]);
         }
-        Hands::new(machine, Recipient::Nobody).set_position(from)?;
+        MachineHands::new(machine, Recipient::Nobody).set_position(from)?;
     }
     filament::forget_width(machine);
     machine.safety.apply(Event::Unsuspend);
@@ -190,7 +192,7 @@ pub(super) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
     } else {
         (over[Axis::X], over[Axis::Y]) = (from[Axis::X], from[Axis::Y]);
     }
-    let hands = &mut Hands::new(machine, Recipient::Nobody);
+    let hands = &mut MachineHands::new(machine, Recipient::Nobody);
     hands.go(over, rate, Mode::Rapid)?;
     hands.go(target, rate, Mode::Rapid)?;
     machine.resynchronise();

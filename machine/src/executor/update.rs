@@ -8,7 +8,7 @@
 use events::{Event, Text};
 use units::Micros;
 
-use super::{Hands, Machine, card};
+use super::{Machine, MachineHands, card};
 use crate::failure::{Answer, Failure, Outcome, about_file};
 use crate::files::copying::read_through;
 use crate::ports::{Arrival, Firmware, Flaw, OpenMode, Ports, Running, Storage, StorageError, Wake};
@@ -232,7 +232,7 @@ fn look_at<P: Ports>(
     card::at_rest(machine);
     let file = machine.ports.open(path, OpenMode::Read)?;
     machine.ports.begin_look();
-    let read = read_through(&mut Hands::new(machine, to), file, u32::MAX, false, |ports, bytes| {
+    let read = read_through(&mut MachineHands::new(machine, to), file, u32::MAX, false, |ports, bytes| {
         ports.look(bytes);
         Ok(())
     });

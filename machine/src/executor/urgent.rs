@@ -9,9 +9,9 @@ use gcode::{Blocks, Code, Letter, Line};
 use program::{Dialect, Dialects};
 
 use super::asked::{Ends, Requester};
-use super::line_numbers::decoder_expecting;
 use super::{Machine, abort, recover, stack};
 use crate::failure::Failure;
+use crate::jobs::line_numbers::decoder_expecting;
 use crate::ports::Ports;
 use crate::program_setup;
 use crate::reason::Alarm;

@@ -4,15 +4,15 @@ use core::fmt::Write as _;
 
 use heapless::String;
 
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::{CardFacts, FreeSpace, Ports, Wake};
+use crate::hands::Hands;
+use crate::ports::{CardFacts, FreeSpace, Storage, Wake};
 
 /// Bytes of a megabyte, as cards are sold.
 const MB: u64 = 1_000_000;
 
 /// `card`: prints the data of the card.
-pub(crate) fn card<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(crate) fn card<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     let Some(facts) = hands.storage().card_facts() else { return Err(Failure::refused(&"no SD card")) };
     let CardFacts { kind, name, maker, blocks, bus_khz, is_protected, .. } = facts;
     let name = core::str::from_utf8(&name).unwrap_or("?");

@@ -1,8 +1,8 @@
 //! File commands that are done at once: `rm`, `mv`, `mkdir`, `cd`, M21 and M30.
 
 use super::Files;
-use super::paths::words;
 use crate::failure::{Answer, Outcome, Texts};
+use crate::paths::words;
 use crate::ports::Storage;
 use crate::sessions::Reply;
 

@@ -3,11 +3,11 @@
 use config::edit::{Edit, Editor, Ending, Verdict, check_edit};
 use heapless::Vec;
 
-use super::paths::{CONFIG_PATH, quoted};
-use super::safe_file::Draft;
-use crate::executor::Hands;
 use crate::failure::Failure;
-use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError, Wake};
+use crate::hands::Hands;
+use crate::paths::{CONFIG_PATH, quoted};
+use crate::ports::{FileHandle, OpenMode, Storage, StorageError, Wake};
+use crate::safe_file::Draft;
 
 /// Number of bytes read at a time.
 const CHUNK: usize = 512;
@@ -72,7 +72,7 @@ impl Lines {
 ///
 /// # Errors
 /// When the command cannot be understood, or the file cannot be written; the file is as it was.
-pub(crate) fn config_set<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str) -> Result<(), Failure> {
+pub(crate) fn config_set<'c>(hands: &mut impl Hands<'c>, arguments: &str) -> Result<(), Failure> {
     let (section, rest) = quoted(arguments);
     let (key, value) = rest.split_once([' ', '\t', '=']).unwrap_or((rest, ""));
     let value = value.trim_start_matches([' ', '\t']).trim_start_matches('=').trim();
@@ -98,7 +98,7 @@ pub(crate) fn config_set<P: Ports>(hands: &mut Hands<'_, '_, P>, arguments: &str
 }
 
 /// Keeps the old file as `previous-config.ini`, and replaces it such that no power cut loses both.
-fn change_config<P: Ports>(hands: &mut Hands<'_, '_, P>, edit: Edit<'_>) -> Result<(), StorageError> {
+fn change_config<'c>(hands: &mut impl Hands<'c>, edit: Edit<'_>) -> Result<(), StorageError> {
     let mut rewrite = Rewrite::begin(hands.storage(), edit)?;
     loop {
         hands.card_at_rest();

@@ -2,12 +2,12 @@
 
 use md5::{Digest, Md5};
 
-use super::Path;
-use super::paths::{absolute, words};
-use super::safe_file::{self, Draft};
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError, Wake};
+use crate::hands::Hands;
+use crate::paths::Path;
+use crate::paths::{absolute, words};
+use crate::ports::{FileHandle, OpenMode, Storage, StorageError, Wake};
+use crate::safe_file::{self, Draft};
 
 /// Bytes read at a time: a block of the card.
 const BLOCK: usize = 512;
@@ -16,12 +16,12 @@ const BLOCK: usize = 512;
 const BLOCKS_IN_A_ROW: u32 = 8;
 
 /// Hands a file to `take`, block by block, at most `most` bytes. Ctrl-Y ends it, with false.
-pub(crate) fn read_through<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(crate) fn read_through<'c, H: Hands<'c>>(
+    hands: &mut H,
     file: FileHandle,
     most: u32,
     writes: bool,
-    mut take: impl FnMut(&mut P, &[u8]) -> Result<(), StorageError>,
+    mut take: impl FnMut(&mut H::Ports, &[u8]) -> Result<(), StorageError>,
 ) -> Result<bool, StorageError> {
     let (mut left, mut turn) = (most, 0_u32);
     hands.read_ahead(file);
@@ -51,7 +51,7 @@ pub(crate) fn read_through<P: Ports>(
 }
 
 /// `cp from to`: copies a file.
-pub(crate) fn copy<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
+pub(crate) fn copy<'c>(hands: &mut impl Hands<'c>, directory: &str, arguments: &str) -> Outcome {
     let mut names = words(arguments);
     let (Some(from), Some(to)) = (names.next(), names.next()) else {
         hands.say(format_args!("from and to files required\n"));
@@ -67,7 +67,7 @@ pub(crate) fn copy<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, argu
     Ok(Answer::Ok)
 }
 
-fn copy_file<P: Ports>(hands: &mut Hands<'_, '_, P>, from: &str, to: &str) -> Result<bool, StorageError> {
+fn copy_file<'c>(hands: &mut impl Hands<'c>, from: &str, to: &str) -> Result<bool, StorageError> {
     let source = hands.storage().open(from, OpenMode::Read)?;
     hands.wait(Wake::Any).whatever_happens();
     hands.card_at_rest();
@@ -90,7 +90,7 @@ fn copy_file<P: Ports>(hands: &mut Hands<'_, '_, P>, from: &str, to: &str) -> Re
 }
 
 /// `truncate file size`: keeps only the beginning of a file.
-pub(crate) fn truncate<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
+pub(crate) fn truncate<'c>(hands: &mut impl Hands<'c>, directory: &str, arguments: &str) -> Outcome {
     let mut names = words(arguments);
     let (Some(name), Some(size)) = (names.next(), names.next()) else {
         hands.say(format_args!("Usage: truncate filename size\n"));
@@ -110,7 +110,7 @@ pub(crate) fn truncate<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, 
 }
 
 /// Replaces the file by its first bytes, whole or not at all.
-fn keep_beginning<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path, size: u32) -> Result<(), StorageError> {
+fn keep_beginning<'c>(hands: &mut impl Hands<'c>, path: &Path, size: u32) -> Result<(), StorageError> {
     let file = hands.storage().open(path, OpenMode::Read)?;
     let kept = write_beginning(hands, path, file, size);
     let draft = kept?;
@@ -120,12 +120,12 @@ fn keep_beginning<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path, size: u32
     hands.card_has_kept()
 }
 
-fn write_beginning<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn write_beginning<'c, H: Hands<'c>>(
+    hands: &mut H,
     path: &Path,
     file: FileHandle,
     size: u32,
-) -> Result<Draft<P>, StorageError> {
+) -> Result<Draft<H::Ports>, StorageError> {
     let mut draft = match Draft::begin(hands.storage(), path) {
         Ok(draft) => draft,
         Err(error) => {
@@ -150,7 +150,7 @@ fn write_beginning<P: Ports>(
 }
 
 /// `md5sum file ...`: prints the MD5 digests of files.
-pub(crate) fn md5sum<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, arguments: &str) -> Outcome {
+pub(crate) fn md5sum<'c>(hands: &mut impl Hands<'c>, directory: &str, arguments: &str) -> Outcome {
     if words(arguments).next().is_none() {
         return Err(Failure::refused(&"md5sum needs the names of files"));
     }
@@ -169,7 +169,7 @@ pub(crate) fn md5sum<P: Ports>(hands: &mut Hands<'_, '_, P>, directory: &str, ar
     Ok(Answer::Said)
 }
 
-fn digest<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &Path) -> Result<Option<[u8; 16]>, StorageError> {
+fn digest<'c>(hands: &mut impl Hands<'c>, path: &Path) -> Result<Option<[u8; 16]>, StorageError> {
     let file = hands.storage().open(path, OpenMode::Read)?;
     let mut digest = Md5::new();
     let read = read_through(hands, file, u32::MAX, false, |_, bytes| {

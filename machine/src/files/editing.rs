@@ -1,7 +1,7 @@
 //! State of a file being edited: its session, its input and its output.
 
-use super::Path;
 use super::editor::Editor;
+use crate::paths::Path;
 use crate::ports::{FileHandle, Storage, StorageError};
 use crate::sessions::SessionId;
 

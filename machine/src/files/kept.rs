@@ -8,8 +8,8 @@ use gcode::{Gathered, LineBuffer};
 use heapless::{String, Vec};
 use program::{Interpreter, ToolEntry, ToolLineFlaw, ToolTable};
 
-use super::safe_file::{self, Draft, Replacing};
 use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
+use crate::safe_file::{self, Draft, Replacing};
 
 /// Path of the parameters' file.
 pub const PARAMETERS: &str = "/sd/parameters.var";

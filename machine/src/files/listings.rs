@@ -9,8 +9,8 @@ use heapless::{String, Vec};
 use units::Micros;
 
 use super::Files;
-use super::paths::{CARD, CONFIG_PATH, Path, quoted, words};
 use crate::failure::{Failure, Texts};
+use crate::paths::{CARD, CONFIG_PATH, Path, quoted, words};
 use crate::ports::{DirectoryEntry, FileTime, LIST_CHUNK, OpenMode, Storage, StorageError};
 use crate::sessions::{Listing, Reply};
 

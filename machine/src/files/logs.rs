@@ -5,7 +5,7 @@
 
 use heapless::Vec;
 
-use super::paths::{CARD, Path};
+use crate::paths::{CARD, Path};
 use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 
 /// Bytes written at once: a block of the card.

@@ -11,8 +11,6 @@ pub(crate) mod editor_commands;
 pub mod kept;
 pub mod listings;
 pub mod logs;
-pub mod paths;
-pub mod safe_file;
 mod transfer;
 mod upload;
 mod ymodem;
@@ -22,9 +20,9 @@ pub(crate) mod bench;
 
 use heapless::Vec;
 
+use crate::paths::{CARD, Path, absolute};
 use crate::ports::{Storage, StorageError};
 use crate::sessions::SessionId;
-pub use paths::{CARD, CONFIG_PATH, OVERRIDE_PATH, Path, override_path};
 pub(crate) use transfer::{Progress, Transfers};
 pub use upload::NotSaved;
 use upload::Upload;
@@ -77,7 +75,7 @@ impl Files {
     /// no file has.
     #[must_use]
     pub fn absolute(&self, name: &str) -> Path {
-        paths::absolute(&self.directory, name)
+        absolute(&self.directory, name)
     }
 
     /// `cd`: makes this directory the current one.

@@ -4,9 +4,9 @@
 
 use units::Micros;
 
-use super::paths::Path;
 use super::ymodem::{Broken, Event, Receiver};
 use crate::failure::{Failure, Texts};
+use crate::paths::Path;
 use crate::ports::{Consoles, FileHandle, OpenMode, Storage, StorageError};
 use crate::sessions::{Received, Reply, SessionId};
 
@@ -246,7 +246,7 @@ impl Transfer {
         let done = match receiver.hear(byte, now) {
             Event::Nothing => Ok(None),
             Event::Begins(name, _) => {
-                let path = super::paths::absolute(directory, name);
+                let path = crate::paths::absolute(directory, name);
                 storage.open(&path, OpenMode::Write).map(|file| {
                     self.file = Some((file, path));
                     receiver.accept();

@@ -3,8 +3,8 @@
 use gcode::{Code, Line};
 
 use super::Files;
-use super::paths::Path;
 use crate::failure::{Answer, Failure, Outcome};
+use crate::paths::Path;
 use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 use crate::sessions::{Reply, SessionId};
 

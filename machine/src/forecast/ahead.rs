@@ -3,8 +3,8 @@
 use heapless::Vec;
 use units::Micros;
 
-use crate::files::Path;
 use crate::jobs::{FileLines, Lookup, MOST_CALLERS};
+use crate::paths::Path;
 use crate::ports::{FileHandle, Storage};
 
 /// Files that a forecast reads, and its relation to the job.

@@ -6,8 +6,8 @@ use heapless::Deque;
 use program::Place;
 
 use super::course::Course;
-use crate::files::Path;
 use crate::jobs::FileLines;
+use crate::paths::Path;
 use crate::ports::FileHandle;
 use crate::preflight::{Finding, Kind, Severity, Totals};
 

@@ -10,8 +10,8 @@ use program::{Dialect, Next};
 
 use super::foresight::{Answer, Foresight, Purpose, Stage, Wanted};
 use crate::failure::Texts;
-use crate::files::Path;
 use crate::jobs;
+use crate::paths::Path;
 use crate::ports::{FileHandle, Workspace};
 use crate::preflight::{AsItIs, Finding, Listener, Preflight, end_turn};
 use crate::sessions::LineBytes;

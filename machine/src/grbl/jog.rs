@@ -5,9 +5,9 @@ use gcode::Blocks;
 use program::{Modal, State};
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
-use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
-use crate::ports::{Ports, Wake};
+use crate::hands::Hands;
+use crate::ports::Wake;
 use crate::reason::Reason;
 use crate::safety::Event;
 
@@ -106,7 +106,7 @@ impl Jog {
 ///
 /// # Errors
 /// When something else moves, the target is out of the travel, or the machine halts.
-pub(crate) fn jog<P: Ports>(hands: &mut Hands<'_, '_, P>, jog: &Jog, modal: &Modal) -> Result<(), Failure> {
+pub(crate) fn jog<'c>(hands: &mut impl Hands<'c>, jog: &Jog, modal: &Modal) -> Result<(), Failure> {
     let config = hands.config();
     let has_motor =
         |axis: Axis| Actuator::from_index(axis as usize).is_some_and(|motor| config.actuators[motor].present);

@@ -13,7 +13,6 @@ use super::told::{Overrides, Told};
 use super::{Own, hal};
 use crate::outputs::Outputs;
 use crate::ports::{Input, Inputs, MotionPort};
-use crate::probing::touches;
 use crate::reports::{Line, add, free_axes};
 use crate::safety::Mode;
 use crate::sessions::Reply;
@@ -132,7 +131,7 @@ fn add_pins(line: &mut Line, of: &Report<'_>, ports: &impl Inputs) {
     let mut pins = heapless::String::<8>::new();
     // At most seven letters fit.
     Axis::PRIMARY.into_iter().filter(|axis| is_hit(*axis)).for_each(|axis| drop(pins.push(axis.letter())));
-    if of.config.probe.enable && of.config.probe.pin.is_some() && touches(levels, of.tuning) {
+    if of.config.probe.enable && of.config.probe.pin.is_some() && of.tuning.probe_touches(levels) {
         let _ = pins.push('P');
     }
     if of.mode.state() == State::Door || is_door_open(of.config, ports) {

@@ -4,8 +4,8 @@
 use core::fmt::Write as _;
 
 use super::{Own, Text};
-use crate::files::safe_file::{self, Draft};
 use crate::ports::{OpenMode, Storage, StorageError};
+use crate::safe_file::{self, Draft};
 
 /// Path of the file.
 pub(crate) const PATH: &str = "/sd/grbl-settings";

@@ -5,10 +5,9 @@ use program::Part;
 use units::Celsius;
 
 use super::{allow_target, change_target, check_supply};
-use crate::executor::Hands;
 use crate::failure::{Answer, Outcome};
+use crate::hands::Hands;
 use crate::needs::needs;
-use crate::ports::Ports;
 use crate::sessions::Reply;
 
 /// Sets every heater that has a preset of this name, all or none of them, and waits for nothing; `off` is a
@@ -17,7 +16,7 @@ use crate::sessions::Reply;
 /// # Errors
 /// When no heater has the preset, a heater does not allow its temperature or stays off, or there is no
 /// supply.
-pub(crate) fn preheat<P: Ports>(hands: &mut Hands<'_, '_, P>, name: &str) -> Outcome {
+pub(crate) fn preheat<'c>(hands: &mut impl Hands<'c>, name: &str) -> Outcome {
     let texts = hands.texts();
     let config = hands.config();
     if name.is_empty() {

@@ -5,10 +5,10 @@ use program::{Part, Words};
 use units::{Celsius, Micros};
 
 use super::{allow_target, change_target, check_supply, temperature_text};
-use crate::executor::Hands;
 use crate::failure::Failure;
+use crate::hands::Hands;
 use crate::needs::needs;
-use crate::ports::{Ports, Wake};
+use crate::ports::Wake;
 use thermal::{HeatControl, Heater, OFF_BELOW, SensorFault};
 
 /// Period of temperature reports during a wait.
@@ -52,8 +52,8 @@ pub(super) enum Progress {
 /// # Errors
 /// Before anything waits or changes: when the heater does not allow that target or stays off, or there is no
 /// supply to heat with.
-pub(crate) fn heat_and_wait<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(crate) fn heat_and_wait<'c>(
+    hands: &mut impl Hands<'c>,
     heater: HeaterId,
     target: Celsius,
     cools: bool,
@@ -78,7 +78,7 @@ pub(crate) fn heat_and_wait<P: Ports>(
 ///
 /// # Errors
 /// When the machine halts meanwhile.
-pub(crate) fn wait_for_temperature<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) -> Result<(), Failure> {
+pub(crate) fn wait_for_temperature<'c>(hands: &mut impl Hands<'c>, heater: HeaterId) -> Result<(), Failure> {
     wait_until(hands, heater, Until::About, false)
 }
 
@@ -87,7 +87,7 @@ pub(crate) fn wait_for_temperature<P: Ports>(hands: &mut Hands<'_, '_, P>, heate
 ///
 /// # Errors
 /// When the machine halts meanwhile.
-pub(crate) fn wait_for_first_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, heater: HeaterId) -> Result<(), Failure> {
+pub(crate) fn wait_for_first_reading<'c>(hands: &mut impl Hands<'c>, heater: HeaterId) -> Result<(), Failure> {
     let since = hands.now();
     let is_unread = |heat: &HeatControl| heat.heater(heater).and_then(Heater::fault) == Some(SensorFault::SILENT);
     while hands.heat(|heat| is_unread(heat)) && hands.now().since(since) < FIRST_READING_WITHIN {
@@ -97,12 +97,7 @@ pub(crate) fn wait_for_first_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, hea
 }
 
 /// Waits for a reading; ended by the heater's `wait_timeout`, or by M108 if `may_end`.
-fn wait_until<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    heater: HeaterId,
-    until: Until,
-    may_end: bool,
-) -> Result<(), Failure> {
+fn wait_until<'c>(hands: &mut impl Hands<'c>, heater: HeaterId, until: Until, may_end: bool) -> Result<(), Failure> {
     let config = hands.config();
     let Some(described) = config.heater(heater) else { return Ok(()) };
     let (wait, name) = (described.wait, &described.name);
@@ -167,11 +162,7 @@ fn wait_until<P: Ports>(
 ///
 /// # Errors
 /// When no heater has that id, a heater must not become so warm, or the machine halts meanwhile.
-pub(crate) fn wait_for_all<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    words: &Words<'_>,
-    cools: bool,
-) -> Result<(), Failure> {
+pub(crate) fn wait_for_all<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>, cools: bool) -> Result<(), Failure> {
     let (config, wanted) = (hands.config(), words.get('P').map(ToolId::from_word));
     let is_meant = |id: ToolId| wanted.is_none_or(|wanted| wanted == Some(id));
     if !config.heaters().any(|(_, heater)| is_meant(heater.tool_id)) {

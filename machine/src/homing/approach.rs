@@ -11,17 +11,16 @@ use super::slaves::SlavesAhead;
 use super::stall;
 use super::switches::{inputs_of, operated, slave_inputs_of, slowest, switch_of, towards};
 use crate::endstop_phase::{self, Came, Pass};
-use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
-use crate::ports::Ports;
+use crate::procedures::Hands;
 use crate::reason::Alarm;
 
 /// Number of disturbed approaches that are repeated: the input fired but is open when the motors stand.
 const RETRIES: u8 = 3;
 
 /// Homes the axes of a set, which then stand on their switches: each is at its place of `places`, mm.
-pub(super) fn cycle<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(super) fn cycle<'c>(
+    hands: &mut impl Hands<'c>,
     set: AxisSet,
     places: &PerAxis<f64>,
     samples: &Samples,
@@ -39,12 +38,7 @@ pub(super) fn cycle<P: Ports>(
     homed.and(stall::end(hands, axis))
 }
 
-fn find<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    set: AxisSet,
-    places: &PerAxis<f64>,
-    samples: &Samples,
-) -> Result<(), Failure> {
+fn find<'c>(hands: &mut impl Hands<'c>, set: AxisSet, places: &PerAxis<f64>, samples: &Samples) -> Result<(), Failure> {
     let config = hands.config();
     let phased = endstop_phase::checked(config).and(set);
     let (fast, slow) = (slowest(config, set, |stop| stop.fast_rate), slowest(config, set, |stop| stop.slow_rate));
@@ -86,8 +80,8 @@ fn find<P: Ports>(
 
 /// Returns the position of each axis when its switch closes at the slow rate: the mean of approaches that
 /// agree.
-fn agreed_hits<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn agreed_hits<'c>(
+    hands: &mut impl Hands<'c>,
     set: AxisSet,
     slow: MmPerSecond,
     samples: &Samples,
@@ -117,7 +111,7 @@ fn agreed_hits<P: Ports>(
 
 /// Returns the position of each axis when its switch closes at the slow rate. Each round settles an axis at
 /// least.
-fn slow_hits<P: Ports>(hands: &mut Hands<'_, '_, P>, set: AxisSet, slow: MmPerSecond) -> Result<PerAxis<f64>, Failure> {
+fn slow_hits<'c>(hands: &mut impl Hands<'c>, set: AxisSet, slow: MmPerSecond) -> Result<PerAxis<f64>, Failure> {
     if let Some(axis) = stall::axis_of(hands.config(), set) {
         return stall::approach(hands, axis, slow, |stop| 2.0 * stop.retract.0).map(|hits| hits.at);
     }
@@ -132,7 +126,7 @@ fn slow_hits<P: Ports>(hands: &mut Hands<'_, '_, P>, set: AxisSet, slow: MmPerSe
     Ok(at)
 }
 
-fn back_off<P: Ports>(hands: &mut Hands<'_, '_, P>, set: AxisSet, rate: MmPerSecond) -> Result<(), Failure> {
+fn back_off<'c>(hands: &mut impl Hands<'c>, set: AxisSet, rate: MmPerSecond) -> Result<(), Failure> {
     let config = hands.config();
     let mut target = hands.position();
     for axis in set.axes() {
@@ -165,7 +159,7 @@ struct Progress {
 
 impl Approach {
     /// Moves towards the switches until all have closed.
-    fn run<P: Ports>(&self, hands: &mut Hands<'_, '_, P>) -> Result<Hits, Failure> {
+    fn run<'c>(&self, hands: &mut impl Hands<'c>) -> Result<Hits, Failure> {
         let config = hands.config();
         let start = hands.position();
         let hits = Hits { at: start, unsure: AxisSet::NONE, was_cut: false };
@@ -213,7 +207,7 @@ impl Approach {
         target
     }
 
-    fn arm<P: Ports>(&self, hands: &mut Hands<'_, '_, P>, progress: &Progress) -> Result<(), Failure> {
+    fn arm<'c>(&self, hands: &mut impl Hands<'c>, progress: &Progress) -> Result<(), Failure> {
         let (config, missing) = (hands.config(), progress.missing);
         let limits = hands.motion_config()?.limits;
         let inputs = inputs_of(config, missing) | slave_inputs_of(config, missing.without(progress.slaves.axes()));
@@ -229,11 +223,7 @@ impl Approach {
     }
 
     /// Checks for switches that are operated already: a switch that was operated before arming gives no edge.
-    fn finds_some_operated<P: Ports>(
-        &self,
-        hands: &mut Hands<'_, '_, P>,
-        progress: &mut Progress,
-    ) -> Result<bool, Failure> {
+    fn finds_some_operated<'c>(&self, hands: &mut impl Hands<'c>, progress: &mut Progress) -> Result<bool, Failure> {
         let config = hands.config();
         let there = operated(config, hands.inputs(), progress.missing);
         let Some(axis) = there.axes().next() else { return Ok(false) };
@@ -256,9 +246,9 @@ impl Approach {
 impl Progress {
     /// Handles the closing of the axis' own switch. The hit counts if the switch is still operated
     /// `debounce_ms` after the motors stand.
-    fn closed<P: Ports>(
+    fn closed<'c>(
         &mut self,
-        hands: &mut Hands<'_, '_, P>,
+        hands: &mut impl Hands<'c>,
         axis: Axis,
         trigger: &Trigger,
         pass: Pass,
@@ -285,7 +275,7 @@ impl Progress {
     }
 
     /// Handles the closing of a slaved motor's switch.
-    fn slave_closed<P: Ports>(&mut self, hands: &mut Hands<'_, '_, P>, trigger: &Trigger) {
+    fn slave_closed<'c>(&mut self, hands: &mut impl Hands<'c>, trigger: &Trigger) {
         let config = hands.config();
         let bit = bit_of(trigger).unwrap_or(0);
         let slaved = |axis: &Axis| bit & slave_inputs_of(config, AxisSet::of(*axis)) != 0;

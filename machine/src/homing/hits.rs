@@ -5,9 +5,9 @@ use motion::{Motion, Trigger};
 use units::{Axis, AxisSet, PerAxis};
 
 use super::switches::switch_of;
-use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
-use crate::ports::{Ports, Wake};
+use crate::ports::Wake;
+use crate::procedures::Hands;
 use crate::reason::{Alarm, Reason};
 
 /// Positions of axes when their switches closed, mm.
@@ -24,7 +24,7 @@ pub(super) struct Hits {
 ///
 /// # Errors
 /// [`Failure::HALTED`].
-pub(crate) fn wait_trigger<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Option<Trigger>, Failure> {
+pub(crate) fn wait_trigger<'c>(hands: &mut impl Hands<'c>) -> Result<Option<Trigger>, Failure> {
     hands.standstill()?;
     // The feed sees an input that fires at the very last step only at its next run.
     while hands.latch().fired().is_some() {

@@ -25,15 +25,13 @@ use motion::{Limits, Mode};
 use units::{Axis, AxisSet, MmPerSecond, PerAxis};
 
 use crate::arms;
-use crate::executor::Hands;
 use crate::failure::{Failure, FailureKind};
-use crate::ports::Ports;
+use crate::procedures::Hands;
 use crate::safety::Event;
 use crate::tuning::Tuning;
 pub(crate) use hits::wait_trigger;
 use motor_space::MotorSpace;
 pub(crate) use motor_space::come_to_rest;
-pub use overtravel::OVERTRAVEL;
 use samples::Samples;
 pub(crate) use stall::steady;
 use switches::{homeable, operated, slowest, switch_of, towards};
@@ -44,7 +42,7 @@ const XY: AxisSet = AxisSet::of(Axis::X).with(Axis::Y);
 ///
 /// # Errors
 /// A refusal when none of the axes can be homed, an alarm when a switch is not found where it should be.
-pub(crate) fn home<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet) -> Result<(), Failure> {
+pub(crate) fn home<'c>(hands: &mut impl Hands<'c>, named: AxisSet) -> Result<(), Failure> {
     let homing = &hands.config().homing;
     let (tolerance, retries) = (homing.tolerance.0, homing.retries);
     let samples = Samples { count: homing.samples, tolerance, retries, tells_all: false, off: Cell::default() };
@@ -57,7 +55,7 @@ pub(crate) fn home<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet) -> Re
 ///
 /// # Errors
 /// As [`home`]; a refusal when that line has not been run.
-pub(crate) fn home_before_probing<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+pub(crate) fn home_before_probing<'c>(hands: &mut impl Hands<'c>) -> Result<(), Failure> {
     if hands.config().homing.gcode.is_empty() {
         return home(hands, AxisSet::NONE);
     }
@@ -72,13 +70,13 @@ pub(crate) fn home_before_probing<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Res
 ///
 /// # Errors
 /// As [`home`].
-pub(crate) fn measure<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, count: u8) -> Result<f64, Failure> {
+pub(crate) fn measure<'c>(hands: &mut impl Hands<'c>, axis: Axis, count: u8) -> Result<f64, Failure> {
     let samples = Samples { count, tolerance: f64::INFINITY, retries: 0, tells_all: true, off: Cell::default() };
     home_with(hands, AxisSet::of(axis), &samples)?;
     Ok(samples.off.get()[axis])
 }
 
-fn home_with<P: Ports>(hands: &mut Hands<'_, '_, P>, named: AxisSet, samples: &Samples) -> Result<(), Failure> {
+fn home_with<'c>(hands: &mut impl Hands<'c>, named: AxisSet, samples: &Samples) -> Result<(), Failure> {
     let config = hands.config();
     let chosen = chosen(config, named);
     if chosen.is_empty() {
@@ -156,7 +154,7 @@ fn switch_places(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64> {
 }
 
 /// Homes with the latch, the filters and the compensation out of the way, and always puts them back.
-fn find_switches<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet, samples: &Samples) -> Result<(), Failure> {
+fn find_switches<'c>(hands: &mut impl Hands<'c>, chosen: AxisSet, samples: &Samples) -> Result<(), Failure> {
     hands.suspend_limits();
     // Filters would delay the stop at a switch.
     hands.motion(|motion| motion.bypass_filters(true));
@@ -178,7 +176,7 @@ fn find_switches<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet, sample
 }
 
 /// Homes axes, or motors if the kinematics mean nothing before.
-fn home_in_space<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet, samples: &Samples) -> Result<(), Failure> {
+fn home_in_space<'c>(hands: &mut impl Hands<'c>, chosen: AxisSet, samples: &Samples) -> Result<(), Failure> {
     let config = hands.config();
     if !are_motors(config, chosen) {
         let places = switch_places(config, hands.tuning());
@@ -193,8 +191,8 @@ fn home_in_space<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet, sample
     homed.and(left)
 }
 
-fn home_motors<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn home_motors<'c>(
+    hands: &mut impl Hands<'c>,
     chosen: AxisSet,
     places: &PerAxis<f64>,
     samples: &Samples,
@@ -203,8 +201,8 @@ fn home_motors<P: Ports>(
     home_auxiliary(hands, chosen, places, samples)
 }
 
-fn home_in_order<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn home_in_order<'c>(
+    hands: &mut impl Hands<'c>,
     chosen: AxisSet,
     places: &PerAxis<f64>,
     samples: &Samples,
@@ -232,8 +230,8 @@ fn home_in_order<P: Ports>(
 }
 
 /// Homes A, B and C.
-fn home_auxiliary<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn home_auxiliary<'c>(
+    hands: &mut impl Hands<'c>,
     chosen: AxisSet,
     places: &PerAxis<f64>,
     samples: &Samples,
@@ -241,8 +239,8 @@ fn home_auxiliary<P: Ports>(
     each_alone(hands, chosen.without(AxisSet::PRIMARY), places, samples)
 }
 
-fn each_alone<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn each_alone<'c>(
+    hands: &mut impl Hands<'c>,
     set: AxisSet,
     places: &PerAxis<f64>,
     samples: &Samples,
@@ -253,7 +251,7 @@ fn each_alone<P: Ports>(
     Ok(())
 }
 
-fn move_to_origin<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
+fn move_to_origin<'c>(hands: &mut impl Hands<'c>, chosen: AxisSet) -> Result<(), Failure> {
     let config = hands.config();
     if !config.homing.ends_over_origin(chosen) {
         return Ok(());
@@ -269,7 +267,7 @@ fn move_to_origin<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Re
 }
 
 /// Moves axes off switches that are limits by `retract`: such a switch cannot guard while it is operated.
-fn leave_limits<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
+fn leave_limits<'c>(hands: &mut impl Hands<'c>, chosen: AxisSet) -> Result<(), Failure> {
     let config = hands.config();
     let is_limit = |axis: &Axis| switch_of(config, *axis).is_some_and(|(_, stop)| stop.limit_enable);
     let on = operated(config, hands.inputs(), AxisSet::collect(chosen.axes().filter(is_limit)));

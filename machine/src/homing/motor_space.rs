@@ -11,9 +11,9 @@ use units::{Axis, Micros, MmPerSecond, PerActuator, PerAxis};
 
 use super::switch_places;
 use crate::arms;
-use crate::executor::Hands;
 use crate::failure::Failure;
-use crate::ports::{Ports, Wake};
+use crate::ports::Wake;
+use crate::procedures::Hands;
 use crate::tuning::Tuning;
 
 /// Time in which any motion comes to rest: a halt brakes for a second at most, and tries to cut for another.
@@ -31,7 +31,7 @@ pub(super) struct MotorSpace {
 impl MotorSpace {
     /// Makes X, Y and Z the motors' own positions. Only while idle. The returned space must be left with
     /// [`Self::leave`].
-    pub(super) fn enter<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
+    pub(super) fn enter<'c>(hands: &mut impl Hands<'c>) -> Result<Self, Failure> {
         let config = hands.motion_config()?;
         let machine = hands.config();
         let space = Self {
@@ -45,7 +45,7 @@ impl MotorSpace {
         // The tool's limits do not apply to a motor; the motors' own hold.
         plain.limits.axis_speed = [None; 3];
         plain.limits.max_speed = None;
-        hands.motion(|motion| motion.configure(plain)).map_err(|error| arms::refused(hands.texts(), error))?;
+        hands.motion(|motion| motion.configure(plain)).map_err(|error| hands.texts().refusal(error))?;
         if let Err(failure) = hands.set_position(PerAxis(motors.0)) {
             // The configuration was in force a moment ago, so it is accepted again.
             let _ = hands.motion(|motion| motion.configure(config));
@@ -61,7 +61,7 @@ impl MotorSpace {
 
     /// Makes X, Y and Z the tool's again, at the place that the motors' positions mean. Waits for standstill,
     /// halt or not.
-    pub(super) fn leave<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+    pub(super) fn leave<'c>(self, hands: &mut impl Hands<'c>) -> Result<(), Failure> {
         come_to_rest(hands);
         let mut config = hands.motion_config()?;
         config.kinematics = self.kinematics;
@@ -77,7 +77,7 @@ impl MotorSpace {
 }
 
 /// Waits for standstill after a failure, halt or not; no longer than any halt takes.
-pub(crate) fn come_to_rest<P: Ports>(hands: &mut Hands<'_, '_, P>) {
+pub(crate) fn come_to_rest<'c>(hands: &mut impl Hands<'c>) {
     let since = hands.now();
     while !hands.motion(|motion| motion.is_idle()) && hands.now().since(since) < SETTLING_TIME {
         hands.wait(Wake::Any).whatever_happens();

@@ -3,9 +3,6 @@
 use motion::Limits;
 use units::{Actuator, Axis, MmPerSecond, MmPerSecond2, MmPerSecond3};
 
-/// Greatest distance of a carriage at rest past the point where its switch closed, mm: the give of the levers
-/// of common switches, with room to spare.
-pub const OVERTRAVEL: f64 = 0.3;
 /// Part of the overtravel, mm, that the machine may use on purpose. The rest is for the step that closes the
 /// switch and for bounces.
 pub(super) const RUN_ON: f64 = 0.25;

@@ -5,13 +5,12 @@ use units::{Axis, AxisSet};
 
 use super::XY;
 use super::switches::{slowest, switch_of, towards};
-use crate::executor::Hands;
 use crate::failure::Failure;
-use crate::ports::Ports;
+use crate::procedures::Hands;
 
 /// Raises Z before X or Y home, or go to the place where Z homes. A Z that homes upwards goes up anyhow, and
 /// may stand on its switch.
-pub(super) fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> Result<(), Failure> {
+pub(super) fn lift<'c>(hands: &mut impl Hands<'c>, chosen: AxisSet) -> Result<(), Failure> {
     let config = hands.config();
     let lift = config.homing.lift.0;
     let z = switch_of(config, Axis::Z);
@@ -33,7 +32,7 @@ pub(super) fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>, chosen: AxisSet) -> R
 ///
 /// # Errors
 /// When X or Y is not homed.
-pub(super) fn before<P: Ports>(hands: &mut Hands<'_, '_, P>, cycle: AxisSet) -> Result<(), Failure> {
+pub(super) fn before<'c>(hands: &mut impl Hands<'c>, cycle: AxisSet) -> Result<(), Failure> {
     let config = hands.config();
     let place = config.homing.safe_z;
     if !cycle.has(Axis::Z) || place == [None; 2] {

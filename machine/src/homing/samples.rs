@@ -4,9 +4,8 @@ use core::cell::Cell;
 
 use units::{Axis, AxisSet, PerAxis};
 
-use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
-use crate::ports::Ports;
+use crate::procedures::Hands;
 use crate::reason::{Alarm, Reason};
 use crate::spread::Spread;
 
@@ -64,7 +63,7 @@ impl Round {
     }
 
     /// Reports the agreement of the approaches.
-    pub(super) fn say<P: Ports>(&self, hands: &mut Hands<'_, '_, P>, set: AxisSet, tells_all: bool) {
+    pub(super) fn say<'c>(&self, hands: &mut impl Hands<'c>, set: AxisSet, tells_all: bool) {
         for (axis, spread) in self.of(set) {
             let (letter, count, range) = (axis.letter(), self.count, spread.range());
             hands.say(format_args!("// {letter}: {count} approaches within {range:.4} mm"));

@@ -12,9 +12,9 @@ use units::{Actuator, Axis, AxisSet, Micros, MmPerSecond};
 
 use super::hits::{Hits, alarm, wait_trigger};
 use super::switches::{switch_of, towards};
-use crate::executor::Hands;
 use crate::failure::{Failure, Texts};
-use crate::ports::{DriverFault, MotorDrivers, Ports, StallSearch, Wake};
+use crate::ports::{DriverFault, MotorDrivers, StallSearch, Wake};
+use crate::procedures::Hands;
 use crate::reason::Alarm;
 
 /// Greatest distance between two stalls at the same end, full steps: a rotor that fell out of its field in
@@ -59,7 +59,7 @@ fn full_step(config: &MachineConfig, axis: Axis) -> f64 {
 ///
 /// # Errors
 /// When a driver does not answer, or cannot be set for it.
-pub(super) fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<(), Failure> {
+pub(super) fn begin<'c>(hands: &mut impl Hands<'c>, axis: Axis) -> Result<(), Failure> {
     let config = hands.config();
     let Some((_, stop)) = switch_of(config, axis) else { return Ok(()) };
     for motor in motors(config, axis) {
@@ -74,7 +74,7 @@ pub(super) fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Resul
 ///
 /// # Errors
 /// When a driver does not answer.
-pub(super) fn end<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<(), Failure> {
+pub(super) fn end<'c>(hands: &mut impl Hands<'c>, axis: Axis) -> Result<(), Failure> {
     let ended = motors(hands.config(), axis).map(|motor| {
         let set = hands.drivers(|drivers| drivers.end_stall_search(motor));
         said(hands.texts(), motor, set)
@@ -95,8 +95,8 @@ fn said(texts: &Texts, motor: Actuator, done: Result<(), DriverFault>) -> Result
 }
 
 /// Moves towards the end of the axis until its motor stalls.
-pub(super) fn approach<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(super) fn approach<'c>(
+    hands: &mut impl Hands<'c>,
     axis: Axis,
     rate: MmPerSecond,
     travel: fn(&EndstopConfig) -> f64,
@@ -127,7 +127,7 @@ pub(super) fn approach<P: Ports>(
 }
 
 /// Returns the mean reading of the driver until the axis stops; `None` if the readings are too few.
-fn mean_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<Option<u32>, Failure> {
+fn mean_reading<'c>(hands: &mut impl Hands<'c>, axis: Axis) -> Result<Option<u32>, Failure> {
     let Some(motor) = Actuator::from_index(axis as usize) else { return Ok(None) };
     let (mut sum, mut count, mut due) = (0, 0, hands.now());
     while hands.latch().armed() != 0 && !hands.motion(|motion| motion.is_idle()) {
@@ -146,7 +146,7 @@ fn mean_reading<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis) -> Result<Op
 
 /// Waits until motion has been at a constant speed for as long as the load takes to be measured, or has
 /// ended.
-pub(crate) fn steady<P: Ports>(hands: &mut Hands<'_, '_, P>, full_step: f64) -> Result<(), Failure> {
+pub(crate) fn steady<'c>(hands: &mut impl Hands<'c>, full_step: f64) -> Result<(), Failure> {
     hands.motion(motion::Motion::flush);
     let (mut speed, mut since) = (0.0, hands.now());
     loop {

@@ -5,7 +5,8 @@ use units::Micros;
 
 use super::{Job, Jobs, Layers, Listeners, PRINTING, StalledJob, Suspended};
 use crate::failure::{Answer, Failure, Outcome, Texts};
-use crate::files::{Files, Path};
+use crate::files::Files;
+use crate::paths::Path;
 use crate::ports::{Calendar, OpenMode, Storage, StorageError};
 use crate::sessions::{Recipient, Reply};
 

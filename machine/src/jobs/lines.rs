@@ -6,7 +6,7 @@ use gcode::{Gathered, LineBuffer};
 use program::{Dialect, Place};
 
 use super::outline;
-use crate::files::Path;
+use crate::paths::Path;
 use crate::ports::{FileHandle, Storage, StorageError};
 use crate::sessions::LineBytes;
 

@@ -9,6 +9,7 @@ mod commands;
 mod flavour;
 mod heater_hours;
 mod layers;
+pub mod line_numbers;
 mod lines;
 mod objects;
 mod outline;
@@ -30,7 +31,7 @@ use program::{Dialect, Place};
 use units::Micros;
 
 use crate::failure::{Failure, Texts};
-use crate::files::paths::Path;
+use crate::paths::Path;
 use crate::ports::{Clock, OpenMode, Storage, StorageError};
 use crate::sessions::{LineBytes, Recipient, Reply, SessionId};
 pub(crate) use flavour::of_text;
@@ -50,7 +51,6 @@ use slicer::SlicerTimes;
 pub use statistics::{Duration, HeaterTime, PATH as STATISTICS_PATH, Statistics, Sums};
 pub use suspended::{StalledJob, Suspended};
 use tags::Tags;
-pub(crate) use tags::of_number;
 pub use tower::Tower;
 
 const PRINTING: &str = "Currently printing, abort print first";

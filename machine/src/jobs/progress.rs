@@ -8,10 +8,10 @@ use units::Micros;
 
 use super::objects::Objects;
 use super::{Job, Jobs};
-use crate::files::Path;
+use crate::clock_time::Clock;
 use crate::journal::{self, PlayedFile};
+use crate::paths::Path;
 use crate::ports::{Storage, StorageError};
-use crate::preflight::Clock;
 use crate::sessions::Reply;
 
 /// Times from a look ahead at the file, at the present overrides.

@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use crate::failure::{Failure, Texts};
-use crate::files::Path;
+use crate::paths::Path;
 use crate::ports::{OpenMode, Storage};
 use crate::sessions::Reply;
 

@@ -13,7 +13,7 @@ use config::MAX_SWITCHES;
 use program::Kept;
 use units::{AxisSet, Micros, PerAxis};
 
-use crate::files::{CONFIG_PATH, OVERRIDE_PATH, Path};
+use crate::paths::{CONFIG_PATH, OVERRIDE_PATH, Path};
 use crate::ports::{FileHandle, OpenMode, Storage, StorageError};
 use record::{BLOCK, Block, Fields, Kind, crc32};
 pub(crate) use record::{Beginning, Doing, Entry, PlayedFile};

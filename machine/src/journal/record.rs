@@ -4,7 +4,7 @@
 use program::BEGINNING_BYTES;
 use units::{MAX_AXES, MAX_HEATERS};
 
-use crate::files::Path;
+use crate::paths::Path;
 
 /// Size of the card's blocks, bytes.
 pub const BLOCK: usize = 512;

@@ -7,9 +7,9 @@ use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis};
 
 use super::words::{fade_up_to, interpolation};
 use crate::bed::{Bed, MeshName};
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, Texts};
-use crate::ports::{Ports, Wake};
+use crate::ports::Wake;
+use crate::procedures::Hands;
 
 /// Greatest speed at which the tool follows a change of compensation.
 const FOLLOWING: MmPerSecond = MmPerSecond(5.0);
@@ -24,8 +24,8 @@ fn refuse(texts: &Texts, error: CompensationError) -> Failure {
 }
 
 /// Changes the compensation: coordinates stay, and the motors follow if the machine is homed.
-pub(super) fn recompensate<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(super) fn recompensate<'c>(
+    hands: &mut impl Hands<'c>,
     change: impl FnOnce(&mut Motion) -> Result<(), CompensationError>,
 ) -> Outcome {
     hands.standstill()?;
@@ -36,15 +36,15 @@ pub(super) fn recompensate<P: Ports>(
 
 /// Takes leveling off for a command that measures the bed, or moves it. The tool stays and its coordinates
 /// change: it may stand at the bed, and its former coordinates may now lie below.
-pub(crate) fn take_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+pub(crate) fn take_off<'c>(hands: &mut impl Hands<'c>) -> Result<(), Failure> {
     hands.standstill()?;
     hands.motion(Motion::level_off).map_err(|error| refuse(hands.texts(), error))
 }
 
 /// Takes leveling off, or puts the same back: the tool stays, and its coordinates change. Over a high spot a
 /// move would go down into the bed otherwise. On axes that are not homed the coordinates stay.
-fn recompensate_in_place<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn recompensate_in_place<'c>(
+    hands: &mut impl Hands<'c>,
     change: impl FnOnce(&mut Motion) -> Result<(), CompensationError>,
 ) -> Outcome {
     hands.standstill()?;
@@ -64,7 +64,7 @@ fn changed(now: &PerAxis<f64>, before: &PerAxis<f64>) -> AxisSet {
 }
 
 /// Restores the coordinates: by moving if the machine is homed, otherwise by declaring the position.
-fn return_to<P: Ports>(hands: &mut Hands<'_, '_, P>, before: PerAxis<f64>) -> Outcome {
+fn return_to<'c>(hands: &mut impl Hands<'c>, before: PerAxis<f64>) -> Outcome {
     let changed = changed(&hands.position(), &before);
     if !changed.is_empty() && hands.axes().homed().has_all(changed) {
         hands.go(before, FOLLOWING, Mode::Feed)?;
@@ -76,7 +76,7 @@ fn return_to<P: Ports>(hands: &mut Hands<'_, '_, P>, before: PerAxis<f64>) -> Ou
 }
 
 /// M370: switches leveling off.
-pub(crate) fn level_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(crate) fn level_off<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     let off = recompensate_in_place(hands, Motion::level_off)?;
     (hands.bed().mesh_name, hands.bed().mesh_waits) = (MeshName::default(), None);
     match hands.config().leveling.strategy {
@@ -88,7 +88,7 @@ pub(crate) fn level_off<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
 }
 
 /// Levels by the heights in the motion object's draft, which were measured at the points of `shape`.
-pub(crate) fn adopt_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridShape) -> Outcome {
+pub(crate) fn adopt_grid<'c>(hands: &mut impl Hands<'c>, shape: &GridShape) -> Outcome {
     let (leveling, bed) = (&hands.config().leveling, *hands.bed());
     let (fade, between) = (fade(leveling, &bed), interpolation(leveling.mesh.interpolation));
     let there = moved(shape, bed.mesh_offset, -1.0);
@@ -98,7 +98,7 @@ pub(crate) fn adopt_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridSha
 }
 
 /// Levels by the grid in force once more, with changed settings; restores the settings when it is refused.
-fn adopt_again<P: Ports>(hands: &mut Hands<'_, '_, P>, before: Bed) -> Outcome {
+fn adopt_again<'c>(hands: &mut impl Hands<'c>, before: Bed) -> Outcome {
     // The grid's shape includes the offset before.
     let lies = hands.motion(|motion| motion.compensation().grid().map(|grid| *grid.shape()));
     let Some(lies) = lies else { return Ok(Answer::Ok) };
@@ -122,7 +122,7 @@ fn moved(shape: &GridShape, [x, y]: [f64; 2], times: f64) -> GridShape {
 }
 
 /// Returns the shape of the grid in force, as it was measured.
-pub(super) fn shape_in_force<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Option<GridShape> {
+pub(super) fn shape_in_force<'c>(hands: &mut impl Hands<'c>) -> Option<GridShape> {
     let offset = hands.bed().mesh_offset;
     let lies = hands.motion(|motion| motion.compensation().grid().map(|grid| *grid.shape()));
     lies.map(|lies| moved(&lies, offset, 1.0))
@@ -130,7 +130,7 @@ pub(super) fn shape_in_force<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Option<G
 
 /// M376 H, and M420 Z: sets the height above Z0 at which the mesh has faded; 0: no fading. M376 T: sets the
 /// correction that is left there. Without words reports both.
-pub(crate) fn fade_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: Option<f64>, target: Option<f64>) -> Outcome {
+pub(crate) fn fade_height<'c>(hands: &mut impl Hands<'c>, height: Option<f64>, target: Option<f64>) -> Outcome {
     if height.is_some_and(|height| height < 0.0) {
         return Err(Failure::refused(&"the height at which the mesh has faded is 0 or more"));
     }
@@ -154,7 +154,7 @@ pub(crate) fn fade_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: Option
 }
 
 /// M420.1: with the tool at X and Y, looks the mesh up at this distance from there; for a second tool.
-pub(crate) fn mesh_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn mesh_offset<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let before = *hands.bed();
     for (offset, letter) in hands.bed().mesh_offset.iter_mut().zip(['X', 'Y']) {
         *offset = words.get(letter).unwrap_or(*offset);
@@ -173,7 +173,7 @@ fn fade(leveling: &LevelingConfig, bed: &Bed) -> Option<Fade> {
 }
 
 /// M420 S0: switches leveling off, until S1 puts the same grid in force again.
-pub(super) fn level_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(super) fn level_aside<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     let (has_grid, name) = (hands.motion(|motion| motion.compensation().grid().is_some()), hands.bed().mesh_name);
     let waited = hands.bed().mesh_waits;
     let offset = hands.bed().mesh_offset;
@@ -184,7 +184,7 @@ pub(super) fn level_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
 }
 
 /// M420 S1 after S0. Returns false if no grid waits.
-pub(super) fn level_again<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<bool, Failure> {
+pub(super) fn level_again<'c>(hands: &mut impl Hands<'c>) -> Result<bool, Failure> {
     let (leveling, bed) = (&hands.config().leveling, *hands.bed());
     let Some(before) = bed.mesh_waits else { return Ok(false) };
     let fade = fade(leveling, &bed);
@@ -199,7 +199,7 @@ pub(super) fn level_again<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<bool
 ///
 /// # Errors
 /// When something moves.
-pub(crate) fn set_compensation_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+pub(crate) fn set_compensation_aside<'c>(hands: &mut impl Hands<'c>) -> Result<(), Failure> {
     hands.motion(|motion| motion.suspend_compensation(true)).map_err(|error| refuse(hands.texts(), error))
 }
 
@@ -207,7 +207,7 @@ pub(crate) fn set_compensation_aside<P: Ports>(hands: &mut Hands<'_, '_, P>) -> 
 ///
 /// # Errors
 /// An alarm when the motors do not come to rest: coordinates would stay the motors' own, unnoticed.
-pub(crate) fn put_compensation_back<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+pub(crate) fn put_compensation_back<'c>(hands: &mut impl Hands<'c>) -> Result<(), Failure> {
     let since = hands.now();
     loop {
         match hands.motion(|motion| motion.suspend_compensation(false)) {

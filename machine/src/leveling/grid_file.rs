@@ -11,10 +11,10 @@ use units::Axis;
 
 use super::compensation::{adopt_grid, shape_in_force};
 use super::grid;
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, FailureKind, Outcome, Texts};
-use crate::files::safe_file::{self, Draft};
-use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError, Wake};
+use crate::ports::{FileHandle, OpenMode, Storage, StorageError, Wake};
+use crate::procedures::Hands;
+use crate::safe_file::{self, Draft};
 use crate::sessions::Reply;
 
 /// Greatest difference, mm, of sizes in a file that count as the configuration's: they are rounded to single
@@ -137,7 +137,7 @@ fn grid_wanted(leveling: &LevelingConfig) -> Result<(Leveling, &'static str, Gri
 }
 
 /// M374 without a name: saves the grid.
-pub(super) fn save_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(super) fn save_grid<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     let (strategy, path, wanted) = grid_wanted(&hands.config().leveling)?;
     let shape = shape_in_force(hands).ok_or_else(|| Failure::refused(&"no grid to save"))?;
     if strategy == Leveling::CartesianGrid && !is_same(&shape, &wanted) {
@@ -158,8 +158,8 @@ fn is_same(one: &GridShape, other: &GridShape) -> bool {
 }
 
 /// Writes the grid to a draft first, so that a power cut leaves the old file or the new.
-fn write_grid<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn write_grid<'c>(
+    hands: &mut impl Hands<'c>,
     strategy: Leveling,
     path: &str,
     shape: &GridShape,
@@ -182,7 +182,7 @@ fn write_grid<P: Ports>(
 }
 
 /// Returns the bytes of the next heights in force.
-fn heights_from<P: Ports>(hands: &mut Hands<'_, '_, P>, done: usize) -> heapless::Vec<u8, { 4 * CHUNK }> {
+fn heights_from<'c>(hands: &mut impl Hands<'c>, done: usize) -> heapless::Vec<u8, { 4 * CHUNK }> {
     let mut bytes = heapless::Vec::new();
     hands.motion(|motion| {
         let heights = motion.compensation().grid().map_or(&[][..], |grid| grid.heights());
@@ -212,7 +212,7 @@ pub(super) fn delete_grid(
 }
 
 /// M375 without a name: loads the grid.
-pub(super) fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(super) fn load_grid<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     let texts = hands.texts();
     let (strategy, path, wanted) = grid_wanted(&hands.config().leveling)?;
     // Motion's draft is about to be filled: no move may be on its way.
@@ -240,8 +240,8 @@ pub(super) fn load_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
 }
 
 /// Reads header and heights; the heights are then in the draft.
-fn read_grid<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn read_grid<'c>(
+    hands: &mut impl Hands<'c>,
     file: FileHandle,
     strategy: Leveling,
     wanted: &GridShape,
@@ -292,7 +292,7 @@ fn fill(storage: &mut impl Storage, file: FileHandle, mut buffer: &mut [u8]) -> 
 
 /// M421: changes a height of the grid in force, or of a flat grid, at column I and row J counted from 0, at
 /// the point nearest to X and Y, or at that nearest to the tool (C): Z is the height, Q is added to it.
-pub(crate) fn grid_point<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn grid_point<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let (_, _, wanted) = grid_wanted(&hands.config().leveling)?;
     hands.standstill()?;
     let shape = shape_in_force(hands).unwrap_or(wanted);

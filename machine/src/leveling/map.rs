@@ -8,9 +8,9 @@ use motion::{GridShape, Motion};
 
 use super::findings::{Means, sentence};
 use super::form::Form;
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::{MotionPort, Ports};
+use crate::ports::MotionPort;
+use crate::procedures::Hands;
 use crate::sessions::Reply;
 
 /// Width of the picture, letters.
@@ -49,17 +49,17 @@ pub fn means(config: &MachineConfig) -> Means {
 }
 
 /// Shows the whole map, at the end of a sequence.
-pub(crate) fn show_map<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(crate) fn show_map<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     say_from(hands, 0)
 }
 
 /// Reports the findings on the mesh in force, without the picture.
-pub(crate) fn say_findings<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(crate) fn say_findings<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     let lines = hands.motion(|motion| motion.compensation().grid().map(|grid| Picture::of(grid.shape()).lines));
     say_from(hands, lines.map_or(0, |lines| lines + 2))
 }
 
-fn say_from<P: Ports>(hands: &mut Hands<'_, '_, P>, first: usize) -> Outcome {
+fn say_from<'c>(hands: &mut impl Hands<'c>, first: usize) -> Outcome {
     let means = means(hands.config());
     for index in first.. {
         let Some(line) = hands.motion(|motion| line_of(motion, means, index))? else { break };

@@ -10,10 +10,10 @@ use super::compensation::{adopt_grid, level_again, level_aside, shape_in_force};
 use super::profile_file::{self, ProfileReader};
 use super::{fade_height, grid_file, show_map};
 use crate::bed::{Bed, MeshName};
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, FailureKind, Outcome, Texts};
-use crate::files::safe_file::{self, Draft};
-use crate::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, Ports, Storage, StorageError, Wake};
+use crate::ports::{DirectoryEntry, FileHandle, LIST_CHUNK, OpenMode, Storage, StorageError, Wake};
+use crate::procedures::Hands;
+use crate::safe_file::{self, Draft};
 use crate::sessions::Reply;
 
 /// Ending of a mesh's file name.
@@ -36,7 +36,7 @@ fn path_of(name: &MeshName) -> Path {
 }
 
 /// M374: saves the mesh.
-pub(crate) fn save<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn save<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let Some(name) = name_in(hands.texts(), words)? else { return grid_file::save_grid(hands) };
     let shape = shape_in_force(hands).ok_or_else(|| Failure::refused(&"no mesh to save: measure the bed with G32"))?;
     let path = path_of(&name);
@@ -48,7 +48,7 @@ pub(crate) fn save<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) ->
 }
 
 /// Writes the mesh to a draft first, so that a power cut leaves the old file or the new.
-fn write<P: Ports>(hands: &mut Hands<'_, '_, P>, path: &str, shape: &GridShape) -> Result<(), StorageError> {
+fn write<'c>(hands: &mut impl Hands<'c>, path: &str, shape: &GridShape) -> Result<(), StorageError> {
     let mut draft = Draft::begin(hands.storage(), path)?;
     let mut written = draft.write(hands.storage(), profile_file::heading(shape).as_bytes());
     for index in 0..shape.points() {
@@ -102,14 +102,14 @@ pub(crate) fn delete(
 }
 
 /// M375: loads a mesh.
-pub(crate) fn load<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn load<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     match name_in(hands.texts(), words)? {
         Some(name) => load_named(hands, name),
         None => grid_file::load_grid(hands),
     }
 }
 
-fn load_named<P: Ports>(hands: &mut Hands<'_, '_, P>, name: MeshName) -> Outcome {
+fn load_named<'c>(hands: &mut impl Hands<'c>, name: MeshName) -> Outcome {
     let texts = hands.texts();
     let path = path_of(&name);
     // Motion's draft is about to be filled: no move may be on its way.
@@ -137,7 +137,7 @@ fn load_named<P: Ports>(hands: &mut Hands<'_, '_, P>, name: MeshName) -> Outcome
 }
 
 /// Reads a mesh, whose heights are then in the draft.
-fn read<P: Ports>(hands: &mut Hands<'_, '_, P>, file: FileHandle) -> Result<GridShape, Failure> {
+fn read<'c>(hands: &mut impl Hands<'c>, file: FileHandle) -> Result<GridShape, Failure> {
     let texts = hands.texts();
     let mut reader = ProfileReader::default();
     loop {
@@ -166,7 +166,7 @@ fn put(draft: &mut [f32], index: usize, height: f32) {
 }
 
 /// M374.2: lists the names of the meshes on the card.
-pub(crate) fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(crate) fn list<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     let (mut seen, mut found) = (0, 0);
     let loaded = hands.bed().mesh_name;
     loop {
@@ -197,7 +197,7 @@ fn names_behind(storage: &mut impl Storage, seen: usize) -> Result<(usize, Vec<M
 
 /// M420: S0 sets the mesh aside, S1 puts it in force again, or loads the saved mesh; L loads the mesh with
 /// this number; Z is the height at which it has faded, V shows it. Without words as S1.
-pub(crate) fn use_mesh<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn use_mesh<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let (wanted, is_level) =
         (words.get('S'), hands.motion(|motion| motion.compensation().bed() != motion::compensation::Bed::Flat));
     if let Some(number) = words.get('L') {

@@ -8,10 +8,10 @@ use program::Words;
 use super::compensation::recompensate;
 use super::words::{SQUARE, configured, skew_of, square};
 use crate::bed::MeshName;
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::files::safe_file::{self, Draft};
-use crate::ports::{MotionPort, OpenMode, Ports, Storage, StorageError};
+use crate::ports::{MotionPort, OpenMode, Storage, StorageError};
+use crate::procedures::Hands;
+use crate::safe_file::{self, Draft};
 use crate::sessions::Reply;
 
 /// Sets the skew of the configuration at boot, before anything moves.
@@ -24,7 +24,7 @@ pub(crate) fn configure(motion: &mut impl MotionPort, config: &config::MachineCo
 
 /// M852: sets skew factors I (XY), J (XZ), K (YZ), or the measured lengths A (AC), B (BD), D (AD) of a square
 /// in plane P; without words reports them. M852.1 reports the factor of a square, and changes nothing.
-pub(crate) fn skew<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn skew<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     if words.code().subcode > 1 {
         return profile(hands, words);
     }
@@ -48,7 +48,7 @@ pub(crate) fn skew<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) ->
 }
 
 /// Reports a factor in words.
-fn say_lean<P: Ports>(hands: &mut Hands<'_, '_, P>, factor: f64) {
+fn say_lean<'c>(hands: &mut impl Hands<'c>, factor: f64) {
     let (degrees, hundred) = (libm::atan(factor).to_degrees(), 100.0 * factor);
     hands.say(format_args!(
         "The corner A is {:.3} degrees, {:+.3} mm on 100 mm: a factor of {factor:.8}\n",
@@ -66,7 +66,7 @@ const LONGEST: usize = 128;
 
 /// SKEW_PROFILE: M852.2 saves the skew under a name, M852.3 loads it, M852.4 deletes the file. The file is a
 /// line as M500 writes it, so that it can be read, and played.
-fn profile<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+fn profile<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let texts = hands.texts();
     let name = words
         .text()

@@ -4,9 +4,9 @@ use core::fmt::Write as _;
 
 use motion::{GridShape, Motion};
 
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::{MotionPort, Ports};
+use crate::ports::MotionPort;
+use crate::procedures::Hands;
 use crate::sessions::Reply;
 
 /// Text of a row of fifty heights.
@@ -33,7 +33,7 @@ pub(crate) fn grid_line(
 ///
 /// # Errors
 /// When no grid is in force.
-pub(crate) fn show_grid<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(crate) fn show_grid<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     let with_places = hands.config().leveling.grid.human_readable;
     let (mut row, mut more) = (0, true);
     while more {

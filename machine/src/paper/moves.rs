@@ -3,9 +3,8 @@
 use motion::Mode;
 use units::{Axis, MmPerSecond, PerAxis};
 
-use crate::executor::Hands;
 use crate::failure::Failure;
-use crate::ports::Ports;
+use crate::procedures::Hands;
 
 /// Height above the target, mm, from which the tool comes down, as in Klipper, so backlash is always taken up
 /// the same way.
@@ -14,7 +13,7 @@ const APPROACH: f64 = 0.5;
 pub(super) const CLEAR: f64 = 5.0;
 
 /// Goes down to a height, always from above.
-pub(super) fn go_to_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<(), Failure> {
+pub(super) fn go_to_height<'c>(hands: &mut impl Hands<'c>, height: f64) -> Result<(), Failure> {
     let rate = rate(hands);
     let mut target = hands.position();
     if target[Axis::Z] < height + APPROACH {
@@ -25,17 +24,12 @@ pub(super) fn go_to_height<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) 
     hands.go_there(target, rate)
 }
 
-fn rate<P: Ports>(hands: &mut Hands<'_, '_, P>) -> MmPerSecond {
+fn rate<'c>(hands: &mut impl Hands<'c>) -> MmPerSecond {
     hands.tuning().probe.slow_rate
 }
 
 /// Goes over to a place at this height, then down to another.
-pub(super) fn go_over<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    [x, y]: [f64; 2],
-    high: f64,
-    low: f64,
-) -> Result<(), Failure> {
+pub(super) fn go_over<'c>(hands: &mut impl Hands<'c>, [x, y]: [f64; 2], high: f64, low: f64) -> Result<(), Failure> {
     hands.may_go_over([x, y])?;
     let (travel, slowly) = (hands.tuning().probe.fast_rate, rate(hands));
     let mut target: PerAxis<f64> = hands.position();
@@ -48,11 +42,11 @@ pub(super) fn go_over<P: Ports>(
 }
 
 /// Returns the height of a place of the tool without the leveling there, mm.
-pub(super) fn unleveled<P: Ports>(hands: &mut Hands<'_, '_, P>, place: &PerAxis<f64>) -> f64 {
+pub(super) fn unleveled<'c>(hands: &mut impl Hands<'c>, place: &PerAxis<f64>) -> f64 {
     hands.motion(|motion| motion.compensation().motors(place))[Axis::Z]
 }
 
-pub(super) fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+pub(super) fn lift<'c>(hands: &mut impl Hands<'c>) -> Result<(), Failure> {
     let rate = rate(hands);
     let mut target = hands.position();
     target[Axis::Z] += CLEAR;

@@ -5,14 +5,13 @@ use units::{Axis, AxisSet};
 use super::moves::{CLEAR, go_over, lift, unleveled};
 use super::state::{Along, Purpose, Walk};
 use crate::arms::homes_by_motor;
-use crate::executor::Hands;
 use crate::failure::Failure;
-use crate::ports::Ports;
 use crate::probing::touch_here;
+use crate::procedures::Hands;
 
 impl Purpose {
     /// Begins the test with this number, and brings the tool to the paper's place.
-    pub fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, number: f64) -> Result<Self, Failure> {
+    pub fn begin<'c>(hands: &mut impl Hands<'c>, number: f64) -> Result<Self, Failure> {
         match number as u8 {
             0 => begin_probe_offset(hands),
             1 if hands.config().homing_endstop(Axis::Z).is_none() => {
@@ -26,7 +25,7 @@ impl Purpose {
     }
 
     /// Accepts the tool's height, at which the paper drags; returns the next purpose to try, if any.
-    pub fn accept<P: Ports>(self, hands: &mut Hands<'_, '_, P>, turned: bool) -> Result<Option<Self>, Failure> {
+    pub fn accept<'c>(self, hands: &mut impl Hands<'c>, turned: bool) -> Result<Option<Self>, Failure> {
         let here = hands.position();
         let (height, bare) = (here[Axis::Z], unleveled(hands, &here));
         match self {
@@ -41,7 +40,7 @@ impl Purpose {
 }
 
 /// Touches the bed under the probe, and brings the tool over the same place.
-fn begin_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Purpose, Failure> {
+fn begin_probe_offset<'c>(hands: &mut impl Hands<'c>) -> Result<Purpose, Failure> {
     if !hands.config().probe.enable {
         return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));
     }
@@ -59,7 +58,7 @@ fn begin_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Purpose,
     Ok(Purpose::ProbeOffset { contact: unleveled(hands, &contact) })
 }
 
-fn set_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, offset: f64) {
+fn set_probe_offset<'c>(hands: &mut impl Hands<'c>, offset: f64) {
     let [.., z] = &mut hands.bed().probe_offsets;
     let before = core::mem::replace(z, offset);
     hands.say(format_args!(
@@ -69,7 +68,7 @@ fn set_probe_offset<P: Ports>(hands: &mut Hands<'_, '_, P>, offset: f64) {
 }
 
 /// Lowers the homing position of Z by its reading at the height that should read zero.
-fn set_homing_position<P: Ports>(hands: &mut Hands<'_, '_, P>, reads: f64) -> Result<(), Failure> {
+fn set_homing_position<'c>(hands: &mut impl Hands<'c>, reads: f64) -> Result<(), Failure> {
     let offset = hands.tuning().home_offset()[Axis::Z] - reads;
     if !offset.is_finite() {
         return Err(hands.texts().refused(format_args!("Z reads {reads}")));

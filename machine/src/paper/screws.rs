@@ -3,13 +3,12 @@
 use super::moves::go_over;
 use super::state::Walk;
 use crate::alignment::Corner;
-use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::leveling;
-use crate::ports::Ports;
+use crate::procedures::Hands;
 
 impl Walk {
-    pub fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
+    pub fn begin<'c>(hands: &mut impl Hands<'c>) -> Result<Self, Failure> {
         if hands.config().bed_screws.screws.is_empty() {
             return Err(Failure::refused(
                 &"BED_SCREWS_ADJUST needs to know where the screws are: write screws in [bed screws]",
@@ -22,7 +21,7 @@ impl Walk {
         Ok(walk)
     }
 
-    pub fn next<P: Ports>(self, hands: &mut Hands<'_, '_, P>, turned: bool) -> Result<Option<Self>, Failure> {
+    pub fn next<'c>(self, hands: &mut impl Hands<'c>, turned: bool) -> Result<Option<Self>, Failure> {
         let count = hands.config().bed_screws.screws.len();
         let next = self.after(turned, count);
         match next {
@@ -32,7 +31,7 @@ impl Walk {
         Ok(next)
     }
 
-    fn go<P: Ports>(self, hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+    fn go<'c>(self, hands: &mut impl Hands<'c>) -> Result<(), Failure> {
         let screws = &hands.config().bed_screws;
         let place = screws.screws.get(self.screw).copied().unwrap_or_default();
         go_over(hands, place, screws.initial_height.0, screws.paper_height.0)?;

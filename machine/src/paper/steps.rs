@@ -6,9 +6,8 @@ use units::{Axis, AxisSet};
 use super::moves::{go_to_height, lift};
 use super::state::{Purpose, Test};
 use super::tried::{Step, Tried};
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::Ports;
+use crate::procedures::Hands;
 
 /// Longest step, mm: a longer one is a mistake.
 const LONGEST_STEP: f64 = 20.0;
@@ -16,7 +15,7 @@ const LONGEST_STEP: f64 = 20.0;
 const HOW: &str = "TESTZ Z=-1, Z=-0.1, Z=- (halfway) or Z=+ move the tool: until a sheet of paper just drags. Then ACCEPT, or ABORT\n";
 
 /// Runs M851.1 to M851.5.
-pub(crate) fn paper_test<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn paper_test<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     hands.standstill()?;
     if hands.paper().test.is_some() && !hands.all_homed() {
         hands.paper().end();
@@ -33,7 +32,7 @@ pub(crate) fn paper_test<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
     }
 }
 
-fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, number: f64) -> Outcome {
+fn begin<'c>(hands: &mut impl Hands<'c>, number: f64) -> Outcome {
     if hands.paper().test.is_some() {
         return Err(Failure::refused(&"a paper test is under way: ACCEPT (M851.3) or ABORT (M851.4) it first"));
     }
@@ -47,7 +46,7 @@ fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>, number: f64) -> Outcome {
 }
 
 /// Waits for the paper to be tried, with the tool at its place.
-fn await_paper<P: Ports>(hands: &mut Hands<'_, '_, P>, purpose: Purpose) {
+fn await_paper<'c>(hands: &mut impl Hands<'c>, purpose: Purpose) {
     hands.paper().test = Some(Test { purpose, tried: Tried::default() });
 }
 
@@ -56,7 +55,7 @@ const NONE: &str =
 
 /// Moves the tool: `M851.2 Z-0.1`, or S: -1 halfway to the next height tried below, -2 to it; 1 and 2
 /// upwards.
-fn step<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+fn step<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let here = hands.position()[Axis::Z];
     let step = match (words.as_length('Z'), words.get('S')) {
         (Some(mm), None) => Step::By(mm),
@@ -80,7 +79,7 @@ fn step<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
     Ok(Answer::Ok)
 }
 
-fn accept<P: Ports>(hands: &mut Hands<'_, '_, P>, turned: bool) -> Outcome {
+fn accept<'c>(hands: &mut impl Hands<'c>, turned: bool) -> Outcome {
     let Some(test) = &hands.paper().test else { return Err(Failure::refused(&NONE)) };
     let purpose = test.purpose.clone();
     if turned && !matches!(purpose, Purpose::Screws(_)) {
@@ -106,7 +105,7 @@ fn accept<P: Ports>(hands: &mut Hands<'_, '_, P>, turned: bool) -> Outcome {
     Ok(Answer::Ok)
 }
 
-fn give_up<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+fn give_up<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     if !hands.paper().end() {
         return Err(Failure::refused(&NONE));
     }

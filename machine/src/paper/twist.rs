@@ -8,20 +8,19 @@ use units::{Axis, PerAxis};
 use super::moves::{CLEAR, go_over, lift, unleveled};
 use super::state::Along;
 use crate::bed::Twist;
-use crate::executor::Hands;
 use crate::failure::Failure;
-use crate::ports::Ports;
 use crate::probing::{nozzle_over, stow_after, touch_uncorrected};
+use crate::procedures::Hands;
 
 /// Returns a place along the axis, mm.
-fn place<P: Ports>(hands: &Hands<'_, '_, P>, index: usize) -> f64 {
+fn place<'c>(hands: &impl Hands<'c>, index: usize) -> f64 {
     let twist = &hands.config().axis_twist;
     let share = index as f64 / f64::from(twist.samples.max(2) - 1);
     twist.start.0 + share * (twist.end.0 - twist.start.0)
 }
 
 impl Along {
-    pub fn begin<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
+    pub fn begin<'c>(hands: &mut impl Hands<'c>) -> Result<Self, Failure> {
         let config = hands.config();
         if !config.probe.enable {
             return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));
@@ -35,7 +34,7 @@ impl Along {
     }
 
     /// Goes to the next place: touches there, and brings the tool over it.
-    fn go<P: Ports>(mut self, hands: &mut Hands<'_, '_, P>) -> Result<Self, Failure> {
+    fn go<'c>(mut self, hands: &mut impl Hands<'c>) -> Result<Self, Failure> {
         let config = hands.config();
         let (along, line) = (place(hands, self.offsets.len()), config.axis_twist.line.0);
         let place = if config.axis_twist.along_y { [line, along] } else { [along, line] };
@@ -56,7 +55,7 @@ impl Along {
         Ok(self)
     }
 
-    pub fn next<P: Ports>(mut self, hands: &mut Hands<'_, '_, P>, height: f64) -> Result<Option<Self>, Failure> {
+    pub fn next<'c>(mut self, hands: &mut impl Hands<'c>, height: f64) -> Result<Option<Self>, Failure> {
         // The list holds every sample, since the schema bounds their number.
         let _ = self.offsets.push(self.contact - height);
         if self.offsets.len() < usize::from(hands.config().axis_twist.samples) {

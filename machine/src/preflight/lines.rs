@@ -6,8 +6,8 @@ use program::{CodeInfo, Dialect, Fault, Meaning, MotionMode, Next, Place, Proble
 
 use super::finding::{Kind, MOST_ALIKE, Severity};
 use super::state::{Listener, Preflight};
-use crate::executor::decoder_expecting;
 use crate::failure::{Failure, ShortText, short};
+use crate::jobs::line_numbers::decoder_expecting;
 use crate::needs::{cannot_level, failure_of, makes_another_part, needs};
 use crate::program_setup::PartNames;
 

@@ -27,5 +27,5 @@ pub use limits::Limit;
 pub(crate) use state::AsItIs;
 pub use state::{Listener, MOST_LINES, Preflight, Totals};
 pub use text::{dialect_of, read};
-pub use told::{Clock, TOLD_LINES, Told};
+pub use told::{TOLD_LINES, Told};
 pub(crate) use turns::end_turn;

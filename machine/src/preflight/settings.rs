@@ -14,10 +14,6 @@ use crate::leveling::{grid, words as leveling};
 /// Difference below which a grid's size is the configured one, mm.
 const SAME_SIZE: f64 = 1e-3;
 
-fn refused(texts: &Texts, error: impl core::fmt::Display) -> Failure {
-    texts.refused(format_args!("{error}"))
-}
-
 /// Whether a code needs a machine that stands.
 pub(super) const fn stands_first(function: Function) -> bool {
     matches!(function, Function::StepsPerMm | Function::ArmSettings | Function::Skew | Function::BedPlane)
@@ -44,9 +40,9 @@ pub(super) fn set(
             if let Some((own, kinematics)) = own.and_then(|own| Some((own, arms::arms_of(&own.kinematics, words)?))) {
                 let place = motion.commanded_position();
                 let motors = own.kinematics.actuators(&motion.compensation().motors(&place));
-                motion.configure(MotionConfig { kinematics, ..own }).map_err(|error| refused(texts, error))?;
+                motion.configure(MotionConfig { kinematics, ..own }).map_err(|error| texts.refusal(error))?;
                 let place = motion.compensation().program(&kinematics.point(&motors));
-                motion.set_position(place).map_err(|error| refused(texts, error))?;
+                motion.set_position(place).map_err(|error| texts.refusal(error))?;
             }
             arms::set_arm_tuning(&mut preflight.tuning, config, words);
         }
@@ -59,16 +55,14 @@ pub(super) fn set(
         }
         Function::Skew => {
             if let Some(skew) = leveling::skew_of(texts, motion.compensation().skew(), words)? {
-                keeping_the_place(texts, motion, |motion| {
-                    motion.set_skew(skew).map_err(|error| refused(texts, error))
-                })?;
+                keeping_the_place(texts, motion, |motion| motion.set_skew(skew).map_err(|error| texts.refusal(error)))?;
             }
         }
         Function::BedPlane => {
             let plane = leveling::plane_of(words)?;
             keeping_the_place(texts, motion, |motion| match plane {
-                Some(plane) => motion.level_by_plane(plane).map_err(|error| refused(texts, error)),
-                None => motion.level_off().map_err(|error| refused(texts, error)),
+                Some(plane) => motion.level_by_plane(plane).map_err(|error| texts.refusal(error)),
+                None => motion.level_off().map_err(|error| texts.refusal(error)),
             })?;
         }
         Function::FadeHeight => {
@@ -90,7 +84,7 @@ fn keeping_the_place(
 ) -> Result<(), Failure> {
     let before = motion.commanded_position();
     change(motion)?;
-    motion.set_position(before).map_err(|error| refused(texts, error))
+    motion.set_position(before).map_err(|error| texts.refusal(error))
 }
 
 /// Levels by a mesh as the board keeps it.
@@ -113,7 +107,7 @@ pub(super) fn level_by(
     let fade = leveling::fade_up_to(&config.leveling, height, target);
     let between = leveling::interpolation(config.leveling.mesh.interpolation);
     let levelled = keeping_the_place(texts, motion, |motion| {
-        motion.level_by_draft(shape, between, fade).map_err(|error| refused(texts, error))
+        motion.level_by_draft(shape, between, fade).map_err(|error| texts.refusal(error))
     });
     levelled.map_err(|failure| texts.copy_of(failure))
 }

@@ -7,6 +7,7 @@ use units::Axis;
 
 use super::limits::Limit;
 use super::state::Totals;
+use crate::clock_time::Clock;
 
 /// Greatest number of lines that [`Told`] has.
 pub const TOLD_LINES: usize = 6;
@@ -96,15 +97,4 @@ fn extents(f: &mut fmt::Formatter<'_>, totals: &Totals) -> fmt::Result {
         write!(f, "{} {:.3} to {:.3}{end}", axis.letter(), least[axis], most[axis])?;
     }
     Ok(())
-}
-
-/// Seconds as `hh:mm:ss`.
-#[derive(Clone, Copy, Debug)]
-pub struct Clock(pub f64);
-
-impl fmt::Display for Clock {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let whole = libm::round(self.0) as u64;
-        write!(f, "{:02}:{:02}:{:02}", whole / 3_600, whole / 60 % 60, whole % 60)
-    }
 }

@@ -8,11 +8,10 @@ use super::delta_fit::{Arms, Belief, Evidence, Found, Sought, Ways, deviation, f
 use super::delta_records::{DeltaRecords, MOST_TOUCHES};
 use super::points::{clear_of, find_bed, probe_point};
 use crate::arms;
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::homing;
 use crate::leveling;
-use crate::ports::Ports;
+use crate::procedures::Hands;
 
 /// Number of touches of a round: trims and radius need seven; further parameters need a second ring.
 const FEW: usize = 7;
@@ -61,7 +60,7 @@ struct Goal {
 }
 
 /// G29: measures the bed's heights at the seven points.
-pub(super) fn measure_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(super) fn measure_delta<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let circle = circle(hands, words)?;
     hands.delta_records().touches.clear();
     let belief = touch_delta(hands, circle, FEW)?;
@@ -73,7 +72,7 @@ pub(super) fn measure_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Word
 /// G32: R leaves the trims as they are, E the radius; S is the number of parameters to find, I the spread to
 /// reach, J the circle's radius. K is Smoothieware's for starting from the present trims, which is always so:
 /// the result does not depend on them.
-pub(super) fn calibrate_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(super) fn calibrate_delta<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let factors = words.get('S').map_or(hands.config().delta_calibration.factors, |factors| factors as u8);
     let sought = sought(factors, words)?;
     let tolerance = words.as_length('I').unwrap_or(hands.config().delta_calibration.tolerance.0);
@@ -113,7 +112,7 @@ pub(super) fn sought(factors: u8, words: &Words<'_>) -> Result<Sought, Failure> 
     Ok(sought)
 }
 
-fn calibration_rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, goal: &Goal) -> Outcome {
+fn calibration_rounds<'c>(hands: &mut impl Hands<'c>, goal: &Goal) -> Outcome {
     let count = if goal.sought.angles { MANY } else { FEW };
     let (mut first, mut reached) = (0.0, 0.0);
     for round in 1..=ROUNDS {
@@ -172,7 +171,7 @@ fn scatter(belief: &Belief, touches: &[Ways], count: usize) -> f64 {
 
 /// Takes the machine for this geometry from now on. The distances of the carriages from their switches do not
 /// depend on the geometry; the tool's position follows from them, so Z is right before the next homing too.
-fn believe<P: Ports>(hands: &mut Hands<'_, '_, P>, wanted: &Belief) -> Result<(), Failure> {
+fn believe<'c>(hands: &mut impl Hands<'c>, wanted: &Belief) -> Result<(), Failure> {
     let (now, config, mut place) = (belief(hands)?, hands.motion_config()?, hands.position());
     let ways = now.ways_to(&hands.motion(|motion| motion.compensation().motors(&place)));
     arms::change_arms(hands, config, wanted.kinematics)?;
@@ -183,7 +182,7 @@ fn believe<P: Ports>(hands: &mut Hands<'_, '_, P>, wanted: &Belief) -> Result<()
 }
 
 /// Puts the parameters found in force, and reports them.
-pub(super) fn adopt<P: Ports>(hands: &mut Hands<'_, '_, P>, found: &Found, sought: Sought) -> Result<(), Failure> {
+pub(super) fn adopt<'c>(hands: &mut impl Hands<'c>, found: &Found, sought: Sought) -> Result<(), Failure> {
     let belief = &found.belief;
     believe(hands, belief)?;
     let [x, y, z] = belief.trim;
@@ -203,14 +202,14 @@ pub(super) fn adopt<P: Ports>(hands: &mut Hands<'_, '_, P>, found: &Found, sough
 }
 
 /// Returns the radius of the touches, mm.
-fn circle<P: Ports>(hands: &Hands<'_, '_, P>, words: &Words<'_>) -> Result<f64, Failure> {
+fn circle<'c>(hands: &impl Hands<'c>, words: &Words<'_>) -> Result<f64, Failure> {
     let radius = words.as_length('J').unwrap_or(hands.config().delta_calibration.radius.0);
     if radius > 0.0 { Ok(radius) } else { Err(Failure::refused(&"J is a radius, above zero")) }
 }
 
 /// Homes, finds the bed and touches it at this many places; records the ways of the carriages from their
 /// switches.
-fn touch_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, circle: f64, count: usize) -> Result<Belief, Failure> {
+fn touch_delta<'c>(hands: &mut impl Hands<'c>, circle: f64, count: usize) -> Result<Belief, Failure> {
     homing::home(hands, AxisSet::PRIMARY)?;
     let belief = belief(hands)?;
     let from = hands.config().delta_calibration.initial_height.0;
@@ -228,7 +227,7 @@ fn touch_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, circle: f64, count: usize
 }
 
 /// Returns the geometry that the machine is taken for.
-pub(super) fn belief<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<Belief, Failure> {
+pub(super) fn belief<'c>(hands: &mut impl Hands<'c>) -> Result<Belief, Failure> {
     let kinematics = hands.motion_config()?.kinematics;
     let config = hands.config();
     let tuning = hands.tuning();

@@ -9,35 +9,35 @@
 use units::{Axis, PerAxis};
 
 use super::deployed::Deployment;
-use super::search::{check_homed, touches};
-use crate::executor::Hands;
+use super::search::check_homed;
 use crate::failure::{Answer, Failure, FailureKind, Outcome};
-use crate::ports::{Input, Ports};
+use crate::ports::Input;
+use crate::procedures::Hands;
 
 /// Both settings, as messages name them.
 const DEPLOY: &str = "deploy_gcode";
 const STOW: &str = "stow_gcode";
 
 /// Returns whether an input says that the probe is out; `None` without such an input.
-fn sensed<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Option<bool> {
+fn sensed<'c>(hands: &mut impl Hands<'c>) -> Option<bool> {
     let (probe, inputs) = (hands.config().probe, hands.inputs());
     let by_pin = probe.deployed_pin.map(|_| inputs.is_active(Input::ProbeDeployed));
     // The circuit is open while the probe hangs in its dock.
-    let by_contact = probe.stowed_reads_triggered.then(|| !touches(inputs, hands.tuning()));
+    let by_contact = probe.stowed_reads_triggered.then(|| !hands.tuning().probe_touches(inputs));
     by_pin.or(by_contact)
 }
 
 /// Returns whether the configuration has scripts that move the probe.
-pub(super) fn is_moved<P: Ports>(hands: &Hands<'_, '_, P>) -> bool {
+pub(super) fn is_moved<'c>(hands: &impl Hands<'c>) -> bool {
     hands.config().probe_scripts.iter().any(|script| !script.is_empty())
 }
 
-fn is_deployed<P: Ports>(hands: &mut Hands<'_, '_, P>) -> bool {
+fn is_deployed<'c>(hands: &mut impl Hands<'c>) -> bool {
     sensed(hands).unwrap_or(matches!(hands.deployment(), Deployment::BySearch | Deployment::ByCommand))
 }
 
 /// Makes sure before a search that the probe is out, and the machine back at its place.
-pub(super) fn ensure<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+pub(super) fn ensure<'c>(hands: &mut impl Hands<'c>) -> Result<(), Failure> {
     if is_deployed(hands) {
         return Ok(());
     }
@@ -65,7 +65,7 @@ const NOT_KNOWN: &str = "whether the probe is out is not known: look at it, then
 const NOT_OUT: &str = "the probe is not deployed: look at it, and at deployed_pin; nothing was probed";
 
 /// Runs a script that moves the probe. If it ends too early, the probe may be anywhere.
-fn run_script<P: Ports>(hands: &mut Hands<'_, '_, P>, key: &str, script: &str) -> Result<(), Failure> {
+fn run_script<'c>(hands: &mut impl Hands<'c>, key: &str, script: &str) -> Result<(), Failure> {
     let ran = hands.run_probe_script(key, script);
     if ran.is_err() {
         *hands.deployment() = Deployment::Unknown;
@@ -76,7 +76,7 @@ fn run_script<P: Ports>(hands: &mut Hands<'_, '_, P>, key: &str, script: &str) -
     ran
 }
 
-fn deploy<P: Ports>(hands: &mut Hands<'_, '_, P>, by: Deployment) -> Result<(), Failure> {
+fn deploy<'c>(hands: &mut impl Hands<'c>, by: Deployment) -> Result<(), Failure> {
     let [script, _] = &hands.config().probe_scripts;
     run_script(hands, DEPLOY, script)?;
     if sensed(hands) == Some(false) {
@@ -87,7 +87,7 @@ fn deploy<P: Ports>(hands: &mut Hands<'_, '_, P>, by: Deployment) -> Result<(), 
 }
 
 /// Goes back to a place: high first, and down last.
-fn come_back<P: Ports>(hands: &mut Hands<'_, '_, P>, place: PerAxis<f64>) -> Result<(), Failure> {
+fn come_back<'c>(hands: &mut impl Hands<'c>, place: PerAxis<f64>) -> Result<(), Failure> {
     let rate = hands.tuning().probe.fast_rate;
     let mut over = hands.position();
     if place == over {
@@ -104,7 +104,7 @@ fn come_back<P: Ports>(hands: &mut Hands<'_, '_, P>, place: PerAxis<f64>) -> Res
     hands.go_there(place, rate)
 }
 
-fn stow<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
+fn stow<'c>(hands: &mut impl Hands<'c>) -> Result<(), Failure> {
     let [_, script] = &hands.config().probe_scripts;
     run_script(hands, STOW, script)?;
     if sensed(hands) == Some(true) {
@@ -116,7 +116,7 @@ fn stow<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<(), Failure> {
 
 /// Leaves a probe out that a search has deployed: after a halt nothing moves, and a program that searched
 /// along a line counts on the end of that search.
-pub(crate) fn leave_out<P: Ports>(hands: &mut Hands<'_, '_, P>) {
+pub(crate) fn leave_out<'c>(hands: &mut impl Hands<'c>) {
     if *hands.deployment() == Deployment::BySearch {
         *hands.deployment() = Deployment::ByCommand;
         hands.announce(format_args!("// NOTE the probe is still deployed: M402 stows it\n"));
@@ -125,7 +125,7 @@ pub(crate) fn leave_out<P: Ports>(hands: &mut Hands<'_, '_, P>) {
 
 /// Stows a probe that a search has deployed, after its command has ended with `ended`; after a halt the probe
 /// stays.
-pub(crate) fn stow_after<P: Ports>(hands: &mut Hands<'_, '_, P>, ended: Outcome) -> Outcome {
+pub(crate) fn stow_after<'c>(hands: &mut impl Hands<'c>, ended: Outcome) -> Outcome {
     if *hands.deployment() != Deployment::BySearch {
         return ended;
     }
@@ -142,7 +142,7 @@ pub(crate) fn stow_after<P: Ports>(hands: &mut Hands<'_, '_, P>, ended: Outcome)
 }
 
 /// M401 deploys the probe, M402 stows it, whatever its state is believed to be.
-pub(crate) fn deploy_or_stow<P: Ports>(hands: &mut Hands<'_, '_, P>, deploys: bool) -> Outcome {
+pub(crate) fn deploy_or_stow<'c>(hands: &mut impl Hands<'c>, deploys: bool) -> Outcome {
     if !hands.config().probe.enable || !is_moved(hands) {
         // Hosts send M401 and M402 to every printer.
         return Ok(Answer::PassedOver);

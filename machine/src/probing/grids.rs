@@ -7,15 +7,14 @@ use units::Axis;
 use super::faulty;
 use super::plan::Plan;
 use super::points::{Neighbour, check_reach, clear_of, find_bed, nozzle_over, probe_at, probe_beside, probe_point};
-use super::samples::Scatter;
 use super::search::check_homed;
 use super::strategy::uncompensated;
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, Texts};
 use crate::homing;
 use crate::leveling::area::{Area, area_of, part_of};
 use crate::leveling::{self, grid};
-use crate::ports::Ports;
+use crate::procedures::Hands;
+use crate::touches::Scatter;
 
 /// Least number of points along a side of a G29 scan.
 const LEAST_SCAN: usize = 5;
@@ -30,10 +29,7 @@ const GOLDEN: f64 = 2.399_963_229_728_653;
 const ROUNDING: f64 = 1e-6;
 
 /// Homes as configured, and returns the area of G31 and G32: the probe's present place may be part of it.
-pub(super) fn prepare_cartesian_grid<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    words: &Words<'_>,
-) -> Result<Plan, Failure> {
+pub(super) fn prepare_cartesian_grid<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Result<Plan, Failure> {
     let settings = hands.config().leveling.grid;
     let here = words.get('R') == Some(1.0);
     if let Some(mode) = words.get('R') {
@@ -84,8 +80,8 @@ fn area_in(words: &Words<'_>) -> Option<Area> {
 }
 
 /// Returns the part of a grid that the objects of the job need, with a margin around them.
-fn around_objects<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn around_objects<'c>(
+    hands: &mut impl Hands<'c>,
     margin: Option<f64>,
     whole: &GridShape,
 ) -> Result<GridShape, Failure> {
@@ -129,7 +125,7 @@ fn check_regions(texts: &Texts, plan: &Plan, corners: &[[f64; 2]]) -> Result<(),
 }
 
 /// Checks that the probe reaches every point, and the place of height zero.
-fn check_places<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(), Failure> {
+fn check_places<'c>(hands: &mut impl Hands<'c>, plan: &Plan) -> Result<(), Failure> {
     let faulty = &hands.config().leveling.mesh.faulty_regions;
     let places = (0..plan.shape.points()).map(|index| plan.shape.place(index));
     let touched = places.filter(|place| plan.touches(*place) && faulty::region_of(*place, faulty).is_none());
@@ -137,7 +133,7 @@ fn check_places<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(
 }
 
 /// Runs G29, G31 and G32 with a cartesian grid, once its area is known.
-pub(crate) fn touch_cartesian_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
+pub(crate) fn touch_cartesian_grid<'c>(hands: &mut impl Hands<'c>, plan: &Plan) -> Outcome {
     if plan.levels {
         return level_by_grid(hands, plan);
     }
@@ -145,7 +141,7 @@ pub(crate) fn touch_cartesian_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan:
 }
 
 /// Returns the area of G29 with a cartesian grid, which begins at the probe.
-pub(super) fn prepare_scan<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Result<Plan, Failure> {
+pub(super) fn prepare_scan<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Result<Plan, Failure> {
     hands.standstill()?;
     check_homed(hands)?;
     let (Some(x), Some(y)) = (words.get('X'), words.get('Y')) else {
@@ -163,20 +159,20 @@ pub(super) fn prepare_scan<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words
 }
 
 /// Touches a grid and shows its heights, which are not kept.
-fn scan<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
+fn scan<'c>(hands: &mut impl Hands<'c>, plan: &Plan) -> Outcome {
     touch_grid(hands, plan)?;
     say_draft(hands, &plan.shape);
     Ok(Answer::Ok)
 }
 
-fn probe_here<P: Ports>(hands: &mut Hands<'_, '_, P>) -> [f64; 2] {
+fn probe_here<'c>(hands: &mut impl Hands<'c>) -> [f64; 2] {
     let nozzle = hands.position();
     probe_at(hands.bed(), &nozzle)
 }
 
 /// Returns the origin and the size of the area of G31 and G32: from the configuration, or as the words say.
-fn corners<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn corners<'c>(
+    hands: &mut impl Hands<'c>,
     words: &Words<'_>,
     here: bool,
     two_corners: bool,
@@ -197,8 +193,8 @@ fn corners<P: Ports>(
 }
 
 /// Returns an area and its points: as many as are configured, or as the words say.
-fn cartesian_shape<P: Ports>(
-    hands: &Hands<'_, '_, P>,
+fn cartesian_shape<'c>(
+    hands: &impl Hands<'c>,
     words: &Words<'_>,
     origin: [f64; 2],
     size: [f64; 2],
@@ -218,7 +214,7 @@ fn cartesian_shape<P: Ports>(
 }
 
 /// Runs G31 with a delta grid.
-pub(super) fn level_by_delta_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(super) fn level_by_delta_grid<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let settings = hands.config().leveling.delta;
     if words.has('D') {
         return Err(Failure::refused(&"D measures a part of a cartesian grid: on a delta J makes the circle smaller"));
@@ -262,7 +258,7 @@ fn round_plan(radius: f64, count: u8, from: f64) -> Plan {
 
 /// G29 with a delta grid, which homes as G31 does: a map of I points along each side; G29.1: I points along a
 /// spiral. The heights are not kept.
-pub(super) fn scan_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, spiral: bool) -> Outcome {
+pub(super) fn scan_delta<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>, spiral: bool) -> Outcome {
     let settings = hands.config().leveling.delta;
     let radius = grid_radius(hands, words)?;
     let usual = if spiral { SPIRAL } else { f64::from(settings.count) };
@@ -283,7 +279,7 @@ pub(super) fn scan_delta<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'
 }
 
 /// Touches this many points along a spiral out to the radius.
-fn scan_spiral<P: Ports>(hands: &mut Hands<'_, '_, P>, radius: f64, count: f64, from: f64) -> Outcome {
+fn scan_spiral<'c>(hands: &mut impl Hands<'c>, radius: f64, count: f64, from: f64) -> Outcome {
     let (offsets, probe) = (*hands.bed(), hands.tuning().probe);
     let bed = find_bed(hands, nozzle_over(&offsets, [0.0; 2]), from)?[Axis::Z];
     for n in 0..count as u32 {
@@ -296,13 +292,13 @@ fn scan_spiral<P: Ports>(hands: &mut Hands<'_, '_, P>, radius: f64, count: f64, 
     Ok(Answer::Ok)
 }
 
-fn grid_radius<P: Ports>(hands: &Hands<'_, '_, P>, words: &Words<'_>) -> Result<f64, Failure> {
+fn grid_radius<'c>(hands: &impl Hands<'c>, words: &Words<'_>) -> Result<f64, Failure> {
     let radius = words.as_length('J').unwrap_or(hands.config().leveling.delta.radius.0);
     if radius >= 1.0 { Ok(radius) } else { Err(Failure::refused(&"J is a radius, 1 mm or more")) }
 }
 
 /// Touches the bed at every point of a grid and levels by the heights.
-fn level_by_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome {
+fn level_by_grid<'c>(hands: &mut impl Hands<'c>, plan: &Plan) -> Outcome {
     leveling::take_off(hands)?;
     hands.bed().scatter = Scatter::default();
     touch_grid(hands, plan)?;
@@ -318,7 +314,7 @@ fn level_by_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Outcome
 
 /// Writes the heights of the bed over that at the reference into the draft; NaN at points that must not be
 /// touched.
-fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(), Failure> {
+fn touch_grid<'c>(hands: &mut impl Hands<'c>, plan: &Plan) -> Result<(), Failure> {
     let (offsets, probe) = (*hands.bed(), hands.tuning().probe);
     let bed = find_bed(hands, nozzle_over(&offsets, plan.reference), plan.from)?[Axis::Z];
     let height = clear_of(&probe, bed);
@@ -352,8 +348,8 @@ fn touch_grid<P: Ports>(hands: &mut Hands<'_, '_, P>, plan: &Plan) -> Result<(),
 
 /// Returns the height of the bed at a point of the grid; computed from the edges of a region that must not be
 /// touched.
-fn touch_point<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn touch_point<'c>(
+    hands: &mut impl Hands<'c>,
     plan: &Plan,
     place: [f64; 2],
     height: f64,
@@ -377,7 +373,7 @@ fn touch_point<P: Ports>(
 }
 
 /// Reports the draft, a line for each row.
-fn say_draft<P: Ports>(hands: &mut Hands<'_, '_, P>, shape: &GridShape) {
+fn say_draft<'c>(hands: &mut impl Hands<'c>, shape: &GridShape) {
     let [nx, ny] = shape.count;
     let (mut least, mut most) = (f32::INFINITY, f32::NEG_INFINITY);
     for row in 0..ny {

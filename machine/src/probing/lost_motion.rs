@@ -5,10 +5,9 @@ use program::Contact;
 use units::{Axis, MmPerSecond, PerAxis};
 
 use super::search::{Search, check_homed, search};
-use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::leveling;
-use crate::ports::Ports;
+use crate::procedures::Hands;
 
 /// Number of measurements of the lost motion.
 const ROUNDS: u32 = 5;
@@ -19,7 +18,7 @@ const BACK: f64 = 2.0;
 ///
 /// # Errors
 /// Without a probe, or when its contact is not where it should be.
-pub(crate) fn lost_motion<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, distance: f64) -> Result<(), Failure> {
+pub(crate) fn lost_motion<'c>(hands: &mut impl Hands<'c>, axis: Axis, distance: f64) -> Result<(), Failure> {
     if !hands.config().probe.enable {
         return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));
     }
@@ -45,7 +44,7 @@ pub(crate) fn lost_motion<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, di
 }
 
 /// Returns mean and range of the lost motion, mm.
-fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, distance: f64) -> Result<(f64, f64), Failure> {
+fn rounds<'c>(hands: &mut impl Hands<'c>, axis: Axis, distance: f64) -> Result<(f64, f64), Failure> {
     let rate = hands.tuning().probe.slow_rate;
     let towards = if distance < 0.0 { -1.0 } else { 1.0 };
     let (mut sum, mut least, mut most) = (0.0, f64::INFINITY, f64::NEG_INFINITY);
@@ -65,8 +64,8 @@ fn rounds<P: Ports>(hands: &mut Hands<'_, '_, P>, axis: Axis, distance: f64) -> 
 }
 
 /// Returns the position at which the contact changes, mm.
-fn find<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn find<'c>(
+    hands: &mut impl Hands<'c>,
     axis: Axis,
     way: f64,
     rate: MmPerSecond,

@@ -11,9 +11,8 @@ use super::delta_calibration::{adopt, assumed_touches, belief, sought};
 use super::delta_fit::{Belief, Distance, Evidence, deviation, fit};
 use super::delta_records::MOST_DISTANCES;
 use crate::arms::is_linear_delta;
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome, short};
-use crate::ports::Ports;
+use crate::procedures::Hands;
 
 /// Greatest relative error of a distance: a greater one was misread, or is another distance.
 const MOST_ERROR: f64 = 0.1;
@@ -22,7 +21,7 @@ const FACTORS: u8 = 9;
 
 /// M665.1: notes that the part is S long from X Y to I J; without words, reports the kept distances. M665.2
 /// calibrates by them, S as that of G32. M665.3 forgets them.
-pub(crate) fn measured_part<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn measured_part<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let texts = hands.texts();
     if !is_linear_delta(hands.config()) {
         return Err(Failure::refused(
@@ -46,7 +45,7 @@ pub(crate) fn measured_part<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Word
     }
 }
 
-fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+fn keep<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let needs = || Failure::refused(&"M665.1 needs X Y I J, the places of both ends, and S, the measured distance");
     let [x, y, i, j, measured] = ['X', 'Y', 'I', 'J', 'S'].map(|letter| words.as_length(letter));
     let (Some(x), Some(y), Some(i), Some(j), Some(measured)) = (x, y, i, j, measured) else { return Err(needs()) };
@@ -56,8 +55,8 @@ fn keep<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
 }
 
 /// Keeps a distance between two places of the program; returns a report of it.
-fn keep_distance<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn keep_distance<'c>(
+    hands: &mut impl Hands<'c>,
     ends: [[f64; 2]; 2],
     measured: f64,
 ) -> Result<crate::failure::ShortText, Failure> {
@@ -80,7 +79,7 @@ fn keep_distance<P: Ports>(
 }
 
 /// Replaces the distances by those measured on the calibration part.
-fn take_print<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+fn take_print<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     let texts = hands.texts();
     let all = hands.delta_records().print.distances(texts)?;
     let before = core::mem::take(&mut hands.delta_records().distances);
@@ -94,7 +93,7 @@ fn take_print<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
     Ok(Answer::Ok)
 }
 
-fn list<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+fn list<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     let belief = belief(hands)?;
     for index in 0..MOST_DISTANCES {
         let Some(distance) = hands.delta_records().distances.get(index).copied() else { break };
@@ -115,7 +114,7 @@ fn distances_off(belief: &Belief, distances: &[Distance]) -> f64 {
     libm::sqrt(squares.sum::<f64>() / distances.len().max(1) as f64)
 }
 
-fn calibrate<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+fn calibrate<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     let sought = sought(words.get('S').map_or(FACTORS, |factors| factors as u8), words)?;
     let count = hands.delta_records().distances.len();
     if count < 3 {

@@ -5,12 +5,11 @@ use heapless::Vec;
 use units::{Axis, PerAxis};
 
 use super::deployment::stow_after;
-use super::samples::Touches;
 use super::search::{Search, search};
 use crate::bed::Bed;
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure};
-use crate::ports::Ports;
+use crate::procedures::Hands;
+use crate::touches::Touches;
 
 /// Greatest depth of the bed below a touched place, mm, and the addition for each mm of way: a search beyond
 /// that has a probe that fails.
@@ -40,8 +39,8 @@ pub(super) fn probe_at(bed: &Bed, nozzle: &PerAxis<f64>) -> [f64; 2] {
 }
 
 /// Checks that the probe can be brought over these places.
-pub(super) fn check_reach<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(super) fn check_reach<'c>(
+    hands: &mut impl Hands<'c>,
     places: impl IntoIterator<Item = [f64; 2]>,
 ) -> Result<(), Failure> {
     let bed = *hands.bed();
@@ -49,7 +48,7 @@ pub(super) fn check_reach<P: Ports>(
 }
 
 /// Goes over to X and Y at this height: a nozzle that is nearer to the bed goes away from it first.
-fn go_over<P: Ports>(hands: &mut Hands<'_, '_, P>, at: [f64; 2], height: f64) -> Result<(), Failure> {
+fn go_over<'c>(hands: &mut impl Hands<'c>, at: [f64; 2], height: f64) -> Result<(), Failure> {
     hands.may_go_over(at)?;
     let probe = hands.tuning().probe;
     let mut target = hands.position();
@@ -63,11 +62,7 @@ fn go_over<P: Ports>(hands: &mut Hands<'_, '_, P>, at: [f64; 2], height: f64) ->
 
 /// Finds the bed with the nozzle at X and Y, coming from this height. Stands `probe_height` away from it
 /// afterwards.
-pub(super) fn find_bed<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    at: [f64; 2],
-    from: f64,
-) -> Result<PerAxis<f64>, Failure> {
+pub(super) fn find_bed<'c>(hands: &mut impl Hands<'c>, at: [f64; 2], from: f64) -> Result<PerAxis<f64>, Failure> {
     let probe = hands.tuning().probe;
     let mut over = hands.position();
     over[Axis::Z] = from;
@@ -78,11 +73,7 @@ pub(super) fn find_bed<P: Ports>(
 }
 
 /// Probes the bed with the nozzle at X and Y, travelling there and back up at this height.
-pub(super) fn probe_point<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    at: [f64; 2],
-    height: f64,
-) -> Result<PerAxis<f64>, Failure> {
+pub(super) fn probe_point<'c>(hands: &mut impl Hands<'c>, at: [f64; 2], height: f64) -> Result<PerAxis<f64>, Failure> {
     let contact = touch(hands, at, height, None)?;
     lift(hands, height)?;
     Ok(contact)
@@ -106,8 +97,8 @@ impl Neighbour {
 
 /// Probes the bed like [`probe_point`] at a place with a known neighbour: a probe that fails is not pressed
 /// into the bed.
-pub(super) fn probe_beside<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(super) fn probe_beside<'c>(
+    hands: &mut impl Hands<'c>,
     place: [f64; 2],
     height: f64,
     neighbour: &Neighbour,
@@ -123,8 +114,8 @@ pub(super) fn probe_beside<P: Ports>(
 
 /// Touches the bed at each of these places, travelling at least at this height the first time, and reports X,
 /// Y and height of each, mm.
-pub(crate) fn touch_places<P: Ports, const N: usize>(
-    hands: &mut Hands<'_, '_, P>,
+pub(crate) fn touch_places<'c, const N: usize>(
+    hands: &mut impl Hands<'c>,
     places: &Vec<[f64; 2], N>,
     from: f64,
 ) -> Result<Vec<[f64; 3], N>, Failure> {
@@ -148,8 +139,8 @@ pub(crate) fn touch_places<P: Ports, const N: usize>(
 
 /// Touches with the nozzle at X and Y, coming from this height, and stays there. The excess of the probe's
 /// reading by the axis's twist is subtracted from the height.
-fn touch<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn touch<'c>(
+    hands: &mut impl Hands<'c>,
     at: [f64; 2],
     height: f64,
     deepest: Option<f64>,
@@ -162,8 +153,8 @@ fn touch<P: Ports>(
 
 /// Touches without correction of the twist, as often as is configured. The result of the touches is the place
 /// of the contact.
-pub(crate) fn touch_uncorrected<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+pub(crate) fn touch_uncorrected<'c>(
+    hands: &mut impl Hands<'c>,
     nozzle: [f64; 2],
     height: f64,
 ) -> Result<PerAxis<f64>, Failure> {
@@ -171,8 +162,8 @@ pub(crate) fn touch_uncorrected<P: Ports>(
 }
 
 /// Touches without correction of the twist, but not beyond the Z `deepest`.
-fn touch_down_to<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
+fn touch_down_to<'c>(
+    hands: &mut impl Hands<'c>,
     nozzle: [f64; 2],
     height: f64,
     deepest: Option<f64>,
@@ -214,11 +205,7 @@ fn touch_down_to<P: Ports>(
 }
 
 /// Searches from the probe's position, not beyond `deepest`.
-fn touch_once<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    height: f64,
-    deepest: Option<f64>,
-) -> Result<PerAxis<f64>, Failure> {
+fn touch_once<'c>(hands: &mut impl Hands<'c>, height: f64, deepest: Option<f64>) -> Result<PerAxis<f64>, Failure> {
     let probe = hands.tuning().probe;
     let over = hands.position();
     let most = probe.max_travel.0;
@@ -240,7 +227,7 @@ fn touch_once<P: Ports>(
 }
 
 /// Touches the bed under the probe, at the machine's position, and lifts to the height of before.
-pub(crate) fn touch_here<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<PerAxis<f64>, Failure> {
+pub(crate) fn touch_here<'c>(hands: &mut impl Hands<'c>) -> Result<PerAxis<f64>, Failure> {
     let start = hands.position();
     let touched = touch(hands, [start[Axis::X], start[Axis::Y]], start[Axis::Z], None);
     let ended = match &touched {
@@ -251,7 +238,7 @@ pub(crate) fn touch_here<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Result<PerAx
     touched
 }
 
-fn lift<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<(), Failure> {
+fn lift<'c>(hands: &mut impl Hands<'c>, height: f64) -> Result<(), Failure> {
     let mut target = hands.position();
     target[Axis::Z] = height;
     let rate = hands.tuning().probe.return_rate;

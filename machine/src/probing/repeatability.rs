@@ -3,11 +3,10 @@
 use program::Words;
 use units::{Axis, MmPerSecond};
 
-use super::samples::{MOST, Touches};
 use super::search::{Search, check_homed, search};
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::Ports;
+use crate::procedures::Hands;
+use crate::touches::{MOST, Touches};
 
 /// Greatest travel of M48, mm: the search begins just above the bed.
 const REPEAT_TRAVEL: f64 = 20.0;
@@ -16,7 +15,7 @@ const REPEATS: f64 = 10.0;
 
 /// M48: probes P times at the same place, with F at that rate; reports the differences. Unknown without a
 /// probe.
-pub(crate) fn repeatability<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>) -> Outcome {
+pub(crate) fn repeatability<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Outcome {
     if !hands.config().probe.enable {
         return Ok(Answer::Unknown);
     }

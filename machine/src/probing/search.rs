@@ -5,13 +5,12 @@ use program::Contact;
 use units::{Axis, Micros, MmPerSecond, PerAxis};
 
 use super::deployment;
-use crate::executor::Hands;
 use crate::failure::Failure;
 use crate::homing::wait_trigger;
-use crate::ports::{Input, InputLevels, Ports};
+use crate::ports::Input;
+use crate::procedures::Hands;
 use crate::reason::Reason;
 use crate::safety::Event;
-use crate::tuning::Tuning;
 
 /// Number of searches that a contact which does not last may cut short; then the wiring is to blame.
 const RETRIES: u8 = 3;
@@ -40,12 +39,6 @@ impl Search {
     }
 }
 
-/// Returns whether the probe's contact is closed.
-#[must_use]
-pub(crate) const fn touches(inputs: InputLevels, tuning: &Tuning) -> bool {
-    inputs.is_active(Input::Probe) != tuning.probe_inverted
-}
-
 /// Returns the input that fires at this change.
 const fn input_of(until: Contact, inverted: bool) -> Input {
     match (until, inverted) {
@@ -55,13 +48,13 @@ const fn input_of(until: Contact, inverted: bool) -> Input {
 }
 
 /// Returns whether the contact is already as the search would leave it.
-fn is_at_end<P: Ports>(hands: &mut Hands<'_, '_, P>, until: Contact) -> bool {
+fn is_at_end<'c>(hands: &mut impl Hands<'c>, until: Contact) -> bool {
     let inputs = hands.inputs();
-    touches(inputs, hands.tuning()) == (until == Contact::Closes)
+    hands.tuning().probe_touches(inputs) == (until == Contact::Closes)
 }
 
 /// Checks that the axes are homed: probing moves, so it needs the same as moves.
-pub(crate) fn check_homed<P: Ports>(hands: &Hands<'_, '_, P>) -> Result<(), Failure> {
+pub(crate) fn check_homed<'c>(hands: &impl Hands<'c>) -> Result<(), Failure> {
     if hands.config().motion.must_be_homed && !hands.all_homed() {
         return Err(Failure::alarm(&"Must be homed before moving"));
     }
@@ -70,7 +63,7 @@ pub(crate) fn check_homed<P: Ports>(hands: &Hands<'_, '_, P>) -> Result<(), Fail
 
 /// Searches. Returns the exact position at which the contact changed, while the machine stands a braking
 /// distance past it; or `None` when it did not change on the way, and the machine stands at the target.
-pub(super) fn search<P: Ports>(hands: &mut Hands<'_, '_, P>, search: &Search) -> Result<Option<PerAxis<f64>>, Failure> {
+pub(super) fn search<'c>(hands: &mut impl Hands<'c>, search: &Search) -> Result<Option<PerAxis<f64>>, Failure> {
     hands.standstill()?;
     if search.until == Contact::Closes {
         // A contact that is to open touches already, so its probe is deployed.
@@ -87,10 +80,7 @@ pub(super) fn search<P: Ports>(hands: &mut Hands<'_, '_, P>, search: &Search) ->
     held.and(found)
 }
 
-fn search_at_standstill<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    search: &Search,
-) -> Result<Option<PerAxis<f64>>, Failure> {
+fn search_at_standstill<'c>(hands: &mut impl Hands<'c>, search: &Search) -> Result<Option<PerAxis<f64>>, Failure> {
     let dwell = hands.tuning().probe.dwell;
     hands.wait_for(dwell)?;
     if is_at_end(hands, search.until) {
@@ -111,10 +101,7 @@ fn search_at_standstill<P: Ports>(
 }
 
 /// Searches again while the contact does not last.
-fn search_past_sparks<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    search: &Search,
-) -> Result<Option<PerAxis<f64>>, Failure> {
+fn search_past_sparks<'c>(hands: &mut impl Hands<'c>, search: &Search) -> Result<Option<PerAxis<f64>>, Failure> {
     let debounce = hands.tuning().probe.debounce;
     // The move is a rapid, with which a laser stays off; the override is undone, since it is for cutting.
     let rate = search.rate * (1.0 / hands.motion(|motion| motion.overrides().rapid));
@@ -138,6 +125,8 @@ fn search_past_sparks<P: Ports>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ports::InputLevels;
+    use crate::tuning::Tuning;
 
     #[test]
     fn an_inverted_contact_touches_while_its_input_is_open() {
@@ -145,7 +134,7 @@ mod tests {
             let inputs = if level { InputLevels::default().with(Input::Probe) } else { InputLevels::default() };
             let mut tuning = Tuning::default();
             tuning.probe_inverted = inverted;
-            assert_eq!(touches(inputs, &tuning), level != inverted);
+            assert_eq!(tuning.probe_touches(inputs), level != inverted);
             // The latch fires on the input change that closes the contact.
             let fires = input_of(Contact::Closes, inverted);
             assert_eq!(fires, if inverted { Input::ProbeOpen } else { Input::Probe });

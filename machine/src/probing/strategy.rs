@@ -8,10 +8,9 @@ use super::delta_calibration::{calibrate_delta, measure_delta};
 use super::grids::{level_by_delta_grid, prepare_cartesian_grid, prepare_scan, scan_delta};
 use super::plan::Plan;
 use super::three_point::{level_by_three_points, measure_three_points, show_plane};
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::leveling;
-use crate::ports::Ports;
+use crate::procedures::Hands;
 
 /// Returns the strategy that these words ask for: P1 means calibration alone, unless it is another
 /// firmware's.
@@ -22,11 +21,7 @@ fn strategy_of(config: &MachineConfig, words: &Words<'_>, code: Code) -> Option<
 /// Homes, and finds the area, before the configured `before_probe_gcode` runs. `Some` when these words probe
 /// a cartesian grid: then that script follows, [`super::touch_cartesian_grid`] with the plan, and, however
 /// that ended, `after_probe_gcode`. `None`: nothing was done, and the code is [`strategy`]'s.
-pub(crate) fn prepare<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    words: &Words<'_>,
-    code: Code,
-) -> Result<Option<Plan>, Failure> {
+pub(crate) fn prepare<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>, code: Code) -> Result<Option<Plan>, Failure> {
     let config = hands.config();
     if !config.probe.enable || strategy_of(config, words, code) != Some(Leveling::CartesianGrid) {
         return Ok(None);
@@ -39,10 +34,7 @@ pub(crate) fn prepare<P: Ports>(
 }
 
 /// Runs a measurement of the bare machine or bed, without leveling.
-pub(super) fn uncompensated<P: Ports>(
-    hands: &mut Hands<'_, '_, P>,
-    measure: impl FnOnce(&mut Hands<'_, '_, P>) -> Outcome,
-) -> Outcome {
+pub(super) fn uncompensated<'c, H: Hands<'c>>(hands: &mut H, measure: impl FnOnce(&mut H) -> Outcome) -> Outcome {
     hands.standstill()?;
     leveling::set_compensation_aside(hands)?;
     let done = measure(hands);
@@ -53,7 +45,7 @@ pub(super) fn uncompensated<P: Ports>(
 /// Runs G29, G31 and G32: by the leveling strategy if it knows them, otherwise as calibration; P1 means the
 /// latter alone. `code` is the meant code, which in other firmwares' dialects differs from the written. The
 /// scripts around a cartesian grid are the caller's: see [`prepare`].
-pub(crate) fn strategy<P: Ports>(hands: &mut Hands<'_, '_, P>, words: &Words<'_>, code: Code) -> Outcome {
+pub(crate) fn strategy<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>, code: Code) -> Outcome {
     let config = hands.config();
     if !config.probe.enable {
         return Ok(Answer::Unknown);

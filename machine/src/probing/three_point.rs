@@ -5,18 +5,17 @@ use motion::compensation::Bed as Shape;
 use units::{Axis, AxisSet};
 
 use super::points::{clear_of, find_bed, nozzle_over, probe_point};
-use super::search::{check_homed, touches};
-use crate::executor::Hands;
+use super::search::check_homed;
 use crate::failure::{Answer, Failure, Outcome};
 use crate::homing;
 use crate::leveling;
-use crate::ports::Ports;
+use crate::procedures::Hands;
 
 /// Least area of the triangle, mm^2, whose corners tell a plane.
 const LEAST_AREA: f64 = 1.0;
 
 /// G29: touches the three points and reports their heights.
-pub(super) fn measure_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(super) fn measure_three_points<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     check_homed(hands)?;
     let height = hands.position()[Axis::Z];
     touch_three_points(hands, height)?;
@@ -24,7 +23,7 @@ pub(super) fn measure_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Ou
 }
 
 /// G31: reports the plane in force.
-pub(super) fn show_plane<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Answer {
+pub(super) fn show_plane<'c>(hands: &mut impl Hands<'c>) -> Answer {
     match hands.motion(|motion| motion.compensation().bed()) {
         Shape::Plane(plane) => {
             hands.say(format_args!("Bed leveling plane: Z = {:.6} X + {:.6} Y + {:.4}\n", plane.x, plane.y, plane.z));
@@ -33,13 +32,13 @@ pub(super) fn show_plane<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Answer {
         Shape::Flat => hands.say(format_args!("Bed leveling plane is not set\n")),
     }
     let inputs = hands.inputs();
-    let touches = touches(inputs, hands.tuning());
+    let touches = hands.tuning().probe_touches(inputs);
     hands.say(format_args!("Probe is {}\n", if touches { "Triggered" } else { "Not triggered" }));
     Answer::Ok
 }
 
 /// G32: sets Z by the first touch; the plane through all three levels the bed.
-pub(super) fn level_by_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> Outcome {
+pub(super) fn level_by_three_points<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     let (config, bed, probe) = (hands.config(), *hands.bed(), hands.tuning().probe);
     // The points are checked before anything moves.
     plane_through(&bed.points, [0.0; 3])?;
@@ -67,7 +66,7 @@ pub(super) fn level_by_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>) -> O
 }
 
 /// Touches the points; returns X and Y of the points, Z of the contacts.
-fn touch_three_points<P: Ports>(hands: &mut Hands<'_, '_, P>, height: f64) -> Result<[[f64; 3]; 3], Failure> {
+fn touch_three_points<'c>(hands: &mut impl Hands<'c>, height: f64) -> Result<[[f64; 3]; 3], Failure> {
     let bed = *hands.bed();
     let mut touches = [[0.0; 3]; 3];
     for (touch, point) in touches.iter_mut().zip(bed.points) {

@@ -4,15 +4,14 @@ use program::{ProbeAlong, ProbeDown};
 use units::Axis;
 
 use super::search::{Search, check_homed, search};
-use crate::executor::Hands;
 use crate::failure::{Answer, Failure, FailureKind, Outcome};
 use crate::leveling;
-use crate::ports::Ports;
+use crate::procedures::Hands;
 use crate::reason::Alarm;
 
 /// G30: searches for the bed and returns to its start, or stays at the contact; then Z may read as given
 /// there. Without a probe the code is unknown, as programs for printers expect.
-pub(crate) fn probe_down<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeDown) -> Outcome {
+pub(crate) fn probe_down<'c>(hands: &mut impl Hands<'c>, probe: &ProbeDown) -> Outcome {
     if !hands.config().probe.enable {
         return Ok(Answer::Unknown);
     }
@@ -46,7 +45,7 @@ pub(crate) fn probe_down<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeDo
 /// G38: searches along a line, and stands where the contact changed. A sender of GRBL's dialect has already
 /// sent the line that sets a zero by it: if the search cannot begin, the machine halts, as GRBL's, and
 /// refuses that line. A file waits.
-pub(crate) fn probe_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeAlong) -> Outcome {
+pub(crate) fn probe_along<'c>(hands: &mut impl Hands<'c>, probe: &ProbeAlong) -> Outcome {
     let done = search_along(hands, probe);
     let halts = hands.speaks_grbl() && !hands.is_playing();
     done.map_err(|why| match why.kind {
@@ -56,7 +55,7 @@ pub(crate) fn probe_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeA
 }
 
 /// Searches along the line. Without a probe the search is refused, for the next lines rely on its result.
-fn search_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeAlong) -> Outcome {
+fn search_along<'c>(hands: &mut impl Hands<'c>, probe: &ProbeAlong) -> Outcome {
     if !hands.config().probe.enable {
         return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));
     }
@@ -82,7 +81,7 @@ fn search_along<P: Ports>(hands: &mut Hands<'_, '_, P>, probe: &ProbeAlong) -> O
 }
 
 /// Searches and goes back to the contact; returns whether it was found.
-fn search_and_return<P: Ports>(hands: &mut Hands<'_, '_, P>, line: &Search) -> Result<bool, Failure> {
+fn search_and_return<'c>(hands: &mut impl Hands<'c>, line: &Search) -> Result<bool, Failure> {
     let Some(contact) = search(hands, line)? else { return Ok(false) };
     // Braking went a little past the contact.
     hands.go_there(contact, line.rate)?;

@@ -8,7 +8,6 @@ use units::{Actuator, PerAxis};
 use super::{Line, add, auxiliary_axes, free_axes};
 use crate::failure::{Answer, Outcome};
 use crate::ports::{Input, Inputs, MotionPort};
-use crate::probing::touches;
 use crate::sessions::Reply;
 use crate::tuning::Tuning;
 
@@ -146,7 +145,7 @@ pub(crate) fn end_switches(ports: &impl Inputs, config: &MachineConfig, tuning: 
         add!(line, "({}{homes}{limits}){pin}:{level} ", axis.letter());
     }
     if let Some(pin) = config.probe.pin.filter(|_| config.probe.enable) {
-        add!(line, " (Probe){pin}:{} ", u8::from(touches(levels, tuning)));
+        add!(line, " (Probe){pin}:{} ", u8::from(tuning.probe_touches(levels)));
     }
     reply.say(format_args!("{line}\n"));
 }

@@ -13,8 +13,11 @@ use units::{Axis, Micros, PerAxis};
 
 use crate::ports::{Input, InputLevels};
 
+/// Greatest distance of a carriage at rest past the point where its switch closed, mm: the give of the levers
+/// of common switches, with room to spare.
+pub const OVERTRAVEL: f64 = 0.3;
 /// Distance that a search may go on past a limit, mm, to the contact that ends it: as far as past any switch.
-const PAST_A_LIMIT: f64 = crate::homing::OVERTRAVEL;
+const PAST_A_LIMIT: f64 = OVERTRAVEL;
 /// Time for which a limit must have been open before it guards again.
 const REARM_TIME: Micros = Micros::from_millis(50);
 

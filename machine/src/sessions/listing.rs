@@ -3,7 +3,7 @@
 use heapless::Vec;
 use units::Micros;
 
-use crate::files::paths::Path;
+use crate::paths::Path;
 use crate::ports::FileHandle;
 
 /// List that senders for grblHAL ask for.

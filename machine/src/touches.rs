@@ -4,11 +4,11 @@ use config::SamplesConfig;
 use heapless::Vec;
 
 /// Greatest number of touches of a place: the configuration allows no more.
-pub(super) const MOST: usize = 50;
+pub const MOST: usize = 50;
 
 /// Heights of touches of a place, mm, the lowest first.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Touches {
+pub struct Touches {
     heights: Vec<f64, MOST>,
 }
 
@@ -71,7 +71,7 @@ pub struct Scatter {
 
 impl Scatter {
     /// Adds the touches that counted at a place, and the number of its repetitions.
-    pub(super) fn add(&mut self, at: [f64; 2], touches: &Touches, again: u32, median: bool) {
+    pub fn add(&mut self, at: [f64; 2], touches: &Touches, again: u32, median: bool) {
         self.median = median;
         self.places += 1;
         self.touches += touches.len() as u32;

@@ -3,11 +3,11 @@
 use gcode::Decoder;
 use motion::Tag;
 
+use super::tags::of_number;
 use crate::failure::short;
-use crate::jobs::of_number;
 
 /// Returns the tag for the moves of a line with a number.
-pub(super) fn tag_of(line: &[u8]) -> Tag {
+pub fn tag_of(line: &[u8]) -> Tag {
     number_of(line).and_then(|number| u32::try_from(number).ok()).map_or(Tag::NONE, of_number)
 }
 
@@ -27,7 +27,7 @@ fn number_in(digits: &[u8]) -> Option<i64> {
 /// Returns a decoder for a line from a file, which takes the number as it is (order was checked, if at all,
 /// at the upload), but not the checksum.
 #[inline]
-pub(crate) fn decoder_expecting(line: &[u8]) -> Decoder {
+pub fn decoder_expecting(line: &[u8]) -> Decoder {
     // Most lines have no number, and every line comes through here.
     number_of(line).map_or(const { Decoder::new() }, decoder_before)
 }
