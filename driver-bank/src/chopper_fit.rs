@@ -1,8 +1,8 @@
 //! spreadCycle settings computed for a motor: from the configured coil to the chip, and the result in words.
 
+use base::ports::{ChopperFit, Coil, DriverFault};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
-use machine::ports::{ChopperFit, Coil, DriverFault};
 use tmc::stealth::{RegisterBus, StealthSettings};
 use tmc::{BlankTime, Chopper, Driver, HysteresisDecrement, Regulated};
 use units::Volts;

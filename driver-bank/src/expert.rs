@@ -2,8 +2,8 @@
 
 use core::fmt::{Result, Write};
 
+use base::ports::DriverFault;
 use embedded_hal::spi::SpiDevice;
-use machine::ports::DriverFault;
 use tmc::register::ChopConf;
 use tmc::{
     BlankTime, Chip, Chopper, CoolStep, Driver, HysteresisDecrement, ReadSelect, Reading, StallGuard, StepInput,

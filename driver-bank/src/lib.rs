@@ -1,4 +1,4 @@
-//! The machine's port to its motor drivers ([`machine::ports::MotorDrivers`]) over TMC chips and enable pins.
+//! The machine's port to its motor drivers ([`base::ports::MotorDrivers`]) over TMC chips and enable pins.
 //!
 //! A crate of its own because `machine` never sees a chip and `tmc` never sees a machine; the board and the
 //! native runner bring their own bus and pins.
@@ -12,11 +12,11 @@ mod stealth;
 
 use core::fmt::Write;
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiDevice;
-use machine::ports::{
+use base::ports::{
     ChopperFit, Coil, Description, DriverFault, DriverStatus, ElectricalPhase, MotorDrivers, StallSearch,
 };
+use embedded_hal::digital::OutputPin;
+use embedded_hal::spi::SpiDevice;
 use tmc::{Driver, Error, Microsteps, ReadSelect, Reading, StallGuard, StepInput};
 use units::{Actuator, Amps, PerActuator, Volts};
 

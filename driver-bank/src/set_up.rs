@@ -29,7 +29,7 @@ impl<E: fmt::Debug> fmt::Display for NotSetUp<E> {
 
 /// Keeps only errors about settings that no chip can take; a chip may be silent, since the motor supply may
 /// be off. All of its registers are written, and silence is reported, by
-/// [`machine::ports::MotorDrivers::initialise`].
+/// [`base::ports::MotorDrivers::initialise`].
 fn stored<T, E>(result: Result<T, Error<E>>) -> Result<(), NotSetUp<E>> {
     match result {
         Err(error @ Error::Setting(_)) => Err(NotSetUp::Driver(error)),

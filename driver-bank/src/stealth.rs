@@ -3,10 +3,10 @@
 
 use core::fmt::{Result as Written, Write};
 
+use base::ports::{DriverFault, DriverStatus, ElectricalPhase, StallSearch};
 use config::{ActuatorConfig, DriverKind, MachineConfig};
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::{Mode, SpiDevice};
-use machine::ports::{DriverFault, DriverStatus, ElectricalPhase, StallSearch};
 use tmc::stealth::{
     self, LoadMeasurement, RegisterBus, SingleWire, StealthChip, StealthDriver, StealthSettings, register,
 };

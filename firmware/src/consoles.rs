@@ -1,8 +1,8 @@
 //! Consoles of the board: an enum, so that a new console makes the compiler name every place that must
 //! change.
 
-use machine::ports::{ConsoleKind, SessionProfile};
-use machine::sessions::{Inbox, SessionId};
+use base::sessions::{ConsoleKind, SessionProfile};
+use base::sessions::{Inbox, SessionId};
 
 static DEBUG: Inbox = Inbox::new();
 static UART0: Inbox = Inbox::new();

@@ -3,9 +3,10 @@
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
+use base::Ports;
+use base::ports::Wake;
 use bsp_prime::thread_stack;
 use machine::Lasting;
-use machine::ports::{Ports, Wake};
 use motion::{Access, Motion};
 use rtic::Mutex;
 

@@ -5,6 +5,7 @@ use core::fmt::{Arguments, Write};
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use base::ports::{LastWords, Start};
 use bsp_prime::BoardError;
 use bsp_prime::board::make_outputs_safe;
 use bsp_prime::identity::{Identity, ResetCause};
@@ -13,7 +14,6 @@ use bsp_prime::{kept, log, rtt, time};
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::exception;
 use events::Event;
-use machine::ports::{LastWords, Start};
 use units::Micros;
 
 /// A panic while reporting must not report again.

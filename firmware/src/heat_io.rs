@@ -1,14 +1,14 @@
 //! Hardware of the heat task: heater and switch outputs, the two enables of the output stage, the thermistor
 //! scan.
 
+use base::ports::{
+    DatedReading, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit,
+};
+use base::tasks::{self, Due, HeatTask};
 use bsp_prime::adc::Thermistors;
 use bsp_prime::pins::{Input, Output};
 use bsp_prime::pwm::Pwm;
 use config::MAX_FANS;
-use machine::ports::{
-    DatedReading, MAX_HEATERS, MAX_SWITCHES, OutputLevels, SensorReading, SensorReadings, heater_bit, switch_bit,
-};
-use machine::tasks::{self, Due, HeatTask};
 use thermal::HeatControl;
 use units::{Celsius, Micros};
 

@@ -1,9 +1,9 @@
 //! The log: prints the events of the ring over RTT, at the lowest priority.
 
+use base::ports::DateTime;
 use bsp_prime::identity::{Identity, ResetCause};
 use bsp_prime::{kept, rtc, time};
 use events::{Cause, Date, Event};
-use machine::ports::DateTime;
 
 /// Position of the log in the ring of events.
 pub struct Told(u32);

@@ -22,8 +22,8 @@
 #![no_main]
 #![allow(unsafe_code, reason = "interrupt placement and fault handlers need it")]
 
-use machine::tasks::ReachedMark;
-use machine::watchdog::Reports;
+use base::tasks::ReachedMark;
+use base::watchdog::Reports;
 use motion::Latch;
 use stm32h7xx_hal::pac::Interrupt;
 
@@ -63,6 +63,9 @@ static REPORTS: Reports = Reports::new();
 // and is pended.
 #[rtic::app(device = stm32h7xx_hal::pac, peripherals = true)]
 mod app {
+    use base::sessions::Intake;
+    use base::tasks::{FEED_PERIOD_US, FeedTask, HEAT_PERIOD_US};
+    use base::watchdog::Reporter;
     use bsp_prime::flash::BoardFlash;
     use bsp_prime::sd::CardService;
     use bsp_prime::step_engine;
@@ -70,9 +73,6 @@ mod app {
     use bsp_prime::uart::UartInterrupt;
     use bsp_prime::watchdog::Watchdog;
     use bsp_prime::{Board, kept, rtt, sd, trigger};
-    use machine::sessions::Intake;
-    use machine::tasks::{FEED_PERIOD_US, FeedTask, HEAT_PERIOD_US};
-    use machine::watchdog::Reporter;
     use motion::{BlockRing, FeedSchedule, Motion, Store};
     use units::Ticks;
 

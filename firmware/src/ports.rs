@@ -3,6 +3,14 @@
 
 use core::fmt::Write;
 
+use base::ports::{
+    Ahead, Board, BoardInfo, DriversPort, HeatPort, InputLevels, Inputs, LightPort, MemoryReport, MotionPort, PinPort,
+    PinTaken, Start, StepTimes, Storage, Workspace,
+};
+use base::sessions::{Consoles, SessionProfile};
+use base::sessions::{Inbox, SessionId};
+use base::supervisor::{Supervisor, SupervisorPort};
+use base::watchdog::Reporter;
 use bsp_prime::led_strip::LedSender;
 use bsp_prime::pins::{Input, Output, PinError, Pins};
 use bsp_prime::rtc::Rtc;
@@ -13,13 +21,6 @@ use bsp_prime::usb::UsbSocket;
 use bsp_prime::{memory, thread_stack, time, wait};
 use config::{MachineConfig, OutputPin, Pin};
 use heapless::Vec;
-use machine::ports::{
-    Ahead, Board, BoardInfo, Consoles, DriversPort, HeatPort, InputLevels, Inputs, LightPort, MemoryReport, MotionPort,
-    PinPort, PinTaken, SessionProfile, Start, StepTimes, Storage, Workspace,
-};
-use machine::sessions::{Inbox, SessionId};
-use machine::supervisor::Supervisor;
-use machine::watchdog::Reporter;
 use motion::{Latch, Motion};
 use rtic::Mutex;
 use thermal::HeatControl;
@@ -284,12 +285,20 @@ where
         self.shared.slow.lock(|slow| f(&mut slow.drivers))
     }
 
-    fn supervisor<R>(&mut self, f: impl FnOnce(&mut Supervisor) -> R) -> R {
-        self.shared.slow.lock(|slow| f(&mut slow.supervisor))
-    }
-
     fn set_motor_power(&mut self, on: bool) {
         self.owned.motors_enable.set(on);
+    }
+}
+
+impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> SupervisorPort for BoardPorts<M, H, S, T, K>
+where
+    M: Mutex<T = &'static mut Motion>,
+    H: Mutex<T = Heat>,
+    S: Mutex<T = Slow>,
+    T: Mutex<T = TriggerInputs>,
+{
+    fn supervisor<R>(&mut self, f: impl FnOnce(&mut Supervisor) -> R) -> R {
+        self.shared.slow.lock(|slow| f(&mut slow.supervisor))
     }
 }
 

@@ -5,9 +5,9 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use base::sessions::{Inbox, Intake};
 use bsp_prime::rtt::{Down, Up};
 use bsp_prime::time;
-use machine::sessions::{Inbox, Intake};
 use units::Micros;
 
 /// Most bytes taken at a poll, of which there are two thousand a second: so typing costs the step feed's task

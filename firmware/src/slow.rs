@@ -1,12 +1,12 @@
 //! Hardware of the slow task: driver chips, supply voltages, the supervisor that judges both, and sensor
 //! chips, whose bus may be that of the drivers: the owner of this structure owns both buses.
 
+use base::ports::SupplyVoltages;
+use base::supervisor::Supervisor;
 use bsp_prime::adc::{AdcError, Supplies, chip_celsius, pin_volts};
 use bsp_prime::pins::table;
 use config::{MachineConfig, Name};
 use heapless::Vec;
-use machine::ports::SupplyVoltages;
-use machine::supervisor::Supervisor;
 use units::{Celsius, Volts};
 
 use crate::drivers::{DriverBank, SensorBank};

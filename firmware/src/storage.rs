@@ -1,13 +1,13 @@
 //! The SD card as the machine's storage.
 
+use base::ports::{CardEvent, CardFacts, DateTime, FileTime, StorageError};
+use base::watchdog::Reporter;
 use bsp_prime::rtc;
 use bsp_prime::sd::CardService;
 use bsp_prime::time;
 use drivers::fat::Block;
 use drivers::sd::{Event, Read, Run, SdError, State};
 use embedded_sdmmc::{TimeSource, Timestamp};
-use machine::ports::{CardEvent, CardFacts, DateTime, FileTime, StorageError};
-use machine::watchdog::Reporter;
 use rtic::Mutex;
 use storage::Card;
 

@@ -4,9 +4,9 @@ use core::fmt::Write;
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use base::ports::{Arrival, FailedBy, Firmware, FirmwareId, Flaw, Running};
 use bsp_prime::flash::BoardFlash;
 use bsp_prime::{boot_request, time};
-use machine::ports::{Arrival, FailedBy, Firmware, FirmwareId, Flaw, Running};
 use units::Micros;
 use update::{
     Bytes, Ended, Entry, FileCheck, Image, Known, Log, MANIFEST_BYTES, Manifest, Origin, PRIME, Policy, Refusal, TRIALS,

@@ -8,12 +8,12 @@ use core::mem::MaybeUninit;
 use core::ptr;
 use core::sync::atomic::{AtomicBool, AtomicPtr, Ordering};
 
+use base::sessions::{Inbox, Intake};
 use bsp_prime::byte_ring::ByteRing;
 use bsp_prime::sd::CardService;
 use bsp_prime::time;
 use bsp_prime::usb::{OtgBus, UsbError, UsbSocket};
 use config::SystemConfig;
-use machine::sessions::{Inbox, Intake};
 use rtic::Mutex;
 use usb::{Composite, Detach, Functions, Guarded, Line, Presence, SerialNumber};
 

@@ -5,12 +5,12 @@
 
 use core::fmt::{Display, Write};
 
+use base::ports::Input as MachineInput;
 use bsp_prime::pins::{Input, Output, PinSpec, Pins, Pull, table};
 use bsp_prime::step_engine::MotorLines;
 use bsp_prime::uart::UartPort;
 use config::{ActuatorConfig, MachineConfig, OutputPin, Pin, SensorKind, TmcConfig};
 use heapless::{String, Vec};
-use machine::ports::Input as MachineInput;
 use units::Actuator;
 
 use crate::drivers::{DriverBank, MotorDriver, SensorBank};
@@ -89,7 +89,7 @@ pub fn motors(
     }
     for (actuator, motor) in config.actuators() {
         if let Some(line) = lines.get_mut(actuator as usize) {
-            let timing = machine::motion_config::actuator(config, actuator);
+            let timing = base::motion_config::actuator(config, actuator);
             let least_distance = timing.step_interval.max(timing.direction_setup);
             *line = motor_lines(actuator, motor, least_distance, pins, report);
         }

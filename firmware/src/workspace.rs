@@ -5,7 +5,7 @@
 use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-use machine::ports::Workspace;
+use base::ports::Workspace;
 use motion::{BlockRing, Motion, Store};
 use storage::Gathered;
 

@@ -15,7 +15,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use machine::sessions::SessionId;
+use base::sessions::SessionId;
 use sim::runner::{Runner, Setup};
 use sim::world::{Fault, TimedFault};
 

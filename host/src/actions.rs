@@ -106,7 +106,7 @@ impl Run {
         let mut setup = Setup { seek_rate: MmPerSecond(100.0), compliant_seek_rate: true, spindle, ..Setup::default() };
         setup.is_preview = true;
         let source = Source::open(file)?;
-        let dialect = machine::preflight::dialect_of(&source.lines.join(&b'\n')).unwrap_or(Dialect::Grbl);
+        let dialect = preflight::dialect_of(&source.lines.join(&b'\n')).unwrap_or(Dialect::Grbl);
         if dialect != Dialect::Grbl {
             // The tool list has room for this extruder.
             let _ = setup.tools.push(extruder());

@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
 use config::{BoardId, MeshInterpolation};
-use machine::findings::{Means, sentence};
-use machine::form::Form;
-use machine::map;
-use machine::profile_file::ProfileReader;
 use motion::{GridShape, Interpolation, Motion};
+use procedures::leveling::findings::{Means, sentence};
+use procedures::leveling::form::Form;
+use procedures::leveling::map;
+use procedures::leveling::profile_file::ProfileReader;
 
 /// What `velvet bed` takes.
 #[derive(Clone, Debug, clap::Args)]

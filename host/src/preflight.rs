@@ -8,9 +8,9 @@ use std::{fs, io};
 
 use anyhow::{Context, Result, anyhow, bail};
 use config::{BoardId, MachineConfig};
-use machine::preflight::{Finding, Limit, Listener, Preflight, Severity, TOLD_LINES, Told, Totals, dialect_of, read};
 use motion::{Motion, Passage};
 use page::Way;
+use preflight::{Finding, Limit, Listener, Preflight, Severity, TOLD_LINES, Told, Totals, dialect_of, read};
 
 use crate::bed;
 
@@ -71,7 +71,7 @@ pub fn preflight(options: &Options) -> Result<bool> {
     let subs = Subs::beside(&options.file)?;
     let (mut motion, mut program, mut found) = (Box::new(Motion::new()), None, Found::default());
     found.way = options.page.is_some().then(Way::default);
-    let texts = machine::Texts::new();
+    let texts = base::failure::Texts::new();
     let mut preflight = Preflight::new(&texts, &config, dialect_of(&text), &mut program, &mut motion)
         .map_err(|arms| anyhow!("the geometry of {arms:?} fits no machine"))?;
     as_saved(options, &mut preflight, &mut motion)?;

@@ -5,23 +5,22 @@
 
 use core::fmt::{self, Write};
 
+use base::bed::Bed;
+use base::motors::{write_choppers, write_currents, write_stall_thresholds, write_stealth_thresholds};
+use base::ports::{HeatPort, MotionPort};
+use base::saved_value::Value;
+use base::tuning::Tuning;
 use config::{FilamentDetectorConfig, MachineConfig};
 use motion::MotionConfig;
+use parts::heat_codes::write_sensor;
+use parts::motion_codes::advance_of;
+use parts::z_thermal::Thermal;
+use procedures::arms::{write_arms, write_homing};
+use procedures::leveling::write_leveling;
+use procedures::probing::write_probe;
 use program::{Interpreter, ParkPosition, Tool, write_system_name};
-use units::{Actuator, Axis};
-
-use crate::arms::{write_arms, write_homing};
-use crate::bed::Bed;
-use crate::heat_codes::write_sensor;
-use crate::leveling::write_leveling;
-use crate::motion_codes::advance_of;
-use crate::motors::{write_choppers, write_currents, write_stall_thresholds, write_stealth_thresholds};
-use crate::ports::{HeatPort, MotionPort};
-use crate::probing::write_probe;
-use crate::saved_value::Value;
-use crate::thermal::Thermal;
-use crate::tuning::Tuning;
 use thermal::LawSettings;
+use units::{Actuator, Axis};
 
 /// Text of one part's lines.
 pub type Text = heapless::String<1_408>;
@@ -51,7 +50,7 @@ pub(crate) fn part(
             .and_then(|()| write_filament(&mut text, tuning, config)),
         4 => write_heaters(&mut text, ports, config, tuning),
         5 => write_homing(&mut text, tuning, config)
-            .and_then(|()| crate::endstop_phase::write(&mut text, tuning, config)),
+            .and_then(|()| procedures::endstop_phase::write(&mut text, tuning, config)),
         6 => write_probe(&mut text, config, tuning)
             .and_then(|()| write_leveling(&mut text, ports, config, bed))
             .and_then(|()| thermal.write(&mut text, config)),

@@ -6,8 +6,8 @@
 
 mod chip;
 
+use base::ports::{DatedReading, MAX_HEATERS, SensorReading};
 use heapless::Vec;
-use machine::ports::{DatedReading, MAX_HEATERS, SensorReading};
 use units::Micros;
 
 use chip::Chip;

@@ -23,12 +23,13 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use base::motion_config::motion_config;
+use base::ports::{StepTimes, Wake};
+use base::sessions::SessionId;
+use base::sessions::SessionProfile;
 use config::{BoardId, MachineConfig};
 use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult};
-use machine::motion_config::motion_config;
-use machine::ports::{SessionProfile, StepTimes, Wake};
-use machine::sessions::SessionId;
 use thermal::HeatControl;
 
 use crate::models::tmc26x::Chip;

@@ -1,8 +1,8 @@
 //! Reading ahead along the clusters of the file that is played, as far as the card has memory for it.
 
+use base::ports::FileHandle;
 use drivers::fat::Error;
 use drivers::sd::{AHEAD_BLOCKS, Run};
-use machine::ports::FileHandle;
 
 use crate::Card;
 use crate::lens::Lens;

@@ -1,9 +1,9 @@
 //! Readers of files. Readers beside another user of an open file are many, each with its own way along its
 //! clusters.
 
+use base::ports::{FileHandle, StorageError};
 use drivers::fat::{Blocks, Error, Place};
 use heapless::Vec;
-use machine::ports::{FileHandle, StorageError};
 
 use drivers::volume::{FileReader, Volume};
 

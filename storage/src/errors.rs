@@ -1,8 +1,8 @@
 //! Errors that the machine is told when an operation on files fails.
 
+use base::ports::StorageError;
 use drivers::fat;
 use embedded_sdmmc::Error;
-use machine::ports::StorageError;
 
 use crate::{Card, Fault};
 

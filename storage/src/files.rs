@@ -1,12 +1,12 @@
 //! The storage port: names through [`drivers::fat`], contents through `embedded-sdmmc`.
 
-use drivers::fat::{Error as NameError, Name, Place, Stamp, Volume};
-use embedded_sdmmc::{RawFile, RawVolume, TimeSource, VolumeIdx, VolumeManager};
-use heapless::{String, Vec};
-use machine::ports::{
+use base::ports::{
     CardEvent, CardFacts, DirectoryEntry, FileHandle, FreeSpace, LIST_CHUNK, OpenMode, PATH_BYTES, Storage,
     StorageError,
 };
+use drivers::fat::{Error as NameError, Name, Place, Stamp, Volume};
+use embedded_sdmmc::{RawFile, RawVolume, TimeSource, VolumeIdx, VolumeManager};
+use heapless::{String, Vec};
 
 use crate::Card;
 use crate::ahead::Ahead;

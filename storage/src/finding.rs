@@ -1,9 +1,9 @@
 //! The volume of a card, looked for by [`drivers::volume`]: it is to be written to as well, so what a power
 //! cut has interrupted is completed, and a card that claims more than it has is refused.
 
+use base::ports::StorageError;
 use drivers::fat::Volume as FatVolume;
 use drivers::volume::{NoVolume, Volume, find};
-use machine::ports::StorageError;
 
 use crate::Card;
 use crate::errors::of_name;

@@ -19,7 +19,7 @@ use core::fmt;
 use drivers::fat::{Block as FatBlock, Blocks, Entry, Error, Kind, Place, Volume};
 use embedded_sdmmc::{Block, BlockCount, BlockDevice, BlockIdx};
 
-use machine::ports::StorageError;
+use base::ports::StorageError;
 
 use crate::{Card, MAX_FILES};
 use drivers::volume::Volume as Mounted;

@@ -1,4 +1,4 @@
-//! The machine's storage port ([`machine::ports::Storage`]) on a card with a FAT16 or FAT32 volume.
+//! The machine's storage port ([`base::ports::Storage`]) on a card with a FAT16 or FAT32 volume.
 //!
 //! Names are the business of [`drivers::fat`]: finding, listing, making, removing, renaming. The content of a
 //! file is the business of `embedded-sdmmc`, which opens the file by the short name found here. The two never
@@ -27,9 +27,9 @@ pub use files::{CardStorage, MAX_FILES};
 use lens::Fault;
 pub use written::Gathered;
 
+use base::ports::{CardEvent, CardFacts, StorageError};
 use drivers::fat::Block;
 use drivers::sd::Run;
-use machine::ports::{CardEvent, CardFacts, StorageError};
 
 /// A card, or what stands in for one: blocks that can be waited for, and questions that need no waiting. A
 /// card without a queue that reads nothing ahead keeps the default answers to the questions.

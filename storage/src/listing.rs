@@ -1,8 +1,8 @@
 //! A directory's entries as the machine wants them.
 
+use base::ports::{DirectoryEntry, FileAttributes, FileTime};
 use drivers::fat::{Attributes, Name};
 use heapless::String;
-use machine::ports::{DirectoryEntry, FileAttributes, FileTime};
 
 use drivers::volume::Facts;
 

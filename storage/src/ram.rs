@@ -6,8 +6,8 @@ use std::fmt;
 use std::rc::Rc;
 use std::vec::Vec;
 
+use base::ports::StorageError;
 use drivers::fat::Block;
-use machine::ports::StorageError;
 
 use crate::Card;
 

@@ -1,9 +1,9 @@
 //! Files that are written, through `embedded-sdmmc`. Bytes gather in a block, so that each block goes to the
 //! card once however small the pieces are that it is written in.
 
+use base::ports::FileHandle;
 use embedded_sdmmc::RawFile;
 use heapless::Vec;
-use machine::ports::FileHandle;
 
 /// Bytes of a block.
 const BLOCK: usize = 512;

@@ -7,8 +7,9 @@ use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use machine::ports::{SessionProfile, StepTimes};
-use machine::sessions::SessionId;
+use base::ports::StepTimes;
+use base::sessions::SessionId;
+use base::sessions::SessionProfile;
 use sim::models::surface::Surface;
 use sim::models::tmc26x::Chip;
 use sim::runner::{CardState, Runner, Setup};

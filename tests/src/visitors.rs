@@ -1,6 +1,6 @@
 //! Simulated other ends of sessions: they connect, type and disconnect.
 
-use machine::sessions::SessionId;
+use base::sessions::SessionId;
 
 use crate::Bench;
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use machine::sessions::SessionId;
+use base::sessions::SessionId;
 use program::codes;
 use scenarios::{Bench, CARTESIAN, Plan};
 

@@ -1,7 +1,7 @@
 //! The event log: entries that a machine keeps, as the command `events` lists them.
 
-use machine::ports::{ConsoleKind, SessionProfile};
-use machine::sessions::SessionId;
+use base::sessions::SessionId;
+use base::sessions::{ConsoleKind, SessionProfile};
 use scenarios::{Bench, CARTESIAN, Plan};
 
 /// Returns the answer to `events all`, without its times.

@@ -1,6 +1,6 @@
 //! The executor: lines that wait for other lines, and lines that wait for nothing.
 
-use machine::sessions::SessionId;
+use base::sessions::SessionId;
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::{Actuator, Direction};
 

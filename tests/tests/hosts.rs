@@ -1,7 +1,7 @@
 //! Functions for hosts (OctoPrint, Pronterface, senders for Marlin): commands that act at once (M108, M410,
 //! `abort`), automatic reports (M155), M115's capabilities, and resends of damaged lines.
 
-use machine::sessions::SessionId;
+use base::sessions::SessionId;
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Delta};
 

@@ -1,6 +1,6 @@
 //! Late steps: the report of them, and the end of the job when a step might have been lost.
 
-use machine::ports::StepTimes;
+use base::ports::StepTimes;
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::{Actuator, Ticks};
 

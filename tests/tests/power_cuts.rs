@@ -3,9 +3,9 @@
 
 use std::io::Cursor;
 
-use machine::kept::{Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools};
-use machine::ports::{OpenMode, Storage, StorageError};
-use machine::safe_file::{Draft, settle};
+use base::ports::{OpenMode, Storage, StorageError};
+use base::safe_file::{Draft, settle};
+use jobs::files::kept::{Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools};
 use program::{Dialect, Facts, Interpreter, Setup, ToolEntry};
 use storage::CardStorage;
 use storage::ram::{RamCard, Standing};

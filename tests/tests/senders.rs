@@ -1,7 +1,7 @@
 //! Guarantees for a sender, a host program or a person at the console: nothing moves that was not asked for,
 //! no line is carried out that belongs to a file, none is lost without a word.
 
-use machine::sessions::SessionId;
+use base::sessions::SessionId;
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator::{Alpha, Beta, Gamma};
 

@@ -1,9 +1,9 @@
 //! Transports in memory beside the serial lines: each of a kind, with rights and a dialect of its own. The
 //! executor knows none of it.
 
-use machine::Dialect;
-use machine::ports::{ConsoleKind, SessionProfile};
-use machine::sessions::{Rights, SessionId};
+use base::sessions::{ConsoleKind, SessionProfile};
+use base::sessions::{Rights, SessionId};
+use program::Dialect;
 use scenarios::{Bench, CARTESIAN, Plan};
 
 /// Session of an open web page: looks, and stops the machine.

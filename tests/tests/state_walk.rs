@@ -1,4 +1,4 @@
-//! The state walk: every state times every event, from the table itself (`machine/src/safety/state.rs`).
+//! The state walk: every state times every event, from the table itself (`base/src/safety/state.rs`).
 //!
 //! The table's own transitions say which modes there are (a state, what it interrupted, whether a job is
 //! suspended) and how to get there. A real machine is brought into each of them by what people do and what
@@ -9,10 +9,11 @@
 
 use std::collections::VecDeque;
 
-use machine::ports::{ConsoleKind, SessionProfile};
-use machine::safety::{Event, Mode};
-use machine::sessions::{Rights, SessionId};
-use machine::{Dialect, State};
+use base::safety::{Event, Mode};
+use base::sessions::{ConsoleKind, SessionProfile};
+use base::sessions::{Rights, SessionId};
+use program::Dialect;
+use program::State;
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator;
 

@@ -1,6 +1,6 @@
 //! Files that come over a console as bytes: YModem and `upload`, and a console that stays usable.
 
-use machine::sessions::SessionId;
+use base::sessions::SessionId;
 use scenarios::{Bench, CARTESIAN, Plan};
 
 const CONSOLE: SessionId = SessionId(0);
@@ -117,7 +117,7 @@ fn nobody_who_sends_is_waited_for_a_while() {
 
 #[test]
 fn other_consoles_are_heard_and_may_stop_the_machine_meanwhile() {
-    let profile = machine::ports::SessionProfile::SERIAL;
+    let profile = base::sessions::SessionProfile::SERIAL;
     let mut bench = Plan::new(CARTESIAN).visitor(profile).start();
     let other = SessionId(2);
     bench.set_open(other, true);
@@ -146,8 +146,8 @@ fn upload_takes_what_comes_up_to_its_end() {
 
 /// A console at a USB port, somebody at its other end.
 fn over_usb() -> (Bench, SessionId) {
-    let serial = machine::ports::SessionProfile::SERIAL;
-    let profile = machine::ports::SessionProfile { kind: machine::ports::ConsoleKind::Usb, ..serial };
+    let serial = base::sessions::SessionProfile::SERIAL;
+    let profile = base::sessions::SessionProfile { kind: base::sessions::ConsoleKind::Usb, ..serial };
     let (mut bench, usb) = (Plan::new(CARTESIAN).visitor(profile).start(), SessionId(2));
     bench.set_open(usb, true);
     assert_eq!(bench.hear_on(usb, 0.1), "Welcome to Smoothie\nok\n");

@@ -1,7 +1,7 @@
 //! Consoles at a USB port: whoever is there comes and goes, and may read slowly.
 
-use machine::ports::{ConsoleKind, SessionProfile};
-use machine::sessions::SessionId;
+use base::sessions::SessionId;
+use base::sessions::{ConsoleKind, SessionProfile};
 use scenarios::{Bench, CARTESIAN, Plan};
 use units::Actuator;
 

@@ -77,6 +77,11 @@ impl Actuator {
     pub const ALL: [Self; MAX_ACTUATORS] =
         [Self::Alpha, Self::Beta, Self::Gamma, Self::Delta, Self::Epsilon, Self::Zeta];
 
+    /// Returns the motors of a set of bits, see [`Self::bit`].
+    pub fn of_bits(bits: u8) -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().filter(move |motor| bits & motor.bit() != 0)
+    }
+
     /// Returns the name in configuration files, lower case.
     #[must_use]
     pub const fn name(self) -> &'static str {

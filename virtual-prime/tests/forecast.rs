@@ -2,8 +2,8 @@
 
 use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
 use config::BoardId;
-use machine::preflight::{Finding, Listener, Preflight, TOLD_LINES, Told, Totals, dialect_of, read};
 use motion::Motion;
+use preflight::{Finding, Listener, Preflight, TOLD_LINES, Told, Totals, dialect_of, read};
 
 /// Sliced part: 4,770 lines, a minute and a half.
 const PART: &str = include_str!("../../demo/part.gcode");
@@ -21,7 +21,7 @@ impl Listener for Found {
 fn preflight(text: &str) -> (String, Totals) {
     let (config, _) = config::parse(CONFIG.as_bytes(), BoardId::default(), &mut ());
     let (mut motion, mut program, mut found) = (Box::new(Motion::new()), None, Found::default());
-    let texts = machine::Texts::new();
+    let texts = base::failure::Texts::new();
     let mut preflight =
         Preflight::new(&texts, &config, dialect_of(text.as_bytes()), &mut program, &mut motion).expect("it can move");
     read(&mut preflight, text.as_bytes(), &|_| None, &mut motion, &mut found).expect("it calls nothing");

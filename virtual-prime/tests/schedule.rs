@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::common::MS;
 use crate::common::velvet::{CONFIG, Plan, SECOND};
-use machine::sessions::SessionId;
+use base::sessions::SessionId;
 use sim::models::tmc26x::Chip;
 use sim::runner::{self, Job, Runner, Setup};
 use sim::trace::StepEdge;

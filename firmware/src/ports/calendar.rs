@@ -1,8 +1,8 @@
 //! Date and time: the machine's port to the clock.
 
+use base::ports::{Calendar, DateTime};
 use bsp_prime::rtc::Reading;
 use bsp_prime::sd::CardService;
-use machine::ports::{Calendar, DateTime};
 use rtic::Mutex;
 
 use super::BoardPorts;

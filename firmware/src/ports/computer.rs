@@ -1,10 +1,10 @@
 //! The computer at the USB socket: the machine's USB port.
 
+use base::ports::{Disk, NotLent, Storage, Usb};
 use bsp_prime::sd::CardService;
 use bsp_prime::time;
 use config::SystemConfig;
 use drivers::sd::SdError;
-use machine::ports::{Disk, NotLent, Storage, Usb};
 use motion::Motion;
 use rtic::Mutex;
 use storage::Card;

@@ -1,11 +1,11 @@
 //! Files: the machine's storage port.
 
-use bsp_prime::sd::CardService;
-use heapless::Vec;
-use machine::ports::{
+use base::ports::{
     CardEvent, CardFacts, DirectoryEntry, FileHandle, FreeSpace, LIST_CHUNK, OpenMode, Storage, StorageError,
 };
-use machine::watchdog::Reporter;
+use base::watchdog::Reporter;
+use bsp_prime::sd::CardService;
+use heapless::Vec;
 use rtic::Mutex;
 
 use super::BoardPorts;

@@ -1,10 +1,10 @@
 //! Time, rest of the executor, and memory of the event ring.
 
+use base::ports::{Clock, EventLog, Rest, Wake};
 use bsp_prime::kept;
 use bsp_prime::sd::CardService;
 use bsp_prime::time;
 use events::EventRing;
-use machine::ports::{Clock, EventLog, Rest, Wake};
 use rtic::Mutex;
 use units::Micros;
 

@@ -1,8 +1,8 @@
 //! Updates: the machine's port to the log in flash and to the boot stage.
 
+use base::ports::{Firmware, FirmwareId, Flaw, Running, Updates};
 use bsp_prime::boot_request;
 use bsp_prime::sd::CardService;
-use machine::ports::{Firmware, FirmwareId, Flaw, Running, Updates};
 use rtic::Mutex;
 
 use super::BoardPorts;

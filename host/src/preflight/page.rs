@@ -1,8 +1,8 @@
 //! The page of a preflight: the path of the moves by speed, flow, layer and object, with sliders. The page
 //! needs no network.
 
-use machine::preflight::Finding;
 use motion::{Motion, Passage};
+use preflight::Finding;
 use serde_json::json;
 use units::Axis;
 
@@ -95,7 +95,7 @@ impl Way {
             .map(|finding| {
                 json!({
                     "line": finding.line, "what": finding.what.as_str(), "fix": finding.kind.fix(),
-                    "stops": finding.kind.severity() == machine::preflight::Severity::Stop,
+                    "stops": finding.kind.severity() == preflight::Severity::Stop,
                 })
             })
             .collect();

@@ -1,8 +1,8 @@
 //! The few facts of a configuration that a report needs.
 
 use super::program::Beginning;
-use ::machine::motion_config::motion_config;
 use anyhow::{Context, Result, bail};
+use base::motion_config::motion_config;
 use config::{BoardId, MachineConfig};
 use motion::Kinematics;
 use std::path::Path;
@@ -116,7 +116,7 @@ impl Machine {
     }
 }
 
-/// Returns the position of X, Y and Z after homing (`machine/src/homing.rs`).
+/// Returns the position of X, Y and Z after homing (`procedures/src/homing/mod.rs`).
 fn home(config: &MachineConfig) -> [Option<f64>; 3] {
     let stops = [Axis::X, Axis::Y, Axis::Z].map(|axis| config.homing_endstop(axis));
     let mut home = stops.map(|stop| stop.map(|stop| stop.homing_position.0));

@@ -11,10 +11,10 @@
 //! | KISSlicer | `; 'Perimeter Path', 0.9 [feed mm/s]` | |
 //! | any | | `EXCLUDE_OBJECT_START NAME=part`, `M486 S1` |
 //!
-//! Layers are those of [`machine::Layers`]. If commands name objects, comments about objects count no more:
-//! files have both.
+//! Layers are those of [`jobs::player::Layers`]. If commands name objects, comments about objects count no
+//! more: files have both.
 
-use machine::Layers;
+use jobs::player::Layers;
 
 /// Layer, feature and object of a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

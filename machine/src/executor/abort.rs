@@ -1,11 +1,12 @@
 //! Abort of a job: `abort` and M524.
 
-use super::{Machine, log, passed_over, program_io, statistics, suspend};
-use crate::failure::{Answer, Outcome};
-use crate::ports::Ports;
-use crate::safety::Event;
-use crate::sessions::Recipient;
+use base::Ports;
+use base::failure::{Answer, Outcome};
+use base::safety::Event;
+use base::sessions::Recipient;
 use thermal::HeatControl;
+
+use super::{Machine, log, passed_over, program_io, statistics, suspend};
 
 /// Aborts the job (`abort`, M524): brakes, drops queued moves, closes the file. Heaters are left alone.
 pub(super) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {

@@ -1,6 +1,14 @@
 //! Carries out what the program says, one action at a time, and waits where it must.
 
+use base::Ports;
+use base::apart::apart;
+use base::failure::{Answer, Failure, Outcome};
+use base::needs::{failure_of, needs};
+use base::reason::Alarm;
+use base::sessions::Recipient;
 use gcode::Blocks;
+use parts::heat_codes;
+use parts::motion_codes;
 use program::{Action, Dialect, Fault, Meaning, Move, Part};
 use units::{Celsius, PerAxis};
 
@@ -8,14 +16,6 @@ use super::{
     Machine, MachineHands, cold, effects, fast_forward, flow, functions, halt, holes, home, kept, leave_out, objects,
     operator, program_io, shapes, suspend, tool_change,
 };
-use crate::apart::apart;
-use crate::failure::{Answer, Failure, Outcome};
-use crate::heat_codes;
-use crate::motion_codes;
-use crate::needs::{failure_of, needs};
-use crate::ports::Ports;
-use crate::reason::Alarm;
-use crate::sessions::Recipient;
 use program::State;
 
 /// Returns the failure of a block that the program refuses; the configuration knows better why a part is off.
@@ -137,16 +137,16 @@ fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to:
         }
         Action::ProbeDown(ref probe) => apart(|| {
             let hands = &mut MachineHands::new(machine, to);
-            let ended = crate::probing::probe_down(hands, probe);
+            let ended = procedures::probing::probe_down(hands, probe);
             if probe.stays {
-                crate::probing::leave_out(hands);
+                procedures::probing::leave_out(hands);
             }
-            crate::probing::stow_after(hands, ended)
+            procedures::probing::stow_after(hands, ended)
         }),
         Action::ProbeAlong(ref probe) => apart(|| {
             let hands = &mut MachineHands::new(machine, to);
-            let ended = crate::probing::probe_along(hands, probe);
-            crate::probing::leave_out(hands);
+            let ended = procedures::probing::probe_along(hands, probe);
+            procedures::probing::leave_out(hands);
             ended
         }),
         Action::HeatAndWait { heater, target, cools } => apart(|| heat_and_wait(machine, (heater, target, cools), to)),

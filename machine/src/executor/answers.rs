@@ -1,16 +1,16 @@
 //! Answers to lines that have come to their end: ok, error, alarm, resend.
 
+use base::Ports;
+use base::failure::{Answer, Failure, FailureKind, Outcome};
+use base::reason::Reason;
+use base::sessions::{Recipient, Reply, SessionId};
 use gcode::{Code, Refusal, SyntaxError};
+use jobs::player::line_numbers::tag_of;
 use motion::Tag;
 use program::Dialect;
 
 use super::source::{Origin, Source};
 use super::{Machine, grbl, stack};
-use crate::failure::{Answer, Failure, FailureKind, Outcome};
-use crate::jobs::line_numbers::tag_of;
-use crate::ports::Ports;
-use crate::reason::Reason;
-use crate::sessions::{Recipient, Reply, SessionId};
 
 /// Answers a line that has come to its end.
 #[inline]

@@ -1,9 +1,8 @@
 //! Requests to end the line in work, kept until it has ended: `abort`, M524, M410, M108 and pauses.
 //! [`super::urgent`] answers them.
 
+use base::sessions::SessionId;
 use program::{Action, Function};
-
-use crate::sessions::SessionId;
 
 /// Extent of the work in progress that a request ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,15 +1,15 @@
 //! Outputs that nobody switches: outputs that follow temperatures and motors; and fans that ought to turn.
 
+use base::Ports;
+use base::reason::Alarm;
+use base::sessions::{Recipient, Reply};
 use config::{FanConfig, FanFollows, StoppedFan, TemperatureSwitchConfig};
+use parts::fans::{Facts, Found};
+use thermal::HeatControl;
 use units::{Celsius, Micros, SwitchId};
 
 use super::Machine;
 use super::program_io::apply;
-use crate::fans::{Facts, Found};
-use crate::ports::Ports;
-use crate::reason::Alarm;
-use crate::sessions::{Recipient, Reply};
-use thermal::HeatControl;
 
 /// Looks at temperatures and has outputs follow, in every state: hot parts are cooled in a halt too.
 pub(super) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {

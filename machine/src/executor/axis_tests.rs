@@ -1,16 +1,16 @@
 //! Tests of an axis: `test endstop`, how well it homes; `test speed`, whether it loses steps; `test sweep`,
 //! at which frequency the frame rings; `test backlash`, how much way it loses when it turns.
 
+use base::Ports;
+use base::failure::{Failure, Outcome};
+use base::hands::Hands;
+use base::sessions::Recipient;
 use motion::{Limits, Mode};
+use procedures::driver_tuning;
+use procedures::homing;
 use units::{Actuator, Axis, AxisSet, MmPerSecond, MmPerSecond2, PerAxis};
 
 use super::{Machine, MachineHands};
-use crate::driver_tuning;
-use crate::failure::{Failure, Outcome};
-use crate::hands::Hands;
-use crate::homing;
-use crate::ports::Ports;
-use crate::sessions::Recipient;
 
 /// Number of approaches where none is given.
 pub(super) const APPROACHES: u8 = 10;
@@ -35,7 +35,7 @@ pub(super) struct Speed {
 }
 
 fn is_alone<P: Ports>(machine: &Machine<'_, P>, axis: Axis) -> Result<(), Failure> {
-    if crate::arms::homes_by_motor(machine.config) && AxisSet::PRIMARY.has(axis) {
+    if procedures::arms::homes_by_motor(machine.config) && AxisSet::PRIMARY.has(axis) {
         return Err(Failure::refused(&"towers and arms home together: no axis can be looked at alone"));
     }
     Ok(())

@@ -1,17 +1,17 @@
 //! The codes of a line: their order, whether each may run now, its meaning, and its execution.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::needs::needs;
+use base::sessions::{LineBytes, Recipient};
 use gcode::{Block, Blocks, Code, Letter, WholeLine};
+use jobs::player::Name;
 use program::{Action, Effect, LineParts, Meaning, State, States};
 
 use super::answers::{bad_line, finish, is_grbl};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::{Origin, Source};
 use super::{Machine, actions, effects, filament, objects, operator, passed_over, shapes};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::jobs::Name;
-use crate::needs::needs;
-use crate::ports::Ports;
-use crate::sessions::{LineBytes, Recipient};
 
 /// Part of a line that is to be run.
 #[derive(Clone, Copy, Debug)]

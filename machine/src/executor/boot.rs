@@ -4,27 +4,29 @@
 //! concerns; a fatal one leaves the machine safe: nothing is wired, nothing moves or heats, but sessions and
 //! card work, so that the file can be mended over them.
 
+use base::Ports;
+use base::apart::apart;
+use base::axes::{internal_motors, on_board_motors};
+use base::failure::about_file;
+use base::grbl::framing;
+use base::motion_config::motion_config;
+use base::needs::tell_what_is_off;
+use base::paths::{CONFIG_PATH, OVERRIDE_PATH, Path};
+use base::ports::{MotorDrivers, OpenMode, Start, StorageError, Wake};
+use base::safe_file;
+use base::safety::Event;
+use base::sessions::{Recipient, Reply, Sessions};
+use base::supervisor::{DriverTrouble, MOTOR_SUPPLY_OFF};
 use config::{BoardId, Diagnostic, MachineConfig, Reader, Summary};
 use events::{Event as Happened, Text};
 use heapless::Vec;
+use procedures::leveling;
 use program::Dialect;
-use units::Micros;
+use thermal::{HeatControl, HeaterSettings};
+use units::{Actuator, Micros};
 
 use super::{Machine, automatic, brown_out, grbl, kept, lights, recover, statistics, suspend, update};
-use crate::apart::apart;
-use crate::axes::{internal_motors, on_board_motors};
-use crate::failure::about_file;
-use crate::grbl::{framing, hal, stored};
-use crate::leveling;
-use crate::motion_config::motion_config;
-use crate::needs::tell_what_is_off;
-use crate::paths::{CONFIG_PATH, OVERRIDE_PATH, Path};
-use crate::ports::{MotorDrivers, OpenMode, Ports, Start, StorageError, Wake};
-use crate::safe_file;
-use crate::safety::Event;
-use crate::sessions::{Recipient, Reply, Sessions};
-use crate::supervisor::{DriverTrouble, MOTOR_SUPPLY_OFF};
-use thermal::{HeatControl, HeaterSettings};
+use crate::grbl::{hal, stored};
 
 /// Time within which the motor supply is read: two periods of the slow task, and its conversions.
 const SUPPLY_READING_TIMEOUT: Micros = Micros::from_millis(250);
@@ -49,7 +51,7 @@ pub(super) fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions, conf
     let summary = apart(|| read_file(ports, config, &mut findings));
     let took = ports.now().since(since);
     let banner = if config.general.grblhal { hal::BANNER } else { framing::BANNER };
-    sessions.set_dialect(ports, crate::program_setup::dialect(config), banner);
+    sessions.set_dialect(ports, base::program_setup::dialect(config), banner);
     if let Err(why) = apart(|| ports.connect(&config.system)) {
         sessions.say(Recipient::All, format_args!("ERROR: USB does not work: {why}\n"));
     }
@@ -268,7 +270,7 @@ fn configure_drivers<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.ports.supervisor(|supervisor| supervisor.configure(on_board, internal & !on_board, check));
     let supplied = machine.ports.voltage("vmotor").is_none_or(|volts| volts >= MOTOR_SUPPLY_OFF);
     let awake = if supplied { internal } else { internal & !on_board };
-    for motor in crate::axes::motors(awake) {
+    for motor in Actuator::of_bits(awake) {
         let current = machine.config.actuators[motor].current;
         let set = machine.ports.drivers(|drivers| {
             drivers.initialise(motor)?;
@@ -291,7 +293,7 @@ fn read_grbls_own<P: Ports>(machine: &mut Machine<'_, P>) {
         Ok(own) => machine.grbl.own = own,
         Err(error) => machine.announce(format_args!("ERROR: {}: {}\n", stored::PATH, error.text())),
     }
-    if crate::program_setup::dialect(machine.config) == Dialect::Grbl {
+    if base::program_setup::dialect(machine.config) == Dialect::Grbl {
         grbl::begin_startup(machine);
     }
 }

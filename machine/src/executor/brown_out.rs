@@ -4,16 +4,17 @@
 
 use core::fmt::Write as _;
 
+use base::Ports;
+use base::brown_out::{PATH, news, told};
+use base::failure::{ShortText, short};
+use base::falling_supply::OFF;
+use base::ports::{DateTime, StorageError};
+use base::reason::Alarm;
+use base::supervisor::Supervisor;
 use program::State;
 use units::{Micros, Volts};
 
 use super::Machine;
-use crate::brown_out::{PATH, news, told};
-use crate::failure::{ShortText, short};
-use crate::falling_supply::OFF;
-use crate::ports::{DateTime, Ports, StorageError};
-use crate::reason::Alarm;
-use crate::supervisor::Supervisor;
 
 /// Period of the looks, at each of the two supplies in turns.
 const PERIOD: Micros = Micros::from_millis(3);

@@ -3,12 +3,13 @@
 //! A card that writes may take a quarter of a second for a block. Every change of files comes here first;
 //! once the card is at rest the change's own reads are short, and its writes go into a queue.
 
+use base::Ports;
+use base::ports::{CardEvent, StorageError, Wake};
+use base::safe_file::Draft;
+use base::sessions::Listing;
 use program::Function;
 
 use super::Machine;
-use crate::ports::{CardEvent, Ports, StorageError, Wake};
-use crate::safe_file::Draft;
-use crate::sessions::Listing;
 
 /// Waits until the card is at rest, and takes what most changes write. A card that has failed does not keep
 /// anybody: the change itself is told why. Everybody is served once in any case, so that changes one after

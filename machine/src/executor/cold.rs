@@ -1,11 +1,11 @@
 //! Cold extrusion: an extruder stands while its nozzle is colder than `min_extrude_temp` or M302 says.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::sessions::{Recipient, Reply};
 use program::{Move, Words};
 
 use super::Machine;
-use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::Ports;
-use crate::sessions::{Recipient, Reply};
 
 /// Whether a move may turn the extruder: when it is warm enough, or stays.
 pub(super) fn may_extrude<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {

@@ -1,6 +1,18 @@
 //! Console commands: `help`, `version`, `ls`, `$G` and the like.
 
+use base::Ports;
+use base::apart::apart;
+use base::failure::{Answer, Failure, FailureKind, Outcome, Texts, short};
+use base::motors;
+use base::needs::needs;
+use base::ports::{DateTime, Disk, StorageError};
+use base::sessions::ConsoleKind;
+use base::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
 use gcode::Blocks;
+use jobs::files::{self, listings};
+use parts::heat_codes;
+use parts::reports::{self, Status};
+use procedures::jog;
 use program::commands::{CommandInfo, asks_for_help, find};
 use program::{Dialect, Part, State};
 
@@ -10,16 +22,6 @@ use super::{
     Machine, MachineHands, abort, actions, answers, axis_tests, card, disk, editing, foresee, functions, grbl, home,
     job_control, long_answers, motion_tests, play_from, recording, suspend, update,
 };
-use crate::apart::apart;
-use crate::failure::{Answer, Failure, FailureKind, Outcome, Texts, short};
-use crate::files::{self, listings};
-use crate::heat_codes;
-use crate::jog;
-use crate::motors;
-use crate::needs::needs;
-use crate::ports::{ConsoleKind, DateTime, Disk, Ports, StorageError};
-use crate::reports::{self, Status};
-use crate::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
 
 /// Splits a line into the command word and its arguments.
 fn split(line: &str) -> (&str, &str) {
@@ -410,7 +412,7 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
         "$P" => apart(|| probe(machine, arguments, to)),
         "test" => apart(|| motion_tests::run(machine, arguments, to)),
         "tune_driver" => apart(|| axis_tests::tune_driver(machine, arguments, to)),
-        "gpio" => apart(|| crate::gpio::command(&mut MachineHands::new(machine, to), arguments)),
+        "gpio" => apart(|| parts::gpio::command(&mut MachineHands::new(machine, to), arguments)),
         "flash" | "dfu" => apart(|| update::command(machine, word, to)),
         "msc" => apart(|| disk::msc(machine, arguments, to)),
         "card" => apart(|| files::card_facts::card(&mut MachineHands::new(machine, to))),

@@ -4,12 +4,13 @@
 //! destroy it. So the computer's disk is empty until somebody says `msc`, and while the computer has the card
 //! the machine has none.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::ports::{Disk, NotLent, StorageError, Wake};
+use base::sessions::Recipient;
 use config::SystemConfig;
 
 use super::Machine;
-use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::{Disk, NotLent, Ports, StorageError, Wake};
-use crate::sessions::Recipient;
 
 const NO_COMPUTER: &str = "no computer is at the USB socket, or it sleeps";
 const HAS_IT: &str = "a computer has the SD card already: eject it there, or msc off";

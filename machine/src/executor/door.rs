@@ -1,11 +1,12 @@
 //! The safety door: while it is open nothing moves, turns, burns or sprays.
 
+use base::Ports;
+use base::ports::Input;
+use base::safety::Event;
+use parts::outputs::Changes;
 use program::State;
 
 use super::Machine;
-use crate::outputs::Changes;
-use crate::ports::{Input, Ports};
-use crate::safety::Event;
 
 /// Interrupts everything that may be interrupted while the door is open.
 pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {

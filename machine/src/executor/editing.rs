@@ -3,17 +3,19 @@
 //! Until `%c` every line of that console is the editor's. The file that is read stays as it is; when the
 //! console goes away before the end, the new one is deleted.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::hands::Hands as _;
+use base::paths::words;
+use base::ports::{OpenMode, Storage, StorageError, Wake};
+use base::reason::Reason;
+use base::sessions::{Recipient, SessionId};
+use jobs::files::editing::Editing;
+use jobs::files::editor::{Step, shown};
+use jobs::files::editor_commands::{Command, HELP, What, parse};
+
 use super::answers::answered;
 use super::{Machine, MachineHands, card};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::files::editing::Editing;
-use crate::files::editor::{Step, shown};
-use crate::files::editor_commands::{Command, HELP, What, parse};
-use crate::hands::Hands as _;
-use crate::paths::words;
-use crate::ports::{OpenMode, Ports, Storage, StorageError, Wake};
-use crate::reason::Reason;
-use crate::sessions::{Recipient, SessionId};
 
 /// Bytes read at a time, a block of the card.
 const BLOCK: usize = 512;

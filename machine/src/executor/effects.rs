@@ -1,18 +1,19 @@
 //! Effects that are synchronous with motion: outputs, heaters and lights that change when the steps before
 //! them have been made.
 
+use base::Ports;
+use base::failure::Failure;
+use base::needs::needs;
+use base::ports::Wake;
 use motion::Refusal;
+use parts::heat_codes;
+use parts::heat_codes::TargetRefusal;
+use parts::outputs::Outputs;
 use program::{Effect, Part, State};
+use thermal::{Full, Output};
 use units::{Micros, SwitchId};
 
 use super::{Machine, lights, program_io};
-use crate::failure::Failure;
-use crate::heat_codes;
-use crate::heat_codes::TargetRefusal;
-use crate::needs::needs;
-use crate::outputs::Outputs;
-use crate::ports::{Ports, Wake};
-use thermal::{Full, Output};
 
 /// Carries out an effect when its line is read: outputs then change where the path has come to that line.
 pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {

@@ -8,15 +8,15 @@
 //! A fast-forward is a frame of its own: nothing else is carried out meanwhile, sessions are served, and the
 //! frame below comes next.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::safety::Event;
+use procedures::homing;
 use program::Action;
 
 use super::frames::Frame;
 use super::passed::{Passed, Until};
 use super::{Machine, program_io};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::homing;
-use crate::ports::Ports;
-use crate::safety::Event;
 
 /// Reads the job's lines up to a place, once this frame's turn comes. The frame below finds the result by
 /// [`take`].

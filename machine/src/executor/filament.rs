@@ -1,17 +1,17 @@
 //! Filament: its detector, and how M600, M701 and M702 move filament and the tool.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::hands::Hands as _;
+use base::sessions::{Recipient, Reply};
+use base::tuning::Tuning;
 use config::FilamentChangeConfig;
 use motion::Mode;
+use parts::filament::{News, Use, WidthNews};
 use program::{State, Tool, Words};
 use units::{Axis, Celsius, HeaterId, Micros, Mm, MmPerSecond};
 
 use super::{Machine, MachineHands, cold};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::filament::{News, Use, WidthNews};
-use crate::hands::Hands as _;
-use crate::ports::Ports;
-use crate::sessions::{Recipient, Reply};
-use crate::tuning::Tuning;
 
 /// Counts the pulses of the filament's wheel, where there is one.
 pub(super) fn count<P: Ports>(machine: &mut Machine<'_, P>) {

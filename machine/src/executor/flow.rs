@@ -3,15 +3,15 @@
 
 use core::fmt::Write as _;
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::paths::Path;
 use gcode::{FlowLine, FlowWord};
+use jobs::player::Listeners;
 use program::Next;
 
 use super::source::{Origin, Source};
 use super::{Machine, log};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::jobs::Listeners;
-use crate::paths::Path;
-use crate::ports::Ports;
 
 /// Runs a line with an O word.
 pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {

@@ -1,25 +1,26 @@
 //! The executor's side of a forecast: its needs of the machine, and its listeners.
 //!
-//! The work itself goes on beside the executor ([`crate::forecast`]). At the waiting points it is brought the
-//! bytes it asks for, a block of the card at a time, and only while the look-ahead queue is empty, takes no
-//! more, or has all there is of the job.
+//! The work itself goes on beside the executor ([`preflight::forecast`]). At the waiting points it is brought
+//! the bytes it asks for, a block of the card at a time, and only while the look-ahead queue is empty, takes
+//! no more, or has all there is of the job.
 
 use core::fmt::Arguments;
 
+use base::Ports;
+use base::clock_time::Clock;
+use base::failure::{Failure, Outcome};
+use base::paths::Path;
+use base::ports::{FileHandle, OpenMode, Storage, StorageError};
+use base::sessions::{Listing, Recipient, Reply};
 use config::JobPreflight;
+use jobs::player::{FileLines, Lookup, Outlook, PausePlace, Planned, Step, TOO_DEEP, sub_path};
 use motion::Tag;
+use preflight::forecast::{Ahead, Answer, Foresight, LookAhead, Purpose, Stage, Wanted};
+use preflight::{AsItIs, Kind, TOLD_LINES, Told};
 use program::Dialect;
 use units::{Celsius, MAX_HEATERS, Micros};
 
 use super::{Machine, long_answers};
-use crate::clock_time::Clock;
-use crate::failure::{Failure, Outcome};
-use crate::forecast::{Ahead, Answer, Foresight, LookAhead, Purpose, Stage, Wanted};
-use crate::jobs::{FileLines, Lookup, Outlook, PausePlace, Planned, Step, TOO_DEEP, sub_path};
-use crate::paths::Path;
-use crate::ports::{FileHandle, OpenMode, Ports, Storage, StorageError};
-use crate::preflight::{AsItIs, Kind, TOLD_LINES, Told};
-use crate::sessions::{Listing, Recipient, Reply};
 
 /// Time after which a job's wait for the look at its file is told first; later each time the wait has
 /// doubled.
@@ -190,7 +191,7 @@ fn begin<P: Ports>(
     let failed = |error: StorageError| machine.texts.about_file(path, error.text());
     let file = ports.open(path, OpenMode::Beside).map_err(failed)?;
     let size = ports.size(file).map_err(failed)?;
-    let forced = crate::program_setup::file_dialect(machine.config).or(dialect);
+    let forced = base::program_setup::file_dialect(machine.config).or(dialect);
     let lookup = forced.is_none().then(|| Lookup::new(size));
     // A check leaves everything known of the job.
     let (job, made) = (ahead.job, ahead.made);

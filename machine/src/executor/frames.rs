@@ -2,17 +2,17 @@
 //! saved settings, and what follows them. A stack: the entry started last goes first, so a script may start
 //! another one.
 
+use base::failure::{Answer, KeptFailure};
+use base::paths::Path;
+use base::ports::FileHandle;
+use base::sessions::{LineBytes, Recipient};
 use gcode::{Code, LineBuffer};
 use heapless::Vec;
+use jobs::journal::Step;
+use procedures::probing::Plan;
 use program::{LeftHole, OperatorModes, ScriptModes};
 
 use super::source::Source;
-use crate::failure::{Answer, KeptFailure};
-use crate::journal::Step;
-use crate::paths::Path;
-use crate::ports::FileHandle;
-use crate::probing::Plan;
-use crate::sessions::{LineBytes, Recipient};
 
 /// Greatest number of frames: a script that suspends within a line of a file of settings.
 const MOST: usize = 8;

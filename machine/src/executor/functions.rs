@@ -3,24 +3,31 @@
 //! Functions that only say or set something never wait, and questions among them are answered at any waiting
 //! point. The others are sequences.
 
+use base::Ports;
+use base::apart::apart;
+use base::failure::{Answer, Failure, Outcome};
+use base::motors;
+use base::sessions::{Listing, Recipient, Reply};
 use events::{Event, Text};
 use gcode::{Blocks, Code};
+use jobs::files::{self, listings};
+use parts::driver_codes;
+use parts::heat_codes;
+use parts::motion_codes;
+use parts::reports;
+use parts::reports::Status;
+use procedures::alignment;
+use procedures::arms;
+use procedures::autotune;
+use procedures::endstop_phase;
+use procedures::leveling;
+use procedures::probing::{self, ProbeHands};
 use program::{Function, State, Words};
 use units::AxisSet;
 
 use super::{
     Machine, MachineHands, abort, automatic, card, cold, filament, foresee, long_answers, objects, periodic,
     probe_strategy, program_io, recover, settings_file, statistics, suspend,
-};
-use crate::apart::apart;
-use crate::failure::{Answer, Failure, Outcome};
-use crate::files::{self, listings};
-use crate::ports::Ports;
-use crate::reports::Status;
-use crate::sessions::{Listing, Recipient, Reply};
-use crate::{
-    alignment, arms, autotune, driver_codes, endstop_phase, heat_codes, leveling, motion_codes, motors, probing,
-    procedures, reports,
 };
 
 /// Carries out a function, and waits for its end.
@@ -74,7 +81,7 @@ fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &
         Function::AlignZ => stowed(hands, |hands| alignment::align(hands, words)),
         Function::AlignSlave => apart(|| alignment::align_slave(hands, words)),
         Function::BedScrews => stowed(hands, alignment::advise),
-        Function::PaperTest => apart(|| crate::paper::paper_test(hands, words)),
+        Function::PaperTest => apart(|| procedures::paper::paper_test(hands, words)),
         Function::DeployProbe => probing::deploy_or_stow(hands, true),
         Function::StowProbe => probing::deploy_or_stow(hands, false),
         Function::LevelingOff => apart(|| leveling::level_off(hands)),
@@ -108,7 +115,7 @@ fn sequence<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &
 }
 
 /// Runs a sequence that probes, and stows the probe after it.
-fn stowed<'c, H: procedures::Hands<'c>>(hands: &mut H, probe: impl FnOnce(&mut H) -> Outcome) -> Outcome {
+fn stowed<'c, H: ProbeHands<'c>>(hands: &mut H, probe: impl FnOnce(&mut H) -> Outcome) -> Outcome {
     let ended = apart(|| probe(hands));
     probing::stow_after(hands, ended)
 }
@@ -295,10 +302,10 @@ fn report<P: Ports>(
             sessions.say(Recipient::All, format_args!("{prefix}{text}\n"));
             Ok(Answer::Ok)
         }
-        Function::FilamentDetector => crate::filament::told((filament, filament_width), config, tuning, words, reply),
+        Function::FilamentDetector => parts::filament::told((filament, filament_width), config, tuning, words, reply),
         Function::FilamentWidth => {
             let readings = ports.heat(|heat| heat.filament_width());
-            crate::filament::told_of_width(filament_width, readings, config, tuning, words, reply)
+            parts::filament::told_of_width(filament_width, readings, config, tuning, words, reply)
         }
         Function::FilamentLengths => Ok(filament::lengths(tuning, words, reply)),
         Function::RetractSettings | Function::RecoverSettings => Ok(Answer::Ok),

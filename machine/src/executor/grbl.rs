@@ -1,23 +1,23 @@
 //! GRBL's commands: lines that begin with `$`, and the bytes that act at once.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::grbl::framing::LOCKED;
+use base::motion_config::motion_config;
+use base::reason::Reason;
+use base::safety::Event;
+use base::sessions::{Listing, Recipient, Reply, Rights, SessionId, Sessions};
 use gcode::realtime::Realtime;
 use gcode::{Blocks, Refusal};
+use jobs::files::listings;
 use program::{Dialect, State};
 use units::{Axis, AxisSet};
 
 use super::frames::Frame;
 use super::{Machine, MachineHands, actions, kept, long_answers, program_io, settings_file};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::files::listings;
-use crate::grbl::framing::LOCKED;
 use crate::grbl::settings::{Change, Setting, Sources};
 use crate::grbl::status::{self, Report};
 use crate::grbl::{HELP, Own, Text, hal, jog, overrides, reports, stored};
-use crate::motion_config::motion_config;
-use crate::ports::Ports;
-use crate::reason::Reason;
-use crate::safety::Event;
-use crate::sessions::{Listing, Recipient, Reply, Rights, SessionId, Sessions};
 
 /// Carries out a line that began with `$`, which has been taken off.
 pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipient) -> Outcome {

@@ -6,18 +6,19 @@
 
 use core::fmt::Arguments;
 
+use base::Ports;
+use base::brown_out;
+use base::failure::Failure;
+use base::ports::Wake;
+use base::reason::{Alarm, Reason};
+use base::safety::{Event, Press, Stopping};
+use base::sessions::Recipient;
 use events::{Event as Happened, Text};
 use program::{Dialect, State};
+use thermal::HeatControl;
 use units::Micros;
 
 use super::{Machine, journal, log, program_io};
-use crate::brown_out;
-use crate::failure::Failure;
-use crate::ports::{Ports, Wake};
-use crate::reason::{Alarm, Reason};
-use crate::safety::{Event, Press, Stopping};
-use crate::sessions::Recipient;
-use thermal::HeatControl;
 
 impl<P: Ports> Machine<'_, P> {
     /// Halts, saying why to every session, and by number to those of GRBL's dialect. Does nothing while
@@ -207,7 +208,7 @@ impl<P: Ports> Machine<'_, P> {
         if !settings.enable || settings.pin.is_none() {
             return;
         }
-        let pressed = self.ports.inputs().is_active(crate::ports::Input::Kill);
+        let pressed = self.ports.inputs().is_active(base::ports::Input::Kill);
         let is_halted = self.safety.is_halted();
         match self.safety.kill_button.look(&settings, pressed, is_halted, now) {
             Press::Nothing => {}

@@ -2,30 +2,30 @@
 
 use core::fmt::Arguments;
 
+use base::Ports;
+use base::axes::Axes;
+use base::bed::Bed;
+use base::failure::{Failure, Texts};
+use base::hands::Hands;
+use base::ports::{DriversPort, FileHandle, InputLevels, StorageError, Wake};
+use base::reason::Alarm;
+use base::safe_file::Draft;
+use base::safety::Event;
+use base::safety::travel::Travel;
+use base::sessions::{Recipient, Reply};
+use base::supervisor::Supervisor;
+use base::tuning::Tuning;
+use base::wait::Waited;
 use config::MachineConfig;
 use motion::{Latch, Mode, Motion};
+use procedures::endstop_phase::{EndstopPhases, PhaseHands};
+use procedures::paper::{Paper, PaperHands};
+use procedures::probing::{DeltaRecords, Deployment, ProbeHands};
 use program::{Dialect, State};
 use thermal::HeatControl;
 use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis, Volts};
 
 use super::{Machine, card, log, probe_script};
-use crate::axes::Axes;
-use crate::bed::Bed;
-use crate::endstop_phase::EndstopPhases;
-use crate::failure::{Failure, Texts};
-use crate::hands::Hands;
-use crate::paper::Paper;
-use crate::ports::{DriversPort, FileHandle, InputLevels, Ports, StorageError, Wake};
-use crate::probing::{DeltaRecords, Deployment};
-use crate::procedures;
-use crate::reason::Alarm;
-use crate::safe_file::Draft;
-use crate::safety::Event;
-use crate::safety::travel::Travel;
-use crate::sessions::{Recipient, Reply};
-use crate::supervisor::Supervisor;
-use crate::tuning::Tuning;
-use crate::wait::Waited;
 
 /// The machine in the hands of a sequence that a recipient asked for.
 pub struct MachineHands<'m, 'c, P: Ports> {
@@ -281,20 +281,24 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
     }
 }
 
-impl<'c, P: Ports> procedures::Hands<'c> for MachineHands<'_, 'c, P> {
+impl<'c, P: Ports> PhaseHands<'c> for MachineHands<'_, 'c, P> {
+    fn phases(&mut self) -> &mut EndstopPhases {
+        &mut self.machine.phases
+    }
+}
+
+impl<'c, P: Ports> ProbeHands<'c> for MachineHands<'_, 'c, P> {
     fn delta_records(&mut self) -> &mut DeltaRecords {
         &mut self.machine.delta
     }
 
-    fn phases(&mut self) -> &mut EndstopPhases {
-        &mut self.machine.phases
-    }
-
-    fn paper(&mut self) -> &mut Paper {
-        &mut self.machine.paper
-    }
-
     fn deployment(&mut self) -> &mut Deployment {
         &mut self.machine.deployment
+    }
+}
+
+impl<'c, P: Ports> PaperHands<'c> for MachineHands<'_, 'c, P> {
+    fn paper(&mut self) -> &mut Paper {
+        &mut self.machine.paper
     }
 }

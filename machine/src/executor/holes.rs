@@ -1,11 +1,11 @@
 //! A bore that the operator draws the tool out of (G88).
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
 use program::LeftHole;
 
 use super::frames::Frame;
 use super::{Machine, operator};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::Ports;
 
 /// Has the operator draw the tool out; the rest of the block waits until then.
 pub(super) fn retract_by_hand<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {

@@ -1,16 +1,16 @@
 //! Pauses that a job makes by itself, and the queue of jobs.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::needs::needs;
+use base::sessions::{Recipient, Reply};
 use gcode::Extended;
+use jobs::player::{Listeners, Tower, parse_pause};
 use program::Part;
 use units::Axis;
 
 use super::source::{Origin, Source};
 use super::{Machine, suspend};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::jobs::{Listeners, Tower, parse_pause};
-use crate::needs::needs;
-use crate::ports::Ports;
-use crate::sessions::{Recipient, Reply};
 
 /// Pauses the job at once, or `at` a layer, a line or a height; `list` and `clear` concern those places
 /// (`pause`).
@@ -24,7 +24,7 @@ pub(super) fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
         }
         "next" if rest.trim() == "layer" => {
             let layer = machine.jobs.layers().current + 1;
-            let (place, command) = (crate::jobs::PausePlace::Layer(layer), "");
+            let (place, command) = (jobs::player::PausePlace::Layer(layer), "");
             machine.jobs.pauses.add(place, command)?;
         }
         "clear" => machine.jobs.pauses.clear(),

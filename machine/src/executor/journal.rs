@@ -1,15 +1,16 @@
 //! Journal entries of a job: every few seconds, before Z goes to another height, on arrival there, and where
 //! a halt comes to rest. One block at a time.
 
+use base::Ports;
+use base::brown_out;
+use base::failure::Failure;
+use base::ports::{OpenMode, StorageError, Wake};
+use jobs::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, machine_value, stray};
 use motion::compensation::Bed;
 use program::{BEGINNING_BYTES, State};
 use units::{Axis, AxisSet, Micros, PerAxis, Volts};
 
 use super::{Machine, card};
-use crate::brown_out;
-use crate::failure::Failure;
-use crate::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, machine_value, stray};
-use crate::ports::{OpenMode, Ports, StorageError, Wake};
 
 /// Time between entries because of another height: see `recover::UNNOTICED_S`.
 const HEIGHT_PERIOD: Micros = Micros::from_millis(500);

@@ -1,10 +1,12 @@
 //! Values that programs keep over a power cycle, read at boot and written when they have changed: see
-//! [`crate::files::kept`].
+//! [`jobs::files::kept`].
+
+use base::Ports;
+use base::failure::{Answer, Outcome};
+use base::ports::{StorageError, Wake};
+use jobs::files::kept::{PARAMETERS, Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools};
 
 use super::{Machine, card};
-use crate::failure::{Answer, Outcome};
-use crate::files::kept::{PARAMETERS, Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools};
-use crate::ports::{Ports, StorageError, Wake};
 
 /// Greatest number of bad lines of the tool table that are told.
 const MOST_SAID: u32 = 5;
@@ -40,7 +42,7 @@ fn read_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError
         if flaws > MOST_SAID {
             return;
         }
-        let all = crate::sessions::Recipient::All;
+        let all = base::sessions::Recipient::All;
         match flaw {
             Some(flaw) => sessions.say(all, format_args!("WARNING: {TOOLS}, line {line} is left out: {flaw}\n")),
             None => sessions

@@ -3,15 +3,16 @@
 //!
 //! Every waiting point serves it, so that moves are dropped at once, whatever the executor waits for.
 
+use base::Ports;
+use base::failure::Failure;
+use base::ports::Wake;
+use base::sessions::{Recipient, Reply};
 use motion::{State as Motion, Waiting};
 use program::State;
 use program::objects::TakenOut;
 use units::{Axis, PerAxis};
 
 use super::{Machine, journal, shapes};
-use crate::failure::Failure;
-use crate::ports::{Ports, Wake};
-use crate::sessions::{Recipient, Reply};
 
 /// Looks at the moves that the machine makes. Seldom: only while such moves may wait.
 #[cold]

@@ -1,16 +1,17 @@
 //! Strips of lights: codes change their colours where the path has come to; colours to be shown are looked at
 //! some twenty times a second, and sent when they are new.
 
+use base::Ports;
+use base::failure::Failure;
+use base::ports::Wake;
 use motion::Refusal;
+use parts::lights::Condition;
 use program::{LightChange, State};
+use thermal::{HeatControl, OFF_BELOW};
 use units::{Micros, SwitchId};
 
 use super::Machine;
 use super::program_io::apply;
-use crate::failure::Failure;
-use crate::lights::Condition;
-use crate::ports::{Ports, Wake};
-use thermal::{HeatControl, OFF_BELOW};
 
 /// Distance from its target within which a heater has warmed up, C.
 const WARM_WITHIN_C: f32 = 5.0;

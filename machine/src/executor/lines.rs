@@ -1,9 +1,18 @@
 //! Lines: the turns of their sources, their wholeness, and their kind: codes, a command of the console, an O
 //! word.
 
+use base::Ports;
+use base::apart::apart;
+use base::failure::Answer;
+use base::ports::Wake;
+use base::reason::Reason;
+use base::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
 use config::ButtonWord;
 use events::{Event, Text};
 use gcode::{Line, Refusal};
+use jobs::files::NotSaved;
+use jobs::player::line_numbers::{decoder_expecting, tag_of};
+use jobs::player::{Next, Scripts};
 use motion::Tag;
 use program::{Dialect, State, Waits};
 
@@ -16,14 +25,6 @@ use super::{
     Machine, actions, blocks, card, commands, editing, fast_forward, filament, flow, foresee, grbl, job_control,
     journal, kept, log, named, objects, passed_over, periodic, stack, stall_recovery, statistics, suspend, urgent,
 };
-use crate::apart::apart;
-use crate::failure::Answer;
-use crate::files::NotSaved;
-use crate::jobs::line_numbers::{decoder_expecting, tag_of};
-use crate::jobs::{Next, Scripts};
-use crate::ports::{Ports, Wake};
-use crate::reason::Reason;
-use crate::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
 
 /// Runs the next line: of work that a line has started, of a session, of an input, of the file being played.
 /// False when there was nothing.
@@ -79,7 +80,7 @@ fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bo
         }
         return true;
     }
-    let Some(line) = machine.sessions.get_mut(id).and_then(crate::sessions::Session::take_line) else { return false };
+    let Some(line) = machine.sessions.get_mut(id).and_then(base::sessions::Session::take_line) else { return false };
     if grbl::is_dropped_jog(machine, id, &line) {
         answered(machine, id);
         return true;

@@ -1,14 +1,14 @@
-//! Files that a program writes: see [`crate::files::logs`].
+//! Files that a program writes: see [`jobs::files::logs`].
 
 use core::fmt::Write as _;
 
+use base::Ports;
+use base::failure::{Failure, Texts};
 use gcode::{Parameter, Parameters as _};
+use jobs::files::logs::LogFlaw;
 use program::Remark;
 
 use super::Machine;
-use crate::failure::{Failure, Texts};
-use crate::files::logs::LogFlaw;
-use crate::ports::Ports;
 
 /// Characters of a line of a log; longer lines are cut.
 const LINE: usize = 256;

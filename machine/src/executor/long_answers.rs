@@ -1,15 +1,19 @@
 //! Long answers: given piece by piece, as fast as a session takes them, beside everything else.
 
+use base::Ports;
+use base::apart::apart;
+use base::failure::{Answer, Failure, Outcome};
+use base::motors;
+use base::sessions::{Listing, Recipient, Reply, SessionId};
+use jobs::files::{Progress, listings};
+use procedures::arms;
+use procedures::leveling;
 use program::Words;
+use units::Actuator;
 
 use super::{Machine, card, foresee, recording};
-use crate::apart::apart;
-use crate::failure::{Answer, Failure, Outcome};
-use crate::files::{Progress, listings};
 use crate::grbl::hal;
-use crate::ports::Ports;
-use crate::sessions::{Listing, Recipient, Reply, SessionId};
-use crate::{arms, leveling, motors, saved_settings};
+use crate::saved_settings;
 
 /// Begins a long answer, given as fast as a session takes it, beside everything else. A file that is played
 /// has nobody to read one.
@@ -170,7 +174,7 @@ fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Reci
             Ok(hal::list_line(*list, *line - 1, reply))
         }
         Listing::Drivers { motors, all } => {
-            let Some(motor) = crate::axes::motors(*motors).next() else { return Ok(false) };
+            let Some(motor) = Actuator::of_bits(*motors).next() else { return Ok(false) };
             *motors &= !motor.bit();
             motors::describe_driver(ports, motor, *all, reply);
             Ok(*motors != 0)

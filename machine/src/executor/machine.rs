@@ -2,11 +2,42 @@
 //!
 //! [`Machine`] knows nothing of lines, of commands, or of the parties served while it waits.
 
+use base::Ports;
+use base::axes::Axes;
+use base::bed::Bed;
+use base::brown_out::BrownOut;
+use base::failure::{Answer, Failure, Outcome, Texts};
+use base::motion_config::halts_out_of_reach;
+use base::ports::Wake;
+use base::reason::Reason;
+use base::safety::travel::Travel;
+use base::safety::{Event, Safety};
+use base::sessions::{Recipient, Sessions};
+use base::tuning::Tuning;
+use base::wait::Waited;
 use config::MachineConfig;
 use events::Event as Happened;
+use jobs::files::Files;
+use jobs::files::logs::Logs;
+use jobs::journal::{Journal, Recovery};
+use jobs::player::Jobs;
 use motion::path::Bounds;
 use motion::{Refusal, Tag};
+use parts::buttons::Buttons;
+use parts::fans::Fans;
+use parts::filament::{self, Filament};
+use parts::lights::LightShow;
+use parts::outputs::{Outputs, TemperatureSwitches};
+use parts::strips::Strips;
+use parts::z_thermal::Thermal;
+use preflight::forecast::{Ahead, Foresight, LookAhead};
+use procedures::endstop_phase::EndstopPhases;
+use procedures::paper::Paper;
+use procedures::probing::{DeltaRecords, Deployment};
+use procedures::stall_recovery::StallRecovery;
 use program::{Facts, Interpreter, LightChange, State, States};
+use thermal::Effects;
+use thermal::surplus::SurplusWatch;
 use units::{Axis, AxisSet, Micros, PerAxis};
 
 use super::asked::Asked;
@@ -17,37 +48,7 @@ use super::passed::Passed;
 use super::polls::Polls;
 use super::recorded::Recorded;
 use super::update_watch::Watch;
-use crate::axes::Axes;
-use crate::bed::Bed;
-use crate::brown_out::BrownOut;
-use crate::buttons::Buttons;
-use crate::endstop_phase::EndstopPhases;
-use crate::failure::{Answer, Failure, Outcome, Texts};
-use crate::fans::Fans;
-use crate::filament::{self, Filament};
-use crate::files::Files;
-use crate::files::logs::Logs;
-use crate::forecast::{Ahead, Foresight, LookAhead};
 use crate::grbl::Grbl;
-use crate::jobs::Jobs;
-use crate::journal::{Journal, Recovery};
-use crate::lights::LightShow;
-use crate::motion_config::halts_out_of_reach;
-use crate::outputs::{Outputs, TemperatureSwitches};
-use crate::paper::Paper;
-use crate::ports::{Ports, Wake};
-use crate::probing::{DeltaRecords, Deployment};
-use crate::reason::Reason;
-use crate::safety::travel::Travel;
-use crate::safety::{Event, Safety};
-use crate::sessions::{Recipient, Sessions};
-use crate::stall_recovery::StallRecovery;
-use crate::strips::Strips;
-use crate::thermal::Thermal;
-use crate::tuning::Tuning;
-use crate::wait::Waited;
-use thermal::Effects;
-use thermal::surplus::SurplusWatch;
 
 /// The machine, as the owners of its parts.
 pub(crate) struct Machine<'c, P: Ports> {
@@ -161,7 +162,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             ports,
             config,
             config_took,
-            program: Interpreter::new(crate::program_setup::setup(config)),
+            program: Interpreter::new(base::program_setup::setup(config)),
             texts,
             sessions,
             safety: Safety::default(),
@@ -183,7 +184,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             temperature_switches: TemperatureSwitches::new(config),
             filament: Filament::default(),
             filament_width: filament::Width::new(&config.filament_width),
-            jobs: Jobs::new(crate::program_setup::file_dialect(config)),
+            jobs: Jobs::new(base::program_setup::file_dialect(config)),
             files: Files::default(),
             logs: Logs::default(),
             tuning: Tuning::new(config),

@@ -82,11 +82,12 @@ pub use hands::MachineHands;
 use machine::{Beside, Machine};
 use units::Micros;
 
-use crate::apart::apart;
-use crate::failure::Texts;
-use crate::forecast::{Desk, Foresight, Work, read_file};
-use crate::ports::{Ports, Wake};
-use crate::sessions::Sessions;
+use base::Ports;
+use base::apart::apart;
+use base::failure::Texts;
+use base::ports::Wake;
+use base::sessions::Sessions;
+use preflight::forecast::{Desk, Foresight, Work, read_file};
 
 /// Time of carrying out lines after which everybody is served: most lines take ten microseconds or two.
 const SERVE_AFTER: Micros = Micros(50);
@@ -116,7 +117,7 @@ impl Lasting {
     }
 }
 
-/// Boots and serves, for ever, resting whenever there is nothing to do ([`crate::ports::Rest`]).
+/// Boots and serves, for ever, resting whenever there is nothing to do ([`base::ports::Rest`]).
 pub fn run<P: Ports>(mut ports: P, lasting: &mut Lasting) -> Infallible {
     let Lasting { config, texts, sessions, foresight } = lasting;
     let read = apart(|| boot::read_config(&mut ports, sessions, config));

@@ -6,16 +6,17 @@
 
 use core::fmt::Write;
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::hands::Hands as _;
+use base::ports::Wake;
+use base::sessions::Recipient;
 use heapless::String;
 use motion::{Kinematics, Mode};
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
 use super::axis_tests::{APPROACHES, Speed, Sweep, TIMES};
 use super::{Machine, MachineHands, actions, axis_tests};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::hands::Hands as _;
-use crate::ports::{Ports, Wake};
-use crate::sessions::Recipient;
 
 /// A line of a figure.
 type Line = String<64>;
@@ -206,8 +207,8 @@ pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: R
         Test::Sweep(sweep) => axis_tests::sweep(machine, &sweep, to)?,
         Test::Backlash(axis, distance) => {
             let hands = &mut MachineHands::new(machine, to);
-            let measured = crate::probing::lost_motion(hands, axis, distance).map(|()| Answer::Ok);
-            let measured = crate::probing::stow_after(hands, measured).map(|_| ());
+            let measured = procedures::probing::lost_motion(hands, axis, distance).map(|()| Answer::Ok);
+            let measured = procedures::probing::stow_after(hands, measured).map(|_| ());
             machine.resynchronise_if_still();
             measured?;
         }

@@ -1,16 +1,16 @@
 //! Commands by name, `SET_VELOCITY_LIMIT ACCEL=3000`, and their translation into lines of codes.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::program_setup::PartNames;
+use base::sessions::LineBytes;
 use gcode::{Extended, Line};
+use jobs::player::Name;
 use program::extended::{self, Asked, CodeLine};
 
 use super::frames::{Frame, NextCode, Rest};
 use super::source::{Origin, Source};
 use super::{Machine, job_control};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::jobs::Name;
-use crate::ports::Ports;
-use crate::program_setup::PartNames;
-use crate::sessions::LineBytes;
 
 /// Result of a command by name.
 pub(super) enum Named<'a> {

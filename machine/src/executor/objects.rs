@@ -1,16 +1,16 @@
 //! Objects of a print that are left out: the choice of moves that are not made, and the way to the next move
 //! that is.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::sessions::{Recipient, Reply};
+use jobs::player::By;
 use motion::Tag;
 use program::Move;
 use units::Axis;
 
 use super::source::{Origin, Source};
 use super::{Machine, actions, journal, leave_out};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::jobs::By;
-use crate::ports::Ports;
-use crate::sessions::{Recipient, Reply};
 
 /// Lets a line count as the print's: a line of the file being printed, or of any session while there is none.
 /// Nothing else is left out: an operator who jogs, or a script that parks, means it.

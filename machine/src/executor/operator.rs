@@ -1,16 +1,17 @@
 //! Messages to the operator, and pauses that wait for him: M0, M1, M60.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome, ShortText};
+use base::ports::Wake;
+use base::safety::Event;
+use base::sessions::Recipient;
+use base::wait::Waited;
 use program::{Pause, Remark, ScriptModes, State};
 use units::Micros;
 
 use super::asked::Asked;
 use super::frames::Frame;
 use super::{Machine, log};
-use crate::failure::{Answer, Failure, Outcome, ShortText};
-use crate::ports::{Ports, Wake};
-use crate::safety::Event;
-use crate::sessions::Recipient;
-use crate::wait::Waited;
 
 /// Carries out a comment that says something, or writes it to a file.
 ///

@@ -1,14 +1,14 @@
 //! Codes of a file that are not carried out.
 
+use base::Ports;
+use base::failure::{Answer, Outcome};
+use base::needs::{cannot_level, makes_another_part};
+use base::sessions::Recipient;
 use gcode::Block;
+use jobs::player::Name;
 use program::{CodeInfo, Dialect};
 
 use super::Machine;
-use crate::failure::{Answer, Outcome};
-use crate::jobs::Name;
-use crate::needs::{cannot_level, makes_another_part};
-use crate::ports::Ports;
-use crate::sessions::Recipient;
 
 /// Handles a code of a file that is not carried out: pauses the file if it would make another part, else
 /// counts the code.

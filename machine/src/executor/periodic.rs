@@ -1,15 +1,15 @@
 //! Sends the reports that sessions get without asking: temperatures (M155), progress of the file (M27 S), and
 //! `busy` while a line is in work (M113).
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::sessions::{Listing, Periodic, Recipient, Reply};
 use gcode::{Code, Line};
+use parts::heat_codes;
 use program::{Dialect, Function, State, Words};
 use units::Micros;
 
 use super::{Machine, foresee};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::heat_codes;
-use crate::ports::Ports;
-use crate::sessions::{Listing, Periodic, Recipient, Reply};
 
 /// Time between two looks at what is due.
 const PERIOD: Micros = Micros(20_000);

@@ -4,17 +4,17 @@
 //! them there. Then the machine heats as the file has asked for, rises, goes over the place and down to it,
 //! and the job goes on.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::hands::Hands as _;
+use base::sessions::Recipient;
+use jobs::player::Scripts;
 use motion::Mode;
 use units::{Axis, MmPerSecond};
 
 use super::frames::{Frame, Then};
 use super::passed::Until;
 use super::{Machine, MachineHands, fast_forward, journal, restore};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::hands::Hands as _;
-use crate::jobs::Scripts;
-use crate::ports::Ports;
-use crate::sessions::Recipient;
 
 /// Height above the place, before the tool goes down to it, mm.
 const LIFT: f64 = 5.0;

@@ -1,11 +1,10 @@
 //! Memory of the looks at inputs and faults, from one look to the next.
 
-use units::Micros;
-
-use crate::failure::ShortText;
-use crate::slow_turning::SlowTurning;
-use crate::stall_watch::StallWatch;
+use base::failure::ShortText;
+use base::slow_turning::SlowTurning;
+use base::stall_watch::StallWatch;
 use thermal::flow::Flow;
+use units::Micros;
 
 /// Due times of the looks, and memory between them.
 #[derive(Debug, Default)]

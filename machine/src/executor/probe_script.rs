@@ -6,14 +6,14 @@
 
 use core::fmt::Arguments;
 
+use base::Ports;
+use base::failure::{Failure, Texts};
+use base::needs::failure_of;
 use gcode::{Block, Blocks};
+use parts::outputs::Outputs;
 use program::{Action, Dialect, Effect, Meaning, ScriptModes};
 
 use super::{Machine, shapes};
-use crate::failure::{Failure, Texts};
-use crate::needs::failure_of;
-use crate::outputs::Outputs;
-use crate::ports::Ports;
 
 /// Carries out a script; messages about it name its setting.
 pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {

@@ -1,14 +1,14 @@
 //! G29, G31 and G32: the strategy, and around a cartesian grid the lines of the configuration.
 
+use base::Ports;
+use base::failure::Outcome;
+use base::sessions::Recipient;
 use gcode::Code;
+use procedures::probing;
 use program::Words;
 
 use super::frames::Then;
 use super::{Machine, MachineHands, suspend};
-use crate::failure::Outcome;
-use crate::ports::Ports;
-use crate::probing;
-use crate::sessions::Recipient;
 
 /// The lines around a cartesian grid may hold any code, so they are run as scripts.
 pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, code: Code, to: Recipient) -> Outcome {

@@ -1,17 +1,18 @@
 //! Requests of a program to switches and to the operator's overrides: M48 to M51, M66, M226.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::ports::{Input, Wake};
+use base::safety::Event;
+use base::sessions::Recipient;
+use parts::motion_codes;
+use parts::outputs;
 use program::{AwaitInput, InputEvent, Words};
+use thermal::Output;
 use units::SwitchId;
 
 use super::Machine;
 use super::hold::Hold;
-use crate::failure::{Answer, Failure, Outcome};
-use crate::motion_codes;
-use crate::outputs;
-use crate::ports::{Input, Ports, Wake};
-use crate::safety::Event;
-use crate::sessions::Recipient;
-use thermal::Output;
 
 /// Sets whether the operator's overrides count and a feed hold acts, once nothing moves (M48 to M51, taps).
 /// Override values that were set stay known.

@@ -4,14 +4,14 @@
 //! change (the state, heaters' targets, homed axes) are looked at every few milliseconds, and differences
 //! from the last look are recorded: [`follow`].
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::sessions::{Listing, Recipient, Reply};
 use events::{Event, Text};
 use program::State;
 use units::{Axis, HeaterId, MAX_HEATERS};
 
 use super::{Machine, long_answers};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::Ports;
-use crate::sessions::{Listing, Recipient, Reply};
 
 /// Number of entries that `events` tells, unless it is asked for more.
 const TOLD: u32 = 40;

@@ -6,9 +6,16 @@
 //! moves: bed, nozzle, up, X and Y to their switches, the configuration's script, back over the part, and
 //! down.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::hands::Hands as _;
+use base::sessions::Recipient;
 use config::HomingDirection;
+use jobs::journal::{Doing, Found, Offer, Recovery, Step, find, forget, machine_value};
+use jobs::player::{Listeners, Scripts};
 use motion::Mode;
 use motion::compensation::Bed;
+use procedures::homing;
 use program::{Dialect, Words};
 use units::{Axis, AxisSet, Celsius, MmPerSecond, PerAxis};
 
@@ -16,13 +23,6 @@ use super::frames::{Frame, Then};
 use super::journal::Heights;
 use super::passed::{Passed, Until};
 use super::{Machine, MachineHands, fast_forward, foresee, journal, restore, stall_recovery, suspend};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::hands::Hands as _;
-use crate::homing;
-use crate::jobs::{Listeners, Scripts};
-use crate::journal::{Doing, Found, Offer, Recovery, Step, find, forget, machine_value};
-use crate::ports::Ports;
-use crate::sessions::Recipient;
 
 /// Heights that differ by less than this are the same, mm.
 const SAME_Z: f64 = 0.02;
@@ -40,7 +40,7 @@ const SLOWLY: MmPerSecond = MmPerSecond(5.0);
 /// Says at boot which job can go on, and what that would do.
 pub(super) fn say_offer<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.config.player.power_loss.enable
-        && let Err(error) = crate::journal::prepare(&mut machine.ports, P::report_alive)
+        && let Err(error) = jobs::journal::prepare(&mut machine.ports, P::report_alive)
     {
         machine.announce(format_args!("// WARNING there will be no journal of jobs: {}\n", error.text()));
     }
@@ -84,7 +84,7 @@ pub(super) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>,
     if machine.jobs.is_open() || machine.jobs.is_suspended() {
         return Err(Failure::refused(&"a job is under way: abort ends it"));
     }
-    let failed = |error: crate::ports::StorageError| machine.texts.about_file(crate::journal::PATH, error.text());
+    let failed = |error: base::ports::StorageError| machine.texts.about_file(jobs::journal::PATH, error.text());
     let offer = match find(&mut machine.ports).map_err(failed)? {
         Found::Offer(offer) => offer,
         Found::Broken => return Err(Failure::refused(&"the journal is damaged: the job cannot be gone on with")),
@@ -110,7 +110,7 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
     machine.jobs.open(machine.texts, &offer.file.path, listeners, &mut machine.ports, now)?;
     let Machine { jobs, ports, .. } = machine;
     let _begun_before = (jobs.take_new(), jobs.scripts().map(Scripts::take_before));
-    let failed = |error: crate::ports::StorageError| machine.texts.about_file(&offer.file.path, error.text());
+    let failed = |error: base::ports::StorageError| machine.texts.about_file(&offer.file.path, error.text());
     let file = machine_value(ports).and_then(|value| jobs.played_file(value, ports)).map_err(failed)?;
     let is_same = (file.size, file.written, file.check) == (offer.file.size, offer.file.written, offer.file.check);
     if !is_same {
@@ -361,7 +361,7 @@ fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> R
         homing::home(&mut MachineHands::new(machine, to), AxisSet::of(Axis::Z))?;
         journal::note(machine, Heights::Planned, false);
         // Towers and arms have homed together.
-        homes = if crate::arms::homes_by_motor(machine.config) { AxisSet::NONE } else { homes };
+        homes = if procedures::arms::homes_by_motor(machine.config) { AxisSet::NONE } else { homes };
     } else if homes.is_empty() {
         machine.announce(format_args!("// WARNING X and Y have no switches: they are taken to be where they were\n"));
     }

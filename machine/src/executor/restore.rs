@@ -1,13 +1,13 @@
 //! Heaters and outputs, restored for a job that goes on in the middle of its file.
 
+use base::Ports;
+use base::failure::Failure;
+use base::hands::Hands as _;
+use base::sessions::Recipient;
+use parts::heat_codes;
 use units::{Celsius, HeaterId, SwitchId};
 
 use super::{Machine, MachineHands};
-use crate::failure::Failure;
-use crate::hands::Hands as _;
-use crate::heat_codes;
-use crate::ports::Ports;
-use crate::sessions::Recipient;
 
 /// States asked of switches last: on or off, and S.
 pub(super) type Switches = [Option<(bool, Option<f32>)>];

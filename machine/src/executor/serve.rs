@@ -1,11 +1,20 @@
 //! Service at every waiting point, however deep in a sequence: sessions are heard, questions answered, faults
 //! seen, outputs flushed. Never waits.
 
+use base::Ports;
+use base::apart::apart;
+use base::ports::{Disk, InputLevels};
+use base::reason::Alarm;
+use base::safety::{Event, Hit};
+use base::sessions::{Listing, Recipient, Rights, SessionId, Visitor};
+use base::supervisor::{DriverTrouble, Supervisor, SupervisorEvent};
 use config::HomingDirection;
 use events::{Event as Happened, Text};
-use gcode::Line;
-use gcode::realtime::Realtime;
+use gcode::{Line, realtime::Realtime};
+use jobs::files::listings;
+use parts::heat_codes::{HeatFaultText, TargetRefusal};
 use program::{Dialect, State};
+use thermal::HeatControl;
 use units::{Actuator, Axis, Micros, PerAxis};
 
 use super::asked::Requester;
@@ -13,15 +22,6 @@ use super::{
     Machine, automatic, brown_out, commands, door, filament, foresee, functions, grbl, journal, leave_out, lights,
     long_answers, periodic, program_io, recording, stall_recovery, stalls, statistics, update, urgent,
 };
-use crate::apart::apart;
-use crate::files::listings;
-use crate::heat_codes::{HeatFaultText, TargetRefusal};
-use crate::ports::{Disk, InputLevels, Ports};
-use crate::reason::Alarm;
-use crate::safety::{Event, Hit};
-use crate::sessions::{Listing, Recipient, Rights, SessionId, Visitor};
-use crate::supervisor::{DriverTrouble, Supervisor, SupervisorEvent};
-use thermal::HeatControl;
 
 /// Period of the looks at inputs and faults.
 const POLL_PERIOD: Micros = Micros::from_millis(10);

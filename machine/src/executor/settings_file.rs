@@ -1,12 +1,14 @@
 //! The file of saved settings: M500, M501, M502.
 
+use base::Ports;
+use base::failure::{Answer, Outcome, Texts};
+use base::paths::{OVERRIDE_PATH, override_path};
+use base::ports::{StorageError, Wake};
+use base::safe_file;
+use base::sessions::{Recipient, Reply};
+
 use super::{Machine, card, suspend};
-use crate::failure::{Answer, Outcome, Texts};
-use crate::paths::{OVERRIDE_PATH, override_path};
-use crate::ports::{Ports, StorageError, Wake};
-use crate::safe_file;
 use crate::saved_settings;
-use crate::sessions::{Recipient, Reply};
 
 /// Reads the file of saved settings as a script (M501).
 pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {

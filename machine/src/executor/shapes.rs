@@ -1,20 +1,20 @@
-//! Moves of the program, submitted to motion as [`crate::drawing`] draws them.
+//! Moves of the program, submitted to motion as [`parts::drawing`] draws them.
 
 use core::fmt::Arguments;
 
+use base::Ports;
+use base::apart::apart;
+use base::failure::Failure;
+use base::reason::Reason;
+use base::safety::Event;
 use config::MachineConfig;
 use motion::geometry::LineSettings;
 use motion::path::Bounds;
+use parts::drawing::{self, Draws};
 use program::{Interpreter, Move, Shape, State};
 use units::PerAxis;
 
 use super::Machine;
-use crate::apart::apart;
-use crate::drawing::{self, Draws};
-use crate::failure::Failure;
-use crate::ports::Ports;
-use crate::reason::Reason;
-use crate::safety::Event;
 
 /// Returns a move of the program in motion's terms, without its curve.
 pub(super) fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> motion::Move {

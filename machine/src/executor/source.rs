@@ -1,11 +1,11 @@
 //! Source of a line, recipient of its answers, and the dialect it is read in.
 
+use base::Ports;
+use base::program_setup;
+use base::sessions::Recipient;
 use program::Dialect;
 
 use super::Machine;
-use crate::ports::Ports;
-use crate::program_setup;
-use crate::sessions::Recipient;
 
 /// Kind of place that a line comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,11 @@
 //! The work that lines have started: scripts and files of saved settings, line by line, and their sequels.
 
+use base::Ports;
+use base::failure::{Answer, Failure, FailureKind, Outcome, short};
+use base::ports::StorageError;
+use base::sessions::{LineBytes, Recipient};
 use gcode::{Blocks, Gathered};
+use procedures::probing::{stow_after, touch_cartesian_grid};
 use program::{LeftHole, ScriptModes};
 
 use super::blocks::Start;
@@ -8,10 +13,6 @@ use super::frames::{Frame, Replay, Script, Then};
 use super::source::{Origin, Source};
 use super::suspend::{self, start_script};
 use super::{Machine, MachineHands, actions, answers, blocks, holes, play_from, recover, stall_recovery, tool_change};
-use crate::failure::{Answer, Failure, FailureKind, Outcome, short};
-use crate::ports::{Ports, StorageError};
-use crate::probing::{stow_after, touch_cartesian_grid};
-use crate::sessions::{LineBytes, Recipient};
 
 /// Does the next step of the frame that was started last.
 pub(super) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {

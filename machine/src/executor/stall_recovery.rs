@@ -8,21 +8,21 @@
 
 use core::fmt::Display;
 
+use base::Ports;
+use base::failure::{Failure, FailureKind, short};
+use base::hands::Hands as _;
+use base::sessions::Recipient;
 use config::{MachineConfig, OnStall};
+use jobs::player::{StalledJob, Suspended};
 use motion::State as Motion;
+use procedures::homing;
+use procedures::stall_recovery::{Phase, Stopped};
 use program::{BEGINNING_BYTES, State};
 use units::{Actuator, Axis, AxisSet, PerAxis};
 
 use super::frames::{Frame, StallStep, Then};
 use super::passed::{Passed, Until};
 use super::{Machine, MachineHands, fast_forward, journal, leave_out, suspend};
-use crate::failure::{Failure, FailureKind, short};
-use crate::hands::Hands as _;
-use crate::homing;
-use crate::jobs::{StalledJob, Suspended};
-use crate::ports::Ports;
-use crate::sessions::Recipient;
-use crate::stall_recovery::{Phase, Stopped};
 
 /// Distance within which the stop is on the way of a move, mm: corners are rounded.
 const ON_THE_WAY: f64 = 0.05;
@@ -153,7 +153,7 @@ fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> R
     if let Some(stall) = machine.jobs.stalled_job() {
         // The job was on its way back from a stall.
         stall.lost = stall.lost.or(stopped.lost);
-        machine.safety.apply(crate::safety::Event::Suspend);
+        machine.safety.apply(base::safety::Event::Suspend);
         return Ok(true);
     }
     let made = stopped.made.ok_or_else(|| Failure::refused(&"what moved was none of its lines"))?;
@@ -204,7 +204,7 @@ fn found<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<()
     machine.jobs.suspend(Suspended { position, kept, targets, change: None, stall: Some(stall) });
     machine.axes.keep_place(stopped.lost);
     machine.resynchronise();
-    machine.safety.apply(crate::safety::Event::Suspend);
+    machine.safety.apply(base::safety::Event::Suspend);
     Ok(())
 }
 

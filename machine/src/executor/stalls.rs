@@ -1,13 +1,14 @@
 //! Reactions to a motor that stalls while it moves.
 
+use base::Ports;
+use base::ports::Input;
+use base::reason::Alarm;
+use base::stall_watch::Sight;
 use config::OnStall;
 use program::State;
 use units::{Actuator, Axis, Micros, PerActuator};
 
 use super::{Machine, stall_recovery};
-use crate::ports::{Input, Ports};
-use crate::reason::Alarm;
-use crate::stall_watch::Sight;
 
 /// Period of the looks while no motor is watched.
 const SELDOM: Micros = Micros::from_seconds(1);

@@ -2,18 +2,19 @@
 
 use core::fmt::Write as _;
 
+use base::Ports;
+use base::failure::Answer;
+use base::ports::StorageError;
+use base::safe_file::Draft;
+use base::sessions::Recipient;
 use config::HeaterId;
 use events::Event;
+use jobs::files::kept::each_line;
+use jobs::player::{Duration, HeaterTime, STATISTICS_PATH, Sums};
 use program::{State, Words};
 use units::{AxisSet, Micros};
 
 use super::{Machine, card};
-use crate::failure::Answer;
-use crate::files::kept::each_line;
-use crate::jobs::{Duration, HeaterTime, STATISTICS_PATH, Sums};
-use crate::ports::{Ports, StorageError};
-use crate::safe_file::Draft;
-use crate::sessions::Recipient;
 
 /// Period of asking heaters for their work.
 const HEAT_PERIOD: Micros = Micros::from_seconds(1);

@@ -1,25 +1,26 @@
 //! Suspending and resuming a job, replaying saved settings, and running the frames that these start.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::hands::Hands as _;
+use base::needs::needs;
+use base::paths::Path;
+use base::ports::{OpenMode, StorageError};
+use base::safe_file;
+use base::safety::Event;
+use base::sessions::Recipient;
 use config::FilamentChangeConfig;
 use events::Event as Happened;
 use gcode::LineBuffer;
 use heapless::Vec;
+use jobs::player::Suspended;
 use motion::Mode;
+use parts::heat_codes;
 use program::{Part, Words};
 use units::{Axis, AxisSet, Celsius, HeaterId};
 
 use super::frames::{Frame, Replay, Then};
 use super::{Machine, MachineHands, effects, filament, stall_recovery};
-use crate::failure::{Answer, Failure, Outcome};
-use crate::hands::Hands as _;
-use crate::heat_codes;
-use crate::jobs::Suspended;
-use crate::needs::needs;
-use crate::paths::Path;
-use crate::ports::{OpenMode, Ports, StorageError};
-use crate::safe_file;
-use crate::safety::Event;
-use crate::sessions::Recipient;
 
 /// M600 and `suspend`: pauses the job, so that a person can work at the machine. M600 takes the filament out,
 /// as far as its words and [filament change] say.

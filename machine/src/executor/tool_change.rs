@@ -1,10 +1,11 @@
 //! Tool change (M6): a script to where tools are changed, the operator's part, and a script behind it.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+
 use super::Machine;
 use super::frames::Frame;
 use super::operator;
-use crate::failure::{Answer, Failure, Outcome};
-use crate::ports::Ports;
 
 /// Begins a tool change; the rest of its line waits for the end.
 pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcome {

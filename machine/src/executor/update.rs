@@ -5,15 +5,16 @@
 //! as `firmware.previous`, so that the boot stage can put it back. None of that is hurried: everybody is
 //! served meanwhile.
 
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome, about_file};
+use base::ports::{Arrival, Firmware, Flaw, OpenMode, Running, Storage, StorageError, Wake};
+use base::sessions::{Recipient, Reply};
 use events::{Event, Text};
+use jobs::files::copying::read_through;
+use parts::reports::{Came, failure};
 use units::Micros;
 
 use super::{Machine, MachineHands, card};
-use crate::failure::{Answer, Failure, Outcome, about_file};
-use crate::files::copying::read_through;
-use crate::ports::{Arrival, Firmware, Flaw, OpenMode, Ports, Running, Storage, StorageError, Wake};
-use crate::reports::{Came, failure};
-use crate::sessions::{Recipient, Reply};
 
 /// File that the boot stage installs.
 const FILE: &str = "/sd/flashme.bin";
@@ -273,7 +274,7 @@ fn keep_previous<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
 
 fn copy_image<P: Ports>(
     machine: &mut Machine<'_, P>,
-    file: crate::ports::FileHandle,
+    file: base::ports::FileHandle,
     length: u32,
 ) -> Result<(), StorageError> {
     let mut at = 0;

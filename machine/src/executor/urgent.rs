@@ -4,18 +4,18 @@
 //! A line is ended as a halt ends it: each of its waits returns `Halted`, and so do those of everything it
 //! has started. Motion comes to rest before any other line is read.
 
+use base::Ports;
+use base::failure::Failure;
+use base::program_setup;
+use base::reason::Alarm;
+use base::sessions::{Recipient, SessionId};
 use config::ButtonWord;
 use gcode::{Blocks, Code, Letter, Line};
+use jobs::player::line_numbers::decoder_expecting;
 use program::{Dialect, Dialects};
 
 use super::asked::{Ends, Requester};
 use super::{Machine, abort, recover, stack};
-use crate::failure::Failure;
-use crate::jobs::line_numbers::decoder_expecting;
-use crate::ports::Ports;
-use crate::program_setup;
-use crate::reason::Alarm;
-use crate::sessions::{Recipient, SessionId};
 
 /// Returns how much of the work in progress a line ends; `None` if it waits its turn.
 pub(super) fn of_line(line: &Line<'_>, dialect: Dialect) -> Option<Ends> {

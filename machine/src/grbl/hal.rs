@@ -2,15 +2,15 @@
 //! status report, the options in `$I`, and the lists of errors, alarms and settings. Facts: the reports of
 //! grblHAL (github.com/grblHAL/core, `report.c`) and what gSender and ioSender read of them.
 
+use base::reason::{Alarm, Reason};
+use base::sessions::{Enumeration, INBOX_BYTES, Reply};
 use config::MachineConfig;
+use parts::reports::{Line, add, free_axes};
 use program::{Interpreter, write_system_name};
 use units::{Axis, AxisSet};
 
 use super::settings::Setting;
 use super::told::{Extra, Told};
-use crate::reason::{Alarm, Reason};
-use crate::reports::{Line, add, free_axes};
-use crate::sessions::{Enumeration, INBOX_BYTES, Reply};
 
 /// First text of a session.
 pub(crate) const BANNER: &str = "GrblHAL 1.1f ['$' for help]\n";

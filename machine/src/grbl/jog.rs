@@ -1,15 +1,14 @@
 //! `$J=`: a jog of GRBL 1.1 (Grbl v1.1 Jogging): one straight move with its own units and distance mode,
 //! which changes nothing of the program's.
 
+use base::failure::{Failure, Texts};
+use base::hands::Hands;
+use base::ports::Wake;
+use base::reason::Reason;
+use base::safety::Event;
 use gcode::Blocks;
 use program::{Modal, State};
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
-
-use crate::failure::{Failure, Texts};
-use crate::hands::Hands;
-use crate::ports::Wake;
-use crate::reason::Reason;
-use crate::safety::Event;
 
 /// Millimetres in an inch.
 const MM_PER_INCH: f64 = 25.4;

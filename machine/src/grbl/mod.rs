@@ -5,14 +5,12 @@
 //! carries the commands out. Facts: Grbl 1.1's interface, configuration, jogging and real-time pages
 //! (github.com/gnea/grbl, `doc/markdown`).
 
+use base::sessions::MAX_SESSIONS;
 use gcode::{Code, Letter};
 
-use crate::sessions::MAX_SESSIONS;
-
-pub mod framing;
 pub(crate) mod hal;
 pub(crate) mod jog;
-pub mod numbers;
+
 pub(crate) mod overrides;
 pub(crate) mod reports;
 pub(crate) mod settings;

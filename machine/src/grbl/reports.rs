@@ -1,12 +1,12 @@
 //! `$G`, `$#`, `$I`, `$N`: GRBL's reports of the program and of itself, in its brackets.
 
+use base::sessions::{INBOX_BYTES, Reply};
 use config::{ArmSolution, MachineConfig};
+use parts::outputs::Outputs;
 use program::{Interpreter, write_system_name};
 use units::Plane;
 
 use super::Own;
-use crate::outputs::Outputs;
-use crate::sessions::{INBOX_BYTES, Reply};
 
 /// Millimetres in an inch.
 pub(super) const MM_PER_INCH: f64 = 25.4;

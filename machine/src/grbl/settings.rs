@@ -3,13 +3,13 @@
 //! Settings that a code changes at run time are changed by that code with `$n=`: at once, within the code's
 //! bounds. Settings of `config.ini` alone are read only: wiring and homing are read once, at boot.
 
+use base::failure::{Failure, ShortText, Texts, short};
+use base::reason::Reason;
 use config::{HomingDirection, MachineConfig};
 use motion::MotionConfig;
 use units::{Actuator, Axis, PerAxis};
 
 use super::Own;
-use crate::failure::{Failure, ShortText, Texts, short};
-use crate::reason::Reason;
 
 /// Sources of the values.
 #[derive(Clone, Copy, Debug)]
@@ -89,7 +89,7 @@ fn homes(config: &MachineConfig) -> bool {
 
 /// Returns the least and greatest S of the spindle, where it has a scale.
 fn spindle(config: &MachineConfig) -> Option<[f64; 2]> {
-    crate::outputs::spindle_scale(config).map(|scale| scale.map(f64::from))
+    parts::outputs::spindle_scale(config).map(|scale| scale.map(f64::from))
 }
 
 fn travel(of: &Sources<'_>, axis: Axis) -> f64 {

@@ -3,20 +3,20 @@
 //! Fields that seldom change are reported seldom: offsets in every thirtieth report while something goes on
 //! and in every tenth else, overrides in every twentieth and tenth, and both as soon as they have changed.
 
+use base::ports::{Input, Inputs, MotionPort};
+use base::safety::Mode;
+use base::sessions::Reply;
+use base::tuning::Tuning;
 use config::MachineConfig;
 use motion::Motion;
+use parts::outputs::Outputs;
+use parts::reports::{Line, add, free_axes};
 use program::{Interpreter, State};
 use units::{Axis, AxisSet, PerAxis};
 
 use super::reports::{Length, MM_PER_INCH};
 use super::told::{Overrides, Told};
 use super::{Own, hal};
-use crate::outputs::Outputs;
-use crate::ports::{Input, Inputs, MotionPort};
-use crate::reports::{Line, add, free_axes};
-use crate::safety::Mode;
-use crate::sessions::Reply;
-use crate::tuning::Tuning;
 
 /// Contents of a report, beside the state in the ports.
 #[derive(Clone, Copy, Debug)]

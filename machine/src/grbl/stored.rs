@@ -3,9 +3,10 @@
 
 use core::fmt::Write as _;
 
+use base::ports::{OpenMode, Storage, StorageError};
+use base::safe_file::{self, Draft};
+
 use super::{Own, Text};
-use crate::ports::{OpenMode, Storage, StorageError};
-use crate::safe_file::{self, Draft};
 
 /// Path of the file.
 pub(crate) const PATH: &str = "/sd/grbl-settings";

@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use machine::sessions::SessionId;
+use base::sessions::SessionId;
 
 use super::{FeedPhase, InSearches, Mismatch, Plan, Runner, Setup};
 use crate::models::tmc26x::Chip;

@@ -3,16 +3,17 @@
 use std::rc::Rc;
 use std::sync::atomic::AtomicU32;
 
+use base::ports::{
+    Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle, HeatPort,
+    InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, Rest, Start,
+    StepTimes, Storage, StorageError, Updates, Usb, Wake, Workspace,
+};
+use base::sessions::{Consoles, SessionProfile};
+use base::sessions::{Inbox, Intake, SessionId};
+use base::supervisor::{Supervisor, SupervisorPort};
 use config::{BoardId, MachineConfig, Pin, Pull};
 use corosensei::Yielder;
 use events::{Cause, Event, EventRing, Slots};
-use machine::ports::{
-    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle,
-    HeatPort, InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, Rest,
-    SessionProfile, Start, StepTimes, Storage, StorageError, Updates, Usb, Wake, Workspace,
-};
-use machine::sessions::{Inbox, Intake, SessionId};
-use machine::supervisor::Supervisor;
 use motion::queue::StepQueue;
 use motion::{Latch, Motion};
 use thermal::HeatControl;
@@ -61,7 +62,7 @@ pub struct Shared {
     pub sensors: Turns<Sensors>,
     pub queue: StepQueue,
     pub latch: Latch,
-    pub reached: machine::tasks::ReachedMark,
+    pub reached: base::tasks::ReachedMark,
     pub profiles: Vec<SessionProfile>,
     pub inboxes: Vec<Inbox>,
     pub intakes: Turns<Vec<Intake>>,
@@ -100,7 +101,7 @@ impl Shared {
             sensors: Turns::new(Sensors::default()),
             queue: StepQueue::new(),
             latch: Latch::new(),
-            reached: machine::tasks::ReachedMark::new(),
+            reached: base::tasks::ReachedMark::new(),
             inboxes: (0..profiles.len()).map(inbox).collect(),
             intakes: Turns::new(vec![Intake::new(); profiles.len()]),
             sent: Turns::new(profiles.iter().map(|_| Sent::default()).collect()),
@@ -212,12 +213,14 @@ impl DriversPort for HostPorts<'_> {
         f(&mut self.shared.bank.borrow_mut())
     }
 
-    fn supervisor<R>(&mut self, f: impl FnOnce(&mut Supervisor) -> R) -> R {
-        f(&mut self.shared.supervisor.borrow_mut())
-    }
-
     fn set_motor_power(&mut self, on: bool) {
         self.shared.world.borrow_mut().motors_disable_pin(self.shared.now_ns.get(), !on);
+    }
+}
+
+impl SupervisorPort for HostPorts<'_> {
+    fn supervisor<R>(&mut self, f: impl FnOnce(&mut Supervisor) -> R) -> R {
+        f(&mut self.shared.supervisor.borrow_mut())
     }
 }
 

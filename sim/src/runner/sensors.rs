@@ -4,9 +4,9 @@
 use std::convert::Infallible;
 use std::rc::Rc;
 
+use base::ports::{DatedReading, MAX_HEATERS, SensorReading};
 use config::MachineConfig;
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
-use machine::ports::{DatedReading, MAX_HEATERS, SensorReading};
 use units::Micros;
 
 use super::ports::Shared;

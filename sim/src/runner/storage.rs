@@ -6,8 +6,8 @@ use std::fs::{self, File};
 use std::io::{Error, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use base::ports::{DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, OpenMode, StorageError};
 use drivers::fat::{is_legal_name, same_name, stripped};
-use machine::ports::{DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, OpenMode, StorageError};
 
 /// Number of files that can be open at once, as on the board.
 const OPEN_FILES: usize = 5;

@@ -1,11 +1,11 @@
 //! The periodic tasks of the board, run by hand: heat and modulation, step feed, slow watch; and the player
 //! of step events that stands in for the step interrupt.
 
-use config::{MachineConfig, SensorKind};
-use machine::ports::{
+use base::ports::{
     Input, InputLevels, OutputLevels, SensorReading, SensorReadings, SupplyVoltages, heater_bit, switch_bit,
 };
-use machine::tasks::{FeedTask, HEAT_PERIOD_US, HeatIo, HeatTask};
+use base::tasks::{FeedTask, HEAT_PERIOD_US, HeatIo, HeatTask};
+use config::{MachineConfig, SensorKind};
 use units::{Actuator, Direction, Micros, TICK_NANOSECONDS, Ticks};
 
 use super::ports::Shared;

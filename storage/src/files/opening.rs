@@ -1,9 +1,9 @@
 //! Opening files: finding them, making them, and giving them to readers and writers.
 
+use base::ports::{FileHandle, OpenMode, StorageError};
 use drivers::fat::{Attributes, Entry, Place};
 use embedded_sdmmc::{Mode, RawDirectory, RawFile, ShortFileName, TimeSource};
 use heapless::String;
-use machine::ports::{FileHandle, OpenMode, StorageError};
 
 use super::CardStorage;
 use crate::Card;

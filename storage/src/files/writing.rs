@@ -1,7 +1,7 @@
 //! Writing and closing files: gathered bytes, and failed writes.
 
+use base::ports::{FileHandle, Storage as _, StorageError};
 use embedded_sdmmc::{Error, TimeSource};
-use machine::ports::{FileHandle, Storage as _, StorageError};
 
 use super::{CardStorage, Content, Open};
 use crate::Card;

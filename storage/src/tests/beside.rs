@@ -1,6 +1,6 @@
 //! A file that is read beside whoever else has it open.
 
-use machine::ports::{FileHandle, OpenMode, Storage, StorageError};
+use base::ports::{FileHandle, OpenMode, Storage, StorageError};
 
 use super::card::{Mounted, content, fat16, fat32, mounted};
 use crate::MAX_BESIDE;

@@ -8,7 +8,7 @@ use fatfs::{FatType, FormatVolumeOptions};
 use super::checker::{Found, check};
 use crate::CardStorage;
 use crate::ram::{RamCard, Standing};
-use machine::ports::Storage as _;
+use base::ports::Storage as _;
 
 pub type Mounted = CardStorage<'static, RamCard, Standing>;
 

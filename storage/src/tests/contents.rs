@@ -4,7 +4,7 @@ use std::string::{String, ToString};
 use std::vec::Vec;
 use std::{format, vec};
 
-use machine::ports::{FileTime, OpenMode, Storage, StorageError};
+use base::ports::{FileTime, OpenMode, Storage, StorageError};
 
 use super::card::{Mounted, clean, content, fat16, fat32, mounted, read};
 use crate::ram::RamCard;

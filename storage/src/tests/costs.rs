@@ -3,7 +3,7 @@
 
 use std::format;
 
-use machine::ports::{OpenMode, Storage};
+use base::ports::{OpenMode, Storage};
 
 use super::card::{Mounted, content, fat32, mounted};
 use super::contents::save;

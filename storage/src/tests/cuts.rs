@@ -3,8 +3,8 @@
 use std::format;
 use std::string::{String, ToString};
 
+use base::ports::{Storage, StorageError};
 use drivers::fat::same_name;
-use machine::ports::{Storage, StorageError};
 use proptest::prelude::*;
 
 use super::card::{Mounted, clean, content, fat16, fat32, mounted, read};

@@ -4,7 +4,7 @@ use std::format;
 use std::string::String;
 use std::vec::Vec;
 
-use machine::ports::{FileHandle, OpenMode, Storage};
+use base::ports::{FileHandle, OpenMode, Storage};
 use proptest::prelude::*;
 
 use super::card::{Mounted, clean, content, fat16, fat32, mounted};

@@ -1,6 +1,6 @@
 //! A card with exFAT: all of it is read, and nothing is written.
 
-use machine::ports::{OpenMode, Storage, StorageError};
+use base::ports::{OpenMode, Storage, StorageError};
 
 use super::maker::{content, volume};
 use crate::ram::{RamCard, Standing};

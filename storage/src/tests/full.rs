@@ -2,7 +2,7 @@
 
 use std::format;
 
-use machine::ports::{OpenMode, Storage, StorageError};
+use base::ports::{OpenMode, Storage, StorageError};
 
 use super::card::{clean, content, fat16, fat32, mounted};
 use super::contents::{load, save};

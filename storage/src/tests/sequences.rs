@@ -5,8 +5,8 @@ use std::string::{String, ToString};
 use std::vec::Vec;
 use std::{format, vec};
 
+use base::ports::{FileHandle, OpenMode, Storage, StorageError};
 use drivers::fat::{is_legal_name, same_name};
-use machine::ports::{FileHandle, OpenMode, Storage, StorageError};
 use proptest::prelude::*;
 
 use super::card::{Mounted, clean, content, fat16, fat32, mounted, read};

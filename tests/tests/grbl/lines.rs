@@ -1,8 +1,8 @@
 //! Replies to lines, alarms and resets in the GRBL dialect.
 
-use machine::Dialect;
-use machine::ports::{ConsoleKind, SessionProfile};
-use machine::sessions::{Rights, SessionId};
+use base::sessions::{ConsoleKind, SessionProfile};
+use base::sessions::{Rights, SessionId};
+use program::Dialect;
 use scenarios::{CARTESIAN, Plan};
 use units::Actuator::Alpha;
 

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use machine::ports::{SensorReading, SensorReadings, heater_bit};
+use base::ports::{SensorReading, SensorReadings, heater_bit};
 use sim::models::heater::Heater;
 use sim::models::thermistor::{Curve, Wiring, divider_volts};
 use thermal::{Answer, HeatControl, HeaterSettings, LawSettings, ModelSettings, PidGains};

@@ -9,7 +9,7 @@ mod rules;
 use std::collections::BTreeMap;
 use std::thread;
 
-use machine::ports::{SensorReading, SensorReadings, heater_bit};
+use base::ports::{SensorReading, SensorReadings, heater_bit};
 use plants::{Chance, KINDS, Kind};
 use rules::{Klipper, Marlin, Prusa, Seen};
 use sim::models::heater::{Heater, Plant};

@@ -92,7 +92,7 @@ impl Machine {
             self.laid.push([x, y, z]);
         }
         self.filament = filament;
-        self.said.push_str(&String::from_utf8_lossy(&self.runner.read_from(machine::sessions::SessionId(0))));
+        self.said.push_str(&String::from_utf8_lossy(&self.runner.read_from(base::sessions::SessionId(0))));
         !self.runner.block_writes().1
     }
 
@@ -102,7 +102,7 @@ impl Machine {
     }
 
     fn send(&mut self, line: &str) {
-        assert!(self.runner.type_on(machine::sessions::SessionId(0), &format!("{line}\n")));
+        assert!(self.runner.type_on(base::sessions::SessionId(0), &format!("{line}\n")));
     }
 
     /// Runs until the words are said. Returns false when the power went before.

@@ -2,8 +2,8 @@
 
 use std::string::ToString;
 
-use machine::preflight::{Preflight, dialect_of, read};
 use motion::{GridShape, Motion};
+use preflight::{Preflight, dialect_of, read};
 use scenarios::{CARTESIAN, DELTA, Plan};
 
 use super::{Found, Subs, machine_config, preflight_beside, told, with};
@@ -12,7 +12,7 @@ use super::{Found, Subs, machine_config, preflight_beside, told, with};
 fn as_saved(config: &str, saved: &str, mesh: Option<(&GridShape, &[f32])>, text: &str) -> String {
     let machine = machine_config(config);
     let (mut motion, mut program, mut found) = (Box::new(Motion::new()), None, Found::default());
-    let texts = machine::Texts::new();
+    let texts = base::failure::Texts::new();
     let mut preflight =
         Preflight::new(&texts, &machine, dialect_of(text.as_bytes()), &mut program, &mut motion).unwrap();
     let loads_mesh = preflight.load_settings(saved.as_bytes(), &mut motion, &mut found);

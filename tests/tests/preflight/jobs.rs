@@ -1,6 +1,6 @@
 //! Jobs that are found to stop before they do, and jobs that are looked at before they begin.
 
-use machine::sessions::SessionId;
+use base::sessions::SessionId;
 use scenarios::{CARTESIAN, Plan};
 
 use super::{repeated, vase, with};

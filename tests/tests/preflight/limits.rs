@@ -1,6 +1,6 @@
 //! Reports of the time that limits cost: as much as raising them saves.
 
-use machine::preflight::Limit;
+use preflight::Limit;
 use scenarios::{CARTESIAN, Plan};
 
 use super::{preflight, repeated, told, vase, with};

@@ -9,8 +9,8 @@ mod time_left;
 use std::fmt::Write;
 
 use config::BoardId;
-use machine::preflight::{Finding, Listener, Preflight, TOLD_LINES, Told, Totals, dialect_of, read};
 use motion::Motion;
+use preflight::{Finding, Listener, Preflight, TOLD_LINES, Told, Totals, dialect_of, read};
 use scenarios::{CARTESIAN, COREXY, DELTA, Plan};
 
 #[derive(Default)]
@@ -28,7 +28,7 @@ type Subs = [(&'static str, &'static str)];
 fn preflight_beside(config: &str, text: &str, subs: &Subs) -> (Vec<Finding>, Totals) {
     let config = machine_config(config);
     let (mut motion, mut program, mut found) = (Box::new(Motion::new()), None, Found::default());
-    let texts = machine::Texts::new();
+    let texts = base::failure::Texts::new();
     let mut preflight =
         Preflight::new(&texts, &config, dialect_of(text.as_bytes()), &mut program, &mut motion).expect("it can move");
     let sub = |name: &str| subs.iter().find(|(known, _)| *known == name).map(|(_, text)| text.as_bytes());

@@ -86,7 +86,10 @@ const ELSEWHERE: &[Elsewhere] = &[
     Elsewhere {
         what: "heat control stops ticking and the rest goes on",
         does: "outputs off within a second",
-        tests: &[("thermal/src/control/tests.rs", "a_stalled_control_tick_switches_heaters_off_but_leaves_fans_turning")],
+        tests: &[(
+            "thermal/src/control/tests.rs",
+            "a_stalled_control_tick_switches_heaters_off_but_leaves_fans_turning",
+        )],
     },
     Elsewhere {
         what: "halt while a probe is out, in a paper test, in a calibration",

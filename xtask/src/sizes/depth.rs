@@ -28,7 +28,7 @@ const NESTING: [(&str, u8); 11] = [
     ("core::str::iter::SplitInternal<P>::next_back", 2),
     // A sensor that is made of sensors, and so on: there are `units::MAX_HEATERS`.
     ("config::check::combined_sensors::leads_back", 9),
-    ("machine::heat::combined::read_within", 9),
+    ("thermal::combined::read_within", 9),
     // `MOST_NESTED` of `gcode::expression`, and the value that holds all of them.
     ("gcode::expression::Reader::value", 11),
     // An answer that cannot be sent ends what it answers.

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use machine::ports::Storage;
+use base::ports::Storage;
 use proptest::prelude::*;
 use storage::CardStorage;
 use storage::ram::{RamCard, Standing};

@@ -1,0 +1,38 @@
+//! What every part of the machine stands on: the world as ports, sessions, safety, failures and their texts,
+//! axes and motors, settings that codes change, and [`hands`], the machine as a sequence may use it.
+#![cfg_attr(not(test), no_std)]
+#![forbid(unsafe_code)]
+
+pub mod apart;
+pub mod axes;
+pub mod bed;
+pub mod brown_out;
+pub mod clock_time;
+pub mod failure;
+pub mod falling_supply;
+pub mod grbl;
+pub mod hands;
+pub mod least_squares;
+pub mod motion_config;
+pub mod motors;
+pub mod needs;
+pub mod paths;
+pub mod ports;
+pub mod program_setup;
+pub mod reason;
+pub mod safe_file;
+pub mod safety;
+pub mod saved_value;
+pub mod sessions;
+pub mod slow_turning;
+pub mod spread;
+pub mod stall_watch;
+pub mod supervisor;
+pub mod tasks;
+pub mod touches;
+pub mod tuning;
+pub mod wait;
+pub mod watchdog;
+pub mod world;
+
+pub use world::Ports;

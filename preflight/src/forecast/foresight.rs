@@ -1,0 +1,245 @@
+//! Data shared by the executor and the work on a forecast.
+
+use core::cell::{Cell, RefCell};
+
+use base::paths::Path;
+use base::ports::FileHandle;
+use heapless::Deque;
+use jobs::player::FileLines;
+use program::Place;
+
+use super::course::Course;
+use crate::{Finding, Kind, Severity, Totals};
+
+/// Greatest number of findings that wait to be told.
+const FINDINGS: usize = 16;
+/// Free places for findings below which the next line waits until somebody has heard of those before.
+const ROOM: usize = 8;
+
+/// Purpose of a forecast.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// `check`: somebody hears the findings.
+    Check,
+    /// The job that is open.
+    Job,
+}
+
+/// Progress of a forecast.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Stage {
+    /// There is no forecast.
+    #[default]
+    Free,
+    /// A forecast is to begin.
+    Ready,
+    /// The forecast goes on.
+    Running,
+    /// The file has been read to its end.
+    Done,
+    /// The file could not be read, for this reason.
+    Failed(&'static str),
+}
+
+/// Input that the work needs before it can go on.
+#[allow(clippy::large_enum_variant, reason = "there is one of it, in place")]
+#[derive(Clone, Debug, PartialEq)]
+pub enum Wanted {
+    /// More of the file.
+    More,
+    /// The lines at another place of the file.
+    At(Place),
+    /// The file of a subroutine.
+    Call(Path),
+    /// The file that called it.
+    Caller,
+}
+
+/// Result of a request for input.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Answer {
+    /// The input is there.
+    #[default]
+    Here,
+    /// There is no such file, or no more of it.
+    None,
+    /// The file cannot be read, for this reason.
+    Failed(&'static str),
+}
+
+/// Data shared by the executor and the work on a forecast. Neither keeps a borrow of it while the other runs.
+pub struct Foresight {
+    pub(super) lines: RefCell<FileLines>,
+    pub(super) wanted: RefCell<Option<Wanted>>,
+    pub(super) answer: Cell<Answer>,
+    found: RefCell<Deque<Finding, FINDINGS>>,
+    missed: Cell<u32>,
+    /// The rest of the file depends on results that only the job has.
+    guesses: Cell<bool>,
+    course: RefCell<Course>,
+    /// The course is complete for the open job, from its beginning to its end.
+    has_course: Cell<bool>,
+    totals: Cell<Totals>,
+    purpose: Cell<Purpose>,
+    pub(super) stage: Cell<Stage>,
+    may_run: Cell<bool>,
+}
+
+impl Foresight {
+    /// Makes an empty one. Never inlined, as it is large.
+    #[inline(never)]
+    pub fn new() -> Self {
+        Self {
+            lines: RefCell::new(FileLines::new(FileHandle(0))),
+            wanted: RefCell::new(None),
+            answer: Cell::default(),
+            found: RefCell::default(),
+            missed: Cell::new(0),
+            guesses: Cell::new(false),
+            course: RefCell::default(),
+            has_course: Cell::new(false),
+            totals: Cell::default(),
+            purpose: Cell::new(Purpose::Check),
+            stage: Cell::default(),
+            may_run: Cell::new(false),
+        }
+    }
+
+    // --- the executor's side ---
+
+    /// Whether a forecast is being made.
+    pub fn is_under_way(&self) -> bool {
+        matches!(self.stage.get(), Stage::Ready | Stage::Running)
+    }
+
+    /// Returns the progress of the forecast.
+    pub const fn stage(&self) -> Stage {
+        self.stage.get()
+    }
+
+    /// Returns the purpose of the forecast under way, or made last.
+    pub const fn purpose(&self) -> Purpose {
+        self.purpose.get()
+    }
+
+    /// Sets whether the work may have its turns.
+    pub fn allow(&self, may_run: bool) {
+        self.may_run.set(may_run);
+    }
+
+    /// Drops the forecast, which is of no use any more.
+    pub fn forget(&self) {
+        self.stage.set(Stage::Free);
+        self.wanted.replace(None);
+    }
+
+    /// Ends a forecast that cannot go on.
+    pub fn fail(&self, why: &'static str) {
+        self.forget();
+        self.stage.set(Stage::Failed(why));
+    }
+
+    /// Takes the input that the work waits for, once.
+    pub fn take_wanted(&self) -> Option<Wanted> {
+        self.wanted.take()
+    }
+
+    /// Whether the work waits for input.
+    pub fn wants(&self) -> bool {
+        self.wanted.borrow().is_some()
+    }
+
+    /// Stores the answer to a request for input.
+    pub fn answer(&self, answer: Answer) {
+        self.answer.set(answer);
+    }
+
+    /// Calls `f` with the lines of the file.
+    pub fn lines<R>(&self, f: impl FnOnce(&mut FileLines) -> R) -> R {
+        f(&mut self.lines.borrow_mut())
+    }
+
+    /// Takes the next finding that nobody has heard of.
+    pub fn take_finding(&self) -> Option<Finding> {
+        self.found.borrow_mut().pop_front()
+    }
+
+    /// Returns the number of findings that there was no room for.
+    pub const fn missed(&self) -> u32 {
+        self.missed.get()
+    }
+
+    /// Whether the rest of the file depends on results that only the job has.
+    pub const fn guesses(&self) -> bool {
+        self.guesses.get()
+    }
+
+    /// Returns the totals of the file so far.
+    pub fn totals(&self) -> Totals {
+        self.totals.get()
+    }
+
+    /// Calls `f` with the course of the job, once it is known to its end.
+    pub fn course<R>(&self, f: impl FnOnce(&Course) -> R) -> Option<R> {
+        self.has_course.get().then(|| f(&self.course.borrow()))
+    }
+
+    /// Forgets the course, as another job begins.
+    pub fn forget_course(&self) {
+        self.has_course.set(false);
+        self.course.borrow_mut().clear();
+    }
+
+    // --- the work's side ---
+
+    /// Sets up a forecast of an open file, of which nothing is known yet.
+    pub(super) fn begin(&self, purpose: Purpose, file: FileHandle) {
+        self.lines(|lines| *lines = FileLines::new(file));
+        self.wanted.replace(None);
+        self.found.borrow_mut().clear();
+        self.missed.set(0);
+        self.guesses.set(false);
+        self.totals.set(Totals::default());
+        self.purpose.set(purpose);
+        self.stage.set(Stage::Ready);
+    }
+
+    /// Whether the work may have a turn, and has what it needs for it.
+    pub(super) fn has_its_turn(&self) -> bool {
+        let waits = self.stage.get() == Stage::Ready || (self.stage.get() == Stage::Running && !self.wants());
+        waits && self.may_run.get()
+    }
+
+    pub(super) fn has_room(&self) -> bool {
+        let found = self.found.borrow();
+        found.capacity() - found.len() >= ROOM
+    }
+
+    pub(super) fn found(&self, finding: &Finding) {
+        if finding.kind == Kind::Unforeseen {
+            self.guesses.set(true);
+        }
+        // Only findings that stop a job are told of it, and that its bed is not leveled.
+        let is_worth_it = finding.kind.severity() == Severity::Stop || finding.kind == Kind::Unleveled;
+        let is_told = self.purpose.get() == Purpose::Check || is_worth_it;
+        if is_told && self.found.borrow_mut().push_back(finding.clone()).is_err() {
+            self.missed.set(self.missed.get().saturating_add(1));
+        }
+    }
+
+    pub(super) fn with_course(&self, f: impl FnOnce(&mut Course)) {
+        if self.purpose.get() == Purpose::Job {
+            f(&mut self.course.borrow_mut());
+        }
+    }
+
+    pub(super) fn course_is_whole(&self) {
+        if self.purpose.get() == Purpose::Job {
+            self.has_course.set(true);
+        }
+    }
+
+    pub(super) fn count(&self, totals: &Totals) {
+        self.totals.set(*totals);
+    }
+}

@@ -1,0 +1,16 @@
+//! A look at a file on the card while the machine does other things: `check`, and the time that is left of a
+//! job.
+//!
+//! The work ([`work`]) gets a turn of a tenth of a millisecond whenever the executor waits and has nothing
+//! planned, or as much as fits. Only this work is a future, to be able to stop in the middle of a line. Bytes
+//! of the file are asked for here, and the executor brings them while it waits (`executor/foresee.rs`). So no
+//! line, no console and no move waits for the work any longer than for that turn.
+
+mod ahead;
+mod course;
+mod foresight;
+mod work;
+
+pub use ahead::Ahead;
+pub use foresight::{Answer, Foresight, Purpose, Stage, Wanted};
+pub use work::{Desk, LookAhead, Work, read_file};

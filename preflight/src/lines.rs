@@ -1,0 +1,263 @@
+//! Interpretation of lines as by the executor: blocks in their order, commands by name, O words.
+
+use base::failure::{Failure, ShortText, short};
+use base::needs::{cannot_level, failure_of, makes_another_part, needs};
+use base::program_setup::PartNames;
+use gcode::{Block, Blocks, Line, Refusal, SyntaxError, WholeLine};
+use jobs::player::line_numbers::decoder_expecting;
+use motion::Motion;
+use program::{CodeInfo, Dialect, Fault, Meaning, MotionMode, Next, Place, Problem};
+
+use super::finding::{Kind, MOST_ALIKE, Severity};
+use super::state::{Listener, Preflight};
+
+/// A line being read.
+pub(super) struct Reading<'p, 'c> {
+    pub preflight: &'p mut Preflight<'c>,
+    pub motion: &'p mut Motion,
+    pub listener: &'p mut dyn Listener,
+    /// Place at which the next line begins.
+    pub after: Place,
+}
+
+/// Mark that the rest of a line is not looked at, as its fault has been said.
+pub(super) struct Said;
+
+impl Reading<'_, '_> {
+    // --- saying ---
+
+    /// Reports a fault of this line.
+    pub fn say(&mut self, kind: Kind, what: ShortText) -> Said {
+        let preflight = &mut *self.preflight;
+        let alike = match kind {
+            Kind::OutOfTravel => Some(&mut preflight.once.out_of_travel),
+            Kind::PassedOver => Some(&mut preflight.once.passed_over),
+            _ => None,
+        };
+        let count = if kind.severity() == Severity::Stop {
+            &mut preflight.totals.stops
+        } else {
+            &mut preflight.totals.warnings
+        };
+        *count = count.saturating_add(1);
+        let too_many = alike.is_some_and(|alike| {
+            *alike += 1;
+            *alike > MOST_ALIKE
+        });
+        if !too_many {
+            self.listener.found(&preflight.finding(preflight.line, kind, what));
+        }
+        Said
+    }
+
+    /// Says a failure that the machine would refuse, or halt with.
+    pub fn failed(&mut self, kind: Kind, failure: Failure) -> Said {
+        let what = self.preflight.texts.copy_of(failure);
+        if failure.has_text() { self.say(kind, what) } else { Said }
+    }
+
+    fn wrong(&mut self, fault: &Fault) -> Said {
+        let kind = match fault.problem {
+            _ if fault.halts => Kind::Halts,
+            Problem::NoSuchTool(_) | Problem::NoExtruder => Kind::Tool,
+            Problem::PartIsOff(_) => Kind::Off,
+            Problem::Needs(..) => Kind::Unknown,
+            _ => Kind::Word,
+        };
+        let failure = failure_of(self.preflight.texts, self.preflight.config, fault, true);
+        self.failed(kind, failure)
+    }
+
+    // --- lines ---
+
+    /// Reads a whole line.
+    pub async fn line(&mut self, line: &[u8], here: Place) -> Next {
+        let text = line.trim_ascii_start();
+        if text.first() == Some(&b'%') && core::mem::replace(&mut self.preflight.has_begun, true) {
+            // The second `%` ends the program (NIST RS-274/NGC, 3.3).
+            self.preflight.has_ended = true;
+            return Next::Following;
+        }
+        let passes_over = self.preflight.program.flow().passes_over();
+        match decoder_expecting(line).decode(line) {
+            Ok(Line::Flow(flow)) => match self.preflight.program.flow_line(&flow, here, self.after) {
+                Ok(next) => {
+                    let _ = self.what_follows().await;
+                    next
+                }
+                Err(fault) => {
+                    self.say(Kind::Flow, short(format_args!("{fault}")));
+                    Next::Following
+                }
+            },
+            _ if passes_over => Next::Following,
+            Ok(Line::Code(blocks)) => self.codes(blocks).await,
+            Ok(Line::Extended(command)) => self.named(&command).await,
+            Ok(Line::Blank | Line::Console(_)) => Next::Following,
+            Err(refusal) => {
+                match refusal {
+                    Refusal::Resend { .. } => self.say(Kind::Damage, short(format_args!("checksum does not match"))),
+                    Refusal::Syntax(error) => self.unreadable(error),
+                };
+                Next::Following
+            }
+        }
+    }
+
+    /// Reports subroutines and loops that are still open.
+    pub fn end_of_file(&mut self) {
+        if let (Err(fault), false) = (self.preflight.program.end_file(), self.preflight.has_ended) {
+            self.say(Kind::Flow, short(format_args!("the file ends, and {fault}")));
+        }
+    }
+
+    async fn named(&mut self, command: &gcode::Extended<'_>) -> Next {
+        let mut codes = program::extended::CodeLine::new();
+        let names = PartNames { config: self.preflight.config, dialect: self.preflight.dialect };
+        match program::extended::translate(command, &names, &mut codes) {
+            Ok(program::extended::Asked::Codes) => self.codes(Blocks::new(codes.as_bytes())).await,
+            Ok(_) => Next::Following,
+            Err(fault) => {
+                self.say(Kind::Unknown, short(format_args!("{} {fault}", command.name())));
+                Next::Following
+            }
+        }
+    }
+
+    async fn codes(&mut self, mut blocks: Blocks<'_>) -> Next {
+        let mut next = Next::Following;
+        if self.preflight.dialect.orders_lines() && self.in_order(&blocks, &mut next).await {
+            return next;
+        }
+        blocks.set_stops_say(self.preflight.dialect.stops_say());
+        let mut block = Block::new(None, 0);
+        loop {
+            let read = blocks.read(&mut block, self.preflight.program);
+            let _remark = blocks.take_remark();
+            match read {
+                Ok(true) => {}
+                Ok(false) => break,
+                Err(error) => {
+                    self.unreadable(error);
+                    self.preflight.program.drop_line();
+                    return next;
+                }
+            }
+            if self.block(&block, &mut next).await.is_err() {
+                self.preflight.program.drop_line();
+                return next;
+            }
+        }
+        self.end_line();
+        next
+    }
+
+    /// Reports a line that cannot be read: a slip, or bytes that no text has.
+    fn unreadable(&mut self, error: SyntaxError) -> Said {
+        let kind = if error.problem.is_damage() { Kind::Damage } else { Kind::Text };
+        self.say(kind, short(format_args!("{error}")))
+    }
+
+    fn end_line(&mut self) {
+        if let Err(fault) = self.preflight.program.end_line() {
+            self.wrong(&fault);
+        }
+    }
+
+    /// Reads a line whose codes have an order of their own; false when it is not read so.
+    async fn in_order(&mut self, blocks: &Blocks<'_>, next: &mut Next) -> bool {
+        let (mut ahead, mut whole) = (blocks.clone(), WholeLine::default());
+        let read = ahead.read_whole(&mut whole, self.preflight.program);
+        let Some(parts) = read.ok().and_then(|()| program::arrange(&whole)) else {
+            self.preflight.program.drop_line();
+            return false;
+        };
+        match parts {
+            Ok(parts) => {
+                for part in &parts {
+                    let block = whole.part(part.code, |letter| part.takes(letter)).clone();
+                    if self.block(&block, next).await.is_err() {
+                        self.preflight.program.drop_line();
+                        return true;
+                    }
+                }
+                self.end_line();
+            }
+            Err(fault) => {
+                self.wrong(&fault);
+                self.preflight.program.drop_line();
+            }
+        }
+        true
+    }
+
+    async fn block(&mut self, block: &Block<'_>, next: &mut Next) -> Result<(), Said> {
+        let dialect: Dialect = self.preflight.dialect;
+        let Some(row) = self.preflight.program.row(block, dialect) else { return self.not_done(block) };
+        if let Some(part) = row.part
+            && let Err(failure) = needs(self.preflight.texts, self.preflight.config, part, true)
+        {
+            return Err(self.failed(Kind::Off, failure));
+        }
+        if cannot_level(self.preflight.config, row) && !self.preflight.reads_settings {
+            return self.goes_on_unleveled(row);
+        }
+        let facts = self.preflight.facts();
+        let meaning = match self.preflight.program.run(block, row, facts, dialect) {
+            Ok(meaning) => meaning,
+            Err(fault) => {
+                return Err(self.wrong(&fault));
+            }
+        };
+        let is_rapid = self.preflight.program.modal().motion == MotionMode::Rapid;
+        self.preflight.asks_of_rapids |= is_rapid && block.has('F');
+        while let Some(effect) = self.preflight.program.next_effect() {
+            self.effect(effect)?;
+        }
+        match meaning {
+            Meaning::Nothing => {}
+            Meaning::PassedOver | Meaning::Unknown => return self.not_done(block),
+            Meaning::Action(action) => self.action(&action, next).await?,
+        }
+        while let Some(action) = self.preflight.program.next_action() {
+            self.action(&action, next).await?;
+        }
+        Ok(())
+    }
+
+    /// Carries out the effects and actions that are left at the end of a subroutine (M73).
+    pub async fn what_follows(&mut self) -> Result<(), Said> {
+        while let Some(effect) = self.preflight.program.next_effect() {
+            self.effect(effect)?;
+        }
+        let mut next = Next::Following;
+        while let Some(action) = self.preflight.program.next_action() {
+            self.action(&action, &mut next).await?;
+        }
+        Ok(())
+    }
+
+    /// Reports a code that levels the bed, which this machine cannot.
+    fn goes_on_unleveled(&mut self, row: &CodeInfo) -> Result<(), Said> {
+        let code = row.code;
+        if self.preflight.config.player.unleveled_pauses {
+            let text = format_args!("{code}: there is no probe and no leveling here");
+            return Err(self.say(Kind::Unknown, short(text)));
+        }
+        let text = format_args!("{code}: there is no probe and no leveling here, the job goes on without");
+        self.say(Kind::Unleveled, short(text));
+        Ok(())
+    }
+
+    /// Reports a code that is not carried out.
+    fn not_done(&mut self, block: &Block<'_>) -> Result<(), Said> {
+        let row = self.preflight.program.row(block, self.preflight.dialect);
+        if let Some(failure) = makes_another_part(self.preflight.texts, row, block) {
+            return Err(self.failed(Kind::Unknown, failure));
+        }
+        if let Some(code) = block.code {
+            self.say(Kind::PassedOver, short(format_args!("{code} is passed over: the part is the same without")));
+        }
+        Ok(())
+    }
+}

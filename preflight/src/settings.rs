@@ -1,0 +1,137 @@
+//! Changes of the machine by codes, as far as they decide where and how fast a job may go: settings of the
+//! job, and settings that the machine has saved (M500).
+
+use base::failure::{Failure, ShortText, Texts, short};
+use config::{Leveling, MachineConfig};
+use motion::{GridShape, Motion, MotionConfig};
+use parts::heat_codes::named::maximum_of;
+use procedures::arms::words as arms;
+use procedures::leveling::{grid, words as leveling};
+use program::{Function, Words};
+
+use super::state::Preflight;
+
+/// Difference below which a grid's size is the configured one, mm.
+const SAME_SIZE: f64 = 1e-3;
+
+/// Whether a code needs a machine that stands.
+pub(super) const fn stands_first(function: Function) -> bool {
+    matches!(function, Function::StepsPerMm | Function::ArmSettings | Function::Skew | Function::BedPlane)
+}
+
+/// Carries out a code that sets places and temperatures; everything has been made before where
+/// [`stands_first`] says so.
+///
+/// # Errors
+/// When the machine would refuse it.
+pub(super) fn set(
+    texts: &Texts,
+    preflight: &mut Preflight<'_>,
+    motion: &mut Motion,
+    function: Function,
+    words: &Words<'_>,
+) -> Result<(), Failure> {
+    let config = preflight.config;
+    match function {
+        Function::Trims => arms::set_trims(&mut preflight.tuning, words),
+        Function::HomeOffsets => arms::set_home_offsets(&mut preflight.tuning, words),
+        Function::ArmSettings => {
+            let own = motion.config().copied();
+            if let Some((own, kinematics)) = own.and_then(|own| Some((own, arms::arms_of(&own.kinematics, words)?))) {
+                let place = motion.commanded_position();
+                let motors = own.kinematics.actuators(&motion.compensation().motors(&place));
+                motion.configure(MotionConfig { kinematics, ..own }).map_err(|error| texts.refusal(error))?;
+                let place = motion.compensation().program(&kinematics.point(&motors));
+                motion.set_position(place).map_err(|error| texts.refusal(error))?;
+            }
+            arms::set_arm_tuning(&mut preflight.tuning, config, words);
+        }
+        Function::MaximumTemperature => {
+            if let Some((heater, most)) = maximum_of(texts, config, words)?
+                && let Some(slot) = preflight.most_celsius.get_mut(heater.index())
+            {
+                *slot = most;
+            }
+        }
+        Function::Skew => {
+            if let Some(skew) = leveling::skew_of(texts, motion.compensation().skew(), words)? {
+                keeping_the_place(texts, motion, |motion| motion.set_skew(skew).map_err(|error| texts.refusal(error)))?;
+            }
+        }
+        Function::BedPlane => {
+            let plane = leveling::plane_of(words)?;
+            keeping_the_place(texts, motion, |motion| match plane {
+                Some(plane) => motion.level_by_plane(plane).map_err(|error| texts.refusal(error)),
+                None => motion.level_off().map_err(|error| texts.refusal(error)),
+            })?;
+        }
+        Function::FadeHeight => {
+            let (height, target) = preflight.fade;
+            preflight.fade = (words.as_length('H').or(height), words.as_length('T').or(target));
+        }
+        Function::ColdExtrusion => preflight.tuning.set_least_warm(preflight.config, words),
+        Function::LoadGrid => preflight.loads_mesh = preflight.loads_mesh.or(Some(preflight.line)),
+        _ => {}
+    }
+    Ok(())
+}
+
+/// Changes settings and keeps the coordinates: the tool follows the change.
+fn keeping_the_place(
+    texts: &Texts,
+    motion: &mut Motion,
+    change: impl FnOnce(&mut Motion) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let before = motion.commanded_position();
+    change(motion)?;
+    motion.set_position(before).map_err(|error| texts.refusal(error))
+}
+
+/// Levels by a mesh as the board keeps it.
+///
+/// # Errors
+/// When the mesh does not fit this machine.
+pub(super) fn level_by(
+    preflight: &Preflight<'_>,
+    motion: &mut Motion,
+    shape: &GridShape,
+    heights: &[f32],
+    has_a_name: bool,
+) -> Result<(), ShortText> {
+    let (config, texts) = (preflight.config, preflight.texts);
+    if !has_a_name {
+        fits(config, shape)?;
+    }
+    motion.draft().iter_mut().zip(heights).for_each(|(to, height)| *to = *height);
+    let (height, target) = preflight.fade;
+    let fade = leveling::fade_up_to(&config.leveling, height, target);
+    let between = leveling::interpolation(config.leveling.mesh.interpolation);
+    let levelled = keeping_the_place(texts, motion, |motion| {
+        motion.level_by_draft(shape, between, fade).map_err(|error| texts.refusal(error))
+    });
+    levelled.map_err(|failure| texts.copy_of(failure))
+}
+
+/// Checks a grid of Smoothieware's, which does not say where it lies: it must be the configured one.
+fn fits(config: &MachineConfig, shape: &GridShape) -> Result<(), ShortText> {
+    let Some(wanted) = grid::configured(&config.leveling) else {
+        return Err(short(format_args!("no grid is configured: write leveling = cartesian grid in [zprobe]")));
+    };
+    let ([nx, ny], [mx, my]) = (shape.count, wanted.count);
+    if shape.count != wanted.count {
+        let text = format_args!("it has {nx} x {ny} points, the configuration {mx} x {my}: measure the bed again");
+        return Err(short(text));
+    }
+    let is_delta = config.leveling.strategy == Some(Leveling::DeltaGrid);
+    let sizes = [0, 1].map(|axis: usize| {
+        let of = |shape: &GridShape| shape.step.get(axis).copied().unwrap_or(0.0) * (nx.max(2) - 1) as f64;
+        (of(shape), of(&wanted))
+    });
+    for (found, configured) in sizes {
+        if !is_delta && libm::fabs(found - configured) > SAME_SIZE {
+            let text = format_args!("it is {found:.3} mm long, in the configuration {configured:.3}: measure again");
+            return Err(short(text));
+        }
+    }
+    Ok(())
+}

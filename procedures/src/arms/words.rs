@@ -1,0 +1,65 @@
+//! Changes that the words of M665, M666 and M206 make, kept apart so that a preflight without a machine can
+//! apply them too.
+
+use base::tuning::Tuning;
+use config::MachineConfig;
+use motion::Kinematics;
+use program::Words;
+use units::Axis;
+
+/// Returns whether the homing position of Z is a place of the tool, which M665 changes.
+pub const fn homes_by_tool(config: &MachineConfig) -> bool {
+    config.homing.delta || config.homing.scara
+}
+
+/// Returns the arms as M665 changes them, or `None` if it leaves them as they are.
+pub fn arms_of(kinematics: &Kinematics, words: &Words<'_>) -> Option<Kinematics> {
+    let before = kinematics.parameters();
+    let mut parameters = kinematics.parameters();
+    for (letter, _) in before.iter() {
+        if let Some(value) = words.get(letter) {
+            parameters.set(letter, value);
+        }
+    }
+    (parameters != before).then(|| kinematics.with_parameters(&parameters))
+}
+
+/// Sets the parameters of M665 that are not part of the arms.
+pub fn set_arm_tuning(tuning: &mut Tuning, config: &MachineConfig, words: &Words<'_>) {
+    set_home_height(tuning, config, words);
+    set_line_cutting(tuning, words);
+}
+
+/// Applies the words of M666, without a report of the trims.
+pub fn set_trims(tuning: &mut Tuning, words: &Words<'_>) {
+    let mut trims = tuning.trim();
+    for (axis, trim) in Axis::PRIMARY.into_iter().zip(&mut trims) {
+        *trim = words.axis(axis).unwrap_or(*trim);
+    }
+    tuning.set_trim(trims);
+}
+
+/// Applies the words of M206, without a report of the offsets.
+pub fn set_home_offsets(tuning: &mut Tuning, words: &Words<'_>) {
+    for axis in Axis::ALL {
+        if let Some(mm) = words.axis(axis) {
+            tuning.set_home_offset(axis, mm);
+        }
+    }
+}
+
+fn set_home_height(tuning: &mut Tuning, config: &MachineConfig, words: &Words<'_>) {
+    if let Some(height) = words.get('Z').filter(|_| homes_by_tool(config)) {
+        tuning.set_home_z(height);
+    }
+}
+
+fn set_line_cutting(tuning: &mut Tuning, words: &Words<'_>) {
+    if let Some(rate) = words.get('S') {
+        // U does not count beside S.
+        tuning.lines.segments_per_second = (rate > 1.0).then_some(rate);
+    } else if let Some(length) = words.get('U') {
+        tuning.lines.segments_per_second = None;
+        tuning.lines.segment_length = (length >= 1e-4).then_some(length);
+    }
+}
