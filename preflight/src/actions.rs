@@ -7,7 +7,8 @@ use base::ports::MotionPort;
 use motion::{Latch, Motion};
 use parts::motion_codes;
 use parts::outputs::{self, Outputs};
-use program::{Action, Effect, Function, Next, Part, Place, Words};
+use procedures::arms::words as arms;
+use program::{Action, Effect, FileFunction, Function, Next, Part, Place, Sequence, Setting, Standing, Words};
 use thermal::OFF_BELOW;
 use units::{Axis, AxisSet, Celsius, HeaterId, PerAxis};
 
@@ -153,29 +154,19 @@ impl Reading<'_, '_> {
     /// Follows those of the machine's functions that change where and how fast it may go.
     async fn function(&mut self, function: Function, words: &Words<'_>) -> Result<(), Said> {
         let set = match function {
-            Function::LabelObject => {
+            Function::File(FileFunction::LabelObject) => {
                 self.listener.labelled(self.preflight.begun, words.text().unwrap_or(""));
                 Ok(())
             }
-            Function::BedPlane => self.set(function, words).await,
-            _ if words.is_bare()
-                && !matches!(function, Function::LoadGrid | Function::WaitForHeaters | Function::WaitForTargets) =>
-            {
-                Ok(())
-            }
-            Function::WaitForHeaters | Function::WaitForTargets => {
-                self.standstill().await;
-                self.preflight.totals.heat_waits += 1;
-                Ok(())
-            }
-            Function::StepsPerMm => {
+            // Without words most functions only say what is set.
+            Function::Setting(_) | Function::Standing(_) if words.is_bare() => Ok(()),
+            Function::Setting(setting) => apart(|| self.set(setting, words)),
+            Function::Standing(Standing::StepsPerMm) => {
                 self.standstill().await;
                 apart(|| self.set_steps_per_mm(words))
             }
-            _ => match apart(|| self.set_limits(function, words)) {
-                Some(set) => set,
-                None => self.set(function, words).await,
-            },
+            Function::Sequence(what) => self.sequence(what, words).await,
+            Function::Standing(_) | Function::Report(_) | Function::File(_) => Ok(()),
         };
         set.map_err(|failure| self.failed(Kind::Word, failure))
     }
@@ -186,48 +177,117 @@ impl Reading<'_, '_> {
         motion_codes::set_steps_per_mm(preflight.texts, shadow, preflight.config, preflight.program.tools(), words)
     }
 
-    /// Sets limits of speed or place for axes and motors. `None` for every other function.
-    fn set_limits(&mut self, function: Function, words: &Words<'_>) -> Option<Result<(), Failure>> {
+    /// Sets limits of speed, place or temperature.
+    fn set(&mut self, setting: Setting, words: &Words<'_>) -> Result<(), Failure> {
         let Self { preflight, motion, .. } = self;
         let (texts, config, tools) = (preflight.texts, preflight.config, preflight.program.tools());
         let shadow = &mut Shadow { motion, latch: Latch::new() };
-        Some(match function {
-            Function::AxisSpeeds => motion_codes::set_axis_speeds(texts, shadow, config, tools, words).map(|rate| {
-                if let Some(rate) = rate {
+        match setting {
+            Setting::AxisSpeeds => {
+                if let Some(rate) = motion_codes::set_axis_speeds(texts, shadow, config, tools, words)? {
                     preflight.program.set_seek_rate(rate);
                     preflight.asks_of_rapids = true;
                 }
-            }),
-            Function::MotorSpeeds => motion_codes::set_motor_speeds(texts, shadow, config, tools, words).map(drop),
-            Function::Accelerations => motion_codes::accelerations(texts, shadow, config, tools, words).map(|_| {
+            }
+            Setting::MotorSpeeds => drop(motion_codes::set_motor_speeds(texts, shadow, config, tools, words)?),
+            Setting::Accelerations => {
+                motion_codes::accelerations(texts, shadow, config, tools, words)?;
                 if words.has('S') {
                     self.acceleration_is_asked();
                 }
-            }),
-            Function::CornerSettings => motion_codes::corner_settings(texts, shadow, words).map(drop),
-            Function::Jerk => motion_codes::jerk(texts, shadow, words).map(drop),
-            Function::SpeedFactor => {
-                motion_codes::set_speed_factor(preflight.program, words);
-                Ok(())
             }
-            Function::SoftEndstops => {
+            Setting::CornerSettings => drop(motion_codes::corner_settings(texts, shadow, words)?),
+            Setting::Jerk => drop(motion_codes::jerk(texts, shadow, words)?),
+            Setting::SpeedFactor => motion_codes::set_speed_factor(preflight.program, words),
+            Setting::SoftEndstops => {
                 if let Some(on) = words.get('S') {
                     preflight.travel.switch(on != 0.0);
                 }
-                Ok(())
             }
-            _ => return None,
-        })
+            Setting::Trims => arms::set_trims(&mut preflight.tuning, words),
+            Setting::HomeOffsets => arms::set_home_offsets(&mut preflight.tuning, words),
+            Setting::MaximumTemperature => return settings::set_maximum(texts, preflight, words),
+            Setting::ColdExtrusion => preflight.tuning.set_least_warm(config, words),
+            // Neither where nor how fast the machine may go.
+            Setting::MotorsOn
+            | Setting::EndstopPhase
+            | Setting::MotorMilliamps
+            | Setting::MotorAmps
+            | Setting::ProbeSettings
+            | Setting::ThermalAdjust
+            | Setting::ProbePoint
+            | Setting::ProbeOffset
+            | Setting::AxisTwist
+            | Setting::MarlinProbeOffset
+            | Setting::PidGains
+            | Setting::HeaterModel
+            | Setting::Sensor
+            | Setting::DriverChopper
+            | Setting::DriverOption
+            | Setting::ForgetDriverTroubles
+            | Setting::HomingThresholds => {}
+        }
+        Ok(())
     }
 
-    async fn set(&mut self, function: Function, words: &Words<'_>) -> Result<(), Failure> {
-        if settings::stands_first(function) {
-            self.standstill().await;
+    /// Follows a sequence that changes places, and waits of heaters.
+    async fn sequence(&mut self, what: Sequence, words: &Words<'_>) -> Result<(), Failure> {
+        let texts = self.preflight.texts;
+        match what {
+            Sequence::WaitForHeaters | Sequence::WaitForTargets => {
+                self.standstill().await;
+                self.preflight.totals.heat_waits += 1;
+                return Ok(());
+            }
+            Sequence::LoadGrid => {
+                self.preflight.loads_mesh = self.preflight.loads_mesh.or(Some(self.preflight.line));
+                return Ok(());
+            }
+            Sequence::FadeHeight => {
+                let (height, target) = self.preflight.fade;
+                self.preflight.fade = (words.as_length('H').or(height), words.as_length('T').or(target));
+                return Ok(());
+            }
+            Sequence::ArmSettings | Sequence::Skew if words.is_bare() => return Ok(()),
+            Sequence::ArmSettings => {
+                self.standstill().await;
+                settings::set_arms(texts, self.preflight, self.motion, words)?;
+            }
+            Sequence::Skew => {
+                self.standstill().await;
+                settings::set_skew(texts, self.motion, words)?;
+            }
+            Sequence::BedPlane => {
+                self.standstill().await;
+                settings::set_plane(texts, self.motion, words)?;
+            }
+            // Probing and homing end where they are measured to, which only the job itself knows.
+            Sequence::ProbeStrategy
+            | Sequence::MeasureBed
+            | Sequence::ProbeRepeatability
+            | Sequence::AlignZ
+            | Sequence::AlignSlave
+            | Sequence::BedScrews
+            | Sequence::PaperTest
+            | Sequence::DeployProbe
+            | Sequence::StowProbe
+            | Sequence::LevelingOff
+            | Sequence::SaveGrid
+            | Sequence::ListMeshes
+            | Sequence::UseGrid
+            | Sequence::MeshOffset
+            | Sequence::GridPoint
+            | Sequence::MeasuredPart
+            | Sequence::Statistics
+            | Sequence::AbortJob
+            | Sequence::Park
+            | Sequence::LoadFilament
+            | Sequence::UnloadFilament
+            | Sequence::TunePid
+            | Sequence::SaveSettings
+            | Sequence::GoOnWithJob => return Ok(()),
         }
-        settings::set(self.preflight.texts, self.preflight, self.motion, function, words)?;
-        if settings::stands_first(function) {
-            self.preflight.program.resynchronise(self.motion.commanded_position());
-        }
+        self.preflight.program.resynchronise(self.motion.commanded_position());
         Ok(())
     }
 

@@ -7,73 +7,67 @@ use motion::{GridShape, Motion, MotionConfig};
 use parts::heat_codes::named::maximum_of;
 use procedures::arms::words as arms;
 use procedures::leveling::{grid, words as leveling};
-use program::{Function, Words};
+use program::Words;
 
 use super::state::Preflight;
 
 /// Difference below which a grid's size is the configured one, mm.
 const SAME_SIZE: f64 = 1e-3;
 
-/// Whether a code needs a machine that stands.
-pub(super) const fn stands_first(function: Function) -> bool {
-    matches!(function, Function::StepsPerMm | Function::ArmSettings | Function::Skew | Function::BedPlane)
-}
-
-/// Carries out a code that sets places and temperatures; everything has been made before where
-/// [`stands_first`] says so.
+/// Carries out M143: a heater's maximum temperature.
 ///
 /// # Errors
 /// When the machine would refuse it.
-pub(super) fn set(
+pub(super) fn set_maximum(texts: &Texts, preflight: &mut Preflight<'_>, words: &Words<'_>) -> Result<(), Failure> {
+    if let Some((heater, most)) = maximum_of(texts, preflight.config, words)?
+        && let Some(slot) = preflight.most_celsius.get_mut(heater.index())
+    {
+        *slot = most;
+    }
+    Ok(())
+}
+
+/// Carries out M665: the parameters of the arms.
+///
+/// # Errors
+/// When the machine would refuse them.
+pub(super) fn set_arms(
     texts: &Texts,
     preflight: &mut Preflight<'_>,
     motion: &mut Motion,
-    function: Function,
     words: &Words<'_>,
 ) -> Result<(), Failure> {
-    let config = preflight.config;
-    match function {
-        Function::Trims => arms::set_trims(&mut preflight.tuning, words),
-        Function::HomeOffsets => arms::set_home_offsets(&mut preflight.tuning, words),
-        Function::ArmSettings => {
-            let own = motion.config().copied();
-            if let Some((own, kinematics)) = own.and_then(|own| Some((own, arms::arms_of(&own.kinematics, words)?))) {
-                let place = motion.commanded_position();
-                let motors = own.kinematics.actuators(&motion.compensation().motors(&place));
-                motion.configure(MotionConfig { kinematics, ..own }).map_err(|error| texts.refusal(error))?;
-                let place = motion.compensation().program(&kinematics.point(&motors));
-                motion.set_position(place).map_err(|error| texts.refusal(error))?;
-            }
-            arms::set_arm_tuning(&mut preflight.tuning, config, words);
-        }
-        Function::MaximumTemperature => {
-            if let Some((heater, most)) = maximum_of(texts, config, words)?
-                && let Some(slot) = preflight.most_celsius.get_mut(heater.index())
-            {
-                *slot = most;
-            }
-        }
-        Function::Skew => {
-            if let Some(skew) = leveling::skew_of(texts, motion.compensation().skew(), words)? {
-                keeping_the_place(texts, motion, |motion| motion.set_skew(skew).map_err(|error| texts.refusal(error)))?;
-            }
-        }
-        Function::BedPlane => {
-            let plane = leveling::plane_of(words)?;
-            keeping_the_place(texts, motion, |motion| match plane {
-                Some(plane) => motion.level_by_plane(plane).map_err(|error| texts.refusal(error)),
-                None => motion.level_off().map_err(|error| texts.refusal(error)),
-            })?;
-        }
-        Function::FadeHeight => {
-            let (height, target) = preflight.fade;
-            preflight.fade = (words.as_length('H').or(height), words.as_length('T').or(target));
-        }
-        Function::ColdExtrusion => preflight.tuning.set_least_warm(preflight.config, words),
-        Function::LoadGrid => preflight.loads_mesh = preflight.loads_mesh.or(Some(preflight.line)),
-        _ => {}
+    let own = motion.config().copied();
+    if let Some((own, kinematics)) = own.and_then(|own| Some((own, arms::arms_of(&own.kinematics, words)?))) {
+        let place = motion.commanded_position();
+        let motors = own.kinematics.actuators(&motion.compensation().motors(&place));
+        motion.configure(MotionConfig { kinematics, ..own }).map_err(|error| texts.refusal(error))?;
+        let place = motion.compensation().program(&kinematics.point(&motors));
+        motion.set_position(place).map_err(|error| texts.refusal(error))?;
     }
+    arms::set_arm_tuning(&mut preflight.tuning, preflight.config, words);
     Ok(())
+}
+
+/// Carries out M852: the skew of the axes.
+///
+/// # Errors
+/// When the machine would refuse it.
+pub(super) fn set_skew(texts: &Texts, motion: &mut Motion, words: &Words<'_>) -> Result<(), Failure> {
+    let Some(skew) = leveling::skew_of(texts, motion.compensation().skew(), words)? else { return Ok(()) };
+    keeping_the_place(texts, motion, |motion| motion.set_skew(skew).map_err(|error| texts.refusal(error)))
+}
+
+/// Carries out M561: the plane of the bed.
+///
+/// # Errors
+/// When the machine would refuse it.
+pub(super) fn set_plane(texts: &Texts, motion: &mut Motion, words: &Words<'_>) -> Result<(), Failure> {
+    let plane = leveling::plane_of(words)?;
+    keeping_the_place(texts, motion, |motion| match plane {
+        Some(plane) => motion.level_by_plane(plane).map_err(|error| texts.refusal(error)),
+        None => motion.level_off().map_err(|error| texts.refusal(error)),
+    })
 }
 
 /// Changes settings and keeps the coordinates: the tool follows the change.

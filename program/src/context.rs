@@ -2,9 +2,10 @@
 
 use units::AxisSet;
 
-use crate::action::{Action, Function};
+use crate::action::Action;
 use crate::dialect::Dialect;
 use crate::fault::Fault;
+use crate::function::Function;
 use crate::words::Words;
 
 /// Facts about the machine that the meaning of a block depends on.

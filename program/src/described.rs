@@ -4,7 +4,8 @@ use core::fmt::{self, Write};
 
 use units::PerAxis;
 
-use crate::action::{Action, AwaitInput, Centre, Contact, Corner, Effect, Function, Move, ProbeDown, Rate, Shape};
+use crate::action::{Action, AwaitInput, Centre, Contact, Corner, Effect, Move, ProbeDown, Rate, Shape};
+use crate::function::Function;
 use crate::lights::{LightChange, Lights};
 
 /// Name of the function in words: `axis speeds`.
@@ -12,7 +13,13 @@ impl fmt::Display for Function {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut name = heapless::String::<32>::new();
         // The buffer holds every name.
-        let _ = write!(name, "{self:?}");
+        let _ = match self {
+            Self::Setting(function) => write!(name, "{function:?}"),
+            Self::Report(function) => write!(name, "{function:?}"),
+            Self::File(function) => write!(name, "{function:?}"),
+            Self::Standing(function) => write!(name, "{function:?}"),
+            Self::Sequence(function) => write!(name, "{function:?}"),
+        };
         for (place, letter) in name.chars().enumerate() {
             if place > 0 && letter.is_ascii_uppercase() {
                 f.write_char(' ')?;

@@ -4,13 +4,14 @@ use gcode::{Block, Code, Letter, NO_TOOL};
 use heapless::Vec;
 use units::SwitchId;
 
-use crate::action::{Effect, Function};
+use crate::action::Effect;
 use crate::auxiliary::Spindle;
 use crate::claims::{Claim, MOST_CLAIMS};
 use crate::codes::{self, CodeInfo, Handler};
 use crate::context::{Context, Facts, Meaning, NOTHING};
 use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
+use crate::function::Function;
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, heat};
 use crate::setup::PulseSetup;

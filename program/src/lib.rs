@@ -28,6 +28,7 @@ mod dispatch;
 pub mod extended;
 mod fault;
 mod flow;
+mod function;
 mod holes;
 mod interpreter;
 mod kept;
@@ -56,7 +57,7 @@ mod word;
 mod words;
 
 pub use action::{
-    Action, AwaitInput, Centre, Contact, ControlPoint, Corner, Effect, Function, InputEvent, MOST_POINTS, Move, Pause,
+    Action, AwaitInput, Centre, Contact, ControlPoint, Corner, Effect, InputEvent, MOST_POINTS, Move, Pause,
     ProbeAlong, ProbeDown, Rate, Shape, Turning,
 };
 pub use auxiliary::{Auxiliary, Spindle};
@@ -70,6 +71,7 @@ pub use cycles::{LeftHole, ToCome};
 pub use dialect::{Dialect, Dialects};
 pub use fault::{Fault, Part, Problem};
 pub use flow::{Flow, FlowFault, FlowProblem, Next, Place};
+pub use function::{FileFunction, Function, Report, Sequence, Setting, Standing};
 pub use interpreter::{Interpreter, Kept};
 pub use kept::{go_on_from, same_work_place, take_up_tool};
 pub use lights::{LightChange, Lights};

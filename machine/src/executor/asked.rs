@@ -2,7 +2,7 @@
 //! [`super::urgent`] answers them.
 
 use base::sessions::SessionId;
-use program::{Action, Function};
+use program::{Action, Function, Sequence};
 
 /// Extent of the work in progress that a request ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +61,9 @@ impl Asked {
     pub const fn means(&mut self, action: &Action<'_>) {
         self.may_be_left &= matches!(
             action,
-            Action::HeatAndWait { .. } | Action::Dwell(_) | Action::Function(Function::WaitForHeaters, _)
+            Action::HeatAndWait { .. }
+                | Action::Dwell(_)
+                | Action::Function(Function::Sequence(Sequence::WaitForHeaters), _)
         );
     }
 

@@ -7,7 +7,7 @@ use base::Ports;
 use base::ports::{CardEvent, StorageError, Wake};
 use base::safe_file::Draft;
 use base::sessions::Listing;
-use program::Function;
+use program::{FileFunction, Function, Sequence};
 
 use super::Machine;
 
@@ -85,21 +85,21 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
 pub(super) const fn is_used_by(function: Function) -> bool {
     matches!(
         function,
-        Function::SelectFile
-            | Function::StartFile
-            | Function::StartJob
-            | Function::Upload
-            | Function::RemoveFile
-            | Function::SaveSettings
-            | Function::LoadSettings
-            | Function::ForgetSettings
-            | Function::SaveGrid
-            | Function::LoadGrid
-            | Function::DeleteGrid
-            | Function::ListMeshes
-            | Function::UseGrid
-            | Function::Skew
-            | Function::GoOnWithJob
+        Function::File(FileFunction::SelectFile)
+            | Function::File(FileFunction::StartFile)
+            | Function::File(FileFunction::StartJob)
+            | Function::File(FileFunction::Upload)
+            | Function::File(FileFunction::RemoveFile)
+            | Function::Sequence(Sequence::SaveSettings)
+            | Function::File(FileFunction::LoadSettings)
+            | Function::File(FileFunction::ForgetSettings)
+            | Function::Sequence(Sequence::SaveGrid)
+            | Function::Sequence(Sequence::LoadGrid)
+            | Function::File(FileFunction::DeleteGrid)
+            | Function::Sequence(Sequence::ListMeshes)
+            | Function::Sequence(Sequence::UseGrid)
+            | Function::Sequence(Sequence::Skew)
+            | Function::Sequence(Sequence::GoOnWithJob)
     )
 }
 

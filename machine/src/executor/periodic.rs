@@ -6,7 +6,7 @@ use base::failure::{Answer, Failure, Outcome};
 use base::sessions::{Listing, Periodic, Recipient, Reply};
 use gcode::{Code, Line};
 use parts::heat_codes;
-use program::{Dialect, Function, State, Words};
+use program::{Dialect, State, Words};
 use units::Micros;
 
 use super::{Machine, foresee};
@@ -20,7 +20,7 @@ const M105: u16 = 105;
 /// Sets the reports of M155, M27 S and M113.
 pub(super) fn command<P: Ports>(
     machine: &mut Machine<'_, P>,
-    function: Function,
+    what: Periodic,
     words: &Words<'_>,
     to: Recipient,
 ) -> Outcome {
@@ -29,11 +29,6 @@ pub(super) fn command<P: Ports>(
     if session.dialect == Dialect::Grbl {
         return Err(Failure::refused(&"senders of GRBL's dialect ask with ?"));
     }
-    let what = match function {
-        Function::AutoReport => Periodic::Temperatures,
-        Function::Keepalive => Periodic::Busy,
-        _ => Periodic::Job,
-    };
     match words.get('S') {
         Some(seconds) => session.periods.set(what, seconds as u8, now),
         None if what == Periodic::Busy => {

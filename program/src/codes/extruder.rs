@@ -3,7 +3,7 @@
 use gcode::Code;
 
 use super::row::{CodeInfo, Group, Waits};
-use crate::action::Function;
+use crate::function::{Function, Report, Sequence};
 use crate::meaning::{extruders, offsets};
 use crate::word::Bounds::{Above, AtLeast, Whole};
 use crate::word::{Unit, WordInfo, word};
@@ -22,7 +22,7 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::either(
         Code::m(200),
         extruders::filament_diameter,
-        Function::FilamentDiameter,
+        Function::Report(Report::FilamentDiameter),
         "count E in mm3 of filament this thick; 0: in mm",
     )
     .takes(&[
@@ -46,7 +46,7 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::either(
         Code::m(221),
         extruders::flow,
-        Function::FlowFactor,
+        Function::Report(Report::FlowFactor),
         "scale the flow of what is extruded from now on",
     )
     .takes(&[
@@ -82,30 +82,38 @@ pub const ROWS: &[CodeInfo] = &[
     filament_detector(412, "filament detector; without words, say its state")
         .takes(&[word('S', Unit::Number, "1: on; 0: off")])
         .differs("not known"),
-    CodeInfo::asks(Code::m(603), Function::FilamentLengths, "lengths of a change of filament; without words, say them")
-        .takes(&[
-            word('L', Unit::Mm, "pushed in").bounds(&AtLeast(0.0)),
-            word('U', Unit::Mm, "taken out").bounds(&AtLeast(0.0)),
-        ])
-        .differs("not known"),
-    CodeInfo::asks(Code::g(27), Function::Park, "lift the tool and go aside, as [filament change] says")
-        .takes(&[word('P', Unit::Number, "Marlin's 0 and 2: as it does here; 1 is refused").bounds(&Whole(0.0, 2.0))])
-        .waits(Waits::Result)
-        .differs("not known"),
-    CodeInfo::asks(Code::m(701), Function::LoadFilament, "push filament in")
+    CodeInfo::asks(
+        Code::m(603),
+        Function::Report(Report::FilamentLengths),
+        "lengths of a change of filament; without words, say them",
+    )
+    .takes(&[
+        word('L', Unit::Mm, "pushed in").bounds(&AtLeast(0.0)),
+        word('U', Unit::Mm, "taken out").bounds(&AtLeast(0.0)),
+    ])
+    .differs("not known"),
+    CodeInfo::asks(
+        Code::g(27),
+        Function::Sequence(Sequence::Park),
+        "lift the tool and go aside, as [filament change] says",
+    )
+    .takes(&[word('P', Unit::Number, "Marlin's 0 and 2: as it does here; 1 is refused").bounds(&Whole(0.0, 2.0))])
+    .waits(Waits::Result)
+    .differs("not known"),
+    CodeInfo::asks(Code::m(701), Function::Sequence(Sequence::LoadFilament), "push filament in")
         .takes(&[word('L', Unit::Mm, "so far; as M603 says without").bounds(&AtLeast(0.0))])
         .waits(Waits::Result)
         .differs("not known"),
-    CodeInfo::asks(Code::m(702), Function::UnloadFilament, "take filament out")
+    CodeInfo::asks(Code::m(702), Function::Sequence(Sequence::UnloadFilament), "take filament out")
         .takes(&[word('U', Unit::Mm, "so far; as M603 says without").bounds(&AtLeast(0.0))])
         .waits(Waits::Result)
         .differs("not known"),
 ];
 
 const fn filament_detector(number: u16, help: &'static str) -> CodeInfo {
-    CodeInfo::asks(Code::m(number), Function::FilamentDetector, help)
+    CodeInfo::asks(Code::m(number), Function::Report(Report::FilamentDetector), help)
 }
 
 const fn filament_width(number: u16, subcode: u8, help: &'static str) -> CodeInfo {
-    CodeInfo::asks(Code::m(number).sub(subcode), Function::FilamentWidth, help).differs("not known")
+    CodeInfo::asks(Code::m(number).sub(subcode), Function::Report(Report::FilamentWidth), help).differs("not known")
 }

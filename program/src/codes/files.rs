@@ -3,8 +3,8 @@
 use gcode::Code;
 
 use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, FILES, Waits};
-use crate::action::Function;
 use crate::fault::Part;
+use crate::function::{FileFunction, Function, Report, Sequence};
 use crate::meaning::program;
 use crate::word::Bounds::{AtLeast, Within};
 use crate::word::{Unit, WordInfo, word};
@@ -32,64 +32,75 @@ const GO_ON_WORDS: &[WordInfo] = &[
 ];
 
 pub const ROWS: &[CodeInfo] = &[
-    CodeInfo::either(Code::m(20), program::list_files, Function::ListFiles, "list the card").states(FILES),
-    CodeInfo::asks(Code::m(21), Function::Mount, "look for the card").states(FILES),
-    CodeInfo::asks(Code::m(23), Function::SelectFile, "select a file to play").part(Part::Player),
-    CodeInfo::asks(Code::m(24), Function::StartJob, "play the selected file, or go on with it").part(Part::Player),
-    CodeInfo::asks(Code::m(25), Function::PauseJob, "pause the file; what is queued still runs"),
-    CodeInfo::asks(Code::m(26), Function::RestartJob, "play the file from its beginning").takes(&[word(
-        'S',
-        Unit::Number,
-        "from this byte: 0 alone; see play --from",
-    )
-    .bounds(&AtLeast(0.0))]),
-    CodeInfo::asks(Code::m(27), Function::ReportJob, "how far the file is")
+    CodeInfo::either(Code::m(20), program::list_files, Function::File(FileFunction::ListFiles), "list the card")
+        .states(FILES),
+    CodeInfo::asks(Code::m(21), Function::File(FileFunction::Mount), "look for the card").states(FILES),
+    CodeInfo::asks(Code::m(23), Function::File(FileFunction::SelectFile), "select a file to play").part(Part::Player),
+    CodeInfo::asks(Code::m(24), Function::File(FileFunction::StartJob), "play the selected file, or go on with it")
+        .part(Part::Player),
+    CodeInfo::asks(Code::m(25), Function::File(FileFunction::PauseJob), "pause the file; what is queued still runs"),
+    CodeInfo::asks(Code::m(26), Function::File(FileFunction::RestartJob), "play the file from its beginning")
+        .takes(&[word('S', Unit::Number, "from this byte: 0 alone; see play --from").bounds(&AtLeast(0.0))]),
+    CodeInfo::asks(Code::m(27), Function::File(FileFunction::ReportJob), "how far the file is")
         .takes(&[word('S', Unit::Seconds, "say so by itself, every so often; 0: no more").bounds(&Within(0.0, 60.0))])
         .waits(Waits::Question),
     CodeInfo::asks(
         Code::m(28),
-        Function::Upload,
+        Function::File(FileFunction::Upload),
         "store the lines that follow in a file, up to M29; discard them when it cannot be opened",
     )
     .states(FILES)
     .differs("when the file cannot be opened, what follows is carried out"),
-    CodeInfo::asks(Code::m(29), Function::EndUpload, "the file is complete").states(FILES),
+    CodeInfo::asks(Code::m(29), Function::File(FileFunction::EndUpload), "the file is complete").states(FILES),
     CodeInfo::either(
         Code::m(30),
         program::m30,
-        Function::RemoveFile,
+        Function::File(FileFunction::RemoveFile),
         "remove a file; without a name, and in GRBL's dialect, end of program",
     )
     .states(ANYWHERE),
-    CodeInfo::asks(Code::m(32), Function::StartFile, "select a file and play it").part(Part::Player),
-    CodeInfo::asks(Code::m(413), Function::PowerLoss, "keep a journal of jobs, to go on after a power cut")
-        .takes(POWER_LOSS)
-        .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(524), Function::AbortJob, "end the job, as abort")
+    CodeInfo::asks(Code::m(32), Function::File(FileFunction::StartFile), "select a file and play it")
+        .part(Part::Player),
+    CodeInfo::asks(
+        Code::m(413),
+        Function::File(FileFunction::PowerLoss),
+        "keep a journal of jobs, to go on after a power cut",
+    )
+    .takes(POWER_LOSS)
+    .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(524), Function::Sequence(Sequence::AbortJob), "end the job, as abort")
         .waits(Waits::Standstill)
         .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(1000), Function::GoOnWithJob, GO_ON)
+    CodeInfo::asks(Code::m(1000), Function::Sequence(Sequence::GoOnWithJob), GO_ON)
         .takes(GO_ON_WORDS)
         .waits(Waits::Result)
         .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(916), Function::GoOnWithJob, GO_ON)
+    CodeInfo::asks(Code::m(916), Function::Sequence(Sequence::GoOnWithJob), GO_ON)
         .takes(GO_ON_WORDS)
         .waits(Waits::Result)
         .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(500), Function::SaveSettings, "save what was set at run time, to /sd/config-override")
-        .any_subcode()
-        .states(EVERYWHERE_BUT_INVALID)
-        .differs("written in place"),
-    CodeInfo::asks(Code::m(501), Function::LoadSettings, "replay saved settings; a name selects a set")
-        .any_subcode()
-        .differs("also while halted"),
-    CodeInfo::asks(Code::m(502), Function::ForgetSettings, "delete the saved settings")
+    CodeInfo::asks(
+        Code::m(500),
+        Function::Sequence(Sequence::SaveSettings),
+        "save what was set at run time, to /sd/config-override",
+    )
+    .any_subcode()
+    .states(EVERYWHERE_BUT_INVALID)
+    .differs("written in place"),
+    CodeInfo::asks(
+        Code::m(501),
+        Function::File(FileFunction::LoadSettings),
+        "replay saved settings; a name selects a set",
+    )
+    .any_subcode()
+    .differs("also while halted"),
+    CodeInfo::asks(Code::m(502), Function::File(FileFunction::ForgetSettings), "delete the saved settings")
         .any_subcode()
         .states(EVERYWHERE_BUT_INVALID),
-    CodeInfo::asks(Code::m(503), Function::ShowSettings, "show what M500 would save")
+    CodeInfo::asks(Code::m(503), Function::Report(Report::ShowSettings), "show what M500 would save")
         .any_subcode()
         .states(EVERYWHERE_BUT_INVALID),
-    CodeInfo::asks(Code::m(504), Function::SaveSettings, "save a set of settings under a name"),
+    CodeInfo::asks(Code::m(504), Function::Sequence(Sequence::SaveSettings), "save a set of settings under a name"),
     CodeInfo::means(Code::m(600), program::suspend, "suspend the job: pause, heaters off, after_suspend_gcode")
         .takes(&CHANGE)
         .waits(Waits::Result)

@@ -6,9 +6,9 @@
 use gcode::Code;
 
 use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
-use crate::action::Function;
 use crate::dialect::{Dialect, Dialects};
 use crate::fault::Part;
+use crate::function::{Function, Report, Sequence, Setting, Standing};
 use crate::meaning::{lights, modes, printers, spindle};
 use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
@@ -151,19 +151,23 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     reads(Dialects::PRINTERS, motors_off(84)),
     reads(
         MARLIN,
-        CodeInfo::asks(Code::m(114), Function::ReportPosition, "where the program is, and the motors' steps")
-            .takes(&[
-                word('R', Unit::Flag, "where the motors are"),
-                word('D', Unit::Flag, "all of it: of the work, of the machine, leveled, the motors' own"),
-            ])
-            .waits(Waits::Question)
-            .states(EVERYWHERE_BUT_INVALID),
+        CodeInfo::asks(
+            Code::m(114),
+            Function::Report(Report::ReportPosition),
+            "where the program is, and the motors' steps",
+        )
+        .takes(&[
+            word('R', Unit::Flag, "where the motors are"),
+            word('D', Unit::Flag, "all of it: of the work, of the machine, leveled, the motors' own"),
+        ])
+        .waits(Waits::Question)
+        .states(EVERYWHERE_BUT_INVALID),
     ),
     reads(
         REPRAP,
         CodeInfo::asks(
             Code::m(116),
-            Function::WaitForTargets,
+            Function::Sequence(Sequence::WaitForTargets),
             "wait until every heater has come to its target, from above too",
         )
         .takes(&[
@@ -187,7 +191,7 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
         CodeInfo::either(
             Code::m(203),
             printers::axis_speeds,
-            Function::AxisSpeeds,
+            Function::Setting(Setting::AxisSpeeds),
             "greatest speeds of axes, a minute",
         )
         .takes(SPEEDS),
@@ -198,7 +202,7 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     ),
     reads(
         Dialects::PRINTERS,
-        CodeInfo::asks(Code::m(205), Function::Jerk, "speed changes allowed in corners").takes(JERK),
+        CodeInfo::asks(Code::m(205), Function::Setting(Setting::Jerk), "speed changes allowed in corners").takes(JERK),
     ),
     reads(MARLIN.with(Dialect::RepRapFirmware), sets_up(Code::m(206), "refused: shifts the work at once")),
     reads(REPRAP, sets_up(Code::m(208), "refused: the travel of axes")),
@@ -213,8 +217,13 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     ),
     reads(
         MARLIN,
-        CodeInfo::either(Code::m(301), printers::by_its_letters, Function::PidGains, "the PID gains of a hot end")
-            .takes(GAINS),
+        CodeInfo::either(
+            Code::m(301),
+            printers::by_its_letters,
+            Function::Setting(Setting::PidGains),
+            "the PID gains of a hot end",
+        )
+        .takes(GAINS),
     ),
     reads(REPRAP, sets_up(Code::m(301), "refused: the PID gains of a heater by its number")),
     reads(MARLIN, tune(TUNE)),
@@ -224,8 +233,13 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     reads(MARLIN, sets_up(Code::m(306), "refused: Marlin's model of a heater")),
     reads(
         MARLIN,
-        CodeInfo::either(Code::m(665), printers::by_its_letters, Function::ArmSettings, "geometry of a delta")
-            .takes(&[word('L', Unit::Mm, "length of the rods"), word('R', Unit::Mm, "radius of the delta")]),
+        CodeInfo::either(
+            Code::m(665),
+            printers::by_its_letters,
+            Function::Sequence(Sequence::ArmSettings),
+            "geometry of a delta",
+        )
+        .takes(&[word('L', Unit::Mm, "length of the rods"), word('R', Unit::Mm, "radius of the delta")]),
     ),
     reads(REPRAP, sets_up(Code::m(665), "refused: the geometry of a delta")),
     reads(REPRAP, sets_up(Code::m(666), "refused: the switches of a delta")),
@@ -280,11 +294,13 @@ const fn ends_job(number: u16) -> CodeInfo {
 
 const fn tune(words: &'static [WordInfo]) -> CodeInfo {
     const HELP: &str = "find the PID gains of a heater";
-    CodeInfo::either(Code::m(303), printers::by_its_letters, Function::TunePid, HELP).takes(words).waits(Waits::Result)
+    CodeInfo::either(Code::m(303), printers::by_its_letters, Function::Sequence(Sequence::TunePid), HELP)
+        .takes(words)
+        .waits(Waits::Result)
 }
 
 const fn level(code: Code) -> CodeInfo {
-    CodeInfo::either(code, printers::level, Function::ProbeStrategy, LEVEL)
+    CodeInfo::either(code, printers::level, Function::Sequence(Sequence::ProbeStrategy), LEVEL)
         .takes(LEVEL_WORDS)
         .waits(Waits::Result)
         .part(Part::Probe)
@@ -292,9 +308,14 @@ const fn level(code: Code) -> CodeInfo {
 }
 
 const fn motors_off(number: u16) -> CodeInfo {
-    CodeInfo::either(Code::m(number), printers::motors_off, Function::MotorsOff, "motors off, all or those named")
-        .takes(IDLE)
-        .waits(Waits::Standstill)
+    CodeInfo::either(
+        Code::m(number),
+        printers::motors_off,
+        Function::Standing(Standing::MotorsOff),
+        "motors off, all or those named",
+    )
+    .takes(IDLE)
+    .waits(Waits::Standstill)
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 use gcode::Code;
 
 use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
-use crate::action::Function;
+use crate::function::{Function, Report, Sequence, Setting};
 use crate::meaning::{printers, spindle};
 use crate::word::Bounds::{Above, AtLeast, Within};
 use crate::word::{Unit, WordInfo, word};
@@ -25,9 +25,10 @@ pub const TARGET: CodeInfo = target(Code::m(104));
 /// Row for a code that sets a heater's target and waits.
 pub const TARGET_AND_WAIT: CodeInfo = target_and_wait(Code::m(109));
 /// Row for a code that reports temperatures.
-pub const TEMPERATURE: CodeInfo = CodeInfo::asks(Code::m(105), Function::ReportTemperatures, "say temperatures")
-    .waits(Waits::Question)
-    .states(EVERYWHERE_BUT_INVALID);
+pub const TEMPERATURE: CodeInfo =
+    CodeInfo::asks(Code::m(105), Function::Report(Report::ReportTemperatures), "say temperatures")
+        .waits(Waits::Question)
+        .states(EVERYWHERE_BUT_INVALID);
 /// Row for a code that sets a switch.
 pub const SWITCH: CodeInfo = switch(Code::m(106));
 /// Row for a code that arms a rule of `[temperature switch]`.
@@ -38,7 +39,7 @@ pub const ARM: CodeInfo = CodeInfo::claimed(Code::m(1001), "arm a rule, as [temp
 
 pub const ROWS: &[CodeInfo] = &[
     target(Code::m(104)).needed(),
-    CodeInfo::asks(Code::m(105), Function::ReportTemperatures, "say temperatures")
+    CodeInfo::asks(Code::m(105), Function::Report(Report::ReportTemperatures), "say temperatures")
         .waits(Waits::Question)
         .states(EVERYWHERE_BUT_INVALID),
     CodeInfo::claimed(Code::m(106), "switch the fan on, as [switch] says")
@@ -53,18 +54,18 @@ pub const ROWS: &[CodeInfo] = &[
     target_and_wait(Code::m(109)).needed(),
     target(Code::m(140)),
     target_and_wait(Code::m(190)),
-    CodeInfo::asks(Code::m(143), Function::MaximumTemperature, "the highest temperature of a heater")
+    CodeInfo::asks(Code::m(143), Function::Setting(Setting::MaximumTemperature), "the highest temperature of a heater")
         .takes(&[word('S', Unit::Id, "its tool_id"), word('P', Unit::Celsius, "the temperature").bounds(&Above(0.0))])
         .differs("an id that nobody has is ignored"),
     CodeInfo::asks(
         Code::m(123),
-        Function::ReportFans,
+        Function::Report(Report::ReportFans),
         "power of each fan, and turns a minute, as [fan] describes them",
     )
     .waits(Waits::Question)
     .states(EVERYWHERE_BUT_INVALID)
     .differs("not known"),
-    CodeInfo::asks(Code::m(301), Function::PidGains, "the PID gains of a heater")
+    CodeInfo::asks(Code::m(301), Function::Setting(Setting::PidGains), "the PID gains of a heater")
         .takes(&[
             word('S', Unit::Id, "its tool_id"),
             word('P', Unit::Number, "proportional"),
@@ -78,7 +79,7 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::either(
         Code::m(304),
         printers::by_its_letters,
-        Function::PidGains,
+        Function::Setting(Setting::PidGains),
         "the PID gains of the bed, as M301 without S",
     )
     .takes(&[
@@ -87,37 +88,49 @@ pub const ROWS: &[CodeInfo] = &[
         word('D', Unit::Number, "derivative, seconds"),
     ])
     .differs("not known"),
-    CodeInfo::asks(Code::m(307), Function::HeaterModel, "the model that a heater is controlled by, from now on")
-        .takes(&[
-            word('S', Unit::Id, "its tool_id"),
-            word('P', Unit::Number, "power at full output, W").bounds(&Above(0.0)),
-            word('C', Unit::Number, "heat capacity, J/K").bounds(&Above(0.0)),
-            word('K', Unit::Number, "loss to the air, W/K").bounds(&AtLeast(0.0)),
-            word('F', Unit::Number, "more with the fan full on, W/K").bounds(&AtLeast(0.0)),
-            word('D', Unit::Number, "how late the sensor tells, seconds").bounds(&Above(0.0)),
-            word('H', Unit::Number, "what filament takes, J/mm3/K").bounds(&AtLeast(0.0)),
-        ])
-        .differs("not known"),
-    CodeInfo::asks(Code::m(305), Function::Sensor, "the thermistor of a heater; without words, say all")
-        .takes(&[
-            word('S', Unit::Id, "its tool_id; alone: as configured again"),
-            word('B', Unit::Number, "beta, kelvin").bounds(&Above(0.0)),
-            word('R', Unit::Number, "resistance at X, ohms").bounds(&Above(0.0)),
-            word('X', Unit::Celsius, "temperature of R"),
-            word('I', Unit::Number, "first coefficient of Steinhart and Hart"),
-            word('J', Unit::Number, "second coefficient"),
-            word('K', Unit::Number, "third coefficient"),
-            word('P', Unit::Number, "number of a sensor that is known by name, with its r1 and r2: see thermistors"),
-        ])
-        .differs("an id that nobody has is ignored; also while the heater is on"),
-    CodeInfo::asks(Code::m(303), Function::TunePid, "find the PID gains of a heater; without P, say which there are")
-        .takes(&[
-            word('P', Unit::Id, "its tool_id"),
-            word('S', Unit::Celsius, "temperature to swing around, 150 where it is left out"),
-            word('C', Unit::Number, "swings, 3 where it is left out").bounds(&Within(3.0, 50.0)),
-        ])
-        .waits(Waits::Result)
-        .differs("finds gains of Ziegler and Nichols, which overshoot, and doubles them"),
+    CodeInfo::asks(
+        Code::m(307),
+        Function::Setting(Setting::HeaterModel),
+        "the model that a heater is controlled by, from now on",
+    )
+    .takes(&[
+        word('S', Unit::Id, "its tool_id"),
+        word('P', Unit::Number, "power at full output, W").bounds(&Above(0.0)),
+        word('C', Unit::Number, "heat capacity, J/K").bounds(&Above(0.0)),
+        word('K', Unit::Number, "loss to the air, W/K").bounds(&AtLeast(0.0)),
+        word('F', Unit::Number, "more with the fan full on, W/K").bounds(&AtLeast(0.0)),
+        word('D', Unit::Number, "how late the sensor tells, seconds").bounds(&Above(0.0)),
+        word('H', Unit::Number, "what filament takes, J/mm3/K").bounds(&AtLeast(0.0)),
+    ])
+    .differs("not known"),
+    CodeInfo::asks(
+        Code::m(305),
+        Function::Setting(Setting::Sensor),
+        "the thermistor of a heater; without words, say all",
+    )
+    .takes(&[
+        word('S', Unit::Id, "its tool_id; alone: as configured again"),
+        word('B', Unit::Number, "beta, kelvin").bounds(&Above(0.0)),
+        word('R', Unit::Number, "resistance at X, ohms").bounds(&Above(0.0)),
+        word('X', Unit::Celsius, "temperature of R"),
+        word('I', Unit::Number, "first coefficient of Steinhart and Hart"),
+        word('J', Unit::Number, "second coefficient"),
+        word('K', Unit::Number, "third coefficient"),
+        word('P', Unit::Number, "number of a sensor that is known by name, with its r1 and r2: see thermistors"),
+    ])
+    .differs("an id that nobody has is ignored; also while the heater is on"),
+    CodeInfo::asks(
+        Code::m(303),
+        Function::Sequence(Sequence::TunePid),
+        "find the PID gains of a heater; without P, say which there are",
+    )
+    .takes(&[
+        word('P', Unit::Id, "its tool_id"),
+        word('S', Unit::Celsius, "temperature to swing around, 150 where it is left out"),
+        word('C', Unit::Number, "swings, 3 where it is left out").bounds(&Within(3.0, 50.0)),
+    ])
+    .waits(Waits::Result)
+    .differs("finds gains of Ziegler and Nichols, which overshoot, and doubles them"),
     CodeInfo::means(Code::m(3), spindle::power, "spindle or laser on with the S in force, where [switch] says so")
         .takes(&[word('S', Unit::Number, "speed or power from now on")])
         .group(Group::Spindle)
@@ -150,7 +163,7 @@ pub const ROWS: &[CodeInfo] = &[
             word('P', Unit::Number, "width of its pulses in us; of printer firmware: which servo, M280.1 for P1"),
         ])
         .waits(Waits::Path),
-    CodeInfo::asks(Code::m(115), Function::ReportFirmware, "what firmware this is")
+    CodeInfo::asks(Code::m(115), Function::Report(Report::ReportFirmware), "what firmware this is")
         .waits(Waits::Question)
         .states(ANYWHERE),
 ];

@@ -3,8 +3,8 @@
 use gcode::Code;
 
 use super::row::{CodeInfo, Waits};
-use crate::action::Function;
 use crate::fault::Part;
+use crate::function::{FileFunction, Function, Report, Sequence, Setting, Standing};
 use crate::meaning::{homing, offsets, probing};
 use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
@@ -74,16 +74,17 @@ pub const ROWS: &[CodeInfo] = &[
         .waits(Waits::Standstill),
     CodeInfo::asks(
         Code::g(28).sub(4),
-        Function::MotorPositions,
+        Function::Standing(Standing::MotorPositions),
         "the motors are at these places, and their axes count as homed",
     )
     .takes(&[word('X', Unit::Mm, "by motor"), word('Y', Unit::Mm, "by motor"), word('Z', Unit::Mm, "by motor")])
     .waits(Waits::Standstill),
     CodeInfo::means(Code::g(28).sub(5), homing::forget_homing, "forget that axes are homed").takes(AXES),
-    CodeInfo::asks(Code::g(28).sub(6), Function::ReportHoming, "say which axes are homed").waits(Waits::Question),
+    CodeInfo::asks(Code::g(28).sub(6), Function::Report(Report::ReportHoming), "say which axes are homed")
+        .waits(Waits::Question),
     CodeInfo::asks(
         Code::g(28).sub(7),
-        Function::AlignSlave,
+        Function::Sequence(Sequence::AlignSlave),
         "how far a slave is from its own switch; put it at its trim",
     )
     .takes(SLAVES)
@@ -112,26 +113,34 @@ pub const ROWS: &[CodeInfo] = &[
         .differs("known only with grbl_mode and nist_G30"),
     strategy(Code::g(31), "level by a grid; three points: say the plane"),
     strategy(Code::g(32), "level the bed, or calibrate a delta"),
-    CodeInfo::asks(Code::g(34), Function::AlignZ, "turn each Z motor alone until bed and gantry are parallel")
-        .takes(&[
-            word('I', Unit::Number, "rounds after the first one, at most").bounds(&Whole(0.0, 30.0)),
-            word('T', Unit::Length, "what no motor may be off by more than").bounds(&Above(0.0)),
-        ])
-        .waits(Waits::Result)
-        .part(Part::ZAlignment)
-        .levels()
-        .differs("not known"),
-    CodeInfo::asks(Code::g(35), Function::BedScrews, "say how far each screw of the bed is to be turned")
-        .waits(Waits::Result)
-        .part(Part::BedScrews)
-        .levels()
-        .differs("not known"),
+    CodeInfo::asks(
+        Code::g(34),
+        Function::Sequence(Sequence::AlignZ),
+        "turn each Z motor alone until bed and gantry are parallel",
+    )
+    .takes(&[
+        word('I', Unit::Number, "rounds after the first one, at most").bounds(&Whole(0.0, 30.0)),
+        word('T', Unit::Length, "what no motor may be off by more than").bounds(&Above(0.0)),
+    ])
+    .waits(Waits::Result)
+    .part(Part::ZAlignment)
+    .levels()
+    .differs("not known"),
+    CodeInfo::asks(
+        Code::g(35),
+        Function::Sequence(Sequence::BedScrews),
+        "say how far each screw of the bed is to be turned",
+    )
+    .waits(Waits::Result)
+    .part(Part::BedScrews)
+    .levels()
+    .differs("not known"),
     along(2, "search until the contact closes; none is an alarm"),
     along(3, "search until the contact closes"),
     along(4, "search until the contact opens; if it does not, alarm"),
     along(5, "search until the contact opens"),
     along(0, "refused: it needs a subcode, 2 to 5").any_subcode(),
-    CodeInfo::asks(Code::m(48), Function::ProbeRepeatability, "how well the probe repeats itself")
+    CodeInfo::asks(Code::m(48), Function::Sequence(Sequence::ProbeRepeatability), "how well the probe repeats itself")
         .takes(&[
             word('P', Unit::Number, "how often").bounds(&Within(1.0, 1_000.0)),
             word('F', Unit::Feed, "speed of the searches").bounds(&Above(0.0)),
@@ -139,14 +148,18 @@ pub const ROWS: &[CodeInfo] = &[
         .waits(Waits::Result)
         .part(Part::Probe)
         .differs("says the greatest difference alone"),
-    CodeInfo::asks(Code::m(119), Function::ReportSwitches, "the state of end switches and probe")
+    CodeInfo::asks(Code::m(119), Function::Report(Report::ReportSwitches), "the state of end switches and probe")
         .waits(Waits::Question)
         .states(super::row::EVERYWHERE_BUT_INVALID),
-    CodeInfo::asks(Code::m(206), Function::HomeOffsets, "correct homing positions, from the next homing on")
-        .takes(PLACES),
+    CodeInfo::asks(
+        Code::m(206),
+        Function::Setting(Setting::HomeOffsets),
+        "correct homing positions, from the next homing on",
+    )
+    .takes(PLACES),
     CodeInfo::asks(
         Code::m(306),
-        Function::HomeOffsetsFromHere,
+        Function::Standing(Standing::HomeOffsetsFromHere),
         "correct homing positions: this place reads as given from now on; T: find a heater's model",
     )
     .takes(&[
@@ -160,37 +173,54 @@ pub const ROWS: &[CodeInfo] = &[
     ])
     .waits(Waits::Standstill)
     .differs("knows no T"),
-    CodeInfo::asks(Code::m(211), Function::SoftEndstops, "the ends of travel that moves are held against; says them")
-        .takes(&[word('S', Unit::Flag, "0: moves are not held against them; until the next reset")])
-        .differs("not known"),
-    leveling(Code::m(370), Function::LevelingOff, "no leveling"),
-    leveling(Code::m(374), Function::SaveGrid, "save the mesh to the card").levels().takes(MESH).differs(ONE_MESH),
-    leveling(Code::m(374).sub(1), Function::DeleteGrid, "delete the saved mesh").takes(MESH).differs(ONE_MESH),
-    CodeInfo::asks(Code::m(374).sub(2), Function::ListMeshes, "list the meshes on the card that have a name")
-        .waits(Waits::Result)
-        .differs("not known"),
-    leveling(Code::m(375), Function::LoadGrid, "load the saved mesh and level by it")
+    CodeInfo::asks(
+        Code::m(211),
+        Function::Setting(Setting::SoftEndstops),
+        "the ends of travel that moves are held against; says them",
+    )
+    .takes(&[word('S', Unit::Flag, "0: moves are not held against them; until the next reset")])
+    .differs("not known"),
+    leveling(Code::m(370), Function::Sequence(Sequence::LevelingOff), "no leveling"),
+    leveling(Code::m(374), Function::Sequence(Sequence::SaveGrid), "save the mesh to the card")
         .levels()
         .takes(MESH)
         .differs(ONE_MESH),
-    CodeInfo::asks(Code::m(375).sub(1), Function::ShowGrid, "show the grid in numbers"),
-    CodeInfo::asks(Code::m(375).sub(2), Function::ShowMap, "show the bed as a map, and say what it needs")
-        .differs("not known"),
-    leveling(Code::m(376), Function::FadeHeight, "where the mesh has faded; without words, say it")
+    leveling(Code::m(374).sub(1), Function::File(FileFunction::DeleteGrid), "delete the saved mesh")
+        .takes(MESH)
+        .differs(ONE_MESH),
+    CodeInfo::asks(
+        Code::m(374).sub(2),
+        Function::Sequence(Sequence::ListMeshes),
+        "list the meshes on the card that have a name",
+    )
+    .waits(Waits::Result)
+    .differs("not known"),
+    leveling(Code::m(375), Function::Sequence(Sequence::LoadGrid), "load the saved mesh and level by it")
+        .levels()
+        .takes(MESH)
+        .differs(ONE_MESH),
+    CodeInfo::asks(Code::m(375).sub(1), Function::Report(Report::ShowGrid), "show the grid in numbers"),
+    CodeInfo::asks(
+        Code::m(375).sub(2),
+        Function::Report(Report::ShowMap),
+        "show the bed as a map, and say what it needs",
+    )
+    .differs("not known"),
+    leveling(Code::m(376), Function::Sequence(Sequence::FadeHeight), "where the mesh has faded; without words, say it")
         .takes(&[
             word('H', Unit::Length, "from Z0 up to this height; 0: it does not fade").bounds(&AtLeast(0.0)),
             word('T', Unit::Length, "there so much of the correction is left, the same everywhere"),
         ])
         .differs("not known"),
-    CodeInfo::asks(Code::m(401), Function::DeployProbe, "bring the probe out, until M402")
+    CodeInfo::asks(Code::m(401), Function::Sequence(Sequence::DeployProbe), "bring the probe out, until M402")
         .waits(Waits::Result)
         .part(Part::Probe)
         .differs("not known"),
-    CodeInfo::asks(Code::m(402), Function::StowProbe, "put the probe away")
+    CodeInfo::asks(Code::m(402), Function::Sequence(Sequence::StowProbe), "put the probe away")
         .waits(Waits::Result)
         .part(Part::Probe)
         .differs("not known"),
-    leveling(Code::m(421), Function::GridPoint, "set one height of the grid")
+    leveling(Code::m(421), Function::Sequence(Sequence::GridPoint), "set one height of the grid")
         .takes(&[
             word('I', Unit::Number, "column, from 0"),
             word('J', Unit::Number, "row, from 0"),
@@ -201,14 +231,16 @@ pub const ROWS: &[CodeInfo] = &[
             word('Q', Unit::Length, "by so much higher"),
         ])
         .differs("takes I, J and Z"),
-    CodeInfo::asks(Code::m(557), Function::ProbePoint, "the points of three-point leveling").takes(&[
-        word('P', Unit::Number, "which point").bounds(&Whole(0.0, 2.0)),
-        word('X', Unit::Length, "where it is"),
-        word('Y', Unit::Length, "where it is"),
-    ]),
+    CodeInfo::asks(Code::m(557), Function::Setting(Setting::ProbePoint), "the points of three-point leveling").takes(
+        &[
+            word('P', Unit::Number, "which point").bounds(&Whole(0.0, 2.0)),
+            word('X', Unit::Length, "where it is"),
+            word('Y', Unit::Length, "where it is"),
+        ],
+    ),
     leveling(
         Code::m(561),
-        Function::BedPlane,
+        Function::Sequence(Sequence::BedPlane),
         "level by the plane A X + B Y + C Z + D = 0; without words, no leveling",
     )
     .takes(&[
@@ -218,12 +250,13 @@ pub const ROWS: &[CodeInfo] = &[
         word('D', Unit::Number, "of the plane"),
     ])
     .differs("bit patterns of single-precision numbers, which are understood too"),
-    CodeInfo::asks(Code::m(565), Function::ProbeOffset, "where the probe is, seen from the tool").takes(&[
-        word('X', Unit::Length, "by axis"),
-        word('Y', Unit::Length, "by axis"),
-        word('Z', Unit::Length, "by axis"),
-    ]),
-    CodeInfo::asks(Code::m(670), Function::ProbeSettings, "settings of the probe")
+    CodeInfo::asks(Code::m(565), Function::Setting(Setting::ProbeOffset), "where the probe is, seen from the tool")
+        .takes(&[
+            word('X', Unit::Length, "by axis"),
+            word('Y', Unit::Length, "by axis"),
+            word('Z', Unit::Length, "by axis"),
+        ]),
+    CodeInfo::asks(Code::m(670), Function::Setting(Setting::ProbeSettings), "settings of the probe")
         .takes(&[
             word('S', Unit::MmPerSecond, "slow rate").bounds(&Above(0.0)),
             word('K', Unit::MmPerSecond, "fast rate").bounds(&Above(0.0)),
@@ -237,7 +270,7 @@ pub const ROWS: &[CodeInfo] = &[
         .part(Part::Probe),
     CodeInfo::asks(
         Code::m(851),
-        Function::MarlinProbeOffset,
+        Function::Setting(Setting::MarlinProbeOffset),
         "where the probe is, seen from the tool, as Marlin counts it",
     )
     .takes(&[
@@ -260,15 +293,19 @@ pub const ROWS: &[CodeInfo] = &[
     paper(3, "in a paper test, the paper drags"),
     paper(4, "end a paper test, and change nothing"),
     paper(5, "in a paper test, the screw was turned until the paper drags"),
-    CodeInfo::asks(Code::m(851).sub(6), Function::AxisTwist, "what the probe reads too high at a place along an axis")
-        .takes(&[
-            word('X', Unit::Length, "the place, of an axis X whose rail is twisted"),
-            word('Y', Unit::Length, "the place, of an axis Y"),
-            word('Z', Unit::Length, "what it reads too high"),
-            word('R', Unit::Flag, "forget all places first"),
-        ])
-        .differs("not known"),
-    leveling(Code::m(852), Function::Skew, "skew factors")
+    CodeInfo::asks(
+        Code::m(851).sub(6),
+        Function::Setting(Setting::AxisTwist),
+        "what the probe reads too high at a place along an axis",
+    )
+    .takes(&[
+        word('X', Unit::Length, "the place, of an axis X whose rail is twisted"),
+        word('Y', Unit::Length, "the place, of an axis Y"),
+        word('Z', Unit::Length, "what it reads too high"),
+        word('R', Unit::Flag, "forget all places first"),
+    ])
+    .differs("not known"),
+    leveling(Code::m(852), Function::Sequence(Sequence::Skew), "skew factors")
         .takes(&[
             word('I', Unit::Number, "X and Y"),
             word('J', Unit::Number, "X and Z"),
@@ -279,34 +316,50 @@ pub const ROWS: &[CodeInfo] = &[
             word('D', Unit::Length, "the side AD, along the plane's second axis").bounds(&Above(0.0)),
         ])
         .differs("not known"),
-    CodeInfo::asks(Code::m(852).sub(1), Function::Skew, "say the skew factor of a measured square, and change nothing")
-        .takes(SQUARE)
-        .differs("not known"),
-    leveling(Code::m(852).sub(2), Function::Skew, "save the skew factors to the card")
+    CodeInfo::asks(
+        Code::m(852).sub(1),
+        Function::Sequence(Sequence::Skew),
+        "say the skew factor of a measured square, and change nothing",
+    )
+    .takes(SQUARE)
+    .differs("not known"),
+    leveling(Code::m(852).sub(2), Function::Sequence(Sequence::Skew), "save the skew factors to the card")
         .takes(PROFILE)
         .differs("not known"),
-    leveling(Code::m(852).sub(3), Function::Skew, "load saved skew factors").takes(PROFILE).differs("not known"),
-    leveling(Code::m(852).sub(4), Function::Skew, "delete saved skew factors").takes(PROFILE).differs("not known"),
+    leveling(Code::m(852).sub(3), Function::Sequence(Sequence::Skew), "load saved skew factors")
+        .takes(PROFILE)
+        .differs("not known"),
+    leveling(Code::m(852).sub(4), Function::Sequence(Sequence::Skew), "delete saved skew factors")
+        .takes(PROFILE)
+        .differs("not known"),
     CodeInfo::asks(
         Code::m(875),
-        Function::EndstopPhase,
+        Function::Setting(Setting::EndstopPhase),
         "say where motors were in their cycle of four full steps when their switches closed",
     )
     .takes(FLAGS)
     .differs("not known"),
-    CodeInfo::asks(Code::m(875).sub(1), Function::EndstopPhase, "make the mean of them the calibrated phase")
-        .takes(FLAGS)
-        .differs("not known"),
+    CodeInfo::asks(
+        Code::m(875).sub(1),
+        Function::Setting(Setting::EndstopPhase),
+        "make the mean of them the calibrated phase",
+    )
+    .takes(FLAGS)
+    .differs("not known"),
     CodeInfo::asks(
         Code::m(875).sub(2),
-        Function::EndstopPhase,
+        Function::Setting(Setting::EndstopPhase),
         "the calibrated phase, 0 to below 1024; below 0: what the next homing finds",
     )
     .takes(PHASES)
     .differs("not known"),
-    CodeInfo::asks(Code::m(875).sub(3), Function::EndstopPhase, "forget the phases that were collected")
-        .takes(FLAGS)
-        .differs("not known"),
+    CodeInfo::asks(
+        Code::m(875).sub(3),
+        Function::Setting(Setting::EndstopPhase),
+        "forget the phases that were collected",
+    )
+    .takes(FLAGS)
+    .differs("not known"),
 ];
 
 /// Axis letters without values; naming no axis means all axes.
@@ -337,7 +390,11 @@ const SQUARE: &[WordInfo] = &[
 ];
 
 const fn strategy(code: Code, help: &'static str) -> CodeInfo {
-    CodeInfo::asks(code, Function::ProbeStrategy, help).takes(STRATEGY).waits(Waits::Result).part(Part::Probe).levels()
+    CodeInfo::asks(code, Function::Sequence(Sequence::ProbeStrategy), help)
+        .takes(STRATEGY)
+        .waits(Waits::Result)
+        .part(Part::Probe)
+        .levels()
 }
 
 const fn along(subcode: u8, help: &'static str) -> CodeInfo {
@@ -349,7 +406,9 @@ const fn along(subcode: u8, help: &'static str) -> CodeInfo {
 }
 
 const fn paper(subcode: u8, help: &'static str) -> CodeInfo {
-    CodeInfo::asks(Code::m(851).sub(subcode), Function::PaperTest, help).waits(Waits::Result).differs("not known")
+    CodeInfo::asks(Code::m(851).sub(subcode), Function::Sequence(Sequence::PaperTest), help)
+        .waits(Waits::Result)
+        .differs("not known")
 }
 
 const fn leveling(code: Code, function: Function, help: &'static str) -> CodeInfo {

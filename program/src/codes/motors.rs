@@ -3,7 +3,7 @@
 use gcode::Code;
 
 use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Waits};
-use crate::action::Function;
+use crate::function::{Function, Report, Sequence, Setting, Standing};
 use crate::meaning::{extruders, printers};
 use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
@@ -26,10 +26,10 @@ macro_rules! by_axis {
 const TOOL_WORD: WordInfo = word('P', Unit::Number, "E is of this tool; of the one in use where it is left out");
 
 pub const ROWS: &[CodeInfo] = &[
-    CodeInfo::asks(Code::m(17), Function::MotorsOn, "motors on").waits(Waits::Standstill),
+    CodeInfo::asks(Code::m(17), Function::Setting(Setting::MotorsOn), "motors on").waits(Waits::Standstill),
     off(18),
     off(84),
-    CodeInfo::asks(Code::m(92), Function::StepsPerMm, "steps for each mm")
+    CodeInfo::asks(Code::m(92), Function::Standing(Standing::StepsPerMm), "steps for each mm")
         .takes(&[
             word('X', Unit::StepsPerLength, "of this motor"),
             word('Y', Unit::StepsPerLength, "of this motor"),
@@ -44,7 +44,7 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::either(
         Code::m(203),
         extruders::flow_limit,
-        Function::AxisSpeeds,
+        Function::Setting(Setting::AxisSpeeds),
         "greatest speeds of axes; without words, say them",
     )
     .takes(&[
@@ -56,31 +56,37 @@ pub const ROWS: &[CodeInfo] = &[
         word('P', Unit::Number, "of the tool along its path; beside E or V, which extruder"),
         word('V', Unit::Number, "of the flow of G1 where E counts in mm3, mm3/s; 0: none").bounds(&AtLeast(0.0)),
     ]),
-    CodeInfo::asks(Code::m(203).sub(1), Function::MotorSpeeds, "greatest speeds of motors; without words, say them")
-        .takes(by_axis!(
-            Unit::MmPerSecond,
-            "of this motor",
-            word('E', Unit::MmPerSecond, "of an extruder's motor"),
-            TOOL_WORD
-        )),
-    CodeInfo::asks(Code::m(204), Function::Accelerations, "accelerations").takes(by_axis!(
+    CodeInfo::asks(
+        Code::m(203).sub(1),
+        Function::Setting(Setting::MotorSpeeds),
+        "greatest speeds of motors; without words, say them",
+    )
+    .takes(by_axis!(
+        Unit::MmPerSecond,
+        "of this motor",
+        word('E', Unit::MmPerSecond, "of an extruder's motor"),
+        TOOL_WORD
+    )),
+    CodeInfo::asks(Code::m(204), Function::Setting(Setting::Accelerations), "accelerations").takes(by_axis!(
         Unit::MmPerSecond2,
         "of this motor; 0: as S",
         word('S', Unit::MmPerSecond2, "where a motor has none of its own"),
         word('E', Unit::MmPerSecond2, "of an extruder's motor"),
         TOOL_WORD
     )),
-    CodeInfo::asks(Code::m(205), Function::CornerSettings, "junction deviation and least speed").takes(&[
-        word('X', Unit::Mm, "junction deviation; sets square_corner_velocity aside"),
-        word('Z', Unit::Mm, "the same for moves of Z alone; below 0: as X"),
-        word('S', Unit::MmPerSecond, "least speed"),
-        word('V', Unit::MmPerSecond, "square corner velocity; sets junction deviations aside").bounds(&AtLeast(0.0)),
-        word('C', Unit::Number, "share of the way between slow places that is left for cruising")
-            .bounds(&Within(0.0, 0.95)),
-    ]),
+    CodeInfo::asks(Code::m(205), Function::Setting(Setting::CornerSettings), "junction deviation and least speed")
+        .takes(&[
+            word('X', Unit::Mm, "junction deviation; sets square_corner_velocity aside"),
+            word('Z', Unit::Mm, "the same for moves of Z alone; below 0: as X"),
+            word('S', Unit::MmPerSecond, "least speed"),
+            word('V', Unit::MmPerSecond, "square corner velocity; sets junction deviations aside")
+                .bounds(&AtLeast(0.0)),
+            word('C', Unit::Number, "share of the way between slow places that is left for cruising")
+                .bounds(&Within(0.0, 0.95)),
+        ]),
     CodeInfo::asks(
         Code::m(220),
-        Function::SpeedFactor,
+        Function::Setting(Setting::SpeedFactor),
         "scale the speeds of what follows; typed beside a job, of all it makes, at once",
     )
     .takes(&[
@@ -88,7 +94,7 @@ pub const ROWS: &[CodeInfo] = &[
         word('B', Unit::Flag, "keep the factor for R"),
         word('R', Unit::Flag, "back to what was kept"),
     ]),
-    CodeInfo::asks(Code::m(665), Function::ArmSettings, "geometry of arms")
+    CodeInfo::asks(Code::m(665), Function::Sequence(Sequence::ArmSettings), "geometry of arms")
         .takes(by_axis!(
             Unit::Number,
             "as arm_solution says",
@@ -106,7 +112,7 @@ pub const ROWS: &[CodeInfo] = &[
         .waits(Waits::Standstill),
     CodeInfo::asks(
         Code::m(665).sub(1),
-        Function::MeasuredPart,
+        Function::Sequence(Sequence::MeasuredPart),
         "a distance measured on a part that a delta has printed; without words, those that are kept",
     )
     .takes(&[
@@ -118,18 +124,23 @@ pub const ROWS: &[CodeInfo] = &[
     ])
     .waits(Waits::Standstill)
     .differs("not known"),
-    CodeInfo::asks(Code::m(665).sub(2), Function::MeasuredPart, "calibrate a delta by the distances that are kept")
-        .takes(&[
-            word('S', Unit::Number, "how much is found, as with G32; 9 without it"),
-            word('R', Unit::Number, "leave out the trims"),
-            word('E', Unit::Number, "leave out the radius"),
-        ])
-        .waits(Waits::Standstill)
+    CodeInfo::asks(
+        Code::m(665).sub(2),
+        Function::Sequence(Sequence::MeasuredPart),
+        "calibrate a delta by the distances that are kept",
+    )
+    .takes(&[
+        word('S', Unit::Number, "how much is found, as with G32; 9 without it"),
+        word('R', Unit::Number, "leave out the trims"),
+        word('E', Unit::Number, "leave out the radius"),
+    ])
+    .waits(Waits::Standstill)
+    .differs("not known"),
+    CodeInfo::asks(Code::m(665).sub(3), Function::Sequence(Sequence::MeasuredPart), "forget the measured distances")
         .differs("not known"),
-    CodeInfo::asks(Code::m(665).sub(3), Function::MeasuredPart, "forget the measured distances").differs("not known"),
     CodeInfo::asks(
         Code::m(665).sub(4),
-        Function::MeasuredPart,
+        Function::Sequence(Sequence::MeasuredPart),
         "lengths of Klipper's calibration part; without words, they are the distances kept",
     )
     .takes(&[
@@ -149,12 +160,9 @@ pub const ROWS: &[CodeInfo] = &[
     ])
     .waits(Waits::Standstill)
     .differs("not known"),
-    CodeInfo::asks(Code::m(666), Function::Trims, "trims of towers or arms, from the next homing on").takes(&[
-        word('X', Unit::Mm, "by motor"),
-        word('Y', Unit::Mm, "by motor"),
-        word('Z', Unit::Mm, "by motor"),
-    ]),
-    CodeInfo::asks(Code::m(900), Function::PressureAdvance, "pressure advance; without K, say it")
+    CodeInfo::asks(Code::m(666), Function::Setting(Setting::Trims), "trims of towers or arms, from the next homing on")
+        .takes(&[word('X', Unit::Mm, "by motor"), word('Y', Unit::Mm, "by motor"), word('Z', Unit::Mm, "by motor")]),
+    CodeInfo::asks(Code::m(900), Function::Standing(Standing::PressureAdvance), "pressure advance; without K, say it")
         .takes(&[
             word('K', Unit::Seconds, "how much").bounds(&AtLeast(0.0)),
             word('W', Unit::Seconds, "smoothed over so long").bounds(&AtLeast(0.0)),
@@ -162,38 +170,46 @@ pub const ROWS: &[CodeInfo] = &[
         ])
         .waits(Waits::Standstill)
         .differs("not known"),
-    CodeInfo::asks(Code::m(122), Function::DriverStatus, "the same as M911")
+    CodeInfo::asks(Code::m(122), Function::Report(Report::DriverStatus), "the same as M911")
         .takes(by_axis!(Unit::Flag, "this motor", word('P', Unit::Number, "which motor, from 0")))
         .states(EVERYWHERE_BUT_INVALID)
         .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(569), Function::StealthMode, "how drivers outside drive motors, all or those named")
-        .takes(by_axis!(
-            Unit::Flag,
-            "this motor",
-            word('S', Unit::Number, "1: stealthChop at any speed; 0: spreadCycle")
-        ))
-        .waits(Waits::Standstill)
-        .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(906), Function::MotorMilliamps, "motor currents in mA")
+    CodeInfo::asks(
+        Code::m(569),
+        Function::Standing(Standing::StealthMode),
+        "how drivers outside drive motors, all or those named",
+    )
+    .takes(by_axis!(Unit::Flag, "this motor", word('S', Unit::Number, "1: stealthChop at any speed; 0: spreadCycle")))
+    .waits(Waits::Standstill)
+    .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(906), Function::Setting(Setting::MotorMilliamps), "motor currents in mA")
         .takes(by_axis!(Unit::Milliamps, "of this motor")),
-    CodeInfo::asks(Code::m(907), Function::MotorAmps, "motor currents in A")
+    CodeInfo::asks(Code::m(907), Function::Setting(Setting::MotorAmps), "motor currents in A")
         .takes(by_axis!(Unit::Amps, "of this motor")),
     microsteps(Code::m(909), "microsteps of motors, until the next reset"),
     microsteps(Code::m(909).sub(1), "microsteps of motors and the steps of each mm with them, until the next reset"),
-    CodeInfo::asks(Code::m(911), Function::DriverStatus, "what the motor drivers say of themselves")
+    CodeInfo::asks(Code::m(911), Function::Report(Report::DriverStatus), "what the motor drivers say of themselves")
         .takes(by_axis!(Unit::Flag, "this motor", word('P', Unit::Number, "which motor, from 0")))
         .states(EVERYWHERE_BUT_INVALID),
-    CodeInfo::asks(Code::m(911).sub(1), Function::DriverChopper, "how drivers regulate currents, a line each")
-        .takes(by_axis!(Unit::Flag, "this motor", word('P', Unit::Number, "which motor, from 0")))
-        .states(EVERYWHERE_BUT_INVALID),
-    CodeInfo::asks(Code::m(911).sub(2), Function::DriverRegister, "write a driver's register; without R, say which")
-        .takes(&[
-            word('P', Unit::Number, "which motor, from 0; all where it is left out"),
-            word('R', Unit::Number, "its register, from 1; 255: all again"),
-            word('V', Unit::Number, "the value"),
-        ])
-        .waits(Waits::Standstill),
-    CodeInfo::asks(Code::m(911).sub(3), Function::DriverOption, "set one thing of a driver")
+    CodeInfo::asks(
+        Code::m(911).sub(1),
+        Function::Setting(Setting::DriverChopper),
+        "how drivers regulate currents, a line each",
+    )
+    .takes(by_axis!(Unit::Flag, "this motor", word('P', Unit::Number, "which motor, from 0")))
+    .states(EVERYWHERE_BUT_INVALID),
+    CodeInfo::asks(
+        Code::m(911).sub(2),
+        Function::Standing(Standing::DriverRegister),
+        "write a driver's register; without R, say which",
+    )
+    .takes(&[
+        word('P', Unit::Number, "which motor, from 0; all where it is left out"),
+        word('R', Unit::Number, "its register, from 1; 255: all again"),
+        word('V', Unit::Number, "the value"),
+    ])
+    .waits(Waits::Standstill),
+    CodeInfo::asks(Code::m(911).sub(3), Function::Setting(Setting::DriverOption), "set one thing of a driver")
         .takes(
             const {
                 &[
@@ -223,14 +239,14 @@ pub const ROWS: &[CodeInfo] = &[
         .differs("S3, double edges, can be switched off; J and K of S8 are exchanged"),
     CodeInfo::asks(
         Code::m(912),
-        Function::ForgetDriverTroubles,
+        Function::Setting(Setting::ForgetDriverTroubles),
         "tell again what is wrong with drivers, if it still is",
     )
     .takes(by_axis!(Unit::Flag, "this motor", word('P', Unit::Number, "which motor, from 0")))
     .differs(NOT_KNOWN),
     CodeInfo::asks(
         Code::m(913),
-        Function::StealthThresholds,
+        Function::Standing(Standing::StealthThresholds),
         "up to which speed stealthChop drives motors; without words, say it",
     )
     .takes(by_axis!(Unit::MmPerSecond, "of this motor; 0: never"))
@@ -238,7 +254,7 @@ pub const ROWS: &[CodeInfo] = &[
     .differs(NOT_KNOWN),
     CodeInfo::asks(
         Code::m(914),
-        Function::HomingThresholds,
+        Function::Setting(Setting::HomingThresholds),
         "what counts as a stall where an axis homes without a switch",
     )
     .takes(by_axis!(Unit::Number, "of this motor, as stall_threshold of its endstop"))
@@ -248,18 +264,23 @@ pub const ROWS: &[CodeInfo] = &[
 const NOT_KNOWN: &str = "not known";
 
 const fn microsteps(code: Code, help: &'static str) -> CodeInfo {
-    CodeInfo::asks(code, Function::Microsteps, help)
+    CodeInfo::asks(code, Function::Standing(Standing::Microsteps), help)
         .takes(by_axis!(Unit::Number, "of this motor, a power of two up to 256"))
         .waits(Waits::Standstill)
 }
 
 const fn off(number: u16) -> CodeInfo {
-    CodeInfo::either(Code::m(number), printers::motors_off, Function::MotorsOff, "motors off, all or those named")
-        .takes(by_axis!(
-            Unit::Flag,
-            "this motor",
-            word('E', Unit::Flag, "the motor of the active extruder"),
-            word('S', Unit::Seconds, "M18 alone: nothing is done; M84: has nothing to do")
-        ))
-        .waits(Waits::Standstill)
+    CodeInfo::either(
+        Code::m(number),
+        printers::motors_off,
+        Function::Standing(Standing::MotorsOff),
+        "motors off, all or those named",
+    )
+    .takes(by_axis!(
+        Unit::Flag,
+        "this motor",
+        word('E', Unit::Flag, "the motor of the active extruder"),
+        word('S', Unit::Seconds, "M18 alone: nothing is done; M84: has nothing to do")
+    ))
+    .waits(Waits::Standstill)
 }

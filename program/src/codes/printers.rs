@@ -5,7 +5,7 @@
 use gcode::Code;
 
 use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Waits};
-use crate::action::Function;
+use crate::function::{FileFunction, Function, Report, Sequence, Setting, Standing};
 use crate::meaning::{lights, printers};
 use crate::word::Bounds::{AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
@@ -20,15 +20,19 @@ const BY_AXIS: &[WordInfo] = &[
 ];
 
 pub const ROWS: &[CodeInfo] = &[
-    CodeInfo::asks(Code::m(116), Function::WaitForHeaters, "wait until every heater has come up to its target")
-        .takes(&[
-            word('P', Unit::Id, "only the heater with this tool_id"),
-            word('A', Unit::Celsius, "until it is so warm, whatever its target"),
-            word('B', Unit::Celsius, "until it is no warmer"),
-        ])
-        .waits(Waits::Result)
-        .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(201), Function::Accelerations, "greatest accelerations of axes")
+    CodeInfo::asks(
+        Code::m(116),
+        Function::Sequence(Sequence::WaitForHeaters),
+        "wait until every heater has come up to its target",
+    )
+    .takes(&[
+        word('P', Unit::Id, "only the heater with this tool_id"),
+        word('A', Unit::Celsius, "until it is so warm, whatever its target"),
+        word('B', Unit::Celsius, "until it is no warmer"),
+    ])
+    .waits(Waits::Result)
+    .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(201), Function::Setting(Setting::Accelerations), "greatest accelerations of axes")
         .takes(BY_AXIS)
         .differs(NOT_KNOWN),
     CodeInfo::means(
@@ -48,7 +52,7 @@ pub const ROWS: &[CodeInfo] = &[
     .differs(NOT_KNOWN),
     CodeInfo::asks(
         Code::m(290).sub(1),
-        Function::ThermalAdjust,
+        Function::Setting(Setting::ThermalAdjust),
         "shift Z against what the frame grows by with its temperature; says what holds",
     )
     .takes(&[
@@ -58,25 +62,29 @@ pub const ROWS: &[CodeInfo] = &[
         word('R', Unit::Celsius, "the temperature at which Z is right; else that of the last homing"),
     ])
     .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(420), Function::UseGrid, "level by the saved grid, or as the bed was measured; S0: not")
-        .takes(&[
-            word('S', Unit::Number, "0: no leveling, until S1 puts the same mesh in force again"),
-            word('Z', Unit::Length, "the mesh fades from Z0 up to this height; 0: it does not").bounds(&AtLeast(0.0)),
-            word('L', Unit::Number, "load the mesh with this number as its name").bounds(&Whole(0.0, 99.0)),
-            word('V', Unit::Flag, "show the bed as a map"),
-        ])
-        .waits(Waits::Standstill)
-        .levels()
-        .differs(NOT_KNOWN),
+    CodeInfo::asks(
+        Code::m(420),
+        Function::Sequence(Sequence::UseGrid),
+        "level by the saved grid, or as the bed was measured; S0: not",
+    )
+    .takes(&[
+        word('S', Unit::Number, "0: no leveling, until S1 puts the same mesh in force again"),
+        word('Z', Unit::Length, "the mesh fades from Z0 up to this height; 0: it does not").bounds(&AtLeast(0.0)),
+        word('L', Unit::Number, "load the mesh with this number as its name").bounds(&Whole(0.0, 99.0)),
+        word('V', Unit::Flag, "show the bed as a map"),
+    ])
+    .waits(Waits::Standstill)
+    .levels()
+    .differs(NOT_KNOWN),
     CodeInfo::asks(
         Code::m(420).sub(1),
-        Function::MeshOffset,
+        Function::Sequence(Sequence::MeshOffset),
         "look the mesh up beside the tool; without words, say it",
     )
     .takes(&[word('X', Unit::Length, "so far beside it"), word('Y', Unit::Length, "so far beside it")])
     .waits(Waits::Standstill)
     .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(566), Function::Jerk, "speed changes allowed in corners")
+    CodeInfo::asks(Code::m(566), Function::Setting(Setting::Jerk), "speed changes allowed in corners")
         .takes(&[
             word('X', Unit::MmPerMinute, "of this axis; the lesser of X and Y is the square corner velocity"),
             word('Y', Unit::MmPerMinute, "of this axis; the lesser of X and Y is the square corner velocity"),
@@ -85,7 +93,7 @@ pub const ROWS: &[CodeInfo] = &[
             word('P', Unit::Number, "when: has nothing to do"),
         ])
         .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(572), Function::PressureAdvance, "pressure advance; without S, say it")
+    CodeInfo::asks(Code::m(572), Function::Standing(Standing::PressureAdvance), "pressure advance; without S, say it")
         .takes(&[
             word('S', Unit::Seconds, "how much").bounds(&AtLeast(0.0)),
             word('W', Unit::Seconds, "smoothed over so long").bounds(&AtLeast(0.0)),
@@ -93,7 +101,7 @@ pub const ROWS: &[CodeInfo] = &[
         ])
         .waits(Waits::Standstill)
         .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(593), Function::InputShaping, "input shaping; without words, say it")
+    CodeInfo::asks(Code::m(593), Function::Standing(Standing::InputShaping), "input shaping; without words, say it")
         .takes(&[
             word('X', Unit::Flag, "of this axis; of X and Y where none is named"),
             word('Y', Unit::Flag, "of this axis"),
@@ -127,18 +135,22 @@ pub const ROWS: &[CodeInfo] = &[
     quiet(77, "stop the print timer"),
     CodeInfo::asks(
         Code::m(78),
-        Function::Statistics,
+        Function::Sequence(Sequence::Statistics),
         "what the last job took, and what the machine has done in its life",
     )
     .takes(&[word('S', Unit::Number, "78: forget it")])
     .differs(NOT_KNOWN),
     quiet(108, "stop waiting for a temperature, or the operator; sent, it acts as it comes in"),
     quiet(111, "what to log"),
-    CodeInfo::asks(Code::m(113), Function::Keepalive, "how often to say that a line takes its time")
-        .takes(&[word('S', Unit::Seconds, "every so often; 0: never").bounds(&Within(0.0, 60.0))])
-        .states(EVERYWHERE_BUT_INVALID)
-        .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(118), Function::SayToAll, "say a text on every console").differs(NOT_KNOWN),
+    CodeInfo::asks(
+        Code::m(113),
+        Function::File(FileFunction::Keepalive),
+        "how often to say that a line takes its time",
+    )
+    .takes(&[word('S', Unit::Seconds, "every so often; 0: never").bounds(&Within(0.0, 60.0))])
+    .states(EVERYWHERE_BUT_INVALID)
+    .differs(NOT_KNOWN),
+    CodeInfo::asks(Code::m(118), Function::Report(Report::SayToAll), "say a text on every console").differs(NOT_KNOWN),
     quiet(141, "temperature of the chamber, where no heater is named so"),
     quiet(191, "wait for the temperature of the chamber, where no heater is named so"),
     CodeInfo::means(Code::m(150), lights::colour, "colour of lights; what is not named is dark")
@@ -157,14 +169,14 @@ pub const ROWS: &[CodeInfo] = &[
         .waits(Waits::Path)
         .states(EVERYWHERE_BUT_INVALID)
         .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(155), Function::AutoReport, "say temperatures by itself")
+    CodeInfo::asks(Code::m(155), Function::File(FileFunction::AutoReport), "say temperatures by itself")
         .takes(&[word('S', Unit::Seconds, "every so often; 0: no more").bounds(&Within(0.0, 60.0))])
         .states(EVERYWHERE_BUT_INVALID)
         .differs(NOT_KNOWN),
     quiet(300, "sound a tone"),
     CodeInfo::asks(
         Code::m(302),
-        Function::ColdExtrusion,
+        Function::Setting(Setting::ColdExtrusion),
         "how warm a nozzle must be to extrude; without words, say it",
     )
     .takes(&[
@@ -176,8 +188,12 @@ pub const ROWS: &[CodeInfo] = &[
     quiet(355, "light of the case"),
     quiet(410, "brake, and drop what is queued; sent, it acts as it comes in"),
     quiet(425, "backlash of another machine"),
-    CodeInfo::asks(Code::m(486), Function::LabelObject, "which object the lines that follow make; leave one out")
-        .differs(NOT_KNOWN),
+    CodeInfo::asks(
+        Code::m(486),
+        Function::File(FileFunction::LabelObject),
+        "which object the lines that follow make; leave one out",
+    )
+    .differs(NOT_KNOWN),
     quiet(555, "where on the bed the part is"),
     quiet(862, "which printer the file is for").any_subcode(),
     quiet(908, "motor current as a number of its converter"),

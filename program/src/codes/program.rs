@@ -3,7 +3,7 @@
 use gcode::Code;
 
 use super::row::{ANYWHERE, CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
-use crate::action::Function;
+use crate::function::{Function, Report};
 use crate::meaning::{program, tool_table};
 use crate::word::Bounds::Whole;
 use crate::word::{Unit, word};
@@ -41,7 +41,7 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::means(Code::m(112), program::halt_now, "emergency stop, at once, whatever waits")
         .states(ANYWHERE)
         .differs("not known"),
-    CodeInfo::asks(Code::m(114), Function::ReportPosition, "where the program is")
+    CodeInfo::asks(Code::m(114), Function::Report(Report::ReportPosition), "where the program is")
         .waits(Waits::Question)
         .states(EVERYWHERE_BUT_INVALID),
     position(1, "where the motors are, work coordinates"),
@@ -67,7 +67,7 @@ const fn pause(number: u16) -> CodeInfo {
 }
 
 const fn position(subcode: u8, help: &'static str) -> CodeInfo {
-    CodeInfo::asks(Code::m(114).sub(subcode), Function::ReportPosition, help)
+    CodeInfo::asks(Code::m(114).sub(subcode), Function::Report(Report::ReportPosition), help)
         .waits(Waits::Question)
         .states(EVERYWHERE_BUT_INVALID)
 }

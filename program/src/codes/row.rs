@@ -2,9 +2,9 @@
 
 use gcode::{Block, Code, letter_bit};
 
-use crate::action::Function;
 use crate::context::{Context, Meaning};
 use crate::fault::{Fault, Part};
+use crate::function::Function;
 use crate::interpreter::Interpreter;
 use crate::state::States;
 use crate::word::{Bounds, Doc, WordInfo, doc};

@@ -3,11 +3,12 @@
 use gcode::Code;
 use units::{Celsius, HeaterId, ToolId};
 
-use crate::action::{Action, Effect, Function};
+use crate::action::{Action, Effect};
 use crate::claims::Claim;
 use crate::context::{Context, Meaning, NOTHING};
 use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
+use crate::function::{Function, Report};
 use crate::interpreter::Interpreter;
 
 /// Lowest number of temperature controls that are addressed whatever tool is selected.
@@ -22,7 +23,7 @@ pub(crate) fn heat<'b>(
 ) -> Result<Meaning<'b>, Fault> {
     let words = &context.words;
     if matches!(claim, Claim::Temperature(_)) {
-        return Ok(Meaning::Action(Action::Function(Function::ReportTemperatures, *words)));
+        return Ok(Meaning::Action(Action::Function(Function::Report(Report::ReportTemperatures), *words)));
     }
     if let Some(letter) = other_name(context) {
         return Err(Problem::NotTaken(words.code(), letter).refused(words.column_of(letter)));
