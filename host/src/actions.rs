@@ -340,7 +340,20 @@ impl Run {
                 let [x, y, z, ..] = target.0.map(|mm| mm + 0.0);
                 writeln!(self.out, "tap {x:.5} {y:.5} {z:.5} P{pitch:.6}")?;
             }
-            other => writeln!(self.out, "{}", other.described(&self.here))?,
+            Action::HeatAndWait { .. }
+            | Action::Home(_)
+            | Action::SetPosition { .. }
+            | Action::ForgetHoming(_)
+            | Action::ProbeDown(_)
+            | Action::ProbeAlong(_)
+            | Action::Halt
+            | Action::Release
+            | Action::Suspend { .. }
+            | Action::Resume
+            | Action::ReadTools
+            | Action::Note(_)
+            | Action::Acceleration(_)
+            | Action::Function(..) => writeln!(self.out, "{}", action.described(&self.here))?,
         }
         Ok(())
     }

@@ -85,7 +85,8 @@ impl Reading<'_, '_> {
                 self.standstill().await;
             }
             Action::Halt => return Err(self.say(Kind::Unforeseen, short(format_args!("M112 halts the machine")))),
-            _ => {}
+            Action::Release | Action::Resume | Action::Message(_) | Action::Note(_) => {}
+            Action::RigidTap { .. } | Action::SurfaceSpeed(_) | Action::ReadTools | Action::Keep => {}
         }
         Ok(())
     }

@@ -1,7 +1,6 @@
 //! Carries out what the program says, one action at a time, and waits where it must.
 
 use base::Ports;
-use base::apart::apart;
 use base::failure::{Answer, Failure, Outcome};
 use base::needs::{failure_of, needs};
 use base::reason::Alarm;
@@ -9,7 +8,7 @@ use base::sessions::Recipient;
 use gcode::Blocks;
 use parts::heat_codes;
 use parts::motion_codes;
-use program::{Action, Dialect, Fault, Meaning, Move, Part};
+use program::{Action, Dialect, Fault, Meaning, Move, Part, ProbeAlong, ProbeDown};
 use units::{Celsius, PerAxis};
 
 use super::{
@@ -110,7 +109,39 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         Action::RetractByHand => return holes::retract_by_hand(machine),
         Action::Keep => kept::save_unless_playing(machine),
         Action::Note(text) => machine.say(to, format_args!("{text}\n")),
-        _ => return stand_and_do(machine, action, to),
+        // The program refuses these actions by name before: nothing here turns a spindle so.
+        Action::Orient { .. } | Action::RigidTap { .. } | Action::SurfaceSpeed(Some(_)) => {
+            return Err(Failure::refused(&"this needs a spindle encoder"));
+        }
+        Action::SurfaceSpeed(None) => {}
+        Action::Home(axes) => return stand(machine, |machine| home::home(machine, axes, to)),
+        Action::SetPosition { to: ref position, homed } => {
+            return stand(machine, |machine| set_position(machine, position, homed));
+        }
+        Action::ForgetHoming(axes) => {
+            return stand(machine, |machine| {
+                machine.axes.forget_homed(axes);
+                Ok(Answer::Ok)
+            });
+        }
+        Action::ProbeDown(ref probe) => return stand(machine, |machine| probe_down(machine, probe, to)),
+        Action::ProbeAlong(ref probe) => return stand(machine, |machine| probe_along(machine, probe, to)),
+        Action::HeatAndWait { heater, target, cools } => {
+            return stand(machine, |machine| heat_and_wait(machine, (heater, target, cools), to));
+        }
+        Action::EndProgram => return stand(machine, |machine| end_program(machine)),
+        Action::Pause { why, time, text } => {
+            return stand(machine, |machine| operator::pause(machine, why, time, text));
+        }
+        Action::ChangeTool(tool) => return stand(machine, |machine| tool_change::begin(machine, tool)),
+        Action::AwaitInput(wait) => return stand(machine, |machine| program_io::await_input(machine, wait)),
+        Action::Suspend { heaters_stay, words } => {
+            return stand(machine, |machine| suspend::suspend(machine, heaters_stay, Some(&words), to));
+        }
+        Action::Resume => return stand(machine, |machine| suspend::resume(machine, to)),
+        Action::Function(function, words) => {
+            return stand(machine, |machine| functions::run(machine, function, words, to));
+        }
     }
     Ok(Answer::Ok)
 }
@@ -122,52 +153,47 @@ const fn is_checked<P: Ports>(machine: &Machine<'_, P>, action: &Action<'_>) -> 
         Action::Halt | Action::Note(_) | Action::Function(..) => true,
         Action::Call { .. } | Action::Return | Action::EndProgram => true,
         Action::Acceleration(_) => machine.passed.is_some(),
-        _ => false,
+        Action::Move(_) | Action::Dwell(_) | Action::Effect(_) | Action::HeatAndWait { .. } => false,
+        Action::Home(_) | Action::SetPosition { .. } | Action::ForgetHoming(_) => false,
+        Action::ProbeDown(_) | Action::ProbeAlong(_) | Action::AwaitInput(_) => false,
+        Action::Finish | Action::Release | Action::Suspend { .. } | Action::Resume => false,
+        Action::Message(_) | Action::Pause { .. } | Action::ChangeTool(_) | Action::Overrides { .. } => false,
+        Action::RetractByHand | Action::RigidTap { .. } | Action::Orient { .. } | Action::SurfaceSpeed(_) => false,
+        Action::ReadTools | Action::Keep => false,
     }
 }
 
-/// Carries out an action that begins from standstill, or ends somewhere that only the machine knows.
-fn stand_and_do<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
-    let done = match *action {
-        Action::Home(axes) => apart(|| home::home(machine, axes, to)),
-        Action::SetPosition { to: ref position, homed } => set_position(machine, position, homed),
-        Action::ForgetHoming(axes) => {
-            machine.axes.forget_homed(axes);
-            Ok(Answer::Ok)
-        }
-        Action::ProbeDown(ref probe) => apart(|| {
-            let hands = &mut MachineHands::new(machine, to);
-            let ended = procedures::probing::probe_down(hands, probe);
-            if probe.stays {
-                procedures::probing::leave_out(hands);
-            }
-            procedures::probing::stow_after(hands, ended)
-        }),
-        Action::ProbeAlong(ref probe) => apart(|| {
-            let hands = &mut MachineHands::new(machine, to);
-            let ended = procedures::probing::probe_along(hands, probe);
-            procedures::probing::leave_out(hands);
-            ended
-        }),
-        Action::HeatAndWait { heater, target, cools } => apart(|| heat_and_wait(machine, (heater, target, cools), to)),
-        Action::EndProgram => apart(|| end_program(machine)),
-        Action::Pause { why, time, text } => apart(|| operator::pause(machine, why, time, text)),
-        Action::ChangeTool(tool) => apart(|| tool_change::begin(machine, tool)),
-        Action::AwaitInput(wait) => apart(|| program_io::await_input(machine, wait)),
-        // The program refuses these actions by name before: nothing here turns a spindle so.
-        Action::Orient { .. } | Action::RigidTap { .. } | Action::SurfaceSpeed(Some(_)) => {
-            Err(Failure::refused(&"this needs a spindle encoder"))
-        }
-        Action::Suspend { heaters_stay, words } => suspend::suspend(machine, heaters_stay, Some(&words), to),
-        Action::Resume => suspend::resume(machine, to),
-        Action::Function(function, words) => functions::run(machine, function, words, to),
-        _ => Ok(Answer::Ok),
-    };
+/// Carries out an action that begins from standstill, or ends somewhere that only the machine knows. Each has a
+/// stack frame of its own: much is called from there.
+#[inline(never)]
+fn stand<'c, P: Ports>(
+    machine: &mut Machine<'c, P>,
+    carry_out: impl FnOnce(&mut Machine<'c, P>) -> Outcome,
+) -> Outcome {
+    let done = carry_out(machine);
     // Homing, probing and scripts may have ended anywhere. Check mode moves nothing.
     if machine.safety.state() != State::Check {
         machine.resynchronise_if_still();
     }
     done
+}
+
+/// G30: probes downwards.
+fn probe_down<P: Ports>(machine: &mut Machine<'_, P>, probe: &ProbeDown, to: Recipient) -> Outcome {
+    let hands = &mut MachineHands::new(machine, to);
+    let ended = procedures::probing::probe_down(hands, probe);
+    if probe.stays {
+        procedures::probing::leave_out(hands);
+    }
+    procedures::probing::stow_after(hands, ended)
+}
+
+/// G38: probes along a line.
+fn probe_along<P: Ports>(machine: &mut Machine<'_, P>, probe: &ProbeAlong, to: Recipient) -> Outcome {
+    let hands = &mut MachineHands::new(machine, to);
+    let ended = procedures::probing::probe_along(hands, probe);
+    procedures::probing::leave_out(hands);
+    ended
 }
 
 fn heat_and_wait<P: Ports>(

@@ -115,7 +115,12 @@ pub(super) fn pass_over<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<
             let enabled = program_io::enable_overrides(machine, feed, spindle, hold);
             return Some(enabled.map(|()| Answer::Ok));
         }
-        _ => {}
+        // Nothing of these lasts.
+        Action::Dwell(_) | Action::Finish | Action::Pause { .. } | Action::RetractByHand => {}
+        Action::Message(_) | Action::Note(_) | Action::Keep | Action::ReadTools => {}
+        Action::Suspend { .. } | Action::Resume | Action::Release => {}
+        Action::ForgetHoming(_) | Action::ChangeTool(_) => {}
+        Action::RigidTap { .. } | Action::Orient { .. } | Action::SurfaceSpeed(_) => {}
     }
     Some(Ok(Answer::Ok))
 }

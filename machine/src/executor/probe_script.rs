@@ -81,7 +81,33 @@ fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_
                 machine.wait_for(time)?;
             }
             Action::Finish => machine.standstill()?,
-            _ => {
+            Action::HeatAndWait { .. }
+            | Action::Home(_)
+            | Action::SetPosition { .. }
+            | Action::ForgetHoming(_)
+            | Action::ProbeDown(_)
+            | Action::ProbeAlong(_)
+            | Action::EndProgram
+            | Action::Halt
+            | Action::Release
+            | Action::Suspend { .. }
+            | Action::Resume
+            | Action::Message(_)
+            | Action::Pause { .. }
+            | Action::Call { .. }
+            | Action::Return
+            | Action::ChangeTool(_)
+            | Action::Overrides { .. }
+            | Action::RetractByHand
+            | Action::AwaitInput(_)
+            | Action::RigidTap { .. }
+            | Action::Orient { .. }
+            | Action::SurfaceSpeed(_)
+            | Action::ReadTools
+            | Action::Keep
+            | Action::Note(_)
+            | Action::Acceleration(_)
+            | Action::Function(..) => {
                 return Err(refused(
                     machine.texts,
                     key,
