@@ -3,7 +3,6 @@
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
-pub mod apart;
 pub mod axes;
 pub mod bed;
 pub mod brown_out;
@@ -16,6 +15,7 @@ pub mod least_squares;
 pub mod motion_config;
 pub mod motors;
 pub mod needs;
+pub mod own_frame;
 pub mod paths;
 pub mod ports;
 pub mod program_setup;

@@ -15,7 +15,7 @@ use crate::failure::{Failure, FailureKind, ShortText, Texts, short};
 use crate::reason::Reason;
 use crate::sessions::Reply;
 
-/// Reason that keeps a part off, and its place.
+/// Error that keeps a part off, and its place.
 struct Explained<'c>(&'c OffModule);
 
 impl fmt::Display for Explained<'_> {

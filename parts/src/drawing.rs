@@ -8,8 +8,8 @@
 
 use core::fmt::Arguments;
 
-use base::apart::apart;
 use base::motion_config::arc_settings;
+use base::own_frame::apart;
 use config::MachineConfig;
 use motion::geometry::{
     Arc, ArcError, ArcParts, ArcShape, Bezier, Chords, ControlPoint, Line, LineSettings, MOST_POINTS, Nurbs,

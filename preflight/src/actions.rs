@@ -1,8 +1,8 @@
 //! Effects of actions when nothing is carried out.
 
-use base::apart::apart;
 use base::failure::{Failure, short};
 use base::needs::needs;
+use base::own_frame::apart;
 use base::ports::MotionPort;
 use motion::{Latch, Motion};
 use parts::motion_codes;
@@ -16,7 +16,7 @@ use super::cost::Costs;
 use super::finding::Kind;
 use super::homing;
 use super::lines::{Reading, Said};
-use super::settings;
+use super::setting_changes;
 
 /// Port to the motion object that makes no steps, for codes that set limits.
 struct Shadow<'m> {
@@ -207,7 +207,7 @@ impl Reading<'_, '_> {
             }
             Setting::Trims => arms::set_trims(&mut preflight.tuning, words),
             Setting::HomeOffsets => arms::set_home_offsets(&mut preflight.tuning, words),
-            Setting::MaximumTemperature => return settings::set_maximum(texts, preflight, words),
+            Setting::MaximumTemperature => return setting_changes::set_maximum(texts, preflight, words),
             Setting::ColdExtrusion => preflight.tuning.set_least_warm(config, words),
             // Neither where nor how fast the machine may go.
             Setting::MotorsOn
@@ -252,15 +252,15 @@ impl Reading<'_, '_> {
             Sequence::ArmSettings | Sequence::Skew if words.is_bare() => return Ok(()),
             Sequence::ArmSettings => {
                 self.standstill().await;
-                settings::set_arms(texts, self.preflight, self.motion, words)?;
+                setting_changes::set_arms(texts, self.preflight, self.motion, words)?;
             }
             Sequence::Skew => {
                 self.standstill().await;
-                settings::set_skew(texts, self.motion, words)?;
+                setting_changes::set_skew(texts, self.motion, words)?;
             }
             Sequence::BedPlane => {
                 self.standstill().await;
-                settings::set_plane(texts, self.motion, words)?;
+                setting_changes::set_plane(texts, self.motion, words)?;
             }
             // Probing and homing end where they are measured to, which only the job itself knows.
             Sequence::ProbeStrategy

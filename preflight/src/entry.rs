@@ -8,7 +8,7 @@ use program::{Dialect, Next, Place};
 
 use super::finding::{Finding, Kind};
 use super::lines::Reading;
-use super::settings;
+use super::setting_changes;
 use super::state::{Listener, MOST_LINES, Preflight};
 use super::text::read;
 
@@ -51,7 +51,7 @@ impl Preflight<'_> {
         has_a_name: bool,
         motion: &mut Motion,
     ) -> Result<(), ShortText> {
-        settings::level_by(self, motion, shape, heights, has_a_name)
+        setting_changes::level_by(self, motion, shape, heights, has_a_name)
     }
 
     /// Returns a finding at this line of the file being read.

@@ -2,8 +2,8 @@
 
 use core::fmt::Arguments;
 
-use base::apart::apart;
 use base::failure::short;
+use base::own_frame::apart;
 use config::MachineConfig;
 use motion::geometry::LineSettings;
 use motion::path::{Bounds, Curve};

@@ -5,7 +5,7 @@ use std::io::Cursor;
 
 use base::ports::{OpenMode, Storage, StorageError};
 use base::safe_file::{Draft, settle};
-use jobs::files::kept::{Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools};
+use jobs::files::program_files::{Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools};
 use program::{Dialect, Facts, Interpreter, Setup, ToolEntry};
 use storage::CardStorage;
 use storage::ram::{RamCard, Standing};

@@ -18,13 +18,13 @@ use crate::chip_faults::ChipFaults;
 use crate::combined::read as read_sensor;
 use crate::effects::{Effects, Full, Output};
 use crate::heater::{Heater, TargetRefused, Work};
+use crate::heater_settings::{HeaterSettings, LawSettings};
 use crate::io::{MAX_HEATERS, OutputLevels, SensorReading, SensorReadings};
 use crate::model::Surroundings;
 use crate::modulator::{MODULATION_HZ, Modulators};
 use crate::pulses::Pulses;
 use crate::safety::{HeatCause, HeatFault, HeatSafety};
 use crate::sensor::Sensor;
-use crate::settings::{HeaterSettings, LawSettings};
 use crate::switch_outputs::SwitchOutputs;
 
 /// Without a control tick for this many modulation ticks (one second), every heater output is off.

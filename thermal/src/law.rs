@@ -16,8 +16,8 @@
 
 use units::{Celsius, Duty, Micros};
 
+use crate::heater_settings::LawSettings;
 use crate::model::{Model, Surroundings};
-use crate::settings::LawSettings;
 use crate::step_test::StepTest;
 
 /// Gains and limits of a PID law.

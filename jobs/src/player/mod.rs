@@ -8,12 +8,12 @@
 mod commands;
 mod flavour;
 mod heater_hours;
+mod ignored_codes;
 mod layers;
 pub mod line_numbers;
 mod lines;
 mod objects;
 mod outline;
-mod passed_over;
 mod pauses;
 mod progress;
 mod queue;
@@ -36,12 +36,12 @@ use units::Micros;
 
 pub use flavour::of_text;
 pub use flavour::{Lookup, Step};
+pub use ignored_codes::{Name, Noted};
 pub use layers::Layers;
 pub use lines::Next;
 pub use lines::{FileLines, MOST_CALLERS, TOO_DEEP, is_comment, sub_path};
 pub use objects::By;
 use objects::Objects;
-pub use passed_over::{Name, Noted};
 use pauses::{Pauses, Reached};
 pub use pauses::{Place as PausePlace, parse as parse_pause};
 pub use progress::{Outlook, Planned};

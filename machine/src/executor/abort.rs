@@ -6,7 +6,7 @@ use base::safety::Event;
 use base::sessions::Recipient;
 use thermal::HeatControl;
 
-use super::{Machine, log, passed_over, program_io, statistics, suspend};
+use super::{Machine, ignored_codes, program_io, program_logs, statistics, suspend};
 
 /// Aborts the job (`abort`, M524): brakes, drops queued moves, closes the file. Heaters are left alone.
 pub(super) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
@@ -18,9 +18,9 @@ pub(super) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Ou
     if suspended {
         machine.say(to, format_args!("Suspend cleared\n"));
     }
-    passed_over::say(machine);
+    ignored_codes::say(machine);
     if machine.jobs.is_open() {
-        log::close(machine);
+        program_logs::close(machine);
         program_io::overrides_count_again(machine);
         machine.program.end_program();
     }

@@ -12,8 +12,8 @@ use program::{Action, Dialect, Fault, Meaning, Move, Part, ProbeAlong, ProbeDown
 use units::{Celsius, PerAxis};
 
 use super::{
-    Machine, MachineHands, cold, effects, fast_forward, flow, functions, halt, holes, home, kept, leave_out, objects,
-    operator, program_io, shapes, suspend, tool_change,
+    Machine, MachineHands, bore_retract, cold_extrusion, effects, fast_forward, functions, halt, homing, leave_out,
+    moves, objects, operator_pauses, program_files, program_flow, program_io, suspend, tool_change,
 };
 use program::State;
 
@@ -86,35 +86,35 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         Action::Effect(what) => effects::change(machine, what)?,
         Action::Dwell(time) => {
             machine.standstill()?;
-            operator::dwell(machine, time)?;
+            operator_pauses::dwell(machine, time)?;
         }
         Action::Finish => machine.standstill()?,
         Action::Halt => machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n")),
         Action::Release => halt::clear_halt(machine, to),
         Action::Message(_) => {}
         Action::Acceleration(value) => return motion_codes::acceleration(machine.texts, &mut machine.ports, value),
-        Action::Call { number, times } => return flow::call(machine, number, times),
+        Action::Call { number, times } => return program_flow::call(machine, number, times),
         Action::Return => {
-            let ended = flow::end_call(machine)?;
+            let ended = program_flow::end_call(machine)?;
             while let Some(what) = machine.program.next_effect() {
                 effects::change(machine, what)?;
             }
             return Ok(ended);
         }
-        Action::ReadTools => return kept::reload_tools(machine),
+        Action::ReadTools => return program_files::reload_tools(machine),
         // Motion stops for overrides and goes on from the same place: a drilling cycle in progress stays.
         Action::Overrides { feed, spindle, hold } => {
             program_io::enable_overrides(machine, feed, spindle, hold)?;
         }
-        Action::RetractByHand => return holes::retract_by_hand(machine),
-        Action::Keep => kept::save_unless_playing(machine),
+        Action::RetractByHand => return bore_retract::retract_by_hand(machine),
+        Action::Keep => program_files::save_unless_playing(machine),
         Action::Note(text) => machine.say(to, format_args!("{text}\n")),
         // The program refuses these actions by name before: nothing here turns a spindle so.
         Action::Orient { .. } | Action::RigidTap { .. } | Action::SurfaceSpeed(Some(_)) => {
             return Err(Failure::refused(&"this needs a spindle encoder"));
         }
         Action::SurfaceSpeed(None) => {}
-        Action::Home(axes) => return stand(machine, |machine| home::home(machine, axes, to)),
+        Action::Home(axes) => return stand(machine, |machine| homing::home(machine, axes, to)),
         Action::SetPosition { to: ref position, homed } => {
             return stand(machine, |machine| set_position(machine, position, homed));
         }
@@ -131,7 +131,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         }
         Action::EndProgram => return stand(machine, |machine| end_program(machine)),
         Action::Pause { why, time, text } => {
-            return stand(machine, |machine| operator::pause(machine, why, time, text));
+            return stand(machine, |machine| operator_pauses::pause(machine, why, time, text));
         }
         Action::ChangeTool(tool) => return stand(machine, |machine| tool_change::begin(machine, tool)),
         Action::AwaitInput(wait) => return stand(machine, |machine| program_io::await_input(machine, wait)),
@@ -163,8 +163,8 @@ const fn is_checked<P: Ports>(machine: &Machine<'_, P>, action: &Action<'_>) -> 
     }
 }
 
-/// Carries out an action that begins from standstill, or ends somewhere that only the machine knows. Each has a
-/// stack frame of its own: much is called from there.
+/// Carries out an action that begins from standstill, or ends somewhere that only the machine knows. Each has
+/// a stack frame of its own: much is called from there.
 #[inline(never)]
 fn stand<'c, P: Ports>(
     machine: &mut Machine<'c, P>,
@@ -230,15 +230,15 @@ fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
         machine.standstill()?;
         program_io::reset_overrides(machine);
     }
-    flow::end(machine);
-    kept::save(machine);
+    program_flow::end(machine);
+    program_files::save(machine);
     Ok(Answer::Ok)
 }
 
 pub(super) fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
-    let may_move = machine.may_move().and_then(|()| cold::may_extrude(machine, request));
+    let may_move = machine.may_move().and_then(|()| cold_extrusion::may_extrude(machine, request));
     let moved = match may_move.and_then(|()| machine.rest_stays_within(&request.target)) {
-        Ok(()) => shapes::submit(machine, request),
+        Ok(()) => moves::submit(machine, request),
         Err(failure) => Err(failure),
     };
     if moved.is_err() {

@@ -106,7 +106,7 @@ pub(super) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Re
     }
     // Other sessions must learn why the machine stands.
     let to = if to == Recipient::Nobody { Recipient::All } else { to };
-    machine.say(to, format_args!("Reason: {text}\n"));
+    machine.say(to, format_args!("Error: {text}\n"));
     machine.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
 }
 

@@ -11,7 +11,7 @@ use program::{Action, Effect, LineParts, Meaning, State, States};
 use super::answers::{bad_line, finish, is_grbl};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::{Origin, Source};
-use super::{Machine, actions, effects, filament, objects, operator, passed_over, shapes};
+use super::{Machine, actions, effects, filament, ignored_codes, moves, objects, operator_pauses};
 
 /// Part of a line that is to be run.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +55,7 @@ pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
     let failed = loop {
         let read = blocks.read(&mut block, &mut machine.program);
         if let Some(comment) = blocks.take_remark()
-            && let Err(failure) = operator::remark(machine, comment)
+            && let Err(failure) = operator_pauses::remark(machine, comment)
         {
             machine.program.drop_line();
             break Some(failure);
@@ -87,7 +87,7 @@ pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
         is_first = false;
         match outcome {
             Ok(now) if is_settled(&now, source) => answer = now,
-            Ok(_) => match passed_over::settle(machine, &block, source.dialect) {
+            Ok(_) => match ignored_codes::settle(machine, &block, source.dialect) {
                 Ok(now) => answer = now,
                 Err(failure) => break Some(failure),
             },
@@ -126,7 +126,7 @@ fn run_in_order<P: Ports>(
         return false;
     };
     let remark = ahead.take_remark().filter(|_| from == 0);
-    let remarked = remark.map_or(Ok(()), |comment| operator::remark(machine, comment));
+    let remarked = remark.map_or(Ok(()), |comment| operator_pauses::remark(machine, comment));
     // Offset of the codes behind the line's number.
     let line = blocks.place();
     let (last, outcome) = match parts {
@@ -165,7 +165,7 @@ fn run_parts<P: Ports>(
         let block = whole.part(part.code, |letter| part.takes(letter));
         let outcome = run_block(machine, block, source);
         let outcome = match outcome {
-            Ok(now) if !is_settled(&now, source) => passed_over::settle(machine, block, source.dialect),
+            Ok(now) if !is_settled(&now, source) => ignored_codes::settle(machine, block, source.dialect),
             outcome => outcome,
         };
         match outcome {
@@ -256,7 +256,7 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
     {
         return Begun::Ended(Err(failure));
     }
-    if row.levels && source.origin == Origin::Job && passed_over::goes_on_unleveled(machine, row) {
+    if row.levels && source.origin == Origin::Job && ignored_codes::goes_on_unleveled(machine, row) {
         return Begun::Done;
     }
     if machine.jobs.objects.are_known() || program::objects::is_apart(&machine.program) {
@@ -268,7 +268,7 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
     let facts = machine.facts();
     match machine.program.run(block, row, facts, source.dialect) {
         Ok(Meaning::Action(Action::Move(request)))
-            if !machine.program.has_more() && shapes::take_at_once(machine, &request) =>
+            if !machine.program.has_more() && moves::take_at_once(machine, &request) =>
         {
             Begun::Done
         }
@@ -299,7 +299,7 @@ fn run_begun<'b, P: Ports>(
     while let Some(effect) = machine.program.next_effect() {
         match effect {
             Effect::Ignored { code, letter } if source.origin == Origin::Job => {
-                passed_over::count(machine, Name::Word(code, letter));
+                ignored_codes::count(machine, Name::Word(code, letter));
             }
             effect => effects::change(machine, effect)?,
         }

@@ -5,12 +5,12 @@
 //! card work, so that the file can be mended over them.
 
 use base::Ports;
-use base::apart::apart;
 use base::axes::{internal_motors, on_board_motors};
 use base::failure::about_file;
 use base::grbl::framing;
 use base::motion_config::motion_config;
 use base::needs::tell_what_is_off;
+use base::own_frame::apart;
 use base::paths::{CONFIG_PATH, OVERRIDE_PATH, Path};
 use base::ports::{MotorDrivers, OpenMode, Start, StorageError, Wake};
 use base::safe_file;
@@ -25,7 +25,9 @@ use program::Dialect;
 use thermal::{HeatControl, HeaterSettings};
 use units::{Actuator, Micros};
 
-use super::{Machine, automatic, brown_out, grbl, kept, lights, recover, statistics, suspend, update};
+use super::{
+    Machine, automatic_outputs, brown_out, grbl, job_recovery, lights, program_files, statistics, suspend, update,
+};
 use crate::grbl::{hal, stored};
 
 /// Time within which the motor supply is read: two periods of the slow task, and its conversions.
@@ -165,7 +167,7 @@ pub(super) fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
         read_grbls_own(machine);
         load_settings(machine);
         brown_out::tell(machine);
-        recover::say_offer(machine);
+        job_recovery::say_offer(machine);
         machine.jobs.queue_boot_file(machine.config);
         update::begin(machine, true);
     } else {
@@ -201,7 +203,7 @@ fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if !(configured & configure_heat(machine) & wire(machine)) {
         return false;
     }
-    automatic::configure_fans(machine);
+    automatic_outputs::configure_fans(machine);
     lights::configure(machine);
     let levels = machine.ports.inputs();
     for output in machine.outputs.start(machine.config, levels) {
@@ -300,7 +302,7 @@ fn read_grbls_own<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Has saved settings replayed once the machine listens. There need not be any.
 fn load_settings<P: Ports>(machine: &mut Machine<'_, P>) {
-    kept::load(machine);
+    program_files::load(machine);
     statistics::load(machine);
     if !machine.config.general.config_override {
         return;

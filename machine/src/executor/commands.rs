@@ -1,10 +1,10 @@
 //! Console commands: `help`, `version`, `ls`, `$G` and the like.
 
 use base::Ports;
-use base::apart::apart;
 use base::failure::{Answer, Failure, FailureKind, Outcome, Texts, short};
 use base::motors;
 use base::needs::needs;
+use base::own_frame::apart;
 use base::ports::{DateTime, Disk, StorageError};
 use base::sessions::ConsoleKind;
 use base::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
@@ -19,8 +19,8 @@ use program::{Dialect, Part, State};
 use super::frames::{Frame, NextCode, Rest};
 use super::source::Source;
 use super::{
-    Machine, MachineHands, abort, actions, answers, axis_tests, card, disk, editing, foresee, functions, grbl, home,
-    job_control, long_answers, motion_tests, play_from, recording, suspend, update,
+    Machine, MachineHands, abort, actions, answers, axis_tests, card, editing, event_log, forecast, functions, grbl,
+    homing, job_control, long_answers, play_from, suspend, test_command, update, usb_disk,
 };
 
 /// Splits a line into the command word and its arguments.
@@ -134,7 +134,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             return Some(apart(|| {
                 let now = machine.ports.now();
                 machine.follow_job();
-                let outlook = foresee::outlook(machine);
+                let outlook = forecast::outlook(machine);
                 let Machine { jobs, sessions, .. } = machine;
                 jobs.progress_command(arguments, now, &outlook, &mut Reply::new(sessions, to));
                 Ok(Answer::Ok)
@@ -145,8 +145,8 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         "ed" => return Some(apart(|| editing::begin(machine, arguments, to))),
         "ry" | "upload" => return Some(apart(|| receive(machine, word, arguments, to))),
         "dl" => return Some(apart(|| receive_counted(machine, arguments, to))),
-        "break" => return Some(apart(|| recording::stop_for_debugger(machine, to))),
-        "events" => return Some(apart(|| recording::tell(machine, arguments, to))),
+        "break" => return Some(apart(|| event_log::stop_for_debugger(machine, to))),
+        "events" => return Some(apart(|| event_log::tell(machine, arguments, to))),
         "reset" => {
             machine.say(to, format_args!("Reset will occur in 1 second\n"));
             machine.record(&events::Event::ResetAsked);
@@ -156,7 +156,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         "dialect" => return Some(apart(|| speak(machine, arguments, to))),
         "$C" => return Some(apart(|| machine.check_mode(to))),
         "$SLP" => return Some(machine.sleep().map(|()| Answer::Ok)),
-        "check" => return Some(apart(|| foresee::check(machine, arguments, to))),
+        "check" => return Some(apart(|| forecast::check(machine, arguments, to))),
         "play" => return Some(apart(|| play(machine, arguments, to))),
         "queue" => return Some(apart(|| job_control::queue(machine, arguments, to))),
         "config-load" | "load" => return Some(apart(|| load(machine, arguments, to))),
@@ -401,7 +401,7 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
         "preheat" => apart(|| heat_codes::preheat(&mut MachineHands::new(machine, to), arguments)),
         "config-set" => apart(|| files::config_edit::config_set(&mut MachineHands::new(machine, to), arguments))
             .map(|()| Answer::Said),
-        "$H" => apart(|| home::home(machine, units::AxisSet::NONE, to)),
+        "$H" => apart(|| homing::home(machine, units::AxisSet::NONE, to)),
         "$J" => apart(|| {
             let e_axis = machine.program.tools().active().map(|tool| tool.settings.axis);
             let done = jog::jog(&mut MachineHands::new(machine, to), arguments, e_axis);
@@ -410,11 +410,11 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
             done
         }),
         "$P" => apart(|| probe(machine, arguments, to)),
-        "test" => apart(|| motion_tests::run(machine, arguments, to)),
+        "test" => apart(|| test_command::run(machine, arguments, to)),
         "tune_driver" => apart(|| axis_tests::tune_driver(machine, arguments, to)),
         "gpio" => apart(|| parts::gpio::command(&mut MachineHands::new(machine, to), arguments)),
         "flash" | "dfu" => apart(|| update::command(machine, word, to)),
-        "msc" => apart(|| disk::msc(machine, arguments, to)),
+        "msc" => apart(|| usb_disk::msc(machine, arguments, to)),
         "card" => apart(|| files::card_facts::card(&mut MachineHands::new(machine, to))),
         "cp" | "truncate" | "md5sum" => apart(|| {
             let directory = machine.files.directory().clone();

@@ -14,8 +14,8 @@ use base::safety::Event;
 use procedures::homing;
 use program::Action;
 
+use super::fast_forward_record::{Passed, Until};
 use super::frames::Frame;
-use super::passed::{Passed, Until};
 use super::{Machine, program_io};
 
 /// Reads the job's lines up to a place, once this frame's turn comes. The frame below finds the result by

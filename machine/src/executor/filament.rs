@@ -11,7 +11,7 @@ use parts::filament::{News, Use, WidthNews};
 use program::{State, Tool, Words};
 use units::{Axis, Celsius, HeaterId, Micros, Mm, MmPerSecond};
 
-use super::{Machine, MachineHands, cold};
+use super::{Machine, MachineHands, cold_extrusion};
 
 /// Counts the pulses of the filament's wheel, where there is one.
 pub(super) fn count<P: Ports>(machine: &mut Machine<'_, P>) {
@@ -158,7 +158,7 @@ pub(super) fn unless_cold<P: Ports>(
     change: FilamentChangeConfig,
 ) -> FilamentChangeConfig {
     let feeds = [change.retract, change.unload, change.load, change.purge].iter().any(|length| length.0 > 0.0);
-    match cold::may_feed(machine, -1.0) {
+    match cold_extrusion::may_feed(machine, -1.0) {
         Err(why) if feeds => {
             machine.announce(format_args!("// WARNING {}: M600 leaves the filament in\n", machine.texts.of(why)));
             let nothing = Mm(0.0);
@@ -268,7 +268,7 @@ pub(super) fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool, lengt
         let text = if loads { "M701: how far? Give L, or set M603 L" } else { "M702: how far? Give U, or set M603 U" };
         return Err(machine.texts.because(text));
     }
-    cold::may_feed(machine, if loads { length.0 } else { -length.0 })?;
+    cold_extrusion::may_feed(machine, if loads { length.0 } else { -length.0 })?;
     if loads {
         load(machine, length)?
     } else {

@@ -4,9 +4,9 @@
 //! point. The others are sequences.
 
 use base::Ports;
-use base::apart::apart;
 use base::failure::{Answer, Failure, Outcome};
 use base::motors;
+use base::own_frame::apart;
 use base::sessions::{Listing, Periodic, Recipient, Reply};
 use events::{Event, Text};
 use gcode::{Blocks, Code};
@@ -26,8 +26,8 @@ use program::{FileFunction, Function, Report, Sequence, Setting, Standing, State
 use units::AxisSet;
 
 use super::{
-    Machine, MachineHands, abort, automatic, card, cold, filament, foresee, long_answers, objects, periodic,
-    probe_strategy, program_io, recover, settings_file, statistics, suspend,
+    Machine, MachineHands, abort, automatic_outputs, card, cold_extrusion, filament, forecast, job_recovery,
+    long_answers, objects, periodic, probe_strategy, program_io, settings_file, statistics, suspend,
 };
 
 /// Carries out a function, and waits for its end.
@@ -110,7 +110,7 @@ fn sequence<P: Ports>(machine: &mut Machine<'_, P>, what: Sequence, words: &Word
         }
         Sequence::TunePid => apart(|| autotune::tune_pid(hands, words)),
         Sequence::SaveSettings => settings_file::save(machine, words.text(), to),
-        Sequence::GoOnWithJob => apart(|| recover::command(machine, words, to)),
+        Sequence::GoOnWithJob => apart(|| job_recovery::command(machine, words, to)),
     }
 }
 
@@ -200,7 +200,7 @@ fn set<P: Ports>(machine: &mut Machine<'_, P>, setting: Setting, words: &Words<'
             program_io::speed_factor(machine, words, to);
             Ok(Answer::Ok)
         }
-        Setting::ColdExtrusion => cold::command(machine, words, to),
+        Setting::ColdExtrusion => cold_extrusion::command(machine, words, to),
         Setting::MotorsOn => axes.enable(machine.texts, ports, config, tuning, now).map(ok),
         Setting::AxisSpeeds => {
             let set = motion_codes::axis_speeds(machine.texts, ports, config, program, words, reply);
@@ -253,7 +253,7 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, asked: Report, words: &Words<'
     let code = words.code();
     match asked {
         Report::ReportFans => {
-            automatic::report_fans(machine, to);
+            automatic_outputs::report_fans(machine, to);
             Ok(Answer::Ok)
         }
         Report::ReportTemperatures => {
@@ -320,12 +320,12 @@ fn file_or_job<P: Ports>(
         FileFunction::Keepalive => periodic::command(machine, Periodic::Busy, words, to),
         FileFunction::ReportJob if words.has('S') => periodic::command(machine, Periodic::Job, words, to),
         FileFunction::ReportJob => {
-            let outlook = foresee::outlook(machine);
+            let outlook = forecast::outlook(machine);
             machine.jobs.say_bytes(&outlook, &mut Reply::new(machine.sessions, to));
             Ok(Answer::Ok)
         }
         FileFunction::ReportProgress => {
-            let outlook = foresee::outlook(machine);
+            let outlook = forecast::outlook(machine);
             machine.jobs.say_progress(&outlook, &mut Reply::new(machine.sessions, to));
             Ok(Answer::Ok)
         }

@@ -14,8 +14,8 @@ use program::{Dialect, State};
 use units::{Axis, AxisSet};
 
 use super::frames::Frame;
-use super::{Machine, MachineHands, actions, kept, long_answers, program_io, settings_file};
-use crate::grbl::settings::{Change, Setting, Sources};
+use super::{Machine, MachineHands, actions, long_answers, program_files, program_io, settings_file};
+use crate::grbl::numbered_settings::{Change, Setting, Sources};
 use crate::grbl::status::{self, Report};
 use crate::grbl::{HELP, Own, Text, hal, jog, overrides, reports, stored};
 
@@ -284,7 +284,7 @@ fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) ->
     }
     if what != "$" {
         machine.program.clear_offsets();
-        kept::save_unless_playing(machine);
+        program_files::save_unless_playing(machine);
     }
     save(machine, to)?;
     machine.say(to, format_args!("[MSG:Restoring defaults]\n"));
@@ -327,7 +327,7 @@ fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Ou
         }
         _ => return Err(Failure::refused(&"homing begins from standstill").with_reason(Reason::NotIdle)),
     }
-    super::home::home(machine, named, to)
+    super::homing::home(machine, named, to)
 }
 
 /// Whether the machine jogs, for a session of this dialect: then only jogs are taken.

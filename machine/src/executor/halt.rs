@@ -18,7 +18,7 @@ use program::{Dialect, State};
 use thermal::HeatControl;
 use units::Micros;
 
-use super::{Machine, journal, log, program_io};
+use super::{Machine, journal, program_io, program_logs};
 
 impl<P: Ports> Machine<'_, P> {
     /// Halts, saying why to every session, and by number to those of GRBL's dialect. Does nothing while
@@ -121,7 +121,7 @@ impl<P: Ports> Machine<'_, P> {
     /// Ends a file being played and a suspended job at a halt.
     fn drop_job(&mut self) {
         journal::halts(self);
-        log::close(self);
+        program_logs::close(self);
         program_io::overrides_count_again(self);
         if self.jobs.is_open() {
             self.record(&Happened::JobEnded { complete: false, line: self.jobs.line() });

@@ -25,7 +25,7 @@ use program::{Dialect, State};
 use thermal::HeatControl;
 use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis, Volts};
 
-use super::{Machine, card, log, probe_script};
+use super::{Machine, card, probe_script, program_logs};
 
 /// The machine in the hands of a sequence that a recipient asked for.
 pub struct MachineHands<'m, 'c, P: Ports> {
@@ -265,7 +265,7 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
     fn set_last_probe(&mut self, place: [f64; 3], found: bool) {
         self.machine.program.set_last_probe(place, found);
         if found {
-            log::contact_found(self.machine);
+            program_logs::contact_found(self.machine);
         }
     }
 

@@ -12,7 +12,7 @@ use program::State;
 use program::objects::TakenOut;
 use units::{Axis, PerAxis};
 
-use super::{Machine, journal, shapes};
+use super::{Machine, journal, moves};
 
 /// Looks at the moves that the machine makes. Seldom: only while such moves may wait.
 #[cold]
@@ -106,7 +106,7 @@ fn go_round<P: Ports>(
     let mut moves = heapless::Vec::<motion::Move, 6>::new();
     for step in &way.moves {
         // There is room: a way has five moves at most.
-        let request = shapes::in_motions_terms(machine, step);
+        let request = moves::in_motions_terms(machine, step);
         let _ = moves.push(motion::Move { tag: next.request.tag, part: 0, ..request });
     }
     if !way.arrives {

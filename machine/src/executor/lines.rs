@@ -2,8 +2,8 @@
 //! word.
 
 use base::Ports;
-use base::apart::apart;
 use base::failure::Answer;
+use base::own_frame::apart;
 use base::ports::Wake;
 use base::reason::Reason;
 use base::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
@@ -18,19 +18,20 @@ use program::{Dialect, State, Waits};
 
 use super::answers::{answered, finish, pause_job, say_refusal};
 use super::blocks::Start;
-use super::foresee::Start as JobStart;
-use super::named::Named;
+use super::forecast::Start as JobStart;
+use super::named_commands::Named;
 use super::source::{Origin, Source};
 use super::{
-    Machine, actions, blocks, card, commands, editing, fast_forward, filament, flow, foresee, grbl, job_control,
-    journal, kept, log, named, objects, passed_over, periodic, stack, stall_recovery, statistics, suspend, urgent,
+    Machine, actions, blocks, card, commands, editing, fast_forward, filament, forecast, grbl, ignored_codes,
+    job_control, journal, named_commands, objects, out_of_turn, periodic, program_files, program_flow, program_logs,
+    stack, stall_recovery, statistics, suspend,
 };
 
 /// Runs the next line: of work that a line has started, of a session, of an input, of the file being played.
 /// False when there was nothing.
 pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if machine.urgent.ends() {
-        urgent::settle(machine);
+        out_of_turn::settle(machine);
     }
     // While the operator does something, sessions may act: he jogs, and touches off the tool.
     let operator_is_busy = machine.frames.wait_for_operator() && machine.jobs.waits_for_operator();
@@ -69,7 +70,7 @@ pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 }
 
 fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bool {
-    let Some(id) = urgent::next_session(machine, path_is_full) else { return false };
+    let Some(id) = out_of_turn::next_session(machine, path_is_full) else { return false };
     // A session that uploads a file waits for the card, and nobody else does.
     if machine.files.uploads_from(id) && !machine.ports.is_ready() {
         return false;
@@ -174,7 +175,7 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         return true;
     }
     if machine.jobs.take_new() {
-        match foresee::job_begins(machine) {
+        match forecast::job_begins(machine) {
             JobStart::Now => {
                 record_begin(machine);
                 journal::begin(machine);
@@ -242,7 +243,7 @@ fn record_begin<P: Ports>(machine: &Machine<'_, P>) {
 fn run_passed_over<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient) {
     if let Ok(Line::Flow(line)) = decoder_expecting(line).decode(line) {
         let source = Source::new(machine, to, Origin::Job);
-        let outcome = flow::run_line(machine, &line, source);
+        let outcome = program_flow::run_line(machine, &line, source);
         finish(machine, outcome, None, source);
     }
 }
@@ -253,7 +254,7 @@ fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
     // A journal would begin in the middle of the file, so there is none. The forecast begins with the file,
     // as the program does.
     if machine.jobs.take_new() {
-        match foresee::job_begins(machine) {
+        match forecast::job_begins(machine) {
             JobStart::Now => {
                 record_begin(machine);
                 stall_recovery::job_begins(machine);
@@ -314,11 +315,11 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if let Err(fault) = machine.program.end_file() {
         machine.announce(format_args!("error:the file has ended, and {fault}\n"));
     }
-    kept::save(machine);
+    program_files::save(machine);
     card::at_rest(machine);
     let (to, tells_date) = (machine.jobs.tells_end(), machine.jobs.tells_date());
-    passed_over::say(machine);
-    log::close(machine);
+    ignored_codes::say(machine);
+    program_logs::close(machine);
     statistics::end_job(machine, true, if tells_date { to } else { Recipient::Nobody });
     journal::end(machine);
     machine.jobs.close(&mut machine.ports);
@@ -383,13 +384,13 @@ fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, source
         // In place: the state that waits is large, and would be copied for every line.
         Line::Code(blocks) => blocks::run_line(machine, blocks, Start::Line, source),
         Line::Flow(line) => {
-            let mut outcome = flow::run_line(machine, &line, source);
+            let mut outcome = program_flow::run_line(machine, &line, source);
             if outcome.is_ok() && machine.program.has_more() {
                 outcome = actions::what_returned(machine, source.to);
             }
             finish(machine, outcome, None, source);
         }
-        line => match named::command_of(machine, &line, source) {
+        line => match named_commands::command_of(machine, &line, source) {
             Named::Console(command) => commands::run_line(machine, command, source),
             Named::Codes => {}
             Named::Ended(outcome) => finish(machine, outcome, None, source),

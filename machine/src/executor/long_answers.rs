@@ -1,9 +1,9 @@
 //! Long answers: given piece by piece, as fast as a session takes them, beside everything else.
 
 use base::Ports;
-use base::apart::apart;
 use base::failure::{Answer, Failure, Outcome};
 use base::motors;
+use base::own_frame::apart;
 use base::sessions::{Listing, Recipient, Reply, SessionId};
 use jobs::files::{Progress, listings};
 use procedures::arms;
@@ -11,7 +11,7 @@ use procedures::leveling;
 use program::Words;
 use units::Actuator;
 
-use super::{Machine, card, foresee, recording};
+use super::{Machine, card, event_log, forecast};
 use crate::grbl::hal;
 use crate::saved_settings;
 
@@ -137,7 +137,7 @@ fn settle<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
 /// Says one piece. True while there are more.
 fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Recipient) -> Result<bool, Failure> {
     if let Listing::Check { line } = listing {
-        return foresee::check_piece(machine, line, to);
+        return forecast::check_piece(machine, line, to);
     }
     let now = machine.ports.now();
     let Machine { ports, program, sessions, config, tuning, bed, thermal, .. } = machine;
@@ -168,7 +168,7 @@ fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Reci
             *line += 1;
             Ok(*line < program::commands::COMMANDS.len())
         }
-        Listing::Events { next, end } => Ok(recording::piece(ports, next, *end, reply)),
+        Listing::Events { next, end } => Ok(event_log::piece(ports, next, *end, reply)),
         Listing::Enumeration { list, line } => {
             *line += 1;
             Ok(hal::list_line(*list, *line - 1, reply))

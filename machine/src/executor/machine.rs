@@ -40,13 +40,13 @@ use thermal::Effects;
 use thermal::surplus::SurplusWatch;
 use units::{Axis, AxisSet, Micros, PerAxis};
 
-use super::asked::Asked;
-use super::cut::Cut;
+use super::end_requests::Asked;
+use super::event_state::Recorded;
+use super::fast_forward_record::Passed;
 use super::frames::Frames;
 use super::hold::Hold;
-use super::passed::Passed;
-use super::polls::Polls;
-use super::recorded::Recorded;
+use super::move_dropping::Cut;
+use super::poll_state::Polls;
 use super::update_watch::Watch;
 use crate::grbl::Grbl;
 

@@ -9,7 +9,7 @@ use parts::heat_codes;
 use program::{Dialect, State, Words};
 use units::Micros;
 
-use super::{Machine, foresee};
+use super::{Machine, forecast};
 
 /// Time between two looks at what is due.
 const PERIOD: Micros = Micros(20_000);
@@ -74,7 +74,7 @@ pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
             heat_codes::report_temperatures(ports, config, M105, ("", &mut Reply::new(sessions, to)));
         }
         if job {
-            let outlook = foresee::outlook(machine);
+            let outlook = forecast::outlook(machine);
             let Machine { jobs, sessions, .. } = machine;
             jobs.say_bytes(&outlook, &mut Reply::new(sessions, to));
         }

@@ -12,9 +12,9 @@ use jobs::player::Scripts;
 use motion::Mode;
 use units::{Axis, MmPerSecond};
 
+use super::fast_forward_record::Until;
 use super::frames::{Frame, Then};
-use super::passed::Until;
-use super::{Machine, MachineHands, fast_forward, journal, restore};
+use super::{Machine, MachineHands, fast_forward, heat_restoring, journal};
 
 /// Height above the place, before the tool goes down to it, mm.
 const LIFT: f64 = 5.0;
@@ -87,7 +87,7 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Re
         machine.jobs.close(&mut machine.ports);
         fast_forward::put_back(machine);
         if has_heated {
-            restore::cool(machine);
+            heat_restoring::cool(machine);
         }
         machine.resynchronise_if_still();
     }
@@ -125,13 +125,13 @@ fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_heated: &
     MachineHands::new(machine, to).enable_motors()?;
     journal::give_up_offer(machine);
     *has_heated = true;
-    restore::heat(machine, &passed.targets.map(|target| target.unwrap_or_default()), to)?;
+    heat_restoring::heat(machine, &passed.targets.map(|target| target.unwrap_or_default()), to)?;
     let rate = machine.program.modal().seek_rate;
     let hands = &mut MachineHands::new(machine, to);
     hands.set_position(here)?;
     hands.go(up, rate, Mode::Rapid)?;
     hands.go_there(over, rate)?;
-    restore::switch(machine, &passed.switches);
+    heat_restoring::switch(machine, &passed.switches);
     let hands = &mut MachineHands::new(machine, to);
     hands.go_there(place, DOWN)?;
     machine.set_before = None;

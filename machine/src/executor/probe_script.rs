@@ -13,7 +13,7 @@ use gcode::{Block, Blocks};
 use parts::outputs::Outputs;
 use program::{Action, Dialect, Effect, Meaning, ScriptModes};
 
-use super::{Machine, shapes};
+use super::{Machine, moves};
 
 /// Carries out a script; messages about it name its setting.
 pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {
@@ -67,7 +67,7 @@ fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_
         match action {
             Action::Move(ref request) => {
                 let moved = match machine.may_move().and_then(|()| machine.rest_stays_within(&request.target)) {
-                    Ok(()) => shapes::submit(machine, request),
+                    Ok(()) => moves::submit(machine, request),
                     Err(failure) => Err(failure),
                 };
                 if moved.is_err() {

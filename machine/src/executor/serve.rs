@@ -2,7 +2,7 @@
 //! seen, outputs flushed. Never waits.
 
 use base::Ports;
-use base::apart::apart;
+use base::own_frame::apart;
 use base::ports::{Disk, InputLevels};
 use base::reason::Alarm;
 use base::safety::{Event, Hit};
@@ -17,10 +17,10 @@ use program::{Dialect, State};
 use thermal::HeatControl;
 use units::{Actuator, Axis, Micros, PerAxis};
 
-use super::asked::Requester;
+use super::end_requests::Requester;
 use super::{
-    Machine, automatic, brown_out, commands, door, filament, foresee, functions, grbl, journal, leave_out, lights,
-    long_answers, periodic, program_io, recording, stall_recovery, stalls, statistics, update, urgent,
+    Machine, automatic_outputs, brown_out, commands, door, event_log, filament, forecast, functions, grbl, journal,
+    leave_out, lights, long_answers, out_of_turn, periodic, program_io, stall_recovery, stalls, statistics, update,
 };
 
 /// Period of the looks at inputs and faults.
@@ -64,12 +64,12 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
         }
     }
     if machine.ahead.is_open() {
-        foresee::serve(machine);
+        forecast::serve(machine);
     }
     if machine.jobs.objects.is_cutting() || machine.cut.brakes {
         apart(|| leave_out::serve(machine));
     }
-    urgent::follow(machine);
+    out_of_turn::follow(machine);
     machine.sessions.flush(&mut machine.ports, now);
 }
 
@@ -155,7 +155,7 @@ impl<P: Ports> Machine<'_, P> {
                     }
                     self.abort();
                 }
-                Realtime::QuickStop => urgent::quick_stop(self),
+                Realtime::QuickStop => out_of_turn::quick_stop(self),
                 // A session that only watches may stop the machine, and not set it going again.
                 Realtime::Stop | Realtime::Resume | Realtime::EndWait if !self.may_operate(id) => {}
                 Realtime::Stop if self.safety.is_halted() => self.unlock(to),
@@ -170,7 +170,7 @@ impl<P: Ports> Machine<'_, P> {
                 Realtime::Door => self.feed_hold(Event::DoorOpens),
                 Realtime::Resume => self.feed_resume(),
                 Realtime::EndWait if self.urgent.awaits_operator => self.feed_resume(),
-                Realtime::EndWait => urgent::end_wait(self),
+                Realtime::EndWait => out_of_turn::end_wait(self),
                 changes => grbl::change(self, changes, id),
             }
         }
@@ -204,7 +204,7 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         let is_held = matches!(self.safety.state(), State::Hold | State::Door);
-        if !is_held && urgent::operator_is_done(self) {
+        if !is_held && out_of_turn::operator_is_done(self) {
             return;
         }
         let was_door = self.safety.state() == State::Door;
@@ -261,14 +261,14 @@ impl<P: Ports> Machine<'_, P> {
         let dialect = self.sessions.dialect_of(to);
         let is_answered = apart(|| {
             let decoded = decoder.decode(&line).ok();
-            asks = decoded.as_ref().and_then(|line| urgent::of_line(line, dialect));
+            asks = decoded.as_ref().and_then(|line| out_of_turn::of_line(line, dialect));
             match decoded {
                 Some(Line::Console(command)) => commands::answer(self, command, to),
                 Some(Line::Code(blocks)) => functions::answer(self, blocks, to),
                 _ => false,
             }
         });
-        urgent::ask(self, Requester::Session(id), asks.filter(|_| may_operate));
+        out_of_turn::ask(self, Requester::Session(id), asks.filter(|_| may_operate));
         if let Some(session) = self.sessions.get_mut(id).filter(|_| is_answered) {
             session.decoder = decoder;
             session.drop_line();
@@ -278,7 +278,7 @@ impl<P: Ports> Machine<'_, P> {
     // --- watching ---
 
     fn watch(&mut self, now: Micros) {
-        recording::follow(self);
+        event_log::follow(self);
         self.watch_heat();
         self.watch_supervisor();
         self.watch_limits(now);
@@ -286,15 +286,15 @@ impl<P: Ports> Machine<'_, P> {
         self.watch_reset(now);
         self.watch_halt(now);
         super::card::watch(self);
-        super::disk::watch(self);
+        super::usb_disk::watch(self);
         stall_recovery::begin(self);
         let levels = self.ports.inputs();
         if self.safety.state() != State::Invalid {
             let has_lines = self.outputs.look(levels, self.config, now) | self.watch_buttons(levels, now);
             if has_lines || self.filament.has_command() {
-                urgent::ask_for_inputs(self);
+                out_of_turn::ask_for_inputs(self);
             }
-            automatic::look(self, now);
+            automatic_outputs::look(self, now);
             lights::look(self, now);
         }
         self.follow_motion();
@@ -306,7 +306,7 @@ impl<P: Ports> Machine<'_, P> {
         self.axes.watch_standstill(&mut self.ports, self.config, is_idle, now);
         self.follow_job();
         if self.jobs.is_open() {
-            foresee::follow(self);
+            forecast::follow(self);
         }
         periodic::tell(self, now);
         journal::tick(self, now);

@@ -12,7 +12,9 @@ use super::blocks::Start;
 use super::frames::{Frame, Replay, Script, Then};
 use super::source::{Origin, Source};
 use super::suspend::{self, start_script};
-use super::{Machine, MachineHands, actions, answers, blocks, holes, play_from, recover, stall_recovery, tool_change};
+use super::{
+    Machine, MachineHands, actions, answers, blocks, bore_retract, job_recovery, play_from, stall_recovery, tool_change,
+};
 
 /// Does the next step of the frame that was started last.
 pub(super) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
@@ -67,7 +69,7 @@ fn end_script<P: Ports>(machine: &mut Machine<'_, P>, script: &Script<'_>) {
 /// Goes on with a drilling cycle, as the tool was drawn out of a hole.
 fn go_on_drilling<P: Ports>(machine: &mut Machine<'_, P>, left: &LeftHole) -> Result<(), Failure> {
     machine.standstill()?;
-    holes::take_up(machine, left)?;
+    bore_retract::take_up(machine, left)?;
     actions::what_returned(machine, Recipient::Nobody).map(drop)
 }
 
@@ -158,7 +160,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failu
             machine.standstill()?;
             machine.announce(format_args!("// Print Suspended, enter resume to continue printing\n"));
         }
-        Then::Recover(step, to) => return recover::go_on(machine, step, to),
+        Then::Recover(step, to) => return job_recovery::go_on(machine, step, to),
         Then::Stalled(step) => return stall_recovery::go_on(machine, step),
         Then::Resumed => return suspend::go_back(machine),
         Then::PlayFrom(to) => return play_from::go_on(machine, to),
@@ -184,7 +186,7 @@ pub(super) fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
                 end_replay(machine, replay, Err("the machine is halted"));
             }
             // A recovery cannot go on from where the machine is.
-            Frame::Then(Then::Recover(..)) if failure.is_refusal() => recover::give_up(machine),
+            Frame::Then(Then::Recover(..)) if failure.is_refusal() => job_recovery::give_up(machine),
             Frame::Script(script) => end_script(machine, &script),
             Frame::Then(_)
             | Frame::Startup(_)

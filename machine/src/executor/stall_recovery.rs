@@ -20,8 +20,8 @@ use procedures::stall_recovery::{Phase, Stopped};
 use program::{BEGINNING_BYTES, State};
 use units::{Actuator, Axis, AxisSet, PerAxis};
 
+use super::fast_forward_record::{Passed, Until};
 use super::frames::{Frame, StallStep, Then};
-use super::passed::{Passed, Until};
 use super::{Machine, MachineHands, fast_forward, journal, leave_out, suspend};
 
 /// Distance within which the stop is on the way of a move, mm: corners are rounded.
@@ -105,7 +105,7 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     let now = machine.ports.now();
     if machine.safety.begin_reset(now) {
         machine.stalls.phase = Phase::Stands(stopped);
-        machine.cut = super::cut::Cut::default();
+        machine.cut = super::move_dropping::Cut::default();
         machine.ports.motion(motion::Motion::stop);
         machine.ports.heat(|heat| heat.drop_effects());
         machine.riding_lights.clear();

@@ -9,7 +9,7 @@ use base::safe_file::Draft;
 use base::sessions::Recipient;
 use config::HeaterId;
 use events::Event;
-use jobs::files::kept::each_line;
+use jobs::files::program_files::each_line;
 use jobs::player::{Duration, HeaterTime, STATISTICS_PATH, Sums};
 use program::{State, Words};
 use units::{AxisSet, Micros};

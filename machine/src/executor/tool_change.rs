@@ -5,7 +5,7 @@ use base::failure::{Answer, Failure, Outcome};
 
 use super::Machine;
 use super::frames::Frame;
-use super::operator;
+use super::operator_pauses;
 
 /// Begins a tool change; the rest of its line waits for the end.
 pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcome {
@@ -34,9 +34,9 @@ pub(super) fn put_in<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Resul
     // The script may have moved to the place of the change.
     machine.standstill()?;
     let waited = if tool == 0 {
-        operator::wait(machine, format_args!("take the tool out (T0 M6)"))
+        operator_pauses::wait(machine, format_args!("take the tool out (T0 M6)"))
     } else {
-        operator::wait(machine, format_args!("put in tool {tool} (M6)"))
+        operator_pauses::wait(machine, format_args!("put in tool {tool} (M6)"))
     };
     waited.map(drop)
 }

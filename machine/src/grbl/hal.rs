@@ -9,8 +9,8 @@ use parts::reports::{Line, add, free_axes};
 use program::{Interpreter, write_system_name};
 use units::{Axis, AxisSet};
 
-use super::settings::Setting;
-use super::told::{Extra, Told};
+use super::last_report::{Extra, Told};
+use super::numbered_settings::Setting;
 
 /// First text of a session.
 pub(crate) const BANNER: &str = "GrblHAL 1.1f ['$' for help]\n";

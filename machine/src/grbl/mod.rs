@@ -11,12 +11,12 @@ use gcode::{Code, Letter};
 pub(crate) mod hal;
 pub(crate) mod jog;
 
+pub(crate) mod last_report;
+pub(crate) mod numbered_settings;
 pub(crate) mod overrides;
 pub(crate) mod reports;
-pub(crate) mod settings;
 pub(crate) mod status;
 pub(crate) mod stored;
-pub(crate) mod told;
 
 /// Answer to `$` alone.
 pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\n";
@@ -62,5 +62,5 @@ pub(crate) struct Grbl {
     /// Part that is stored on the card.
     pub own: Own,
     /// Contents of each session's last reports.
-    pub told: [told::Told; MAX_SESSIONS],
+    pub told: [last_report::Told; MAX_SESSIONS],
 }

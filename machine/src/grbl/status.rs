@@ -14,8 +14,8 @@ use parts::reports::{Line, add, free_axes};
 use program::{Interpreter, State};
 use units::{Axis, AxisSet, PerAxis};
 
+use super::last_report::{Overrides, Told};
 use super::reports::{Length, MM_PER_INCH};
-use super::told::{Overrides, Told};
 use super::{Own, hal};
 
 /// Contents of a report, beside the state in the ports.

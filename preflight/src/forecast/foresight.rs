@@ -8,7 +8,7 @@ use heapless::Deque;
 use jobs::player::FileLines;
 use program::Place;
 
-use super::course::Course;
+use super::timeline::Course;
 use crate::{Finding, Kind, Severity, Totals};
 
 /// Greatest number of findings that wait to be told.

@@ -3,10 +3,10 @@
 //!
 //! A height is where the probe touches the bed, mm of Z: higher where the bed is nearer to the tool.
 
-mod apart;
 mod fit;
 mod own_switch;
 mod screws;
+mod single_motors;
 mod words;
 mod z_motors;
 

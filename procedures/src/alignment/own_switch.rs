@@ -10,7 +10,7 @@ use motion::Latch;
 use program::Words;
 use units::{Actuator, Axis, MmPerSecond};
 
-use super::apart::{Apart, axis_of, slaves_of};
+use super::single_motors::{Apart, axis_of, slaves_of};
 use crate::homing::{homing_switch, stops_in_time, wait_trigger};
 use crate::probing::ProbeHands;
 

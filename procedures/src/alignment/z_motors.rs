@@ -10,8 +10,8 @@ use heapless::Vec;
 use program::Words;
 use units::{Actuator, MmPerSecond};
 
-use super::apart::{move_slaves, slaves_of};
 use super::fit::{Bed, Shape};
+use super::single_motors::{move_slaves, slaves_of};
 use super::words::Corner;
 use crate::leveling;
 use crate::probing::ProbeHands;

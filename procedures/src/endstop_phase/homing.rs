@@ -6,7 +6,7 @@ use config::EndstopPhaseConfig;
 use units::Axis;
 
 use super::cycle::{CYCLE, FULL_STEP, nearest, within};
-use super::found::Unread;
+use super::readings::Unread;
 use crate::endstop_phase::PhaseHands;
 
 /// Facts about the approach of an axis to its switch.

@@ -15,10 +15,10 @@
 mod axes;
 mod codes;
 mod cycle;
-mod found;
 mod hands;
 mod homing;
 mod reading;
+mod readings;
 mod records;
 
 pub use axes::checked;

@@ -7,7 +7,7 @@ use units::{Axis, Micros, PerActuator, StepCount};
 
 use super::axes::checked;
 use super::cycle::{CYCLE, Gearing, within};
-use super::found::{Reading, Unread, Way};
+use super::readings::{Reading, Unread, Way};
 use crate::endstop_phase::PhaseHands;
 
 /// Time after which the chips have come to rest. A chip that interpolates moves on to its step's place for as

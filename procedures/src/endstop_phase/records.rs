@@ -4,7 +4,7 @@ use base::spread::Spread;
 use units::{Axis, PerAxis};
 
 use super::cycle::{CYCLE, nearest, within};
-use super::found::{Reading, Unread, Way};
+use super::readings::{Reading, Unread, Way};
 
 /// Number of latest phases that are kept for the report.
 pub(super) const KEPT: usize = 16;

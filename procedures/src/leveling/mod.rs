@@ -10,6 +10,7 @@
 //! by a person or because a bed is about to be measured: the tool stays, and its coordinates change.
 
 pub mod area;
+mod bed_settings;
 mod compensation;
 pub mod findings;
 pub mod form;
@@ -19,13 +20,13 @@ pub mod map;
 mod plane;
 pub mod profile_file;
 mod profiles;
-mod settings;
 mod skew;
 mod table;
 #[cfg(test)]
 mod tests;
 pub mod words;
 
+pub use bed_settings::{axis_twist, marlin_probe_offset, probe_offset, probe_point, write_leveling};
 pub use compensation::{
     adopt_grid, fade_height, level_off, mesh_offset, put_compensation_back, set_compensation_aside, take_off,
 };
@@ -33,6 +34,5 @@ pub use grid_file::grid_point;
 pub use map::{map_line, means, say_findings, show_map};
 pub use plane::{adopt_plane, bed_plane};
 pub use profiles::{delete, list, load, save, use_mesh};
-pub use settings::{axis_twist, marlin_probe_offset, probe_offset, probe_point, write_leveling};
 pub use skew::{configure, skew};
 pub use table::{grid_line, show_grid};

@@ -8,12 +8,12 @@
 //! its position. Nothing is changed before the last ACCEPT.
 
 mod hands;
+mod heights_tried;
 mod moves;
 mod purposes;
 mod screws;
 mod state;
 mod steps;
-mod tried;
 mod twist;
 
 pub use hands::PaperHands;

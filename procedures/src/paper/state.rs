@@ -3,7 +3,7 @@
 use base::bed::MOST_TWIST_POINTS;
 use heapless::Vec;
 
-use super::tried::Tried;
+use super::heights_tried::Tried;
 
 /// The paper test under way, if any.
 #[derive(Clone, Debug, Default)]

@@ -4,9 +4,9 @@ use base::failure::{Answer, Failure, Outcome};
 use program::Words;
 use units::{Axis, AxisSet};
 
+use super::heights_tried::{Step, Tried};
 use super::moves::{go_to_height, lift};
 use super::state::{Purpose, Test};
-use super::tried::{Step, Tried};
 use crate::paper::PaperHands;
 
 /// Longest step, mm: a longer one is a mistake.

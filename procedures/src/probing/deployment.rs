@@ -10,7 +10,7 @@ use base::failure::{Answer, Failure, FailureKind, Outcome};
 use base::ports::Input;
 use units::{Axis, PerAxis};
 
-use super::deployed::Deployment;
+use super::deployment_state::Deployment;
 use super::search::check_homed;
 use crate::probing::ProbeHands;
 

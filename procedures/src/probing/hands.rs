@@ -1,7 +1,7 @@
 //! The machine in the hands of a sequence that probes.
 
 use super::delta_records::DeltaRecords;
-use super::deployed::Deployment;
+use super::deployment_state::Deployment;
 use crate::endstop_phase::PhaseHands;
 
 /// The machine in the hands of a sequence that probes: probing, leveling, alignment.

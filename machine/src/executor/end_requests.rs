@@ -1,5 +1,5 @@
 //! Requests to end the line in work, kept until it has ended: `abort`, M524, M410, M108 and pauses.
-//! [`super::urgent`] answers them.
+//! [`super::out_of_turn`] answers them.
 
 use base::sessions::SessionId;
 use program::{Action, Function, Sequence};

@@ -14,8 +14,8 @@ use gcode::{Blocks, Code, Letter, Line};
 use jobs::player::line_numbers::decoder_expecting;
 use program::{Dialect, Dialects};
 
-use super::asked::{Ends, Requester};
-use super::{Machine, abort, recover, stack};
+use super::end_requests::{Ends, Requester};
+use super::{Machine, abort, job_recovery, stack};
 
 /// Returns how much of the work in progress a line ends; `None` if it waits its turn.
 pub(super) fn of_line(line: &Line<'_>, dialect: Dialect) -> Option<Ends> {
@@ -192,7 +192,7 @@ pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>) {
         let _ = machine.standstill();
         machine.resynchronise();
         if machine.recovery.is_some() {
-            recover::give_up(machine);
+            job_recovery::give_up(machine);
         }
     }
     machine.urgent.ends = None;

@@ -4,7 +4,9 @@
 use base::Ports;
 use base::failure::{Answer, Outcome};
 use base::ports::{StorageError, Wake};
-use jobs::files::kept::{PARAMETERS, Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools};
+use jobs::files::program_files::{
+    PARAMETERS, Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools,
+};
 
 use super::{Machine, card};
 

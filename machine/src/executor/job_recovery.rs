@@ -19,10 +19,10 @@ use procedures::homing;
 use program::{Dialect, Words};
 use units::{Axis, AxisSet, Celsius, MmPerSecond, PerAxis};
 
+use super::fast_forward_record::{Passed, Until};
 use super::frames::{Frame, Then};
 use super::journal::Heights;
-use super::passed::{Passed, Until};
-use super::{Machine, MachineHands, fast_forward, foresee, journal, restore, stall_recovery, suspend};
+use super::{Machine, MachineHands, fast_forward, forecast, heat_restoring, journal, stall_recovery, suspend};
 
 /// Heights that differ by less than this are the same, mm.
 const SAME_Z: f64 = 0.02;
@@ -179,7 +179,7 @@ fn read_on<P: Ports>(machine: &mut Machine<'_, P>, until: Until, then: Step, to:
     fast_forward::begin(machine, until)?;
     // The job has begun once: its journal is not begun anew, and nothing refuses it.
     if machine.jobs.take_new() {
-        foresee::job_goes_on(machine);
+        forecast::job_goes_on(machine);
     }
     Ok(Answer::Ok)
 }
@@ -196,7 +196,7 @@ pub(super) fn give_up<P: Ports>(machine: &mut Machine<'_, P>) {
         machine.program.set_thermal_z(machine.thermal.offset());
         // Heaters that somebody else has switched on before stay so.
         if recovery.has_heated {
-            restore::cool(machine);
+            heat_restoring::cool(machine);
         }
     }
     machine.resynchronise();
@@ -317,7 +317,7 @@ fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     jobs.objects.set_left_out(recovery.offer.entry.left_out);
     journal.go_on(&recovery.offer, ports).map_err(|error| machine.texts.because(error.text()))?;
     let entry = recovery.offer.entry;
-    restore::heat(machine, &entry.targets.map(|target| Celsius(target as f32)), to)?;
+    heat_restoring::heat(machine, &entry.targets.map(|target| Celsius(target as f32)), to)?;
     lift(machine, &entry.position, to)?;
     // The script moves from the tool's place, not from the file's.
     machine.standstill()?;
@@ -434,7 +434,7 @@ fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     let factor = entry.feed_factor / machine.program.modal().speed_factor;
     machine.ports.motion(|motion| motion.set_overrides(factor, motion.overrides().rapid));
     program::set_flow(&mut machine.program, &entry.flow);
-    restore::switch(machine, &recovery.switches);
+    heat_restoring::switch(machine, &recovery.switches);
     (machine.recovery, machine.set_before) = (None, None);
     stall_recovery::job_goes_on(machine, recovery.offer.beginning);
     journal::note(machine, Heights::Planned, false);

@@ -5,14 +5,14 @@ use base::failure::{Answer, Failure, Outcome};
 use program::LeftHole;
 
 use super::frames::Frame;
-use super::{Machine, operator};
+use super::{Machine, operator_pauses};
 
 /// Has the operator draw the tool out; the rest of the block waits until then.
 pub(super) fn retract_by_hand<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     let left = machine.program.leave_hole();
     machine.standstill()?;
     let height = machine.frames.len();
-    operator::wait(machine, format_args!("draw the tool out by hand (G88)"))?;
+    operator_pauses::wait(machine, format_args!("draw the tool out by hand (G88)"))?;
     if machine.frames.len() == height {
         return take_up(machine, &left).map(|()| Answer::Ok);
     }

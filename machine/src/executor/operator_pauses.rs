@@ -9,9 +9,9 @@ use base::wait::Waited;
 use program::{Pause, Remark, ScriptModes, State};
 use units::Micros;
 
-use super::asked::Asked;
+use super::end_requests::Asked;
 use super::frames::Frame;
-use super::{Machine, log};
+use super::{Machine, program_logs};
 
 /// Carries out a comment that says something, or writes it to a file.
 ///
@@ -40,7 +40,7 @@ pub(super) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> 
         }
         // Programs that are only checked write nothing.
         Some(_) if machine.safety.state() == State::Check => {}
-        Some(other) => return log::carry_out(machine, &other),
+        Some(other) => return program_logs::carry_out(machine, &other),
         None => {}
     }
     Ok(())

@@ -11,7 +11,7 @@ use jobs::player::Listeners;
 use program::Next;
 
 use super::source::{Origin, Source};
-use super::{Machine, log};
+use super::{Machine, program_logs};
 
 /// Runs a line with an O word.
 pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {
@@ -90,7 +90,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, next: Next) -> Outcome {
 
 /// Ends the program at M2, M30 or a stop: nothing of it goes on.
 pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
-    log::close(machine);
+    program_logs::close(machine);
     machine.program.end_program();
     machine.jobs.end_program(&mut machine.ports);
 }

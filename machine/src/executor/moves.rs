@@ -3,8 +3,8 @@
 use core::fmt::Arguments;
 
 use base::Ports;
-use base::apart::apart;
 use base::failure::Failure;
+use base::own_frame::apart;
 use base::reason::Reason;
 use base::safety::Event;
 use config::MachineConfig;
