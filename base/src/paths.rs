@@ -2,7 +2,7 @@
 
 use core::fmt::Write as _;
 
-use drivers::fat::{is_legal_name, stripped};
+use card::fat::{is_legal_name, stripped};
 use heapless::String;
 
 use crate::failure::{Failure, Texts};

@@ -1,7 +1,7 @@
 //! Files in the root of the card. Nothing is written.
 
 use bsp_prime::sd::SdCard;
-use drivers::volume::{self, FileReader, Volume};
+use card::volume::{self, FileReader, Volume};
 use update::{Bytes, Card, Flaw};
 
 /// Access to the card, which is mounted on demand: an ordinary start does not read it.

@@ -1,6 +1,6 @@
-//! Sensors, inputs and cards by their datasheets, as pure functions and small state machines. No pin in here,
-//! and no bus but one that is handed in: the caller reads the converter or the SPI frame and hands over the
-//! number, hands over a device on a bus, or moves the card's blocks.
+//! Sensors and inputs by their datasheets, as pure functions and small state machines. No pin in here, and no
+//! bus but one that is handed in: the caller reads the converter and hands over the number, or hands over a
+//! device on a bus.
 //!
 //! ```
 //! use drivers::thermistor::{AdcCode, Thermistor};
@@ -13,13 +13,9 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod debounce;
-pub mod exfat;
-pub mod fat;
 pub mod max31855;
 pub mod max31856;
 pub mod max31865;
 pub mod platinum;
-pub mod sd;
 pub mod thermistor;
 pub mod voltage_sensor;
-pub mod volume;

@@ -8,7 +8,7 @@
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use bsp_prime::sd::{self, CardService};
-use drivers::sd::{Direction, Lent, Run, SdError, State as CardState};
+use card::sd::{Direction, Lent, Run, SdError, State as CardState};
 use usb::{BLOCK_BYTES, Fault, Half, Medium, Progress, State};
 
 /// Blocks of a buffer, moved by one command of the card. While one buffer is at the bus, which takes 14 ms

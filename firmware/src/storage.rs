@@ -5,8 +5,8 @@ use base::watchdog::Reporter;
 use bsp_prime::rtc;
 use bsp_prime::sd::CardService;
 use bsp_prime::time;
-use drivers::fat::Block;
-use drivers::sd::{Event, Read, Run, SdError, State};
+use card::fat::Block;
+use card::sd::{Event, Read, Run, SdError, State};
 use embedded_sdmmc::{TimeSource, Timestamp};
 use rtic::Mutex;
 use storage::Card;
@@ -188,7 +188,7 @@ impl<K: Mutex<T = &'static mut CardService>> Card for Slot<K> {
         match error {
             SdError::NoCard => StorageError::NoCard,
             SdError::NotResponding(_) | SdError::StaysBusy(_) => StorageError::NotResponding,
-            SdError::Unsupported(drivers::sd::Unsupported::Locked) => StorageError::Locked,
+            SdError::Unsupported(card::sd::Unsupported::Locked) => StorageError::Locked,
             SdError::Unsupported(_) => StorageError::WrongCard,
             SdError::Protected => StorageError::Protected,
             SdError::NotKept => StorageError::NotKept,

@@ -1,12 +1,12 @@
 //! Reading ahead along the clusters of the file that is played, as far as the card has memory for it.
 
 use base::ports::FileHandle;
-use drivers::fat::Error;
-use drivers::sd::{AHEAD_BLOCKS, Run};
+use card::fat::Error;
+use card::sd::{AHEAD_BLOCKS, Run};
 
 use crate::Card;
 use crate::lens::Lens;
-use drivers::volume::FileReader;
+use card::volume::FileReader;
 
 /// Reading ahead of a file's reader.
 pub(crate) struct Ahead {

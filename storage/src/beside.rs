@@ -2,10 +2,10 @@
 //! clusters.
 
 use base::ports::{FileHandle, StorageError};
-use drivers::fat::{Blocks, Error, Place};
+use card::fat::{Blocks, Error, Place};
 use heapless::Vec;
 
-use drivers::volume::{FileReader, Volume};
+use card::volume::{FileReader, Volume};
 
 /// Files read beside at once: one, and those that wait for their subroutines.
 pub const MAX_BESIDE: usize = 4;

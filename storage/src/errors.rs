@@ -1,7 +1,7 @@
 //! Errors that the machine is told when an operation on files fails.
 
 use base::ports::StorageError;
-use drivers::fat;
+use card::fat;
 use embedded_sdmmc::Error;
 
 use crate::{Card, Fault};

@@ -1,10 +1,10 @@
-//! The storage port: names through [`drivers::fat`], contents through `embedded-sdmmc`.
+//! The storage port: names through [`card::fat`], contents through `embedded-sdmmc`.
 
 use base::ports::{
     CardEvent, CardFacts, DirectoryEntry, FileHandle, FreeSpace, LIST_CHUNK, OpenMode, PATH_BYTES, Storage,
     StorageError,
 };
-use drivers::fat::{Error as NameError, Name, Place, Stamp, Volume};
+use card::fat::{Error as NameError, Name, Place, Stamp, Volume};
 use embedded_sdmmc::{RawFile, RawVolume, TimeSource, VolumeIdx, VolumeManager};
 use heapless::{String, Vec};
 
@@ -16,7 +16,7 @@ use crate::finding::find_volume;
 use crate::lens::{Device, Lens, NotRead};
 use crate::listing::listed;
 use crate::written::{Gathered, Written};
-use drivers::volume::{Listing, Volume as Mounted};
+use card::volume::{Listing, Volume as Mounted};
 
 mod opening;
 mod writing;

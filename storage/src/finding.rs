@@ -1,9 +1,9 @@
-//! The volume of a card, looked for by [`drivers::volume`]: it is to be written to as well, so what a power
+//! The volume of a card, looked for by [`card::volume`]: it is to be written to as well, so what a power
 //! cut has interrupted is completed, and a card that claims more than it has is refused.
 
 use base::ports::StorageError;
-use drivers::fat::Volume as FatVolume;
-use drivers::volume::{NoVolume, Volume, find};
+use card::fat::Volume as FatVolume;
+use card::volume::{NoVolume, Volume, find};
 
 use crate::Card;
 use crate::errors::of_name;

@@ -16,13 +16,13 @@ use core::cell::RefCell;
 use core::error::Error as CoreError;
 use core::fmt;
 
-use drivers::fat::{Block as FatBlock, Blocks, Entry, Error, Kind, Place, Volume};
+use card::fat::{Block as FatBlock, Blocks, Entry, Error, Kind, Place, Volume};
 use embedded_sdmmc::{Block, BlockCount, BlockDevice, BlockIdx};
 
 use base::ports::StorageError;
 
 use crate::{Card, MAX_FILES};
-use drivers::volume::Volume as Mounted;
+use card::volume::Volume as Mounted;
 
 /// Offset of the case bits in an entry.
 const CASE_BITS: u32 = 12;
@@ -75,7 +75,7 @@ impl<C> Lens<C> {
         self.card.get_mut()
     }
 
-    /// The volume, and the device that [`drivers::fat`] changes it on.
+    /// The volume, and the device that [`card::fat`] changes it on.
     ///
     /// # Errors
     /// Before there is one, and when it is of the kind that is only read.
@@ -196,7 +196,7 @@ fn table(volume: &Volume) -> FatBlock {
     block
 }
 
-/// The card as [`drivers::fat`] sees it.
+/// The card as [`card::fat`] sees it.
 pub(crate) struct Device<'a, C>(pub &'a mut C);
 
 impl<C: Card> Blocks for Device<'_, C> {

@@ -1,6 +1,6 @@
 //! The machine's storage port ([`base::ports::Storage`]) on a card with a FAT16 or FAT32 volume.
 //!
-//! Names are the business of [`drivers::fat`]: finding, listing, making, removing, renaming. The content of a
+//! Names are the business of [`card::fat`]: finding, listing, making, removing, renaming. The content of a
 //! file is the business of `embedded-sdmmc`, which opens the file by the short name found here. The two never
 //! change the same thing: while a file is open its entry stays where it is, and blocks are only changed
 //! between calls of the other, which then forgets what it had read.
@@ -28,8 +28,8 @@ use lens::Fault;
 pub use written::Gathered;
 
 use base::ports::{CardEvent, CardFacts, StorageError};
-use drivers::fat::Block;
-use drivers::sd::Run;
+use card::fat::Block;
+use card::sd::Run;
 
 /// A card, or what stands in for one: blocks that can be waited for, and questions that need no waiting. A
 /// card without a queue that reads nothing ahead keeps the default answers to the questions.

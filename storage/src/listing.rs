@@ -1,10 +1,10 @@
 //! A directory's entries as the machine wants them.
 
 use base::ports::{DirectoryEntry, FileAttributes, FileTime};
-use drivers::fat::{Attributes, Name};
+use card::fat::{Attributes, Name};
 use heapless::String;
 
-use drivers::volume::Facts;
+use card::volume::Facts;
 
 /// The entry with this name.
 pub(crate) fn listed(entry: &Facts, name: &Name) -> DirectoryEntry {

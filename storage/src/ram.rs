@@ -7,7 +7,7 @@ use std::rc::Rc;
 use std::vec::Vec;
 
 use base::ports::StorageError;
-use drivers::fat::Block;
+use card::fat::Block;
 
 use crate::Card;
 

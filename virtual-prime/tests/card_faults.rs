@@ -4,7 +4,7 @@
 use crate::common::velvet::{CONFIG, Plan, SECOND, Velvet};
 use sim::models::sd_card::{BLOCK, Fake, Make, SdCard, Traits, Trouble};
 
-#[path = "../../drivers/src/exfat/tests/maker.rs"]
+#[path = "../../card/src/exfat/tests/maker.rs"]
 mod exfat;
 
 /// A fault of a card, with its test.

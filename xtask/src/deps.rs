@@ -22,12 +22,14 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("motion", &["units"]),
     ("tmc", &["units"]),
     ("drivers", &["units"]),
+    // Cards and the file systems on them: blocks and bytes, and nothing of a machine.
+    ("card", &[]),
     // What keeps heaters safe, apart from everything that moves; `drivers` knows sensors' curves and no chip.
     // Of motion it knows marks, the places on the path at which outputs change.
     ("thermal", &["units", "config", "motion", "drivers"]),
     // The machine in layers, the lowest first: ports, sessions, safety and failures, and the machine as a
-    // sequence may use it. Which names of files are legal is the file system's knowledge, in `drivers`.
-    ("base", &["units", "events", "gcode", "program", "config", "motion", "drivers", "thermal"]),
+    // sequence may use it. Which names of files are legal is the file system's knowledge, in `card`.
+    ("base", &["units", "events", "gcode", "program", "config", "motion", "card", "thermal"]),
     ("parts", &["units", "gcode", "program", "config", "motion", "drivers", "thermal", "base"]),
     ("jobs", &["units", "events", "gcode", "program", "config", "motion", "thermal", "base"]),
     ("procedures", &["units", "gcode", "program", "config", "motion", "thermal", "base", "parts", "jobs"]),
@@ -55,16 +57,16 @@ const MAY_USE: &[(&str, &[&str])] = &[
     // The same for the converter chips of sensors: their settings, and when each is read.
     ("sensor-bank", &["units", "config", "base", "drivers"]),
     // The machine's port over a card's file system.
-    ("storage", &["base", "drivers"]),
+    ("storage", &["base", "card"]),
     // Images and how they are installed, over flash and card as traits: the boot stage has no machine.
     ("update", &[]),
     // A USB device over a bus as a trait: what its ports and its disk are connected to is handed in.
     ("usb", &[]),
     // The step interrupt plays `motion::queue`, the one structure solver and interrupt share; the card's host
-    // controller is driven by `drivers::sd`; the flash is what `update` writes to.
-    ("bsp-prime", &["units", "events", "motion", "drivers", "update"]),
+    // controller is driven by `card::sd`; the flash is what `update` writes to.
+    ("bsp-prime", &["units", "events", "motion", "card", "update"]),
     // Boot code knows no machine.
-    ("boot", &["bsp-prime", "drivers", "update", "usb"]),
+    ("boot", &["bsp-prime", "card", "update", "usb"]),
     (
         "firmware",
         &[
@@ -73,7 +75,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "gcode",
             "config",
             "motion",
-            "drivers",
+            "card",
             "thermal",
             "base",
             "machine",
@@ -95,6 +97,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
             "config",
             "motion",
             "drivers",
+            "card",
             "thermal",
             "base",
             "machine",
@@ -148,6 +151,7 @@ const PURE: &[&str] = &[
     "motion",
     "tmc",
     "drivers",
+    "card",
     "thermal",
     "base",
     "parts",
@@ -172,6 +176,7 @@ const SYNCHRONOUS: &[&str] = &[
     "motion",
     "tmc",
     "drivers",
+    "card",
     "usb",
     "update",
     "storage",

@@ -3,8 +3,8 @@
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 
-use drivers::fat::Blocks;
-use drivers::sd::{Block, CardInfo, Read, SdError, State};
+use card::fat::Blocks;
+use card::sd::{Block, CardInfo, Read, SdError, State};
 use stm32h7xx_hal::pac;
 
 use super::{CardService, Controller};

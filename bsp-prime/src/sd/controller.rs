@@ -1,6 +1,6 @@
 //! The SDMMC1 controller: one command with its answer, and data by IDMA (RM0399 chapter 58).
 
-use drivers::sd::{Answer, Block, Command, Direction, Fault, Host, Place, Power, Progress, Transfer};
+use card::sd::{Answer, Block, Command, Direction, Fault, Host, Place, Power, Progress, Transfer};
 use stm32h7xx_hal::pac;
 
 use super::{BLOCKS, WORDS};

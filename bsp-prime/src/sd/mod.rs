@@ -1,6 +1,6 @@
 //! The SD card on SDMMC1 (4 bits, PC8 to PC12 and PD2).
 //!
-//! The commands to the card come from [`drivers::sd`]; here is the host controller that carries them out
+//! The commands to the card come from [`card::sd`]; here is the host controller that carries them out
 //! ([`Controller`]), moved on by its interrupt: nothing spins, and the core sleeps while the hardware works.
 //! Data move by the controller's own DMA between the card and the DMA arena, the only memory that both sides
 //! reach without cache care.
@@ -28,7 +28,7 @@
 //! service's own blocks are free: [`lent_buffer`] has 73 KB. The file system gives its volume back first
 //! (`CardStorage::unmount`, which refuses while files are open) and finds it again with `mount`.
 
-use drivers::sd::{BLOCK_BYTES, SLOTS, Service};
+use card::sd::{BLOCK_BYTES, SLOTS, Service};
 
 mod blocking;
 mod controller;

@@ -3,8 +3,8 @@
 use base::ports::{Disk, NotLent, Storage, Usb};
 use bsp_prime::sd::CardService;
 use bsp_prime::time;
+use card::sd::SdError;
 use config::SystemConfig;
-use drivers::sd::SdError;
 use motion::Motion;
 use rtic::Mutex;
 use storage::Card;

@@ -7,7 +7,7 @@ use std::io::{Error, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use base::ports::{DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, OpenMode, StorageError};
-use drivers::fat::{is_legal_name, same_name, stripped};
+use card::fat::{is_legal_name, same_name, stripped};
 
 /// Number of files that can be open at once, as on the board.
 const OPEN_FILES: usize = 5;

@@ -1,7 +1,7 @@
 //! Opening files: finding them, making them, and giving them to readers and writers.
 
 use base::ports::{FileHandle, OpenMode, StorageError};
-use drivers::fat::{Attributes, Entry, Place};
+use card::fat::{Attributes, Entry, Place};
 use embedded_sdmmc::{Mode, RawDirectory, RawFile, ShortFileName, TimeSource};
 use heapless::String;
 
@@ -10,7 +10,7 @@ use crate::Card;
 use crate::beside::Beside;
 use crate::errors::of_content;
 use crate::lens::SHIFT;
-use drivers::volume::{FileReader, find_file};
+use card::volume::{FileReader, find_file};
 
 impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
     /// The entry of a path, which no open file may have.

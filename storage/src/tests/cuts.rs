@@ -4,7 +4,7 @@ use std::format;
 use std::string::{String, ToString};
 
 use base::ports::{Storage, StorageError};
-use drivers::fat::same_name;
+use card::fat::same_name;
 use proptest::prelude::*;
 
 use super::card::{Mounted, clean, content, fat16, fat32, mounted, read};

@@ -6,7 +6,7 @@ use std::vec::Vec;
 use std::{format, vec};
 
 use base::ports::{FileHandle, OpenMode, Storage, StorageError};
-use drivers::fat::{is_legal_name, same_name};
+use card::fat::{is_legal_name, same_name};
 use proptest::prelude::*;
 
 use super::card::{Mounted, clean, content, fat16, fat32, mounted, read};
