@@ -32,6 +32,7 @@
 
 mod cursor;
 mod disk;
+mod entry;
 mod geometry;
 mod letter_case;
 mod lookup;
@@ -47,12 +48,13 @@ mod volume;
 #[cfg(test)]
 mod tests;
 
+pub use entry::Entry;
 pub(crate) use geometry::LARGER_THAN_PARTITION;
 pub use geometry::{Kind, Volume};
 pub use lookup::Listing;
 pub use name::{Name, is_legal_name, same_name, stripped};
 pub use reading::Reader;
-pub use record::{Attributes, Entry, Place, Stamp};
+pub use record::{Attributes, Place, Stamp};
 
 /// Bytes of a block.
 pub const BLOCK_BYTES: usize = 512;

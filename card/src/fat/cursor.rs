@@ -1,21 +1,13 @@
 //! A walk over the slots of a directory.
 
 use super::disk::Disk;
+use super::geometry::Directory;
 use super::record::{Place, SLOTS_PER_BLOCK, Slot};
 use super::table::Chain;
 use super::{Blocks, Error};
 
 /// Most slots of a directory: FAT 1.03 allows 2 MiB.
 const MAX_SLOTS: u32 = 65_536;
-
-/// Directory of a volume, by its place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Directory {
-    /// The root of a FAT16 volume, between tables and clusters.
-    FixedRoot,
-    /// The chain of clusters that begins with this one.
-    Chain(u32),
-}
 
 /// A slot of a directory.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,5 @@
 //! Layout of a volume, by the parameters in its boot sector.
 
-use super::cursor::Directory;
 use super::{Block, Blocks, Error, half, word};
 
 /// Message that refuses a volume with more blocks than its partition.
@@ -23,6 +22,15 @@ impl Kind {
             Self::Fat32 => 4,
         }
     }
+}
+
+/// Directory of a volume, by its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Directory {
+    /// The root of a FAT16 volume, between tables and clusters.
+    FixedRoot,
+    /// The chain of clusters that begins with this one.
+    Chain(u32),
 }
 
 /// A volume: its layout, and where to look for free clusters.

@@ -1,9 +1,11 @@
 //! Finding entries by name, and listing them.
 
-use super::cursor::{Cursor, Directory};
+use super::cursor::Cursor;
 use super::disk::Disk;
+use super::entry::Entry;
+use super::geometry::Directory;
 use super::name::{Assembly, Name};
-use super::record::{Attributes, Entry, Place, SlotKind, kind_of, short_name};
+use super::record::{Attributes, Place, SlotKind, kind_of, short_name};
 use super::short_name;
 use super::{Blocks, Error, Volume};
 

@@ -14,12 +14,13 @@
 //! The `..` of a directory is written last. After a cut it may still lead to where the directory was; nothing
 //! here follows it.
 
-use super::cursor::Directory;
 use super::disk::Disk;
+use super::entry::Entry;
+use super::geometry::Directory;
 use super::lookup::split;
 use super::name::Name;
 use super::placing::NewName;
-use super::record::{Attributes, Entry, FREE, Place, SLOT_BYTES, Slot, SlotKind, kind_of, set_cluster};
+use super::record::{Attributes, FREE, Place, SLOT_BYTES, Slot, SlotKind, kind_of, set_cluster};
 use super::table::Link;
 use super::{Blocks, Error, Listing, Volume, put, word};
 

@@ -1,9 +1,11 @@
 //! Allocation and release of a directory entry's slots.
 
-use super::cursor::{Cursor, Directory};
+use super::cursor::Cursor;
 use super::disk::Disk;
+use super::entry::Entry;
+use super::geometry::Directory;
 use super::name::{MAX_SLOTS, Name, checksum};
-use super::record::{Entry, FREE, Place, SLOT_BYTES, Slot, SlotKind, kind_of, short_name};
+use super::record::{FREE, Place, SLOT_BYTES, Slot, SlotKind, kind_of, short_name};
 use super::short_name::{Basis, TAILS, plain};
 use super::{Blocks, Error};
 

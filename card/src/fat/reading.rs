@@ -4,7 +4,7 @@
 //! work. No reader notices a change of the file: the code that changes a file must drop its readers.
 
 use super::disk::Disk;
-use super::record::Entry;
+use super::entry::Entry;
 use super::table::Chain;
 use super::{BLOCK_BYTES, Blocks, Error, Volume};
 

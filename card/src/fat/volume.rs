@@ -1,10 +1,11 @@
 //! Operations on files and directories of a volume. Paths are relative to its root, parts divided by `/`.
 
-use super::cursor::Directory;
 use super::disk::Disk;
+use super::entry::Entry;
+use super::geometry::Directory;
 use super::lookup::split;
 use super::name::Name;
-use super::record::{Attributes, Entry, Place, Stamp, cluster, new_slot, set_cluster, set_written};
+use super::record::{Attributes, Place, Stamp, cluster, new_slot, set_cluster, set_written};
 use super::table::{Chain, Link};
 use super::{Blocks, Error, Listing, Volume, put, word};
 

@@ -10,11 +10,11 @@ const BLOCK: usize = 512;
 /// First block of the partitions of these cards.
 const FIRST: u32 = 64;
 
-/// Card that allows no writes.
+/// Card in memory that allows no writes.
 #[derive(Clone)]
-struct Card(Vec<u8>);
+struct ReadOnlyCard(Vec<u8>);
 
-impl Blocks for Card {
+impl Blocks for ReadOnlyCard {
     type Error = u32;
 
     fn read(&mut self, number: u32, block: &mut Block) -> Result<(), u32> {
@@ -28,7 +28,7 @@ impl Blocks for Card {
     }
 }
 
-impl Card {
+impl ReadOnlyCard {
     /// Makes a card with so many blocks before a FAT16 volume with one file.
     fn with_volume_at(first: u32) -> Self {
         let mut image = Cursor::new(vec![0; 4_300 * BLOCK]);
@@ -82,23 +82,23 @@ fn content() -> Vec<u8> {
 
 #[test]
 fn a_bare_card_has_its_volume_at_its_beginning() {
-    assert_eq!(Card::with_volume_at(0).whole_file(), content());
+    assert_eq!(ReadOnlyCard::with_volume_at(0).whole_file(), content());
 }
 
 #[test]
 fn any_partition_of_a_table_will_do() {
-    let blocks = Card::with_volume_at(FIRST).blocks() - FIRST;
+    let blocks = ReadOnlyCard::with_volume_at(FIRST).blocks() - FIRST;
     for place in 0..4 {
-        let mut card = Card::with_volume_at(FIRST).entry(place, 0x0E, FIRST, blocks);
+        let mut card = ReadOnlyCard::with_volume_at(FIRST).entry(place, 0x0E, FIRST, blocks);
         assert_eq!(card.whole_file(), content(), "place {place}");
     }
     // An entry that lies behind the card's end is passed over.
-    let mut card = Card::with_volume_at(FIRST).entry(0, 0x0C, 1 << 20, 1 << 10).entry(1, 0x0E, FIRST, blocks);
+    let mut card = ReadOnlyCard::with_volume_at(FIRST).entry(0, 0x0C, 1 << 20, 1 << 10).entry(1, 0x0E, FIRST, blocks);
     assert_eq!(card.whole_file(), content());
 }
 
-fn guid_table(entry_bytes: u32, first: u64, last: u64) -> Card {
-    let mut card = Card::with_volume_at(FIRST).entry(0, 0xEE, 1, u32::MAX);
+fn guid_table(entry_bytes: u32, first: u64, last: u64) -> ReadOnlyCard {
+    let mut card = ReadOnlyCard::with_volume_at(FIRST).entry(0, 0xEE, 1, u32::MAX);
     let mut header = [0; BLOCK];
     header[..8].copy_from_slice(b"EFI PART");
     header[72..80].copy_from_slice(&2_u64.to_le_bytes());
@@ -117,7 +117,7 @@ fn guid_table(entry_bytes: u32, first: u64, last: u64) -> Card {
 #[test]
 fn a_guid_table_is_read() {
     for entry_bytes in [128, 256, 512] {
-        let last = u64::from(Card::with_volume_at(FIRST).blocks() - 1);
+        let last = u64::from(ReadOnlyCard::with_volume_at(FIRST).blocks() - 1);
         assert_eq!(guid_table(entry_bytes, u64::from(FIRST), last).whole_file(), content(), "{entry_bytes}");
     }
     assert_eq!(guid_table(96, u64::from(FIRST), 4_000).why_not(), NoVolume::Unknown);
@@ -126,17 +126,17 @@ fn a_guid_table_is_read() {
 
 #[test]
 fn what_cannot_be_used_has_its_name() {
-    assert_eq!(Card(vec![0; 100 * BLOCK]).why_not(), NoVolume::Unknown);
-    assert_eq!(Card(vec![0; 0]).why_not(), NoVolume::Device(0));
+    assert_eq!(ReadOnlyCard(vec![0; 100 * BLOCK]).why_not(), NoVolume::Unknown);
+    assert_eq!(ReadOnlyCard(vec![0; 0]).why_not(), NoVolume::Device(0));
     let partition = |name: &[u8; 8]| {
-        let mut card = Card(vec![0; 100 * BLOCK]).entry(0, 7, FIRST, 30);
+        let mut card = ReadOnlyCard(vec![0; 100 * BLOCK]).entry(0, 7, FIRST, 30);
         card.0[FIRST as usize * BLOCK + 3..][..8].copy_from_slice(name);
         card
     };
     assert_eq!(partition(b"NTFS    ").why_not(), NoVolume::Ntfs);
     // Both of its boot regions are torn.
     assert_eq!(partition(b"EXFAT   ").why_not(), NoVolume::Damaged);
-    let mut small = Card::with_volume_at(0);
+    let mut small = ReadOnlyCard::with_volume_at(0);
     small.0[13] = 64;
     assert_eq!(small.why_not(), NoVolume::Fat12);
 }
