@@ -16,14 +16,14 @@
 //! | an entry set whose checksum is wrong is no file | 6.3.3, SetChecksum |
 
 mod directory;
-mod reading;
+mod reader;
 mod volume;
 
 #[cfg(test)]
 mod tests;
 
 pub use directory::{Entry, Listing};
-pub use reading::Reader;
+pub use reader::Reader;
 pub use volume::Volume;
 
 use crate::fat::{Block, Blocks, Error, word};

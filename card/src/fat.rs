@@ -28,20 +28,20 @@
 //! - A directory is whole before its parent names it; a cluster is zeroed before a directory grows by it.
 //! - A moved entry changes its place in one write when both places lie in one block. Otherwise a note in the
 //!   root directory says that it is under way, and [`Volume::settle`] completes it or takes it back: see the
-//!   module `moving`.
+//!   module `rename`.
 
 mod cursor;
 mod disk;
 mod entry;
+mod entry_slots;
 mod geometry;
 mod letter_case;
 mod lookup;
-mod moving;
 mod name;
-mod placing;
-mod reading;
-mod record;
+mod reader;
+mod rename;
 mod short_name;
+mod slot;
 mod table;
 mod volume;
 
@@ -53,8 +53,8 @@ pub(crate) use geometry::LARGER_THAN_PARTITION;
 pub use geometry::{Kind, Volume};
 pub use lookup::Listing;
 pub use name::{Name, is_legal_name, same_name, stripped};
-pub use reading::Reader;
-pub use record::{Attributes, Place, Stamp};
+pub use reader::Reader;
+pub use slot::{Attributes, Place, Stamp};
 
 /// Bytes of a block.
 pub const BLOCK_BYTES: usize = 512;

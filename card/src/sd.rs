@@ -8,8 +8,8 @@
 //! | `host` | what a host controller has to do for it |
 //! | `registers` | CSD, SCR, CID, card status and the answer of CMD6, read from bits |
 //! | `identify` | from power-on to the transfer state, at the fastest clock that card and host allow |
-//! | `moving` | one transfer of blocks with its commands, tried again where it errs |
-//! | `queue`, `ahead`, `groups` | blocks queued for the card, read ahead for one reader, kept for all |
+//! | `block_transfer` | one transfer of blocks with its commands, tried again where it errs |
+//! | `write_queue`, `read_ahead`, `recent_blocks` | blocks queued for the card, read ahead for one reader, kept for all |
 //! | `service` | all of it: who may use the card next, and what is known of it |
 //!
 //! # Waiting
@@ -39,22 +39,22 @@
 //! [`Service::begin`] and [`Service::lent`] for each transfer of blocks between the card and memory that the
 //! host's DMA reaches, and [`Service::take_back`].
 
-mod ahead;
+mod block_transfer;
 mod error;
-mod groups;
 mod host;
 mod identify;
-mod moving;
-mod queue;
+mod read_ahead;
+mod recent_blocks;
 mod registers;
 mod service;
+mod write_queue;
 
 #[cfg(test)]
 mod tests;
 
-pub use ahead::Run;
 pub use error::{SdError, Unsupported};
 pub use host::{Answer, Block, Command, Direction, Fault, Host, Place, Power, Progress, Transfer};
+pub use read_ahead::Run;
 pub use registers::{CardInfo, Cid, Kind};
 pub use service::{Counters, Event, Lent, Read, Service, State};
 

@@ -1,11 +1,11 @@
 //! A FAT or exFAT volume: its place on the card, and reading of its files.
 
-mod finding;
+mod search;
 
 #[cfg(test)]
 mod tests;
 
-pub use finding::{NoVolume, find};
+pub use search::{NoVolume, find};
 
 use crate::fat::{Attributes, Blocks, Error, Name, Place, Stamp};
 use crate::{exfat, fat};

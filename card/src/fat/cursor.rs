@@ -2,7 +2,7 @@
 
 use super::disk::Disk;
 use super::geometry::Directory;
-use super::record::{Place, SLOTS_PER_BLOCK, Slot};
+use super::slot::{Place, SLOTS_PER_BLOCK, Slot};
 use super::table::Chain;
 use super::{Blocks, Error};
 

@@ -1,6 +1,6 @@
 //! Access to a volume through a buffer of one block.
 
-use super::record::{Place, SLOT_BYTES, Slot};
+use super::slot::{Place, SLOT_BYTES, Slot};
 use super::{BLOCK_BYTES, Block, Blocks, Error, Volume};
 
 /// A volume on its device, with the block that was used last. A change of the block goes to the card with

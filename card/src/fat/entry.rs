@@ -2,7 +2,7 @@
 
 use super::cursor::Cursor;
 use super::geometry::Kind;
-use super::record::{Attributes, Place, Slot, Stamp, cluster, short_name};
+use super::slot::{Attributes, Place, Slot, Stamp, cluster, short_name};
 use super::{Volume, half, word};
 
 /// A file or a directory.

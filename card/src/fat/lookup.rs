@@ -5,8 +5,8 @@ use super::disk::Disk;
 use super::entry::Entry;
 use super::geometry::Directory;
 use super::name::{Assembly, Name};
-use super::record::{Attributes, Place, SlotKind, kind_of, short_name};
 use super::short_name;
+use super::slot::{Attributes, Place, SlotKind, kind_of, short_name};
 use super::{Blocks, Error, Volume};
 
 /// The entries of a directory, one after the other. The listing may be kept between calls; entries that

@@ -2,7 +2,7 @@
 
 use super::cursor::Cursor;
 use super::letter_case::capital;
-use super::record::{SLOT_BYTES, Slot};
+use super::slot::{SLOT_BYTES, Slot};
 use super::{half, put};
 
 /// Longest name in UTF-16 units.

@@ -5,7 +5,7 @@ use super::entry::Entry;
 use super::geometry::Directory;
 use super::lookup::split;
 use super::name::Name;
-use super::record::{Attributes, Place, Stamp, cluster, new_slot, set_cluster, set_written};
+use super::slot::{Attributes, Place, Stamp, cluster, new_slot, set_cluster, set_written};
 use super::table::{Chain, Link};
 use super::{Blocks, Error, Listing, Volume, put, word};
 

@@ -1,15 +1,15 @@
 //! Sharing of the card among its users: order of access, and state of the card.
 
-use super::ahead::{Ahead, Run};
+use super::block_transfer::{Move, Moving};
 use super::error::SdError;
-use super::groups::Groups;
 use super::host::{Block, Direction, Host, Place};
 use super::identify::Identify;
-use super::moving::{Move, Moving};
-use super::queue::Queue;
+use super::read_ahead::{Ahead, Run};
+use super::recent_blocks::Groups;
 use super::registers::CardInfo;
+use super::write_queue::Queue;
 
-mod going_on;
+mod advance;
 
 /// Time within which a user asks again for a quiet card; until then no write begins.
 const ASKED_US: u64 = 2_000;

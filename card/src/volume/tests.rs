@@ -108,7 +108,7 @@ fn guid_table(entry_bytes: u32, first: u64, last: u64) -> ReadOnlyCard {
     // The second of the table's partitions; the first is something else.
     let at = 2 * BLOCK + entry_bytes as usize;
     card.0[2 * BLOCK..][..16].fill(0x11);
-    card.0[at..][..16].copy_from_slice(&super::finding::BASIC_DATA);
+    card.0[at..][..16].copy_from_slice(&super::search::BASIC_DATA);
     card.0[at + 32..][..8].copy_from_slice(&first.to_le_bytes());
     card.0[at + 40..][..8].copy_from_slice(&last.to_le_bytes());
     card

@@ -5,8 +5,8 @@ use super::disk::Disk;
 use super::entry::Entry;
 use super::geometry::Directory;
 use super::name::{MAX_SLOTS, Name, checksum};
-use super::record::{FREE, Place, SLOT_BYTES, Slot, SlotKind, kind_of, short_name};
 use super::short_name::{Basis, TAILS, plain};
+use super::slot::{FREE, Place, SLOT_BYTES, Slot, SlotKind, kind_of, short_name};
 use super::{Blocks, Error};
 
 /// Most rounds of short names for a name: each of 65,536 gives nine. A directory that has them all was made

@@ -16,11 +16,11 @@
 
 use super::disk::Disk;
 use super::entry::Entry;
+use super::entry_slots::NewName;
 use super::geometry::Directory;
 use super::lookup::split;
 use super::name::Name;
-use super::placing::NewName;
-use super::record::{Attributes, FREE, Place, SLOT_BYTES, Slot, SlotKind, kind_of, set_cluster};
+use super::slot::{Attributes, FREE, Place, SLOT_BYTES, Slot, SlotKind, kind_of, set_cluster};
 use super::table::Link;
 use super::{Blocks, Error, Listing, Volume, put, word};
 
@@ -163,7 +163,7 @@ impl<B: Blocks> Disk<'_, B> {
         let (taken_away, to) = (self.slot(note.from)?, self.slot(note.to)?);
         let mut before = taken_away;
         before[0] = note.first_byte;
-        let cluster = super::record::cluster(&before, self.volume.kind);
+        let cluster = super::slot::cluster(&before, self.volume.kind);
         // An entry moved differs only in its name. A target that was written and is gone was moved on or
         // removed by others.
         let is_there = kind_of(&to) == SlotKind::Entry && to[11] == before[11] && to[13..] == before[13..];

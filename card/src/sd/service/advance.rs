@@ -1,11 +1,11 @@
 //! Choice of the next transfer, and the handling of finished ones.
 
 use super::{Active, Counters, Lent, Purpose, Service, State};
-use crate::sd::ahead::Run;
+use crate::sd::block_transfer::{Move, Moved, Moving};
 use crate::sd::error::SdError;
 use crate::sd::host::{Command, Direction, Host, Place, Progress};
 use crate::sd::identify::Identify;
-use crate::sd::moving::{Move, Moved, Moving};
+use crate::sd::read_ahead::Run;
 use crate::sd::registers::CardInfo;
 use crate::sd::{BLOCK_BYTES, SCRATCH_SLOT};
 
