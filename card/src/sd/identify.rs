@@ -186,25 +186,21 @@ impl Identify {
     }
 
     fn after(&mut self, done: Result<(), Fault>, host: &mut impl Host, now_us: u64) -> Outcome {
+        match done {
+            Ok(()) => self.after_answer(host, now_us),
+            Err(fault) => self.after_fault(fault, host, now_us),
+        }
+    }
+
+    fn after_fault(&mut self, fault: Fault, host: &mut impl Host, now_us: u64) -> Outcome {
         use Outcome::{Failed, Next};
-        let [answer, ..] = host.answer();
-        match (self.step, done) {
+        match (self.step, fault) {
             // Only cards since version 2 know CMD8, and only they may be of high capacity.
-            (Step::InterfaceCondition, Err(Fault::NoAnswer)) => Next(self.first_conditions(now_us)),
-            (Step::InterfaceCondition, Ok(())) => {
-                if answer & 0xFFF != INTERFACE_CONDITION {
-                    return Failed(SdError::Unsupported(Unsupported::Voltage));
-                }
-                self.is_version_two = true;
-                Next(self.first_conditions(now_us))
-            }
+            (Step::InterfaceCondition, Fault::NoAnswer) => Next(self.first_conditions(now_us)),
             // A MultiMediaCard knows neither of these commands nor CMD8. A card that answered before and does
             // not now has gone.
-            (Step::AnnounceConditions | Step::Conditions, Err(Fault::NoAnswer)) if !self.has_answered => {
-                Next(Step::AskMmc)
-            }
-            (Step::AskMmc, Ok(())) => Failed(SdError::Unsupported(Unsupported::Mmc)),
-            (Step::AskMmc, Err(_)) => Failed(SdError::NoCard),
+            (Step::AnnounceConditions | Step::Conditions, Fault::NoAnswer) if !self.has_answered => Next(Step::AskMmc),
+            (Step::AskMmc, _) => Failed(SdError::NoCard),
             // A card that cannot do the fast mode, or damages data in it, works at the usual clock.
             (
                 Step::AnnounceScr
@@ -213,59 +209,71 @@ impl Identify {
                 | Step::SetHighSpeed
                 | Step::AnnounceScrAgain
                 | Step::ScrAgain,
-                Err(_),
+                _,
             ) => Next(Step::Cut),
             (Step::Cut, _) => self.stay_slow(host),
-            (step, Err(fault)) => Failed(SdError::of(fault, index(step))),
-            (Step::GoIdle, Ok(())) => Next(Step::InterfaceCondition),
-            (Step::AnnounceConditions, Ok(())) => Next(Step::Conditions),
-            (Step::Conditions, Ok(())) => self.heard_conditions(answer, now_us),
-            (Step::AllCids, Ok(())) => {
+            (step, fault) => Failed(SdError::of(fault, index(step))),
+        }
+    }
+
+    fn after_answer(&mut self, host: &mut impl Host, now_us: u64) -> Outcome {
+        use Outcome::{Failed, Next};
+        let [answer, ..] = host.answer();
+        match self.step {
+            Step::InterfaceCondition => {
+                if answer & 0xFFF != INTERFACE_CONDITION {
+                    return Failed(SdError::Unsupported(Unsupported::Voltage));
+                }
+                self.is_version_two = true;
+                Next(self.first_conditions(now_us))
+            }
+            Step::AskMmc => Failed(SdError::Unsupported(Unsupported::Mmc)),
+            Step::Cut => self.stay_slow(host),
+            Step::GoIdle => Next(Step::InterfaceCondition),
+            Step::AnnounceConditions => Next(Step::Conditions),
+            Step::Conditions => self.heard_conditions(answer, now_us),
+            Step::AllCids => {
                 self.info.cid = Cid(host.answer());
                 Next(Step::Address)
             }
-            (Step::Address, Ok(())) => {
+            Step::Address => {
                 self.info.relative_address = answer & 0xFFFF_0000;
                 Next(Step::Csd)
             }
-            (Step::Csd, Ok(())) => self.heard_csd(host.answer()),
-            (Step::Select, Ok(())) if answer & status::CARD_IS_LOCKED != 0 => {
-                Failed(SdError::Unsupported(Unsupported::Locked))
-            }
-            (Step::Select | Step::AnnounceWidth | Step::Width | Step::BlockLength, Ok(()))
+            Step::Csd => self.heard_csd(host.answer()),
+            Step::Select if answer & status::CARD_IS_LOCKED != 0 => Failed(SdError::Unsupported(Unsupported::Locked)),
+            Step::Select | Step::AnnounceWidth | Step::Width | Step::BlockLength
                 if answer & status::ERRORS & !status::CARD_IS_LOCKED != 0 =>
             {
                 Failed(refusal(index(self.step), answer & status::ERRORS))
             }
-            (Step::Select, Ok(())) => Next(Step::AnnounceWidth),
-            (Step::AnnounceWidth, Ok(())) => Next(Step::Width),
-            (Step::Width, Ok(())) => {
+            Step::Select => Next(Step::AnnounceWidth),
+            Step::AnnounceWidth => Next(Step::Width),
+            Step::Width => {
                 host.set_bus(self.most_hz.min(self.info.highest_hz()), true);
                 Next(Step::BlockLength)
             }
-            (Step::BlockLength, Ok(())) if !self.can_switch || self.most_hz <= self.info.highest_hz() => Outcome::Done,
-            (Step::BlockLength, Ok(())) => Next(Step::AnnounceScr),
-            (Step::AnnounceScr, Ok(())) => Next(Step::Scr),
-            (Step::Scr, Ok(())) => {
+            Step::BlockLength if !self.can_switch || self.most_hz <= self.info.highest_hz() => Outcome::Done,
+            Step::BlockLength => Next(Step::AnnounceScr),
+            Step::AnnounceScr => Next(Step::Scr),
+            Step::Scr => {
                 self.scr = read(host);
                 if scr_knows_switch(&self.scr) { Next(Step::AskHighSpeed) } else { Outcome::Done }
             }
-            (Step::AskHighSpeed, Ok(())) if offers_high_speed(&read::<64>(host)) => Next(Step::SetHighSpeed),
-            (Step::SetHighSpeed, Ok(())) if has_high_speed(&read::<64>(host)) => {
+            Step::AskHighSpeed if offers_high_speed(&read::<64>(host)) => Next(Step::SetHighSpeed),
+            Step::SetHighSpeed if has_high_speed(&read::<64>(host)) => {
                 self.info.is_fast = true;
                 host.set_bus(self.most_hz.min(self.info.highest_hz()), true);
                 Next(Step::AnnounceScrAgain)
             }
-            (Step::AskHighSpeed | Step::SetHighSpeed, Ok(())) => Outcome::Done,
-            (Step::AnnounceScrAgain, Ok(())) => Next(Step::ScrAgain),
-            (Step::ScrAgain, Ok(())) => {
+            Step::AskHighSpeed | Step::SetHighSpeed => Outcome::Done,
+            Step::AnnounceScrAgain => Next(Step::ScrAgain),
+            Step::ScrAgain => {
                 // The register SCR must read the same at the fast clock as at the usual one.
                 if read(host) == self.scr { Outcome::Done } else { self.stay_slow(host) }
             }
             // Steps without a command were left above.
-            (Step::PowerCycle | Step::PowerOff | Step::FirstClocks | Step::WaitForReady, Ok(())) => {
-                Failed(SdError::Host)
-            }
+            Step::PowerCycle | Step::PowerOff | Step::FirstClocks | Step::WaitForReady => Failed(SdError::Host),
         }
     }
 
