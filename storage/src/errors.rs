@@ -4,7 +4,8 @@ use base::ports::StorageError;
 use card::fat;
 use embedded_sdmmc::Error;
 
-use crate::{Card, Fault};
+use crate::device::Card;
+use crate::sdmmc_device::Fault;
 
 /// Converts an error of a name.
 pub(crate) fn of_name<C: Card>(error: fat::Error<C::Error>) -> StorageError {

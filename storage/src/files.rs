@@ -5,24 +5,22 @@ use base::ports::{
     StorageError,
 };
 use card::fat::{Error as NameError, Name, Place, Stamp, Volume};
+use card::volume::{Listing, Volume as Mounted};
 use embedded_sdmmc::{RawFile, RawVolume, TimeSource, VolumeIdx, VolumeManager};
 use heapless::{String, Vec};
 
-use crate::Card;
-use crate::ahead::Ahead;
-use crate::beside::{Beside, Readers};
+use crate::device::{Card, Device, NotRead};
 use crate::errors::{of_content, of_name};
-use crate::finding::find_volume;
-use crate::lens::{Device, Lens, NotRead};
 use crate::listing::listed;
-use crate::written::{Gathered, Written};
-use card::volume::{Listing, Volume as Mounted};
+use crate::mount::find_volume;
+use crate::read_ahead::Ahead;
+use crate::readers::{Reader, Readers};
+use crate::sdmmc_device::{MAX_FILES, SdmmcDevice};
+use crate::write_buffer::{Gathered, Written};
 
 mod opening;
 mod writing;
 
-/// Files open at once.
-pub const MAX_FILES: usize = 5;
 /// Directories open at once: the one that is left and the one that is entered.
 const MAX_DIRECTORIES: usize = 2;
 /// Blocks that most changes write: with room for them, and the card at rest, they wait for nothing.
@@ -32,7 +30,7 @@ const COUNTED_BLOCKS: u32 = 16;
 /// Directory in which the card appears in paths.
 const MOUNT_POINT: &str = "sd";
 
-type Manager<C, T> = VolumeManager<Lens<C>, T, MAX_DIRECTORIES, MAX_FILES, 1>;
+type Manager<C, T> = VolumeManager<SdmmcDevice<C>, T, MAX_DIRECTORIES, MAX_FILES, 1>;
 
 /// An open file with its handle.
 struct Open {
@@ -43,7 +41,7 @@ struct Open {
 
 /// Use for which a file is open.
 enum Content {
-    Read(Beside),
+    Read(Reader),
     Written(Written),
 }
 
@@ -78,7 +76,7 @@ pub struct CardStorage<'g, C: Card, T: TimeSource> {
 impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
     /// Creates the storage without mounting the card.
     pub fn new(card: C, clock: T, gathered: &'g mut Gathered) -> Self {
-        let manager = Manager::new_with_limits(Lens::new(card), clock.clone(), 1);
+        let manager = Manager::new_with_limits(SdmmcDevice::new(card), clock.clone(), 1);
         Self {
             manager,
             clock,
@@ -105,13 +103,13 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         self.ahead = None;
         self.readers.clear();
         self.card(C::unfollow);
-        self.manager.device(|lens| (lens.volume, lens.absent) = (None, StorageError::Lent));
+        self.manager.device(|sdmmc| (sdmmc.volume, sdmmc.absent) = (None, StorageError::Lent));
         Ok(())
     }
 
     /// Runs `action` on the card itself.
     pub fn card<R>(&self, action: impl FnOnce(&mut C) -> R) -> R {
-        self.manager.device(|lens| action(lens.card()))
+        self.manager.device(|sdmmc| action(sdmmc.card()))
     }
 
     fn now(&self) -> Stamp {
@@ -124,8 +122,8 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         &self,
         action: impl FnOnce(&mut Volume, &mut Device<'_, C>) -> Result<R, NameError<C::Error>>,
     ) -> Result<R, StorageError> {
-        self.manager.device(|lens| {
-            let (volume, mut device) = lens.names()?;
+        self.manager.device(|sdmmc| {
+            let (volume, mut device) = sdmmc.names()?;
             action(volume, &mut device).map_err(of_name::<C>)
         })
     }
@@ -144,14 +142,14 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         &self,
         action: impl FnOnce(&mut Mounted, &mut Device<'_, C>) -> Result<R, NameError<C::Error>>,
     ) -> Result<R, StorageError> {
-        self.manager.device(|lens| {
-            let (volume, mut device) = lens.reading()?;
+        self.manager.device(|sdmmc| {
+            let (volume, mut device) = sdmmc.reading()?;
             action(volume, &mut device).map_err(of_name::<C>)
         })
     }
 
     /// A file that is only read, beside or not.
-    fn reader(&mut self, file: FileHandle) -> Option<&mut Beside> {
+    fn reader(&mut self, file: FileHandle) -> Option<&mut Reader> {
         reader_of(&mut self.open, &mut self.readers, file)
     }
 
@@ -159,11 +157,11 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
     fn read_on(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
         let Self { manager, readers, open, ahead, .. } = self;
         let Some(reader) = reader_of(open, readers, file) else { return Err(StorageError::NotFound) };
-        let count = manager.device(|lens| {
-            let (volume, mut device) = lens.reading()?;
+        let count = manager.device(|sdmmc| {
+            let (volume, mut device) = sdmmc.reading()?;
             let count = reader.read(volume, &mut device, buffer).map_err(of_name::<C>)?;
             if let Some(ahead) = ahead.as_mut().filter(|ahead| ahead.file == file) {
-                ahead.go_on(reader.offset, lens);
+                ahead.go_on(reader.offset, sdmmc);
             }
             Ok(count)
         })?;
@@ -174,15 +172,15 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
     fn can_read_on(&mut self, file: FileHandle) -> bool {
         let Self { manager, readers, open, ahead, .. } = self;
         let Some(reader) = reader_of(open, readers, file) else { return true };
-        manager.device(|lens| {
+        manager.device(|sdmmc| {
             if let Some(ahead) = ahead.as_mut().filter(|ahead| ahead.file == file) {
                 if !ahead.leads_from(reader.offset) {
-                    lens.card().unfollow();
+                    sdmmc.card().unfollow();
                     *ahead = Ahead::new(file, reader.reader, reader.offset);
                 }
-                ahead.go_on(reader.offset, lens);
+                ahead.go_on(reader.offset, sdmmc);
             }
-            let Some((volume, mut device)) = lens.names_at_hand() else { return true };
+            let Some((volume, mut device)) = sdmmc.names_at_hand() else { return true };
             let read = reader.reader.read(volume, &mut device, reader.offset, &mut [0]);
             !matches!(read, Err(NameError::Device(NotRead::Yet)))
         })
@@ -203,7 +201,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
         }
         self.card(C::forgive);
         self.listed = None;
-        self.manager.device(|lens| lens.mend()).map_err(of_name::<C>)
+        self.manager.device(|sdmmc| sdmmc.mend()).map_err(of_name::<C>)
     }
 
     fn written_or_none(&mut self, file: FileHandle) -> Result<RawFile, StorageError> {
@@ -211,7 +209,7 @@ impl<'g, C: Card, T: TimeSource + Clone> CardStorage<'g, C, T> {
     }
 
     fn written(&mut self, file: FileHandle) -> Result<&mut Written, StorageError> {
-        self.manager.device(|lens| lens.volume.as_ref().map(drop).ok_or(lens.absent))?;
+        self.manager.device(|sdmmc| sdmmc.volume.as_ref().map(drop).ok_or(sdmmc.absent))?;
         let open = self.open.iter_mut().find(|open| open.handle == file).ok_or(StorageError::NotFound)?;
         match &mut open.content {
             Content::Written(written) => Ok(written),
@@ -243,27 +241,27 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
             // a new one.
             let _gone = self.close_content(&open);
         }
-        self.manager.device(|lens| lens.volume = None);
+        self.manager.device(|sdmmc| sdmmc.volume = None);
         if let Some(volume) = self.raw_volume.take() {
             // Closing would note the place where free clusters were last looked for, which need not be on the
             // same card.
             let _refused = self.manager.close_volume(volume);
         }
-        self.manager.device(|lens| {
-            let card = lens.card();
+        self.manager.device(|sdmmc| {
+            let card = sdmmc.card();
             let identified = card.identify().map_err(|error| C::reason(&error));
             let is_lent = identified == Err(StorageError::Lent);
-            lens.absent = if is_lent { StorageError::Lent } else { StorageError::NoCard };
+            sdmmc.absent = if is_lent { StorageError::Lent } else { StorageError::NoCard };
             identified?;
-            lens.volume = Some(find_volume(lens.card())?);
+            sdmmc.volume = Some(find_volume(sdmmc.card())?);
             Ok(())
         })?;
-        if self.manager.device(|lens| matches!(lens.volume, Some(Mounted::Exfat(_)))) {
+        if self.manager.device(|sdmmc| matches!(sdmmc.volume, Some(Mounted::Exfat(_)))) {
             return Ok(());
         }
         let opened = self.manager.open_raw_volume(VolumeIdx(0)).map_err(of_content::<C>);
         if opened.is_err() {
-            self.manager.device(|lens| lens.volume = None);
+            self.manager.device(|sdmmc| sdmmc.volume = None);
         }
         self.raw_volume = Some(opened?);
         Ok(())
@@ -271,7 +269,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
 
     fn forget_card(&mut self) {
         self.listed = None;
-        self.manager.device(|lens| (lens.volume, lens.absent) = (None, StorageError::NotResponding));
+        self.manager.device(|sdmmc| (sdmmc.volume, sdmmc.absent) = (None, StorageError::NotResponding));
     }
 
     fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
@@ -291,7 +289,7 @@ impl<C: Card, T: TimeSource + Clone> Storage for CardStorage<'_, C, T> {
                 let entry = storage.prepare(path, mode)?;
                 storage.readers.forget(entry.place());
                 let raw = storage.open_content(path, &entry)?;
-                storage.manager.device(|lens| lens.keep(&entry));
+                storage.manager.device(|sdmmc| sdmmc.keep(&entry));
                 Open { handle, place: entry.place(), content: Content::Written(Written { raw, has_failed: false }) }
             };
             // The check above made sure of room.
@@ -463,7 +461,7 @@ fn reader_of<'a>(
     open: &'a mut Vec<Open, MAX_FILES>,
     readers: &'a mut Readers,
     file: FileHandle,
-) -> Option<&'a mut Beside> {
+) -> Option<&'a mut Reader> {
     match open.iter_mut().find(|open| open.handle == file).map(|open| &mut open.content) {
         Some(Content::Read(reader)) => Some(reader),
         Some(Content::Written(_)) => None,

@@ -2,9 +2,8 @@
 
 use base::ports::{DirectoryEntry, FileAttributes, FileTime};
 use card::fat::{Attributes, Name};
-use heapless::String;
-
 use card::volume::Facts;
+use heapless::String;
 
 /// The entry with this name.
 pub(crate) fn listed(entry: &Facts, name: &Name) -> DirectoryEntry {

@@ -9,7 +9,7 @@ use std::vec::Vec;
 use base::ports::StorageError;
 use card::fat::Block;
 
-use crate::Card;
+use crate::device::Card;
 
 /// First block of the volume on the card.
 const FIRST_BLOCK: u32 = 8;

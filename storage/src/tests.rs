@@ -1,7 +1,6 @@
 //! The storage port on volumes in memory, judged by a foreign tool (`fatfs`) and by the checker of
 //! `card::fat`'s tests.
 
-mod beside;
 mod card;
 #[path = "../../card/src/fat/tests/checker.rs"]
 mod checker;
@@ -13,4 +12,5 @@ mod exfat;
 mod full;
 #[path = "../../card/src/exfat/tests/maker.rs"]
 mod maker;
+mod readers;
 mod sequences;

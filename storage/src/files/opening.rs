@@ -2,15 +2,15 @@
 
 use base::ports::{FileHandle, OpenMode, StorageError};
 use card::fat::{Attributes, Entry, Place};
+use card::volume::{FileReader, find_file};
 use embedded_sdmmc::{Mode, RawDirectory, RawFile, ShortFileName, TimeSource};
 use heapless::String;
 
 use super::CardStorage;
-use crate::Card;
-use crate::beside::Beside;
+use crate::device::Card;
 use crate::errors::of_content;
-use crate::lens::SHIFT;
-use card::volume::{FileReader, find_file};
+use crate::readers::Reader;
+use crate::sdmmc_device::SHIFT;
 
 impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
     /// The entry of a path, which no open file may have.
@@ -50,12 +50,12 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
             return Err(StorageError::Busy);
         }
         let handle = self.new_handle();
-        self.readers.push(Beside { handle, place, reader, offset: 0 })?;
+        self.readers.push(Reader { handle, place, reader, offset: 0 })?;
         Ok(handle)
     }
 
     /// The file of this path, which nobody has open, to be read.
-    pub(super) fn open_reader(&mut self, path: &str, handle: FileHandle) -> Result<Beside, StorageError> {
+    pub(super) fn open_reader(&mut self, path: &str, handle: FileHandle) -> Result<Reader, StorageError> {
         let (reader, place) = self.reading(|volume, device| find_file(volume, device, path))?;
         if self.open.iter().any(|open| open.place == place) {
             return Err(StorageError::Busy);
@@ -66,7 +66,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
                 volume.check(device, &entry)
             })?;
         }
-        Ok(Beside { handle, place, reader, offset: 0 })
+        Ok(Reader { handle, place, reader, offset: 0 })
     }
 
     /// Opens what a file contains, found by the short names along its path.

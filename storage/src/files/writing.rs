@@ -4,8 +4,9 @@ use base::ports::{FileHandle, Storage as _, StorageError};
 use embedded_sdmmc::{Error, TimeSource};
 
 use super::{CardStorage, Content, Open};
-use crate::Card;
+use crate::device::Card;
 use crate::errors::of_content;
+use crate::sdmmc_device::Fault;
 
 impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
     /// Writes what has been gathered, of whatever file.
@@ -21,7 +22,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
     pub(super) fn wrote(
         &mut self,
         file: FileHandle,
-        done: Result<(), Error<crate::Fault<C::Error>>>,
+        done: Result<(), Error<Fault<C::Error>>>,
     ) -> Result<(), StorageError> {
         let Err(error) = done else { return Ok(()) };
         if let Ok(written) = self.written(file) {
@@ -71,7 +72,7 @@ impl<C: Card, T: TimeSource + Clone> CardStorage<'_, C, T> {
         let has_failed = written.has_failed || done.is_err();
         let closed = self.manager.close_file(written.raw).and(done).map_err(of_content::<C>);
         let closed = if closed.is_err() { self.is_kept().map(drop).and(closed) } else { closed };
-        self.manager.device(|lens| lens.release(open.place));
+        self.manager.device(|sdmmc| sdmmc.release(open.place));
         if has_failed {
             // The bytes that were written stay; the clusters that were taken for the rest are given back.
             self.names(|volume, device| volume.trim(device, open.place))?;

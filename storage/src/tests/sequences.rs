@@ -10,7 +10,7 @@ use card::fat::{is_legal_name, same_name};
 use proptest::prelude::*;
 
 use super::card::{Mounted, clean, content, fat16, fat32, mounted, read};
-use crate::files::MAX_FILES;
+use crate::MAX_FILES;
 use crate::ram::RamCard;
 
 #[derive(Clone, Debug)]

@@ -3,22 +3,21 @@
 
 use base::ports::{FileHandle, StorageError};
 use card::fat::{Blocks, Error, Place};
-use heapless::Vec;
-
 use card::volume::{FileReader, Volume};
+use heapless::Vec;
 
 /// Files read beside at once: one, and those that wait for their subroutines.
 pub const MAX_BESIDE: usize = 4;
 
 /// A file that is read.
-pub(crate) struct Beside {
+pub(crate) struct Reader {
     pub handle: FileHandle,
     pub place: Place,
     pub reader: FileReader,
     pub offset: u32,
 }
 
-impl Beside {
+impl Reader {
     /// Reads on, to the end of a block at most.
     pub fn read<B: Blocks>(
         &mut self,
@@ -34,14 +33,14 @@ impl Beside {
 
 /// All readers beside others.
 #[derive(Default)]
-pub(crate) struct Readers(Vec<Beside, MAX_BESIDE>);
+pub(crate) struct Readers(Vec<Reader, MAX_BESIDE>);
 
 impl Readers {
-    pub fn push(&mut self, beside: Beside) -> Result<(), StorageError> {
+    pub fn push(&mut self, beside: Reader) -> Result<(), StorageError> {
         self.0.push(beside).map_err(|_| StorageError::TooManyOpen)
     }
 
-    pub fn get(&mut self, file: FileHandle) -> Option<&mut Beside> {
+    pub fn get(&mut self, file: FileHandle) -> Option<&mut Reader> {
         self.0.iter_mut().find(|beside| beside.handle == file)
     }
 

@@ -5,9 +5,8 @@ use base::ports::StorageError;
 use card::fat::Volume as FatVolume;
 use card::volume::{NoVolume, Volume, find};
 
-use crate::Card;
+use crate::device::{Card, Device};
 use crate::errors::of_name;
-use crate::lens::Device;
 
 /// Blocks of the smallest chip that a forgery is made with: 32 MB.
 const SMALLEST_CHIP: u32 = 1 << 16;

@@ -1,12 +1,11 @@
 //! Reading ahead along the clusters of the file that is played, as far as the card has memory for it.
 
 use base::ports::FileHandle;
-use card::fat::Error;
 use card::sd::{AHEAD_BLOCKS, Run};
-
-use crate::Card;
-use crate::lens::Lens;
 use card::volume::FileReader;
+
+use crate::device::Card;
+use crate::sdmmc_device::SdmmcDevice;
 
 /// Reading ahead of a file's reader.
 pub(crate) struct Ahead {
@@ -31,20 +30,18 @@ impl Ahead {
     }
 
     /// Looks where the file goes on, and has that read, as far as it takes no waiting.
-    pub fn go_on<C: Card>(&mut self, offset: u32, lens: &mut Lens<C>) {
+    pub fn go_on<C: Card>(&mut self, offset: u32, sdmmc: &mut SdmmcDevice<C>) {
         for _ in 0..CLUSTERS {
             if self.next.saturating_sub(offset) > FAR {
                 return;
             }
-            let Some(stretch) = lens.at_hand(|volume, device| match self.reader.stretch(volume, device, self.next) {
-                // The reader itself will find the damage and report it.
-                Err(Error::Device(_)) | Err(_) => None,
-                Ok(stretch) => stretch,
-            }) else {
+            // The reader itself will find an error and report it.
+            let Some((first, count)) =
+                sdmmc.at_hand(|volume, device| self.reader.stretch(volume, device, self.next).ok().flatten())
+            else {
                 return;
             };
-            let (first, count) = stretch;
-            if !lens.card().follow(Run { first, count }) {
+            if !sdmmc.card().follow(Run { first, count }) {
                 return;
             }
             self.next = self.next.saturating_add(count * 512);

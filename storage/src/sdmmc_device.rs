@@ -16,13 +16,15 @@ use core::cell::RefCell;
 use core::error::Error as CoreError;
 use core::fmt;
 
-use card::fat::{Block as FatBlock, Blocks, Entry, Error, Kind, Place, Volume};
+use base::ports::StorageError;
+use card::fat::{Block as FatBlock, Entry, Error, Kind, Place, Volume};
+use card::volume::Volume as Mounted;
 use embedded_sdmmc::{Block, BlockCount, BlockDevice, BlockIdx};
 
-use base::ports::StorageError;
+use crate::device::{AtHand, Card, Device};
 
-use crate::{Card, MAX_FILES};
-use card::volume::Volume as Mounted;
+/// Files open at once.
+pub const MAX_FILES: usize = 5;
 
 /// Offset of the case bits in an entry.
 const CASE_BITS: u32 = 12;
@@ -55,7 +57,7 @@ impl<E: fmt::Display> fmt::Display for Fault<E> {
 impl<E: CoreError> CoreError for Fault<E> {}
 
 /// The card, its volume, and the entries of open files.
-pub(crate) struct Lens<C> {
+pub(crate) struct SdmmcDevice<C> {
     /// The card in a cell, as `embedded-sdmmc` reads and writes through a shared reference.
     card: RefCell<C>,
     pub(crate) volume: Option<Mounted>,
@@ -65,7 +67,7 @@ pub(crate) struct Lens<C> {
     kept: [Option<(Place, u8)>; MAX_FILES],
 }
 
-impl<C> Lens<C> {
+impl<C> SdmmcDevice<C> {
     pub(crate) const fn new(card: C) -> Self {
         Self { card: RefCell::new(card), volume: None, absent: StorageError::NoCard, kept: [None; MAX_FILES] }
     }
@@ -139,7 +141,7 @@ impl<C> Lens<C> {
     }
 }
 
-impl<C: Card> BlockDevice for Lens<C> {
+impl<C: Card> BlockDevice for SdmmcDevice<C> {
     type Error = Fault<C::Error>;
 
     fn read(&self, blocks: &mut [Block], start: BlockIdx) -> Result<(), Self::Error> {
@@ -194,46 +196,4 @@ fn table(volume: &Volume) -> FatBlock {
     block.iter_mut().skip(446).zip(entry).for_each(|(to, from)| *to = from);
     block.iter_mut().skip(510).zip([0x55, 0xAA]).for_each(|(to, from)| *to = from);
     block
-}
-
-/// The card as [`card::fat`] sees it.
-pub(crate) struct Device<'a, C>(pub &'a mut C);
-
-impl<C: Card> Blocks for Device<'_, C> {
-    type Error = C::Error;
-
-    fn read(&mut self, number: u32, block: &mut FatBlock) -> Result<(), C::Error> {
-        self.0.read(number, block)
-    }
-
-    fn write(&mut self, number: u32, block: &FatBlock) -> Result<(), C::Error> {
-        self.0.write(number, block)
-    }
-}
-
-/// The card for a caller that does not wait: a block that is not at hand is asked for.
-pub(crate) struct AtHand<'a, C>(pub &'a mut C);
-
-/// Reason for which a block was not read.
-pub(crate) enum NotRead<E> {
-    /// The block has been asked for, and will come.
-    Yet,
-    /// The card's own error.
-    AtAll(E),
-}
-
-impl<C: Card> Blocks for AtHand<'_, C> {
-    type Error = NotRead<C::Error>;
-
-    fn read(&mut self, number: u32, block: &mut FatBlock) -> Result<(), Self::Error> {
-        match self.0.read_at_hand(number, block) {
-            Ok(true) => Ok(()),
-            Ok(false) => Err(NotRead::Yet),
-            Err(error) => Err(NotRead::AtAll(error)),
-        }
-    }
-
-    fn write(&mut self, number: u32, block: &FatBlock) -> Result<(), Self::Error> {
-        self.0.write(number, block).map_err(NotRead::AtAll)
-    }
 }
