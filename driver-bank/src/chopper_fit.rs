@@ -7,7 +7,7 @@ use tmc::stealth::{RegisterBus, StealthSettings};
 use tmc::{BlankTime, Chopper, Driver, HysteresisDecrement, Regulated};
 use units::Volts;
 
-use crate::fault;
+use crate::error::fault;
 use crate::stealth::Outside;
 
 /// Typical clock of the internal oscillator of a TMC2590 and of a TMC2660 (data sheets, "System clock").

@@ -5,10 +5,12 @@
 #![no_std]
 
 mod chopper_fit;
-mod expert;
+mod error;
+mod motor_driver;
 mod outside_bus;
 mod set_up;
 mod stealth;
+mod tuning;
 
 use core::fmt::Write;
 
@@ -17,28 +19,16 @@ use base::ports::{
 };
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
-use tmc::{Driver, Error, Microsteps, ReadSelect, Reading, StallGuard, StepInput};
+use tmc::{Driver, Microsteps, ReadSelect, Reading, StallGuard, StepInput};
 use units::{Actuator, Amps, PerActuator, Volts};
 
-pub use outside_bus::OutsideBus;
-pub use set_up::{NotSetUp, set_up, switch_off};
-pub use stealth::{CHIP_CLOCK, OUTSIDE_CLOCK, Outside, set_up as set_up_outside};
-pub use tmc::stealth::{SingleWire, SpiRegisters, WireFault, WireRegisters};
+use crate::error::fault;
 
-/// Driver of one actuator's coils. `LINE` is a single-wire UART; `E` enables an external driver: its active
-/// state is the pin's high.
-#[derive(Debug, Default)]
-pub enum MotorDriver<SPI, LINE, E> {
-    /// No driver, or a driver without an enable pin.
-    #[default]
-    None,
-    /// Chip on the on-board bus, with the highest current allowed for its power stage.
-    Chip(Driver<SPI>, Amps),
-    /// External driver, enabled by this pin.
-    External(E),
-    /// External driver whose chip is on a bus.
-    Outside(Outside<OutsideBus<SPI, LINE>, E>),
-}
+pub use motor_driver::MotorDriver;
+pub use outside_bus::OutsideBus;
+pub use set_up::{CHIP_CLOCK, NotSetUp, OUTSIDE_CLOCK, set_up, set_up_outside, switch_off};
+pub use stealth::Outside;
+pub use tmc::stealth::{SingleWire, SpiRegisters, WireFault, WireRegisters};
 
 /// The drivers of all actuators.
 #[derive(Debug)]
@@ -47,15 +37,6 @@ pub struct DriverBank<SPI, LINE, E>(pub PerActuator<MotorDriver<SPI, LINE, E>>);
 impl<SPI, LINE, E> Default for DriverBank<SPI, LINE, E> {
     fn default() -> Self {
         Self(PerActuator([const { MotorDriver::None }; units::MAX_ACTUATORS]))
-    }
-}
-
-fn fault<E>(error: Error<E>) -> DriverFault {
-    match error {
-        Error::Bus(_) | Error::Absent | Error::NoEcho => DriverFault::Silent,
-        Error::WrongAnswer(_) => DriverFault::BadAnswer,
-        Error::Reset => DriverFault::Reset,
-        Error::Setting(_) => DriverFault::BadSetting,
     }
 }
 
@@ -101,7 +82,7 @@ impl<SPI: SpiDevice, LINE: SingleWire, E: OutputPin> MotorDrivers for DriverBank
             return driver.set_current(peak);
         }
         let MotorDriver::Chip(chip, most) = &mut self.0[motor] else { return Err(DriverFault::External) };
-        let peak = if peak.0 > most.0 { *most } else { peak };
+        let peak = Amps(peak.0.min(most.0));
         chip.set_current(peak).map(|setting| setting.actual).map_err(fault)
     }
 
@@ -157,7 +138,7 @@ impl<SPI: SpiDevice, LINE: SingleWire, E: OutputPin> MotorDrivers for DriverBank
         // No filter, as the rotor would fall out of step before the four full steps of an average.
         let threshold = i8::try_from(search.threshold).map_err(|_| DriverFault::BadSetting)?;
         let stall_guard = StallGuard { threshold, filter: false };
-        let peak = search.current.map(|peak| if peak.0 > most.0 { *most } else { peak });
+        let peak = search.current.map(|peak| Amps(peak.0.min(most.0)));
         chip.begin_search(stall_guard, peak).map_err(fault)
     }
 
@@ -194,8 +175,8 @@ impl<SPI: SpiDevice, LINE: SingleWire, E: OutputPin> MotorDrivers for DriverBank
         }
         let Ok(chip) = self.chip(motor) else { return writeln!(out, "external driver") };
         match what {
-            Description::Everything => expert::describe(chip, motor, out),
-            Description::Chopper => expert::describe_chopper(chip, out),
+            Description::Everything => tuning::describe(chip, motor, out),
+            Description::Chopper => tuning::describe_chopper(chip, out),
         }
     }
 
@@ -221,7 +202,7 @@ impl<SPI: SpiDevice, LINE: SingleWire, E: OutputPin> MotorDrivers for DriverBank
             return Err(DriverFault::BadSetting);
         }
         let chip = self.chip(motor)?;
-        let word = expert::addressed(number, value).ok_or(DriverFault::BadSetting)?;
+        let word = tuning::addressed(number, value).ok_or(DriverFault::BadSetting)?;
         chip.write_raw(word).map_err(fault)
     }
 
@@ -234,6 +215,6 @@ impl<SPI: SpiDevice, LINE: SingleWire, E: OutputPin> MotorDrivers for DriverBank
         if let MotorDriver::Outside(driver) = &mut self.0[motor] {
             return driver.set_option(option, word);
         }
-        expert::set_option(self.chip(motor)?, option, word)
+        tuning::set_option(self.chip(motor)?, option, word)
     }
 }

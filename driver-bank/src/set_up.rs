@@ -2,12 +2,22 @@
 
 use core::fmt;
 
-use config::{ActuatorConfig, CoolStepConfig, DriverKind, TmcConfig};
-use embedded_hal::spi::SpiDevice;
+use config::{ActuatorConfig, CoolStepConfig, DriverKind, MachineConfig, TmcConfig};
+use embedded_hal::spi::{Mode, SpiDevice};
+use tmc::stealth::{self, SingleWire, StealthChip, StealthDriver, StealthSettings};
 use tmc::{Chip, CoolStep, Driver, Error, Microsteps, StallGuard, StepInput};
-use units::{Amps, Ohms};
+use units::{Actuator, Amps, Ohms};
 
-use crate::MotorDriver;
+use crate::motor_driver::MotorDriver;
+use crate::outside_bus::{BusFailed, OutsideBus};
+use crate::stealth::Outside;
+
+/// SPI mode of the chips, and a clock in Hz for the slowest oscillator and wires to a header; the chips allow
+/// 4 MHz ("SPI timing").
+pub const OUTSIDE_CLOCK: (Mode, u32) = (tmc::SPI_MODE, 1_000_000);
+
+/// SPI mode and clock of TMC2590 and TMC2660 on external boards.
+pub const CHIP_CLOCK: (Mode, u32) = (tmc::SPI_MODE, tmc::SPI_CLOCK_HZ);
 
 /// A setting that the chip cannot take; the motor stays without its driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,9 +69,9 @@ pub fn set_up<SPI: SpiDevice, LINE, E>(
     // Without a current of its own the motor keeps that of the raw registers, but for the ceiling.
     let wanted = motor.current.or(settings.registers.map(|_| driver.current()));
     if let Some(current) = wanted {
-        stored(driver.set_current(lesser(current, most)))?;
+        stored(driver.set_current(Amps(current.0.min(most.0))))?;
     }
-    stored(driver.set_standstill_current(settings.standstill_current.map(|current| lesser(current, most))))?;
+    stored(driver.set_standstill_current(settings.standstill_current.map(|current| Amps(current.0.min(most.0)))))?;
     let load = driver.registers().sgcsconf;
     stored(driver.set_stall_guard(StallGuard {
         threshold: settings.stall_threshold.unwrap_or(load.threshold()),
@@ -82,9 +92,62 @@ pub fn set_up<SPI: SpiDevice, LINE, E>(
     Ok(MotorDriver::Chip(driver, most))
 }
 
+/// Creates the driver of this motor outside the board, with its settings. Sends nothing.
+///
+/// # Errors
+/// The setting that the chip cannot take.
+pub fn set_up_outside<SPI: SpiDevice, LINE: SingleWire, E>(
+    bus: OutsideBus<SPI, LINE>,
+    enable: Option<E>,
+    config: &MachineConfig,
+    actuator: Actuator,
+) -> Result<MotorDriver<SPI, LINE, E>, NotSetUp<BusFailed>> {
+    let motor: &ActuatorConfig = &config.actuators[actuator];
+    let (Some(settings), Some(kind)) = (config.stealth_driver(actuator), chip_of(motor.driver)) else {
+        return Ok(MotorDriver::None);
+    };
+    let microsteps = Microsteps::from_count(motor.microsteps).ok_or(NotSetUp::Microsteps(motor.microsteps))?;
+    let full_steps_per_mm = motor.steps_per_mm / f64::from(motor.microsteps.max(1));
+    let plain = StealthSettings::new(settings.resistor.unwrap_or(Ohms(0.0)));
+    let settings_of_chip = StealthSettings {
+        microsteps,
+        interpolation: settings.step_interpolation,
+        stealth_threshold: settings
+            .stealth_threshold
+            .map(|speed| stealth::step_time(kind, (speed.get() * full_steps_per_mm) as f32)),
+        off_time: settings.off_time,
+        blank_time: kind.blank_time(settings.blank_time).unwrap_or(plain.blank_time),
+        hysteresis_start: settings.hysteresis_start,
+        hysteresis_end: settings.hysteresis_end,
+        stall_threshold: settings.stall_threshold,
+        stall_filter: settings.stall_filter,
+        stall_output: settings.stall_watch,
+        load_from: Some(stealth::step_time(kind, (config.load_speed(actuator).get() * full_steps_per_mm) as f32)),
+        cool_step: cool_step(&settings.cool_step),
+        ..plain
+    };
+    let mut chip = StealthDriver::new(bus, kind, settings_of_chip).map_err(NotSetUp::Driver)?;
+    if let Some(current) = motor.current {
+        chip.store_current(Amps(current.0.min(settings.max_current.0)));
+    }
+    Ok(MotorDriver::Outside(Outside { chip, enable, most: settings.max_current }))
+}
+
+/// Returns the chip of a driver of this kind; a TMC2226 is a TMC2209 in another case.
+const fn chip_of(kind: DriverKind) -> Option<StealthChip> {
+    match kind {
+        DriverKind::Tmc2130 => Some(StealthChip::Tmc2130),
+        DriverKind::Tmc5160 => Some(StealthChip::Tmc5160),
+        DriverKind::Tmc2240 => Some(StealthChip::Tmc2240),
+        DriverKind::Tmc2208 => Some(StealthChip::Tmc2208),
+        DriverKind::Tmc2209 | DriverKind::Tmc2226 => Some(StealthChip::Tmc2209),
+        DriverKind::Tmc2590 | DriverKind::Tmc2660 | DriverKind::External => None,
+    }
+}
+
 /// Converts the coolStep settings; their thresholds are in readings, of which the chip takes 32 at a time.
 /// `None` keeps the registers.
-pub(crate) fn cool_step(settings: &CoolStepConfig) -> Option<CoolStep> {
+fn cool_step(settings: &CoolStepConfig) -> Option<CoolStep> {
     let steps = |reading: u16| (reading / CoolStepConfig::STEP) as u8;
     let (lower, upper) = (steps(settings.lower), steps(settings.falls_from()));
     (lower > 0).then(|| CoolStep {
@@ -107,8 +170,4 @@ pub fn switch_off<SPI: SpiDevice>(spi: SPI) -> Result<(), Error<SPI::Error>> {
     const SENSE_RESISTOR: Ohms = Ohms(0.05);
     // Both kinds of chips have the same CHOPCONF.
     Driver::new(spi, Chip::Tmc2590, SENSE_RESISTOR)?.disable().map(drop)
-}
-
-fn lesser(a: Amps, b: Amps) -> Amps {
-    if a.0 < b.0 { a } else { b }
 }

@@ -4,91 +4,22 @@
 use core::fmt::{Result as Written, Write};
 
 use base::ports::{DriverFault, DriverStatus, ElectricalPhase, StallSearch};
-use config::{ActuatorConfig, DriverKind, MachineConfig};
 use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::{Mode, SpiDevice};
-use tmc::stealth::{
-    self, LoadMeasurement, RegisterBus, SingleWire, StealthChip, StealthDriver, StealthSettings, register,
-};
+use tmc::stealth::{self, LoadMeasurement, RegisterBus, StealthDriver, StealthSettings, register};
 use tmc::{Chopper, Microsteps};
-use units::{Actuator, Amps, Ohms};
+use units::{Actuator, Amps};
 
-use crate::outside_bus::{BusFailed, OutsideBus};
-use crate::set_up::{NotSetUp, cool_step};
-use crate::{MotorDriver, expert, fault};
-
-/// SPI mode of the chips, and a clock in Hz for the slowest oscillator and wires to a header; the chips allow
-/// 4 MHz ("SPI timing").
-pub const OUTSIDE_CLOCK: (Mode, u32) = (tmc::SPI_MODE, 1_000_000);
-
-/// SPI mode and clock of TMC2590 and TMC2660 on external boards.
-pub const CHIP_CLOCK: (Mode, u32) = (tmc::SPI_MODE, tmc::SPI_CLOCK_HZ);
+use crate::error::fault;
+use crate::tuning;
 
 /// External chip with the enable input and current limit of its board.
 #[derive(Debug)]
 pub struct Outside<BUS, E> {
     pub(crate) chip: StealthDriver<BUS>,
     /// The enable input of the driver's board, if a pin leads there.
-    enable: Option<E>,
+    pub(crate) enable: Option<E>,
     /// Highest current allowed for the board.
-    most: Amps,
-}
-
-/// Creates the driver of this motor outside the board, with its settings. Sends nothing.
-///
-/// # Errors
-/// The setting that the chip cannot take.
-pub fn set_up<SPI: SpiDevice, LINE: SingleWire, E>(
-    bus: OutsideBus<SPI, LINE>,
-    enable: Option<E>,
-    config: &MachineConfig,
-    actuator: Actuator,
-) -> Result<MotorDriver<SPI, LINE, E>, NotSetUp<BusFailed>> {
-    let motor: &ActuatorConfig = &config.actuators[actuator];
-    let (Some(settings), Some(kind)) = (config.stealth_driver(actuator), chip_of(motor.driver)) else {
-        return Ok(MotorDriver::None);
-    };
-    let microsteps = Microsteps::from_count(motor.microsteps).ok_or(NotSetUp::Microsteps(motor.microsteps))?;
-    let full_steps_per_mm = motor.steps_per_mm / f64::from(motor.microsteps.max(1));
-    let plain = StealthSettings::new(settings.resistor.unwrap_or(Ohms(0.0)));
-    let settings_of_chip = StealthSettings {
-        microsteps,
-        interpolation: settings.step_interpolation,
-        stealth_threshold: settings
-            .stealth_threshold
-            .map(|speed| stealth::step_time(kind, (speed.get() * full_steps_per_mm) as f32)),
-        off_time: settings.off_time,
-        blank_time: kind.blank_time(settings.blank_time).unwrap_or(plain.blank_time),
-        hysteresis_start: settings.hysteresis_start,
-        hysteresis_end: settings.hysteresis_end,
-        stall_threshold: settings.stall_threshold,
-        stall_filter: settings.stall_filter,
-        stall_output: settings.stall_watch,
-        load_from: Some(stealth::step_time(kind, (config.load_speed(actuator).get() * full_steps_per_mm) as f32)),
-        cool_step: cool_step(&settings.cool_step),
-        ..plain
-    };
-    let mut chip = StealthDriver::new(bus, kind, settings_of_chip).map_err(NotSetUp::Driver)?;
-    if let Some(current) = motor.current {
-        chip.store_current(lesser(current, settings.max_current));
-    }
-    Ok(MotorDriver::Outside(Outside { chip, enable, most: settings.max_current }))
-}
-
-/// Returns the chip of a driver of this kind; a TMC2226 is a TMC2209 in another case.
-const fn chip_of(kind: DriverKind) -> Option<StealthChip> {
-    match kind {
-        DriverKind::Tmc2130 => Some(StealthChip::Tmc2130),
-        DriverKind::Tmc5160 => Some(StealthChip::Tmc5160),
-        DriverKind::Tmc2240 => Some(StealthChip::Tmc2240),
-        DriverKind::Tmc2208 => Some(StealthChip::Tmc2208),
-        DriverKind::Tmc2209 | DriverKind::Tmc2226 => Some(StealthChip::Tmc2209),
-        DriverKind::Tmc2590 | DriverKind::Tmc2660 | DriverKind::External => None,
-    }
-}
-
-fn lesser(a: Amps, b: Amps) -> Amps {
-    if a.0 < b.0 { a } else { b }
+    pub(crate) most: Amps,
 }
 
 impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
@@ -108,7 +39,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
 
     /// Sets the peak current and returns the nearest possible one.
     pub(crate) fn set_current(&mut self, peak: Amps) -> Result<Amps, DriverFault> {
-        self.chip.set_current(lesser(peak, self.most)).map(|current| current.actual).map_err(fault)
+        self.chip.set_current(Amps(peak.0.min(self.most.0))).map(|current| current.actual).map_err(fault)
     }
 
     /// Returns the peak current that is set.
@@ -150,7 +81,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
 
     /// Sets current and load measurement for a search.
     pub(crate) fn begin_search(&mut self, search: StallSearch) -> Result<(), DriverFault> {
-        let peak = search.current.map(|peak| lesser(peak, self.most));
+        let peak = search.current.map(|peak| Amps(peak.0.min(self.most.0)));
         self.chip.begin_search(search.threshold, peak).map_err(fault)
     }
 
@@ -181,7 +112,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
                     letter => number(letter),
                 };
                 let Some(Chopper::SpreadCycle { off_time, hysteresis_start, hysteresis_end, .. }) =
-                    expert::chopper(false, &word)
+                    tuning::chopper(false, &word)
                 else {
                     return Err(DriverFault::BadSetting);
                 };
@@ -196,7 +127,7 @@ impl<BUS: RegisterBus, E: OutputPin> Outside<BUS, E> {
                 settings.stall_threshold = threshold.ok_or(DriverFault::BadSetting)?;
                 settings.stall_filter = number('Q').is_some_and(|value| value != 0);
             }
-            8 => settings.cool_step = Some(expert::cool_step(&number).ok_or(DriverFault::BadSetting)?),
+            8 => settings.cool_step = Some(tuning::cool_step(&number).ok_or(DriverFault::BadSetting)?),
             _ => return Err(DriverFault::BadSetting),
         }
         self.chip.set(settings).map_err(fault)

@@ -10,7 +10,7 @@ use tmc::{
 };
 use units::Actuator;
 
-use crate::fault;
+use crate::error::fault;
 
 /// Names of the registers as M911.2 numbers them, from 1, with the bits of their addresses.
 const REGISTERS: [(&str, u32); 5] = [
