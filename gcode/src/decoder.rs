@@ -6,7 +6,7 @@ use crate::expression;
 use crate::extended::{Extended, is_extended};
 use crate::flow::{self, FlowLine};
 use crate::number;
-use crate::scanner::{Blocks, column};
+use crate::scanner::Blocks;
 use core::fmt;
 
 /// A line that arrived whole and in turn.
@@ -103,7 +103,7 @@ impl Decoder {
             return Err(if number.is_some() || self.last != 0 {
                 Refusal::Resend { expected: self.expected() }
             } else {
-                Refusal::Syntax(SyntaxError { column: column(star), problem: Problem::BadChecksum })
+                Refusal::Syntax(SyntaxError::at(star, Problem::BadChecksum))
             });
         }
         let blocks = Blocks::starting_at(body, at);
@@ -198,7 +198,7 @@ fn line_number(line: &[u8], at: usize) -> Result<Option<(i32, usize)>, SyntaxErr
             let fraction = line.get(end + point..).unwrap_or(&[]).iter().take_while(|byte| byte.is_ascii_digit());
             Ok(Some((number, end + point + if point > 0 { fraction.count() } else { 0 })))
         }
-        None => Err(SyntaxError { column: column(at), problem: Problem::BadLineNumber }),
+        None => Err(SyntaxError::at(at, Problem::BadLineNumber)),
     }
 }
 
@@ -224,9 +224,7 @@ fn is_set_line_number(body: &[u8]) -> bool {
 fn text_of(body: &[u8], at: usize) -> Result<&str, Refusal> {
     match core::str::from_utf8(body.get(at..).unwrap_or(&[])) {
         Ok(text) => Ok(text.trim_matches([' ', '\t'])),
-        Err(error) => {
-            Err(Refusal::Syntax(SyntaxError { column: column(at + error.valid_up_to()), problem: Problem::NotText }))
-        }
+        Err(error) => Err(Refusal::Syntax(SyntaxError::at(at + error.valid_up_to(), Problem::NotText))),
     }
 }
 
@@ -250,7 +248,7 @@ fn checksum(line: &[u8], numbered: bool, at: usize) -> Result<Option<(usize, u8)
         Some((sum, end)) if matches!(line.get(end), None | Some(b';' | b'(')) => Ok(Some((first, sum))),
         // Unnumbered, the line may be text (`M117 2*x`); the scanner objects when it is not.
         _ if !numbered => Ok(None),
-        _ => Err(SyntaxError { column: column(first), problem: Problem::BadChecksum }),
+        _ => Err(SyntaxError::at(first, Problem::BadChecksum)),
     }
 }
 

@@ -108,6 +108,18 @@ pub struct SyntaxError {
     pub problem: Problem,
 }
 
+impl SyntaxError {
+    /// Creates the error of the word at this offset in the line.
+    pub(crate) fn at(offset: usize, problem: Problem) -> Self {
+        Self { column: column(offset), problem }
+    }
+}
+
+/// Returns the column of an offset in the line, from 1.
+pub(crate) fn column(offset: usize) -> u16 {
+    u16::try_from(offset).map_or(u16::MAX, |offset| offset.saturating_add(1))
+}
+
 /// `Illegal word: '@' where a letter should be, column 5`
 impl fmt::Display for SyntaxError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -8,7 +8,6 @@ use heapless::{String, Vec};
 
 use crate::error::{Problem, SyntaxError};
 use crate::number::{self, Flaw};
-use crate::scanner::column;
 
 /// Letters of a name at most.
 pub const MAX_NAME: usize = 32;
@@ -96,7 +95,7 @@ impl<'l, 'p> Reader<'l, 'p> {
     }
 
     fn error(&self, at: usize, problem: Problem) -> SyntaxError {
-        SyntaxError { column: column(at), problem }
+        SyntaxError::at(at, problem)
     }
 
     fn expect(&mut self, byte: u8) -> Result<(), SyntaxError> {

@@ -2,9 +2,8 @@
 
 use core::fmt::Write;
 
-use crate::error::{Problem, SyntaxError};
+use crate::error::{Problem, SyntaxError, column};
 use crate::expression::{Name, Parameters, Reader};
-use crate::scanner::column;
 
 /// Action of an O word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,7 +122,7 @@ impl<'a> FlowLine<'a> {
         }
         let length = rest.iter().take_while(|byte| byte.is_ascii_alphabetic()).count();
         let written = rest.get(..length).unwrap_or(&[]);
-        let bad = SyntaxError { column: column(begin), problem: Problem::BadFlowWord };
+        let bad = SyntaxError::at(begin, Problem::BadFlowWord);
         let word = FlowWord::of(written).ok_or(bad)?;
         Ok(Self { label, word, line, worked_out, at: begin + length })
     }
@@ -144,7 +143,7 @@ impl<'a> FlowLine<'a> {
         let mut label = Name::new();
         let is_number = (0.0..=f64::from(u32::MAX)).contains(&value) && libm::floor(value) == value;
         if !is_number || write!(label, "{}", value as u32).is_err() {
-            return Err(SyntaxError { column: column(begin), problem: Problem::BadLabel });
+            return Err(SyntaxError::at(begin, Problem::BadLabel));
         }
         Ok(Self { label, worked_out: None, ..self.clone() })
     }
@@ -164,7 +163,7 @@ impl<'a> FlowLine<'a> {
                     None => return Ok(()),
                 },
                 None | Some(b';') => return Ok(()),
-                Some(_) => return Err(SyntaxError { column: column(reader.at), problem: Problem::Expected(b'[') }),
+                Some(_) => return Err(SyntaxError::at(reader.at, Problem::Expected(b'['))),
             }
         }
     }
@@ -210,7 +209,7 @@ fn number(line: &[u8], reader: &mut Reader<'_, '_>) -> Result<Name, SyntaxError>
     let mut label = Name::new();
     for digit in rest.get(zeros..length).unwrap_or(&[]) {
         let pushed = label.push(char::from(*digit));
-        pushed.map_err(|_| SyntaxError { column: column(begin), problem: Problem::BadName })?;
+        pushed.map_err(|_| SyntaxError::at(begin, Problem::BadName))?;
     }
     Ok(label)
 }

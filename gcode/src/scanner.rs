@@ -1,7 +1,7 @@
 //! Words to blocks, one pass, lazily: blocks before a bad word are given before the error.
 
 use crate::block::{Block, Code, Letter};
-use crate::error::{Problem, SyntaxError};
+use crate::error::{Problem, SyntaxError, column};
 use crate::expression::{self, NoParameters, Parameters, Reader};
 use crate::number::{self, Flaw};
 use crate::text_value::{comment, string_or_list};
@@ -58,7 +58,7 @@ impl<'a> Blocks<'a> {
     }
 
     pub(crate) fn error(&self, at: usize, problem: Problem) -> SyntaxError {
-        SyntaxError { column: column(at), problem }
+        SyntaxError::at(at, problem)
     }
 
     pub(crate) fn skip_blanks(&mut self) {
@@ -263,10 +263,6 @@ fn is_remark(comment: &[u8]) -> bool {
         ["MSG,", "DEBUG,", "PRINT,", "LOG,", "LOGOPEN,", "LOGAPPEND,", "LOGCLOSE", "PROBEOPEN", "PROBECLOSE", "STOP"];
     let comment = comment.trim_ascii_start();
     WORDS.iter().any(|word| comment.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word.as_bytes())))
-}
-
-pub(crate) fn column(at: usize) -> u16 {
-    u16::try_from(at).map_or(u16::MAX, |at| at.saturating_add(1))
 }
 
 fn takes_text(code: Code) -> bool {

@@ -4,9 +4,9 @@
 //! lines each letter has a number, so what two letters in a row stand in is no code.
 
 use crate::block::{Block, Code, Letter};
-use crate::error::SyntaxError;
+use crate::error::{SyntaxError, column};
 use crate::number;
-use crate::scanner::{Blocks, column};
+use crate::scanner::Blocks;
 
 /// Whether a code is a program stop, M0 or M1.
 pub(crate) fn is_stop(code: Code) -> bool {

@@ -3,9 +3,9 @@
 use heapless::Vec;
 
 use crate::block::{Block, Code, Letter, WORD_LETTERS};
-use crate::error::{Problem, SyntaxError};
+use crate::error::{Problem, SyntaxError, column};
 use crate::expression::Parameters;
-use crate::scanner::{Blocks, column};
+use crate::scanner::Blocks;
 
 /// Codes of a line at most.
 pub const MOST_CODES: usize = 16;
