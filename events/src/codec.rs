@@ -15,6 +15,7 @@ pub struct Words {
 }
 
 impl Words {
+    /// Creates a reader of these words, or a writer over them.
     pub const fn new(words: [u32; PAYLOAD_WORDS]) -> Self {
         Self { words, count: 0 }
     }

@@ -79,6 +79,7 @@ pub(crate) struct Reader<'l, 'p> {
 }
 
 impl<'l, 'p> Reader<'l, 'p> {
+    /// Creates a reader that begins at this offset in the line.
     pub const fn new(line: &'l [u8], at: usize, parameters: &'p dyn Parameters) -> Self {
         Self { line, at, parameters, nested: 0 }
     }
@@ -87,6 +88,7 @@ impl<'l, 'p> Reader<'l, 'p> {
         self.line.get(self.at..).unwrap_or(&[])
     }
 
+    /// Returns the next byte that is no blank, without taking it.
     pub fn peek(&mut self) -> Option<u8> {
         while matches!(self.line.get(self.at), Some(b' ' | b'\t')) {
             self.at += 1;

@@ -37,6 +37,7 @@ pub(crate) struct Stay {
 }
 
 impl Stay {
+    /// Creates the stay of a machine at this position, mm.
     pub fn new(at: PerAxis<f64>) -> Self {
         Self { at, believed: at, has_printed: false, pushed: PerAxis([0.0; units::MAX_AXES]), furthest: at }
     }

@@ -36,30 +36,37 @@ impl Reader {
 pub(crate) struct Readers(Vec<Reader, MAX_BESIDE>);
 
 impl Readers {
-    pub fn push(&mut self, beside: Reader) -> Result<(), StorageError> {
-        self.0.push(beside).map_err(|_| StorageError::TooManyOpen)
+    /// Adds a reader.
+    ///
+    /// # Errors
+    /// [`StorageError::TooManyOpen`].
+    pub fn push(&mut self, reader: Reader) -> Result<(), StorageError> {
+        self.0.push(reader).map_err(|_| StorageError::TooManyOpen)
     }
 
+    /// Returns the reader of this handle.
     pub fn get(&mut self, file: FileHandle) -> Option<&mut Reader> {
-        self.0.iter_mut().find(|beside| beside.handle == file)
+        self.0.iter_mut().find(|reader| reader.handle == file)
     }
 
+    /// Whether a reader has this handle.
     pub fn has(&self, file: FileHandle) -> bool {
-        self.0.iter().any(|beside| beside.handle == file)
+        self.0.iter().any(|reader| reader.handle == file)
     }
 
-    /// Closes one; false when there is none.
+    /// Closes the reader of this handle; returns false when there is none.
     pub fn close(&mut self, file: FileHandle) -> bool {
         let before = self.0.len();
-        self.0.retain(|beside| beside.handle != file);
+        self.0.retain(|reader| reader.handle != file);
         self.0.len() < before
     }
 
-    /// The file of this entry is about to change.
+    /// Closes the readers of an entry whose file is about to change.
     pub fn forget(&mut self, place: Place) {
-        self.0.retain(|beside| beside.place != place);
+        self.0.retain(|reader| reader.place != place);
     }
 
+    /// Closes all readers.
     pub fn clear(&mut self) {
         self.0.clear();
     }

@@ -14,6 +14,7 @@ pub(super) struct Disk<'a, B> {
 }
 
 impl<'a, B: Blocks> Disk<'a, B> {
+    /// Creates a view of a volume with an empty buffer.
     pub fn new(volume: &'a mut Volume, device: &'a mut B) -> Self {
         Self { device, volume, number: None, block: [0; BLOCK_BYTES] }
     }

@@ -23,6 +23,7 @@ pub(super) struct NewName<'a> {
 }
 
 impl NewName<'_> {
+    /// Returns the number of slots with the entry's own.
     pub const fn slots(&self) -> usize {
         self.long_slots + 1
     }

@@ -118,6 +118,7 @@ pub(super) struct Assembly<'a> {
 }
 
 impl<'a> Assembly<'a> {
+    /// Creates an assembly that puts the pieces into `name`.
     pub fn new(name: &'a mut Name) -> Self {
         Self { name, state: None, first: None }
     }

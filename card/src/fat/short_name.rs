@@ -107,6 +107,7 @@ pub(super) struct Basis {
 }
 
 impl Basis {
+    /// Returns the characters of a long name that a short one may have.
     pub fn of(name: &Name) -> Self {
         let point = u16::from(b'.');
         let leading = name.units().iter().position(|unit| *unit != point).unwrap_or(0);

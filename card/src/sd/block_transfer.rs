@@ -71,6 +71,7 @@ pub(super) enum Moved {
 }
 
 impl Moving {
+    /// Creates a transfer that has not begun.
     pub const fn new(what: Move) -> Self {
         Self {
             what,

@@ -32,6 +32,7 @@ pub(super) struct Ahead {
 }
 
 impl Ahead {
+    /// Creates a reader without blocks and runs.
     pub const fn new() -> Self {
         Self {
             numbers: [0; AHEAD_BLOCKS],

@@ -18,6 +18,7 @@ pub(super) struct Groups {
 }
 
 impl Groups {
+    /// Creates empty groups.
     pub const fn new() -> Self {
         Self { groups: [Group { first: 0, count: 0, used: 0 }; GROUPS], uses: 0 }
     }
@@ -58,6 +59,7 @@ impl Groups {
         }
     }
 
+    /// Forgets all blocks.
     pub fn clear(&mut self) {
         self.groups.iter_mut().for_each(|group| group.count = 0);
     }

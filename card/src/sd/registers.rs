@@ -99,6 +99,10 @@ pub(super) struct Csd {
 }
 
 impl Csd {
+    /// Reads capacity, protection and command classes.
+    ///
+    /// # Errors
+    /// [`SdError::Unsupported`] for a card of more than 2 TB, whose CSD has another version.
     pub fn of(words: [u32; 4]) -> Result<Self, SdError> {
         let blocks = match field(words, 127, 126) {
             0 => {

@@ -18,14 +18,17 @@ const fn slot(place: usize) -> usize {
 }
 
 impl Queue {
+    /// Creates an empty queue.
     pub const fn new() -> Self {
         Self { numbers: [0; QUEUE_BLOCKS], first: 0, count: 0, sending: 0 }
     }
 
+    /// Whether no block waits or is being sent.
     pub const fn is_empty(&self) -> bool {
         self.count == 0
     }
 
+    /// Returns the number of blocks that still fit.
     pub const fn room(&self) -> usize {
         QUEUE_BLOCKS - self.count
     }
