@@ -4,7 +4,7 @@ use core::fmt::{self, Write};
 
 use units::PerAxis;
 
-use crate::action::{Action, AwaitInput, Centre, Contact, Corner, Effect, Move, ProbeDown, Rate, Shape};
+use crate::action::{Action, AwaitInput, Centre, Contact, Corner, Effect, Move, ProbeAlong, ProbeDown, Rate, Shape};
 use crate::function::Function;
 use crate::lights::{LightChange, Lights};
 
@@ -50,21 +50,7 @@ impl fmt::Display for Described<'_, '_> {
         match self.action {
             Action::Move(request) => describe_move(f, request, self.from),
             Action::Dwell(time) => write!(f, "dwell {} s", time.seconds()),
-            Action::Effect(Effect::Target { heater, target }) => {
-                write!(f, "heater {} to {} C, on the way", heater.index(), target.0)
-            }
-            Action::Effect(Effect::Switch { switch, on, value }) => {
-                write!(f, "switch {} {}", switch.index(), if *on { "on" } else { "off" })?;
-                value.map_or(Ok(()), |value| write!(f, " at {value}"))?;
-                f.write_str(", on the way")
-            }
-            Action::Effect(Effect::Arm { rule, armed }) => {
-                write!(f, "temperature switch {rule} {}", if *armed { "armed" } else { "disarmed" })
-            }
-            Action::Effect(Effect::Light(change)) => describe_light(f, change),
-            Action::Effect(Effect::Ignored { code, letter }) => {
-                write!(f, "{code} takes no {letter}: it changes nothing")
-            }
+            Action::Effect(effect) => describe_effect(f, effect),
             Action::HeatAndWait { heater, target, .. } => {
                 write!(f, "heater {} to {} C, and wait for it", heater.index(), target.0)
             }
@@ -79,13 +65,7 @@ impl fmt::Display for Described<'_, '_> {
             }
             Action::ForgetHoming(axes) => write!(f, "forget homing of {axes}"),
             Action::ProbeDown(probe) => describe_probe_down(f, probe),
-            Action::ProbeAlong(probe) => {
-                let until = if probe.until == Contact::Closes { "contact" } else { "release" };
-                write!(f, "search for {until} to")?;
-                describe_target(f, &probe.target, self.from)?;
-                probe.rate.map_or(Ok(()), |rate| write!(f, " at {} mm/s", rate.0))?;
-                f.write_str(if probe.must_find { ", or alarm" } else { "" })
-            }
+            Action::ProbeAlong(probe) => describe_probe_along(f, probe, self.from),
             Action::Finish => f.write_str("wait until nothing moves"),
             Action::EndProgram => f.write_str("end of program"),
             Action::Halt => f.write_str("emergency stop"),
@@ -96,10 +76,8 @@ impl fmt::Display for Described<'_, '_> {
             Action::Resume => f.write_str("resume"),
             Action::Message(text) => write!(f, "message: {text}"),
             Action::Pause { time, text, .. } => {
-                match time {
-                    Some(time) => write!(f, "wait {} s", time.seconds())?,
-                    None => f.write_str("wait for the operator")?,
-                }
+                let waits = time.map(|time| write!(f, "wait {} s", time.seconds()));
+                waits.unwrap_or_else(|| f.write_str("wait for the operator"))?;
                 text.map_or(Ok(()), |text| write!(f, ": {text}"))
             }
             Action::Call { number, times } => write!(f, "call O{number}, {times} times"),
@@ -111,13 +89,7 @@ impl fmt::Display for Described<'_, '_> {
                 f.write_str(if *hold { "" } else { ", feed hold waits" })
             }
             Action::RetractByHand => f.write_str("wait until the tool is drawn out by hand"),
-            Action::AwaitInput(AwaitInput { input, event: None, .. }) => write!(f, "read input {}", input.index()),
-            Action::AwaitInput(AwaitInput { input, event: Some(event), patience: AwaitInput::FOR_EVER }) => {
-                write!(f, "wait for input {}, {event:?}", input.index())
-            }
-            Action::AwaitInput(AwaitInput { input, event: Some(event), patience }) => {
-                write!(f, "wait for input {}, {event:?}, {} s at most", input.index(), patience.seconds())
-            }
+            Action::AwaitInput(awaited) => describe_awaited(f, awaited),
             Action::RigidTap { target, pitch, faster } => {
                 f.write_str("tap to")?;
                 describe_target(f, target, self.from)?;
@@ -195,6 +167,40 @@ fn describe_target(f: &mut fmt::Formatter<'_>, target: &PerAxis<f64>, from: &Per
 /// Rounds to the nanometre, so that a number typed by a person is shown as typed.
 fn tidy(mm: f64) -> f64 {
     libm::round(mm * 1e6) / 1e6
+}
+
+fn describe_effect(f: &mut fmt::Formatter<'_>, effect: &Effect) -> fmt::Result {
+    match effect {
+        Effect::Target { heater, target } => write!(f, "heater {} to {} C, on the way", heater.index(), target.0),
+        Effect::Switch { switch, on, value } => {
+            write!(f, "switch {} {}", switch.index(), if *on { "on" } else { "off" })?;
+            value.map_or(Ok(()), |value| write!(f, " at {value}"))?;
+            f.write_str(", on the way")
+        }
+        Effect::Arm { rule, armed } => {
+            write!(f, "temperature switch {rule} {}", if *armed { "armed" } else { "disarmed" })
+        }
+        Effect::Light(change) => describe_light(f, change),
+        Effect::Ignored { code, letter } => write!(f, "{code} takes no {letter}: it changes nothing"),
+    }
+}
+
+fn describe_awaited(f: &mut fmt::Formatter<'_>, awaited: &AwaitInput) -> fmt::Result {
+    let input = awaited.input.index();
+    let Some(event) = awaited.event else { return write!(f, "read input {input}") };
+    write!(f, "wait for input {input}, {event:?}")?;
+    match awaited.patience {
+        AwaitInput::FOR_EVER => Ok(()),
+        patience => write!(f, ", {} s at most", patience.seconds()),
+    }
+}
+
+fn describe_probe_along(f: &mut fmt::Formatter<'_>, probe: &ProbeAlong, from: &PerAxis<f64>) -> fmt::Result {
+    let until = if probe.until == Contact::Closes { "contact" } else { "release" };
+    write!(f, "search for {until} to")?;
+    describe_target(f, &probe.target, from)?;
+    probe.rate.map_or(Ok(()), |rate| write!(f, " at {} mm/s", rate.0))?;
+    f.write_str(if probe.must_find { ", or alarm" } else { "" })
 }
 
 fn describe_probe_down(f: &mut fmt::Formatter<'_>, probe: &ProbeDown) -> fmt::Result {

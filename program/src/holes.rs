@@ -201,18 +201,29 @@ impl Holes {
         None
     }
 
+    /// Returns the way off the bottom of the hole, where the cycle has one at the feed rate.
+    fn leave(&self) -> Step {
+        let to = |height: f64| Step::Feed(self.plan.hole(self.done, height));
+        match self.plan.cycle {
+            Cycle::Bore => to(self.plan.retract),
+            Cycle::BoreAndDwell | Cycle::Tap | Cycle::TapLeft => to(self.plan.clear),
+            _ => Step::Nothing,
+        }
+    }
+
     /// Returns the effect of the current stage and advances to the next stage.
     fn step(&mut self) -> Step {
         let plan = &self.plan;
         let height = self.at[plan.along];
         let to = |height: f64| plan.hole(self.done, height);
+        let straight_up = |height: f64| {
+            let mut up = self.at;
+            up[plan.along] = height;
+            Step::Rapid(up)
+        };
         let turn = |spindle: Spindle| Step::Do(Next::Turn(spindle));
         let (next, step) = match self.stage {
-            Stage::Lift if height < plan.retract => {
-                let mut up = self.at;
-                up[plan.along] = plan.retract;
-                (Stage::Over, Step::Rapid(up))
-            }
+            Stage::Lift if height < plan.retract => (Stage::Over, straight_up(plan.retract)),
             Stage::Lift => (Stage::Over, Step::Nothing),
             Stage::Over => (Stage::Approach, Step::Rapid(to(height))),
             Stage::Approach => (Stage::Secure, Step::Rapid(to(plan.retract))),
@@ -239,21 +250,9 @@ impl Holes {
                 (Stage::DrawnOut, Step::Do(Next::Action(Action::RetractByHand)))
             }
             Stage::ByHand => (Stage::Leave, Step::Nothing),
-            Stage::DrawnOut => {
-                // Straight up from the operator's position and never down, because the tool may be over a
-                // clamp.
-                let mut up = self.at;
-                up[plan.along] = height.max(plan.clear);
-                (Stage::Restore, Step::Rapid(up))
-            }
-            Stage::Leave => {
-                let leave = match plan.cycle {
-                    Cycle::Bore => Step::Feed(to(plan.retract)),
-                    Cycle::BoreAndDwell | Cycle::Tap | Cycle::TapLeft => Step::Feed(to(plan.clear)),
-                    _ => Step::Nothing,
-                };
-                (Stage::Clear, leave)
-            }
+            // From the operator's position and never down, because the tool may be over a clamp.
+            Stage::DrawnOut => (Stage::Restore, straight_up(height.max(plan.clear))),
+            Stage::Leave => (Stage::Clear, self.leave()),
             Stage::Clear => (Stage::Restore, Step::Rapid(to(plan.clear))),
             Stage::Restore => {
                 let is_other = plan.cycle.taps() || plan.cycle.stops_spindle();

@@ -32,12 +32,10 @@ pub(crate) fn predefined(program: &Interpreter, name: &str) -> Option<f64> {
     let tenfold = |code: gcode::Code| f64::from(code.number) * 10.0 + f64::from(code.subcode);
     Some(match name.strip_prefix('_')? {
         axis @ ("x" | "y" | "z" | "a" | "b" | "c") => {
-            let axis = axis_named(axis)?;
-            coordinate(modal, axis, &modal.work(&program.position))
+            coordinate(modal, axis_named(axis)?, &modal.work(&program.position))
         }
         axis @ ("abs_x" | "abs_y" | "abs_z" | "abs_a" | "abs_b" | "abs_c") => {
-            let axis = axis_named(axis.strip_prefix("abs_")?)?;
-            coordinate(modal, axis, &program.position)
+            coordinate(modal, axis_named(axis.strip_prefix("abs_")?)?, &program.position)
         }
         "u" | "v" | "w" | "abs_u" | "abs_v" | "abs_w" => 0.0,
         "vmajor" => MAJOR,

@@ -95,7 +95,7 @@ pub(crate) fn control_point<'b>(program: &mut Interpreter, words: &Words<'b>) ->
         let point = ControlPoint { x, y, weight };
         if program.splines.points.push(point).is_err() {
             program.splines.open = None;
-            return Err(Problem::ControlPoints.alarm(words.column()));
+            return Err(Problem::ControlPoints(crate::action::MOST_POINTS).alarm(words.column()));
         }
     }
     NOTHING
