@@ -12,6 +12,9 @@ mod set_up;
 mod stealth;
 mod tuning;
 
+#[cfg(test)]
+mod tests;
+
 use core::fmt::Write;
 
 use base::ports::{
