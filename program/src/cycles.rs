@@ -7,7 +7,7 @@ use crate::action::Action;
 use crate::auxiliary::Spindle;
 use crate::cycle::Cycle;
 use crate::holes::{Holes, Next};
-use crate::passes::Passes;
+use crate::thread_passes::Passes;
 
 /// Positions that a block reaches.
 pub type ToCome = Vec<PerAxis<f64>, 8>;

@@ -15,8 +15,8 @@ use crate::function::Function;
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, heat};
 use crate::setup::PulseSetup;
-use crate::strange_words;
 use crate::words::Words;
+use crate::words_not_taken;
 
 impl Interpreter {
     /// Returns the row that says how a block is read and where the block may run; `None` when the code is
@@ -69,7 +69,7 @@ impl Interpreter {
             words.check()?;
         }
         if words.has_strange(row.letters) {
-            strange_words::look(self, &words, row, dialect)?;
+            words_not_taken::look(self, &words, row, dialect)?;
         }
         let claimed = block.code.filter(|code| self.setup.claims.may_have(*code));
         // Nearly every line of a program takes this path.

@@ -11,7 +11,7 @@ use crate::claims::{Claim, MOST_CLAIMS};
 use crate::cycles::{Cycles, LeftHole, Series, ToCome};
 use crate::flow::Flow;
 use crate::holes::Next;
-use crate::left_out::LeftOut;
+use crate::left_out_objects::LeftOut;
 use crate::memory::Memory;
 use crate::modal::{Modal, MotionMode, Saved};
 use crate::park::ParkPosition;

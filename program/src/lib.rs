@@ -12,27 +12,25 @@
 #![forbid(unsafe_code)]
 
 mod action;
+mod action_text;
 mod auxiliary;
-mod beginning;
 mod claims;
 pub mod codes;
 pub mod commands;
 mod context;
 mod control_flow;
-mod copying;
 mod cycle;
 mod cycles;
-mod described;
 mod dialect;
 mod dispatch;
 pub mod extended;
 mod fault;
+mod file_start;
 mod flow;
 mod function;
 mod holes;
 mod interpreter;
-mod kept;
-mod left_out;
+mod left_out_objects;
 mod lights;
 mod meaning;
 mod memory;
@@ -41,8 +39,9 @@ mod named_parameters;
 mod order;
 mod parameters;
 mod park;
-mod passes;
+mod program_copy;
 mod remark;
+mod resume;
 mod rotation;
 mod saved_modes;
 mod script_modes;
@@ -50,37 +49,38 @@ mod setup;
 pub mod speed_factor;
 mod splines;
 mod state;
-mod strange_words;
+mod thread_passes;
 mod tool_table;
 mod tools;
 mod word;
 mod words;
+mod words_not_taken;
 
 pub use action::{
     Action, AwaitInput, Centre, Contact, ControlPoint, Corner, Effect, InputEvent, MOST_POINTS, Move, Pause,
     ProbeAlong, ProbeDown, Rate, Shape, Turning,
 };
 pub use auxiliary::{Auxiliary, Spindle};
-pub use beginning::{BEGINNING_BYTES, begin_again, beginning, set_flow, standing};
 pub use claims::{Claim, Claims};
 pub use codes::{CodeInfo, Waits};
 pub use context::{Facts, Meaning};
-pub use copying::copy_program;
 pub use cycle::{Cycle, Retract};
 pub use cycles::{LeftHole, ToCome};
 pub use dialect::{Dialect, Dialects};
 pub use fault::{Fault, Part, Problem};
+pub use file_start::{BEGINNING_BYTES, begin_again, beginning, set_flow, standing};
 pub use flow::{Flow, FlowFault, FlowProblem, Next, Place};
 pub use function::{FileFunction, Function, Report, Sequence, Setting, Standing};
 pub use interpreter::{Interpreter, Kept};
-pub use kept::{go_on_from, same_work_place, take_up_tool};
 pub use lights::{LightChange, Lights};
 pub use meaning::objects;
 pub use meaning::printers::said_by_m118;
 pub use modal::{COORDINATE_SYSTEMS, FeedMode, Modal, MotionMode, write_system_name};
 pub use order::{Part as LinePart, Parts as LineParts, arrange};
 pub use park::ParkPosition;
+pub use program_copy::copy_program;
 pub use remark::{Remark, write_values};
+pub use resume::{go_on_from, same_work_place, take_up_tool};
 pub use script_modes::{OperatorModes, ScriptModes};
 pub use setup::{
     CycleSetup, HeaterSetup, IoKind, IoSetup, PulseSetup, ServoSetup, Setup, SpindleSetup, StripSetup, ToolSettings,

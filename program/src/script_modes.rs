@@ -4,8 +4,8 @@
 use units::{MmPerSecond, Plane};
 
 use crate::interpreter::Interpreter;
-use crate::kept;
 use crate::modal::{FeedMode, Modal, MotionMode};
+use crate::resume;
 
 /// Modes of the program while a script runs. Offsets and coordinate systems are not included, because a
 /// script may be there to set them.
@@ -97,7 +97,7 @@ impl OperatorModes {
     pub fn end(&self, program: &mut Interpreter) {
         self.modes.end(program);
         program.modal.system = self.system;
-        kept::take_up(program, self.tool);
+        resume::take_up(program, self.tool);
         if let Some(tool) = program.tools.active_mut() {
             tool.e = self.e;
         }

@@ -8,7 +8,7 @@ use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{moves, spindle};
 use crate::modal::{FeedMode, MotionMode};
-use crate::passes::{Passes, Thread};
+use crate::thread_passes::{Passes, Thread};
 use crate::words::Words;
 
 /// Limit of passes; more indicate a mistake in J or R.
