@@ -115,13 +115,13 @@ pub enum Error<E> {
 
 /// Little-endian bytes at an offset; zero beyond the end.
 #[must_use]
-pub fn half(bytes: &[u8], at: usize) -> u16 {
+pub(crate) fn half(bytes: &[u8], at: usize) -> u16 {
     bytes.get(at..at + 2).and_then(|two| two.try_into().ok()).map_or(0, u16::from_le_bytes)
 }
 
 /// As [`half`], four bytes.
 #[must_use]
-pub fn word(bytes: &[u8], at: usize) -> u32 {
+pub(crate) fn word(bytes: &[u8], at: usize) -> u32 {
     u32::from(half(bytes, at)) | u32::from(half(bytes, at + 2)) << 16
 }
 
