@@ -228,8 +228,7 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     reads(REPRAP, sets_up(Code::m(301), "refused: the PID gains of a heater by its number")),
     reads(MARLIN, tune(TUNE)),
     reads(REPRAP, tune(TUNE_TOOL)),
-    reads(MARLIN, sets_up(Code::m(305), "refused: a thermistor by its number")),
-    reads(REPRAP, sets_up(Code::m(305), "refused: a thermistor by its number")),
+    reads(MARLIN.with(Dialect::RepRapFirmware), sets_up(Code::m(305), "refused: a thermistor by its number")),
     reads(MARLIN, sets_up(Code::m(306), "refused: Marlin's model of a heater")),
     reads(
         MARLIN,

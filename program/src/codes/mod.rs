@@ -21,6 +21,8 @@ mod program;
 mod row;
 #[cfg(all(test, feature = "docs"))]
 mod tested;
+#[cfg(feature = "docs")]
+mod varying;
 
 use gcode::{Code, Letter};
 
@@ -28,7 +30,7 @@ use crate::claims::Claim;
 use crate::dialect::Dialect;
 pub use crate::word::{Bounds, Doc, Unit, WordInfo};
 #[cfg(feature = "docs")]
-pub use markdown::{write_codes, write_commands, write_dialect, write_named, write_otherwise};
+pub use markdown::{write_codes, write_commands, write_named, write_otherwise};
 pub(crate) use row::Handler;
 pub use row::{CodeInfo, Group, Waits};
 
