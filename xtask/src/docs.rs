@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-/// Checks `README.md` and everything in `docs`.
+/// Checks `README.md`, `CONTRIBUTING.md` and everything in `docs`.
 pub fn check(root: &Path) -> Result<()> {
-    let mut pages = vec![root.join("README.md")];
+    let mut pages = vec![root.join("README.md"), root.join("CONTRIBUTING.md")];
     let listing = fs::read_dir(root.join("docs")).context("docs")?;
     for entry in listing {
         let path = entry?.path();
@@ -70,7 +70,8 @@ fn quoted_sources(text: &str) -> Vec<(Option<&str>, &str)> {
     let mut found = Vec::new();
     for index in (1..pieces.len()).step_by(2) {
         let file = pieces[index];
-        if !file.ends_with(".rs") || !file.contains('/') {
+        // `<topic>.rs` stands for any file of its folder.
+        if !file.ends_with(".rs") || !file.contains('/') || file.contains('<') {
             continue;
         }
         let joint = pieces[index - 1];
@@ -84,10 +85,10 @@ fn is_item(name: &str) -> bool {
     !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_' || c == ':')
 }
 
-/// Does this source define the last part of the path as a function or a type?
+/// Does this source define the last part of the path as a function, a type or a constant?
 fn defines(source: &str, name: &str) -> bool {
     let last = name.rsplit("::").next().unwrap_or(name);
-    ["fn ", "struct ", "enum ", "trait "].iter().any(|kind| {
+    ["fn ", "struct ", "enum ", "trait ", "const ", "static "].iter().any(|kind| {
         source.match_indices(&format!("{kind}{last}")).any(|(at, found)| {
             let after = source[at + found.len()..].chars().next().unwrap_or(' ');
             !after.is_alphanumeric() && after != '_'
