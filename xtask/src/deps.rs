@@ -1,13 +1,13 @@
 //! The dependency rules of `docs/architecture.md`, checked against what cargo resolved.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::Path;
-use std::process::Command;
 
-use anyhow::{Context, Result, bail};
-use serde_json::Value;
+use anyhow::{Result, bail};
 
-use crate::{sources, structure};
+use crate::package::{self, Package};
+use crate::structure::Structure;
+use crate::{circles, sources};
 
 /// The workspace's crates that each crate may use. A crate that is not listed may not exist.
 const MAY_USE: &[(&str, &[&str])] = &[
@@ -136,9 +136,9 @@ const MAY_USE: &[(&str, &[&str])] = &[
 const HARDWARE: &[&str] = &["stm32h7xx-hal", "stm32h7", "cortex-m", "cortex-m-rt", "cortex-m-semihosting"];
 const MAY_NAME_HARDWARE: &[&str] = &["bsp-prime", "boot", "firmware", "on-target"];
 
-/// The executor. Everything below the firmware is called by it and never knows it.
-const EXECUTOR: &[&str] = &["rtic", "rtic-sync", "rtic-monotonics", "rtic-time"];
-const MAY_NAME_EXECUTOR: &[&str] = &["firmware"];
+/// The framework of the board's tasks. Everything below the firmware is called by it and never knows it.
+const TASKS: &[&str] = &["rtic", "rtic-sync", "rtic-monotonics", "rtic-time"];
+const MAY_NAME_TASKS: &[&str] = &["firmware"];
 
 /// Crates that run on the board and on a desk alike: no standard library outside tests.
 const PURE: &[&str] = &[
@@ -196,28 +196,46 @@ const SYNCHRONOUS: &[&str] = &[
 /// The look ahead at a file, which has to be able to stop in the middle of a line.
 const FUTURES: &[&str] = &["preflight/src/"];
 
+/// Packages whose types are each in few files, and the folder of `machine` whose functions alone may take the
+/// whole of it.
+const GATHERED: &[&str] = &["machine", "program"];
+const EXECUTOR: (&str, &str) = ("machine", "executor/");
+
 /// Runs every rule and reports all violations at once.
 pub fn check(root: &Path) -> Result<()> {
-    let packages = workspace_packages(root)?;
+    let manifests = package::workspace(root)?;
     let mut faults = Vec::new();
-    for (package, dependencies) in &packages {
-        faults.extend(dependency_faults(package, dependencies));
+    for manifest in &manifests {
+        faults.extend(dependency_faults(&manifest.name, &manifest.dependencies));
     }
     faults.extend(sources::faults(root, PURE)?);
     faults.extend(sources::waiting(root, SYNCHRONOUS, FUTURES)?);
-    faults.extend(structure::faults(root, "machine", Some(("Machine", "executor")))?);
-    faults.extend(structure::faults(root, "program", None)?);
+    for package in package::all(root)? {
+        let structure = Structure::read(&package);
+        faults.extend(circles::faults(&package, &structure));
+        faults.extend(spread_faults(&package, &structure));
+    }
     if faults.is_empty() {
-        println!("deps: {} crates keep the rules", packages.len());
-        for package in ["machine", "program"] {
-            println!("deps: {}", structure::figures(root, package)?);
-        }
+        println!("deps: {} crates keep the rules", manifests.len());
         return Ok(());
     }
     for fault in &faults {
         eprintln!("  {fault}");
     }
     bail!("{} broken rule(s)", faults.len())
+}
+
+fn spread_faults(package: &Package, structure: &Structure) -> Vec<String> {
+    let name = package.name.as_str();
+    let mut faults = Vec::new();
+    if GATHERED.contains(&name) {
+        faults.extend(structure.spread().map(|fault| format!("{name}: {fault}")));
+    }
+    if name == EXECUTOR.0 {
+        let outside = structure.takers("Machine").iter().filter(|(file, _)| !file.starts_with(EXECUTOR.1));
+        faults.extend(outside.map(|(file, function)| format!("{name}/src/{file}: {function} takes the whole Machine")));
+    }
+    faults
 }
 
 fn dependency_faults(package: &str, dependencies: &BTreeSet<String>) -> Vec<String> {
@@ -234,35 +252,11 @@ fn dependency_faults(package: &str, dependencies: &BTreeSet<String>) -> Vec<Stri
         if HARDWARE.contains(&name) && !MAY_NAME_HARDWARE.contains(&package) {
             faults.push(format!("{package}: only the board's crates may name {name}"));
         }
-        if EXECUTOR.contains(&name) && !MAY_NAME_EXECUTOR.contains(&package) {
+        if TASKS.contains(&name) && !MAY_NAME_TASKS.contains(&package) {
             faults.push(format!("{package}: only the firmware may name {name}"));
         }
     }
     faults
-}
-
-/// Direct dependencies of every workspace member, tests' excepted.
-fn workspace_packages(root: &Path) -> Result<BTreeMap<String, BTreeSet<String>>> {
-    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
-    let output = Command::new(cargo)
-        .args(["metadata", "--no-deps", "--format-version", "1"])
-        .current_dir(root)
-        .output()
-        .context("cargo metadata")?;
-    let metadata: Value = serde_json::from_slice(&output.stdout).context("cargo metadata's answer")?;
-    let packages = metadata["packages"].as_array().context("packages")?;
-    Ok(packages.iter().filter_map(package_dependencies).collect())
-}
-
-fn package_dependencies(package: &Value) -> Option<(String, BTreeSet<String>)> {
-    let dependencies = package["dependencies"].as_array()?;
-    let names = dependencies
-        .iter()
-        .filter(|dependency| dependency["kind"].as_str() != Some("dev"))
-        .filter_map(|dependency| dependency["name"].as_str())
-        .map(str::to_owned)
-        .collect();
-    Some((package["name"].as_str()?.to_owned(), names))
 }
 
 #[cfg(test)]

@@ -1,11 +1,14 @@
 //! Checks and builds that cargo alone cannot do. `cargo run -p xtask` lists them.
 
 mod budget;
+mod circles;
 mod deps;
 mod docs;
 mod itcm;
 mod ledger;
+mod limit;
 mod memory;
+mod package;
 mod seal;
 mod sizes;
 mod sources;
@@ -52,7 +55,7 @@ fn run(arguments: &[String]) -> Result<()> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match words.as_slice() {
         ["deps"] => deps::check(root()),
-        ["deps", package] => structure::report(root(), package),
+        ["deps", package] => circles::report(root(), package),
         ["figures"] => ledger::write_committed(root()),
         ["docs"] => docs::check(root()).and_then(|()| ledger::page::check(root())),
         ["seal", elf, boot] => seal::run(Path::new(elf), Path::new(boot)),

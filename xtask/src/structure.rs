@@ -1,23 +1,18 @@
-//! Structure of a crate: files that name each other, types are spread over many of them,
-//! who may wait.
+//! Structure of a crate: files and rooms that name each other, types that are spread over many files,
+//! functions that take the whole of a type.
 //!
 //! Files are read with `syn`. An edge is an import, a path in the text, or the call of a method of `self` or
 //! of an argument whose type has that method in another file. Tests do not count. A path through a re-export
 //! leads to the file that defines the item.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
-use std::path::Path;
 
-use anyhow::{Context, Result};
 use petgraph::algo::tarjan_scc;
 use petgraph::graphmap::DiGraphMap;
 use syn::visit::{self, Visit};
 
-use crate::sources::rust_files;
+use crate::package::{Package, is_for_tests};
 
-/// Most files that may need each other.
-const LARGEST_CIRCLE: usize = 3;
 /// Most files with an `impl` of one type.
 const MOST_IMPL_FILES: usize = 3;
 
@@ -28,82 +23,28 @@ pub struct Structure {
     edges: BTreeMap<String, BTreeSet<String>>,
     /// By type, the files that have an `impl` of it.
     impls: BTreeMap<String, BTreeSet<String>>,
-    /// Files with a function that takes the whole of this type, with the function's name.
+    /// By type, the functions that take the whole of it: file and name.
     takers: BTreeMap<String, Vec<(String, String)>>,
 }
 
-/// Broken rules of a crate; `executor` is a type, and the folder whose functions alone may take the whole of
-/// it.
-pub fn faults(root: &Path, package: &str, executor: Option<(&str, &str)>) -> Result<Vec<String>> {
-    let structure = Structure::read(&root.join(package).join("src"))?;
-    let mut faults = Vec::new();
-    for circle in structure.circles() {
-        if circle.len() > LARGEST_CIRCLE {
-            let names = circle.join(" ");
-            faults.push(format!("{package}: {} files need each other, {LARGEST_CIRCLE} may: {names}", circle.len()));
-        }
-    }
-    for (name, files) in &structure.impls {
-        if files.len() > MOST_IMPL_FILES {
-            let list: Vec<&str> = files.iter().map(String::as_str).collect();
-            let count = files.len();
-            faults.push(format!("{package}: {name} has methods in {count} files: {}", list.join(" ")));
-        }
-    }
-    if let Some((whole, folder)) = executor {
-        for (file, function) in structure.takers.get(whole).into_iter().flatten() {
-            if !file.starts_with(&format!("{folder}/")) {
-                faults.push(format!("{package}/src/{file}: {function} takes the whole {whole}"));
-            }
-        }
-    }
-    Ok(faults)
-}
-
-/// The same as figures: files, those in the largest circle, and the type with methods in the most files.
-pub fn figures(root: &Path, package: &str) -> Result<String> {
-    let structure = Structure::read(&root.join(package).join("src"))?;
-    let circle = structure.circles().iter().map(Vec::len).max().unwrap_or(0);
-    let (spread, name) =
-        structure.impls.iter().map(|(name, files)| (files.len(), name.as_str())).max().unwrap_or((0, "-"));
-    let files = structure.edges.len();
-    Ok(format!("{package}: {files} files, largest circle {circle}, {name} has methods in {spread} of them"))
-}
-
-/// Prints the circles of a crate, of files and of rooms, and every arrow between two files.
-pub fn report(root: &Path, package: &str) -> Result<()> {
-    let structure = Structure::read(&root.join(package).join("src"))?;
-    for (from, to) in structure.arrows() {
-        println!("{from} -> {to}");
-    }
-    for (kind, circles) in [("files", structure.circles()), ("rooms", structure.circles_of_rooms())] {
-        for circle in circles {
-            println!("{package}: {} {kind} need each other: {}", circle.len(), circle.join(" "));
-        }
-    }
-    Ok(())
-}
-
 impl Structure {
-    fn read(source: &Path) -> Result<Self> {
-        let mut files = BTreeMap::new();
-        for path in rust_files(source)? {
-            let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
-            let file = syn::parse_file(&text).with_context(|| path.display().to_string())?;
-            let name = path.strip_prefix(source).unwrap_or(&path).display().to_string();
-            files.insert(name, file);
-        }
-        Ok(Self::of(&files))
+    /// Reads the structure of a package, its tests excepted.
+    pub fn read(package: &Package) -> Self {
+        Self::of(&package.product().map(|file| (file.name.as_str(), &file.syntax)).collect())
     }
 
-    fn of(files: &BTreeMap<String, syn::File>) -> Self {
+    fn of(files: &BTreeMap<&str, &syn::File>) -> Self {
         let mut facts: BTreeMap<&str, Facts> = BTreeMap::new();
         for (name, file) in files {
             let mut found = Facts::default();
             found.visit_file(file);
             facts.insert(name, found);
         }
-        let modules: BTreeMap<Vec<String>, &str> = files.keys().map(|name| (module_of(name), name.as_str())).collect();
+        let modules: BTreeMap<Vec<String>, &str> = files
+            .keys()
+            .filter(|name| **name != "main.rs" || !files.contains_key("lib.rs"))
+            .map(|name| (module_of(name), *name))
+            .collect();
         let mut definers: BTreeMap<&(String, String), &str> = BTreeMap::new();
         for (name, found) in &facts {
             definers.extend(found.methods.iter().map(|method| (method, *name)));
@@ -128,18 +69,31 @@ impl Structure {
         structure
     }
 
+    /// Types with methods in too many files.
+    pub fn spread(&self) -> impl Iterator<Item = String> {
+        self.impls.iter().filter(|(_, files)| files.len() > MOST_IMPL_FILES).map(|(name, files)| {
+            let list: Vec<&str> = files.iter().map(String::as_str).collect();
+            format!("{name} has methods in {} files: {}", files.len(), list.join(" "))
+        })
+    }
+
+    /// Functions that take the whole of a type, each with its file.
+    pub fn takers(&self, whole: &str) -> &[(String, String)] {
+        self.takers.get(whole).map_or(&[], Vec::as_slice)
+    }
+
     /// Files that need each other, largest first.
-    fn circles(&self) -> Vec<Vec<&str>> {
+    pub fn circles(&self) -> Vec<Vec<&str>> {
         circles(self.arrows())
     }
 
     /// Rooms that need each other, largest first: the files and folders at the top of a crate.
-    fn circles_of_rooms(&self) -> Vec<Vec<&str>> {
+    pub fn circles_of_rooms(&self) -> Vec<Vec<&str>> {
         circles(self.arrows().map(|(from, to)| (room_of(from), room_of(to))).filter(|(from, to)| from != to))
     }
 
     /// Every pair of files of which the first names the second.
-    fn arrows(&self) -> impl Iterator<Item = (&str, &str)> {
+    pub fn arrows(&self) -> impl Iterator<Item = (&str, &str)> {
         self.edges.iter().flat_map(|(file, named)| named.iter().map(move |other| (file.as_str(), other.as_str())))
     }
 }
@@ -159,7 +113,7 @@ fn room_of(file: &str) -> &str {
 }
 
 /// `homing/slaves.rs` is `homing::slaves`, `homing/mod.rs` is `homing`, `lib.rs` is the crate.
-fn module_of(name: &str) -> Vec<String> {
+pub fn module_of(name: &str) -> Vec<String> {
     let mut parts: Vec<String> = name.trim_end_matches(".rs").split('/').map(str::to_owned).collect();
     if parts.last().is_some_and(|last| last == "mod" || last == "lib" || last == "main") {
         parts.pop();
@@ -284,17 +238,6 @@ impl<'a> Visit<'a> for Types {
     }
 }
 
-fn is_for_tests(attributes: &[syn::Attribute]) -> bool {
-    attributes.iter().any(|attribute| {
-        attribute.path().is_ident("test")
-            || attribute.path().is_ident("cfg")
-                && attribute.meta.require_list().is_ok_and(|list| {
-                    let text = list.tokens.to_string();
-                    text.contains("test") && !text.contains("not")
-                })
-    })
-}
-
 impl<'a> Visit<'a> for Facts {
     fn visit_item_mod(&mut self, module: &'a syn::ItemMod) {
         if !is_for_tests(&module.attrs) {
@@ -354,8 +297,7 @@ mod tests {
     use super::*;
 
     fn structure(files: &[(&str, &str)]) -> Structure {
-        let parsed = files.iter().map(|(name, text)| ((*name).to_owned(), syn::parse_file(text).unwrap()));
-        Structure::of(&parsed.collect())
+        Structure::read(&Package::of("p", files))
     }
 
     #[test]
@@ -392,6 +334,6 @@ mod tests {
             ("b.rs", "use crate::a::Machine; impl Machine { fn y(&self) {} } impl Clone for Machine {}"),
         ]);
         assert_eq!(found.impls["Machine"].len(), 2);
-        assert_eq!(found.takers["Machine"], [("a.rs".to_owned(), "f".to_owned())]);
+        assert_eq!(found.takers("Machine"), [("a.rs".to_owned(), "f".to_owned())]);
     }
 }
