@@ -158,6 +158,7 @@ fuzz: target/toolchain.mk
 test-lint: target/toolchain.mk
 	@echo "== rules and lints"
 	@$(CARGO) run -q --locked -p xtask -- deps
+	@$(CARGO) run -q --locked -p xtask -- shape
 	@$(CARGO) run -q --locked -p xtask -- docs
 	@$(CARGO) run -q --locked -p xtask -- words
 	@if $(CARGO) fmt --version >/dev/null 2>&1; then $(CARGO) fmt --all --check; else echo "rustfmt is not installed: skipped"; fi

@@ -10,6 +10,7 @@ mod limit;
 mod memory;
 mod package;
 mod seal;
+mod shape;
 mod sizes;
 mod sources;
 mod structure;
@@ -33,6 +34,8 @@ const HELP: &str = "usage: cargo xtask <task>
   seal ELF BOOT    puts the boot stage BOOT and the digest into the firmware ELF; the whole flash as raw bytes into ELF.bin,
                    the image for a card into flashme.bin beside it
   memory ELF       bytes taken in each memory region
+  shape            functions, matches, public items and tests of every crate keep their limits
+  shape CRATE      which of a crate do not, or not yet
   sizes ELF [WHAT] where bytes and stacks go: crate (bytes of flash by crate), function (the largest), text (constants by
                    kind, texts that are there twice) or stack (how deep stacks get, by calls and frames)
   words [FOLDER]   comments that open with a pronoun or are of a few words, by crate; with FOLDER each of them there";
@@ -56,6 +59,8 @@ fn run(arguments: &[String]) -> Result<()> {
     match words.as_slice() {
         ["deps"] => deps::check(root()),
         ["deps", package] => circles::report(root(), package),
+        ["shape"] => shape::check(root()),
+        ["shape", package] => shape::report(root(), package),
         ["figures"] => ledger::write_committed(root()),
         ["docs"] => docs::check(root()).and_then(|()| ledger::page::check(root())),
         ["seal", elf, boot] => seal::run(Path::new(elf), Path::new(boot)),

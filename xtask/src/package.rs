@@ -27,6 +27,7 @@ pub struct Manifest {
 #[derive(Debug)]
 pub struct Package {
     pub name: String,
+    pub folder: PathBuf,
     pub files: Vec<Source>,
 }
 
@@ -35,6 +36,7 @@ pub struct Package {
 pub struct Source {
     /// Path below `src`.
     pub name: String,
+    pub text: String,
     pub syntax: syn::File,
     /// Whether the whole file is compiled for tests alone.
     pub is_test: bool,
@@ -69,7 +71,7 @@ fn manifest(package: &Value) -> Option<Manifest> {
 pub fn all(root: &Path) -> Result<Vec<Package>> {
     let ours = workspace(root)?.into_iter().map(|manifest| (manifest.name, manifest.folder));
     let emulator = EMULATOR.iter().map(|(name, folder)| ((*name).to_owned(), root.join(folder)));
-    ours.chain(emulator).map(|(name, folder)| Package::read(name, &folder)).collect()
+    ours.chain(emulator).map(|(name, folder)| Package::read(name, folder)).collect()
 }
 
 /// Reads the package of this name.
@@ -78,16 +80,16 @@ pub fn named(root: &Path, name: &str) -> Result<Package> {
 }
 
 impl Package {
-    fn read(name: String, folder: &Path) -> Result<Self> {
+    fn read(name: String, folder: PathBuf) -> Result<Self> {
         let source = folder.join("src");
         let mut files = Vec::new();
         for path in rust_files(&source)? {
             let text = fs::read_to_string(&path).with_context(|| path.display().to_string())?;
             let syntax = syn::parse_file(&text).with_context(|| path.display().to_string())?;
             let below = path.strip_prefix(&source).unwrap_or(&path).display().to_string();
-            files.push(Source { name: below, syntax, is_test: false });
+            files.push(Source { name: below, text, syntax, is_test: false });
         }
-        Ok(Self { name, files: marked(files) })
+        Ok(Self { name, folder, files: marked(files) })
     }
 
     /// Creates a package of these files: names and texts.
@@ -95,10 +97,11 @@ impl Package {
     pub fn of(name: &str, files: &[(&str, &str)]) -> Self {
         let parsed = files.iter().map(|(name, text)| Source {
             name: (*name).to_owned(),
+            text: (*text).to_owned(),
             syntax: syn::parse_file(text).unwrap(),
             is_test: false,
         });
-        Self { name: name.to_owned(), files: marked(parsed.collect()) }
+        Self { name: name.to_owned(), folder: PathBuf::new(), files: marked(parsed.collect()) }
     }
 
     /// Returns the files that are not for tests alone.
