@@ -168,56 +168,66 @@ pub(crate) fn set_vector(interrupt: stm32h7xx_hal::pac::Interrupt, handler: exte
     }
 }
 
-/// MPU regions over the default map (ARMv7-M ARM B3.5): the DMA arena becomes normal non-cacheable memory,
-/// the strips below the stacks' limits become untouchable, so that an overflow is a fault and not a corrupted
-/// plan.
-fn protect(mpu: &mut MPU, flash: FlashUse) {
-    const ENABLE: u32 = 1;
-    const FULL_ACCESS: u32 = 0b011 << 24;
-    const NO_ACCESS: u32 = 0;
-    const EXECUTE_NEVER: u32 = 1 << 28;
+/// Attributes and size of an MPU region (RASR, ARMv7-M ARM B3.5.9).
+mod rasr {
+    pub const ENABLE: u32 = 1;
+    pub const FULL_ACCESS: u32 = 0b011 << 24;
+    pub const READ_ONLY: u32 = 0b111 << 24;
+    pub const NO_ACCESS: u32 = 0;
+    pub const EXECUTE_NEVER: u32 = 1 << 28;
     // TEX = 001, C = 0, B = 0: normal, non-cacheable; shareable.
-    const NORMAL_NON_CACHEABLE: u32 = (0b001 << 19) | (1 << 18);
-    const fn size_field(bytes: u32) -> u32 {
+    pub const NORMAL_NON_CACHEABLE: u32 = (0b001 << 19) | (1 << 18);
+    // TEX = 000, C = 1, B = 0: normal, write-through; TEX = 001, C = 1, B = 1: normal, write-back,
+    // write-allocate.
+    pub const WRITE_THROUGH: u32 = 1 << 17;
+    pub const WRITE_BACK: u32 = (0b001 << 19) | (1 << 17) | (1 << 16);
+
+    pub const fn size(bytes: u32) -> u32 {
         (bytes.trailing_zeros() - 1) << 1
     }
-    let guard = (addr_of!(__euninit) as u32).next_multiple_of(STACK_GUARD_BYTES);
-    const READ_ONLY: u32 = 0b111 << 24;
+}
+
+/// Returns base, attributes and size of each MPU region, over the default map (ARMv7-M ARM B3.5): the DMA
+/// arena becomes normal non-cacheable memory, the strips below the stacks' limits become untouchable, so that
+/// an overflow is a fault and not a corrupted plan.
+fn regions(flash: FlashUse) -> [(u32, u32); 12] {
+    use rasr::{
+        EXECUTE_NEVER, FULL_ACCESS, NO_ACCESS, NORMAL_NON_CACHEABLE, READ_ONLY, WRITE_BACK, WRITE_THROUGH, size,
+    };
     const SECTOR_BYTES: u32 = 128 * 1024;
+    let guard = (addr_of!(__euninit) as u32).next_multiple_of(STACK_GUARD_BYTES);
     let (whole_flash, (sector, of_sector)) = match flash {
         FlashUse::Application => (READ_ONLY, (0x081E_0000, EXECUTE_NEVER | FULL_ACCESS)),
         FlashUse::BootStage => (FULL_ACCESS, (0x0800_0000, READ_ONLY)),
     };
-    // TEX = 000, C = 1, B = 0: normal, write-through; TEX = 001, C = 1, B = 1: normal, write-back,
-    // write-allocate.
-    const WRITE_THROUGH: u32 = 1 << 17;
-    const WRITE_BACK: u32 = (0b001 << 19) | (1 << 17) | (1 << 16);
-    let regions = [
+    const DATA: u32 = EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK;
+    const SHARED: u32 = EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE;
+    const GUARD: u32 = EXECUTE_NEVER | NO_ACCESS | NORMAL_NON_CACHEABLE;
+    [
         // The default map's attributes, with what it does not say: code is not written, data is not
         // executed.
-        (0x0000_0000, FULL_ACCESS | WRITE_THROUGH | size_field(64 * 1024)),
-        (0x0800_0000, whole_flash | WRITE_THROUGH | size_field(2 * 1024 * 1024)),
-        (0x2000_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(128 * 1024)),
-        (0x2400_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(512 * 1024)),
-        (DMA_ARENA_START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(DMA_ARENA_LOWER_BYTES)),
-        (
-            DMA_ARENA_START + DMA_ARENA_LOWER_BYTES,
-            EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(DMA_ARENA_BYTES - DMA_ARENA_LOWER_BYTES),
-        ),
-        (guard, EXECUTE_NEVER | NO_ACCESS | NORMAL_NON_CACHEABLE | size_field(STACK_GUARD_BYTES)),
-        (
-            thread_stack::guard(),
-            EXECUTE_NEVER | NO_ACCESS | NORMAL_NON_CACHEABLE | size_field(thread_stack::GUARD_BYTES as u32),
-        ),
+        (0x0000_0000, FULL_ACCESS | WRITE_THROUGH | size(64 * 1024)),
+        (0x0800_0000, whole_flash | WRITE_THROUGH | size(2 * 1024 * 1024)),
+        (0x2000_0000, DATA | size(128 * 1024)),
+        (0x2400_0000, DATA | size(512 * 1024)),
+        (DMA_ARENA_START, SHARED | size(DMA_ARENA_LOWER_BYTES)),
+        (DMA_ARENA_START + DMA_ARENA_LOWER_BYTES, SHARED | size(DMA_ARENA_BYTES - DMA_ARENA_LOWER_BYTES)),
+        (guard, GUARD | size(STACK_GUARD_BYTES)),
+        (thread_stack::guard(), GUARD | size(thread_stack::GUARD_BYTES as u32)),
         // SRAM1 and SRAM2. No DMA uses them; a DMA there would need a region like the arena's.
-        (0x3000_0000, EXECUTE_NEVER | FULL_ACCESS | WRITE_BACK | size_field(256 * 1024)),
+        (0x3000_0000, DATA | size(256 * 1024)),
         // No event may wait in the cache when a reset comes.
-        (kept::START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(kept::BYTES)),
+        (kept::START, SHARED | size(kept::BYTES)),
         // The sector of the log, or that of the boot stage, has its own access rights.
-        (sector, of_sector | WRITE_THROUGH | size_field(SECTOR_BYTES)),
+        (sector, of_sector | WRITE_THROUGH | size(SECTOR_BYTES)),
         // SRAM3, for the DMAs of its domain.
-        (D2_DMA_START, EXECUTE_NEVER | FULL_ACCESS | NORMAL_NON_CACHEABLE | size_field(D2_DMA_BYTES)),
-    ];
+        (D2_DMA_START, SHARED | size(D2_DMA_BYTES)),
+    ]
+}
+
+/// Sets the MPU's regions up and turns it on.
+fn protect(mpu: &mut MPU, flash: FlashUse) {
+    let regions = regions(flash);
     cortex_m::asm::dmb();
     // SAFETY: nothing runs from, has cached or keeps data in these regions yet: the arena was zeroed with the
     // caches still off, and the strip lies in the free part of the DTCM.
@@ -226,7 +236,7 @@ fn protect(mpu: &mut MPU, flash: FlashUse) {
         for (number, (base, attributes)) in regions.into_iter().enumerate() {
             mpu.rnr.write(number as u32);
             mpu.rbar.write(base);
-            mpu.rasr.write(attributes | ENABLE);
+            mpu.rasr.write(attributes | rasr::ENABLE);
         }
         // PRIVDEFENA: everything else keeps the architecture's default attributes. HFNMIENA stays off.
         mpu.ctrl.write(0b101);

@@ -1,7 +1,7 @@
 //! The findings of a tuning in sentences.
 
 use super::Tuning;
-use super::answer::most;
+use super::answer::{Model, most};
 use super::log::Found;
 
 /// Differences between readings and model up to which the model describes the heater, C.
@@ -77,84 +77,54 @@ fn reserve(holds: f64) -> &'static str {
 /// Returns the gains that were found, each with a sentence.
 pub fn gains(tuning: &Tuning) -> Vec<Gain> {
     let (Some(found), Some(laid)) = (tuning.log.found, &tuning.laid) else { return Vec::new() };
-    let (model, most) = (laid.model, most(&tuning.log));
-    let gain = |name, value, unit, means| Gain { name, value, unit, means };
     match found {
-        Found::Pid([p, i, d]) => vec![
-            gain(
-                "p_factor",
-                p,
-                "",
-                format!(
-                    "a degree too cold adds {p:.0} of 255, {:.0} % of the output; all of it from {:.1} C on. \
-                     It is 0.45 / (rise × lateness): a heater that is fast, or late, gets less.",
-                    100.0 * p / most,
-                    most / p
-                ),
-            ),
-            gain(
-                "i_factor",
-                i,
-                "",
-                format!(
-                    "a degree too cold that stays adds the same once more every {:.0} s, eight times the lateness: \
-                     what is left over goes, and it does not swing.",
-                    p / i
-                ),
-            ),
-            gain(
-                "d_factor",
-                d,
-                "",
-                format!(
-                    "while it warms by a degree a second {d:.0} of 255 are taken away: it looks {:.1} s ahead, half the \
-                     lateness, and does not overshoot.",
-                    d / p
-                ),
-            ),
-        ],
-        Found::Model([watts, capacity, loss, fan, late]) => {
-            let mut all = vec![
-                gain(
-                    "heater_power",
-                    watts,
-                    "W",
-                    "what config.ini says; where it is wrong, capacity and losses are wrong by as much, and control is not."
-                        .to_owned(),
-                ),
-                gain(
-                    "model_capacity",
-                    capacity,
-                    "J/K",
-                    format!("so much heat warms it by a degree: at full output {:.2} C/s.", model.rise),
-                ),
-                gain(
-                    "model_loss",
-                    loss,
-                    "W/K",
-                    format!(
-                        "so much it loses for each degree above the air: {:.1} W at {:.0} C.",
-                        loss * (tuning.log.target - model.air),
-                        tuning.log.target
-                    ),
-                ),
-            ];
-            if fan > 0.0 {
-                let watts = fan * (tuning.log.target - model.air);
-                all.push(gain(
-                    "model_fan_loss",
-                    fan,
-                    "W/K",
-                    format!("so much more with the fan full on, {watts:.1} W: added before the sensor tells."),
-                ));
-            }
-            all.push(gain(
-                "model_late",
-                late,
-                "s",
-                "so much later the sensor tells: the model is compared with what was so long ago.".to_owned(),
-            ));
-            all
-        }
+        Found::Pid(factors) => gains_of_pid(factors, most(&tuning.log)).into(),
+        Found::Model(figures) => gains_of_model(figures, &laid.model, tuning.log.target),
     }
+}
+
+const fn gain(name: &'static str, value: f64, unit: &'static str, means: String) -> Gain {
+    Gain { name, value, unit, means }
+}
+
+fn gains_of_pid([p, i, d]: [f64; 3], most: f64) -> [Gain; 3] {
+    let means_p = format!(
+        "a degree too cold adds {p:.0} of 255, {:.0} % of the output; all of it from {:.1} C on. \
+         It is 0.45 / (rise × lateness): a heater that is fast, or late, gets less.",
+        100.0 * p / most,
+        most / p
+    );
+    let means_i = format!(
+        "a degree too cold that stays adds the same once more every {:.0} s, eight times the lateness: \
+         what is left over goes, and it does not swing.",
+        p / i
+    );
+    let means_d = format!(
+        "while it warms by a degree a second {d:.0} of 255 are taken away: it looks {:.1} s ahead, half the \
+         lateness, and does not overshoot.",
+        d / p
+    );
+    [gain("p_factor", p, "", means_p), gain("i_factor", i, "", means_i), gain("d_factor", d, "", means_d)]
+}
+
+fn gains_of_model([watts, capacity, loss, fan, late]: [f64; 5], model: &Model, target: f64) -> Vec<Gain> {
+    let above_air = target - model.air;
+    let means_power =
+        "what config.ini says; where it is wrong, capacity and losses are wrong by as much, and control is not.";
+    let means_capacity = format!("so much heat warms it by a degree: at full output {:.2} C/s.", model.rise);
+    let means_loss =
+        format!("so much it loses for each degree above the air: {:.1} W at {target:.0} C.", loss * above_air);
+    let means_late = "so much later the sensor tells: the model is compared with what was so long ago.";
+    let mut all = vec![
+        gain("heater_power", watts, "W", means_power.to_owned()),
+        gain("model_capacity", capacity, "J/K", means_capacity),
+        gain("model_loss", loss, "W/K", means_loss),
+    ];
+    if fan > 0.0 {
+        let means =
+            format!("so much more with the fan full on, {:.1} W: added before the sensor tells.", fan * above_air);
+        all.push(gain("model_fan_loss", fan, "W/K", means));
+    }
+    all.push(gain("model_late", late, "s", means_late.to_owned()));
+    all
 }
