@@ -2,6 +2,7 @@
 //! with the frames as they are, inlined calls and tail calls included.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use anyhow::{Context, Result};
 use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
@@ -77,71 +78,100 @@ fn marks(file: &object::File<'_>) -> BTreeMap<u64, bool> {
 /// forwards; behind what does not go on and is led to from nowhere before, it is that of the last table or
 /// else the deepest.
 fn read(code: &Code<'_>, start: u64, end: u64) -> Function {
-    let mut function = Function::default();
-    let mut registers: [Option<u32>; 16] = [None; 16];
-    let mut below: [i64; 16] = [0; 16];
-    let mut known: BTreeMap<u64, i64> = BTreeMap::new();
-    let (mut depth, mut of_table, mut address) = (Some(0), None, start);
+    let mut walk = Walk {
+        code,
+        within: start..end,
+        function: Function::default(),
+        registers: [None; 16],
+        below: [0; 16],
+        known: BTreeMap::new(),
+        of_table: None,
+    };
+    let (mut depth, mut address) = (Some(0), start);
     while address < end {
         if !code.is_code(address) {
             address += 2;
             continue;
         }
         let instruction = thumb::decode(address, code.half(address), code.half(address + 2));
-        let mut here = known.get(&address).copied().or(depth).or(of_table).unwrap_or(function.frame);
-        let at = here;
-        let mut goes_on = true;
-        match instruction.effect {
-            Effect::Stack(bytes) => here += bytes,
-            Effect::StackBy(register) => here += i64::from(registers[usize::from(register)].unwrap_or_default()),
-            Effect::BelowStack(register, bytes) => below[usize::from(register)] = here + bytes,
-            Effect::StackFrom(register) => here = here.max(below[usize::from(register)] + ALIGNED),
-            Effect::Constant(register, value) => registers[usize::from(register)] = Some(value),
-            Effect::Upper(register, value) => {
-                let register = &mut registers[usize::from(register)];
-                *register = register.map(|lower| lower & 0xFFFF | u32::from(value) << 16);
-                function.constants.extend(*register);
-            }
-            Effect::Literal(register, address) => {
-                let word = u32::from(code.half(address)) | u32::from(code.half(address + 2)) << 16;
-                registers[usize::from(register)] = Some(word);
-                function.constants.push(word);
-            }
-            Effect::Call(target) => call(&mut function, target, at),
-            Effect::CallRegister(register) | Effect::JumpRegister(register) => {
-                goes_on = matches!(instruction.effect, Effect::CallRegister(_));
-                match registers[usize::from(register)] {
-                    Some(target) => call(&mut function, u64::from(target), at),
-                    None => function.by_register = function.by_register.max(Some(at)),
-                }
-            }
-            Effect::Branch(target) if (start..end).contains(&target) => {
-                known.insert(target, at);
-            }
-            Effect::Branch(target) => call(&mut function, target, at),
-            Effect::Jump(target) => {
-                goes_on = false;
-                if (start..end).contains(&target) {
-                    known.insert(target, at);
-                } else {
-                    call(&mut function, target, at);
-                }
-            }
-            Effect::Table => {
-                goes_on = false;
-                of_table = Some(at);
-            }
-            Effect::Return => goes_on = false,
-            Effect::Other(written) => forget(&mut registers, written),
-        }
-        if matches!(instruction.effect, Effect::Call(_) | Effect::CallRegister(_)) {
-            forget(&mut registers, CALLERS);
-        }
-        function.frame = function.frame.max(here);
+        let known = walk.known.get(&address).copied();
+        let at = known.or(depth).or(walk.of_table).unwrap_or(walk.function.frame);
+        let here = walk.stack(&instruction.effect, at);
+        let goes_on = walk.flow(&instruction.effect, at);
+        walk.write(&instruction.effect, at);
+        walk.function.frame = walk.function.frame.max(here);
         depth = goes_on.then_some(here);
         address += instruction.length;
     }
-    function
+    walk.function
+}
+
+/// State of a walk through a function's instructions.
+struct Walk<'c, 'e> {
+    code: &'c Code<'e>,
+    within: Range<u64>,
+    function: Function,
+    /// Constants in registers.
+    registers: [Option<u32>; 16],
+    /// Depths of the stack that registers have kept.
+    below: [i64; 16],
+    /// Depths at the targets of branches.
+    known: BTreeMap<u64, i64>,
+    /// Depth at the last table of branches.
+    of_table: Option<i64>,
+}
+
+impl Walk<'_, '_> {
+    /// Returns the depth behind an instruction, from that before it.
+    fn stack(&self, effect: &Effect, at: i64) -> i64 {
+        match *effect {
+            Effect::Stack(bytes) => at + bytes,
+            Effect::StackBy(register) => at + i64::from(self.registers[usize::from(register)].unwrap_or_default()),
+            Effect::StackFrom(register) => at.max(self.below[usize::from(register)] + ALIGNED),
+            _ => at,
+        }
+    }
+
+    /// Follows calls and branches. Returns whether the next instruction is the one behind.
+    fn flow(&mut self, effect: &Effect, at: i64) -> bool {
+        match *effect {
+            Effect::Call(target) => call(&mut self.function, target, at),
+            Effect::CallRegister(register) | Effect::JumpRegister(register) => {
+                match self.registers[usize::from(register)] {
+                    Some(target) => call(&mut self.function, u64::from(target), at),
+                    None => self.function.by_register = self.function.by_register.max(Some(at)),
+                }
+            }
+            Effect::Branch(target) | Effect::Jump(target) if self.within.contains(&target) => {
+                self.known.insert(target, at);
+            }
+            Effect::Branch(target) | Effect::Jump(target) => call(&mut self.function, target, at),
+            Effect::Table => self.of_table = Some(at),
+            _ => {}
+        }
+        !matches!(effect, Effect::JumpRegister(_) | Effect::Jump(_) | Effect::Table | Effect::Return)
+    }
+
+    /// Keeps track of what registers hold.
+    fn write(&mut self, effect: &Effect, at: i64) {
+        match *effect {
+            Effect::BelowStack(register, bytes) => self.below[usize::from(register)] = at + bytes,
+            Effect::Constant(register, value) => self.registers[usize::from(register)] = Some(value),
+            Effect::Upper(register, value) => {
+                let register = &mut self.registers[usize::from(register)];
+                *register = register.map(|lower| lower & 0xFFFF | u32::from(value) << 16);
+                self.function.constants.extend(*register);
+            }
+            Effect::Literal(register, address) => {
+                let word = u32::from(self.code.half(address)) | u32::from(self.code.half(address + 2)) << 16;
+                self.registers[usize::from(register)] = Some(word);
+                self.function.constants.push(word);
+            }
+            Effect::Call(_) | Effect::CallRegister(_) => forget(&mut self.registers, CALLERS),
+            Effect::Other(written) => forget(&mut self.registers, written),
+            _ => {}
+        }
+    }
 }
 
 /// Bytes that aligning a frame may add to it.

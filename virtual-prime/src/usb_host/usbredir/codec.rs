@@ -60,13 +60,7 @@ impl Message {
                 let known = if rest.0.is_empty() { 0 } else { rest.u32()? };
                 Self::Hello(name, Capabilities(known))
             }
-            number::DEVICE_CONNECT => Self::DeviceConnect(DeviceInfo {
-                speed: rest.u8()?,
-                class: rest.array()?,
-                vendor: rest.u16()?,
-                product: rest.u16()?,
-                release: if agreed.has(Capabilities::DEVICE_VERSION) { rest.u16()? } else { 0 },
-            }),
+            number::DEVICE_CONNECT => Self::DeviceConnect(device(&mut rest, agreed)?),
             number::DEVICE_DISCONNECT => Self::DeviceDisconnect,
             number::RESET => Self::Reset,
             number::INTERFACE_INFO => Self::InterfaceInfo(interfaces(&mut rest)?),
@@ -91,24 +85,8 @@ impl Message {
             number::FILTER_REJECT => Self::FilterReject,
             number::FILTER_FILTER => Self::FilterFilter(rest.text()),
             number::DEVICE_DISCONNECT_ACK => Self::DeviceDisconnectAck,
-            number::CONTROL_PACKET => {
-                let head = ControlHead {
-                    endpoint: rest.u8()?,
-                    request: rest.u8()?,
-                    kind: rest.u8()?,
-                    status: rest.u8()?,
-                    value: rest.u16()?,
-                    index: rest.u16()?,
-                    length: rest.u16()?,
-                };
-                Self::ControlPacket(head, rest.0.to_vec())
-            }
-            number::BULK_PACKET => {
-                let (endpoint, status, low, stream) = (rest.u8()?, rest.u8()?, rest.u16()?, rest.u32()?);
-                let high = if agreed.has(Capabilities::LONG_BULK) { rest.u16()? } else { 0 };
-                let length = u32::from(high) << 16 | u32::from(low);
-                Self::BulkPacket(BulkHead { endpoint, status, length, stream }, rest.0.to_vec())
-            }
+            number::CONTROL_PACKET => Self::ControlPacket(control_head(&mut rest)?, rest.0.to_vec()),
+            number::BULK_PACKET => Self::BulkPacket(bulk_head(&mut rest, agreed)?, rest.0.to_vec()),
             number::INTERRUPT_PACKET => Self::InterruptPacket {
                 endpoint: rest.u8()?,
                 status: rest.u8()?,
@@ -129,14 +107,7 @@ impl Message {
                 body.resize(NAME_BYTES, 0);
                 body.extend(known.0.to_le_bytes());
             }
-            Self::DeviceConnect(device) => {
-                body.push(device.speed);
-                body.extend(device.class);
-                body.extend([device.vendor, device.product].map(u16::to_le_bytes).concat());
-                if agreed.has(Capabilities::DEVICE_VERSION) {
-                    body.extend(device.release.to_le_bytes());
-                }
-            }
+            Self::DeviceConnect(device) => put_device(&mut body, device, agreed),
             Self::InterfaceInfo(interfaces) => put_interfaces(&mut body, interfaces),
             Self::EpInfo(endpoints) => put_endpoints(&mut body, endpoints, agreed),
             Self::SetConfiguration { configuration } => body.push(*configuration),
@@ -161,12 +132,7 @@ impl Message {
                 body.extend(data);
             }
             Self::BulkPacket(head, data) => {
-                body.extend([head.endpoint, head.status]);
-                body.extend((head.length as u16).to_le_bytes());
-                body.extend(head.stream.to_le_bytes());
-                if agreed.has(Capabilities::LONG_BULK) {
-                    body.extend(((head.length >> 16) as u16).to_le_bytes());
-                }
+                put_bulk_head(&mut body, head, agreed);
                 body.extend(data);
             }
             Self::InterruptPacket { endpoint, status, length, data } => {
@@ -183,6 +149,52 @@ impl Message {
             | Self::Other(_) => {}
         }
         body
+    }
+}
+
+fn device(rest: &mut Rest<'_>, agreed: Capabilities) -> Result<DeviceInfo, Malformed> {
+    Ok(DeviceInfo {
+        speed: rest.u8()?,
+        class: rest.array()?,
+        vendor: rest.u16()?,
+        product: rest.u16()?,
+        release: if agreed.has(Capabilities::DEVICE_VERSION) { rest.u16()? } else { 0 },
+    })
+}
+
+fn put_device(body: &mut Vec<u8>, device: &DeviceInfo, agreed: Capabilities) {
+    body.push(device.speed);
+    body.extend(device.class);
+    body.extend([device.vendor, device.product].map(u16::to_le_bytes).concat());
+    if agreed.has(Capabilities::DEVICE_VERSION) {
+        body.extend(device.release.to_le_bytes());
+    }
+}
+
+fn control_head(rest: &mut Rest<'_>) -> Result<ControlHead, Malformed> {
+    Ok(ControlHead {
+        endpoint: rest.u8()?,
+        request: rest.u8()?,
+        kind: rest.u8()?,
+        status: rest.u8()?,
+        value: rest.u16()?,
+        index: rest.u16()?,
+        length: rest.u16()?,
+    })
+}
+
+fn bulk_head(rest: &mut Rest<'_>, agreed: Capabilities) -> Result<BulkHead, Malformed> {
+    let (endpoint, status, low, stream) = (rest.u8()?, rest.u8()?, rest.u16()?, rest.u32()?);
+    let high = if agreed.has(Capabilities::LONG_BULK) { rest.u16()? } else { 0 };
+    Ok(BulkHead { endpoint, status, length: u32::from(high) << 16 | u32::from(low), stream })
+}
+
+fn put_bulk_head(body: &mut Vec<u8>, head: &BulkHead, agreed: Capabilities) {
+    body.extend([head.endpoint, head.status]);
+    body.extend((head.length as u16).to_le_bytes());
+    body.extend(head.stream.to_le_bytes());
+    if agreed.has(Capabilities::LONG_BULK) {
+        body.extend(((head.length >> 16) as u16).to_le_bytes());
     }
 }
 
