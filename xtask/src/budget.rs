@@ -10,20 +10,14 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
-use object::{Object, ObjectSection, ObjectSymbol};
+use object::{Object, ObjectSection};
 use toml_edit::{Document, Item, Table};
 
-use crate::ledger::{self, Ledger, SIZE};
-use crate::{memory, sizes};
+use crate::ledger::{self, Bench, Ledger, SIZE, image};
 
 const FILE: &str = "bench/budget.toml";
 /// Every figure that was measured, whether or not it has a row.
 const FIGURES: &str = "out/bench/held.json";
-/// The source with the interrupts' priorities.
-const TASKS: &str = "firmware/src/main.rs";
-/// The symbol of the executor's stack.
-const STACK: &str = "thread_stack5STACK";
-
 /// The limit of a figure.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Limit {
@@ -50,14 +44,14 @@ struct Budget {
 /// Measures the image, prints each figure beside its limit, and fails when one is past it.
 pub fn check(root: &Path, elf: &Path, virtual_prime: &Path) -> Result<()> {
     let budget = Budget::parse(&fs::read_to_string(root.join(FILE)).context(FILE)?).context(FILE)?;
-    let image = fs::read(elf).with_context(|| elf.display().to_string())?;
-    let mut figures = sizes(root, &image).with_context(|| elf.display().to_string())?;
-    figures.extend(ledger::measure::held(root, &ledger::bench(root, elf, virtual_prime))?);
+    let linked = fs::read(elf).with_context(|| elf.display().to_string())?;
+    let mut figures = image::sizes(root, &linked).with_context(|| elf.display().to_string())?;
+    figures.extend(ledger::measure::held(root, &Bench::of(root, elf, virtual_prime))?);
     fs::write(root.join(FIGURES), serde_json::to_string_pretty(&figures)? + "\n").context(FIGURES)?;
     let before = ledger::read(&root.join("bench/ledger.json")).unwrap_or_default();
     let past = budget.past(&figures, &before)?;
     println!("{}", budget.table(&figures, &before));
-    let compiler = compiler(&image)?;
+    let compiler = compiler(&linked)?;
     if compiler != budget.compiler {
         println!("the image is of {compiler}, the limits are those of {}: told, and held to nothing", budget.compiler);
         println!("{past}");
@@ -65,36 +59,6 @@ pub fn check(root: &Path, elf: &Path, virtual_prime: &Path) -> Result<()> {
     }
     ensure!(past.is_empty(), "past the limits of {FILE}:\n{past}");
     Ok(())
-}
-
-/// Sizes of the linked image: flash in all and by crate, what is free of each memory, and its stacks.
-pub fn sizes(root: &Path, image: &[u8]) -> Result<Ledger> {
-    let mut figures = Ledger::new();
-    for ((name, used), (_, range)) in memory::used(image)?.into_iter().zip(memory::REGIONS) {
-        if name == "flash" {
-            figures.insert("flash_bytes".into(), used as f64);
-        } else {
-            figures.insert(format!("{name}_free_bytes"), (range.end - range.start) as f64 - used as f64);
-        }
-    }
-    for (name, bytes) in sizes::by_crate(image)? {
-        figures.insert(format!("{SIZE}{}", name.replace(' ', "_")), bytes as f64);
-    }
-    let tasks = fs::read_to_string(root.join(TASKS)).context(TASKS)?;
-    let (executor, main) = (sizes::executor_bytes(image)? as f64, sizes::main_bytes(image, &tasks)? as f64);
-    figures.insert("executor_stack_bytes".into(), executor);
-    figures.insert("executor_stack_margin_bytes".into(), executor_stack(image)? as f64 - executor);
-    figures.insert("main_stack_bytes".into(), main);
-    let free = figures.get("dtcm_free_bytes").copied().unwrap_or_default();
-    figures.insert("main_stack_margin_bytes".into(), free - main);
-    Ok(figures)
-}
-
-/// The size of what is reserved for the executor's stack.
-fn executor_stack(image: &[u8]) -> Result<u64> {
-    let file = object::File::parse(image).context("not an ELF file")?;
-    let stack = file.symbols().find(|symbol| symbol.name().is_ok_and(|name| name.contains(STACK)));
-    Ok(stack.context("the image has no stack of the executor")?.size())
 }
 
 /// The compiler that made the image, as it says itself.

@@ -22,7 +22,6 @@ const NOT_YET: &[(&str, usize, usize)] = &[
     ("storage", 8, 6),
     ("firmware", 6, 6),
     ("sim", 6, 3),
-    ("xtask", 7, 3),
     ("virtual-prime", 5, 8),
 ];
 

@@ -8,41 +8,33 @@
 mod board;
 mod config;
 mod drawing;
+mod figures;
 mod history;
 mod hold;
+pub mod image;
 mod jobs;
 mod machines;
 pub mod measure;
 pub mod page;
 mod table;
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use crate::{budget, memory};
+use crate::memory;
 pub use board::Bench;
-
-/// Flat numbers by name.
-pub type Ledger = BTreeMap<String, f64>;
+pub use figures::{Ledger, SIZE, read};
+use figures::{RATES, committed};
 
 /// A number may get worse by this share before it counts as a regression.
 const TOLERANCE: f64 = 0.02;
 
-/// Keys of what a crate takes of the flash. Code moves from one to another when it is inlined: only their sum
-/// is held to anything.
-pub const SIZE: &str = "flash_of_";
-
-/// Of these, more is better.
-pub const RATES: [&str; 4] = ["sustained_steps_per_s", "lines_per_s", "lines_per_s_smooth", "queue_depth_ms"];
-
 /// Measures, prints, compares with the committed ledger, and writes `bench/ledger.json`, the figures of
 /// `docs/performance.md` and the history page.
 pub fn run(root: &Path, elf: &Path, virtual_prime: &Path, velvet: &Path) -> Result<()> {
-    let bench = Bench { velvet, ..bench(root, elf, virtual_prime) };
+    let bench = Bench { velvet, ..Bench::of(root, elf, virtual_prime) };
     let ledger = measure(root, &bench)?;
     let path = root.join("bench/ledger.json");
     let before = committed(root).or_else(|| read(&path));
@@ -58,11 +50,6 @@ pub fn run(root: &Path, elf: &Path, virtual_prime: &Path, velvet: &Path) -> Resu
     Ok(())
 }
 
-/// Measures the image, without the programs that verify its steps.
-pub fn bench<'a>(root: &Path, elf: &'a Path, virtual_prime: &'a Path) -> Bench<'a> {
-    Bench { elf, virtual_prime, velvet: Path::new(""), scratch: root.join("out/bench") }
-}
-
 fn measure(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
     let mut ledger = measure::jobs(root, bench)?;
     let image = fs::read(bench.elf).with_context(|| bench.elf.display().to_string())?;
@@ -76,7 +63,7 @@ fn measure(root: &Path, bench: &Bench<'_>) -> Result<Ledger> {
         }
     }
     ledger.insert("ram_bytes".into(), ram as f64);
-    ledger.extend(budget::sizes(root, &image)?);
+    ledger.extend(image::sizes(root, &image)?);
     config::measure(root, bench.elf, bench.virtual_prime, &bench.scratch.join("config"), &mut ledger)?;
     Ok(ledger)
 }
@@ -86,17 +73,6 @@ pub fn write_committed(root: &Path) -> Result<()> {
     let ledger = read(&root.join("bench/ledger.json")).context("bench/ledger.json")?;
     page::write(root, &ledger)?;
     drawing::write(root, &ledger)
-}
-
-/// The ledger that lies there.
-pub fn read(path: &Path) -> Option<Ledger> {
-    serde_json::from_slice(&fs::read(path).ok()?).ok()
-}
-
-/// The ledger of the last commit: the file in the work tree may be this machine's own last run.
-fn committed(root: &Path) -> Option<Ledger> {
-    let output = Command::new("git").args(["show", "HEAD:bench/ledger.json"]).current_dir(root).output().ok()?;
-    serde_json::from_slice(&output.stdout).ok()
 }
 
 fn regressions(now: &Ledger, before: Option<&Ledger>) -> Vec<String> {

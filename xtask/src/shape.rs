@@ -57,19 +57,16 @@ const ARE_TESTS: &[&str] = &["scenarios", "on-target", "fuzz", "fuzz-engine"];
 /// Functions that take the whole `Machine`.
 const TAKERS: (usize, usize) = (431, 60);
 
-/// Something to be put in order: its place, and a word about it.
-type Place = String;
-
 /// Figures of a package, each with the places that count.
 #[derive(Debug)]
 struct Shape {
-    long: Vec<Place>,
-    wildcards: Vec<Place>,
-    undocumented: Vec<Place>,
+    long: Vec<String>,
+    wildcards: Vec<String>,
+    undocumented: Vec<String>,
     /// Public items with documentation, whole percent.
     documented: usize,
     tests_per_kloc: usize,
-    takers: Vec<Place>,
+    takers: Vec<String>,
 }
 
 impl Shape {

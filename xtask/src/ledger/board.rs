@@ -96,7 +96,12 @@ impl Results {
     }
 }
 
-impl Bench<'_> {
+impl<'a> Bench<'a> {
+    /// Creates the bench for an image, without the programs that verify its steps.
+    pub fn of(root: &Path, elf: &'a Path, virtual_prime: &'a Path) -> Self {
+        Self { elf, virtual_prime, velvet: Path::new(""), scratch: root.join("out/bench") }
+    }
+
     /// Runs all of them.
     pub fn run(&self, jobs: Vec<Job>) -> Result<Results> {
         let workers = thread::available_parallelism().map_or(1, usize::from).min(jobs.len());

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, bail};
 
-use super::Ledger;
+use super::figures::Ledger;
 
 const LINES: usize = 300;
 /// A board that has not answered by then, in virtual seconds, does not.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use super::Ledger;
+use super::figures::Ledger;
 use super::history::{self, State};
 
 const FILE: &str = "docs/images/performance.svg";

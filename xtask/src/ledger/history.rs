@@ -7,7 +7,7 @@ use std::process::Command;
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
-use super::{Ledger, RATES};
+use super::figures::{Ledger, RATES};
 
 const TEMPLATE: &str = include_str!("../../assets/history.html");
 /// The chart library that the report of a run is drawn with too.

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use super::Ledger;
 use super::board::{BYTES, Bench, FEED, GUARD, HEAT, Job, LATE, Measured, PLANNER, Results, USB, WATCH};
+use super::figures::Ledger;
 use super::hold;
 use super::jobs;
 use super::machines::{KINDS, Kind, Machines};

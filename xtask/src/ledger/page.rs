@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 
-use super::Ledger;
+use super::figures::{Ledger, read};
 use super::machines::KINDS;
 
 const PAGE: &str = "docs/performance.md";
@@ -82,7 +82,7 @@ pub fn check(root: &Path) -> Result<()> {
 }
 
 fn of(root: &Path) -> Result<Ledger> {
-    super::read(&root.join("bench/ledger.json")).context("bench/ledger.json")
+    read(&root.join("bench/ledger.json")).context("bench/ledger.json")
 }
 
 /// The page with these figures.
@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     fn ledger() -> Ledger {
-        super::super::read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../bench/ledger.json"))).expect("a ledger")
+        read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../bench/ledger.json"))).expect("a ledger")
     }
 
     #[test]

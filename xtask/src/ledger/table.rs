@@ -1,6 +1,6 @@
 //! The ledger as a table for a person.
 
-use super::Ledger;
+use super::figures::Ledger;
 
 /// Cycles for each instruction of a Cortex-M7, an estimate: half a cycle where two issue at once and
 /// everything is in TCM is the ideal; stores to port registers, taken branches and the dozen cycles into and

@@ -2,11 +2,10 @@
 
 use syn::visit::{self, Visit};
 
-use super::Place;
 use crate::package::{Package, is_for_tests};
 
 /// Returns the functions whose bodies have more than so many lines, tests excepted.
-pub fn longer_than(package: &Package, most: usize) -> Vec<Place> {
+pub fn longer_than(package: &Package, most: usize) -> Vec<String> {
     let mut found = Vec::new();
     for file in package.product() {
         let mut long = Long { most, found: Vec::new() };
@@ -71,7 +70,7 @@ impl<'a> Visit<'a> for Long {
 mod tests {
     use super::*;
 
-    fn found(text: &str) -> Vec<Place> {
+    fn found(text: &str) -> Vec<String> {
         longer_than(&Package::of("p", &[("lib.rs", text)]), 2)
     }
 

@@ -4,14 +4,13 @@
 use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 
-use super::Place;
 use crate::package::{Package, is_for_tests};
 
 /// Enumerations whose matches name every value.
 const NAMED_IN_FULL: &[&str] = &["Action", "Function"];
 
 /// Returns the arms that take any other value, tests excepted.
-pub fn arms(package: &Package) -> Vec<Place> {
+pub fn arms(package: &Package) -> Vec<String> {
     let mut found = Vec::new();
     for file in package.product() {
         let mut arms = Arms::default();
@@ -104,7 +103,7 @@ impl<'a> Visit<'a> for Arms {
 mod tests {
     use super::*;
 
-    fn found(text: &str) -> Vec<Place> {
+    fn found(text: &str) -> Vec<String> {
         arms(&Package::of("p", &[("lib.rs", text)]))
     }
 
