@@ -22,7 +22,7 @@ pub mod pins;
 pub mod rtt;
 pub mod sd_image;
 pub mod typed;
-pub mod usb_host;
+pub mod usb_desk;
 pub mod vm;
 
 mod clock_modes;

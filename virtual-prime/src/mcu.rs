@@ -26,7 +26,7 @@ use crate::peripherals::sdmmc::Sdmmc;
 use crate::pin_state::{Drive, PinState};
 use crate::pins::Wiring;
 use crate::timer_outputs::TappedTimer;
-use crate::usb_host::controller::Controller;
+use usb_host::controller::Controller;
 
 /// Bits of FLASH_OPTSR in the H745 alone, RM0399 section 4.9.8: cores that start after reset.
 const BCM4: u64 = 1 << 22;

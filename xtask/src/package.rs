@@ -12,7 +12,7 @@ use crate::sources::rust_files;
 use crate::structure::module_of;
 
 /// Packages of the emulator's workspace, which needs a newer compiler: name and folder.
-const EMULATOR: &[(&str, &str)] = &[("virtual-prime", "virtual-prime")];
+const EMULATOR: &[(&str, &str)] = &[("virtual-prime", "virtual-prime"), ("usb-host", "virtual-prime/usb-host")];
 
 /// Package of a workspace, as cargo knows it.
 #[derive(Debug)]

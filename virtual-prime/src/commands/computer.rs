@@ -1,8 +1,8 @@
 //! A computer at the USB socket that says and hears all it can, on every serial port there is.
 
-use virtual_prime::usb_host::cdc::Serial;
-use virtual_prime::usb_host::desk::{Desk, UsbError, UsbHost};
-use virtual_prime::usb_host::transfer::{Request, TransferId};
+use usb_host::transfer::{Request, TransferId};
+use virtual_prime::usb_desk::cdc::Serial;
+use virtual_prime::usb_desk::{Desk, UsbError, UsbHost};
 use virtual_prime::vm::Vm;
 
 /// A comment of 124 characters, as many of them as make more than the bus takes in a slice, and what the

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use clap::Args;
 use rigless::time::VirtualNanos;
-use virtual_prime::usb_host::remote::Remote;
-use virtual_prime::usb_host::usbip::session::BUSID;
+use usb_host::remote::Remote;
+use usb_host::usbip::session::BUSID;
 use virtual_prime::vm::Vm;
 
 /// Where the socket is offered.

@@ -47,7 +47,7 @@ use rigless::soc::{Layout, RegisterSpec, Width, Window};
 use rigless::time::{EventId, VirtualNanos};
 
 use self::core::{Core, Surroundings};
-use crate::usb_host::controller::Controller;
+use usb_host::controller::Controller;
 
 /// The instance of the global registers, to which clock, reset and interrupts are wired.
 pub const GLOBAL: &str = "OTG2_HS_GLOBAL";
@@ -126,7 +126,7 @@ impl Otg {
     /// Whether a cable is plugged in.
     #[must_use]
     pub fn is_plugged(&self) -> bool {
-        self.host.port() != crate::usb_host::controller::Port::Unplugged
+        self.host.port() != usb_host::controller::Port::Unplugged
     }
 
     /// Follows a sleep of the processor in the last millisecond, however short.

@@ -2,8 +2,8 @@
 
 use update::{Arrival, Origin, PRIME};
 use virtual_prime::flash_journal::{FlashContent, Operation, Torn};
-use virtual_prime::usb_host::desk::{Device, UsbHost};
-use virtual_prime::usb_host::dfu::{Dfu, state};
+use virtual_prime::usb_desk::dfu::{Dfu, state};
+use virtual_prime::usb_desk::{Device, UsbHost};
 
 use super::cuts::SHORT;
 use super::small::{Came, Small, after, application, card, flash, known};

@@ -1,8 +1,8 @@
 //! The card as the computer's disk: its owner, and its fate when card or computer goes.
 
-use virtual_prime::usb_host::bulk_only::{BulkOnly, Data};
-use virtual_prime::usb_host::scsi::{Disk, Sense};
-use virtual_prime::usb_host::transfer::Request;
+use usb_host::transfer::Request;
+use virtual_prime::usb_desk::bulk_only::{BulkOnly, Data};
+use virtual_prime::usb_desk::scsi::{Disk, Sense};
 
 use super::velvet::{Plugged, plug};
 use crate::common::MS;

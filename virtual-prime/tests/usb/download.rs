@@ -1,7 +1,7 @@
 //! The way into the firmware download: a computer's DFU_DETACH, and the command `dfu`.
 
-use virtual_prime::usb_host::controller::Port;
-use virtual_prime::usb_host::dfu::{Dfu, state};
+use usb_host::controller::Port;
+use virtual_prime::usb_desk::dfu::{Dfu, state};
 
 use super::velvet::{Plugged, plug};
 use crate::common::velvet::{Plan, SECOND};

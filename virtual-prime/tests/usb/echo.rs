@@ -1,11 +1,11 @@
 //! Crates `stm32h7xx-hal`, `synopsys-usb-otg`, `usb-device` and `usbd-serial`, as published, on the virtual
 //! board.
 
-use virtual_prime::usb_host::cdc::{LineCoding, Serial};
-use virtual_prime::usb_host::controller::Port;
-use virtual_prime::usb_host::desk::UsbError;
-use virtual_prime::usb_host::request::{self, Setup};
-use virtual_prime::usb_host::transfer::{Outcome, Request};
+use usb_host::controller::Port;
+use usb_host::request::{self, Setup};
+use usb_host::transfer::{Outcome, Request};
+use virtual_prime::usb_desk::UsbError;
+use virtual_prime::usb_desk::cdc::{LineCoding, Serial};
 
 use super::*;
 

@@ -3,10 +3,10 @@
 
 use std::time::{Duration, Instant};
 
-use virtual_prime::usb_host::bulk_only::{BulkOnly, Data};
-use virtual_prime::usb_host::desk::UsbError;
-use virtual_prime::usb_host::request::DEVICE;
-use virtual_prime::usb_host::transfer::Request;
+use usb_host::request::DEVICE;
+use usb_host::transfer::Request;
+use virtual_prime::usb_desk::UsbError;
+use virtual_prime::usb_desk::bulk_only::{BulkOnly, Data};
 
 use super::velvet::{Plugged, plug, two_ports};
 use crate::common::MS;

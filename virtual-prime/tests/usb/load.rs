@@ -2,7 +2,7 @@
 
 use sim::trace::StepEdge;
 use units::{Actuator, Direction};
-use virtual_prime::usb_host::transfer::{Request, TransferId};
+use usb_host::transfer::{Request, TransferId};
 
 use super::disk::with_reader;
 use super::velvet::{Plugged, plug, two_ports};
@@ -47,7 +47,7 @@ impl Flood {
     fn keep_up(&mut self, plugged: &mut Plugged) {
         let ports = plugged.ports.clone();
         let mut desk = plugged.desk();
-        let is_over = |desk: &mut virtual_prime::usb_host::desk::Desk<'_>, id: Option<TransferId>| match id {
+        let is_over = |desk: &mut virtual_prime::usb_desk::Desk<'_>, id: Option<TransferId>| match id {
             None => Some(0),
             Some(id) => desk.ended(id).map(|ended| ended.data.len() as u64),
         };

@@ -16,7 +16,7 @@ mod velvet;
 
 use sim::world::WorldConfig;
 use virtual_prime::board::PrimeBoard;
-use virtual_prime::usb_host::desk::{Desk, Device, UsbHost};
+use virtual_prime::usb_desk::{Desk, Device, UsbHost};
 
 use crate::common::{Bench, MS, boot_on};
 

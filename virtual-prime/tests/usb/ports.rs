@@ -1,9 +1,9 @@
 //! The machine's consoles at the USB socket.
 
+use usb_host::transfer::{Outcome, Request};
 use virtual_prime::factory::UNIQUE_ID;
 use virtual_prime::sd_image;
-use virtual_prime::usb_host::cdc::LineCoding;
-use virtual_prime::usb_host::transfer::{Outcome, Request};
+use virtual_prime::usb_desk::cdc::LineCoding;
 
 use super::velvet::{GREETING, plug, two_ports};
 use crate::common::MS;

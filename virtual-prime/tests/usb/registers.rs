@@ -1,10 +1,10 @@
 //! An image that touches the core's registers itself, is driven by its interrupts and sleeps in between.
 
-use virtual_prime::usb_host::controller::{Port, PortEvent};
-use virtual_prime::usb_host::descriptors::BULK;
-use virtual_prime::usb_host::desk::UsbError;
-use virtual_prime::usb_host::transfer::{Direction, Endpoint, Outcome, Request};
-use virtual_prime::usb_host::wire::Toggle;
+use usb_host::controller::{Port, PortEvent};
+use usb_host::descriptors::BULK;
+use usb_host::transfer::{Direction, Endpoint, Outcome, Request};
+use usb_host::wire::Toggle;
+use virtual_prime::usb_desk::UsbError;
 
 use super::*;
 

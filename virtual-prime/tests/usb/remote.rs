@@ -5,9 +5,9 @@ use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 use std::sync::{Arc, Mutex};
 
 use rigless::time::VirtualNanos;
-use virtual_prime::usb_host::remote::Remote;
-use virtual_prime::usb_host::usbredir::message::{BulkHead, Capabilities, Message};
-use virtual_prime::usb_host::usbredir::stream::Stream;
+use usb_host::remote::Remote;
+use usb_host::usbredir::message::{BulkHead, Capabilities, Message};
+use usb_host::usbredir::stream::Stream;
 
 use super::*;
 

@@ -2,7 +2,7 @@
 
 use sim::trace::StepEdge;
 use units::{Actuator, Direction};
-use virtual_prime::usb_host::transfer::Request;
+use usb_host::transfer::Request;
 
 use super::velvet::{GREETING, Plugged, plug};
 use crate::common::MS;

@@ -1,8 +1,8 @@
 //! A share of the table of requests and transfers (`usb/src/testing/tests_table.rs`, which runs all of them
 //! on a bus in memory), on the image and its controller.
 
-use virtual_prime::usb_host::request::Setup;
-use virtual_prime::usb_host::transfer::{Outcome, Request};
+use usb_host::request::Setup;
+use usb_host::transfer::{Outcome, Request};
 
 use super::velvet::{Plugged, plug, two_ports};
 use crate::common::MS;

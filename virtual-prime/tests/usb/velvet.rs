@@ -1,8 +1,8 @@
 //! Velvet's own image at a USB host.
 
-use virtual_prime::usb_host::cdc::Serial;
-use virtual_prime::usb_host::desk::{Desk, Device, UsbHost};
-use virtual_prime::usb_host::transfer::Request;
+use usb_host::transfer::Request;
+use virtual_prime::usb_desk::cdc::Serial;
+use virtual_prime::usb_desk::{Desk, Device, UsbHost};
 
 use crate::common::velvet::{Plan, Velvet};
 

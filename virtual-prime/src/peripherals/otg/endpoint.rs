@@ -1,7 +1,7 @@
 //! Registers of an endpoint, RM0399 section 60.14: OTG_DIEPCTLx, OTG_DOEPCTLx and those beside them.
 
 use super::registers::{epctl, epint, tsiz};
-use crate::usb_host::wire::Toggle;
+use usb_host::wire::Toggle;
 
 /// State of an endpoint, in either direction.
 #[derive(Clone, Debug, Default)]
@@ -85,6 +85,7 @@ impl Endpoint {
         self.stored &= !epctl::USBAEP;
     }
 
+    /// Returns whether the endpoint answers STALL.
     pub const fn is_stalled(&self) -> bool {
         self.stored & epctl::STALL != 0
     }
@@ -97,6 +98,7 @@ impl Endpoint {
         self.toggle = Toggle::Data1;
     }
 
+    /// Returns whether the endpoint is set up as an isochronous one.
     pub const fn is_isochronous(&self) -> bool {
         (self.stored & epctl::EPTYP) >> epctl::EPTYP_SHIFT == epctl::ISOCHRONOUS
     }
@@ -111,6 +113,7 @@ impl Endpoint {
         ((self.stored & epctl::TXFNUM) >> epctl::TXFNUM_SHIFT) as usize
     }
 
+    /// Sets causes of the endpoint interrupt.
     pub const fn raise(&mut self, cause: u32) {
         self.causes |= cause;
     }

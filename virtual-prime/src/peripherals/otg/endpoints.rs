@@ -3,7 +3,7 @@
 use super::core::Core;
 use super::fifo::{Entry, RAM_WORDS, ReceiveFifo, Span, words};
 use super::registers::*;
-use crate::usb_host::wire::Toggle;
+use usb_host::wire::Toggle;
 
 /// Least depth of a FIFO, by OTG_GRXFSIZ and OTG_DIEPTXFx, words.
 const LEAST_WORDS: u32 = 16;

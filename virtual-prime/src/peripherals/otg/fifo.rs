@@ -156,10 +156,12 @@ impl Span {
         Self { start: register & 0xFFFF, depth: register >> 16 }
     }
 
+    /// Returns whether the part ends within the RAM.
     pub const fn fits(self) -> bool {
         self.start + self.depth <= RAM_WORDS
     }
 
+    /// Returns whether the two parts share a word.
     pub const fn overlaps(self, other: Self) -> bool {
         self.start < other.start + other.depth && other.start < self.start + self.depth
     }

@@ -3,7 +3,7 @@
 
 use super::core::Core;
 use super::registers::*;
-use crate::usb_host::wire::Drive;
+use usb_host::wire::Drive;
 
 /// Idle time until the early suspend interrupt, and again until suspend, ns.
 const IDLE_NS: u64 = 3_000_000;
@@ -37,6 +37,7 @@ impl Link {
         Self { drive: self.drive, ..Self::default() }
     }
 
+    /// Returns the number of the last frame.
     pub const fn frame(&self) -> u16 {
         self.frame
     }
@@ -45,6 +46,7 @@ impl Link {
         self.frame = number;
     }
 
+    /// Returns whether the bus is suspended.
     pub const fn is_suspended(&self) -> bool {
         self.suspended
     }
@@ -154,7 +156,7 @@ impl Core {
         }
         if value & dctl::SGONAK != 0 && !self.global_out_nak {
             self.global_out_nak = true;
-            self.receive(rxsts::GLOBAL_OUT_NAK, 0, crate::usb_host::wire::Toggle::Data0, &[]);
+            self.receive(rxsts::GLOBAL_OUT_NAK, 0, usb_host::wire::Toggle::Data0, &[]);
         } else if value & dctl::CGONAK != 0 {
             self.global_out_nak = false;
             self.out_nak_effective = false;

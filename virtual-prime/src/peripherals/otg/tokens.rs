@@ -2,7 +2,7 @@
 
 use super::core::Core;
 use super::registers::*;
-use crate::usb_host::wire::{Address, Drive, Function, Handshake, Reply, Toggle};
+use usb_host::wire::{Address, Drive, Function, Handshake, Reply, Toggle};
 
 /// Number of SETUP packets in a row that a control endpoint keeps.
 const BACK_TO_BACK: u32 = 3;

@@ -1,7 +1,7 @@
 //! Connection, reset, suspend and resume.
 
 use super::*;
-use crate::usb_host::controller::PortEvent;
+use usb_host::controller::PortEvent;
 
 /// Connects a core that `spoil` has changed. Returns the registers of its findings 20 ms after the cable was
 /// plugged in.

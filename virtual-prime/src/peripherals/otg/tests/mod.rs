@@ -8,8 +8,8 @@ mod transmit;
 
 use super::core::{Core, Surroundings};
 use super::registers::*;
-use crate::usb_host::controller::{Controller, Port};
-use crate::usb_host::transfer::{Completion, Direction, Endpoint, Kind, Outcome, Request, TransferId};
+use usb_host::controller::{Controller, Port};
+use usb_host::transfer::{Completion, Direction, Endpoint, Kind, Outcome, Request, TransferId};
 
 const MS: u64 = 1_000_000;
 

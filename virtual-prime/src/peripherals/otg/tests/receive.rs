@@ -1,7 +1,7 @@
 //! Bulk OUT: packets accepted and refused, and their traces in the registers.
 
 use super::*;
-use crate::usb_host::wire::Toggle;
+use usb_host::wire::Toggle;
 
 fn out(data: &[u8]) -> Request {
     Request::Out { data: data.to_vec(), zero: false }
