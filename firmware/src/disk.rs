@@ -2,7 +2,7 @@
 //!
 //! The disk belongs to the device, and so to its interrupt; the card is behind its lock. Between two events
 //! of the bus the disk is told how the card stands, and what it wants of the card is begun: each takes the
-//! lock for some microseconds, and neither is part of the other's frames. The dispatcher decides on the owner
+//! lock for some microseconds, and neither is part of the other's frames. The executor decides on the owner
 //! of the card: it lends the card, and takes it back once the disk has reported its return.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
@@ -152,6 +152,6 @@ impl Medium for CardMedium {
     fn eject(&mut self) {
         self.state = State::Absent;
         end_loan();
-        crate::dispatcher::wake();
+        crate::executor::wake();
     }
 }

@@ -12,6 +12,8 @@ use config::MAX_FANS;
 use thermal::HeatControl;
 use units::{Celsius, Micros};
 
+use crate::lock_free::REACHED;
+
 /// Age at which a chip temperature is stale: four runs of the slow task.
 const CHIP_STALE: Micros = Micros::from_millis(400);
 
@@ -23,6 +25,7 @@ pub struct Heat {
     task: HeatTask,
 }
 
+/// Inputs and outputs of heat control.
 pub struct HeatIo {
     pub heaters: [Option<Output>; MAX_HEATERS],
     pub switches: [Option<Output>; MAX_SWITCHES],
@@ -50,6 +53,7 @@ pub struct HeatIo {
 }
 
 impl Heat {
+    /// Creates heat control with nothing wired.
     pub fn new(
         control: &'static mut HeatControl,
         thermistors: Thermistors,
@@ -79,13 +83,13 @@ impl Heat {
     /// Runs the heat task once.
     pub fn run(&mut self) -> Due {
         let Self { control, io, task } = self;
-        task.run(bsp_prime::time::now(), &crate::REACHED, control, io)
+        task.run(bsp_prime::time::now(), &REACHED, control, io)
     }
 
     /// Runs the heat task between two periods: see [`bsp_prime::time::pend_heat_tick`].
     pub fn run_early(&mut self) {
         let Self { control, io, task } = self;
-        task.run_early(&crate::REACHED, control, io);
+        task.run_early(&REACHED, control, io);
     }
 }
 

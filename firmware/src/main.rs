@@ -15,27 +15,25 @@
 //! | 2 | `lights_sent` | DMA2, stream 0 | none: it ends a transmission to a strip of lights |
 //! | 1 | `slow` | `heat`, 10 Hz | a second |
 //! | 1 | `sensors` | `heat`, 100 Hz, where there are some | 50 ms |
-//! | 0 | `idle` | bytes, and the feed | none: consoles and dispatcher |
+//! | 0 | `idle` | bytes, and the feed | none: consoles and executor |
 //!
 //! The task bodies live in `machine` and `motion`; here are only priorities and ownership.
 #![no_std]
 #![no_main]
 #![allow(unsafe_code, reason = "interrupt placement and fault handlers need it")]
 
-use base::tasks::ReachedMark;
-use base::watchdog::Reports;
-use motion::Latch;
 use stm32h7xx_hal::pac::Interrupt;
 
 mod consoles;
 mod disk;
-mod dispatcher;
 mod drivers;
+mod executor;
 mod fault;
+mod feed;
 mod heat_io;
+mod lock_free;
 mod log;
 mod manifest;
-mod outside;
 mod ports;
 mod rtt_console;
 mod slow;
@@ -51,13 +49,6 @@ mod workspace;
 const PLANNER: Interrupt = Interrupt::LPTIM2;
 const SLOW: Interrupt = Interrupt::LPTIM1;
 const SENSORS: Interrupt = Interrupt::LPTIM3;
-
-/// Ticks at which inputs stopped motion.
-static LATCH: Latch = Latch::new();
-/// Reached positions of the motors, from the feed to the heat task.
-static REACHED: ReachedMark = ReachedMark::new();
-/// Reports of live tasks since the watchdog was fed.
-static REPORTS: Reports = Reports::new();
 
 // No task is `async`: a task that only software asks for has an interrupt of its own that nothing else uses,
 // and is pended.
@@ -78,11 +69,12 @@ mod app {
 
     use crate::consoles::Console;
     use crate::heat_io::Heat;
+    use crate::lock_free::{LATCH, REACHED, REPORTS};
     use crate::ports::{self, BoardPorts, Owned};
     use crate::rtt_console::{Said, Typed};
     use crate::slow::Slow;
     use crate::triggers::TriggerInputs;
-    use crate::{LATCH, PLANNER, REACHED, REPORTS, SENSORS, SLOW, dispatcher, fault, log, update, usb};
+    use crate::{PLANNER, SENSORS, SLOW, executor, fault, feed::Locked, log, update, usb};
     use thermal::HeatControl;
 
     /// Least time between two rounds of the feed's other duties. Runs of the feed that come sooner skip
@@ -234,7 +226,7 @@ mod app {
             // A full inbox counts what it loses.
             let _taken = inbox.receive(intake, byte);
         });
-        dispatcher::wake();
+        executor::wake();
     }
 
     #[task(binds = USART3, priority = 6, local = [uart0, intake: Intake = Intake::new()])]
@@ -244,7 +236,7 @@ mod app {
             // A full inbox counts what it loses.
             let _taken = inbox.receive(intake, byte);
         });
-        dispatcher::wake();
+        executor::wake();
     }
 
     #[task(binds = UART4, priority = 6, local = [uart1, intake: Intake = Intake::new()])]
@@ -254,7 +246,7 @@ mod app {
             // A full inbox counts what it loses.
             let _taken = inbox.receive(intake, byte);
         });
-        dispatcher::wake();
+        executor::wake();
     }
 
     // Handles an event of the bus and a few packets; anything left interrupts again.
@@ -264,7 +256,7 @@ mod app {
     }
 
     // Moves the card on: some hundred instructions, up to some thousand if blocks have come in. Then the
-    // waiting users look again: the dispatcher, or the disk of the computer that has it.
+    // waiting users look again: the executor, or the disk of the computer that has it.
     #[task(binds = SDMMC1, priority = 6, shared = [card])]
     fn card(mut cx: card::Context) {
         sd::on_interrupt();
@@ -272,7 +264,7 @@ mod app {
             card.advance(time::now().0);
             usb::tell_disk(card);
         });
-        dispatcher::wake();
+        executor::wake();
     }
 
     // Runs heaters and slow outputs. Above planning, so that no job can starve heat safety.
@@ -318,7 +310,7 @@ mod app {
             *cx.local.looked = now;
             cx.shared.triggers.lock(|triggers| triggers.look(&LATCH));
         }
-        let mut motion = dispatcher::Locked(&mut cx.shared.motion);
+        let mut motion = Locked(&mut cx.shared.motion);
         let feed = &mut cx.local.step_feed;
         if feed.run(now, &mut motion, step_engine::queue(), &LATCH, &REACHED) {
             time::pend_heat_tick();
@@ -331,7 +323,7 @@ mod app {
             // The console is polled often enough for an M112.
             let _heard = cx.local.typed.look(Console::Rtt.inbox());
             REPORTS.report(Reporter::StepFeed);
-            dispatcher::wake();
+            executor::wake();
         }
     }
 
@@ -370,7 +362,7 @@ mod app {
         }
     }
 
-    // Runs consoles and dispatcher.
+    // Runs consoles and executor.
     #[idle(local = [owned, flash], shared = [motion, heat, slow, triggers, card])]
     fn idle(cx: idle::Context) -> ! {
         bsp_prime::memory::paint_main_stack();
@@ -382,6 +374,6 @@ mod app {
         let Some(flash) = cx.local.flash.take() else { fault::reset_as_asked() };
         let updates = update::start(flash);
         // Made in place on the thread stack, as the ports are large.
-        dispatcher::run(|| BoardPorts::new(owned, updates, card, shared, wake_planner))
+        executor::run(|| BoardPorts::new(owned, updates, card, shared, wake_planner))
     }
 }

@@ -29,6 +29,7 @@ use units::{Celsius, Micros, Ticks, Volts};
 use crate::consoles::Console;
 use crate::drivers::DriverBank;
 use crate::heat_io::{Heat, HeatIo};
+use crate::lock_free::{LATCH, REPORTS};
 use crate::log::Told;
 use crate::rtt_console::Said;
 use crate::slow::Slow;
@@ -36,7 +37,7 @@ use crate::storage::{CardStorage, card_storage};
 use crate::triggers::TriggerInputs;
 use crate::update::Updates;
 use crate::wiring::{self, Report};
-use crate::{LATCH, REPORTS, usb, workspace};
+use crate::{usb, workspace};
 
 mod calendar;
 mod computer;
@@ -55,7 +56,7 @@ const LAST_WRITES: Micros = Micros::from_seconds(5);
 /// Index of the LED that is on while something moves: LED 2.
 const PLAY_LED: u8 = 1;
 
-/// Peripherals that only the dispatcher uses.
+/// Peripherals that only the executor uses.
 pub struct Owned {
     pub pins: &'static mut Pins,
     pub spi: SpiBuses,
@@ -77,7 +78,7 @@ pub struct Owned {
     pub disk_lamp: Option<Output>,
 }
 
-/// Data that the dispatcher shares with tasks, each behind its RTIC lock.
+/// Data that the executor shares with tasks, each behind its RTIC lock.
 pub struct Shared<M, H, S, T> {
     pub motion: M,
     pub heat: H,

@@ -27,6 +27,7 @@ pub struct Typed {
 }
 
 impl Typed {
+    /// Creates the input, of which nothing has been read.
     pub const fn new(down: Down) -> Self {
         Self { down, intake: Intake::new() }
     }
@@ -50,7 +51,7 @@ impl Typed {
     }
 }
 
-/// Output of the console, for the dispatcher.
+/// Output of the console, for the executor.
 pub struct Said {
     up: Up,
     /// Place of the reader, and the time since which it has not moved though the ring was full.
@@ -58,6 +59,7 @@ pub struct Said {
 }
 
 impl Said {
+    /// Creates the output, with a reader that keeps up.
     pub const fn new(up: Up) -> Self {
         Self { up, stuck: None }
     }

@@ -28,6 +28,7 @@ pub struct Slow {
 }
 
 impl Slow {
+    /// Creates the slow watch with nothing wired.
     pub fn new(supplies: Supplies) -> Self {
         let (drivers, sensors) = (DriverBank::default(), SensorBank::default());
         Self { drivers, sensors, supervisor: Supervisor::new(), supplies, monitors: Vec::new() }

@@ -11,6 +11,7 @@ use embedded_sdmmc::{TimeSource, Timestamp};
 use rtic::Mutex;
 use storage::Card;
 
+use crate::lock_free::REPORTS;
 use crate::workspace;
 
 /// Duration of a block's transfer from which the card counts as slow, us.
@@ -48,9 +49,9 @@ impl<K: Mutex<T = &'static mut CardService>> Slot<K> {
             });
             match answer {
                 Some(answer) => {
-                    // Each command has its limit: a slow card must not look like a hanging dispatcher.
+                    // Each command has its limit: a slow card must not look like a hanging executor.
                     if now.saturating_sub(since) > SLOW_US {
-                        crate::REPORTS.report(Reporter::Dispatcher);
+                        REPORTS.report(Reporter::Dispatcher);
                     }
                     return answer;
                 }

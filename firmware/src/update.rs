@@ -12,7 +12,7 @@ use update::{
     Bytes, Ended, Entry, FileCheck, Image, Known, Log, MANIFEST_BYTES, Manifest, Origin, PRIME, Policy, Refusal, TRIALS,
 };
 
-use crate::dispatcher;
+use crate::executor;
 
 /// Time after the start in which a second press of RESET requests the download.
 const SECOND_PRESS: Micros = Micros::from_seconds(1);
@@ -22,21 +22,21 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 /// Whether the machine may be left now: nothing moves, heats or plays.
 static MAY_LEAVE: AtomicBool = AtomicBool::new(false);
 
-/// Asks for the firmware download, from any task: the dispatcher does the same as for the command `dfu`, and
+/// Asks for the firmware download, from any task: the executor does the same as for the command `dfu`, and
 /// the board is reset into the boot stage. Returns false, and does nothing, while the machine works.
 pub fn ask_for_download() -> bool {
     if !MAY_LEAVE.load(Ordering::Relaxed) {
         return false;
     }
     ASKED.store(true, Ordering::Relaxed);
-    dispatcher::wake();
+    executor::wake();
     true
 }
 
 #[unsafe(link_section = ".d2ram")]
 static mut PLACE: MaybeUninit<Updates> = MaybeUninit::uninit();
 
-/// Data of updates, for the dispatcher.
+/// Data of updates, for the executor.
 pub struct Updates {
     flash: BoardFlash,
     log: Log<'static>,
@@ -169,7 +169,7 @@ impl Updates {
     }
 
     /// Returns whether a host has asked for the download, and stores whether the next may. Called at each
-    /// turn of the dispatcher.
+    /// turn of the executor.
     pub fn take_download_request(&mut self, may: bool) -> bool {
         if !self.has_run && time::now() > SECOND_PRESS {
             self.has_run = true;

@@ -19,9 +19,9 @@ use usb::{Composite, Detach, Functions, Guarded, Line, Presence, SerialNumber};
 
 use crate::consoles::Console;
 use crate::disk::CardMedium;
-use crate::{dispatcher, update};
+use crate::{executor, update};
 
-/// Size of the ring to the host, bytes: the data of 3 ms of the bus, more than the dispatcher is ever away
+/// Size of the ring to the host, bytes: the data of 3 ms of the bus, more than the executor is ever away
 /// for.
 const TO_HOST_BYTES: usize = 4096;
 
@@ -103,7 +103,7 @@ impl Line for ConsoleLine {
     fn receive(&mut self, bytes: &[u8]) {
         // The inbox has room for the bytes.
         let _taken = self.inbox().receive_all(&mut self.intake, bytes);
-        dispatcher::wake();
+        executor::wake();
     }
 
     fn fetch(&mut self, into: &mut [u8]) -> usize {
@@ -118,13 +118,13 @@ impl Line for ConsoleLine {
         } else {
             inbox.set_open(false);
         }
-        dispatcher::wake();
+        executor::wake();
     }
 
     fn come_back(&mut self) {
         self.drop_unsent();
         self.inbox().open_again(&mut self.intake);
-        dispatcher::wake();
+        executor::wake();
     }
 }
 

@@ -3,62 +3,22 @@
 //! An item that cannot be had (a pin with two owners, a feature the board lacks) is reported as one line and
 //! left inactive; the rest goes on, so that one reading of the console shows all that is wrong.
 
-use core::fmt::{Display, Write};
-
-use base::ports::Input as MachineInput;
-use bsp_prime::pins::{Input, Output, PinSpec, Pins, Pull, table};
+use bsp_prime::pins::{Input, Output, PinSpec, Pins, table};
 use bsp_prime::step_engine::MotorLines;
 use bsp_prime::uart::UartPort;
 use config::{ActuatorConfig, MachineConfig, OutputPin, Pin, SensorKind, TmcConfig};
-use heapless::{String, Vec};
+use heapless::Vec;
+use base::ports::Input as MachineInput;
 use units::Actuator;
 
 use crate::drivers::{DriverBank, MotorDriver, SensorBank};
-use crate::outside::{outside, spi, wire};
 
-/// Collects what could not be bound.
-pub struct Report<'a> {
-    print: &'a mut dyn FnMut(&str),
-    pub clean: bool,
-}
+mod outside;
+mod report;
 
-impl<'a> Report<'a> {
-    pub fn new(print: &'a mut dyn FnMut(&str)) -> Self {
-        Self { print, clean: true }
-    }
-
-    pub fn trouble(&mut self, what: impl Display) {
-        let mut line = String::<160>::new();
-        // A line that does not fit is cut.
-        let _cut = write!(line, "{what}");
-        (self.print)(&line);
-        self.clean = false;
-    }
-
-    /// Returns the value, or reports its error as a line.
-    pub fn take<T, E: Display>(&mut self, result: Result<T, E>) -> Option<T> {
-        result.map_err(|error| self.trouble(error)).ok()
-    }
-}
-
-/// Returns the name of a pin's owner for messages: section, instance, key.
-pub fn owner(section: &str, instance: &str, key: &str) -> String<64> {
-    let mut name = String::new();
-    // Long instance names are cut; the message stays readable.
-    let _cut = write!(name, "{section}.{instance}.{key}");
-    name
-}
-
-/// Converts the configuration's pin to that of the board package.
-pub fn spec(pin: Pin) -> PinSpec {
-    let name = bsp_prime::pins::PinName::new(pin.port_letter(), pin.number);
-    let pull = match pin.pull {
-        config::Pull::Default | config::Pull::Up => Pull::Up,
-        config::Pull::Down => Pull::Down,
-        config::Pull::None => Pull::Floating,
-    };
-    PinSpec { pin: name, inverted: pin.inverted, open_drain: pin.open_drain, pull }
-}
+use outside::{outside, spi, wire};
+use report::owner;
+pub use report::{Report, spec};
 
 /// Sets up step, direction and enable pins and driver chips.
 pub fn motors(

@@ -6,7 +6,7 @@ use rigless::soc::Width;
 use sim::models::sd_card::{Traits, Trouble};
 use virtual_prime::image::Symbols;
 
-/// Longest time that the dispatcher may be held by a card that writes; its reads meanwhile count too.
+/// Longest time that the executor may be held by a card that writes; its reads meanwhile count too.
 const HELD_NS: u64 = 5 * MS;
 /// Longest time that a card may take to write a block (SD PL 6.00, section 4.6.2.2).
 const SLOWEST_NS: u64 = 250 * MS;
@@ -47,7 +47,7 @@ fn a_file_is_read_with_eight_megabytes_a_second_and_more() {
     assert_eq!(velvet.bench.vm.complaints(), Vec::<String>::new());
 }
 
-/// Watch on the dispatcher's count of turns, four times a millisecond.
+/// Watch on the executor's count of turns, four times a millisecond.
 struct Watch {
     address: u64,
     turns: u64,
@@ -61,7 +61,7 @@ impl Watch {
 
     fn new() -> Self {
         let address =
-            Symbols::read(&image()).expect("an ELF file").object("dispatcher5TURNS").expect("the count").address;
+            Symbols::read(&image()).expect("an ELF file").object("executor5TURNS").expect("the count").address;
         Self { address, turns: 0, still_ns: 0, longest_ns: 0 }
     }
 

@@ -20,7 +20,6 @@ const NOT_YET: &[(&str, usize, usize)] = &[
     ("machine", 3, 42),
     ("driver-bank", 5, 5),
     ("storage", 8, 6),
-    ("firmware", 6, 6),
     ("sim", 6, 3),
     ("virtual-prime", 5, 3),
 ];

@@ -36,7 +36,6 @@ const LESS_DOCUMENTED: &[(&str, usize)] = &[
     ("machine", 97),
     ("storage", 87),
     ("sim", 95),
-    ("firmware", 93),
     ("host", 96),
     ("virtual-prime", 96),
 ];

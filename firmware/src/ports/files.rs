@@ -9,7 +9,7 @@ use heapless::Vec;
 use rtic::Mutex;
 
 use super::BoardPorts;
-use crate::REPORTS;
+use crate::lock_free::REPORTS;
 
 impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Storage for BoardPorts<M, H, S, T, K> {
     fn between_steps(&mut self) {

@@ -9,7 +9,7 @@ use rtic::Mutex;
 use units::Micros;
 
 use super::BoardPorts;
-use crate::dispatcher;
+use crate::{executor, usb};
 
 impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Clock for BoardPorts<M, H, S, T, K> {
     fn now(&self) -> Micros {
@@ -19,7 +19,10 @@ impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Clock for BoardPorts<M,
 
 impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Rest for BoardPorts<M, H, S, T, K> {
     fn rest(&mut self, wake: Wake) {
-        dispatcher::rest(wake, &mut self.told);
+        // The log is told of what is new in the ring, and USB of room for packets that wait.
+        self.told.tell();
+        usb::look_for_room();
+        executor::rest(wake);
     }
 }
 

@@ -7,11 +7,8 @@ use base::Ports;
 use base::ports::Wake;
 use bsp_prime::thread_stack;
 use machine::Lasting;
-use motion::{Access, Motion};
-use rtic::Mutex;
-
-use crate::log::Told;
-use crate::usb;
+use base::Ports;
+use base::ports::Wake;
 
 /// Whether there may be work for the executor.
 static AWAKE: AtomicBool = AtomicBool::new(true);
@@ -23,15 +20,6 @@ static TURNS: AtomicU32 = AtomicU32::new(0);
 /// run; the step interrupt does not, or every step would cost a turn.
 pub fn wake() {
     AWAKE.store(true, Ordering::Release);
-}
-
-/// Motion object behind its RTIC lock, for the feed.
-pub struct Locked<'a, M>(pub &'a mut M);
-
-impl<M: Mutex<T = &'static mut Motion>> Access for Locked<'_, M> {
-    fn with<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
-        self.0.lock(|motion| f(motion))
-    }
 }
 
 /// Runs the executor for ever, on the thread stack: its state is larger than DTCM.
@@ -55,11 +43,9 @@ fn lasting() -> &'static mut Lasting {
     unsafe { (*lasting).write(Lasting::new()) }
 }
 
-/// Performs the executor's rest: tells the log, asks USB for room, and lets the core sleep until it is woken.
-pub fn rest(wake: Wake, told: &mut Told) {
-    told.tell();
+/// Lets the core sleep until the executor is woken.
+pub fn rest(wake: Wake) {
     TURNS.store(TURNS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
-    usb::look_for_room();
     if wake == Wake::AtOnce {
         return;
     }

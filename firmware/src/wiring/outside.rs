@@ -6,8 +6,8 @@ use config::MachineConfig;
 use driver_bank::{SpiRegisters, WireRegisters};
 use units::Actuator;
 
+use super::report::{Report, owner, spec};
 use crate::drivers::{Line, MotorDriver, OutsideBus};
-use crate::wiring::{Report, owner, spec};
 
 /// Makes an external driver. As with those on the board, it need not answer yet.
 pub fn outside(
