@@ -1,6 +1,6 @@
 //! A stack of its own for idle, in AXI SRAM.
 //!
-//! The dispatcher's state lives on its stack and is large; DTCM is small and belongs to interrupts. So idle
+//! The executor's state lives on its stack and is large; DTCM is small and belongs to interrupts. So idle
 //! runs in thread mode on the process stack (PSP), all interrupts on the main stack (MSP) in DTCM (ARMv7-M
 //! ARM B1.4.1). An overflow of either meets a guard and ends in a hard fault, which runs on the main stack.
 

@@ -113,7 +113,7 @@ const ENTRY_NS: u64 = 100;
 const RARELY: usize = 1_000;
 
 /// Lists the edges: time since the first edge of the same motion, motor, direction. A standstill of 100 ms
-/// parts motions: the start of the next motion is the dispatcher's business, its shape is not.
+/// parts motions: the start of the next motion is the executor's business, its shape is not.
 fn within_motions(edges: &[StepEdge]) -> Vec<Edge> {
     let (mut began_ns, mut last_ns) = (0, 0);
     let relative = |edge: &StepEdge| {

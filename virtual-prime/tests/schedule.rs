@@ -176,7 +176,7 @@ pub type Motion = Vec<Edge>;
 /// events it counts as late.
 const TOLERANCE_NS: u64 = 250;
 
-/// Splits edges where nothing moves for 100 ms: the start of the next motion is the dispatcher's business,
+/// Splits edges where nothing moves for 100 ms: the start of the next motion is the executor's business,
 /// its shape is not.
 pub fn motions(edges: &[StepEdge]) -> Vec<Motion> {
     let mut motions = Vec::<Motion>::new();
@@ -243,7 +243,7 @@ fn with_pieces_shorter_than_a_step_it_is_as_exact() {
 const COMMAND: u64 = 0x5200_700C;
 const WRITE_BLOCK: u64 = 24;
 
-/// Entries of the journal hold up the dispatcher, and no step: the same edges, to the nanoseconds of an
+/// Entries of the journal hold up the executor, and no step: the same edges, to the nanoseconds of an
 /// interrupt's delay.
 #[test]
 fn a_journal_moves_no_step() {

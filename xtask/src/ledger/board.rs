@@ -235,8 +235,8 @@ impl Measured {
         self.number(&["functions", function, statistic])
     }
 
-    /// Instructions of consoles and dispatcher to the last step: what no counted task executed.
-    pub fn dispatcher(&self) -> Result<f64> {
+    /// Instructions of consoles and executor to the last step: what no counted task executed.
+    pub fn executor(&self) -> Result<f64> {
         let tasks = STEP.into_iter().chain([FEED, HEAT, BYTES]).chain(SOFTWARE).chain(OTHERS);
         let counted: Result<f64> = tasks.map(|function| self.number(&["functions", function, "to_last_step"])).sum();
         Ok(self.number(&["to_last_step"])? - counted?)

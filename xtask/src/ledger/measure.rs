@@ -208,7 +208,7 @@ fn lines(results: &Results, with: &str, ledger: &mut Ledger) -> Result<()> {
     let each = |cost: &dyn Fn(&Measured) -> Result<f64>| -> Result<f64> {
         Ok((cost(many)? - cost(few)?) / (many.lines()? - few.lines()?))
     };
-    let line = each(&Measured::dispatcher)?;
+    let line = each(&Measured::executor)?;
     let plan = each(&|run| run.number(&["functions", PLANNER, "total"]))?;
     let solve = each(&|run| run.number(&["functions", FEED, "total"]))?;
     let passes = [many.calls(PLANNER, "max")?, hard.calls(PLANNER, "max")?];
@@ -249,7 +249,7 @@ fn dialects(results: &Results, ledger: &mut Ledger) -> Result<()> {
 fn line_cost(results: &Results, with: &str) -> Result<f64> {
     let of = |which: &str| results.of(&format!("lines-{which}{with}"));
     let (few, many) = (of("few")?, of("many")?);
-    Ok((many.dispatcher()? - few.dispatcher()?) / (many.lines()? - few.lines()?))
+    Ok((many.executor()? - few.executor()?) / (many.lines()? - few.lines()?))
 }
 
 /// Cost of expressions, subroutines, loops and preflight: an expression, a called line and a line that
@@ -266,7 +266,7 @@ fn language(results: &Results, ledger: &mut Ledger) -> Result<()> {
 
 /// Instructions of the executor for each turn or line of a job.
 fn cost(results: &Results, job: &str, with: &str) -> Result<f64> {
-    let of = |which: &str| results.of(&format!("{job}-{which}{with}"))?.dispatcher();
+    let of = |which: &str| results.of(&format!("{job}-{which}{with}"))?.executor();
     Ok((of("many")? - of("few")?) / (jobs::MANY - jobs::FEW) as f64)
 }
 
