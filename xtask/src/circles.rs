@@ -21,7 +21,6 @@ const NOT_YET: &[(&str, usize, usize)] = &[
     ("driver-bank", 5, 5),
     ("storage", 8, 6),
     ("sim", 6, 3),
-    ("virtual-prime", 5, 3),
 ];
 
 /// Broken rules of a package.

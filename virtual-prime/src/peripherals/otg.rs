@@ -30,10 +30,12 @@
 
 pub mod core;
 
+mod access;
 mod endpoint;
 mod endpoints;
 mod fifo;
 mod interrupts;
+mod line;
 mod link;
 mod registers;
 mod tokens;

@@ -49,7 +49,7 @@ impl Core {
 
     /// Returns OTG_DEACHINT: endpoint 1 has lines of its own for either direction.
     pub(super) fn each_interrupt(&self) -> u32 {
-        let [ins, outs] = [DIEPEACHMSK1, DOEPEACHMSK1].map(|offset| self.peek(offset));
+        let [ins, outs] = [DIEPEACHMSK1, DOEPEACHMSK1].map(|offset| self.kept(offset));
         let input = self.in_causes(1) & ins & !epint::TXFE != 0;
         let output = self.outs[1].causes & outs != 0;
         u32::from(input) << 1 | u32::from(output) << (OUT_SHIFT + 1)

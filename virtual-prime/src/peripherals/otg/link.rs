@@ -1,7 +1,7 @@
 //! The core's end of the cable: the pull-up, reset, suspend and resume, RM0399 sections 60.6 ("OTG_HS as a
 //! USB peripheral") and 60.14 (OTG_DCTL, OTG_DSTS, OTG_PCGCCTL).
 
-use super::core::Core;
+use super::core::{Core, Surroundings};
 use super::registers::*;
 use usb_host::wire::Drive;
 
@@ -15,48 +15,20 @@ const PATIENCE_NS: u64 = 10_000_000;
 /// Time that the core is without a clock when the processor sleeps and an external transceiver is waited for.
 const DEAF_NS: u64 = 1_000_000;
 
-/// State of the line as the core sees it.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Link {
-    drive: Drive,
-    /// Instant at which the line fell idle with the pull-up on.
-    idle_since: Option<u64>,
-    early: bool,
-    suspended: bool,
-    frame: u16,
-    /// Whether a bus reset began, and is to be announced once the transceiver's clock runs.
-    unannounced: bool,
-    /// Instant at which a connection that firmware asked for is checked.
-    judged_at: Option<u64>,
-    deaf_until: u64,
-}
-
-impl Link {
-    /// Returns the state after a reset of the core: the port at the other end is unchanged.
-    pub fn reset(self) -> Self {
-        Self { drive: self.drive, ..Self::default() }
-    }
-
-    /// Returns the number of the last frame.
-    pub const fn frame(&self) -> u16 {
-        self.frame
-    }
-
-    pub const fn set_frame(&mut self, number: u16) {
-        self.frame = number;
-    }
-
-    /// Returns whether the bus is suspended.
-    pub const fn is_suspended(&self) -> bool {
-        self.suspended
-    }
-
-    const fn is_plugged(&self) -> bool {
-        !matches!(self.drive, Drive::Unplugged)
-    }
-}
-
 impl Core {
+    /// Sets the core's surroundings.
+    pub fn look_around(&mut self, around: Surroundings) {
+        if self.around != around {
+            self.around = around;
+            self.settle();
+        }
+    }
+
+    /// Sets the rate of the kernel clock.
+    pub fn set_clock(&mut self, hz: u64) {
+        self.look_around(Surroundings { kernel_hz: hz, ..self.around });
+    }
+
     /// Whether the session of a B device is valid. The board has no VBUS on PA9, so only the override makes a
     /// session.
     pub(super) const fn b_valid(&self) -> bool {

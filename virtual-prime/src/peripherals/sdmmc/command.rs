@@ -3,13 +3,13 @@
 
 use rigless::device::{DeviceContext, RegisterFile};
 use rigless::soc::stm32h743::generated::sdmmc1::Register;
-use rigless::time::{EventId, VirtualNanos};
+use rigless::time::VirtualNanos;
 use sim::models::sd_card::{Reply, SdCard, Transfer};
 
-use super::{CMDSTOP, CMDTRANS, CPSMEN, DTEN, Data, POWER_ON, Sdmmc, flag};
+use super::idma;
+use super::state::{CMDSTOP, CMDTRANS, CPSMEN, Command, DTEN, DTMODE, Data, INDEX, POWER_ON, Sdmmc};
+use crate::peripherals::sdmmc_flags as flag;
 
-/// Field CMDINDEX of register CMDR.
-const INDEX: u64 = 0x3F;
 /// The fastest clock while cards are identified (SD PL 6.00 section 6.6.6).
 const IDENTIFICATION_HZ: u64 = 400_000;
 /// Lengths of a command and of a short response, and of a long response, bits.
@@ -23,27 +23,6 @@ const RESPONSE_TIMEOUT: u64 = 64;
 const NO_RESPONSE: u64 = 0;
 /// Value of WAITRESP in CMDR for a long response.
 const LONG_RESPONSE: u64 = 3;
-
-/// A command on the command line.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Command {
-    /// Event of the next step: end of the command, or of its response.
-    pub event: EventId,
-    register: u64,
-    argument: u32,
-    /// Answer of the card, once it has heard the command.
-    heard: Option<(Reply, Transfer)>,
-}
-
-impl Command {
-    const fn index(&self) -> u8 {
-        (self.register & INDEX) as u8
-    }
-
-    const fn awaits(&self) -> u64 {
-        self.register >> 8 & 3
-    }
-}
 
 impl Sdmmc {
     pub(super) fn write_command(&mut self, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
@@ -111,6 +90,27 @@ impl Sdmmc {
             return;
         };
         self.finish_command(command, reply, transfer, file, context);
+    }
+
+    /// Enables the data path, which leaves Idle: by a command with CMDTRANS, or by DTEN.
+    pub(super) fn enable_data(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        if file.get(Register::Dctrl) & DTMODE != 0 {
+            context.tell("DCTRL", "a data transfer mode other than the block mode has no model");
+        }
+        let block = Self::block_bytes(file);
+        self.remaining = (file.get(Register::Dlenr) & 0x1FF_FFFF) / block * block;
+        self.fifo.clear();
+        self.overdrawn = 0;
+        self.dma_address = file.get(Register::Idmabase0r);
+        self.dma_room = idma::buffer_bytes(file);
+        if self.remaining == 0 {
+            self.complete(file);
+        } else if Self::from_card(file) {
+            self.wait_receive(None, file, context);
+        } else {
+            self.data = Data::WaitSend;
+            self.follow_send(file, context);
+        }
     }
 
     fn finish_command(

@@ -5,7 +5,8 @@ use std::ops::Range;
 use rigless::device::RegisterFile;
 use rigless::soc::stm32h743::generated::sdmmc1::Register;
 
-use super::{Sdmmc, flag};
+use super::state::Sdmmc;
+use crate::peripherals::sdmmc_flags as flag;
 
 /// Fields of register IDMACTRLR.
 const IDMAEN: u64 = 1;

@@ -1,38 +1,17 @@
 //! Data from the card, RM0399 section 58.5.5: states Wait_R and Receive.
 
-use std::collections::VecDeque;
-
 use rigless::device::{DeviceContext, RegisterFile};
 use rigless::soc::Width;
 use rigless::time::{EventId, VirtualNanos};
 use sim::models::sd_card::{SdCard, Transfer};
 
-use super::{Data, FIFO_WORDS, Sdmmc, flag, idma};
+use super::idma;
+use super::state::{Data, FIFO_WORDS, Incoming, Sdmmc};
+use crate::peripherals::sdmmc_flags as flag;
 
 /// Clocks of a block beside its data: a start bit before them, the checksum and an end bit after them.
 const START_CLOCKS: u64 = 1;
 const END_CLOCKS: u64 = 17;
-
-/// A block that is being received.
-#[derive(Clone, Debug)]
-pub(super) struct Incoming {
-    words: VecDeque<u32>,
-    bytes: u64,
-    /// Instant of the first data bit; later by the time that the clock has stood still since.
-    began_ns: u64,
-    /// Words received, of which the last may wait for room.
-    came: u64,
-    /// Event of the next word or the end of the block; `None` while flow control holds the clock.
-    event: Option<EventId>,
-    /// Whether the checksum will be right.
-    intact: bool,
-}
-
-impl Incoming {
-    pub(super) fn spoil(&mut self) {
-        self.intact = false;
-    }
-}
 
 impl Sdmmc {
     /// Enters Wait_R; with an access time when the card has another block to send.

@@ -5,38 +5,15 @@ use rigless::soc::Width;
 use rigless::time::{EventId, VirtualNanos};
 use sim::models::sd_card::{SdCard, Transfer};
 
-use super::{Data, Sdmmc, flag, idma};
+use super::idma;
+use super::state::{Data, Outgoing, Sdmmc};
+use crate::peripherals::sdmmc_flags as flag;
 
 /// Clocks before a block: N_WR of the SD specification, at least two, and the start bit.
 const START_CLOCKS: u64 = 3;
 /// Clocks after a block's data: checksum, end bit, two clocks of turn-round and the card's five bits of CRC
 /// status.
 const END_CLOCKS: u64 = 16 + 1 + 2 + 5;
-
-/// A block that is being sent.
-#[derive(Clone, Debug)]
-pub(super) struct Outgoing {
-    bytes: Vec<u8>,
-    /// Bytes of the whole block.
-    length: u64,
-    /// Instant of the first data bit; later by the time that the clock has stood still since.
-    began_ns: u64,
-    /// Words taken from the FIFO.
-    went: u64,
-    /// Event of the next word or of the card's status; `None` while flow control holds the clock.
-    event: Option<EventId>,
-}
-
-impl Outgoing {
-    /// Takes a word that the DMA has fetched.
-    pub(super) fn fetched(&mut self, word: u32) {
-        self.bytes.extend(word.to_le_bytes());
-    }
-
-    const fn words(&self) -> u64 {
-        self.length.div_ceil(4)
-    }
-}
 
 impl Sdmmc {
     /// Begins a block in Wait_S, once the card has been told to take one and the first word is there.

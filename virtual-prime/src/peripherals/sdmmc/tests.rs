@@ -5,7 +5,10 @@ use rigless::soc::Layout;
 use rigless::soc::Width;
 use rigless::soc::stm32h743::builder;
 use rigless::soc::stm32h743::generated::SDMMC1;
+use rigless::time::VirtualNanos;
+use sim::models::sd_card::SdCard;
 
+use super::state::*;
 use super::*;
 
 const CLOCK_NS: u64 = 40;
