@@ -23,6 +23,7 @@ pub struct DriverPort {
 }
 
 impl DriverPort {
+    /// Creates the port of the on-board driver with this index.
     pub const fn new(world: SharedWorld, index: usize) -> Self {
         Self { world, index, shift: 0 }
     }
@@ -69,6 +70,7 @@ pub struct OutsidePort {
 const DATAGRAM: u32 = 40;
 
 impl OutsidePort {
+    /// Creates the port of the driver outside of this motor.
     pub const fn new(world: SharedWorld, motor: Actuator) -> Self {
         Self { world, motor, taken: 0, bits: 0, given: 0 }
     }
@@ -118,6 +120,7 @@ pub struct WireEnd {
 }
 
 impl WireEnd {
+    /// Creates the far end of the auxiliary UART with this channel.
     pub const fn new(world: SharedWorld, channel: u8) -> Self {
         Self { world, channel, queue: VecDeque::new(), byte_ns: 0, last_ns: 0 }
     }
@@ -160,6 +163,7 @@ pub struct ConverterPort {
 }
 
 impl ConverterPort {
+    /// Creates the port of the converter chip of this heater.
     pub const fn new(world: SharedWorld, heater: usize) -> Self {
         Self { world, heater }
     }

@@ -54,6 +54,7 @@ pub struct TappedExti {
 }
 
 impl TappedExti {
+    /// Creates the block with every pin released.
     pub fn new(wiring: Wiring, world: SharedWorld) -> Self {
         let none = [[false; PINS]; PORTS];
         let inner = Exti::new(generated::SYSCFG.base);

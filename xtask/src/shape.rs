@@ -36,8 +36,6 @@ const LESS_DOCUMENTED: &[(&str, usize)] = &[
     ("machine", 97),
     ("storage", 87),
     ("sim", 95),
-    ("host", 96),
-    ("virtual-prime", 96),
 ];
 
 /// Tests per 1000 lines of a package's code.

@@ -54,6 +54,7 @@ const EXTRUDER_MOTORS: [&str; 3] = ["delta", "epsilon", "zeta"];
 const ENDSTOP_AXES: [(&str, &str); 3] = [("alpha", "X"), ("beta", "Y"), ("gamma", "Z")];
 
 impl<'a> Conversion<'a> {
+    /// Creates a conversion of these lines for a board, with nothing converted yet.
     pub fn new(lines: &'a [Line], board: &'a Board) -> Self {
         let extruders = lines
             .iter()
@@ -63,6 +64,7 @@ impl<'a> Conversion<'a> {
         Self { board, lines, extruders, entries: Vec::new(), to_do: Vec::new() }
     }
 
+    /// Converts every line, and notes what a person has to do.
     pub fn run(&mut self) {
         for line in self.lines {
             if !self.is_switched_off(&line.key) {

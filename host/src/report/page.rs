@@ -114,6 +114,7 @@ pub fn render(report: &Report) -> String {
     page + rest
 }
 
+/// Returns the text with what has a meaning in HTML replaced.
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }

@@ -43,10 +43,12 @@ pub struct ReceiveFifo {
 }
 
 impl ReceiveFifo {
+    /// Adds an entry.
     pub fn push(&mut self, entry: Entry) {
         self.entries.push_back(entry);
     }
 
+    /// Returns the next entry, which stays.
     pub fn front(&self) -> Option<&Entry> {
         self.entries.front()
     }
@@ -65,10 +67,12 @@ impl ReceiveFifo {
         self.data.pop_front()
     }
 
+    /// Returns whether no entry waits.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
+    /// Drops all entries, and the data of the popped one.
     pub fn flush(&mut self) {
         *self = Self::default();
     }
@@ -124,14 +128,17 @@ impl TransmitFifo {
         Some(length)
     }
 
+    /// Returns the next packet, which stays.
     pub fn front(&self) -> Option<&Vec<u8>> {
         self.packets.front()
     }
 
+    /// Drops the next packet.
     pub fn pop(&mut self) {
         self.packets.pop_front();
     }
 
+    /// Drops all packets, and the one that is being written.
     pub fn flush(&mut self) {
         *self = Self::default();
     }

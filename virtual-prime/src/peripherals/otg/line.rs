@@ -29,6 +29,7 @@ impl Link {
         self.frame
     }
 
+    /// Notes the number of the frame that has begun.
     pub const fn set_frame(&mut self, number: u16) {
         self.frame = number;
     }
