@@ -268,6 +268,30 @@ mod tests {
     }
 
     #[test]
+    fn who_may_not_take_the_whole_machine_is_named() {
+        let files = [
+            ("lib.rs", "mod executor; mod b;"),
+            ("executor/mod.rs", "pub struct Machine; fn f(machine: &mut Machine) {}"),
+            ("b.rs", "use crate::executor::Machine; fn g(machine: &Machine) {}"),
+        ];
+        let found = |name: &str| {
+            let package = Package::of(name, &files);
+            spread_faults(&package, &Structure::read(&package))
+        };
+        assert_eq!(found("machine"), ["machine/src/b.rs: g takes the whole Machine"]);
+        assert!(found("motion").is_empty());
+    }
+
+    #[test]
+    fn a_type_in_too_many_files_is_named() {
+        let body = "use crate::A; impl A { fn f(&self) {} }";
+        let files = [("lib.rs", "pub struct A;"), ("a.rs", body), ("b.rs", body), ("c.rs", body), ("d.rs", body)];
+        let package = Package::of("program", &files);
+        let found = spread_faults(&package, &Structure::read(&package));
+        assert_eq!(found, ["program: A has methods in 4 files: a.rs b.rs c.rs d.rs"]);
+    }
+
+    #[test]
     fn a_forbidden_dependency_is_named() {
         assert_eq!(faults("motion", "gcode"), ["motion: may not use gcode"]);
         assert_eq!(faults("machine", "tmc"), ["machine: may not use tmc"]);

@@ -327,6 +327,19 @@ mod tests {
     }
 
     #[test]
+    fn a_program_beside_a_library_is_not_the_library() {
+        let found = structure(&[
+            ("lib.rs", "pub mod a; pub use a::A;"),
+            ("main.rs", "mod commands; use p::A;"),
+            ("commands.rs", "use p::a::A;"),
+            ("a.rs", "pub struct A;"),
+            ("b.rs", "use crate::A;"),
+        ]);
+        assert_eq!(found.edges["b.rs"], BTreeSet::from(["a.rs".to_owned()]));
+        assert!(!found.arrows().any(|(_, to)| to == "main.rs"));
+    }
+
+    #[test]
     fn who_takes_the_whole_and_who_is_spread_is_found() {
         let found = structure(&[
             ("lib.rs", "mod a; mod b;"),
