@@ -17,6 +17,7 @@
 #![cfg_attr(not(any(test, feature = "oracle")), no_std)]
 #![forbid(unsafe_code)]
 
+mod arithmetic;
 pub mod compensation;
 pub mod config;
 mod convert;
@@ -39,7 +40,6 @@ pub mod planner;
 pub mod profile;
 pub mod queue;
 mod ramp;
-mod root;
 mod run;
 mod series;
 pub mod step_solver;
@@ -50,6 +50,8 @@ pub mod timeline;
 pub mod trajectory;
 pub mod trigger;
 
+pub use arithmetic::use_square_root;
+pub(crate) use arithmetic::{greatest, least, square_root};
 pub use compensation::{
     Compensation, CompensationError, Fade, GridShape, Interpolation, MOST_OF_POLYNOMIAL, MOST_SIDE, Plane, Skew,
     Surface,
@@ -62,21 +64,6 @@ pub use kinematics::Kinematics;
 pub use motion::{Access, Counters, Motion, Passage, State, Waiting};
 pub use moves::{Corner, Mode, Move, Part, Refusal, Tag};
 pub use planner::{Block, BlockRing};
-pub(crate) use root::square_root;
-pub use root::use_square_root;
 pub use store::Store;
 pub use timeline::{Mark, Passed};
 pub use trigger::{Latch, Trigger};
-
-/// The lesser of two numbers, the same on every machine (`f64::min` may treat zeros of either sign as it
-/// likes).
-#[inline]
-pub(crate) fn least(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-/// The greater of two numbers.
-#[inline]
-pub(crate) fn greatest(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}

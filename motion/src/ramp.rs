@@ -13,7 +13,7 @@
 //! first step of Newton's method from zero (k < 0, where it can only come from below) is polished by a fixed
 //! number of Newton steps.
 
-use crate::{least, profile::Phase, root::cube_root, square_root};
+use crate::{arithmetic::cube_root, least, profile::Phase, square_root};
 
 /// The greatest acceleration and jerk of a ramp; both above zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

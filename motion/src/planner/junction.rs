@@ -11,7 +11,7 @@
 //! corner than the middle of either: `v^2 <= a L s / (2 sqrt(1 - s^2))`, where L is the length of the line
 //! and a its acceleration.
 
-use crate::{config::Limits, greatest, least, root::cube_root, square_root};
+use crate::{arithmetic::cube_root, config::Limits, greatest, least, square_root};
 
 /// Cosine beyond which two directions count as opposite or as straight on.
 const NEARLY_STRAIGHT: f64 = 0.999_9;

@@ -1,4 +1,4 @@
-//! Roots, fast on the board and the same to the last bit everywhere.
+//! Roots and comparisons, fast on the board and the same to the last bit everywhere.
 //!
 //! **Square root.** The Cortex-M7 has an instruction for it, which safe Rust without `std` cannot reach;
 //! `libm` does without, in 85 instructions. So a board lends its own ([`use_square_root`]). IEEE 754 asks
@@ -20,6 +20,19 @@ static SQUARE_ROOT: OnceRef<'static, fn(f64) -> f64> = OnceRef::new();
 pub fn use_square_root(root: &'static fn(f64) -> f64) {
     // A second one would give the same bits.
     let _first = SQUARE_ROOT.set(root);
+}
+
+/// The lesser of two numbers, the same on every machine (`f64::min` may treat zeros of either sign as it
+/// likes).
+#[inline]
+pub(crate) fn least(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The greater of two numbers.
+#[inline]
+pub(crate) fn greatest(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 /// The square root, correctly rounded.
