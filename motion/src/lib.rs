@@ -21,6 +21,7 @@ mod arithmetic;
 pub mod compensation;
 pub mod config;
 mod convert;
+mod elsewhere;
 mod event_merge;
 pub mod feed;
 pub mod feed_schedule;

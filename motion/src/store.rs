@@ -5,12 +5,6 @@
 
 use crate::{compensation::Surface, filters::History, path::CurveRing, timeline::Timeline};
 
-/// A place elsewhere: a static on a board, the heap where there is one (tests make thousands of machines).
-#[cfg(not(any(test, feature = "oracle")))]
-pub(crate) type Elsewhere<T> = &'static mut T;
-#[cfg(any(test, feature = "oracle"))]
-pub(crate) type Elsewhere<T> = std::boxed::Box<T>;
-
 /// The past that filters look back on, the curves of the blocks that wait (about 32 KiB), the bed's surface
 /// (42 KiB), and what the moves are made for.
 #[derive(Debug)]

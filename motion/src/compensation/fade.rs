@@ -4,7 +4,7 @@
 //! (10 - 15 t + 6 t^2)`, whose first and second derivatives are zero at both ends: where fading begins and
 //! ends, speeds and accelerations of the motors go on without a jump.
 
-use super::CompensationError;
+use super::limits::CompensationError;
 
 /// Greatest size of the first and the second derivative of the law above: 15/8 and 10/sqrt 3.
 const STEEPEST: f64 = 1.875;

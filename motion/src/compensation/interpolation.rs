@@ -4,7 +4,10 @@
 //! machine moves: the surface is laid through what they give at the points of a finer grid, once, when a grid
 //! comes into force.
 
-use super::surface::{MOST_SIDE, SIDE, Weights, natural};
+use super::{
+    b_spline::{SIDE, Weights, natural},
+    limits::MOST_SIDE,
+};
 
 /// Most points of a line that one polynomial may go through: beyond it swings between them (Runge 1901).
 pub const MOST_OF_POLYNOMIAL: usize = 6;

@@ -9,10 +9,7 @@ use units::PerAxis;
 
 use crate::square_root;
 
-use super::CompensationError;
-
-/// Greatest skew factor: more than six degrees are no machine's skew but a measurement gone wrong.
-pub const MOST_SKEW: f64 = 0.1;
+use super::limits::{CompensationError, MOST_SKEW};
 
 /// Skew factors: the tangents of the angles missing to 90 degrees.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

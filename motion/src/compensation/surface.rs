@@ -10,21 +10,12 @@
 //! Outside the grid the heights of its edge go on: the coefficients of the border, after one more that
 //! continues the slope, so that the surface turns without a kink and lies flat three fine grid distances on.
 
-use super::{CompensationError, Fade, Interpolation};
-use crate::greatest;
-
-/// Most points along X or Y.
-pub const MOST_SIDE: usize = 50;
-/// Most points of a grid.
-pub const MOST_POINTS: usize = MOST_SIDE * MOST_SIDE;
-/// The least distance of points, mm.
-pub const LEAST_STEP: f64 = 1.0;
-/// The greatest height, mm.
-pub const MOST_HEIGHT: f64 = 25.0;
-/// Greatest slope between neighbouring points.
-pub const MOST_SLOPE: f64 = 0.25;
-/// Coefficients along a side: one more at each end.
-pub(super) const SIDE: usize = MOST_SIDE + 2;
+use super::{
+    Fade, Interpolation,
+    b_spline::{SIDE, Weights, cell, natural},
+    limits::{CompensationError, LEAST_STEP, MOST_HEIGHT, MOST_POINTS, MOST_SIDE, MOST_SLOPE},
+};
+use crate::{greatest, least};
 
 /// Places of a grid's points. Heights are given row by row: all of the first Y, along X, then the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -318,7 +309,7 @@ impl Surface {
         for row in near..=far {
             for column in left..=right {
                 let here = self.coefficient(column, row);
-                bounds.low = crate::least(bounds.low, here);
+                bounds.low = least(bounds.low, here);
                 bounds.high = greatest(bounds.high, here);
                 let (right_of, beyond) = (column < right, row < far);
                 let ahead = if right_of { self.coefficient(column + 1, row) } else { here };
@@ -371,36 +362,6 @@ fn check_heights(shape: &GridShape, heights: &[f32]) -> Result<(), CompensationE
     Ok(())
 }
 
-/// Turns `count` values at 1.. in `line` into the coefficients of the natural spline through them, at 0 to
-/// `count + 1`: `c[i-1] + 4 c[i] + c[i+1] = 6 h[i]`, with no bend at both ends.
-pub(super) fn natural(line: &mut [f64; SIDE], count: usize) {
-    let mut factors = [0.0; SIDE];
-    let get = |line: &[f64; SIDE], index: usize| line.get(index).copied().unwrap_or(0.0);
-    // Forwards: each equation loses its first unknown. The first value is its own coefficient.
-    for index in 2..count {
-        let factor = 1.0 / (4.0 - get(&factors, index - 1));
-        let known = 6.0 * get(line, index) - get(line, index - 1);
-        if let (Some(to), Some(kept)) = (line.get_mut(index), factors.get_mut(index)) {
-            *to = known * factor;
-            *kept = factor;
-        }
-    }
-    for index in (2..count).rev() {
-        let after = get(&factors, index) * get(line, index + 1);
-        if let Some(to) = line.get_mut(index) {
-            *to -= after;
-        }
-    }
-    let (first, second) = (get(line, 1), get(line, 2));
-    let (last, before) = (get(line, count), get(line, count - 1));
-    if let Some(to) = line.get_mut(0) {
-        *to = 2.0 * first - second;
-    }
-    if let Some(to) = line.get_mut(count + 1) {
-        *to = 2.0 * last - before;
-    }
-}
-
 /// Place in memory of the coefficient of this index: those of -1 to the last point and one more are kept;
 /// farther out the edge's coefficient stands in, which is the height there.
 const fn kept(index: i32, last: i32) -> usize {
@@ -412,38 +373,4 @@ const fn kept(index: i32, last: i32) -> usize {
         index
     };
     (index + 1) as usize
-}
-
-/// The cell of a place counted in grid distances, and how far in it is. Beyond three distances from the grid
-/// nothing changes any more.
-fn cell(place: f64, last: i32) -> (i32, f64) {
-    let bounded = crate::least(greatest(place, -3.0), f64::from(last) + 3.0);
-    let index = libm::floor(bounded) as i32;
-    (index, bounded - f64::from(index))
-}
-
-/// The four B-splines that are not zero in a cell: their values and slopes.
-pub(super) struct Weights {
-    pub value: [f64; 4],
-    slope: [f64; 4],
-}
-
-impl Weights {
-    fn at(place: f64, last: i32) -> (i32, Self) {
-        let (index, t) = cell(place, last);
-        (index, Self::of(t))
-    }
-
-    /// Returns the weights at a place in the cell, in grid distances.
-    pub fn of(t: f64) -> Self {
-        let rest = 1.0 - t;
-        let value = [
-            rest * rest * rest / 6.0,
-            (4.0 - t * t * (6.0 - 3.0 * t)) / 6.0,
-            (1.0 + t * (3.0 + t * (3.0 - 3.0 * t))) / 6.0,
-            t * t * t / 6.0,
-        ];
-        let slope = [-0.5 * rest * rest, t * (1.5 * t - 2.0), 0.5 + t * (1.0 - 1.5 * t), 0.5 * t * t];
-        Self { value, slope }
-    }
 }

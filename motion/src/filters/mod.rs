@@ -31,9 +31,9 @@ pub(crate) use history::{History, Source, Stretch};
 pub use shaper::{Pulse, Pulses, Shaper, ShaperKind};
 
 use crate::{
+    elsewhere::Elsewhere,
     greatest,
     path::Curve,
-    store::Elsewhere,
     trajectory::{Piece, TickTime, tick_time},
 };
 use advance::Window;

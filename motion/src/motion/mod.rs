@@ -33,6 +33,7 @@ use units::{AxisSet, PerActuator, PerAxis, StepCount, StepPosition, Ticks};
 use crate::{
     compensation::{Compensation, Surface},
     config::{ConfigError, Limits, MotionConfig},
+    elsewhere::Elsewhere,
     feed::{FeedOrders, FeedReport},
     feed_schedule::Lead,
     filters::{Filters, History},
@@ -45,7 +46,6 @@ use crate::{
     planner::{Block, BlockRing, CAPACITY, KEPT, MOST_OF_DETOUR, Overrides, Planner},
     ramp::Ramp,
     run::Run,
-    store::Elsewhere,
     timeline::{Mark, Passed, Timeline},
     trajectory::{Piece, TakenBack, TickTime},
     trigger::Trigger,

@@ -22,7 +22,7 @@ pub(crate) use brake::{Brake, ROUNDING, SAME, is_tangent};
 pub(crate) use detour::MOST_OF_DETOUR;
 pub(crate) use junction::{corner_sq, jump_sq};
 
-use crate::store::Elsewhere;
+use crate::elsewhere::Elsewhere;
 use block::LookAhead;
 
 /// Number of blocks that fit: at 0.2 mm a block and 100 mm/s, half a second of look-ahead. See [`BlockRing`].
