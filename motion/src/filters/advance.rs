@@ -11,10 +11,7 @@
 //! window that lies whole in one stretch, the average of a cubic is `pa(t) + pa''(t) h^2 / 12`, which has no
 //! cancellation and is exact at rest.
 
-use super::{
-    Cursor,
-    history::{History, seconds},
-};
+use super::history::{Cursor, History, seconds};
 use crate::trajectory::tick_time;
 
 /// Longest and shortest smoothing time, seconds.

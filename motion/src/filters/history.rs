@@ -5,13 +5,15 @@
 
 use units::{MAX_AXES, PerAxis};
 
-use super::MAX_EXTRUDERS;
 use crate::{
     convert::float_of_i64,
     path::{Curve, Path},
     ramp::Ramp,
     trajectory::{Piece, TickTime},
 };
+
+/// Greatest number of extruders: the auxiliary axes.
+pub const MAX_EXTRUDERS: usize = 3;
 
 /// Stretches kept, a power of two.
 pub(super) const CAPACITY: usize = 128;
@@ -25,9 +27,33 @@ pub(super) fn seconds(units: u64) -> f64 {
     float_of_i64(units as i64) * SECONDS_PER_UNIT
 }
 
+/// Whether time `a` is before time `b`; both within ten seconds.
+pub(crate) fn is_before(a: u64, b: u64) -> bool {
+    b.wrapping_sub(a) as i64 > 0
+}
+
+/// The earlier of two times.
+pub(super) fn earlier(a: u64, b: u64) -> u64 {
+    if is_before(b, a) { b } else { a }
+}
+
+/// The later of two times.
+pub(super) fn later(a: u64, b: u64) -> u64 {
+    if is_before(a, b) { b } else { a }
+}
+
 /// The low bits of a point in time.
 fn low(time: TickTime) -> u64 {
     time.to_bits() as u64
+}
+
+/// A place in the history, so far behind the output.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Cursor {
+    /// Delay in units of [`TickTime`].
+    pub delay: u64,
+    /// Count of the stretch in the history.
+    pub count: u32,
 }
 
 /// Curves kept; a stretch for which there is no room is straight ([`super::Filters::has_room_for`]).

@@ -18,17 +18,18 @@
 //! delayed.
 
 pub mod advance;
-mod back;
+mod correction;
 mod history;
 pub mod shaper;
+mod taking_back;
 
 use units::{Axis, MAX_AXES, PerAxis};
 
 pub use advance::PressureAdvance;
-pub(crate) use back::{Place, is_before, moves};
-use history::CAPACITY;
-pub(crate) use history::{History, Source, Stretch};
+pub use history::MAX_EXTRUDERS;
+pub(crate) use history::{History, Source, Stretch, is_before};
 pub use shaper::{Pulse, Pulses, Shaper, ShaperKind};
+pub(crate) use taking_back::{Place, moves};
 
 use crate::{
     elsewhere::Elsewhere,
@@ -37,10 +38,8 @@ use crate::{
     trajectory::{Piece, TickTime, tick_time},
 };
 use advance::Window;
-use back::Corrections;
-
-/// Greatest number of extruders: the auxiliary axes.
-pub const MAX_EXTRUDERS: usize = 3;
+use correction::Corrections;
+use history::{CAPACITY, Cursor};
 
 /// The filters of a machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -76,15 +75,6 @@ pub const LEAST_SPACING: u64 = 400 << 32;
 
 /// Delays of three shapers, and that of the axes that have none.
 const MAX_TAPS: usize = 3 * shaper::MAX_PULSES + 1;
-
-/// A place in the history, so far behind the output.
-#[derive(Clone, Copy, Debug, Default)]
-struct Cursor {
-    /// Delay in units of [`TickTime`].
-    delay: u64,
-    /// Count of the stretch in the history.
-    count: u32,
-}
 
 /// A delay, and the weight that each axis gives it.
 #[derive(Clone, Copy, Debug)]
@@ -308,7 +298,8 @@ impl Filters {
                 nearest = nearest.min(next.wrapping_add(cursor.delay).wrapping_sub(now));
             }
         }
-        turned |= self.begin_corrections(now);
+        let output = (&self.point, &self.velocity);
+        turned |= self.corrections.begin(now, (&*self.history, &self.windows), output);
         let nearest = nearest.min(self.corrections.left(now).unwrap_or(u64::MAX));
         room = room.min(nearest.max(LEAST_SPACING));
         let out = self.out + TickTime::from_bits(u128::from(room));
@@ -326,7 +317,7 @@ impl Filters {
             history.pass(&mut cursor.count, end.wrapping_sub(cursor.delay), false);
         }
         let (point, exit) = self.output(end);
-        self.end_corrections(end);
+        self.corrections.end(end);
         self.out = out;
         self.point = point;
         self.velocity = exit;

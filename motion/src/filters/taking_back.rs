@@ -1,19 +1,19 @@
-//! Taking trajectory back: the part that no axis has used yet, and the transition of an extruder that has.
+//! Taking trajectory back: the part that no axis has used yet.
 //!
 //! Each axis uses the trajectory with its own delay: a shaped one looks ahead by its shift, so it is the
 //! latency less that behind the trajectory's head; one without a filter is the whole latency behind. The part
 //! that no *moving* axis has used may be replaced: an axis that stood still over the part it used would have
 //! done the same with the new one, as long as that keeps it still.
 //!
-//! An extruder with pressure advance usually looks ahead farthest and matters least. An extruder that moves
-//! along with X, Y or Z does not hold them up: its output goes over to that of the new trajectory. The
-//! difference in place and speed at that moment ([`Correction`]) fades to nothing over one latency, by the
-//! cubic that begins with both and ends without either. The extruder's speed differs by less than `1.5 c / L`
-//! plus the difference in speed meanwhile, c being the difference in place and L the latency.
+//! An extruder with pressure advance that moves along with X, Y or Z does not hold them up: its output goes
+//! over to that of the new trajectory ([`super::correction`]).
 
-use units::{MAX_AXES, PerAxis};
+use units::MAX_AXES;
 
-use super::{Filters, MAX_EXTRUDERS, Source, Stretch, history};
+use super::{
+    Filters,
+    history::{Source, Stretch, earlier, is_before, later, seconds},
+};
 use crate::{path::Path, ramp::Ramp};
 
 /// Axes that move by less than this for a millimetre of path stand still: their movement during one latency
@@ -21,72 +21,6 @@ use crate::{path::Path, ramp::Ramp};
 const STILL: f64 = 1e-9;
 /// Movement by a curve, mm, up to which an axis stands still.
 const STILL_CURVE: f64 = 1e-9;
-
-/// Fading difference between two outputs: place and speed at its beginning.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Correction {
-    from: u64,
-    place: f64,
-    rate: f64,
-}
-
-impl Correction {
-    /// Returns place and speed of the difference left at `time`: nothing after `fade` seconds.
-    fn at(&self, time: u64, fade: f64) -> (f64, f64) {
-        let x = history::seconds(time.wrapping_sub(self.from)) / fade;
-        if x >= 1.0 {
-            return (0.0, 0.0);
-        }
-        let y = 1.0 - x;
-        let place = y * y * (self.place * (1.0 + 2.0 * x) + self.rate * fade * x);
-        let rate = y * (self.rate * (1.0 - 3.0 * x) - 6.0 * x * self.place / fade);
-        (place, rate)
-    }
-}
-
-/// Corrections of the extruders.
-#[derive(Debug)]
-pub(super) struct Corrections {
-    /// Duration of a correction.
-    span: u64,
-    /// Whether the next output begins the corrections: until then `None` says nothing.
-    wanted: bool,
-    each: [Option<Correction>; MAX_EXTRUDERS],
-}
-
-impl Corrections {
-    pub const NONE: Self = Self { span: 0, wanted: false, each: [None; MAX_EXTRUDERS] };
-
-    /// Sets the duration of corrections from now on.
-    pub const fn configure(&mut self, span: u64) {
-        *self = Self { span, ..Self::NONE };
-    }
-
-    /// Drops all of the corrections.
-    pub const fn clear(&mut self) {
-        self.configure(self.span);
-    }
-
-    /// Returns the time from `now` until the last correction is over.
-    pub fn left(&self, now: u64) -> Option<u64> {
-        let left = |correction: &Correction| correction.from.wrapping_add(self.span).wrapping_sub(now);
-        let left = self.each.iter().flatten().map(left).max();
-        if self.wanted { Some(self.span) } else { left }
-    }
-
-    /// Returns the correction of an axis at `time`: place and speed.
-    pub fn at(&self, axis: usize, time: u64) -> Option<(f64, f64)> {
-        let correction = self.each.get(axis.wrapping_sub(3))?.as_ref()?;
-        Some(correction.at(time, history::seconds(self.span)))
-    }
-
-    /// Delays all corrections by `by`.
-    pub fn shift(&mut self, by: u64) {
-        for correction in self.each.iter_mut().flatten() {
-            correction.from = correction.from.wrapping_add(by);
-        }
-    }
-}
 
 /// Place at which the trajectory can be begun anew.
 #[derive(Clone, Copy, Debug)]
@@ -202,7 +136,7 @@ impl Filters {
             }
             let path =
                 Path { origin: source.origin, direction: stretch.direction, curve: self.history.curve_of(stretch) };
-            let elapsed = history::seconds(begin.wrapping_sub(stretch.start));
+            let elapsed = seconds(begin.wrapping_sub(stretch.start));
             let newest = if within { number } else { number.wrapping_sub(1) };
             return Some(Place { time: begin, newest, source, travelled, speed, elapsed, path });
         }
@@ -222,47 +156,8 @@ impl Filters {
         }
         self.cut_piece = None;
         self.drained = false;
-        self.corrections.wanted = true;
+        self.corrections.want();
     }
-
-    /// Begins the corrections, once the trajectory has been settled anew.
-    pub(super) fn begin_corrections(&mut self, now: u64) -> bool {
-        if !core::mem::take(&mut self.corrections.wanted) {
-            return false;
-        }
-        let history = &*self.history;
-        for (window, slot) in self.windows.iter().zip(&mut self.corrections.each) {
-            let Some(window) = window else { continue };
-            let (place, rate) = window.output(history, now);
-            let axis = window.axis;
-            let was = |of: &PerAxis<f64>| of.0.get(axis).copied().unwrap_or_default();
-            *slot = Some(Correction { from: now, place: was(&self.point) - place, rate: was(&self.velocity) - rate });
-        }
-        true
-    }
-
-    /// Drops the corrections that are over.
-    pub(super) fn end_corrections(&mut self, now: u64) {
-        let span = self.corrections.span;
-        for slot in &mut self.corrections.each {
-            if slot.is_some_and(|correction| !is_before(now, correction.from.wrapping_add(span))) {
-                *slot = None;
-            }
-        }
-    }
-}
-
-/// Whether time `a` is before time `b`; both within ten seconds.
-pub(crate) fn is_before(a: u64, b: u64) -> bool {
-    b.wrapping_sub(a) as i64 > 0
-}
-
-fn earlier(a: u64, b: u64) -> u64 {
-    if is_before(b, a) { b } else { a }
-}
-
-fn later(a: u64, b: u64) -> u64 {
-    if is_before(a, b) { b } else { a }
 }
 
 /// Returns the axes that move along a path.
