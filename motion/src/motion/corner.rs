@@ -16,7 +16,7 @@ use crate::{
     least,
     moves::{Corner, Move},
     path::{self, Arc, Curve, Path, Vector, dot, mix},
-    planner::Envelope,
+    planner::{Envelope, curve_envelope},
     square_root,
 };
 
@@ -63,7 +63,7 @@ impl Motion {
         let requested = least(last.requested, request.feed_rate.get());
         let path = Path::new(from, &to, arc.length(), Curve::Arc(arc));
         let over = self.compensation.over_path(&path, arc.length());
-        let envelope = path::envelope(config, &path, arc.length(), requested, &over).ok()?;
+        let envelope = curve_envelope(config, &path, arc.length(), requested, &over).ok()?;
         // The plan before it counts on ending no slower than at rest.
         let is_usable = envelope.speed_limit > config.limits.minimum_speed.get();
         is_usable.then_some(Rounding { cut, from, to, arc, envelope })

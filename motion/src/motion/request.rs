@@ -10,8 +10,8 @@ use crate::{
     knots::{MAX_STEPS, steps_per_mm},
     least,
     moves::{Corner, Move, Refusal},
-    path::{self, Curve, Path},
-    planner::{Envelope, SMALLEST, corner_sq, is_tangent, jump_sq},
+    path::{Curve, Path},
+    planner::{Envelope, SMALLEST, corner_sq, curve_envelope, is_tangent, jump_sq},
     square_root,
     timeline::Mark,
 };
@@ -67,7 +67,7 @@ impl Motion {
             let path = Path::new(self.planned, &request.target, length, request.curve);
             no_orphan(self.orphans, &ways_of_curve(&path, &delta))?;
             let over = self.compensation.over_path(&path, length);
-            let envelope = path::envelope(config, &path, length, request.feed_rate.get(), &over)?;
+            let envelope = curve_envelope(config, &path, length, request.feed_rate.get(), &over)?;
             let exit = Exit::of(&path, length);
             self.push(&envelope, exit, request);
             self.curves.push(request.curve);

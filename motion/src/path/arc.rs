@@ -57,7 +57,7 @@ impl Arc {
     }
 
     /// Angle for a millimetre of path, rad/mm.
-    pub(super) const fn rate(&self) -> f64 {
+    pub(crate) const fn rate(&self) -> f64 {
         self.angle / self.length
     }
 

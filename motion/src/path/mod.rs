@@ -7,14 +7,11 @@
 
 mod arc;
 mod bounds;
-mod jerk;
-mod limits;
 mod ring;
 mod spline;
 
 pub use arc::Arc;
 pub use bounds::Bounds;
-pub(crate) use limits::{envelope, unit};
 pub(crate) use ring::CurveRing;
 pub use spline::{EVEN_WITHIN, Spline};
 
@@ -187,6 +184,13 @@ pub(crate) fn dot([ax, ay, az]: Vector, [bx, by, bz]: Vector) -> f64 {
 
 pub(crate) fn size(a: Vector) -> f64 {
     square_root(dot(a, a))
+}
+
+/// Unit direction of X, Y and Z.
+pub(crate) fn unit(path: &Path, s: f64) -> Vector {
+    let tangent = primary(&path.tangent(s));
+    let length = size(tangent);
+    tangent.map(|part| part / length)
 }
 
 /// `a x + b y` for vectors x and y.

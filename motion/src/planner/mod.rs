@@ -13,12 +13,16 @@
 mod block;
 mod brake;
 mod cruise_ratio;
+mod curve_jerk;
+mod curve_limits;
 mod detour;
 mod junction;
+mod peak;
 
 pub use block::{Block, Overrides};
 pub(crate) use block::{Envelope, SMALLEST};
 pub(crate) use brake::{Brake, ROUNDING, SAME, is_tangent};
+pub(crate) use curve_limits::curve_envelope;
 pub(crate) use detour::MOST_OF_DETOUR;
 pub(crate) use junction::{corner_sq, jump_sq};
 

@@ -13,7 +13,7 @@
 
 use units::{Actuator, MmPerSecond2, PerActuator, PerAxis};
 
-use super::{Arc, Curve, Path, Vector, dot, jerk::Asks, primary, size};
+use super::{Envelope, curve_jerk::Asks, peak::Peak};
 use crate::{
     compensation::Over,
     config::{Limits, MotionConfig},
@@ -21,7 +21,7 @@ use crate::{
     kinematics::{Kinematics, Strain},
     least,
     moves::Refusal,
-    planner::Envelope,
+    path::{Arc, Curve, Path, Vector, dot, primary, size, unit},
     square_root,
 };
 
@@ -45,7 +45,7 @@ struct Demand {
 
 /// The limits of a move along a curve; the speed asked for decides how much acceleration is kept for the
 /// bend.
-pub(crate) fn envelope(
+pub(crate) fn curve_envelope(
     config: &MotionConfig,
     path: &Path,
     length: f64,
@@ -110,13 +110,6 @@ pub(crate) fn envelope(
 
 /// Extruders and other auxiliary motors never slow the acceleration of a combined move.
 const PATH_MOTORS: [Actuator; 3] = [Actuator::Alpha, Actuator::Beta, Actuator::Gamma];
-
-/// Unit direction of X, Y and Z.
-pub(crate) fn unit(path: &Path, s: f64) -> Vector {
-    let tangent = primary(&path.tangent(s));
-    let length = size(tangent);
-    tangent.map(|part| part / length)
-}
 
 /// Returns the factor by which the tangent may be longer than one: where the end is a little off its circle,
 /// the way there is added.
@@ -284,34 +277,6 @@ fn of_arc(machine: &Skewed<'_>, path: &Path, arc: &Arc) -> Demand {
         motors[actuator] = greatest_swing(base[actuator], c[actuator], s[actuator], arc.angle());
     }
     Demand { axes, motors, curvature: rate * rate * size(arc.arm()) }
-}
-
-/// Greatest size of a smooth function known at equal distances: between two places a parabola rises above
-/// both by an eighth of the second difference at most.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Peak {
-    most: f64,
-    hidden: f64,
-    before: [f64; 2],
-    seen: u32,
-}
-
-impl Peak {
-    pub fn take(&mut self, value: f64) {
-        let [older, old] = self.before;
-        if self.seen >= 2 {
-            self.hidden = greatest(self.hidden, libm::fabs(value - 2.0 * old + older));
-        }
-        self.most = greatest(self.most, libm::fabs(value));
-        self.before = [old, value];
-        self.seen += 1;
-    }
-
-    pub fn bound(&self) -> f64 {
-        // A parabola hides an eighth of the second difference; a fifth more covers what a parabola does not
-        // tell.
-        self.most + 0.15 * self.hidden
-    }
 }
 
 /// Returns the demand from places at equal distances, the strain with the least clearance seen, and the

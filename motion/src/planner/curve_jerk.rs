@@ -12,8 +12,14 @@
 //! the jerk along the path gets what remains. On a circle T' and T'' are at right angles, so their terms add
 //! up as a root of squares; on a spline as they are. All three are fixed for the whole block.
 
-use super::{Arc, Curve, Path, Vector, limits::Peak, primary, size};
-use crate::{arithmetic::cube_root, config::Limits, greatest, least, planner::Envelope, square_root};
+use super::{Envelope, peak::Peak};
+use crate::{
+    arithmetic::cube_root,
+    config::Limits,
+    greatest, least,
+    path::{Arc, Curve, Path, Vector, primary, size},
+    square_root,
+};
 
 /// Shares of the jerk that the bend's own may take: at least, at most. The speed goes with their cubic root.
 const TWIST_SHARES: (f64, f64) = (0.25, 0.7);
