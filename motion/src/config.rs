@@ -9,8 +9,12 @@ use crate::{
         shaper::FREQUENCY_RANGE,
     },
     kinematics::Kinematics,
-    least, planner,
+    least,
 };
+
+/// Greatest number of blocks in the look-ahead queue: at 0.2 mm a block and 100 mm/s, half a second of
+/// look-ahead.
+pub const MOST_BLOCKS: usize = 256;
 
 /// Configuration that is fixed while the machine moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +25,7 @@ pub struct MotionConfig {
     pub actuators: PerActuator<Option<ActuatorConfig>>,
     /// Limits in force at the start; [`crate::Motion::set_limits`] changes them at any time.
     pub limits: Limits,
-    /// Look-ahead depth in blocks (`planner_queue_size`), 2 to [`planner::CAPACITY`].
+    /// Look-ahead depth in blocks (`planner_queue_size`), 2 to [`MOST_BLOCKS`].
     pub queue_size: usize,
     /// Time that a queue that is not full waits for more moves before it runs (`queue_delay_time_ms`).
     pub queue_delay: Ticks,
@@ -146,7 +150,7 @@ pub enum ConfigError {
     JunctionDeviation,
     /// The minimum planner speed must be a finite number, not negative.
     MinimumSpeed,
-    /// `planner_queue_size` must lie between 2 and [`planner::CAPACITY`].
+    /// `planner_queue_size` must lie between 2 and [`MOST_BLOCKS`].
     QueueSize,
     /// A shaper's frequency or damping ratio is out of range.
     Shaper(Axis),
@@ -187,7 +191,7 @@ impl core::fmt::Display for ConfigError {
                 SMOOTH_TIME_RANGE.0,
                 SMOOTH_TIME_RANGE.1
             ),
-            Self::QueueSize => write!(f, "planner_queue_size must lie between 2 and {}", planner::CAPACITY),
+            Self::QueueSize => write!(f, "planner_queue_size must lie between 2 and {}", MOST_BLOCKS),
         }
     }
 }
@@ -209,7 +213,7 @@ impl MotionConfig {
         if !self.kinematics.is_sound() {
             return Err(ConfigError::Geometry);
         }
-        if !(2..=planner::CAPACITY).contains(&self.queue_size) {
+        if !(2..=MOST_BLOCKS).contains(&self.queue_size) {
             return Err(ConfigError::QueueSize);
         }
         self.check_filters()

@@ -67,7 +67,7 @@ impl Motion {
 
     /// Returns the number of curved blocks among those released behind this one.
     fn curves_behind(&self, block: u32) -> u32 {
-        let behind = self.planner.released().wrapping_sub(block).wrapping_sub(1).min(crate::planner::CAPACITY as u32);
+        let behind = self.planner.released().wrapping_sub(block).wrapping_sub(1).min(crate::config::MOST_BLOCKS as u32);
         let curved = |n: &u32| self.planner.any_block(block.wrapping_add(1 + n)).is_some_and(|block| block.curved);
         (0..behind).filter(curved).count() as u32
     }

@@ -32,7 +32,7 @@ use units::{AxisSet, PerActuator, PerAxis, StepCount, StepPosition, Ticks};
 
 use crate::{
     compensation::{Compensation, Surface},
-    config::{ConfigError, Limits, MotionConfig},
+    config::{ConfigError, Limits, MOST_BLOCKS, MotionConfig},
     elsewhere::Elsewhere,
     feed::{FeedOrders, FeedReport},
     feed_schedule::Lead,
@@ -43,7 +43,7 @@ use crate::{
     motor::MotorSetup,
     moves::{Mode, Refusal, Tag},
     path::{self, CurveRing, Path},
-    planner::{Block, BlockRing, CAPACITY, KEPT, MOST_OF_DETOUR, Overrides, Planner},
+    planner::{Block, BlockRing, KEPT, MOST_OF_DETOUR, Overrides, Planner},
     ramp::Ramp,
     run::Run,
     timeline::{Mark, Passed, Timeline},
@@ -272,7 +272,7 @@ impl Motion {
         // Room for a way round what is left out; where trajectory may be taken back, its blocks must not have
         // been overwritten.
         let spare = if config.filters.latency() > 0.0 { KEPT } else { MOST_OF_DETOUR };
-        let queue_size = config.queue_size.min(CAPACITY - spare);
+        let queue_size = config.queue_size.min(MOST_BLOCKS - spare);
         self.config = Some(MotionConfig { queue_size, ..config });
         self.orphans = request::orphans(&config);
         self.orders.setup = Some(MotorSetup::all(&config));

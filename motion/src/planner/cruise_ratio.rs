@@ -10,7 +10,6 @@
 //! Blocks that only speed up have the peak of those behind them, blocks that only slow down that of those
 //! before: known in constant time from the next block and, at release, from the one before.
 
-use super::{Block, LookAhead, Planner};
 use crate::least;
 
 /// The cruise plan of a block.
@@ -28,63 +27,29 @@ pub(crate) struct CruisePlan {
 const AS_BEFORE: f64 = -1.0;
 
 impl CruisePlan {
+    /// The plan of a block for which no cruise ratio is kept.
+    pub const NONE: Self = Self { forward_sq: 0.0, entry_sq: 0.0, peak_sq: 0.0 };
+
     /// Greatest squared speed; `None`: as before.
     pub fn peak_sq(&self) -> Option<f64> {
         if self.peak_sq >= 0.0 { Some(self.peak_sq) } else { None }
     }
-}
 
-impl Block {
-    /// Returns the block's cruise plan, where a minimum cruise ratio is asked for.
-    pub(crate) const fn cruise_plan(&self) -> CruisePlan {
-        match self.look_ahead {
-            LookAhead::CruisePlan(plan) => plan,
-            _ => CruisePlan { forward_sq: 0.0, entry_sq: 0.0, peak_sq: 0.0 },
-        }
-    }
-
-    pub(super) const fn set_cruise_plan(&mut self, plan: CruisePlan) {
-        self.look_ahead = LookAhead::CruisePlan(plan);
-    }
-}
-
-impl Planner {
-    /// Asks for a share of cruising from now on; zero: for none.
-    pub(crate) fn keep_cruise_ratio(&mut self, ratio: f64) {
-        self.gentle_share = if ratio > 0.0 { Some(1.0 - ratio) } else { None };
-    }
-
-    /// Whether a minimum cruise ratio is kept.
-    pub(crate) const fn keeps_cruise_ratio(&self) -> bool {
-        self.gentle_share.is_some()
-    }
-
-    /// Greatest squared speed of the run up or down that a released block is part of, as far as blocks that
-    /// are still there tell.
-    pub(crate) fn cruise_peak_sq(&self, block: u32) -> Option<f64> {
-        let so_far = (0..super::KEPT as u32).map_while(|n| self.released_block(block.wrapping_sub(n)));
-        so_far.into_iter().find_map(|block| block.cruise_plan().peak_sq())
-    }
-
-    fn gain_sq(block: &Block, share: f64) -> f64 {
-        2.0 * block.acceleration * share * block.length
-    }
-
-    /// The forward step, from the block before, if it still waits.
-    pub(super) fn cruise_plan_forward(&self, block: &Block, before: Option<&Block>) -> Option<CruisePlan> {
-        let share = self.gentle_share?;
+    /// Returns the plan of a block going forwards, from its limit of entry speed, and from the plan of the
+    /// block before and the gain along that one, if it still waits.
+    pub fn forward(entry_limit_sq: f64, before: Option<(Self, f64)>) -> Self {
         let forward_sq = match before {
-            Some(before) => least(block.entry_limit_sq, before.cruise_plan().forward_sq + Self::gain_sq(before, share)),
-            None => block.entry_limit_sq,
+            Some((before, gain_sq)) => least(entry_limit_sq, before.forward_sq + gain_sq),
+            None => entry_limit_sq,
         };
-        Some(CruisePlan { forward_sq, entry_sq: 0.0, peak_sq: AS_BEFORE })
+        Self { forward_sq, entry_sq: 0.0, peak_sq: AS_BEFORE }
     }
 
-    /// The backward step, from the block after, or the end of all that is known.
-    pub(super) fn cruise_plan_backward(&self, block: &Block, next: Option<&Block>) -> Option<CruisePlan> {
-        let gain_sq = Self::gain_sq(block, self.gentle_share?);
-        let mut plan = block.cruise_plan();
-        let next_sq = next.map_or(self.rest_sq, |next| next.cruise_plan().entry_sq);
+    /// Returns the plan of a block going backwards, from the gain along it and the plan of the block after,
+    /// or the squared speed at the end of all that is known.
+    pub fn backward(self, gain_sq: f64, next: Option<Self>, rest_sq: f64) -> Self {
+        let mut plan = self;
+        let next_sq = next.map_or(rest_sq, |next| next.entry_sq);
         let reachable_sq = next_sq + gain_sq;
         plan.entry_sq = least(plan.forward_sq, reachable_sq);
         plan.peak_sq = if plan.entry_sq == reachable_sq {
@@ -94,8 +59,8 @@ impl Planner {
         } else {
             // The block speeds up all along, to the peak of the blocks behind; without such a peak, to its
             // own end.
-            next.and_then(|next| next.cruise_plan().peak_sq()).unwrap_or(next_sq)
+            next.and_then(|next| next.peak_sq()).unwrap_or(next_sq)
         };
-        Some(plan)
+        plan
     }
 }

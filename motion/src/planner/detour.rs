@@ -1,6 +1,7 @@
 //! Other blocks in front of those that wait: the ring is opened before them, takes new ones, and is closed.
 
-use super::{Block, CAPACITY, Planner};
+use super::{block::Block, ring::Planner};
+use crate::config::MOST_BLOCKS;
 
 /// New blocks in front of those that wait, at most.
 pub(crate) const MOST_OF_DETOUR: usize = 6;
@@ -26,7 +27,7 @@ impl Behind {
 impl Planner {
     /// Whether [`MOST_OF_DETOUR`] blocks fit in front of those that wait.
     pub(crate) const fn has_room_before(&self) -> bool {
-        self.len() + MOST_OF_DETOUR <= CAPACITY
+        self.len() + MOST_OF_DETOUR <= MOST_BLOCKS
     }
 
     /// Drops the first so many blocks that wait, and opens the ring before the others: it looks empty, and

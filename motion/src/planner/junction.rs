@@ -19,6 +19,15 @@ const NEARLY_STRAIGHT: f64 = 0.999_9;
 /// it would be a stop.
 const LEAST_DEVIATION: f64 = 1e-3;
 
+/// Cosine of the greatest angle (26 degrees) at which a path counts as going on without a corner.
+const SMOOTH: f64 = 0.9;
+
+/// Whether the path goes straight on, as nearly as a finely cut curve does.
+pub(crate) fn is_tangent(before: Option<[f64; 3]>, after: Option<[f64; 3]>) -> bool {
+    let (Some(before), Some(after)) = (before, after) else { return false };
+    before.iter().zip(after).map(|(p, n)| p * n).sum::<f64>() >= SMOOTH
+}
+
 /// Greatest squared speed through the corner, (mm/s)^2, before the cruise speeds of both blocks are
 /// considered. `before` and `after` are unit directions of X Y Z, or `None` where only auxiliary axes move;
 /// `gain_sq` is the lesser of both lines' length times acceleration.

@@ -12,139 +12,33 @@
 
 mod block;
 mod brake;
+mod brake_pass;
 mod cruise_ratio;
 mod curve_jerk;
 mod curve_limits;
 mod detour;
+mod envelope;
 mod junction;
 mod peak;
+mod ring;
 
 pub use block::{Block, Overrides};
-pub(crate) use block::{Envelope, SMALLEST};
-pub(crate) use brake::{Brake, ROUNDING, SAME, is_tangent};
+pub(crate) use brake::{Brake, ROUNDING, SAME};
 pub(crate) use curve_limits::curve_envelope;
 pub(crate) use detour::MOST_OF_DETOUR;
-pub(crate) use junction::{corner_sq, jump_sq};
+pub(crate) use envelope::{Envelope, SMALLEST};
+pub(crate) use junction::{corner_sq, is_tangent, jump_sq};
+pub(crate) use ring::KEPT;
+pub use ring::{BlockRing, Planner};
 
-use crate::elsewhere::Elsewhere;
-use block::LookAhead;
-
-/// Number of blocks that fit: at 0.2 mm a block and 100 mm/s, half a second of look-ahead. See [`BlockRing`].
-pub const CAPACITY: usize = 256;
-/// Released blocks that stay in the ring behind those that wait, where trajectory may be taken back.
-pub(crate) const KEPT: usize = 32;
-
-/// The place of the blocks that wait. About 44 KiB, all zero at the start, looked at for every piece of the
-/// trajectory: a board gives it its fastest memory.
-#[derive(Debug)]
-pub struct BlockRing([Block; CAPACITY]);
-
-impl BlockRing {
-    /// Creates an empty ring.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self([Block::ZERO; CAPACITY])
-    }
-}
-
-impl Default for BlockRing {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-/// The queue of blocks that have not begun. Blocks are counted from the beginning of time (wrapping).
-#[derive(Debug)]
-pub struct Planner {
-    blocks: Elsewhere<BlockRing>,
-    /// Count of the first block that may be taken back, if it is still there.
-    kept: u32,
-    /// Count of blocks ever released.
-    first: u32,
-    /// Count of blocks ever pushed.
-    end: u32,
-    /// Blocks before this one have been through a reverse pass.
-    planned: u32,
-    /// Newest block whose entry speed is as high as its corner allows: no block to come can change its entry,
-    /// nor any before it.
-    settled: u32,
-    /// Squared speed with which the last block ends: that of a standstill.
-    rest_sq: f64,
-    /// Length of the last block that the rounding of a corner behind it may yet take, mm. The block's entry
-    /// speed is planned without that length, so that it can only grow.
-    reserve: f64,
-    /// Whether nothing will be appended soon: the path ends with the last block.
-    complete: bool,
-    /// Overrides that are in force.
-    overrides: Overrides,
-    /// Share of the acceleration that the cruise plan may use.
-    gentle_share: Option<f64>,
-}
+use crate::config::MOST_BLOCKS;
+use cruise_ratio::CruisePlan;
 
 impl Planner {
-    /// Creates an empty queue.
-    pub(crate) const fn new(blocks: Elsewhere<BlockRing>) -> Self {
-        Self {
-            blocks,
-            kept: 0,
-            first: 0,
-            end: 0,
-            planned: 0,
-            settled: 0,
-            rest_sq: 0.0,
-            reserve: 0.0,
-            complete: true,
-            overrides: Overrides { feed: 1.0, rapid: 1.0 },
-            gentle_share: None,
-        }
-    }
-
-    /// Returns the number of blocks that wait.
-    #[must_use]
-    pub const fn len(&self) -> usize {
-        self.end.wrapping_sub(self.first) as usize
-    }
-
-    /// Returns whether no block waits.
-    #[must_use]
-    pub const fn is_empty(&self) -> bool {
-        self.first == self.end
-    }
-
-    /// Count of blocks ever pushed, wrapping: changes whenever something new comes.
-    pub(crate) const fn pushed(&self) -> u32 {
-        self.end
-    }
-
-    /// Count of blocks ever released, wrapping.
-    pub(crate) const fn released(&self) -> u32 {
-        self.first
-    }
-
-    fn block(&self, count: u32) -> &Block {
-        // The remainder is always in range: the check disappears.
-        &self.blocks.0[count as usize % CAPACITY]
-    }
-
-    fn block_mut(&mut self, count: u32) -> &mut Block {
-        &mut self.blocks.0[count as usize % CAPACITY]
-    }
-
-    /// The block so many after the front.
-    pub(crate) fn ahead(&self, index: usize) -> Option<&Block> {
-        if index < self.len() { Some(self.block(self.first.wrapping_add(index as u32))) } else { None }
-    }
-
-    /// The block that would be released next.
-    #[must_use]
-    pub fn front(&self) -> Option<&Block> {
-        if self.is_empty() { None } else { Some(self.block(self.first)) }
-    }
-
     /// Appends a block whose corner is known. `cruise_before` is the cruise speed of the block before it,
     /// zero when it starts from rest. False when full.
     pub(crate) fn push(&mut self, block: Block, cruise_before: f64, rest: f64, overrides: &Overrides) -> bool {
-        if self.len() >= CAPACITY {
+        if self.len() >= MOST_BLOCKS {
             return false;
         }
         let mut block = block;
@@ -160,21 +54,6 @@ impl Planner {
         *self.block_mut(self.end) = block;
         self.end = self.end.wrapping_add(1);
         true
-    }
-
-    /// Sets the length of the last block that a corner behind it may yet take, mm.
-    pub(crate) fn set_reserve(&mut self, reserve: f64) {
-        if reserve != self.reserve && !self.is_empty() {
-            self.reserve = reserve;
-            self.planned = self.end.wrapping_sub(1);
-        }
-    }
-
-    /// Lets the last block end earlier by `by` mm, no more than its reserve, at `target`.
-    pub(crate) fn shorten_last(&mut self, by: f64, target: &units::PerAxis<f64>) {
-        let last = self.block_mut(self.end.wrapping_sub(1));
-        last.length -= by;
-        last.target = *target;
     }
 
     /// Reverse pass over whatever is new. At most one visit to each block.
@@ -217,11 +96,6 @@ impl Planner {
         self.settled = settled;
     }
 
-    /// Whether the exit speed of the next block to be released is final, whatever comes behind.
-    pub(crate) fn front_is_settled(&self) -> bool {
-        self.settled.wrapping_sub(self.first) as i32 > 0
-    }
-
     /// Recomputes every junction for changed overrides. `cruise_before` belongs to the block that is being
     /// executed.
     pub(crate) fn replan(&mut self, cruise_before: f64, overrides: &Overrides) {
@@ -243,50 +117,54 @@ impl Planner {
         self.plan();
     }
 
-    /// Takes the next block out. Plan first.
-    pub(crate) fn release(&mut self) -> Option<Block> {
-        let block = *self.front()?;
-        self.first = self.first.wrapping_add(1);
-        // The marks never lag behind the queue, so that counts compare rightly for ever.
-        for mark in [&mut self.planned, &mut self.settled] {
-            if mark.wrapping_sub(self.first) as i32 <= 0 {
-                *mark = self.first;
+    /// Whether profiles are limited in jerk.
+    fn has_jerk(&self) -> bool {
+        !self.is_empty() && self.block(self.end.wrapping_sub(1)).jerk > 0.0
+    }
+
+    /// The reverse pass, where profiles are limited in jerk.
+    pub(crate) fn plan_jerk(&mut self) {
+        if self.has_jerk() && self.planned != self.end {
+            self.plan_brakes();
+        }
+    }
+
+    /// Says whether more is going to be appended soon.
+    pub(crate) fn set_complete(&mut self, complete: bool) {
+        if self.complete != complete {
+            self.complete = complete;
+            if self.has_jerk() && self.planned == self.end {
+                self.plan_brakes();
             }
         }
-        Some(block)
     }
 
-    /// A block that was released and can be taken back: nothing has taken its place, and what followed it is
-    /// still to follow.
-    pub(crate) fn released_block(&self, count: u32) -> Option<&Block> {
-        let is_kept = count.wrapping_sub(self.kept) as i32 >= 0 && (self.end.wrapping_sub(count) as usize) <= CAPACITY;
-        let is_released = (self.first.wrapping_sub(count) as i32) > 0;
-        if is_kept && is_released { Some(self.block(count)) } else { None }
+    /// Asks for a share of cruising from now on; zero: for none.
+    pub(crate) fn keep_cruise_ratio(&mut self, ratio: f64) {
+        self.gentle_share = if ratio > 0.0 { Some(1.0 - ratio) } else { None };
     }
 
-    /// The block of this count, that waits or was released.
-    pub(crate) fn any_block(&self, count: u32) -> Option<&Block> {
-        if (self.end.wrapping_sub(count) as i32) > 0 { Some(self.block(count)) } else { None }
+    /// Whether a minimum cruise ratio is kept.
+    pub(crate) const fn keeps_cruise_ratio(&self) -> bool {
+        self.gentle_share.is_some()
     }
 
-    /// Makes everything behind a released block wait again. Then [`Self::replan`].
-    pub(crate) fn take_back(&mut self, count: u32) {
-        self.first = count.wrapping_add(1);
-        // A block that is executed again is not shortened any more for a rounded corner.
-        self.reserve = 0.0;
+    /// Greatest squared speed of the run up or down that a released block is part of, as far as blocks that
+    /// are still there tell.
+    pub(crate) fn cruise_peak_sq(&self, block: u32) -> Option<f64> {
+        let so_far = (0..KEPT as u32).map_while(|n| self.released_block(block.wrapping_sub(n)));
+        so_far.into_iter().find_map(|block| block.cruise_plan().peak_sq())
     }
 
-    /// Squared speed with which the block in execution should end: the planned entry of the next one.
-    pub(crate) fn next_entry_sq(&self) -> f64 {
-        self.front().map_or(self.rest_sq, |next| next.entry_sq)
+    fn cruise_plan_forward(&self, block: &Block, before: Option<&Block>) -> Option<CruisePlan> {
+        let share = self.gentle_share?;
+        let before = before.map(|before| (before.cruise_plan(), before.gain_sq(share)));
+        Some(CruisePlan::forward(block.entry_limit_sq, before))
     }
 
-    /// Forgets every block of the queue.
-    pub(crate) fn clear(&mut self) {
-        self.first = self.end;
-        self.kept = self.end;
-        self.planned = self.end;
-        self.settled = self.end;
+    fn cruise_plan_backward(&self, block: &Block, next: Option<&Block>) -> Option<CruisePlan> {
+        let gain_sq = block.gain_sq(self.gentle_share?);
+        Some(block.cruise_plan().backward(gain_sq, next.map(Block::cruise_plan), self.rest_sq))
     }
 }
 
@@ -312,7 +190,7 @@ mod tests {
 
     fn blocks() -> impl Strategy<Value = std::vec::Vec<Block>> {
         let one = (0.001..5.0_f64, 100.0..5_000.0_f64, 1.0..300.0_f64, 0.0..300.0_f64);
-        prop::collection::vec(one.prop_map(|(l, a, v, c)| block(l, a, v, c)), 1..CAPACITY)
+        prop::collection::vec(one.prop_map(|(l, a, v, c)| block(l, a, v, c)), 1..MOST_BLOCKS)
     }
 
     fn filled(blocks: &[Block], plan_after: impl Fn(usize) -> bool) -> Box<Planner> {
@@ -385,7 +263,7 @@ mod tests {
 
     #[test]
     fn a_released_block_makes_room_and_a_full_queue_refuses() {
-        let mut planner = filled(&[block(1.0, 1_000.0, 50.0, 50.0); CAPACITY - 1], |_| true);
+        let mut planner = filled(&[block(1.0, 1_000.0, 50.0, 50.0); MOST_BLOCKS - 1], |_| true);
         assert!(planner.push(block(1.0, 1_000.0, 50.0, 50.0), 50.0, 0.0, &PLAIN));
         assert!(!planner.push(block(1.0, 1_000.0, 50.0, 50.0), 50.0, 0.0, &PLAIN));
         assert!(planner.release().is_some());
