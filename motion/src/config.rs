@@ -1,6 +1,6 @@
 //! The motion configuration, already typed, and the checks that only this crate can make.
 
-use units::{Actuator, Axis, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3, PerActuator, STEP_CLOCK_HZ, Ticks};
+use units::{Actuator, Axis, AxisSet, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3, PerActuator, STEP_CLOCK_HZ, Ticks};
 
 use crate::{
     filters::{
@@ -217,6 +217,23 @@ impl MotionConfig {
             return Err(ConfigError::QueueSize);
         }
         self.check_filters()
+    }
+
+    /// Scale of a motor that has an axis of its own; zero for one that is absent or a slave.
+    pub(crate) fn steps_per_mm(&self, actuator: Actuator) -> f64 {
+        match self.actuators[actuator] {
+            Some(fitted) if fitted.slaved_to.is_none() => fitted.steps_per_mm,
+            _ => 0.0,
+        }
+    }
+
+    /// Axes that no motor moves, or not with all the motors that they need.
+    pub(crate) fn orphans(&self) -> AxisSet {
+        AxisSet::collect(Axis::ALL.into_iter().filter(|axis| {
+            let motors = self.kinematics.motors_of(*axis);
+            let mut needed = Actuator::ALL.into_iter().filter(|actuator| motors & actuator.bit() != 0);
+            motors == 0 || needed.any(|actuator| self.steps_per_mm(actuator) <= 0.0)
+        }))
     }
 
     fn check_filters(&self) -> Result<(), ConfigError> {

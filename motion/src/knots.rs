@@ -60,7 +60,7 @@ pub fn step_positions(config: &MotionConfig, point: &PerAxis<f64>) -> PerActuato
     let mut steps = config.kinematics.actuators(point);
     let mut positions = PerActuator::default();
     for actuator in Actuator::ALL {
-        steps[actuator] *= steps_per_mm(config, actuator);
+        steps[actuator] *= config.steps_per_mm(actuator);
         positions[actuator] = StepPosition::from_bits(fixed_24(steps[actuator]));
     }
     positions
@@ -77,7 +77,7 @@ pub(crate) fn step_positions_after(
     let mut positions = step_positions(config, point);
     for actuator in Actuator::ALL {
         if let Some(turn) = config.kinematics.turn_of(actuator) {
-            let turn_units = turn * steps_per_mm(config, actuator) * STEP_UNITS;
+            let turn_units = turn * config.steps_per_mm(actuator) * STEP_UNITS;
             let behind = float_of_i64(before[actuator].to_bits() - positions[actuator].to_bits());
             let turns = if turn_units > 0.0 { libm::floor(behind / turn_units + 0.5) } else { 0.0 };
             let whole = libm::floor(turns * turn_units + 0.5) as i64;
@@ -92,18 +92,20 @@ pub(crate) fn step_positions_after(
 pub fn point_of_steps(config: &MotionConfig, steps: &PerActuator<units::StepCount>) -> PerAxis<f64> {
     let mut actuators = PerActuator::default();
     for actuator in Actuator::ALL {
-        let scale = steps_per_mm(config, actuator);
+        let scale = config.steps_per_mm(actuator);
         actuators[actuator] = if scale > 0.0 { f64::from(steps[actuator]) / scale } else { 0.0 };
     }
     config.kinematics.point(&actuators)
 }
 
-/// Scale of a motor that has an axis of its own; zero for one that is absent or a slave.
-pub(crate) fn steps_per_mm(config: &MotionConfig, actuator: Actuator) -> f64 {
-    match config.actuators[actuator] {
-        Some(fitted) if fitted.slaved_to.is_none() => fitted.steps_per_mm,
-        _ => 0.0,
-    }
+/// Whether every coordinate is a number, and every motor's steps there can be counted.
+pub(crate) fn is_countable(config: &MotionConfig, point: &PerAxis<f64>) -> bool {
+    let motors = config.kinematics.actuators(point);
+    let in_range = Actuator::ALL.into_iter().all(|actuator| {
+        let steps = motors[actuator] * config.steps_per_mm(actuator);
+        libm::fabs(steps) < MAX_STEPS
+    });
+    in_range && point.0.iter().all(|part| part.is_finite())
 }
 
 /// The step that a position belongs to: the nearest, halves upwards. A step is due where this changes.

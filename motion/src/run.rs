@@ -1,6 +1,6 @@
 //! The block in execution: where it is, how fast, and its next slice of trajectory.
 
-use units::{PerActuator, PerAxis};
+use units::{MmPerSecond, PerActuator, PerAxis};
 
 use crate::{
     convert::ceil_i32,
@@ -8,7 +8,7 @@ use crate::{
     jerk_limited::{Draft, Ramps},
     knots::SEGMENT_SECONDS,
     least,
-    motion::Passage,
+    moves::{Mode, Tag},
     path::{Curve, Path},
     planner::Block,
     profile::{Phase, Profile},
@@ -56,6 +56,35 @@ pub(crate) struct Slice {
     pub point: PerAxis<f64>,
     /// The first of a new piece.
     pub fresh: bool,
+}
+
+/// A block that was passed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Passage {
+    /// Purpose of the move, as its submitter numbered it.
+    pub tag: Tag,
+    /// Kind of move: rapid or feed.
+    pub mode: Mode,
+    /// Length of its path, mm.
+    pub length: f64,
+    /// Speed that the program asks for.
+    pub requested: MmPerSecond,
+    /// Speed limit by axes and motors.
+    pub limit: MmPerSecond,
+    /// Seconds at even speed.
+    pub even_seconds: f64,
+    /// Seconds in which the speed changes.
+    pub ramp_seconds: f64,
+    /// The greatest speed in it, mm/s.
+    pub peak: f64,
+}
+
+impl Passage {
+    /// Returns the duration of the block, seconds.
+    #[must_use]
+    pub fn seconds(&self) -> f64 {
+        self.even_seconds + self.ramp_seconds
+    }
 }
 
 /// Phases shorter than this (a fifth of a tick) are left out; the next knot makes up for their length.

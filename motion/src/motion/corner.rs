@@ -11,7 +11,7 @@
 
 use units::{Axis, PerAxis};
 
-use super::{Exit, Motion};
+use super::Motion;
 use crate::{
     least,
     moves::{Corner, Move},
@@ -34,10 +34,11 @@ const SMALLEST_RADIUS: f64 = 1e-3;
 pub(super) struct Rounding {
     /// Length cut off each of the two lines, mm.
     pub cut: f64,
-    from: PerAxis<f64>,
-    to: PerAxis<f64>,
-    arc: Arc,
-    envelope: Envelope,
+    /// Places where the arc begins and ends.
+    pub from: PerAxis<f64>,
+    pub to: PerAxis<f64>,
+    pub arc: Arc,
+    pub envelope: Envelope,
 }
 
 impl Motion {
@@ -67,24 +68,6 @@ impl Motion {
         // The plan before it counts on ending no slower than at rest.
         let is_usable = envelope.speed_limit > config.limits.minimum_speed.get();
         is_usable.then_some(Rounding { cut, from, to, arc, envelope })
-    }
-
-    /// Puts the arc into the queue, and shortens the line before it.
-    pub(super) fn round(&mut self, rounding: &Rounding, request: &Move) {
-        let Some(last) = self.last else { return };
-        self.planner.shorten_last(rounding.cut, &rounding.from);
-        let curve = Curve::Arc(rounding.arc);
-        let feed_rate = if last.requested < request.feed_rate.get() {
-            units::MmPerSecond(last.requested)
-        } else {
-            request.feed_rate
-        };
-        let along = Move { target: rounding.to, feed_rate, curve, ..*request };
-        let path = Path::new(rounding.from, &rounding.to, rounding.arc.length(), curve);
-        let target = self.planned;
-        self.push(&rounding.envelope, Exit::of(&path, rounding.arc.length()), &along);
-        self.curves.push(curve);
-        self.planned = target;
     }
 }
 

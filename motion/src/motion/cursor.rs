@@ -1,50 +1,22 @@
-//! The feed's side of the motion object: the cursor moves along the trajectory, slice by slice.
+//! The cursor moves along the trajectory, slice by slice, and segments are made of the slices.
 
-use units::{PerActuator, StepCount, StepPosition, Ticks};
+use units::{PerActuator, StepPosition, Ticks};
 
 use super::{Motion, State};
 use crate::{
     compensation::{Compensation, Warped},
     config::MotionConfig,
-    feed::{FeedOrders, FeedReport, Supply},
     feed_schedule::{Lead, Window},
-    greatest,
-    knots::{Segment, Span, step_positions_after, steps_per_mm},
+    knots::{Segment, Span, step_positions_after},
     least,
     path::Curve,
     planner::Block,
-    profile::Profile,
     ramp::Ramp,
     run::{Run, Slice},
-    square_root,
-    timeline::Passed,
     trajectory::{at_tick, whole_ticks},
-    trigger::Trigger,
 };
 
 impl Motion {
-    /// The next segment of trajectory, written to `segment`.
-    ///
-    /// Never inlined: once a slice, it would take registers from the feed's loop over the steps.
-    #[inline(never)]
-    pub(crate) fn take_segment(&mut self, window: &Window, segment: &mut Segment) -> Supply {
-        if self.planner.pushed() != self.seen.0 {
-            self.seen = (self.planner.pushed(), window.now);
-        }
-        if self.filters.bypassed != self.filters.bypass_wanted {
-            self.obey_bypass();
-        }
-        if self.filters.engaged() {
-            return self.filtered_segment(window, segment);
-        }
-        let Some(slice) = self.next_slice(window) else {
-            let has_more = self.run.as_ref().is_some_and(Run::has_more);
-            return if has_more { Supply::Enough } else { Supply::Nothing };
-        };
-        self.segment(&slice, window, segment);
-        Supply::Segment
-    }
-
     /// The next slice of trajectory; it begins at the clock. `None`: there is none now, or it would end too
     /// late.
     pub(super) fn next_slice(&mut self, window: &Window) -> Option<Slice> {
@@ -186,67 +158,8 @@ impl Motion {
             || now.since(self.seen.1) >= config.queue_delay
     }
 
-    /// Gives the running block the planned profile from the cursor on.
-    pub(super) fn follow_plan(&mut self) {
-        if self.is_jerk_limited() {
-            return self.follow_jerk_limited();
-        }
-        let Some(run) = &mut self.run else { return };
-        self.planner.plan();
-        let (length, acceleration) = (run.remaining(), run.block.acceleration);
-        if length <= 0.0 {
-            return;
-        }
-        let (gain_sq, entry_sq) = (2.0 * acceleration * length, run.speed * run.speed);
-        let highest_sq = least(self.planner.next_entry_sq(), entry_sq + gain_sq);
-        let exit = square_root(greatest(highest_sq, greatest(entry_sq - gain_sq, 0.0)));
-        let cruise = run.block.cruise(&self.overrides);
-        let (cruise, exit) = if self.planner.keeps_cruise_ratio() {
-            self.peak_sq = run.block.cruise_plan().peak_sq().unwrap_or(self.peak_sq);
-            let cruise = least(cruise, square_root(self.peak_sq));
-            // The exit is no faster than the cruise plan's peak, if the block can brake so far.
-            (cruise, greatest(least(exit, cruise), square_root(greatest(entry_sq - gain_sq, 0.0))))
-        } else {
-            (cruise, exit)
-        };
-        run.follow(Profile::trapezoid(length, run.speed, cruise, exit, acceleration), self.clock);
-    }
-
-    /// Gives the running block a profile that brakes from the cursor on.
-    pub(super) fn brake(&mut self) {
-        if self.is_jerk_limited() {
-            return self.follow_jerk_limited();
-        }
-        match &mut self.run {
-            Some(run) if run.remaining() > 0.0 => {
-                let profile = Profile::brake(run.remaining(), run.speed, run.block.acceleration);
-                run.follow(profile, self.clock);
-            }
-            Some(_) => {}
-            None => self.rest_here(),
-        }
-    }
-
-    /// Ends a hold or a stop at rest.
-    pub(super) fn rest_here(&mut self) {
-        if self.state == State::Holding {
-            self.state = State::Held;
-            return;
-        }
-        if let Some(run) = self.run.take() {
-            self.place = run.point();
-        }
-        self.planner.clear();
-        self.curves.clear();
-        self.timeline.clear(self.planner.pushed());
-        self.planned = self.place;
-        self.last = None;
-        self.resting = true;
-        self.state = State::Running;
-    }
-
     /// Turns a slice of trajectory into motor positions and speeds at its ends.
-    fn segment(&mut self, slice: &Slice, window: &Window, segment: &mut Segment) {
+    pub(super) fn segment(&mut self, slice: &Slice, window: &Window, segment: &mut Segment) {
         segment.start = self.clock;
         segment.duration = slice.end.saturating_sub(self.clock);
         if let (Some(config), Some(run)) = (&self.config, &mut self.run) {
@@ -260,7 +173,7 @@ impl Motion {
                 (ends, entry, if is_straight { entry } else { velocities(&slice.point, run.travelled) })
             };
             for actuator in units::Actuator::ALL {
-                let steps = steps_per_mm(config, actuator);
+                let steps = config.steps_per_mm(actuator);
                 segment.motors[actuator] = Span {
                     start: self.knots[actuator],
                     end: ends[actuator],
@@ -301,42 +214,6 @@ impl Motion {
             Some(block) if block.jerk > 0.0 => Lead::over_plans_of(self.planner.len()),
             _ => Lead::Short,
         }
-    }
-
-    /// Takes the orders for the feed's next run.
-    pub(crate) fn feed_orders(&mut self) -> FeedOrders {
-        let lead = self.lead();
-        FeedOrders { searching: self.filters.bypass_wanted, lead, ..core::mem::take(&mut self.orders) }
-    }
-
-    /// Takes the feed's report of a run.
-    pub(crate) fn feed_reports(&mut self, now: Ticks, report: FeedReport, urgent: bool, squeezed: u32) -> Passed {
-        self.report = report;
-        self.counters.urgent = self.counters.urgent.saturating_add(u32::from(urgent));
-        self.counters.squeezed = self.counters.squeezed.saturating_add(squeezed);
-        let rests = self.is_idle();
-        self.passed = self.timeline.pass(now, rests, self.planner.pushed());
-        self.passed
-    }
-
-    /// Stops the motion, as an armed input has fired.
-    pub(crate) fn triggered(&mut self, trigger: Trigger) {
-        self.trigger = Some(trigger);
-        self.stop();
-    }
-
-    /// Lets the motors stand at these steps after the queue was cut, and forgets everything else.
-    pub(crate) fn resume_from_cut(&mut self, steps: PerActuator<StepCount>) {
-        self.abort();
-        let (position, set_back) = (self.position_of_steps(&steps), self.set_back);
-        self.settle_at(position);
-        // Whole steps, not their image through two roundings; and the feed knows them.
-        self.knots = PerActuator(steps.0.map(|count| StepPosition::from_bits(i64::from(count) << 24)));
-        self.set_back = set_back;
-        self.orders.rebase = None;
-        self.orders.cut = false;
-        self.report.played = steps;
-        self.state = State::Running;
     }
 }
 

@@ -6,10 +6,10 @@ use super::{Motion, State};
 use crate::{
     compensation::Compensation,
     config::MotionConfig,
-    feed::Supply,
+    feed_exchange::Supply,
     feed_schedule::Window,
     filters::{Knot, LEAST_SPACING, Source, Stretch},
-    knots::{SEGMENT_SECONDS, Segment, Span, step_positions_after, steps_per_mm},
+    knots::{SEGMENT_SECONDS, Segment, Span, step_positions_after},
     path::{Curve, Path},
     run::Slice,
     trajectory::{Piece, TickTime, at_tick, seconds_between, tick_time},
@@ -68,11 +68,6 @@ impl Motion {
 
     fn is_sliver(&self) -> bool {
         self.clock.saturating_sub(self.filters.out).to_bits() < u128::from(LEAST_SPACING)
-    }
-
-    /// Whether the trajectory that was taken back has not been replaced yet.
-    pub(super) fn is_behind(&self) -> bool {
-        self.filters.engaged() && self.clock < self.filters.out
     }
 
     /// Moves the trajectory on: by a slice, or by a moment of rest while the filters have not drained.
@@ -208,7 +203,7 @@ fn spans(
     let exit = config.kinematics.velocities(&knot.point, &knot.exit);
     let mut spans = PerActuator::<Span>::default();
     for actuator in Actuator::ALL {
-        let scale = steps_per_mm(config, actuator) * knot.seconds;
+        let scale = config.steps_per_mm(actuator) * knot.seconds;
         spans[actuator] = Span {
             start: starts[actuator],
             end: ends[actuator],

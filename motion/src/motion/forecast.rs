@@ -10,12 +10,8 @@ use units::{MmPerSecond, Ticks};
 
 use super::{Motion, State};
 use crate::{
-    config::MotionConfig,
-    feed_schedule::START_BY_PERIOD,
-    filters::FilterConfig,
-    moves::{Mode, Refusal, Tag},
-    path::Path,
-    planner::Block,
+    config::MotionConfig, feed_schedule::START_BY_PERIOD, filters::FilterConfig, moves::Refusal, path::Path,
+    planner::Block, run::Passage,
 };
 
 /// No time passes while blocks are passed.
@@ -24,35 +20,6 @@ const NOW: Ticks = Ticks(0);
 const REPORTED_SECONDS: f64 = 0.001;
 /// Profiles of one block at most; a bound for what rounding could do.
 const MOST_PROFILES: u32 = 64;
-
-/// A block that was passed.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Passage {
-    /// Purpose of the move, as its submitter numbered it.
-    pub tag: Tag,
-    /// Kind of move: rapid or feed.
-    pub mode: Mode,
-    /// Length of its path, mm.
-    pub length: f64,
-    /// Speed that the program asks for.
-    pub requested: MmPerSecond,
-    /// Speed limit by axes and motors.
-    pub limit: MmPerSecond,
-    /// Seconds at even speed.
-    pub even_seconds: f64,
-    /// Seconds in which the speed changes.
-    pub ramp_seconds: f64,
-    /// The greatest speed in it, mm/s.
-    pub peak: f64,
-}
-
-impl Passage {
-    /// Returns the duration of the block, seconds.
-    #[must_use]
-    pub fn seconds(&self) -> f64 {
-        self.even_seconds + self.ramp_seconds
-    }
-}
 
 impl Motion {
     /// Set up as `other` is, to pass blocks: the same limits, overrides as programmed, no filters.

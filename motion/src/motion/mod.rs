@@ -14,32 +14,30 @@
 //! `abort` leads from everywhere to `Aborting`. A hold, a stop and an override are new plans from the cursor:
 //! the end of what the feed has taken, at most 1.5 ms ahead of the motors.
 
-mod asking;
-mod back;
-mod compensating;
+mod compensation;
+mod control;
 mod corner;
 mod cursor;
 mod detour;
+mod feed_side;
 mod filtered;
 mod forecast;
-mod jerk_limited;
-mod request;
+mod profiles;
+mod queries;
+mod submit;
+mod taking_back;
 
-use back::Pace;
 pub use detour::Waiting;
-pub use forecast::Passage;
 use units::{AxisSet, PerActuator, PerAxis, StepCount, StepPosition, Ticks};
 
 use crate::{
     compensation::{Compensation, Surface},
     config::{ConfigError, Limits, MOST_BLOCKS, MotionConfig},
     elsewhere::Elsewhere,
-    feed::{FeedOrders, FeedReport},
+    feed_exchange::{FeedOrders, FeedReport},
     feed_schedule::Lead,
     filters::{Filters, History},
-    greatest,
-    knots::{nearest_step, step_positions},
-    least,
+    knots::{is_countable, nearest_step, step_positions},
     motor::MotorSetup,
     moves::{Mode, Refusal, Tag},
     path::{self, CurveRing, Path},
@@ -274,7 +272,7 @@ impl Motion {
         let spare = if config.filters.latency() > 0.0 { KEPT } else { MOST_OF_DETOUR };
         let queue_size = config.queue_size.min(MOST_BLOCKS - spare);
         self.config = Some(MotionConfig { queue_size, ..config });
-        self.orphans = request::orphans(&config);
+        self.orphans = config.orphans();
         self.orders.setup = Some(MotorSetup::all(&config));
         self.filters.configure(&config.filters);
         self.settle_at(self.planned);
@@ -308,9 +306,18 @@ impl Motion {
             return Err(Refusal::Busy);
         }
         let config = self.config.as_ref().ok_or(Refusal::NotConfigured)?;
-        request::countable(config, &self.compensation.motors(&position))?;
+        if !is_countable(config, &self.compensation.motors(&position)) {
+            return Err(Refusal::NotFinite);
+        }
         self.settle_at(position);
         Ok(())
+    }
+
+    /// Whether nothing is queued or on its way, and the motors have played every step.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        let stands = self.run.is_none() && self.planner.is_empty() && self.state == State::Running;
+        stands && self.filters.drained && self.report.drained
     }
 
     /// Sets the machine at rest exactly at `position`.
@@ -342,84 +349,6 @@ impl Motion {
         self.planner.set_reserve(0.0);
         if let Some(last) = &mut self.last {
             last.line = None;
-        }
-    }
-
-    /// Brakes along the path from the present state; keeps the rest for [`Self::resume`].
-    pub fn hold(&mut self) {
-        self.resume_wanted = false;
-        if self.state == State::Running {
-            self.take_back(Pace::Slower);
-            self.state = State::Holding;
-            self.brake();
-        }
-    }
-
-    /// Goes on after a hold, or in the middle of one.
-    pub fn resume(&mut self) {
-        if !matches!(self.state, State::Holding | State::Held) {
-            return;
-        }
-        // Until the trajectory taken back is replaced, the motion must stay as slow as was promised to the
-        // axes that have used it.
-        self.resume_wanted = self.is_behind();
-        if !self.resume_wanted {
-            self.state = State::Running;
-            self.follow_plan();
-        }
-    }
-
-    /// Brakes along the path from the present state and drops the rest. Idle when done.
-    pub fn stop(&mut self) {
-        self.resume_wanted = false;
-        match self.state {
-            State::Running | State::Holding => {
-                if self.state == State::Running {
-                    self.take_back(Pace::Slower);
-                }
-                self.state = State::Stopping;
-                self.brake();
-            }
-            State::Held => {
-                self.state = State::Stopping;
-                self.rest_here();
-            }
-            State::Stopping | State::Aborting => {}
-        }
-    }
-
-    /// Drops everything without deceleration. The feed cuts the step queue at its next run and reports where
-    /// the motors stand; that becomes the position. (A fault need not wait for the feed:
-    /// [`crate::queue::StepQueue::cut`].)
-    pub fn abort(&mut self) {
-        self.state = State::Aborting;
-        self.orders.cut = true;
-        self.planner.clear();
-        self.curves.clear();
-        self.timeline.clear(self.planner.pushed());
-        self.run = None;
-        self.resting = true;
-        self.resume_wanted = false;
-    }
-
-    /// Scales the speed of working moves and of rapids; 1 is as programmed. Takes effect from the present
-    /// state on. Factors outside 0.01 to 10 are brought to the nearer of these.
-    pub fn set_overrides(&mut self, feed: f64, rapid: f64) {
-        let bounded = |factor: f64| least(greatest(factor, 0.01), 10.0);
-        let overrides = Overrides { feed: bounded(feed), rapid: bounded(rapid) };
-        let changes = overrides != self.overrides;
-        self.overrides = overrides;
-        if changes && self.state == State::Running {
-            self.take_back(Pace::Any);
-        }
-        let cruise_before = match (&self.run, self.planner.front()) {
-            (Some(run), _) => run.block.cruise(&self.overrides),
-            (None, Some(front)) => front.cruise(&self.overrides),
-            (None, None) => return,
-        };
-        self.planner.replan(cruise_before, &self.overrides);
-        if self.state == State::Running {
-            self.follow_plan();
         }
     }
 

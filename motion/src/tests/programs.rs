@@ -9,7 +9,7 @@ use units::{Axis, MmPerSecond, PerAxis, Ticks};
 use super::rig::PERIOD;
 use crate::{
     Corner, Motion, MotionConfig, Move, Refusal,
-    feed::{FeedReport, Supply},
+    feed_exchange::{FeedReport, Supply},
     feed_schedule::{FeedSchedule, Lead},
     geometry::{Arc, ArcShape, Bezier, Plane, SplineMoves},
     knots::Segment,

@@ -2,12 +2,15 @@
 
 use units::{Actuator, Axis, AxisSet, PerActuator, PerAxis};
 
-use super::{Exit, Last, Motion, State, corner::MOST_CUT};
+use super::{
+    Exit, Last, Motion, State,
+    corner::{MOST_CUT, Rounding},
+};
 use crate::{
     compensation::{Compensation, Over},
     config::MotionConfig,
     greatest,
-    knots::{MAX_STEPS, steps_per_mm},
+    knots::{MAX_STEPS, is_countable},
     least,
     moves::{Corner, Move, Refusal},
     path::{Curve, Path},
@@ -106,8 +109,26 @@ impl Motion {
         Ok(())
     }
 
+    /// Puts the arc into the queue, and shortens the line before it.
+    fn round(&mut self, rounding: &Rounding, request: &Move) {
+        let Some(last) = self.last else { return };
+        self.planner.shorten_last(rounding.cut, &rounding.from);
+        let curve = Curve::Arc(rounding.arc);
+        let feed_rate = if last.requested < request.feed_rate.get() {
+            units::MmPerSecond(last.requested)
+        } else {
+            request.feed_rate
+        };
+        let along = Move { target: rounding.to, feed_rate, curve, ..*request };
+        let path = Path::new(rounding.from, &rounding.to, rounding.arc.length(), curve);
+        let target = self.planned;
+        self.push(&rounding.envelope, Exit::of(&path, rounding.arc.length()), &along);
+        self.curves.push(curve);
+        self.planned = target;
+    }
+
     /// Appends the block of a move that ends like this.
-    pub(super) fn push(&mut self, envelope: &Envelope, exit: Exit, request: &Move) {
+    fn push(&mut self, envelope: &Envelope, exit: Exit, request: &Move) {
         let Some(MotionConfig { limits, .. }) = &self.config else { return };
         let mut block = envelope.block(request);
         self.planner.keep_cruise_ratio(limits.cruise_ratio);
@@ -202,33 +223,14 @@ fn check_request(config: &MotionConfig, compensation: &Compensation, request: &M
     if request.feed_rate.get() <= 0.0 {
         return Err(Refusal::NoFeedRate);
     }
-    countable(config, &compensation.motors(&request.target))
-}
-
-/// Whether every coordinate is a number, and every motor's steps there can be counted.
-pub(super) fn countable(config: &MotionConfig, point: &PerAxis<f64>) -> Result<(), Refusal> {
-    let motors = config.kinematics.actuators(point);
-    let in_range = Actuator::ALL.into_iter().all(|actuator| {
-        let steps = motors[actuator] * steps_per_mm(config, actuator);
-        libm::fabs(steps) < MAX_STEPS
-    });
-    if in_range && point.0.iter().all(|part| part.is_finite()) { Ok(()) } else { Err(Refusal::NotFinite) }
+    if is_countable(config, &compensation.motors(&request.target)) { Ok(()) } else { Err(Refusal::NotFinite) }
 }
 
 /// The steps of a curve's whole length can be counted. So can they then at each of its places, and the way
 /// that braking takes is not lost in the rounding of a place on it.
 fn countable_length(config: &MotionConfig, length: f64) -> Result<(), Refusal> {
-    let steps = Actuator::ALL.into_iter().map(|actuator| length * steps_per_mm(config, actuator));
+    let steps = Actuator::ALL.into_iter().map(|actuator| length * config.steps_per_mm(actuator));
     if steps.fold(0.0, greatest) < MAX_STEPS { Ok(()) } else { Err(Refusal::NotFinite) }
-}
-
-/// Axes that no motor moves, or not with all the motors that they need.
-pub(super) fn orphans(config: &MotionConfig) -> AxisSet {
-    AxisSet::collect(Axis::ALL.into_iter().filter(|axis| {
-        let motors = config.kinematics.motors_of(*axis);
-        let mut needed = Actuator::ALL.into_iter().filter(|actuator| motors & actuator.bit() != 0);
-        motors == 0 || needed.any(|actuator| steps_per_mm(config, actuator) <= 0.0)
-    }))
 }
 
 /// Refuses a move of axes that have no motor.

@@ -13,13 +13,6 @@ use crate::{
 };
 
 impl Motion {
-    /// Whether nothing is queued or on its way, and the motors have played every step.
-    #[must_use]
-    pub fn is_idle(&self) -> bool {
-        let stands = self.run.is_none() && self.planner.is_empty() && self.state == State::Running;
-        stands && self.filters.drained && self.report.drained
-    }
-
     /// Returns the state of the motion object.
     #[must_use]
     pub const fn state(&self) -> State {

@@ -46,6 +46,11 @@ impl Motion {
         }
     }
 
+    /// Whether the trajectory that was taken back has not been replaced yet.
+    pub(super) fn is_behind(&self) -> bool {
+        self.filters.engaged() && self.clock < self.filters.out
+    }
+
     fn place_to_begin(&self, pace: Pace) -> Option<Place> {
         let head = self.clock.to_bits() as u64;
         let mut careful = [false; MAX_AXES];
