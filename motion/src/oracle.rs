@@ -8,12 +8,12 @@
 
 use std::{sync::Arc, vec::Vec};
 
-mod arms;
-mod bed;
-mod eras;
-mod ways;
+mod compensation;
+mod kinematics;
+mod path;
+mod version;
 
-pub use bed::Warp;
+pub use compensation::Warp;
 use units::{Actuator, PerAxis};
 
 use crate::{
@@ -21,15 +21,12 @@ use crate::{
     path::Curve,
     trajectory::{Piece, TakenBack, TickTime},
 };
-use eras::Era;
+use version::{LONGEST_LOOK_BACK_NS, Timed, Version};
 
 /// Positions closer than this to a crossing, in steps, count as on it: four times the rounding of a knot. A
 /// motor that creeps slower than a step a second, or that turns right on a crossing, has no better defined
 /// time.
 pub const ON_CROSSING_STEPS: f64 = 2.5e-7;
-
-/// Longest time that a filter looks back, ns.
-const LONGEST_LOOK_BACK_NS: f64 = 1e9;
 
 /// The ideal trajectory of all motors, filters included.
 #[derive(Clone, Debug)]
@@ -41,19 +38,7 @@ pub struct Ideal {
     warp: Option<Arc<Warp>>,
     /// Versions of the trajectory: the first plan, and another after each time that trajectory was taken
     /// back. Never empty.
-    eras: Vec<Era>,
-}
-
-#[derive(Clone, Debug)]
-struct Timed {
-    /// Time of the beginning, nanoseconds from boot.
-    start: f64,
-    piece: Piece,
-    /// Filters in force when the piece came: they hold until the next piece. Filters only change at rest.
-    filters: FilterConfig,
-    warp: Option<Arc<Warp>>,
-    /// Table of its spline, if it has one.
-    table: Option<Arc<ways::Table>>,
+    versions: Vec<Version>,
 }
 
 /// Upper ends of the bins of [`StepError::bins`], ns.
@@ -101,7 +86,7 @@ impl Ideal {
     /// Creates a reference without any motion yet.
     #[must_use]
     pub fn new(config: MotionConfig) -> Self {
-        Self { config, filters: config.filters, warp: None, eras: std::vec![Era::first()] }
+        Self { config, filters: config.filters, warp: None, versions: std::vec![Version::first()] }
     }
 
     /// Changes the machine at rest: steps per millimetre, geometry.
@@ -124,36 +109,36 @@ impl Ideal {
     /// override).
     pub fn push(&mut self, piece: &Piece) {
         let start = nanoseconds(piece.start);
-        let Some(era) = self.eras.last_mut() else { return };
-        let same = era.pieces.last().filter(|last| last.piece.path.curve == piece.path.curve);
+        let Some(version) = self.versions.last_mut() else { return };
+        let same = version.pieces.last().filter(|last| last.piece.path.curve == piece.path.curve);
         let table = match (same, &piece.path.curve) {
             (Some(last), _) => last.table.clone(),
-            (None, Curve::Spline(spline)) => Some(Arc::new(ways::Table::new(spline))),
+            (None, Curve::Spline(spline)) => Some(Arc::new(path::Table::new(spline))),
             _ => None,
         };
-        era.pieces.push(Timed { start, piece: *piece, filters: self.filters, warp: self.warp.clone(), table });
+        version.pieces.push(Timed { start, piece: *piece, filters: self.filters, warp: self.warp.clone(), table });
     }
 
     /// Trajectory was taken back ([`crate::Motion::last_taken_back`]): the next pieces replace it. Of several
     /// times that were missed, the one that went back farthest counts.
     pub fn take_back(&mut self, taken: &TakenBack) {
         let (from, out) = (nanoseconds(taken.from), nanoseconds(taken.out));
-        let Some(last) = self.eras.last_mut() else { return };
+        let Some(last) = self.versions.last_mut() else { return };
         if last.from == out {
             // Nothing was put out since the last time.
             last.cut(from);
             return;
         }
         let next = last.followed_by(from, out);
-        self.eras.push(next);
+        self.versions.push(next);
     }
 
     /// Forgets pieces that have no influence after `at` (ns) any more.
     pub fn forget_before(&mut self, at: f64) {
         let at = at - LONGEST_LOOK_BACK_NS;
-        let over = self.eras.iter().skip(1).take_while(|next| next.from < at).count();
-        self.eras.drain(..over);
-        self.eras.iter_mut().for_each(|era| era.forget_before(at));
+        let over = self.versions.iter().skip(1).take_while(|next| next.from < at).count();
+        self.versions.drain(..over);
+        self.versions.iter_mut().for_each(|version| version.forget_before(at));
     }
 
     /// Returns the machine's ideal position and velocity at `at` ns. `None` before any piece is known.
@@ -164,41 +149,41 @@ impl Ideal {
 
     /// The version of the trajectory that is put out at `at` ns.
     fn number_at(&self, at: f64) -> usize {
-        self.eras.partition_point(|era| era.from <= at).saturating_sub(1)
+        self.versions.partition_point(|version| version.from <= at).saturating_sub(1)
     }
 
-    fn era_at(&self, at: f64) -> Option<&Era> {
-        self.eras.get(self.number_at(at))
+    fn version_at(&self, at: f64) -> Option<&Version> {
+        self.versions.get(self.number_at(at))
     }
 
     /// Returns the times at which trajectory was taken back, ns, and the jumps of the output there.
     #[cfg(test)]
     pub(crate) fn jumps(&self) -> Vec<(f64, PerAxis<f64>, PerAxis<f64>)> {
         let jump = |number: usize| {
-            let at = self.eras[number].from;
+            let at = self.versions[number].from;
             let ((place, speed), (place_was, speed_was)) =
                 (self.machine_by(number, at)?, self.machine_by(number - 1, at)?);
             let less = |of: PerAxis<f64>, was: PerAxis<f64>| PerAxis(core::array::from_fn(|n| of.0[n] - was.0[n]));
             Some((at, less(place, place_was), less(speed, speed_was)))
         };
-        (1..self.eras.len()).filter_map(jump).collect()
+        (1..self.versions.len()).filter_map(jump).collect()
     }
 
     /// Returns position and velocity by the plan of this number.
     fn machine_by(&self, number: usize, at: f64) -> Option<(PerAxis<f64>, PerAxis<f64>)> {
-        let era = self.eras.get(number)?;
-        let filters = era.pieces.get(era.index(at))?.filters;
+        let version = self.versions.get(number)?;
+        let filters = version.pieces.get(version.index(at))?.filters;
         let latency = filters.latency();
         if latency == 0.0 {
-            return era.planned(at);
+            return version.planned(at);
         }
-        let (mut position, mut velocity) = era.planned(at - latency * 1e9)?;
+        let (mut position, mut velocity) = version.planned(at - latency * 1e9)?;
         for (axis, shaper) in units::Axis::PRIMARY.into_iter().zip(filters.shapers) {
             let Some(pulses) = shaper.map(|shaper| shaper.pulses()) else { continue };
             (position[axis], velocity[axis]) = (0.0, 0.0);
             for pulse in pulses.as_slice() {
                 let delay = latency + pulse.time - pulses.shift();
-                let (there, speed) = era.planned(at - delay * 1e9)?;
+                let (there, speed) = version.planned(at - delay * 1e9)?;
                 position[axis] += pulse.amplitude * there[axis];
                 velocity[axis] += pulse.amplitude * speed[axis];
             }
@@ -223,14 +208,14 @@ impl Ideal {
         latency: f64,
         at: f64,
     ) -> Option<(f64, f64)> {
-        let era = self.eras.get(number)?;
-        let (place, speed) = era.averaged(axis, advance, at - latency * 1e9)?;
-        let seconds = (at - era.from) * 1e-9;
+        let version = self.versions.get(number)?;
+        let (place, speed) = version.averaged(axis, advance, at - latency * 1e9)?;
+        let seconds = (at - version.from) * 1e-9;
         if number == 0 || seconds >= latency {
             return Some((place, speed));
         }
-        let (place_was, speed_was) = self.extruder(number - 1, axis, advance, latency, era.from)?;
-        let (place_is, speed_is) = era.averaged(axis, advance, era.from - latency * 1e9)?;
+        let (place_was, speed_was) = self.extruder(number - 1, axis, advance, latency, version.from)?;
+        let (place_is, speed_is) = version.averaged(axis, advance, version.from - latency * 1e9)?;
         let (ahead, faster) = (place_was - place_is, speed_was - speed_is);
         // a + b t + c t^2 + d t^3, and its slope, both zero after the latency.
         let c = -(3.0 * ahead + 2.0 * faster * latency) / latency.powi(2);
@@ -241,10 +226,11 @@ impl Ideal {
     }
 
     fn motor(&self, actuator: Actuator, axes: &PerAxis<f64>, at: f64) -> f64 {
-        let era = self.era_at(at);
-        let warp = era.and_then(|era| era.pieces.get(era.index(at))).and_then(|timed| timed.warp.as_deref());
+        let version = self.version_at(at);
+        let warp =
+            version.and_then(|version| version.pieces.get(version.index(at))).and_then(|timed| timed.warp.as_deref());
         let axes = warp.map_or(axes.0, |warp| warp.motors(&axes.0));
-        let mm = arms::motor(&self.config.kinematics, actuator, &axes);
+        let mm = kinematics::motor(&self.config.kinematics, actuator, &axes);
         mm * self.config.actuators[actuator].map_or(0.0, |motor| motor.steps_per_mm)
     }
 

@@ -3,7 +3,7 @@
 //! Alpha is the left carriage, beta the right one: `z + sqrt(L^2 - d^2)` with d the distance in X. Gamma is
 //! Y.
 
-use super::{Axes, Motors};
+use super::space::{Axes, LEAST_CLEARANCE, Motors, TINY};
 
 use crate::square_root;
 
@@ -25,14 +25,13 @@ impl Default for Deltesian {
 impl Deltesian {
     pub(super) fn is_sound(&self) -> bool {
         let [left, right] = self.arm_x_length;
-        left + right > 1.0 && self.clearance([0.0; 3]) > super::LEAST_CLEARANCE
+        left + right > 1.0 && self.clearance([0.0; 3]) > LEAST_CLEARANCE
     }
 
     /// Distance in X from tool to tower, and how far the rod rises; left, right.
     fn rods(&self, x: f64) -> [(f64, f64); 2] {
         let ([l, r], [left, right]) = (self.arm_length, self.arm_x_length);
-        [(-left - x, l), (right - x, r)]
-            .map(|(dx, arm)| (dx, square_root(crate::greatest(arm * arm - dx * dx, super::TINY))))
+        [(-left - x, l), (right - x, r)].map(|(dx, arm)| (dx, square_root(crate::greatest(arm * arm - dx * dx, TINY))))
     }
 
     pub(super) fn motors(&self, [x, y, z]: Axes) -> Motors {

@@ -9,7 +9,7 @@
 
 use units::{Actuator, PerActuator, PerAxis};
 
-use super::{Axes, Kinematics, morgan::Morgan, polar, rotary_delta::RotaryDelta, winch::Winch};
+use super::{Kinematics, morgan::Morgan, polar, rotary_delta::RotaryDelta, space::Axes, winch::Winch};
 use crate::{
     compensation::{Lift, Over},
     greatest, least,

@@ -6,7 +6,10 @@
 //! greatest at one of the ends. So the ends of a move bound both. The places all three rods can reach are the
 //! intersection of three discs, which is convex: a line between two of them stays inside.
 
-use super::{Axes, Motors, spheres};
+use super::{
+    space::{Axes, LEAST_CLEARANCE, Motors, TINY},
+    spheres,
+};
 
 use crate::square_root;
 
@@ -91,14 +94,14 @@ impl LinearDelta {
     pub(super) fn is_sound(&self) -> bool {
         let [a, b, c] = self.towers;
         let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-        libm::fabs(area) > 1.0 && self.clearance([0.0; 3]) > super::LEAST_CLEARANCE
+        libm::fabs(area) > 1.0 && self.clearance([0.0; 3]) > LEAST_CLEARANCE
     }
 
     /// Returns the vector from tool to tower, and the rise of the rod, mm.
     fn rod(tower: Tower, [x, y, _]: Axes) -> (f64, f64, f64) {
         let (dx, dy) = (tower.x - x, tower.y - y);
         let rise_sq = tower.rod * tower.rod - dx * dx - dy * dy;
-        (dx, dy, square_root(crate::greatest(rise_sq, super::TINY)))
+        (dx, dy, square_root(crate::greatest(rise_sq, TINY)))
     }
 
     pub(super) fn motors(&self, axes: Axes) -> Motors {

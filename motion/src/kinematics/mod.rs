@@ -20,6 +20,7 @@ mod morgan;
 mod parameters;
 mod polar;
 mod rotary_delta;
+mod space;
 mod spheres;
 #[cfg(test)]
 pub(crate) mod tests;
@@ -36,16 +37,7 @@ pub use winch::{MOST_ANCHORS, Winch};
 
 use units::{Actuator, Axis, AxisSet, PerActuator, PerAxis};
 
-/// X, Y and Z.
-type Axes = [f64; 3];
-/// Alpha, beta and gamma.
-type Motors = [f64; 3];
-
-/// Square of a nanometre: a floor that keeps roots and divisions sound at the edges.
-const TINY: f64 = 1e-12;
-/// A place this near to an edge of the reachable space, mm, is refused: motors would have to be infinitely
-/// fast there.
-const LEAST_CLEARANCE: f64 = 0.01;
+use space::{Axes, LEAST_CLEARANCE, Motors};
 
 /// Mapping from the machine's position to the motors' positions (mm at the motor, or degrees).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

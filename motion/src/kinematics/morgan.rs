@@ -4,7 +4,7 @@
 //! With r the distance of the tool from the tower, the elbow's cosine is `(r^2 - l1^2 - l2^2) / 2 l1 l2`; the
 //! elbow bends to the left.
 
-use super::{Axes, Motors};
+use super::space::{Axes, Motors, TINY};
 
 use crate::square_root;
 
@@ -48,7 +48,7 @@ impl Morgan {
     /// Cosine and sine of the elbow.
     fn elbow(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let cosine = crate::least(crate::greatest(self.elbow_cosine(x * x + y * y), -1.0), 1.0);
-        [cosine, square_root(crate::greatest(1.0 - cosine * cosine, super::TINY))]
+        [cosine, square_root(crate::greatest(1.0 - cosine * cosine, TINY))]
     }
 
     pub(super) fn motors(&self, axes: Axes) -> Motors {
@@ -63,7 +63,7 @@ impl Morgan {
         let (vx, vy) = (vx * sx, vy * sy);
         let [cosine, sine] = self.elbow([x, y]);
         // The elbow, from the tower: the tool's place turned back by the angle at the tower.
-        let share = self.arm1 / crate::greatest(x * x + y * y, super::TINY);
+        let share = self.arm1 / crate::greatest(x * x + y * y, TINY);
         let (along, sideways) = (self.arm1 + self.arm2 * cosine, self.arm2 * sine);
         let (ex, ey) = (share * (along * x + sideways * y), share * (along * y - sideways * x));
         // Cramer's rule gives both angles' velocities from the tool's.

@@ -5,13 +5,13 @@
 //! quickly, so its speed follows from the bed's rate; cut long lines (`mm_per_line_segment`) and only the
 //! piece near the middle is slow.
 
-use super::{Axes, Motors};
+use super::space::{Axes, Motors, TINY};
 
 use crate::square_root;
 
 /// Distance from the middle, or 1 nm.
 fn radius([x, y, _]: Axes) -> f64 {
-    square_root(crate::greatest(x * x + y * y, super::TINY))
+    square_root(crate::greatest(x * x + y * y, TINY))
 }
 
 pub(super) fn motors(axes: Axes) -> Motors {

@@ -6,7 +6,10 @@
 //! D^2 + w^2` the solution with the elbow outside is `t = atan2(w, D) - acos(c / p)`; it exists while `c <
 //! p`, and its derivative divides by `sqrt(p^2 - c^2)`.
 
-use super::{Axes, Motors, spheres};
+use super::{
+    space::{Axes, Motors, TINY},
+    spheres,
+};
 
 use crate::square_root;
 
@@ -93,7 +96,7 @@ impl RotaryDelta {
         let span_sq = plane.out * plane.out + plane.down * plane.down;
         let c =
             (self.arm * self.arm + span_sq + plane.sideways * plane.sideways - self.rod * self.rod) / (2.0 * self.arm);
-        (square_root(span_sq), c, square_root(crate::greatest(span_sq - c * c, super::TINY)))
+        (square_root(span_sq), c, square_root(crate::greatest(span_sq - c * c, TINY)))
     }
 
     fn angle(&self, plane: &Plane) -> f64 {
@@ -111,7 +114,7 @@ impl RotaryDelta {
             let (plane, turned) = (self.plane(arm, axes), self.turned(arm, velocity));
             let (span, c, root) = self.triangle(&plane);
             // Cosine and sine of the angle, from the two parts of which it is the difference.
-            let span_sq = crate::greatest(span * span, super::TINY);
+            let span_sq = crate::greatest(span * span, TINY);
             let cosine = (plane.out * c + plane.down * root) / span_sq;
             let sine = (plane.down * c - plane.out * root) / span_sq;
             let change =

@@ -2,7 +2,10 @@
 //!
 //! Motors beyond the third take the places of the auxiliary axes of their number.
 
-use super::{Axes, spheres};
+use super::{
+    space::{Axes, TINY},
+    spheres,
+};
 
 use crate::square_root;
 
@@ -42,7 +45,7 @@ impl Winch {
 
     fn distance([ax, ay, az]: Axes, [x, y, z]: Axes) -> f64 {
         let (dx, dy, dz) = (x - ax, y - ay, z - az);
-        square_root(crate::greatest(dx * dx + dy * dy + dz * dz, super::TINY))
+        square_root(crate::greatest(dx * dx + dy * dy + dz * dz, TINY))
     }
 
     /// Writes the lengths over the motors that are winches.

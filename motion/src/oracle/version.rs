@@ -1,21 +1,37 @@
 //! A version of the trajectory, before the filters, valid until some of it is taken back.
 
-use std::vec::Vec;
+use std::{sync::Arc, vec::Vec};
 
 use units::PerAxis;
 
-use super::{LONGEST_LOOK_BACK_NS, Timed, ways};
-use crate::PressureAdvance;
+use super::{compensation::Warp, path};
+use crate::{FilterConfig, PressureAdvance, trajectory::Piece};
+
+/// Longest time that a filter looks back, ns.
+pub(super) const LONGEST_LOOK_BACK_NS: f64 = 1e9;
+
+/// A piece of trajectory, and what holds while it is followed.
+#[derive(Clone, Debug)]
+pub(super) struct Timed {
+    /// Time of the beginning, nanoseconds from boot.
+    pub start: f64,
+    pub piece: Piece,
+    /// Filters in force when the piece came: they hold until the next piece. Filters only change at rest.
+    pub filters: FilterConfig,
+    pub warp: Option<Arc<Warp>>,
+    /// Table of its spline, if it has one.
+    pub table: Option<Arc<path::Table>>,
+}
 
 /// Pieces of trajectory, in order of time.
 #[derive(Clone, Debug)]
-pub(super) struct Era {
+pub(super) struct Version {
     /// Time, ns, from which the filters' output is of this version.
     pub from: f64,
     pub pieces: Vec<Timed>,
 }
 
-impl Era {
+impl Version {
     pub const fn first() -> Self {
         Self { from: f64::NEG_INFINITY, pieces: Vec::new() }
     }
@@ -88,7 +104,7 @@ impl Era {
         let way = piece.speed * t + piece.acceleration * t.powi(2) / 2.0 + piece.jerk * t.powi(3) / 6.0;
         let rate = piece.speed + piece.acceleration * t + piece.jerk * t.powi(2) / 2.0;
         let speed = if resting { 0.0 } else { rate };
-        let (position, mut velocity) = ways::place(&piece.path, table.as_deref(), piece.base + way);
+        let (position, mut velocity) = path::place(&piece.path, table.as_deref(), piece.base + way);
         for axis in units::Axis::ALL {
             velocity[axis] *= speed;
         }
