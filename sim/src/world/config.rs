@@ -12,6 +12,9 @@ use crate::models::thermistor::Curve;
 use crate::models::tmc_stealth::StealthKind;
 use crate::models::tmc26x::Chip;
 
+/// Step of the thermal physics, nanoseconds.
+pub const GRID_NS: u64 = 1_000_000;
+
 /// A pin of the microcontroller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Pin {

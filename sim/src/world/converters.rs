@@ -38,9 +38,4 @@ impl World {
     pub fn converter_registers(&self, heater: usize) -> &[u8] {
         self.heaters[heater].converter.as_ref().map_or(&[], Converter::registers)
     }
-
-    pub(super) fn converter_of(&mut self, name: &str) -> Result<&mut Converter, String> {
-        let heater = self.heater_named(name)?;
-        heater.converter.as_mut().ok_or_else(|| format!("the sensor of `{name}` has no converter chip"))
-    }
 }

@@ -1,56 +1,12 @@
-//! Supplies, the switches between them and the loads, and the analog inputs.
+//! Supplies, and the switches between them and the loads.
 
-use board_facts::wiring::{self, Feed, SUPPLY_DIVIDER};
+use super::World;
+use super::parts::Path;
 
-use super::{AnalogInput, Pin, World};
-use crate::models::thermistor::REFERENCE_VOLTS;
-
-/// Full scale of a 16-bit conversion.
-const FULL_SCALE_COUNTS: f64 = 65_535.0;
-/// Input of the heaters' and fans' supply.
-pub const VFET_INPUT: AnalogInput = AnalogInput::of(&wiring::HEATER_SUPPLY);
-/// Input of the motor supply.
-pub const VMOTOR_INPUT: AnalogInput = AnalogInput::of(&wiring::MOTOR_SUPPLY);
-
-/// Path from an output's pin to the current through its load.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Path {
-    /// The buffer, the output's own MOSFET, and the load switch.
-    Switched,
-    /// The buffer and the output's own MOSFETs: the bed.
-    Direct,
-    /// The buffer and a relay with a supply of its own.
-    Relay,
-    /// A header pin that leads to something with a supply of its own.
-    Header,
-}
-
-impl Path {
-    /// Returns the path of the output on this pin.
-    pub fn of(pin: Option<Pin>) -> Self {
-        let output = pin.and_then(|pin| wiring::power_output(&pin.to_string()));
-        match output.map(|output| output.feed) {
-            Some(Feed::Switched) => Self::Switched,
-            Some(Feed::Direct) => Self::Direct,
-            Some(Feed::FiveVolts) => Self::Relay,
-            None => Self::Header,
-        }
-    }
-}
+/// Supply for which heater power is stated, volts.
+pub(super) const NOMINAL_VOLTS: f64 = 24.0;
 
 impl World {
-    /// Sets the level of the output buffer's enable (PF14): low enables, and it floats high.
-    pub fn fet_buffer_pin(&mut self, at_ns: u64, high: bool) {
-        self.advance(at_ns);
-        self.fet_buffer_on = !high;
-    }
-
-    /// Sets the level of the load switch of heaters and fans (PD7): high switches on.
-    pub fn fet_power_pin(&mut self, at_ns: u64, high: bool) {
-        self.advance(at_ns);
-        self.fet_power_on = high;
-    }
-
     /// Returns whether the load switch of heaters and fans conducts.
     pub(super) const fn fets_supplied(&self) -> bool {
         self.fet_power_on || self.fet_switch_stuck_on
@@ -79,6 +35,7 @@ impl World {
         self.pwm_hz[timer]
     }
 
+    /// Sets the motor supply, volts.
     pub(super) fn set_motor_supply(&mut self, volts: f64) {
         self.vmotor_v = volts;
         self.drivers.iter_mut().for_each(|driver| driver.set_supply(volts));
@@ -101,36 +58,12 @@ impl World {
         match path {
             Path::Switched => self.vfet_v(),
             Path::Direct => self.vfet_v,
-            Path::Relay | Path::Header => super::heat::NOMINAL_VOLTS,
+            Path::Relay | Path::Header => NOMINAL_VOLTS,
         }
     }
 
     /// Returns whether the level on an output's pin reaches the loads on its path.
     pub(super) const fn passes(&self, path: Path) -> bool {
         matches!(path, Path::Header) || self.fet_buffer_on
-    }
-
-    /// Voltage on an analog input; `None` when nothing is connected to it.
-    #[must_use]
-    pub fn analog_volts(&self, input: AnalogInput) -> Option<f64> {
-        if input == VFET_INPUT {
-            // The supply is measured before the load switch.
-            return Some(self.vfet_v / SUPPLY_DIVIDER);
-        }
-        if input == VMOTOR_INPUT {
-            return Some(self.vmotor_v / SUPPLY_DIVIDER);
-        }
-        if let Some(volts) = self.filament_volts(input) {
-            return Some(volts);
-        }
-        let heater = self.config.heaters.iter().position(|heater| heater.sensor == Some(input))?;
-        Some(self.sensor_volts(heater))
-    }
-
-    /// A 16-bit conversion of an analog input; an unconnected one reads the 3.3 V of its divider's pull-up.
-    #[must_use]
-    pub fn adc_counts(&self, input: AnalogInput) -> u16 {
-        let volts = self.analog_volts(input).unwrap_or(REFERENCE_VOLTS);
-        (volts / REFERENCE_VOLTS * FULL_SCALE_COUNTS).clamp(0.0, FULL_SCALE_COUNTS).round() as u16
     }
 }

@@ -1,26 +1,11 @@
 //! Filament whose thickness changes along it, and the sensor that it is pulled through.
 
-use super::{AnalogInput, World};
+use super::World;
+use super::config::AnalogInput;
 use crate::models::thermistor::REFERENCE_VOLTS;
 
 /// Thickness of filament if nothing else is said, millimetres.
 const USUAL_MM: f64 = 1.75;
-
-/// Filament that runs through the sensor.
-#[derive(Clone, Debug)]
-pub(super) struct Filament {
-    /// Thickness of the filament, by the position from which it applies, in millimetres of filament that
-    /// has come out of the nozzle by then.
-    pieces: Vec<(f64, f64)>,
-    /// Whether the sensor's plug is in.
-    plugged: bool,
-}
-
-impl Default for Filament {
-    fn default() -> Self {
-        Self { pieces: Vec::new(), plugged: true }
-    }
-}
 
 impl World {
     /// Sets the filament's diameter from each of these places on, both in millimetres; 0 is the nozzle's

@@ -1,74 +1,15 @@
 //! Heaters, fans and their sensors.
 
-use super::electrics::Path;
-use super::{FanConfig, GRID_NS, HeaterConfig, World};
-use crate::models::converter::{Converter, Leads};
-use crate::models::fan::{Condition, Fan, Plant};
-use crate::models::heater::Heater;
-use crate::models::thermistor::{Wiring, divider_volts};
-
-/// Supply for which heater power is stated, volts.
-pub(super) const NOMINAL_VOLTS: f64 = 24.0;
+use super::World;
+use super::config::GRID_NS;
+use super::electrics::NOMINAL_VOLTS;
+use super::parts::HeaterState;
+use crate::models::converter::Converter;
+use crate::models::fan::Condition;
+use crate::models::thermistor::divider_volts;
 
 /// Time of one conversion of a thermistor's input (`bsp_prime::adc`).
 const CONVERSION_NS: u64 = 154_000;
-
-/// A switched output and the share of the current grid step it has been on.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Load {
-    /// Share of full drive right now: 0 or 1 from a pin, anything between from a duty.
-    drive: f64,
-    since_ns: u64,
-    /// Drive integrated over the grid step so far, in nanoseconds.
-    on_ns: f64,
-    /// Mean drive of the last whole grid step.
-    last: f64,
-}
-
-impl Load {
-    fn set(&mut self, at_ns: u64, drive: f64) {
-        self.on_ns += self.drive * at_ns.saturating_sub(self.since_ns) as f64;
-        self.since_ns = at_ns;
-        self.drive = drive;
-    }
-
-    /// Mean drive over the grid step that ends here.
-    fn finish(&mut self, at_ns: u64) -> f64 {
-        self.set(at_ns, self.drive);
-        self.last = self.on_ns / GRID_NS as f64;
-        self.on_ns = 0.0;
-        self.last
-    }
-}
-
-#[derive(Clone, Debug)]
-pub(super) struct FanState {
-    load: Load,
-    path: Path,
-    pub(super) fan: Fan,
-}
-
-impl FanState {
-    pub(super) fn new(config: &FanConfig) -> Self {
-        Self { load: Load::default(), path: Path::of(Some(config.pin)), fan: Fan::new(Plant::SMALL) }
-    }
-}
-
-/// Seat of a sensor in its heater, and its plug.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Seat {
-    /// The sensor slides out.
-    pub(super) slips: bool,
-    /// Share of the sensor that feels the air.
-    out: f64,
-    /// The plug is loose.
-    pub(super) loose: bool,
-    /// Noise that the wire picks up, kelvin, either way.
-    pub(super) noise_k: f64,
-    /// Drift of the sensor per second, and the drift so far.
-    pub(super) drift_k_per_s: f64,
-    drift_k: f64,
-}
 
 /// Share by which a sensor slides out, and the time within which it comes to feel that.
 const HALF_OUT: f64 = 0.5;
@@ -78,42 +19,6 @@ const LOOSE_C: f64 = -15.0;
 const LOOSE_PERIOD_NS: u64 = 1_200_000_000;
 /// Period of noise that a wire picks up: a converter averages faster noise.
 const NOISE_PERIOD_NS: u64 = 40_000_000;
-
-#[derive(Clone, Debug)]
-pub(super) struct HeaterState {
-    load: Load,
-    path: Path,
-    heater: Heater,
-    pub(super) wiring: Wiring,
-    pub(super) leads: Leads,
-    pub(super) converter: Option<Converter>,
-    /// Switch that conducts always or never.
-    pub(super) stuck: Option<bool>,
-    /// Share of power that the heater still gives.
-    pub(super) strength: f64,
-    pub(super) seat: Seat,
-    max_c: f64,
-    /// Mean drive over about the last second, for reports.
-    smooth_duty: f64,
-}
-
-impl HeaterState {
-    pub(super) fn new(config: &HeaterConfig, air_c: f64) -> Self {
-        Self {
-            load: Load::default(),
-            path: Path::of(config.pin),
-            heater: Heater::new(config.plant, air_c),
-            wiring: Wiring::Sound,
-            leads: Leads::Sound,
-            converter: config.converter.map(|converter| Converter::new(converter.kind, 0)),
-            stuck: None,
-            strength: 1.0,
-            seat: Seat::default(),
-            max_c: air_c,
-            smooth_duty: 0.0,
-        }
-    }
-}
 
 impl World {
     /// Passes a step of the thermal grid, ending here. Heaters are stepped with the switches' state at its
@@ -178,30 +83,6 @@ impl World {
             None => return Err(format!("no fan `{name}`; there are: {}", known())),
         }
         Ok(())
-    }
-
-    /// The level of a heater's output pin, by index in the configuration.
-    pub fn heater_pin(&mut self, at_ns: u64, index: usize, high: bool) {
-        let on = high == self.config.heaters[index].on_high;
-        self.heater_duty(at_ns, index, f64::from(u8::from(on)));
-    }
-
-    /// A heater driven with this share of full power, 0 to 1, from now on (a modulated output as its mean).
-    pub fn heater_duty(&mut self, at_ns: u64, index: usize, duty: f64) {
-        self.advance(at_ns);
-        self.heaters[index].load.set(at_ns, duty);
-    }
-
-    /// The level of a fan's output pin, by index in the configuration.
-    pub fn fan_pin(&mut self, at_ns: u64, index: usize, high: bool) {
-        let on = high == self.config.fans[index].on_high;
-        self.fan_duty(at_ns, index, f64::from(u8::from(on)));
-    }
-
-    /// A fan driven with this share of full speed, 0 to 1, from now on.
-    pub fn fan_duty(&mut self, at_ns: u64, index: usize, duty: f64) {
-        self.advance(at_ns);
-        self.fans[index].load.set(at_ns, duty);
     }
 
     /// Share of full speed a fan ran at during the last millisecond.
@@ -290,5 +171,11 @@ impl World {
             felt_c += state.seat.noise_k * (place as f64 / f64::from(1 << 23) - 1.0);
         }
         felt_c
+    }
+
+    /// Returns the converter chip of a heater's sensor.
+    pub(super) fn converter_of(&mut self, name: &str) -> Result<&mut Converter, String> {
+        let heater = self.heater_named(name)?;
+        heater.converter.as_mut().ok_or_else(|| format!("the sensor of `{name}` has no converter chip"))
     }
 }

@@ -2,11 +2,12 @@
 
 use units::{Actuator, Direction};
 
-use super::{ActuatorConfig, DriverConfig, Linkage, Operator, OutsidePort, SwitchChange, SwitchConfig, World};
-use crate::models::carriage::Carriage;
+use super::config::{DriverConfig, Linkage, Operator, OutsidePort};
+use super::parts::Motor;
+use super::{SwitchChange, World};
 use crate::models::rotor::{Drive, Rotor};
-use crate::models::surface::{Surface, TouchNoise};
-use crate::models::switch::{self, Side, Switch};
+use crate::models::surface::Surface;
+use crate::models::switch;
 use crate::models::tmc_wire::Answer;
 use crate::trace::StepEdge;
 
@@ -20,47 +21,6 @@ const PULSE_NS: u64 = 100;
 /// Threshold with which a rotor's reading is its raw measurement, as stallGuard4's is: once a full step,
 /// and not filtered (TMC2209 datasheet rev. 1.03, 5.5).
 const UNSHIFTED: i32 = 10;
-
-/// A motor with its driver's logic inputs and its carriage.
-#[derive(Clone, Debug)]
-pub(super) struct Motor {
-    driver: DriverConfig,
-    forward_high: bool,
-    step_high: bool,
-    step_changed_ns: Option<u64>,
-    dir_high: bool,
-    dir_changed_ns: u64,
-    /// Only external drivers have an enable of their own.
-    enabled: bool,
-    pub(super) carriage: Carriage,
-    rotor: Option<Rotor>,
-    sense_ohms: f64,
-}
-
-impl Motor {
-    pub(super) fn new(config: &ActuatorConfig) -> Self {
-        Self {
-            driver: config.driver,
-            forward_high: config.forward_high,
-            step_high: false,
-            step_changed_ns: None,
-            dir_high: false,
-            dir_changed_ns: 0,
-            enabled: matches!(config.driver, DriverConfig::External { enable_high: None, .. }),
-            carriage: Carriage::new(config.start_mm, config.limits_mm, config.mm_per_full_step),
-            rotor: config.rotor.map(Rotor::new),
-            sense_ohms: config.sense_ohms,
-        }
-    }
-}
-
-pub(super) fn switch_of(config: &SwitchConfig) -> Switch {
-    let (position_mm, side) = match config.operator {
-        Some((_, position_mm, side)) => (position_mm, side),
-        None => (f64::NEG_INFINITY, Side::Below),
-    };
-    Switch { position_mm, side, fault: switch::Fault::Sound, noise_mm: 0.0, noise: TouchNoise::default() }
-}
 
 impl World {
     /// Sets the level of a motor's STEP pin.
@@ -192,19 +152,6 @@ impl World {
     /// Sets the level of the ENN line all four on-board drivers share: high switches them off.
     pub fn motors_disable_pin(&mut self, _at_ns: u64, high: bool) {
         self.drivers.iter_mut().for_each(|driver| driver.set_enn(high));
-    }
-
-    /// Exchanges a 20-bit SPI frame with an on-board driver; returns the 20 bits it shifts out.
-    pub fn driver_spi(&mut self, at_ns: u64, index: usize, frame: u32) -> u32 {
-        self.advance(at_ns);
-        self.drivers[index].transfer(at_ns, frame)
-    }
-
-    /// Exchanges an SPI datagram with the chip of a driver outside; returns the bits shifted out. A line
-    /// that nobody drives is pulled up.
-    pub fn outside_spi(&mut self, at_ns: u64, motor: Actuator, datagram: [u8; 5]) -> [u8; 5] {
-        self.advance(at_ns);
-        self.outside[motor as usize].as_mut().map_or([0xFF; 5], |chip| chip.transfer(at_ns, datagram))
     }
 
     /// Returns the bits that the chip of a driver outside shifts out after its select fell.
@@ -366,6 +313,7 @@ impl World {
         })
     }
 
+    /// Gives a switch a fault, or repairs it.
     pub(super) fn set_switch_fault(&mut self, name: &str, fault: switch::Fault) -> Result<(), String> {
         let index = self.switch_named(name)?;
         self.switches[index].0.fault = fault;
