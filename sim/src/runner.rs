@@ -13,30 +13,31 @@ mod job;
 mod pins;
 mod ports;
 mod sensors;
+mod setup;
+mod shared;
+mod simulation;
 mod storage;
 mod tasks;
 mod verify;
 
-use std::cell::{Cell, RefCell};
 use std::convert::Infallible;
-use std::fs;
-use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use base::motion_config::motion_config;
-use base::ports::{StepTimes, Wake};
-use base::sessions::SessionId;
-use base::sessions::SessionProfile;
-use config::{BoardId, MachineConfig};
+use config::MachineConfig;
 use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult};
 use thermal::HeatControl;
+use base::motion_config::motion_config;
+use base::ports::{StepTimes, Wake};
+use base::sessions::SessionId;
 
-use crate::models::tmc26x::Chip;
 use crate::output::StepError;
-use crate::world::{TimedFault, World, WorldConfig};
+use crate::world::{World, WorldConfig};
 pub use job::{Job, plan, run, verify};
 pub use ports::HostPorts;
+pub use setup::Setup;
+use setup::describe;
+use shared::Shared;
 pub use storage::CardState;
 pub use tasks::FeedPhase;
 use tasks::{Inputs, SLOT_NS, Tasks};
@@ -54,49 +55,10 @@ const STACK_BYTES: usize = 8 << 20;
 /// Turns of the executor in a slot: on the board it runs whenever nothing else does.
 const TURNS_PER_SLOT: u32 = 16;
 
-/// Settings of a run.
-#[derive(Clone, Debug)]
-pub struct Setup {
-    /// Folder that is the card; `config.ini` in it is the machine's configuration.
-    pub card: PathBuf,
-    /// Fault of the card, if any.
-    pub card_state: CardState,
-    /// Model of the board's driver chips.
-    pub chip: Chip,
-    /// Faults, and when they happen.
-    pub faults: Vec<TimedFault>,
-    /// Transports in memory beside the two consoles, whose other ends come and go. Nobody is there at the
-    /// start.
-    pub visitors: Vec<SessionProfile>,
-    /// Configuration that fits the machine as built, when the card's differs.
-    pub built_as: Option<String>,
-    /// Positions of the motors' carriages at power-on, mm; else as the machine is built.
-    pub carriages: Vec<f64>,
-    /// Number of block writes after which the power is gone.
-    pub writes: Option<u32>,
-}
-
-impl Setup {
-    /// A healthy board with TMC2590 and this folder as its card.
-    #[must_use]
-    pub fn new(card: &Path) -> Self {
-        Self {
-            card: card.to_owned(),
-            card_state: CardState::Good,
-            chip: Chip::Tmc2590,
-            faults: Vec::new(),
-            visitors: Vec::new(),
-            built_as: None,
-            carriages: Vec::new(),
-            writes: None,
-        }
-    }
-}
-
 /// A machine that runs on the host.
 pub struct Runner {
     /// The machine's side of everything the executor and the tasks share.
-    shared: Rc<ports::Shared>,
+    shared: Rc<Shared>,
     executor: Executor,
     tasks: Tasks,
     machine: MachineConfig,
@@ -107,15 +69,6 @@ pub struct Runner {
 impl std::fmt::Debug for Runner {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Runner").field("now_ns", &self.now_ns()).finish_non_exhaustive()
-    }
-}
-
-impl Drop for Runner {
-    fn drop(&mut self) {
-        // The drivers reach the world through the shared state, and are part of it themselves: that circle
-        // would keep both alive.
-        *self.shared.bank.borrow_mut() = bank::Bank::default();
-        *self.shared.sensors.borrow_mut() = sensors::Sensors::default();
     }
 }
 
@@ -137,7 +90,7 @@ impl Runner {
             if fault.at_ns == 0 { world.inject(&fault.fault)? } else { world.schedule(fault.clone())? }
         }
         let inputs = Inputs::of(&machine, &world);
-        let shared = Rc::new(ports::Shared::new(world, setup, board_id));
+        let shared = Rc::new(Shared::new(world, setup, board_id));
         let stack = DefaultStack::new(STACK_BYTES).map_err(|error| format!("no stack for the executor: {error}"))?;
         let of_executor = Rc::clone(&shared);
         let executor = Coroutine::with_stack(stack, move |yielder, ()| {
@@ -150,12 +103,12 @@ impl Runner {
     /// Returns the virtual time since power-on, nanoseconds.
     #[must_use]
     pub fn now_ns(&self) -> u64 {
-        self.shared.now_ns.get()
+        self.shared.simulation.now_ns.get()
     }
 
     /// Gives access to the simulated machine.
     pub fn world<R>(&self, f: impl FnOnce(&mut World) -> R) -> R {
-        f(&mut self.shared.world.borrow_mut())
+        f(&mut self.shared.simulation.world.borrow_mut())
     }
 
     /// Gives a checker access to the motion object.
@@ -270,7 +223,7 @@ impl Runner {
         }
         self.slot_ns += SLOT_NS;
         self.tasks.play_until(&self.shared, self.slot_ns);
-        self.shared.now_ns.set(self.slot_ns);
+        self.shared.simulation.now_ns.set(self.slot_ns);
     }
 
     /// Runs until the time `until_ns`.
@@ -380,20 +333,3 @@ fn is_answered(text: &str) -> bool {
                 || line == "!!"
         })
 }
-
-/// Returns the machine that the card's configuration describes, as far as it can be read.
-fn describe(setup: &Setup) -> (MachineConfig, BoardId) {
-    let board_id = match setup.chip {
-        Chip::Tmc2590 => BoardId::Prime2590,
-        Chip::Tmc2660 => BoardId::Prime2660,
-    };
-    let text = fs::read(setup.card.join("config.ini")).unwrap_or_default();
-    // Faults of the configuration are the machine's to report.
-    let (machine, _) = config::parse(&text, board_id, &mut ());
-    (machine, board_id)
-}
-
-/// Value that the executor and the runner use in turns; neither holds it while the other runs.
-type Turns<T> = RefCell<T>;
-/// Plain value that both may set.
-type Flag<T> = Cell<T>;

@@ -9,7 +9,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use units::Actuator;
 
-use super::ports::Shared;
+use super::simulation::Simulation;
 use crate::world::DriverConfig;
 
 /// Select of a chip on the simulated bus.
@@ -24,7 +24,7 @@ enum Select {
 /// Place of a chip on the simulated bus.
 #[derive(Clone)]
 pub struct Bus {
-    shared: Rc<Shared>,
+    simulation: Rc<Simulation>,
     select: Select,
 }
 
@@ -34,8 +34,8 @@ impl ErrorType for Bus {
 
 impl Bus {
     fn frame(&self, bytes: &mut [u8]) {
-        let now_ns = self.shared.now_ns.get();
-        let mut world = self.shared.world.borrow_mut();
+        let now_ns = self.simulation.now_ns.get();
+        let mut world = self.simulation.world.borrow_mut();
         match self.select {
             // A frame has 24 clocks: the chip takes the last 20 bits and answers with the first 20 (TMC2590
             // datasheet, "SPI interface").
@@ -77,7 +77,7 @@ impl SpiDevice for Bus {
 
 /// Enable pin of an external driver.
 pub struct Enable {
-    shared: Rc<Shared>,
+    simulation: Rc<Simulation>,
     motor: Actuator,
 }
 
@@ -99,8 +99,8 @@ impl OutputPin for Enable {
 
 impl Enable {
     fn set(&self, enabled: bool) {
-        let now_ns = self.shared.now_ns.get();
-        let mut world = self.shared.world.borrow_mut();
+        let now_ns = self.simulation.now_ns.get();
+        let mut world = self.simulation.world.borrow_mut();
         let entry = world.config().actuators.iter().find(|entry| entry.actuator == self.motor);
         if let Some(
             DriverConfig::External { enable_high: Some(high), .. }
@@ -114,7 +114,7 @@ impl Enable {
 
 /// Auxiliary UART with the drivers on it, TX over a resistor.
 pub struct Line {
-    shared: Rc<Shared>,
+    simulation: Rc<Simulation>,
     channel: u8,
 }
 
@@ -133,9 +133,9 @@ impl SingleWire for Line {
 
     /// Exchanges a datagram at once, as far as the machine is concerned, though to the chips in its time.
     fn exchange(&mut self, datagram: &[u8], answer: &mut [u8]) -> Result<(), WireFault<Infallible>> {
-        let clock = &self.shared.wires_ns[usize::from(self.channel)];
-        let mut at_ns = clock.get().max(self.shared.now_ns.get()) + IDLE_NS;
-        let mut world = self.shared.world.borrow_mut();
+        let clock = &self.simulation.wires_ns[usize::from(self.channel)];
+        let mut at_ns = clock.get().max(self.simulation.now_ns.get()) + IDLE_NS;
+        let mut world = self.simulation.world.borrow_mut();
         let mut said = None;
         for byte in datagram {
             at_ns += 10 * BIT_NS;
@@ -155,16 +155,16 @@ impl SingleWire for Line {
 pub type Bank = DriverBank<Bus, Line, Enable>;
 
 /// Gives every configured motor its driver. Reports settings a chip cannot take.
-pub fn configure(shared: &Rc<Shared>, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> (Bank, bool) {
+pub fn configure(simulation: &Rc<Simulation>, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> (Bank, bool) {
     let (mut bank, mut clean) = (Bank::default(), true);
     for (motor, settings) in config.actuators() {
-        let enable = Enable { shared: Rc::clone(shared), motor };
-        let bus = |select| Bus { shared: Rc::clone(shared), select };
+        let enable = Enable { simulation: Rc::clone(simulation), motor };
+        let bus = |select| Bus { simulation: Rc::clone(simulation), select };
         let set_up = if let Some(chip) = config.stealth_driver(motor) {
             let enable = settings.en_pin.map(|_| enable);
             let bus = match config.driver_uart(motor) {
                 Some(channel) => {
-                    let line = Line { shared: Rc::clone(shared), channel };
+                    let line = Line { simulation: Rc::clone(simulation), channel };
                     OutsideBus::Wire(WireRegisters::new(line, chip.uart_address))
                 }
                 None => OutsideBus::Spi(SpiRegisters(bus(Select::Outside(motor)))),

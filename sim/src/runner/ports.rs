@@ -1,143 +1,26 @@
 //! The ports through which the machine sees the host.
 
 use std::rc::Rc;
-use std::sync::atomic::AtomicU32;
 
-use base::ports::{
-    Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle, HeatPort,
-    InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, Rest, Start,
-    StepTimes, Storage, StorageError, Updates, Usb, Wake, Workspace,
-};
-use base::sessions::{Consoles, SessionProfile};
-use base::sessions::{Inbox, Intake, SessionId};
-use base::supervisor::{Supervisor, SupervisorPort};
-use config::{BoardId, MachineConfig, Pin, Pull};
+use config::{MachineConfig, Pin, Pull};
 use corosensei::Yielder;
-use events::{Cause, Event, EventRing, Slots};
-use motion::queue::StepQueue;
+use events::EventRing;
+use thermal::HeatControl;
+use base::ports::{
+    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle,
+    HeatPort, InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, Rest,
+    SessionProfile, Start, StepTimes, Storage, StorageError, Updates, Usb, Wake, Workspace,
+};
+use base::sessions::{Inbox, SessionId};
+use base::supervisor::Supervisor;
 use motion::{Latch, Motion};
 use thermal::HeatControl;
 use units::{Celsius, Micros, Volts};
 
 use super::bank::{self, Bank};
 use super::sensors::Sensors;
-use super::storage::Card;
-use super::{Flag, Setup, Turns, pins, tasks};
-use crate::world::World;
-
-/// Consoles of the host: the debug UART and UART 0.
-const CONSOLES: usize = 2;
-
-/// Bytes that a session has sent and nobody has read.
-pub struct Sent {
-    pub bytes: Vec<u8>,
-    /// Greatest number of unread bytes that the session takes.
-    pub room: usize,
-}
-
-impl Default for Sent {
-    fn default() -> Self {
-        Self { bytes: Vec::new(), room: usize::MAX }
-    }
-}
-
-impl Sent {
-    fn take(&mut self, bytes: &[u8]) -> usize {
-        let taken = bytes.len().min(self.room.saturating_sub(self.bytes.len()));
-        self.bytes.extend_from_slice(&bytes[..taken]);
-        taken
-    }
-}
-
-/// State that the controller, the tasks and the runner use in turns.
-pub struct Shared {
-    pub now_ns: Flag<u64>,
-    /// Time at which the last bit on each auxiliary UART is over.
-    pub wires_ns: [Flag<u64>; 2],
-    pub world: Turns<World>,
-    pub motion: Turns<Motion>,
-    pub heat: Turns<HeatControl>,
-    pub supervisor: Turns<Supervisor>,
-    pub bank: Turns<Bank>,
-    pub sensors: Turns<Sensors>,
-    pub queue: StepQueue,
-    pub latch: Latch,
-    pub reached: base::tasks::ReachedMark,
-    pub profiles: Vec<SessionProfile>,
-    pub inboxes: Vec<Inbox>,
-    pub intakes: Turns<Vec<Intake>>,
-    pub sent: Turns<Vec<Sent>>,
-    pub levels: Flag<InputLevels>,
-    pub wired: Turns<Option<MachineConfig>>,
-    pub reset_requested: Flag<bool>,
-    /// Value set on the clock, and the time of setting.
-    pub date: Flag<(DateTime, u64)>,
-    /// Step times that a test reports: the host has no interrupts that could be late.
-    pub step_times: Flag<StepTimes>,
-    /// Slots of events, kept over a reset, which a runner never has.
-    events: Box<(Slots, AtomicU32)>,
-    card: Turns<Card>,
-    board_id: u8,
-}
-
-impl Shared {
-    pub fn new(world: World, setup: &Setup, board_id: BoardId) -> Self {
-        let consoles = [SessionProfile::SERIAL; CONSOLES];
-        let profiles: Vec<SessionProfile> = consoles.into_iter().chain(setup.visitors.iter().copied()).collect();
-        let inbox = |place: usize| {
-            let inbox = Inbox::new();
-            // Visitors connect only later.
-            inbox.set_open(place < CONSOLES);
-            inbox
-        };
-        let shared = Self {
-            now_ns: Flag::new(0),
-            wires_ns: [const { Flag::new(0) }; 2],
-            world: Turns::new(world),
-            motion: Turns::new(Motion::new()),
-            heat: Turns::new(HeatControl::new()),
-            supervisor: Turns::new(Supervisor::new()),
-            bank: Turns::new(Bank::default()),
-            sensors: Turns::new(Sensors::default()),
-            queue: StepQueue::new(),
-            latch: Latch::new(),
-            reached: base::tasks::ReachedMark::new(),
-            inboxes: (0..profiles.len()).map(inbox).collect(),
-            intakes: Turns::new(vec![Intake::new(); profiles.len()]),
-            sent: Turns::new(profiles.iter().map(|_| Sent::default()).collect()),
-            profiles,
-            levels: Flag::default(),
-            wired: Turns::new(None),
-            reset_requested: Flag::new(false),
-            date: Flag::new((DateTime::UNSET, 0)),
-            step_times: Flag::default(),
-            card: Turns::new(Card::new(&setup.card, setup.card_state, setup.writes)),
-            board_id: u8::from(board_id == BoardId::Prime2660),
-            events: Box::new((Slots::new(), AtomicU32::new(1))),
-        };
-        shared.events().record(Micros(0), &Event::Started { cause: Cause::PowerOn, date: None });
-        shared
-    }
-
-    /// Returns the ring of recent events.
-    pub fn events(&self) -> EventRing<'_> {
-        EventRing::new(&self.events.0, &self.events.1)
-    }
-}
-
-impl Shared {
-    pub fn most_unseen_writes(&self) -> u32 {
-        self.card.borrow().most_unseen_writes()
-    }
-
-    pub fn block_writes(&self) -> (u32, bool) {
-        self.card.borrow().block_writes()
-    }
-
-    pub fn set_card_state(&self, state: super::CardState) {
-        self.card.borrow_mut().set_state(state);
-    }
-}
+use super::shared::Shared;
+use super::{pins, tasks};
 
 /// Ports that the controller owns.
 pub struct HostPorts<'y> {
@@ -162,7 +45,7 @@ impl Rest for HostPorts<'_> {
 
 impl Clock for HostPorts<'_> {
     fn now(&self) -> Micros {
-        Micros(self.shared.now_ns.get() / 1_000)
+        Micros(self.shared.simulation.now_ns.get() / 1_000)
     }
 }
 
@@ -201,7 +84,7 @@ impl HeatPort for HostPorts<'_> {
 
 impl LightPort for HostPorts<'_> {
     fn send_to_strip(&mut self, strip: usize, bytes: &[u8]) -> bool {
-        self.shared.world.borrow_mut().strip_bytes(strip, bytes);
+        self.shared.simulation.world.borrow_mut().strip_bytes(strip, bytes);
         true
     }
 }
@@ -214,7 +97,7 @@ impl DriversPort for HostPorts<'_> {
     }
 
     fn set_motor_power(&mut self, on: bool) {
-        self.shared.world.borrow_mut().motors_disable_pin(self.shared.now_ns.get(), !on);
+        self.shared.simulation.world.borrow_mut().motors_disable_pin(self.shared.simulation.now_ns.get(), !on);
     }
 }
 
@@ -278,9 +161,9 @@ impl Updates for HostPorts<'_> {}
 impl Board for HostPorts<'_> {
     fn wire(&mut self, config: &MachineConfig, report: &mut dyn FnMut(&str)) -> bool {
         *self.shared.wired.borrow_mut() = Some(config.clone());
-        let (bank, clean) = bank::configure(&self.shared, config, report);
+        let (bank, clean) = bank::configure(&self.shared.simulation, config, report);
         *self.shared.bank.borrow_mut() = bank;
-        let sensors = Sensors::of(&self.shared, config);
+        let sensors = Sensors::of(&self.shared.simulation, config);
         *self.shared.sensors.borrow_mut() = sensors;
         clean
     }
@@ -337,11 +220,11 @@ impl Calendar for HostPorts<'_> {
     fn date(&self) -> DateTime {
         // Runs are repeatable: the clock starts with the machine, and counts from its last setting.
         let (set, since_ns) = self.shared.date.get();
-        later(set, self.shared.now_ns.get().saturating_sub(since_ns) / 1_000_000_000)
+        later(set, self.shared.simulation.now_ns.get().saturating_sub(since_ns) / 1_000_000_000)
     }
 
     fn set_date(&mut self, date: DateTime) -> bool {
-        self.shared.date.set((date, self.shared.now_ns.get()));
+        self.shared.date.set((date, self.shared.simulation.now_ns.get()));
         true
     }
 }

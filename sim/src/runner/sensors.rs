@@ -9,11 +9,11 @@ use config::MachineConfig;
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 use units::Micros;
 
-use super::ports::Shared;
+use super::simulation::Simulation;
 
 /// Lines of a chip.
 pub struct Line {
-    shared: Rc<Shared>,
+    simulation: Rc<Simulation>,
     heater: usize,
 }
 
@@ -23,8 +23,8 @@ impl ErrorType for Line {
 
 impl SpiDevice for Line {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
-        let (now_ns, heater) = (self.shared.now_ns.get(), self.heater);
-        let mut world = self.shared.world.borrow_mut();
+        let (now_ns, heater) = (self.simulation.now_ns.get(), self.heater);
+        let mut world = self.simulation.world.borrow_mut();
         world.converter_select(now_ns, heater);
         for operation in operations {
             match operation {
@@ -63,12 +63,12 @@ pub struct Sensors {
 
 impl Sensors {
     /// Makes the chips of a configuration.
-    pub fn of(shared: &Rc<Shared>, config: &MachineConfig) -> Self {
+    pub fn of(simulation: &Rc<Simulation>, config: &MachineConfig) -> Self {
         let mut sensors = Self::default();
         for (heater, controller) in config.temperatures.iter().enumerate() {
             let spi = &controller.sensor.spi;
             if spi.channel.is_some() && spi.select_pin.is_some() {
-                sensors.bank.add(heater, &controller.sensor, Line { shared: Rc::clone(shared), heater });
+                sensors.bank.add(heater, &controller.sensor, Line { simulation: Rc::clone(simulation), heater });
             }
         }
         sensors

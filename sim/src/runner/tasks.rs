@@ -8,7 +8,7 @@ use base::tasks::{FeedTask, HEAT_PERIOD_US, HeatIo, HeatTask};
 use config::{MachineConfig, SensorKind};
 use units::{Actuator, Direction, Micros, TICK_NANOSECONDS, Ticks};
 
-use super::ports::Shared;
+use super::shared::Shared;
 use super::verify::{Watch, Watched};
 use crate::world::World;
 
@@ -144,7 +144,7 @@ impl Tasks {
     pub fn periodic(&mut self, shared: &Shared) {
         self.heat(shared);
         self.count_searches(shared);
-        let now_ns = shared.now_ns.get();
+        let now_ns = shared.simulation.now_ns.get();
         // A motion begins on the grid: only the time between its beginning and the present matters.
         let moving = shared.motion.borrow().current_block().is_some();
         match self.phase() {
@@ -178,7 +178,7 @@ impl Tasks {
     }
 
     fn heat(&mut self, shared: &Shared) {
-        let now = Micros(shared.now_ns.get() / 1_000);
+        let now = Micros(shared.simulation.now_ns.get() / 1_000);
         let mut io = HeatPins { inputs: &self.inputs, present: &mut self.present, shared };
         let due = self.heat.run(now, &shared.reached, &mut shared.heat.borrow_mut(), &mut io);
         if due.slow {
@@ -217,7 +217,7 @@ impl Tasks {
 
     /// Returns the levels of the inputs, in the machine's numbering.
     fn levels(&self, shared: &Shared) -> InputLevels {
-        let world = shared.world.borrow();
+        let world = shared.simulation.world.borrow();
         let mut levels = InputLevels::default();
         for (index, input) in self.inputs.inputs.iter().enumerate() {
             let operated = world.switch_high(index) == world.config().switches[index].operated_high;
@@ -233,7 +233,7 @@ impl Tasks {
     /// Plays every step event due up to `until_ns`, each at its tick.
     pub fn play_until(&mut self, shared: &Shared, until_ns: u64) {
         self.play_events(shared, until_ns);
-        let mut world = shared.world.borrow_mut();
+        let mut world = shared.simulation.world.borrow_mut();
         world.advance(until_ns);
         drop(world);
         self.report_other_changes(shared);
@@ -241,7 +241,7 @@ impl Tasks {
     }
 
     fn play_events(&mut self, shared: &Shared, until_ns: u64) {
-        let start = ticks(shared.now_ns.get());
+        let start = ticks(shared.simulation.now_ns.get());
         // Motors that stand at once stand whether or not the feed has seen the reason.
         let stands = |tasks: &Self| shared.latch.is_hard() && !tasks.withheld.is_empty();
         while let Some(event) = shared.queue.front().filter(|_| !stands(self)) {
@@ -273,7 +273,7 @@ impl Tasks {
     }
 
     fn play(&mut self, shared: &Shared, event: motion::queue::StepEvent, at_ns: u64) {
-        let mut world = shared.world.borrow_mut();
+        let mut world = shared.simulation.world.borrow_mut();
         for actuator in Actuator::ALL {
             if event.turning_forward() & actuator.bit() != 0 {
                 world.turn(at_ns, actuator, Direction::Forward);
@@ -302,7 +302,7 @@ impl Tasks {
 
     /// Reports changes of switches that no step caused: contacts that bounce, buttons that are pressed.
     fn report_other_changes(&self, shared: &Shared) {
-        let mut world = shared.world.borrow_mut();
+        let mut world = shared.simulation.world.borrow_mut();
         for change in world.take_switch_changes() {
             let operated = change.high == world.config().switches[change.switch].operated_high;
             if let Some(number) = self.inputs.fired(change.switch, operated) {
@@ -321,8 +321,8 @@ fn readings(shared: &Shared) -> SensorReadings {
     let mut readings = SensorReadings::default();
     let wired = shared.wired.borrow();
     let Some(config) = wired.as_ref() else { return readings };
-    let (world, sensors) = (shared.world.borrow(), shared.sensors.borrow());
-    let now = Micros(shared.now_ns.get() / 1_000);
+    let (world, sensors) = (shared.simulation.world.borrow(), shared.sensors.borrow());
+    let now = Micros(shared.simulation.now_ns.get() / 1_000);
     for (place, (reading, (sensor, controller))) in
         readings.iter_mut().zip(world.config().heaters.iter().zip(&config.temperatures)).enumerate()
     {
@@ -346,14 +346,19 @@ pub fn voltage(shared: &Shared, name: &str) -> Option<units::Volts> {
     let wired = shared.wired.borrow();
     let monitor = wired.as_ref()?.voltages.iter().find(|monitor| monitor.name == name)?;
     let channel = *VOLTAGE_CHANNELS.get(usize::from(monitor.input.0))?;
-    let counts = shared.world.borrow().adc_counts(crate::world::AnalogInput { converter: 3, channel });
+    let counts = shared.simulation.world.borrow().adc_counts(crate::world::AnalogInput { converter: 3, channel });
     Some(units::Volts(f32::from(counts) / 65_535.0 * REFERENCE_V * monitor.scale))
 }
 
 fn slow(shared: &Shared) {
     let supply = SupplyVoltages { motor: voltage(shared, "vmotor"), fets: voltage(shared, "vfet") };
     let mut bank = shared.bank.borrow_mut();
-    shared.supervisor.borrow_mut().tick(Micros(shared.now_ns.get() / 1_000), &mut *bank, supply, shared.events());
+    shared.supervisor.borrow_mut().tick(
+        Micros(shared.simulation.now_ns.get() / 1_000),
+        &mut *bank,
+        supply,
+        shared.events(),
+    );
 }
 
 /// Pins of the heat task.
@@ -369,11 +374,11 @@ impl HeatIo for HeatPins<'_> {
     }
 
     fn scan_position(&mut self) -> u32 {
-        self.shared.world.borrow().conversions()
+        self.shared.simulation.world.borrow().conversions()
     }
 
     fn filament_width(&mut self) -> [SensorReading; 2] {
-        let world = self.shared.world.borrow();
+        let world = self.shared.simulation.world.borrow();
         let inputs = world.config().filament_sensor.as_ref().map(|sensor| sensor.inputs).unwrap_or_default();
         inputs.map(|input| match input {
             Some(input) => SensorReading::Counts(world.adc_counts(input)),
@@ -384,7 +389,7 @@ impl HeatIo for HeatPins<'_> {
     fn tachometers(&mut self) -> u8 {
         let wired = self.shared.wired.borrow();
         let Some(config) = wired.as_ref().filter(|config| !config.fans.is_empty()) else { return 0 };
-        let world = self.shared.world.borrow();
+        let world = self.shared.simulation.world.borrow();
         let closed = |fan: &config::FanConfig| {
             let switch = config.switches.iter().position(|switch| switch.name == fan.name);
             let driven = switch.and_then(|switch| self.inputs.fans.get(switch).copied().flatten());
@@ -397,8 +402,8 @@ impl HeatIo for HeatPins<'_> {
         if levels == *self.present {
             return;
         }
-        let now_ns = self.shared.now_ns.get();
-        let mut world = self.shared.world.borrow_mut();
+        let now_ns = self.shared.simulation.now_ns.get();
+        let mut world = self.shared.simulation.world.borrow_mut();
         let changed = levels.on ^ self.present.on;
         for index in 0..world.config().heaters.len() {
             if changed & heater_bit(index) != 0 {
@@ -426,7 +431,7 @@ impl HeatIo for HeatPins<'_> {
         let config = wired.as_ref().and_then(|config| config.switches.get(switch));
         if let Some(config::OutputPin::Pwm(pin)) = config.and_then(|switch| switch.output_pin) {
             let (timer, channel) = (usize::from(pin.timer) - 1, usize::from(pin.channel) - 1);
-            self.shared.world.borrow_mut().pwm(timer, channel, f64::from(duty));
+            self.shared.simulation.world.borrow_mut().pwm(timer, channel, f64::from(duty));
         }
     }
 }

@@ -7,6 +7,7 @@
 
 pub mod against;
 pub mod plan;
+mod step;
 
 use std::sync::Arc;
 
@@ -17,6 +18,7 @@ use motion::{Access, FilterConfig, Motion, MotionConfig};
 use units::{Actuator, PerActuator, StepCount};
 
 use plan::Plan;
+use step::Step;
 
 /// Age before the present edge at which ended pieces are forgotten.
 const MEMORY_NS: f64 = 1e7;
@@ -24,18 +26,6 @@ const MEMORY_NS: f64 = 1e7;
 const FORGET_EVERY: u64 = 4_096;
 /// Pause after the end of the last piece, seconds, from which trajectory has rested in between.
 const REST_SECONDS: f64 = 1e-6;
-
-/// Step of a motor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
-    pub actuator: Actuator,
-    /// Time of the step, nanoseconds from boot.
-    pub at: f64,
-    /// Position of the motor after the step.
-    pub count: StepCount,
-    /// Direction of the step, 1 or -1.
-    pub sign: StepCount,
-}
 
 /// Observer of a run: keeps count of the motors' positions, and tells apart the motions from rest to rest.
 pub struct Watch {

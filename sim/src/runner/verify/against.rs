@@ -9,8 +9,8 @@
 use motion::oracle::{self, Ideal};
 use units::{Actuator, Direction, PerActuator, StepCount};
 
-use super::Step;
 use super::plan::{Plan, PlannedMotion};
+use super::step::Step;
 use crate::output::StepError;
 use crate::trace::StepEdge;
 

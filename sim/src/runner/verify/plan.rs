@@ -8,7 +8,7 @@ use motion::trajectory::{Piece, TakenBack};
 use motion::{FilterConfig, MotionConfig};
 use units::{PerActuator, StepCount};
 
-use super::Step;
+use super::step::Step;
 
 /// Number of first steps remembered of each motion, to find out when another board began it.
 pub const FIRST_STEPS: usize = 64;
