@@ -63,18 +63,16 @@ pub(crate) fn curve_envelope(
         }
     };
     lift(machine, path, length, &mut demand, &mut strain);
+    let excess = excess(path);
     let mut envelope = Envelope {
         length,
-        speed_limit: f64::INFINITY,
-        acceleration: limits.acceleration.get(),
+        speed_limit: limits.max_speed.map_or(f64::INFINITY, |most| most.get() / excess),
+        acceleration: limits.acceleration.get() / excess,
         primary: Some(unit(path, 0.0)),
         bend: path.curve.bend(0.0),
         jerk: 0.0,
         clearance: 1.0 / demand.curvature,
     };
-    let excess = excess(path);
-    envelope.acceleration /= excess;
-    envelope.speed_limit = limits.max_speed.map_or(f64::INFINITY, |most| most.get() / excess);
     envelope.limit_cartesian(&demand.axes, limits);
     let ways = PerActuator(demand.motors.0.map(|slope| slope * length));
     for actuator in Actuator::ALL {
@@ -91,15 +89,15 @@ pub(crate) fn curve_envelope(
         asks.limit_speed(&mut envelope, requested);
     }
     limit_by_bend(&mut envelope, demand.curvature, requested);
-    if let (Some(strain), true) = (&strain, kinematics.is_linear()) {
-        envelope.clearance = least(envelope.clearance, strain.clearance);
-    } else if let Some(strain) = strain {
+    if let Some(strain) = strain {
         let clearance = least(envelope.clearance, strain.clearance);
-        envelope.limit_strain(&strain, limits);
-        envelope.clearance = clearance;
-        for actuator in PATH_MOTORS {
-            envelope.limit_acceleration(actuator, &ways, limits);
+        if !kinematics.is_linear() {
+            envelope.limit_strain(&strain, limits);
+            for actuator in PATH_MOTORS {
+                envelope.limit_acceleration(actuator, &ways, limits);
+            }
         }
+        envelope.clearance = clearance;
     }
     if let Some(asks) = jerks {
         let jerk = asks.limit_jerk(&mut envelope);
