@@ -240,36 +240,11 @@ impl SdCard {
         {
             return answer;
         }
+        if let Some(answer) = self.identification_command(now_ns, index, argument) {
+            return answer;
+        }
         let addressed = (argument >> 16) as u16 == ADDRESS;
-        let nothing = (Reply::None, Transfer::None);
         match (index, self.state) {
-            (0, _) => {
-                let log = self.log.take();
-                let trouble = std::mem::take(&mut self.trouble);
-                *self = Self { log, trouble, ..Self::new(std::mem::take(&mut self.content)).with(self.traits) };
-                nothing
-            }
-            (2, State::Ready) => {
-                self.state = State::Identification;
-                (Reply::Long(registers::CID), Transfer::None)
-            }
-            (3, State::Identification | State::Standby) => {
-                self.state = State::Standby;
-                let status = self.status(now_ns);
-                // R6: address, then status bits 23, 22, 19 and 12..0.
-                let bits = (status >> 8 & 0xC000) | (status >> 6 & 0x2000) | (status & 0x1FFF);
-                (Reply::Short(u32::from(ADDRESS) << 16 | bits), Transfer::None)
-            }
-            (7, State::Standby) if addressed => self.r1_into(now_ns, State::Transfer),
-            (7, State::Transfer | State::Data) if !addressed => {
-                self.state = State::Standby;
-                self.stream = Stream::Idle;
-                nothing
-            }
-            // R7: voltage accepted and check pattern echoed.
-            (8, State::Idle) => (Reply::Short(argument & 0xFFF), Transfer::None),
-            (9, State::Standby) if addressed => (Reply::Long(self.csd()), Transfer::None),
-            (10, State::Standby) if addressed => (Reply::Long(registers::CID), Transfer::None),
             (12, State::Data | State::Receive) => self.stop(now_ns),
             // A card has no address, and no status to give, before it is identified (table 4-35).
             (13, State::Standby | State::Transfer | State::Data | State::Receive | State::Program) if addressed => {
@@ -297,9 +272,45 @@ impl SdCard {
             _ => {
                 // An illegal command gets no reply; the next status says so.
                 self.illegal = true;
-                nothing
+                (Reply::None, Transfer::None)
             }
         }
+    }
+
+    /// Carries out a command that finds and selects cards. `None` for any other.
+    fn identification_command(&mut self, now_ns: u64, index: u8, argument: u32) -> Option<(Reply, Transfer)> {
+        let addressed = (argument >> 16) as u16 == ADDRESS;
+        let nothing = (Reply::None, Transfer::None);
+        Some(match (index, self.state) {
+            (0, _) => {
+                let log = self.log.take();
+                let trouble = std::mem::take(&mut self.trouble);
+                *self = Self { log, trouble, ..Self::new(std::mem::take(&mut self.content)).with(self.traits) };
+                nothing
+            }
+            (2, State::Ready) => {
+                self.state = State::Identification;
+                (Reply::Long(registers::CID), Transfer::None)
+            }
+            (3, State::Identification | State::Standby) => {
+                self.state = State::Standby;
+                let status = self.status(now_ns);
+                // R6: address, then status bits 23, 22, 19 and 12..0.
+                let bits = (status >> 8 & 0xC000) | (status >> 6 & 0x2000) | (status & 0x1FFF);
+                (Reply::Short(u32::from(ADDRESS) << 16 | bits), Transfer::None)
+            }
+            (7, State::Standby) if addressed => self.r1_into(now_ns, State::Transfer),
+            (7, State::Transfer | State::Data) if !addressed => {
+                self.state = State::Standby;
+                self.stream = Stream::Idle;
+                nothing
+            }
+            // R7: voltage accepted and check pattern echoed.
+            (8, State::Idle) => (Reply::Short(argument & 0xFFF), Transfer::None),
+            (9, State::Standby) if addressed => (Reply::Long(self.csd()), Transfer::None),
+            (10, State::Standby) if addressed => (Reply::Long(registers::CID), Transfer::None),
+            _ => return None,
+        })
     }
 
     /// Ends programming, which takes nothing but time.

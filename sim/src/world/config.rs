@@ -296,14 +296,6 @@ impl Default for WorldConfig {
             limits_mm,
             rotor: None,
         };
-        let minimum = |name: &str, pin, actuator| SwitchConfig {
-            name: name.into(),
-            pin,
-            operated_high: true,
-            operator: Some((Operator::Carriage(actuator), 0.0, Side::Below)),
-        };
-        let pin = |name| Pin::parse(name).expect("a pin of the board");
-        let curve = Curve::of_part("EPCOS100K").expect("a known part");
         Self {
             chip: Chip::Tmc2590,
             actuators: vec![
@@ -313,42 +305,13 @@ impl Default for WorldConfig {
                 axis(Actuator::Delta, 140.0, 0.0, [f64::NEG_INFINITY, f64::INFINITY]),
             ],
             linkage: Linkage::Direct,
-            switches: vec![
-                minimum("minx", pin("PD0"), Actuator::Alpha),
-                minimum("miny", pin("PI1"), Actuator::Beta),
-                minimum("minz", pin("PI0"), Actuator::Gamma),
-                SwitchConfig {
-                    name: "probe".into(),
-                    pin: pin("PB10"),
-                    operated_high: true,
-                    operator: Some((Operator::Surface, 0.0, Side::Below)),
-                },
-            ],
+            switches: usual_switches(),
             gantry: Gantry::default(),
             surface: Surface::default(),
-            heaters: vec![
-                HeaterConfig {
-                    name: "hotend".into(),
-                    pin: Some(pin("PE0")),
-                    on_high: true,
-                    sensor: Some(AnalogInput { converter: 1, channel: 2 }),
-                    converter: None,
-                    curve,
-                    plant: Plant::HOT_END,
-                },
-                HeaterConfig {
-                    name: "bed".into(),
-                    pin: Some(pin("PE3")),
-                    on_high: true,
-                    sensor: Some(AnalogInput { converter: 1, channel: 9 }),
-                    converter: None,
-                    curve,
-                    plant: Plant::BED,
-                },
-            ],
+            heaters: usual_heaters(),
             fans: vec![FanConfig {
                 name: "fan".into(),
-                pin: pin("PE1"),
+                pin: pin_named("PE1"),
                 on_high: true,
                 cools: Some(0),
                 tachometer: None,
@@ -360,4 +323,38 @@ impl Default for WorldConfig {
             vfet_v: 24.0,
         }
     }
+}
+
+/// Minimum switches of X, Y and Z, and a probe.
+fn usual_switches() -> Vec<SwitchConfig> {
+    let switch = |name: &str, pin, operator| SwitchConfig {
+        name: name.into(),
+        pin: pin_named(pin),
+        operated_high: true,
+        operator: Some((operator, 0.0, Side::Below)),
+    };
+    vec![
+        switch("minx", "PD0", Operator::Carriage(Actuator::Alpha)),
+        switch("miny", "PI1", Operator::Carriage(Actuator::Beta)),
+        switch("minz", "PI0", Operator::Carriage(Actuator::Gamma)),
+        switch("probe", "PB10", Operator::Surface),
+    ]
+}
+
+/// A hot end and a bed.
+fn usual_heaters() -> Vec<HeaterConfig> {
+    let heater = |name: &str, pin, channel, plant| HeaterConfig {
+        name: name.into(),
+        pin: Some(pin_named(pin)),
+        on_high: true,
+        sensor: Some(AnalogInput { converter: 1, channel }),
+        converter: None,
+        curve: Curve::of_part("EPCOS100K").expect("a known part"),
+        plant,
+    };
+    vec![heater("hotend", "PE0", 2, Plant::HOT_END), heater("bed", "PE3", 9, Plant::BED)]
+}
+
+fn pin_named(name: &str) -> Pin {
+    Pin::parse(name).expect("a pin of the board")
 }

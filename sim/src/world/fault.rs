@@ -105,87 +105,108 @@ impl TimedFault {
             }
         };
         let (kind, object) = what.split_once(':').unwrap_or((what, ""));
-        let named = || match object {
-            "" => Err(format!("fault `{text}`: which one? write {kind}:NAME")),
-            name => Ok(name.to_owned()),
-        };
-        let motor_named = |name: &str| {
-            Actuator::from_name(name).ok_or_else(|| format!("fault `{text}`: `{name}` is not a motor (alpha to zeta)"))
-        };
-        let motor = || motor_named(object);
-        let with_number = || {
-            let (name, number) = object.split_once(',')?;
-            Some((name, number.parse::<f64>().ok()?))
-        };
-        let named_number = || {
-            with_number().ok_or_else(|| format!("fault `{text}`: which one, and how much? write {kind}:NAME,NUMBER"))
-        };
-        let volts =
-            || object.parse().map_err(|_| format!("fault `{text}`: `{object}` is not a voltage, write {kind}:VOLTS"));
-        let fault = match kind {
-            "thermistor-open" => Fault::ThermistorOpen(named()?),
-            "thermistor-short" => Fault::ThermistorShort(named()?),
-            "sensor-to-supply" => Fault::SensorToSupply(named()?),
-            "sensor-lead" => {
-                let lead = |(name, lead): (&str, &str)| {
-                    let leads = match lead {
-                        "force-open" => Leads::ForceOpen,
-                        "minus-to-ground" => Leads::MinusToGround,
-                        "plus-to-ground" => Leads::PlusToGround,
-                        _ => return None,
-                    };
-                    Some(Fault::SensorLead(name.to_owned(), leads))
-                };
-                let read = object.split_once(',').and_then(lead);
-                read.ok_or_else(|| format!("fault `{text}`: write sensor-lead:NAME,force-open or the like"))?
-            }
-            "converter-silent" => Fault::ConverterSilent(named()?),
-            "converter-low" => Fault::ConverterLow(named()?),
-            "converter-reset" => Fault::ConverterReset(named()?),
-            "heater-stuck-on" => Fault::HeaterStuckOn(named()?),
-            "thermistor-slip" => Fault::ThermistorSlips(named()?),
-            "thermistor-loose" => Fault::ThermistorLoose(named()?),
-            "thermistor-noisy" => {
-                let (name, kelvin) = named_number()?;
-                Fault::ThermistorNoisy(name.to_owned(), kelvin)
-            }
-            "thermistor-drifts" => {
-                let (name, kelvin_per_s) = named_number()?;
-                Fault::ThermistorDrifts(name.to_owned(), kelvin_per_s)
-            }
-            "heater-weak" => {
-                let (name, share) = named_number()?;
-                Fault::HeaterWeak(name.to_owned(), share)
-            }
+        let fault = Words { text, kind, object }.fault()?;
+        Ok(Self { at_ns, fault })
+    }
+}
+
+/// A fault as it is written: all of the text, and `kind:object` in it.
+struct Words<'a> {
+    text: &'a str,
+    kind: &'a str,
+    object: &'a str,
+}
+
+impl Words<'_> {
+    fn fault(&self) -> Result<Fault, String> {
+        Ok(match self.kind {
+            "thermistor-open" => Fault::ThermistorOpen(self.name()?),
+            "thermistor-short" => Fault::ThermistorShort(self.name()?),
+            "sensor-to-supply" => Fault::SensorToSupply(self.name()?),
+            "sensor-lead" => self.lead()?,
+            "converter-silent" => Fault::ConverterSilent(self.name()?),
+            "converter-low" => Fault::ConverterLow(self.name()?),
+            "converter-reset" => Fault::ConverterReset(self.name()?),
+            "heater-stuck-on" => Fault::HeaterStuckOn(self.name()?),
+            "thermistor-slip" => Fault::ThermistorSlips(self.name()?),
+            "thermistor-loose" => Fault::ThermistorLoose(self.name()?),
+            "thermistor-noisy" => self.name_and_number(|name, kelvin| Ok(Fault::ThermistorNoisy(name, kelvin)))?,
+            "thermistor-drifts" => self.name_and_number(|name, rate| Ok(Fault::ThermistorDrifts(name, rate)))?,
+            "heater-weak" => self.name_and_number(|name, share| Ok(Fault::HeaterWeak(name, share)))?,
             "driver-bit-errors" => {
-                let (name, every) = named_number()?;
-                Fault::DriverBitErrors(motor_named(name)?, every as u32)
+                self.name_and_number(|name, every| Ok(Fault::DriverBitErrors(self.motor_named(&name)?, every as u32)))?
             }
-            "thermistors-swapped" => {
-                let two = object.split_once(',');
-                let (one, other) = two.ok_or_else(|| format!("fault `{text}`: which two? write {kind}:NAME,NAME"))?;
-                Fault::ThermistorsSwapped(one.to_owned(), other.to_owned())
-            }
+            "thermistors-swapped" => self.two_names()?,
             "adc-stands" => Fault::AdcStands,
-            "heater-dead" => Fault::HeaterDead(named()?),
-            "fan-stopped" => Fault::FanStopped(named()?),
-            "fan-slow" => Fault::FanSlow(named()?),
-            "switch-never" => Fault::SwitchNeverOperates(named()?),
-            "switch-always" => Fault::SwitchAlwaysOperated(named()?),
-            "switch-bounces" => Fault::SwitchBounces(named()?),
-            "driver-silent" => Fault::DriverSilent(motor()?),
-            "driver-overheat" => Fault::DriverTemperature(motor()?, 160),
-            "driver-prewarn" => Fault::DriverTemperature(motor()?, 125),
-            "driver-open-load" => Fault::DriverOpenLoad(motor()?),
-            "driver-short" => Fault::DriverShort(motor()?),
-            "driver-short-to-supply" => Fault::DriverShortToSupply(motor()?),
-            "driver-reset" => Fault::DriverReset(motor()?),
-            "motor-supply" => Fault::MotorSupply(volts()?),
-            "fet-supply" => Fault::FetSupply(volts()?),
+            "heater-dead" => Fault::HeaterDead(self.name()?),
+            "fan-stopped" => Fault::FanStopped(self.name()?),
+            "fan-slow" => Fault::FanSlow(self.name()?),
+            "switch-never" => Fault::SwitchNeverOperates(self.name()?),
+            "switch-always" => Fault::SwitchAlwaysOperated(self.name()?),
+            "switch-bounces" => Fault::SwitchBounces(self.name()?),
+            "driver-silent" => Fault::DriverSilent(self.motor()?),
+            "driver-overheat" => Fault::DriverTemperature(self.motor()?, 160),
+            "driver-prewarn" => Fault::DriverTemperature(self.motor()?, 125),
+            "driver-open-load" => Fault::DriverOpenLoad(self.motor()?),
+            "driver-short" => Fault::DriverShort(self.motor()?),
+            "driver-short-to-supply" => Fault::DriverShortToSupply(self.motor()?),
+            "driver-reset" => Fault::DriverReset(self.motor()?),
+            "motor-supply" => Fault::MotorSupply(self.volts()?),
+            "fet-supply" => Fault::FetSupply(self.volts()?),
             "fet-switch-stuck-on" => Fault::FetSwitchStuckOn,
             "repaired" => Fault::Repaired,
-            _ => return Err(format!("fault `{text}` is not one of {SPELLING}")),
+            _ => return Err(format!("fault `{}` is not one of {SPELLING}", self.text)),
+        })
+    }
+
+    fn name(&self) -> Result<String, String> {
+        match self.object {
+            "" => Err(format!("fault `{}`: which one? write {}:NAME", self.text, self.kind)),
+            name => Ok(name.to_owned()),
+        }
+    }
+
+    fn motor(&self) -> Result<Actuator, String> {
+        self.motor_named(self.object)
+    }
+
+    fn motor_named(&self, name: &str) -> Result<Actuator, String> {
+        let motor = Actuator::from_name(name);
+        motor.ok_or_else(|| format!("fault `{}`: `{name}` is not a motor (alpha to zeta)", self.text))
+    }
+
+    fn name_and_number(&self, fault: impl Fn(String, f64) -> Result<Fault, String>) -> Result<Fault, String> {
+        let words = self.object.split_once(',').and_then(|(name, number)| Some((name, number.parse().ok()?)));
+        let (name, number) = words.ok_or_else(|| {
+            format!("fault `{}`: which one, and how much? write {}:NAME,NUMBER", self.text, self.kind)
+        })?;
+        fault(name.to_owned(), number)
+    }
+
+    fn two_names(&self) -> Result<Fault, String> {
+        let two = self.object.split_once(',');
+        let (one, other) =
+            two.ok_or_else(|| format!("fault `{}`: which two? write {}:NAME,NAME", self.text, self.kind))?;
+        Ok(Fault::ThermistorsSwapped(one.to_owned(), other.to_owned()))
+    }
+
+    fn lead(&self) -> Result<Fault, String> {
+        let lead = |(name, lead): (&str, &str)| {
+            let leads = match lead {
+                "force-open" => Leads::ForceOpen,
+                "minus-to-ground" => Leads::MinusToGround,
+                "plus-to-ground" => Leads::PlusToGround,
+                _ => return None,
+            };
+            Some(Fault::SensorLead(name.to_owned(), leads))
         };
-        Ok(Self { at_ns, fault })
+        let read = self.object.split_once(',').and_then(lead);
+        read.ok_or_else(|| format!("fault `{}`: write sensor-lead:NAME,force-open or the like", self.text))
+    }
+
+    fn volts(&self) -> Result<f64, String> {
+        let not_volts =
+            |_| format!("fault `{}`: `{}` is not a voltage, write {}:VOLTS", self.text, self.object, self.kind);
+        self.object.parse().map_err(not_volts)
     }
 }
