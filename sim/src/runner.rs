@@ -42,7 +42,7 @@ pub use storage::CardState;
 pub use tasks::FeedPhase;
 use tasks::{Inputs, SLOT_NS, Tasks};
 use verify::Watch;
-pub use verify::against::{InSearches, Mismatch};
+pub use verify::other_board::{InSearches, Mismatch};
 pub use verify::plan::{Plan, PlannedMotion};
 
 /// The executor, on a stack of its own: it waits by a call, which comes back here.

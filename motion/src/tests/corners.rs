@@ -6,10 +6,10 @@ use proptest::prelude::*;
 use units::{MmPerSecond, PerAxis};
 
 use super::{
-    arms::{balanced, machine, within_limits},
     curves::path_within_limits,
     filters::within_filtered_goal,
     laws::step_error,
+    nonlinear::{balanced, machine, within_limits},
     rig::{Rig, at, cases, printer},
 };
 use crate::{Corner, Kinematics, MotionConfig, Move, kinematics::LinearDelta};

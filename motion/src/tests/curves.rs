@@ -6,9 +6,9 @@ use proptest::prelude::*;
 use units::{Actuator, Axis, MmPerSecond, MmPerSecond2, PerAxis};
 
 use super::{
-    arms::{balanced, machine, within_limits},
     filters::within_filtered_goal,
     laws::{step_error, within_goal},
+    nonlinear::{balanced, machine, within_limits},
     rig::{Rig, at, cases, printer},
 };
 use crate::{

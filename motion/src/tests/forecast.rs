@@ -7,7 +7,7 @@ use units::{Mm, MmPerSecond, MmPerSecond2, MmPerSecond3};
 
 use super::{
     laws,
-    programs::{program, strokes},
+    random_programs::{program, strokes},
     rig::{Rig, at, cases, printer},
 };
 use crate::{Corner, Kinematics, Limits, Motion, MotionConfig, Move, Passage, Refusal};

@@ -10,8 +10,8 @@ use proptest::prelude::*;
 use units::{Actuator, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3, PerActuator, PerAxis};
 
 use super::{
-    arms::machine,
-    programs::{Drive, program, strokes},
+    nonlinear::machine,
+    random_programs::{Drive, program, strokes},
     rig::{at, cases, printer},
 };
 use crate::{Corner, Kinematics, Limits, MotionConfig, kinematics::LinearDelta, trajectory::Piece};

@@ -1,20 +1,20 @@
 //! Laws of the whole pipeline, from submitted moves to played events.
 
-mod arms;
-mod back;
 mod corners;
 mod curves;
 mod detours;
+mod feed_on_demand;
 mod filters;
 mod forecast;
-mod hard;
+mod hard_files;
 mod jerk_limited;
 mod laws;
-mod levelled;
+mod leveling;
 mod limits;
-mod on_demand;
-mod optimum;
-mod programs;
+mod nonlinear;
+mod random_programs;
 mod rig;
+mod shortest_time;
 mod stops;
+mod taking_back;
 mod timeline;

@@ -3,9 +3,9 @@
 //!
 //! The native runner's own edges are compared as they are played ([`Watch::comparing`]). Edges of another
 //! board come without their trajectory; they are compared with the trajectory that the native runner plans
-//! for the same job ([`plan`], [`against`]).
+//! for the same job ([`plan`], [`other_board`]).
 
-pub mod against;
+pub mod other_board;
 pub mod plan;
 mod step;
 

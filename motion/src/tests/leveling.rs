@@ -7,10 +7,10 @@ use proptest::prelude::*;
 use units::{Actuator, Axis, MmPerSecond, MmPerSecond2, PerAxis};
 
 use super::{
-    arms::{balanced, machine, within_limits},
     curves::{Kind, Stroke, program, strokes},
     filters::within_filtered_goal,
     laws::step_error,
+    nonlinear::{balanced, machine, within_limits},
     rig::{Rig, at, cases, printer},
 };
 use crate::{
