@@ -15,8 +15,10 @@ pub(crate) struct EventMerge {
 }
 
 impl EventMerge {
+    /// No motor has an event.
     pub const EMPTY: Self = Self { entries: [NEVER; MAX_ACTUATORS] };
 
+    /// Whether no motor has an event.
     pub fn is_empty(&self) -> bool {
         self.first() == NEVER
     }

@@ -14,6 +14,7 @@ pub(crate) struct FeedReport {
 }
 
 impl FeedReport {
+    /// Report of a feed that has played nothing yet.
     pub const RESTING: Self = Self { played: PerActuator([0; MAX_ACTUATORS]), drained: true };
 }
 

@@ -90,6 +90,7 @@ pub(crate) struct Draft {
 }
 
 impl Draft {
+    /// Creates an empty draft for what is left of a block, mm, from this speed on, mm/s.
     pub fn new(left: f64, speed: f64) -> Self {
         Self { profile: Profile::default(), ramps: Ramps::default(), phases: 0, placed: 0, left, speed }
     }

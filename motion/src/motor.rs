@@ -16,6 +16,7 @@ use crate::{
 pub(crate) struct MotorSetup {
     /// Motor whose movement is followed: the motor itself, or its master.
     pub master: u8,
+    /// The motor exists.
     pub fitted: bool,
     direction_setup: i32,
     step_interval: i32,
@@ -24,6 +25,7 @@ pub(crate) struct MotorSetup {
 impl MotorSetup {
     const NONE: Self = Self { master: 0, fitted: false, direction_setup: 0, step_interval: 0 };
 
+    /// Returns the setup of every motor of a configuration.
     pub fn all(config: &MotionConfig) -> PerActuator<Self> {
         let mut setups = PerActuator([Self::default(); MAX_ACTUATORS]);
         let master_of = |actuator| config.actuators[actuator].and_then(|fitted| fitted.slaved_to).unwrap_or(actuator);
@@ -89,6 +91,7 @@ pub(crate) struct Motor {
 }
 
 impl Motor {
+    /// A motor that is not fitted.
     pub const NONE: Self = Self {
         setup: MotorSetup::NONE,
         solver: StepSolver::NONE,

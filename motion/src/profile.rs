@@ -63,6 +63,7 @@ fn ramp(from: f64, to: f64, length: f64) -> Phase {
     Phase { duration, speed: from, acceleration: (to - from) / duration, jerk: 0.0, length }
 }
 
+/// Returns a phase of constant speed, mm/s, over a length, mm.
 pub(crate) fn cruise(speed: f64, length: f64) -> Phase {
     if length <= 0.0 || speed <= 0.0 {
         return Phase::default();

@@ -127,6 +127,7 @@ struct Moment {
 }
 
 impl Ramp {
+    /// Creates the ramp between two speeds, mm/s, within these bounds.
     pub fn new(from: f64, to: f64, bounds: Bounds) -> Self {
         let (turn, steady) = bounds.times(libm::fabs(to - from));
         Self { from, to, bounds, turn, steady }

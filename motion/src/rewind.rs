@@ -11,6 +11,7 @@ use crate::queue::{CAPACITY, StepEvent, StepQueue};
 /// Step counts and directions of all motors as of the newest event in the queue, and a way back.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rewind {
+    /// Step counts at the current point.
     pub steps: PerActuator<StepCount>,
     /// Motors that turn forward after the event at the current point, one bit each.
     forward: u8,

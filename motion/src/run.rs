@@ -49,10 +49,15 @@ pub(crate) struct Run {
 /// A bit of trajectory between two knots.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slice {
+    /// Time at its end.
     pub end: TickTime,
+    /// Duration, seconds.
     pub seconds: f64,
+    /// Path speed at the beginning, mm/s.
     pub entry: f64,
+    /// Path speed at the end, mm/s.
     pub exit: f64,
+    /// Machine position at the end.
     pub point: PerAxis<f64>,
     /// The first of a new piece.
     pub fresh: bool,

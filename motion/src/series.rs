@@ -46,6 +46,7 @@ pub(crate) struct Series {
 }
 
 impl Series {
+    /// No steps.
     pub const NONE: Self = Self { a: [0.0; 4], k: 0.0, left: 0 };
 
     /// The `count` steps from `first` (a position) on, whose last is at `to` at the latest. `position` is the

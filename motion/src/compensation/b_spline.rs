@@ -47,11 +47,14 @@ pub(super) fn cell(place: f64, last: i32) -> (i32, f64) {
 
 /// The four B-splines that are not zero in a cell: their values and slopes.
 pub(super) struct Weights {
+    /// Weights of the height.
     pub value: [f64; 4],
+    /// Weights of the slope, for each grid distance.
     pub slope: [f64; 4],
 }
 
 impl Weights {
+    /// Returns the cell of a place counted in grid distances, and the weights there.
     pub fn at(place: f64, last: i32) -> (i32, Self) {
         let (index, t) = cell(place, last);
         (index, Self::of(t))

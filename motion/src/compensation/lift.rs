@@ -71,6 +71,7 @@ pub(crate) struct Over {
 }
 
 impl Over {
+    /// No compensation.
     pub const NONE: Self = Self { skew: None, lift: None };
 
     /// Returns a point or direction with its skew taken back.

@@ -95,6 +95,7 @@ pub struct Compensation {
 }
 
 impl Compensation {
+    /// Creates a compensation that changes nothing.
     pub(crate) const fn new(surface: Elsewhere<Surface>) -> Self {
         Self { skew: Skew::NONE, bed: Bed::Flat, fade: None, suspended: false, active: false, surface, changes: 0 }
     }
@@ -181,6 +182,7 @@ impl Compensation {
         if self.active { self.at(point).point } else { *point }
     }
 
+    /// Returns the motors' place for a place of the program, and the slopes there.
     pub(crate) fn at(&self, point: &PerAxis<f64>) -> Warped {
         let [x, y, z, ..] = point.0;
         let height = self.height(x, y);
@@ -258,6 +260,7 @@ impl Compensation {
         &mut self.surface.draft
     }
 
+    /// Begins a draft with the heights in force, or with a flat bed.
     pub(crate) fn copy_to_draft(&mut self) {
         let surface = &mut *self.surface;
         if self.bed == Bed::Grid {
@@ -267,11 +270,13 @@ impl Compensation {
         }
     }
 
+    /// Suspends the compensation, or puts it in force again.
     pub(crate) fn set_suspended(&mut self, suspended: bool) {
         self.suspended = suspended;
         self.changed();
     }
 
+    /// Sets the skew factors.
     pub(crate) fn set_skew(&mut self, skew: Skew) -> Result<(), CompensationError> {
         skew.check()?;
         self.skew = skew;
@@ -279,12 +284,14 @@ impl Compensation {
         Ok(())
     }
 
+    /// Ends levelling.
     pub(crate) fn set_flat(&mut self) {
         self.bed = Bed::Flat;
         self.fade = None;
         self.changed();
     }
 
+    /// Levels by a plane.
     pub(crate) fn set_plane(&mut self, plane: Plane) -> Result<(), CompensationError> {
         plane.check()?;
         (self.bed, self.fade) = (Bed::Plane(plane), None);

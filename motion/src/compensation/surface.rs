@@ -43,6 +43,7 @@ impl GridShape {
         [ox + sx * column as f64, oy + sy * row as f64]
     }
 
+    /// Checks that the grid has points enough, not too many, and far enough apart.
     pub(super) fn check(&self) -> Result<(), CompensationError> {
         if !self.count.iter().all(|count| (2..=MOST_SIDE).contains(count)) {
             return Err(CompensationError::Count);
@@ -75,7 +76,9 @@ pub struct Height {
 /// Bounds of a surface, or of a part of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {
+    /// Least height, mm.
     pub low: f64,
+    /// Greatest height, mm.
     pub high: f64,
     /// Sizes of the slopes along X and Y.
     pub slope: [f64; 2],
@@ -84,6 +87,7 @@ pub(super) struct Bounds {
 }
 
 impl Bounds {
+    /// Bounds of a flat surface.
     pub const NONE: Self = Self { low: 0.0, high: 0.0, slope: [0.0; 2], bend: [0.0; 3] };
 }
 

@@ -40,6 +40,7 @@ impl PressureAdvance {
 /// The smoothing window of an extruder, at work.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
+    /// Axis of the extruder.
     pub axis: usize,
     /// Cursors at the front, the middle and the back of the window.
     pub cursors: [Cursor; 3],
@@ -49,6 +50,7 @@ pub(super) struct Window {
 }
 
 impl Window {
+    /// Creates the window of an extruder behind a trajectory by the latency, seconds.
     pub fn new(axis: usize, advance: &PressureAdvance, latency: f64) -> Self {
         let middle = tick_time(latency).to_bits() as u64;
         // Half the window is rounded to time units, so that the three places lie at equal distances.

@@ -46,6 +46,7 @@ pub(super) struct Corrections {
 }
 
 impl Corrections {
+    /// No corrections, of no duration.
     pub const NONE: Self = Self { span: 0, wanted: false, each: [None; MAX_EXTRUDERS] };
 
     /// Sets the duration of corrections from now on.

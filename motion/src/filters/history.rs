@@ -75,11 +75,17 @@ pub(crate) struct Source {
 /// Constant jerk along a path, until the next stretch begins.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch {
+    /// Time of the beginning, low half.
     pub start: u64,
+    /// Beginning of the stretch, without its curve.
     pub origin: PerAxis<f64>,
+    /// Movement of each axis for a millimetre of path, without the curve.
     pub direction: PerAxis<f64>,
+    /// Path speed at the beginning, mm/s.
     pub speed: f64,
+    /// Path acceleration at the beginning, mm/s^2.
     pub acceleration: f64,
+    /// Path jerk, mm/s^3.
     pub jerk: f64,
     /// Path distance along its curve at which the stretch begins, mm; `None` when it is straight.
     curved: Option<f64>,
@@ -111,6 +117,7 @@ impl Stretch {
         source: Source { block: 0, origin: PerAxis([0.0; MAX_AXES]), base: 0.0, ramp: None },
     };
 
+    /// Returns the stretch of a piece, and its curve.
     pub fn of(piece: &Piece) -> (Self, Curve) {
         let (path, is_line) = (&piece.path, piece.path.curve.is_line());
         let stretch = Self {
@@ -147,6 +154,7 @@ impl Stretch {
         self.has_source.then_some(self.source)
     }
 
+    /// Whether nothing moves.
     pub fn is_rest(&self) -> bool {
         self.speed == 0.0 && self.acceleration == 0.0 && self.jerk == 0.0
     }
@@ -216,6 +224,7 @@ pub(crate) struct History {
 }
 
 impl History {
+    /// Creates a history of rest.
     pub const fn new() -> Self {
         Self {
             stretches: [Stretch::EMPTY; CAPACITY],
@@ -228,10 +237,12 @@ impl History {
         }
     }
 
+    /// Sets the factors of pressure advance.
     pub fn configure(&mut self, factors: [f64; MAX_EXTRUDERS]) {
         self.factors = factors;
     }
 
+    /// Returns the stretch of this count.
     pub fn stretch(&self, count: u32) -> &Stretch {
         // The remainder is always in range: the check disappears.
         &self.stretches[count as usize % CAPACITY]
@@ -241,6 +252,7 @@ impl History {
         &mut self.stretches[count as usize % CAPACITY]
     }
 
+    /// Returns the newest stretch.
     pub fn newest(&self) -> &Stretch {
         self.stretch(self.newest)
     }

@@ -131,6 +131,7 @@ pub(crate) struct Knot {
 }
 
 impl Filters {
+    /// Creates filters that leave the trajectory as it is.
     pub const fn new(history: Elsewhere<History>) -> Self {
         Self {
             history,

@@ -159,6 +159,7 @@ impl Arc {
         Ok(Self { from, to, plane: shape.plane, centre, start, off, sweep })
     }
 
+    /// Returns the radius, mm.
     pub(super) fn radius(&self) -> f64 {
         square_root(self.start.0 * self.start.0 + self.start.1 * self.start.1)
     }

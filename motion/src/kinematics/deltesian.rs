@@ -23,6 +23,7 @@ impl Default for Deltesian {
 }
 
 impl Deltesian {
+    /// Whether the towers stand apart and the rods reach the middle.
     pub(super) fn is_sound(&self) -> bool {
         let [left, right] = self.arm_x_length;
         left + right > 1.0 && self.clearance([0.0; 3]) > LEAST_CLEARANCE
@@ -34,11 +35,13 @@ impl Deltesian {
         [(-left - x, l), (right - x, r)].map(|(dx, arm)| (dx, square_root(crate::greatest(arm * arm - dx * dx, TINY))))
     }
 
+    /// Returns the motors' positions at a point.
     pub(super) fn motors(&self, [x, y, z]: Axes) -> Motors {
         let [(_, left), (_, right)] = self.rods(x);
         [z + left, z + right, y]
     }
 
+    /// Returns the motors' speeds at a point, from the axes' speeds.
     pub(super) fn velocities(&self, [x, ..]: Axes, [vx, vy, vz]: Axes) -> Motors {
         let [left, right] = self.rods(x).map(|(dx, rise)| vz + dx * vx / rise);
         [left, right, vy]

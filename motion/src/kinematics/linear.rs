@@ -16,10 +16,12 @@ impl Default for CoreXz {
 }
 
 impl CoreXz {
+    /// Returns the motors' positions at a point.
     pub(super) fn motors(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         [self.x * x + self.z * z, self.x * x - self.z * z, y]
     }
 
+    /// Returns the point for the motors' positions.
     pub(super) fn axes(&self, [alpha, beta, gamma]: [f64; 3]) -> [f64; 3] {
         [(alpha + beta) / (2.0 * self.x), gamma, (alpha - beta) / (2.0 * self.z)]
     }
@@ -90,10 +92,12 @@ impl Generic {
         &self.rows
     }
 
+    /// Returns the motors' positions at a point.
     pub(super) fn motors(&self, axes: [f64; 3]) -> [f64; 3] {
         product(&self.rows, axes)
     }
 
+    /// Returns the point for the motors' positions.
     pub(super) fn axes(&self, motors: [f64; 3]) -> [f64; 3] {
         product(&self.back, motors)
     }

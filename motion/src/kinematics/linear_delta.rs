@@ -104,11 +104,13 @@ impl LinearDelta {
         (dx, dy, square_root(crate::greatest(rise_sq, TINY)))
     }
 
+    /// Returns the motors' positions at a point.
     pub(super) fn motors(&self, axes: Axes) -> Motors {
         let [_, _, z] = axes;
         self.towers.map(|tower| z + Self::rod(tower, axes).2)
     }
 
+    /// Returns the motors' speeds at a point, from the axes' speeds.
     pub(super) fn velocities(&self, axes: Axes, [vx, vy, vz]: Axes) -> Motors {
         self.towers.map(|tower| {
             let (dx, dy, rise) = Self::rod(tower, axes);
@@ -116,6 +118,7 @@ impl LinearDelta {
         })
     }
 
+    /// Returns the point for the motors' positions.
     pub(super) fn axes(&self, [alpha, beta, gamma]: Motors) -> Axes {
         let [a, b, c] = self.towers;
         let [lower, _] = spheres::meet([[a.x, a.y, alpha], [b.x, b.y, beta], [c.x, c.y, gamma]], [a.rod, b.rod, c.rod]);

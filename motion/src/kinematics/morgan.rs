@@ -30,6 +30,7 @@ impl Default for Morgan {
 }
 
 impl Morgan {
+    /// Whether both links have a length, no axis is scaled to nothing, and the elbow can turn.
     pub(super) fn is_sound(&self) -> bool {
         let ([sx, sy], [folded, stretched]) = (self.scaling, self.cosine);
         self.arm1 > 0.0 && self.arm2 > 0.0 && sx != 0.0 && sy != 0.0 && stretched > -folded
@@ -51,6 +52,7 @@ impl Morgan {
         [cosine, square_root(crate::greatest(1.0 - cosine * cosine, TINY))]
     }
 
+    /// Returns the motors' positions at a point.
     pub(super) fn motors(&self, axes: Axes) -> Motors {
         let ([x, y], [_, _, z]) = (self.local(axes), axes);
         let [cosine, sine] = self.elbow([x, y]);
@@ -58,6 +60,7 @@ impl Morgan {
         [inner.to_degrees(), (inner + libm::atan2(sine, cosine)).to_degrees(), z]
     }
 
+    /// Returns the motors' speeds at a point, from the axes' speeds.
     pub(super) fn velocities(&self, axes: Axes, [vx, vy, vz]: Axes) -> Motors {
         let ([x, y], [sx, sy]) = (self.local(axes), self.scaling);
         let (vx, vy) = (vx * sx, vy * sy);
@@ -73,6 +76,7 @@ impl Morgan {
         [inner.to_degrees(), outer.to_degrees(), vz]
     }
 
+    /// Returns the point for the motors' positions.
     pub(super) fn axes(&self, [alpha, beta, gamma]: Motors) -> Axes {
         let ([tx, ty], [sx, sy]) = (self.tower, self.scaling);
         let (alpha, beta) = (alpha.to_radians(), beta.to_radians());

@@ -14,21 +14,25 @@ fn radius([x, y, _]: Axes) -> f64 {
     square_root(crate::greatest(x * x + y * y, TINY))
 }
 
+/// Returns the motors' positions at a point.
 pub(super) fn motors(axes: Axes) -> Motors {
     let [x, y, z] = axes;
     [radius(axes), libm::atan2(y, x).to_degrees(), z]
 }
 
+/// Returns the motors' speeds at a point, from the axes' speeds.
 pub(super) fn velocities(axes: Axes, [vx, vy, vz]: Axes) -> Motors {
     let ([x, y, _], r) = (axes, radius(axes));
     [(x * vx + y * vy) / r, ((x * vy - y * vx) / (r * r)).to_degrees(), vz]
 }
 
+/// Returns the point for the motors' positions.
 pub(super) fn axes([alpha, beta, gamma]: Motors) -> Axes {
     let radians = beta.to_radians();
     [alpha * libm::cos(radians), alpha * libm::sin(radians), gamma]
 }
 
+/// Returns the distance from the middle, mm.
 pub(super) fn clearance(axes: Axes) -> f64 {
     radius(axes)
 }

@@ -66,6 +66,7 @@ struct Plane {
 }
 
 impl RotaryDelta {
+    /// Whether every length is above zero, and the least angle below the greatest.
     pub(super) fn is_sound(&self) -> bool {
         let lengths = [self.effector, self.base, self.rod, self.arm];
         lengths.into_iter().all(|length| length > 0.0) && self.angles.is_sorted()
@@ -105,10 +106,12 @@ impl RotaryDelta {
         libm::atan2(plane.down, plane.out) - libm::atan2(root, c)
     }
 
+    /// Returns the motors' positions at a point.
     pub(super) fn motors(&self, axes: Axes) -> Motors {
         ARMS.map(|arm| self.angle(&self.plane(arm, axes)).to_degrees())
     }
 
+    /// Returns the motors' speeds at a point, from the axes' speeds.
     pub(super) fn velocities(&self, axes: Axes, velocity: Axes) -> Motors {
         ARMS.map(|arm| {
             let (plane, turned) = (self.plane(arm, axes), self.turned(arm, velocity));
@@ -124,6 +127,7 @@ impl RotaryDelta {
         })
     }
 
+    /// Returns the point for the motors' positions.
     pub(super) fn axes(&self, [alpha, beta, gamma]: Motors) -> Axes {
         let elbow = |[nx, ny]: [f64; 2], degrees: f64| {
             let radians = degrees.to_radians();
@@ -151,6 +155,7 @@ impl RotaryDelta {
         ARMS.map(of_arm).into_iter().fold(f64::INFINITY, crate::least)
     }
 
+    /// Whether the arms can stand at the angles that a point takes.
     pub(super) fn is_within_angles(&self, axes: Axes) -> bool {
         let [least, greatest] = self.angles;
         self.motors(axes).into_iter().all(|angle| angle >= least && angle <= greatest)

@@ -55,6 +55,7 @@ impl Winch {
         }
     }
 
+    /// Sets the speeds of the ropes at a point, from the axes' speeds.
     pub(super) fn velocities(&self, axes: Axes, [vx, vy, vz]: Axes, motors: &mut [f64; MOST_ANCHORS]) {
         let [x, y, z] = axes;
         for (motor, anchor) in motors.iter_mut().zip(self.anchors()) {
@@ -72,6 +73,7 @@ impl Winch {
         if self.count > 3 && off(upper) < off(lower) { upper } else { lower }
     }
 
+    /// Returns the distance from the nearest anchor, mm.
     pub(super) fn clearance(&self, axes: Axes) -> f64 {
         self.anchors().iter().map(|anchor| Self::distance(*anchor, axes)).fold(f64::INFINITY, crate::least)
     }

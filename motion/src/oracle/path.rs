@@ -58,6 +58,7 @@ pub struct Table {
 const CELLS: usize = 512;
 
 impl Table {
+    /// Tabulates a spline.
     pub fn new(spline: &Spline) -> Self {
         let mut table = Self { cubic: *spline.cubic(), lengths: std::vec![0.0] };
         for cell in 0..CELLS {

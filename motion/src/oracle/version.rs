@@ -28,10 +28,12 @@ pub(super) struct Timed {
 pub(super) struct Version {
     /// Time, ns, from which the filters' output is of this version.
     pub from: f64,
+    /// Pieces in order of time.
     pub pieces: Vec<Timed>,
 }
 
 impl Version {
+    /// Returns the first version, which holds from the beginning of time.
     pub const fn first() -> Self {
         Self { from: f64::NEG_INFINITY, pieces: Vec::new() }
     }
@@ -53,11 +55,13 @@ impl Version {
         }
     }
 
+    /// Forgets the pieces that have ended before `at` ns, but for one.
     pub fn forget_before(&mut self, at: f64) {
         let keep = self.index(at).saturating_sub(1);
         self.pieces.drain(..keep);
     }
 
+    /// Returns the index of the piece that holds at `at` ns.
     pub fn index(&self, at: f64) -> usize {
         self.pieces.partition_point(|timed| timed.start <= at).saturating_sub(1)
     }

@@ -61,23 +61,27 @@ impl Arc {
         self.angle / self.length
     }
 
+    /// Returns the addition to X, Y and Z after `s` mm of path.
     pub(super) fn offset(&self, s: f64) -> Vector {
         let (sin, cos) = libm::sincos(0.5 * self.angle * (s / self.length));
         mix(-2.0 * sin * sin, self.arm, 2.0 * sin * cos, self.ahead)
     }
 
+    /// Returns the addition for the next millimetre of path, after `s` mm.
     pub(super) fn slope(&self, s: f64) -> Vector {
         let rate = self.rate();
         let (sin, cos) = libm::sincos(self.angle * (s / self.length));
         mix(-rate * sin, self.arm, rate * cos, self.ahead)
     }
 
+    /// Returns the change of the slope for each millimetre of path, 1/mm.
     pub(super) fn bend(&self, s: f64) -> Vector {
         let rate_sq = self.rate() * self.rate();
         let (sin, cos) = libm::sincos(self.angle * (s / self.length));
         mix(-rate_sq * cos, self.arm, -rate_sq * sin, self.ahead)
     }
 
+    /// Returns the change of the bend for each millimetre of path, 1/mm^2.
     pub(super) fn twist(&self, s: f64) -> Vector {
         let cubed = self.rate() * self.rate() * self.rate();
         let (sin, cos) = libm::sincos(self.angle * (s / self.length));

@@ -178,10 +178,12 @@ fn add(point: &mut PerAxis<f64>, [x, y, z]: Vector) {
     point[Axis::Z] += z;
 }
 
+/// Returns the scalar product.
 pub(crate) fn dot([ax, ay, az]: Vector, [bx, by, bz]: Vector) -> f64 {
     ax * bx + ay * by + az * bz
 }
 
+/// Returns the length of a vector.
 pub(crate) fn size(a: Vector) -> f64 {
     square_root(dot(a, a))
 }

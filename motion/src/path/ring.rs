@@ -18,10 +18,12 @@ pub(crate) struct CurveRing {
 }
 
 impl CurveRing {
+    /// Creates an empty ring.
     pub const fn new() -> Self {
         Self { curves: [Curve::Line; CAPACITY], first: 0, end: 0 }
     }
 
+    /// Whether no curve can be appended.
     pub const fn is_full(&self) -> bool {
         self.end.wrapping_sub(self.first) as usize >= MOST_CURVES
     }
@@ -58,6 +60,7 @@ impl CurveRing {
         self.first = self.first.wrapping_sub(count);
     }
 
+    /// Drops all curves that wait.
     pub const fn clear(&mut self) {
         self.first = self.end;
     }

@@ -127,24 +127,28 @@ impl Spline {
         (first / self.length, second / (self.length * self.length))
     }
 
+    /// Returns the addition to X, Y and Z after `s` mm of path.
     pub(super) fn offset(&self, s: f64) -> Vector {
         let u = self.warped(s / self.length);
         let [a, b, c] = self.cubic;
         mix(u, a, u * u, mix(1.0, b, u, c))
     }
 
+    /// Returns the addition for the next millimetre of path, after `s` mm.
     pub(super) fn slope(&self, s: f64) -> Vector {
         let x = s / self.length;
         let rate = self.warp_rates(x).0;
         slope_of(&self.cubic, self.warped(x)).map(|part| part * rate)
     }
 
+    /// Returns the change of the slope for each millimetre of path, 1/mm.
     pub(super) fn bend(&self, s: f64) -> Vector {
         let x = s / self.length;
         let (u, (rate, change)) = (self.warped(x), self.warp_rates(x));
         mix(rate * rate, bend_of(&self.cubic, u), change, slope_of(&self.cubic, u))
     }
 
+    /// Returns the change of the bend for each millimetre of path, 1/mm^2.
     pub(super) fn twist(&self, s: f64) -> Vector {
         let x = s / self.length;
         let (u, (rate, change)) = (self.warped(x), self.warp_rates(x));

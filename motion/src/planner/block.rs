@@ -70,6 +70,7 @@ impl Block {
         ..Self::EMPTY
     };
 
+    /// A block without length or speed.
     pub(crate) const EMPTY: Self = Self {
         target: PerAxis([0.0; units::MAX_AXES]),
         length: 0.0,
@@ -143,6 +144,7 @@ impl Block {
         }
     }
 
+    /// Sets the cruise plan.
     pub(super) const fn set_cruise_plan(&mut self, plan: CruisePlan) {
         self.look_ahead = LookAhead::CruisePlan(plan);
     }

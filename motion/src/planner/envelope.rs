@@ -103,6 +103,7 @@ impl Envelope {
         envelope
     }
 
+    /// Lowers the speed to what axes and path allow in this direction.
     pub fn limit_cartesian(&mut self, unit: &[f64; 3], limits: &Limits) {
         for (part, limit) in unit.iter().zip(limits.axis_speed) {
             if let (Some(limit), true) = (limit, *part != 0.0) {
@@ -114,6 +115,7 @@ impl Envelope {
         }
     }
 
+    /// Lowers the speed to what a motor allows that moves this far along the block.
     pub fn limit_rate(&mut self, actuator: Actuator, motors: &PerActuator<f64>, limits: &Limits) {
         let share = libm::fabs(motors[actuator]) / self.length;
         if share > 0.0 {
@@ -121,6 +123,7 @@ impl Envelope {
         }
     }
 
+    /// Lowers the acceleration to what a motor allows that moves this far along the block.
     pub fn limit_acceleration(&mut self, actuator: Actuator, motors: &PerActuator<f64>, limits: &Limits) {
         let share = libm::fabs(motors[actuator]) / self.length;
         if let (Some(own), true) = (limits.actuator_acceleration[actuator], share > 0.0) {

@@ -6,6 +6,7 @@ use crate::greatest;
 /// both by an eighth of the second difference at most.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Peak {
+    /// Greatest size at a place.
     pub most: f64,
     hidden: f64,
     before: [f64; 2],

@@ -93,11 +93,13 @@ impl Planner {
         self.first
     }
 
+    /// Returns the block of this count.
     pub(super) fn block(&self, count: u32) -> &Block {
         // The remainder is always in range: the check disappears.
         &self.blocks.0[count as usize % MOST_BLOCKS]
     }
 
+    /// Returns the block of this count.
     pub(super) fn block_mut(&mut self, count: u32) -> &mut Block {
         &mut self.blocks.0[count as usize % MOST_BLOCKS]
     }

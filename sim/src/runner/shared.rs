@@ -25,6 +25,7 @@ const CONSOLES: usize = 2;
 
 /// Bytes that a session has sent and nobody has read.
 pub struct Sent {
+    /// Bytes that nobody has read.
     pub bytes: Vec<u8>,
     /// Greatest number of unread bytes that the session takes.
     pub room: usize,

@@ -192,11 +192,13 @@ impl Card {
         self.open.iter_mut().filter(|slot| slot.as_ref().is_some_and(is_beside)).for_each(|slot| *slot = None);
     }
 
+    /// Mounts the card, or fails as its state says.
     pub fn mount(&mut self) -> Result<(), StorageError> {
         self.open = Default::default();
         self.usable()
     }
 
+    /// Opens a file of the folder.
     pub fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
         self.inside(path)?;
         let slots = if mode == OpenMode::Beside { OPEN_FILES..OPEN_FILES + BESIDE } else { 0..OPEN_FILES };
@@ -236,6 +238,7 @@ impl Card {
         Ok(&mut self.opened(file)?.file)
     }
 
+    /// Reads on from the file's position; returns the number of bytes.
     pub fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
         match self.state {
             CardState::Unreadable => return Err(StorageError::Device),
@@ -245,6 +248,7 @@ impl Card {
         self.file(file)?.read(buffer).map_err(|error| translate(&error))
     }
 
+    /// Writes at the file's position.
     pub fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
         let open = self.opened(file)?;
         if matches!(open.mode, OpenMode::Read | OpenMode::Beside) && !bytes.is_empty() {
@@ -261,6 +265,7 @@ impl Card {
         self.file(file)?.write_all(bytes).map_err(|error| translate(&error))
     }
 
+    /// Sets the file's position.
     pub fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
         if offset_bytes > self.size(file)? {
             return Err(StorageError::BadPath);
@@ -269,11 +274,13 @@ impl Card {
         moved.map(drop).map_err(|error| translate(&error))
     }
 
+    /// Returns the size of a file, bytes.
     pub fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
         let facts = self.file(file)?.metadata().map_err(|error| translate(&error))?;
         u32::try_from(facts.len()).map_err(|_| StorageError::Unsupported)
     }
 
+    /// Closes a file.
     pub fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
         let slot = self.open.get_mut(usize::from(file.0)).ok_or(StorageError::NotFound)?;
         let closed = slot.take().ok_or(StorageError::NotFound)?;
@@ -283,6 +290,7 @@ impl Card {
         Ok(())
     }
 
+    /// Lists entries of a directory, sorted, from the `skip`th on.
     pub fn list(
         &self,
         path: &str,
@@ -314,6 +322,7 @@ impl Card {
         Ok(())
     }
 
+    /// Removes a file or an empty directory.
     pub fn remove(&mut self, path: &str) -> Result<(), StorageError> {
         let place = self.closed(path)?;
         self.goes_unseen(FOLDER_WRITES);
@@ -322,10 +331,12 @@ impl Card {
         removed.map_err(|error| translate(&error))
     }
 
+    /// Makes a directory.
     pub fn make_directory(&self, path: &str) -> Result<(), StorageError> {
         fs::create_dir(self.new_place(path, None)?).map_err(|error| translate(&error))
     }
 
+    /// Renames a file or a directory.
     pub fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
         let from = self.closed(from)?;
         self.goes_unseen(FOLDER_WRITES);

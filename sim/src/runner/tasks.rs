@@ -32,6 +32,7 @@ pub struct Inputs {
 }
 
 impl Inputs {
+    /// Returns the mapping for a machine and the world around it.
     pub fn of(machine: &MachineConfig, world: &World) -> Self {
         let input = |name: &str| {
             let endstop = machine.endstops.iter().position(|stop| stop.name == name).map(|n| Input::Endstop(n as u8));
@@ -124,6 +125,7 @@ pub struct Tasks {
 }
 
 impl Tasks {
+    /// Creates the tasks at power-on.
     pub fn new(inputs: Inputs) -> Self {
         let present = OutputLevels::default();
         Self {

@@ -76,6 +76,7 @@ impl World {
         self.fans[index].fan.rpm()
     }
 
+    /// Gives a fan a fault, or repairs it.
     pub(super) fn set_fan_condition(&mut self, name: &str, condition: Condition) -> Result<(), String> {
         let known = || self.config.fans.iter().map(|fan| fan.name.as_str()).collect::<Vec<_>>().join(" ");
         match self.config.fans.iter().position(|fan| fan.name == name) {
@@ -97,6 +98,7 @@ impl World {
         self.config.heaters.iter().position(|heater| heater.name == name)
     }
 
+    /// Returns the heater of this name.
     pub(super) fn heater_named(&mut self, name: &str) -> Result<&mut HeaterState, String> {
         match self.heater_index(name) {
             Some(index) => Ok(&mut self.heaters[index]),

@@ -30,6 +30,7 @@ pub(super) struct Motor {
 }
 
 impl Motor {
+    /// Makes the part at power-on.
     pub fn new(config: &ActuatorConfig) -> Self {
         Self {
             driver: config.driver,
@@ -119,6 +120,7 @@ pub(super) struct FanState {
 }
 
 impl FanState {
+    /// Makes the part at power-on.
     pub fn new(config: &FanConfig) -> Self {
         Self { load: Load::default(), path: Path::of(Some(config.pin)), fan: Fan::new(Plant::SMALL) }
     }
@@ -160,6 +162,7 @@ pub(super) struct HeaterState {
 }
 
 impl HeaterState {
+    /// Makes the part at power-on.
     pub fn new(config: &HeaterConfig, air_c: f64) -> Self {
         Self {
             load: Load::default(),

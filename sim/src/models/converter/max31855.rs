@@ -16,6 +16,7 @@ pub struct Max31855 {
 }
 
 impl Max31855 {
+    /// Makes a chip whose supply came at `at_ns`.
     pub(super) const fn new(at_ns: u64) -> Self {
         Self { ready_ns: at_ns + FIRST_NS, frame: 0 }
     }
@@ -40,6 +41,7 @@ impl Max31855 {
         self.frame = if at_ns < self.ready_ns { 0 } else { measured | fault };
     }
 
+    /// Returns the next byte of the reading.
     pub(super) fn transfer(&mut self) -> u8 {
         let byte = (self.frame >> 24) as u8;
         self.frame <<= 8;

@@ -63,6 +63,7 @@ pub struct Max31856 {
 }
 
 impl Max31856 {
+    /// Makes a chip at power-on.
     pub(super) fn new(connected: Thermocouple) -> Self {
         let mut registers = [0; 16];
         // Factory defaults: type K, all faults masked, and thresholds that never trip.
@@ -72,10 +73,12 @@ impl Max31856 {
         Self { connected, registers, cursor: Cursor::default(), ready_ns: None }
     }
 
+    /// Returns the registers.
     pub(super) const fn registers(&self) -> &[u8] {
         &self.registers
     }
 
+    /// Lowers the select of the chip; a conversion that is due is made now.
     pub(super) fn select(&mut self, at_ns: u64, terminals: &Terminals) {
         self.cursor.select();
         if self.ready_ns.is_some_and(|ready_ns| at_ns >= ready_ns) {
@@ -103,6 +106,7 @@ impl Max31856 {
         self.registers[TEMPERATURE..STATUS].copy_from_slice(&code.to_be_bytes()[..3]);
     }
 
+    /// Exchanges a byte.
     pub(super) fn transfer(&mut self, mosi: u8) -> u8 {
         match self.cursor.next(mosi, 16) {
             Access::Read(at) => self.registers[at],

@@ -46,16 +46,19 @@ pub struct Max31865 {
 }
 
 impl Max31865 {
+    /// Makes a chip at power-on.
     pub(super) fn new(sensor: Curve, reference_ohms: f64) -> Self {
         // Table 1: all zeros but the high threshold.
         let registers = [0, 0, 0, 0xFF, 0xFF, 0, 0, 0];
         Self { sensor, reference_ohms, registers, cursor: Cursor::default(), ready_ns: None, cycle_ends_ns: None }
     }
 
+    /// Returns the registers.
     pub(super) const fn registers(&self) -> &[u8] {
         &self.registers
     }
 
+    /// Lowers the select of the chip; a conversion that is due is made now.
     pub(super) fn select(&mut self, at_ns: u64, terminals: &Terminals) {
         self.cursor.select();
         if self.cycle_ends_ns.is_some_and(|ends_ns| at_ns >= ends_ns) {
@@ -103,6 +106,7 @@ impl Max31865 {
         self.registers[RTD..HIGH].copy_from_slice(&rtd.to_be_bytes());
     }
 
+    /// Exchanges a byte.
     pub(super) fn transfer(&mut self, mosi: u8) -> u8 {
         match self.cursor.next(mosi, 8) {
             Access::Read(at) => self.registers[at],

@@ -89,6 +89,7 @@ impl Trouble {
         is_due
     }
 
+    /// Returns the additional time of an access, nanoseconds, and counts it.
     pub(super) const fn delay(slow: &mut (u64, u32)) -> u64 {
         if Self::take(&mut slow.1) { slow.0 } else { 0 }
     }

@@ -100,6 +100,7 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// Creates an empty plan.
     pub(super) const fn new() -> Self {
         Self { motions: Vec::new(), searches: 0 }
     }
@@ -109,6 +110,7 @@ impl Plan {
         self.motions.iter().filter(|motion| !motion.first.is_empty())
     }
 
+    /// Notes that a search for a switch begins.
     pub(super) const fn search_begins(&mut self) {
         self.searches += 1;
     }

@@ -5,6 +5,7 @@ use units::{Actuator, StepCount};
 /// Step of a motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
+    /// Motor that stepped.
     pub actuator: Actuator,
     /// Time of the step, nanoseconds from boot.
     pub at: f64,
