@@ -115,3 +115,48 @@ impl Corrections {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Units of time in a second.
+    const UNITS: f64 = units::STEP_CLOCK_HZ as f64 * 4_294_967_296.0;
+
+    proptest! {
+        #[test]
+        fn a_correction_begins_with_both_differences_and_ends_without(
+            place in -1.0..1.0_f64, rate in -50.0..50.0_f64, fade in 0.01..0.2_f64, share in 0.01..0.99_f64,
+        ) {
+            let from = 12_345 << 32;
+            let correction = Correction { from, place, rate };
+            let at = |seconds: f64| correction.at(from + (seconds * UNITS) as u64, fade);
+            prop_assert_eq!(at(0.0), (place, rate));
+            let (end, end_rate) = at(fade * (1.0 - 1e-9));
+            prop_assert!(end.abs() < 1e-6 && end_rate.abs() < 1e-4, "ends with {end} mm, {end_rate} mm/s");
+            prop_assert_eq!(at(fade * 1.01), (0.0, 0.0));
+            let (middle, step) = (share * fade, 1e-4 * fade);
+            let slope = (at(middle + step).0 - at(middle - step).0) / (2.0 * step);
+            let scale = rate.abs() + place.abs() / fade;
+            prop_assert!((at(middle).1 - slope).abs() < 1e-5 * scale + 1e-6, "the rate is the slope of the place");
+        }
+    }
+
+    #[test]
+    fn corrections_last_one_latency_and_can_be_delayed() {
+        let mut corrections = Corrections::NONE;
+        corrections.configure(1_000);
+        assert_eq!((corrections.left(0), corrections.at(3, 0)), (None, None));
+        corrections.want();
+        assert_eq!(corrections.left(0), Some(1_000), "until the next output begins them");
+        corrections.each[0] = Some(Correction { from: 100, place: 1.0, rate: 0.0 });
+        corrections.wanted = false;
+        corrections.shift(50);
+        assert_eq!(corrections.left(200), Some(950));
+        corrections.end(1_149);
+        assert!(corrections.at(3, 1_149).is_some() && corrections.at(4, 1_149).is_none());
+        corrections.end(1_150);
+        assert_eq!(corrections.left(1_150), None);
+    }
+}

@@ -45,3 +45,33 @@ impl Brake {
         bounds.reach(self.speed, if self.sure { room } else { room / RESERVE })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_reach_is_safe_and_leaves_its_reserve(
+            room in 0.01..50.0_f64, speed in 0.0..100.0_f64, acceleration in 100.0..5_000.0_f64, rise in 0.001..0.1_f64,
+        ) {
+            let bounds = Bounds { acceleration, jerk: acceleration / rise };
+            for sure in [true, false] {
+                let brake = Brake { length: room, speed, top: f64::INFINITY, sure };
+                let reach = brake.reach(room, &bounds);
+                prop_assert!(brake.is_safe(reach, room, &bounds));
+                let braking = brake.braking(reach, &bounds);
+                prop_assert!(braking <= room * (1.0 + 1e-6) + 1e-6, "{braking} mm from {reach} mm/s, sure: {sure}");
+                prop_assert!(brake.braking(reach + 1.0, &bounds) > room, "it could be faster");
+            }
+        }
+    }
+
+    #[test]
+    fn a_speed_above_the_top_is_not_safe_however_much_room_there_is() {
+        let bounds = Bounds { acceleration: 1_000.0, jerk: 1e5 };
+        let brake = Brake { length: 100.0, speed: 5.0, top: 20.0, sure: true };
+        assert!(brake.is_safe(20.0, 100.0, &bounds) && !brake.is_safe(20.1, 100.0, &bounds));
+    }
+}

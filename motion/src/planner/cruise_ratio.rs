@@ -64,3 +64,38 @@ impl CruisePlan {
         plan
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SLOW_END: CruisePlan = CruisePlan { forward_sq: 100.0, entry_sq: 20.0, peak_sq: AS_BEFORE };
+
+    fn backward(forward_sq: f64, gain_sq: f64, next: Option<CruisePlan>) -> (f64, Option<f64>) {
+        let plan = CruisePlan { forward_sq, ..CruisePlan::NONE }.backward(gain_sq, next, 4.0);
+        (plan.entry_sq, plan.peak_sq())
+    }
+
+    #[test]
+    fn the_peak_is_where_speeding_up_and_slowing_down_meet() {
+        // 30 more than 10 is 20 more than 20: 50 in all.
+        assert_eq!(backward(10.0, 50.0, Some(SLOW_END)), (10.0, Some(40.0)));
+        assert_eq!(backward(10.0, 50.0, None), (10.0, Some(32.0)), "at the end of all that is known");
+    }
+
+    #[test]
+    fn blocks_that_only_slow_down_or_speed_up_have_the_peak_of_others() {
+        assert_eq!(backward(100.0, 50.0, Some(SLOW_END)), (70.0, None));
+        assert_eq!(backward(10.0, 5.0, Some(SLOW_END)), (10.0, Some(20.0)), "its own end is the peak");
+        assert_eq!(backward(10.0, 5.0, Some(CruisePlan { peak_sq: 30.0, ..SLOW_END })), (10.0, Some(30.0)));
+    }
+
+    #[test]
+    fn going_forwards_a_block_gains_what_the_one_before_allows() {
+        let forward = |limit, before| CruisePlan::forward(limit, before).forward_sq;
+        let before = CruisePlan { forward_sq: 10.0, ..CruisePlan::NONE };
+        assert_eq!(forward(100.0, Some((before, 5.0))), 15.0);
+        assert_eq!(forward(12.0, Some((before, 5.0))), 12.0);
+        assert_eq!(forward(12.0, None), 12.0);
+    }
+}

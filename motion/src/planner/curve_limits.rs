@@ -370,4 +370,27 @@ mod tests {
             prop_assert!(found >= most - 1e-12 && found <= most + 1e-5, "{found} is not {most}");
         }
     }
+
+    #[test]
+    fn the_bend_gets_as_much_of_the_acceleration_as_the_speed_asks_for() {
+        let share_of = |requested: f64| {
+            let mut envelope = Envelope {
+                length: 10.0,
+                speed_limit: 1_000.0,
+                acceleration: 1_000.0,
+                primary: None,
+                bend: [0.0; 3],
+                jerk: 0.0,
+                clearance: f64::INFINITY,
+            };
+            limit_by_bend(&mut envelope, 0.1, requested);
+            let across = 0.1 * envelope.speed_limit * envelope.speed_limit;
+            let whole = square_root(across * across + envelope.acceleration * envelope.acceleration);
+            assert!((whole - 1_000.0).abs() < 1e-9, "both together are the limit");
+            across / 1_000.0
+        };
+        for (requested, share) in [(1.0, 0.5), (70.0, 0.5), (80.0, 0.64), (90.0, 0.81), (500.0, 0.9)] {
+            assert!((share_of(requested) - share).abs() < 1e-9, "{} at {requested} mm/s", share_of(requested));
+        }
+    }
 }

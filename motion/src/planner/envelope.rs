@@ -295,4 +295,19 @@ mod tests {
             assert_eq!(power_of_two(beyond), libm::exp2(0.25 * beyond), "{beyond}");
         }
     }
+
+    #[test]
+    fn the_bend_of_a_motor_takes_half_of_its_acceleration_and_the_slope_the_rest() {
+        let mut limits = limits();
+        limits.actuator_acceleration[Actuator::Alpha] = Some(MmPerSecond2(600.0));
+        let still = PerActuator([0.0; units::MAX_ACTUATORS]);
+        let mut strain = Strain { slope: still, bend: still, clearance: 7.0 };
+        (strain.slope[Actuator::Alpha], strain.bend[Actuator::Alpha]) = (2.0, 0.03);
+        let x = [10.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let mut fast = envelope(x, x, &Limits { axis_speed: [None; 3], ..limits });
+        fast.limit_strain(&strain, &limits);
+        assert!((fast.speed_limit - 100.0).abs() < 1e-9, "0.03 v^2 is half of 600");
+        assert!((fast.acceleration - 150.0).abs() < 1e-9, "a slope of 2 takes the other half");
+        assert_eq!(fast.clearance, 7.0);
+    }
 }

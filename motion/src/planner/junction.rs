@@ -147,4 +147,19 @@ mod tests {
         assert_eq!(corner_sq(X, z, 1_000.0, 1e9, &limits), 0.0);
         assert!(corner_sq(z, X, 1_000.0, 1e9, &limits) > 0.0, "the corner belongs to the block it enters");
     }
+
+    #[test]
+    fn a_jump_of_the_bend_takes_a_clothoid_within_the_deviation() {
+        let limits = Limits { junction_deviation: Mm(0.05), ..Limits::DEFAULT };
+        let bend = [0.1, 0.0, 0.0];
+        assert_eq!(jump_sq([0.0; 3], bend, &limits), f64::INFINITY, "without a limit of jerk");
+        let limits = Limits { jerk: Some(units::MmPerSecond3(10_000.0)), ..limits };
+        let acceleration = 0.1 * jump_sq([0.0; 3], bend, &limits);
+        // The shift of the clothoid, a T^2 / 24 with T = a / J, is the deviation.
+        let seconds = acceleration / 10_000.0;
+        assert!((acceleration * seconds * seconds / 24.0 - 0.05).abs() < 1e-9);
+        assert_eq!(jump_sq([0.1, 0.0, 0.0], [f64::from(0.1_f32), 0.0, 0.0], &limits), f64::INFINITY, "no jump");
+        let limits = Limits { axis_jerk: [Some(units::MmPerSecond3(1_000.0)), None, None], ..limits };
+        assert!(0.1 * jump_sq([0.0; 3], bend, &limits) < acceleration, "the axis has less");
+    }
 }

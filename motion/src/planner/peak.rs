@@ -32,3 +32,21 @@ impl Peak {
         self.most + 0.15 * self.hidden
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_parabola_stays_within_the_bound(middle in 2.0..6.0_f64, bend in -3.0..3.0_f64, top in -5.0..5.0_f64) {
+            let at = |x: f64| top - bend * (x - middle) * (x - middle);
+            let mut peak = Peak::default();
+            (0..=8).for_each(|x| peak.take(at(f64::from(x))));
+            let most = (0..=800).map(|x| at(f64::from(x) / 100.0).abs()).fold(0.0, f64::max);
+            prop_assert!(peak.bound() >= most, "{} is less than {most}", peak.bound());
+            prop_assert!(peak.bound() <= peak.most + 0.4 * bend.abs(), "{} is far more than {most}", peak.bound());
+        }
+    }
+}
