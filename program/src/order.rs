@@ -138,8 +138,8 @@ fn give_words(line: &WholeLine<'_>, ranked: &[(u8, Code, &CodeInfo)]) -> Result<
     let (mut parts, mut left) = (Parts::new(), written);
     for (rank, code, row) in ranked {
         let mut letters = row.letters & written;
-        if *code == Code::g(4) {
-            // On a line with G4, S belongs to the spindle.
+        if *code == Code::g(4) && line.words().has('P') {
+            // S beside P belongs to the spindle; alone it is a time, as in Smoothieware.
             letters &= !letter_bit('S');
         }
         let may_have_axes = is_place(*rank, row)
