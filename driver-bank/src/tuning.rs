@@ -150,6 +150,8 @@ pub fn set_option<SPI: SpiDevice>(
 ) -> core::result::Result<(), DriverFault> {
     let number = |letter: char| word(letter).map(|value| value as i32);
     let switch = || number('Z').map(|value| value != 0).ok_or(DriverFault::BadSetting);
+    // As Smoothieware v2 reads Z of coolStep and of passive fast decay.
+    let is_one = || number('Z').map(|value| value == 1).ok_or(DriverFault::BadSetting);
     let now = chip.registers().drvctrl;
     let done = match option {
         0 | 1 => {
@@ -169,13 +171,20 @@ pub fn set_option<SPI: SpiDevice>(
             double_edge: now.dedge() == 1,
             interpolation: switch()?,
         }),
-        5 if switch()? => chip.cool_step_on(),
+        5 if is_one()? => chip.cool_step_on(),
         5 => chip.set_cool_step(None),
-        6 => chip.set_passive_fast_decay(switch()?),
-        7 => chip.set_stall_guard(StallGuard {
-            threshold: number('O').and_then(|value| i8::try_from(value).ok()).ok_or(DriverFault::BadSetting)?,
-            filter: number('Q').is_some_and(|value| value != 0),
-        }),
+        6 => chip.set_passive_fast_decay(is_one()?),
+        7 => {
+            let before = chip.registers().sgcsconf;
+            // Seven bits with a sign.
+            let threshold = number('O').unwrap_or((before.sgt() as i32 ^ 0x40) - 0x40);
+            let filter = number('Q').map_or(before.sfilt() == 1, |value| value != 0);
+            if number('O').or(number('Q')).is_none() {
+                return Err(DriverFault::BadSetting);
+            }
+            let threshold = i8::try_from(threshold).map_err(|_| DriverFault::BadSetting)?;
+            chip.set_stall_guard(StallGuard { threshold, filter })
+        }
         8 => chip.prepare_cool_step(cool_step(&number).ok_or(DriverFault::BadSetting)?),
         // Double edges (3) cannot be changed, as the step engine relies on them.
         _ => return Err(DriverFault::BadSetting),

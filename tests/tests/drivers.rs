@@ -41,6 +41,22 @@ fn raw_registers_reach_the_chip_and_named_settings_stand_above_them() {
     assert!((amps - expected).abs() < 1e-9, "{amps} A, not the {expected} A of its own setting");
 }
 
+// Smoothieware v2 drops the off time that is written, and the top bit of a fast decay of 8 or more.
+#[test]
+fn an_off_time_of_zero_keeps_the_usual_one_and_a_long_fast_decay_stays_whole() {
+    const OFF_TIME: u32 = 0xF;
+    let running = |chopper: &str| {
+        let mut bench = with(&format!("alpha.reg = 00000,{chopper},A0000,D031F,E0010"));
+        bench.run(&["G91", "G1 X1 F600", "M400"]);
+        registers(&bench)[1]
+    };
+    // As a dump of a motor that is off has it: the same, with an off time of 0.
+    assert_eq!(running("901B0") & (CHOPPER | OFF_TIME), 0x1_01B5);
+    assert_eq!(running("901B7") & (CHOPPER | OFF_TIME), 0x1_01B7);
+    // A constant off time (bit 14) of 4 with a fast decay of 8 + 3: bits 11, 5 and 4.
+    assert_eq!(running("9C9B4") & (CHOPPER | OFF_TIME), 0x1_C9B4);
+}
+
 #[test]
 fn passive_fast_decay_is_on_unless_told_otherwise() {
     assert_ne!(registers(&with(""))[4] & EN_PFD, 0);
@@ -99,6 +115,21 @@ fn m911_3_keeps_what_it_is_not_told_and_switches_coolstep_on_by_s5_alone() {
     bench.run(&["M911.3 P0 S1 W2", "M911.3 P0 S1 V60"]);
     assert_eq!(bench.say("M911.1 P0"), "X,0,4,54,2,0,0\nok\n");
     assert!(bench.say("M911.3 P0 S1").contains("cannot be set so"));
+    // On is Z1 and nothing else; each word of stallGuard2 keeps the other one.
+    let pfd = |bench: &Bench| registers(bench)[4] & EN_PFD != 0;
+    for (line, on) in [("S6 Z0", false), ("S6 Z1", true), ("S6 Z2", false)] {
+        bench.run(&[&format!("M911.3 P0 {line}")]);
+        assert_eq!(pfd(&bench), on, "{line}");
+    }
+    bench.run(&["M911.3 P0 S5 Z2"]);
+    assert_eq!(registers(&bench)[2] & 0xF, 0);
+    let stall_guard = |bench: &Bench| registers(bench)[3] & (0x1_7F00);
+    for (line, expected) in [("O-3 Q1", 0x1_7D00), ("O5", 0x1_0500), ("Q0", 0x500), ("O-64", 0x4000), ("Q1", 0x1_4000)]
+    {
+        bench.run(&[&format!("M911.3 P0 S7 {line}")]);
+        assert_eq!(stall_guard(&bench), expected, "{line}");
+    }
+    assert!(bench.say("M911.3 P0 S7").contains("cannot be set so"));
     // Without P the code writes a register of all drivers.
     bench.run(&["M911.2 R3 V0"]);
     assert_eq!(registers(&bench)[2] & 0xF, 0);
