@@ -74,7 +74,7 @@ pub const ROWS: &[CodeInfo] = &[
         .differs("not known"),
 ];
 
-const ARCS: &str = "chords; R and P turns are not known; no E";
+const ARCS: &str = "chords; R and P turns are not known";
 
 const fn moves(code: Code, help: &'static str) -> CodeInfo {
     CodeInfo::means(code, moves::motion, help).group(Group::Motion).waits(Waits::Path)
