@@ -100,6 +100,11 @@ fn echo_says_what_it_is_told() {
     bench.hear_on(SessionId(1), 0.1);
     assert_eq!(bench.say("echo -n -1 open the vice"), "ok\n");
     assert_eq!(bench.hear_on(SessionId(1), 0.1), "open the vice");
+    // Smoothieware v2 says it on every console, as M118 does here.
+    assert_eq!(bench.say("echo a b"), "a b\nok\n");
+    assert_eq!(bench.hear_on(SessionId(1), 0.1), "");
+    assert_eq!(bench.say("M118 a b"), "a b\nok\n");
+    assert_eq!(bench.hear_on(SessionId(1), 0.1), "a b\n");
 }
 
 /// M203 is in mm/min to RepRapFirmware, in mm/s to Smoothieware.

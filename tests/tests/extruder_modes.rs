@@ -117,3 +117,19 @@ fn a_script_leaves_the_modes_of_the_job() {
     let place = bench.say("M114");
     assert!(place.contains("X:29.4"), "{place}");
 }
+
+/// M121, or its like by name, brings E's mode back with the others.
+#[test]
+fn modes_that_come_back_bring_the_extruders() {
+    for (dialect, keep, restore) in [
+        ("smoothie", "M120", "M121"),
+        ("reprapfirmware", "M120", "M121"),
+        ("klipper", "SAVE_GCODE_STATE NAME=a", "RESTORE_GCODE_STATE NAME=a"),
+    ] {
+        let mut bench = Plan::new(CARTESIAN).start();
+        bench.say(&format!("dialect {dialect}"));
+        for (before, meanwhile, expected) in [("M82", "M83", 'P'), ("M83", "M82", 'D')] {
+            check_cell(&mut bench, dialect, &["G90", before, keep, meanwhile, restore], expected);
+        }
+    }
+}

@@ -209,6 +209,23 @@ fn an_armed_edge_acts_once() {
     assert_eq!(cool_down(&mut bench), "switch cooling is 1\nok\n", "disarmed");
 }
 
+// Smoothieware v2: it acts when the threshold is passed the next time.
+#[test]
+fn a_level_that_is_armed_acts_at_once() {
+    let mut bench = ruled(&["arm_mcode = 801", "heatup_poll = 60", "cooldown_poll = 60"]).start();
+    bench.say("M109 S100");
+    assert_eq!(bench.say("switch cooling"), "switch cooling is 0\nok\n", "it is not armed");
+    for _ in 0..2 {
+        bench.run(&["M801 S1"]);
+        bench.hear(0.5);
+        assert_eq!(bench.say("switch cooling"), "switch cooling is 1\nok\n");
+        bench.run(&["M801 S0"]);
+        bench.say("switch cooling off");
+        bench.hear(150.0);
+        assert_eq!(bench.say("switch cooling"), "switch cooling is 0\nok\n", "it is disarmed");
+    }
+}
+
 #[test]
 fn a_rule_that_has_nothing_to_do_is_refused() {
     for (line, says) in [

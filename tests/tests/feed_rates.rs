@@ -39,3 +39,22 @@ fn a_file_that_is_sure_to_halt_is_not_begun() {
         assert!(bench.say("M105").starts_with("ok"), "{line}");
     }
 }
+
+/// Nothing stands still for ever: a factor below a tenth is a tenth.
+#[test]
+fn a_speed_factor_of_zero_is_a_tenth() {
+    for flavour in ["", ";FLAVOR:Marlin\n", "; gcode_flavor = reprapfirmware\n", "; gcode_flavor = klipper\n"] {
+        for line in ["M220 S0", "M220 S-50", "M220 S3"] {
+            let file = format!("{flavour}{line}\nG1 X10 F3000\nM400\n");
+            let mut bench = Plan::new(CARTESIAN).file("part.gcode", &file).start();
+            let begun_s = bench.now_s();
+            bench.type_in("play part.gcode -t\n");
+            let said = bench.hear_until("Done printing file", 60.0);
+            assert!(!said.contains("rror"), "{flavour}{line}: {said}");
+            // 10 mm at 5 mm/s.
+            let took_s = bench.now_s() - begun_s;
+            assert!((2.0..2.6).contains(&took_s), "{flavour}{line}: {took_s}");
+            assert!(bench.say("M220").contains("10.00 %"), "{line}");
+        }
+    }
+}

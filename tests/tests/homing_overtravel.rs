@@ -187,6 +187,18 @@ fn a_slave_does_not_go_far_and_a_halt_leaves_it_a_slave() {
     assert!(bench.say("G28.7 Y0").contains("limit must not be enabled for the endstop mina"));
 }
 
+// Smoothieware v2 makes some 4 billion steps then.
+#[test]
+fn a_slave_has_no_place_beyond_its_switch() {
+    let mut bench = gantry().start();
+    rack(&bench, 1.5);
+    bench.run(&["G28"]);
+    assert!(bench.say("M666 Y-1.5").ends_with("ok\n"));
+    let edges = bench.world(|world| world.trace().total());
+    assert_eq!(bench.say("G28.7 Y1"), "error:M666 Y is how far from its switch the slave stands: 0 to 20 mm\n");
+    assert_eq!(bench.world(|world| world.trace().total()), edges);
+}
+
 #[test]
 fn a_gantry_that_is_racked_too_far_is_not_driven_into_its_stop() {
     let mut bench = gantry().start();

@@ -132,6 +132,31 @@ fn g28_2_parks_where_g28_homes() {
     assert!(bench.read_card("config-override").unwrap().contains("\nG28.1 X30.0000 Y20.0000 Z10.0000\n"));
 }
 
+// Smoothieware v2: X and Y of the work, where a Z is stored.
+#[test]
+fn parking_is_in_machine_coordinates_whatever_offsets_are_in_force() {
+    let offsets = ["G10 L2 P1 X7 Y8 Z3", "G92 X-4 Y2 Z1", "G55"];
+    let mut bench = grbl(Plan::new(CARTESIAN)).set("[motion control] nist_G30 = true").start();
+    bench.run(&["$H", "G90 G53 G0 X50 Y60 Z20", "G4 P0.1"]);
+    for line in ["G28.1", "G30.1"] {
+        assert!(bench.say(line).ends_with("ok\n"), "{line}");
+    }
+    bench.run(&offsets);
+    for line in ["G28", "G30"] {
+        bench.run(&["G90 G53 G0 X10 Y10 Z5", line, "G4 P0.1"]);
+        assert_at(&bench, [50.0, 60.0, 20.0]);
+        bench.run(&["G90 G53 G0 X10 Y10 Z5", &format!("G91 {line} Z0"), "G4 P0.1"]);
+        assert_at(&bench, [10.0, 10.0, 20.0]);
+        bench.run(&["G90 G53 G0 X10 Y10 Z5", &format!("G91 {line} X3"), "G4 P0.1"]);
+        assert_at(&bench, [50.0, 10.0, 5.0]);
+    }
+    let mut bench = Plan::new(CARTESIAN).start_homed();
+    bench.run(&["G28.1 X30 Y20 Z10"]);
+    bench.run(&offsets);
+    bench.run(&["G28.2", "M400"]);
+    assert_at(&bench, [30.0, 20.0, 10.0]);
+}
+
 #[test]
 fn what_cannot_be_homed_homes_nothing_else_instead() {
     let mut bench = Plan::new(CARTESIAN).start();

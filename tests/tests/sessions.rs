@@ -105,3 +105,25 @@ fn one_who_takes_three_bytes_at_a_time_loses_nothing_and_holds_up_nobody() {
         .collect();
     assert_eq!(slow, quick);
 }
+
+/// What M500 would save is said part by part: each waits until the one before it has been taken.
+#[test]
+fn settings_come_whole_to_one_who_takes_three_bytes_at_a_time() {
+    let mut bench = start();
+    bench.set_open(SENDER, true);
+    let _greeting = bench.hear_on(SENDER, 0.1);
+    bench.set_room(SENDER, 3);
+    bench.type_on(SENDER, "M503\n");
+    let (mut slow, mut answers) = (String::new(), 0);
+    while !slow.ends_with("\nok\n") {
+        slow += &bench.hear_on(SENDER, 0.001);
+        answers += usize::from(bench.ask("M105").contains(" T:"));
+        assert!(answers < 4_000, "{slow}");
+    }
+    assert!(answers > 10, "others are answered meanwhile: {answers}");
+    bench.set_room(SENDER, usize::MAX);
+    assert_eq!(slow, bench.say_on(SENDER, "M503"));
+    let parts = ["M92 ", "M204 ", "M205 ", "M203 ", "M301 ", "M907 "];
+    let places: Vec<_> = parts.iter().map(|part| slow.find(part)).collect();
+    assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{places:?}: {slow}");
+}

@@ -45,6 +45,42 @@ fn a_halt_brings_a_servo_to_where_it_was_at_first() {
     assert!((is - 1_200.0).abs() < 1.0, "{is}");
 }
 
+// Smoothieware v2: the value replaces startup_value, which on-codes without S then give, and which off-codes
+// and halts of an output on a timer go to.
+#[test]
+fn a_value_that_is_typed_sets_an_output_once() {
+    let mut bench = servo().set("[switch] arm.startup_value = 6").set("[switch] arm.default_on_value = 8").start();
+    for (line, us) in [("M280", 1_600.0), ("M281", 1_200.0), ("M112", 1_200.0)] {
+        assert_eq!(bench.say("switch arm 7"), "switch arm set to: 7\nok\n");
+        let is = pulse_us(&mut bench);
+        assert!((is - 1_400.0).abs() < 1.0, "{is}");
+        bench.say(line);
+        let is = pulse_us(&mut bench);
+        assert!((is - us).abs() < 1.0, "{line}: {is}");
+    }
+    let mut bench = Plan::new(CARTESIAN).set("[switch] fan.startup_value = 64").start();
+    let mean = |bench: &mut Bench| {
+        bench.hear(0.1);
+        let sum: f64 = (0..510).map(|_| (bench.hear(0.001), bench.world(|world| world.fan_speed(0))).1).sum();
+        sum / 510.0
+    };
+    for (line, value) in [("switch fan 192", 192.0), ("M107", 0.0), ("M106", 64.0)] {
+        bench.say(line);
+        let is = 255.0 * mean(&mut bench);
+        assert!((is - value).abs() < 6.0, "{line}: {is}");
+    }
+}
+
+#[test]
+fn an_input_takes_no_value() {
+    let lid = "\n[switch]\nlid.enable = true\nlid.input_pin = PB7^\nlid.output_on_command = M118 open\n";
+    let mut bench = Plan::new(CARTESIAN).adding(lid).start();
+    assert_eq!(bench.say("switch lid 1"), "unknown command set-value.\nok\n");
+    assert_eq!(bench.say("switch lid on"), "unknown command set-state.\nok\n");
+    assert_eq!(bench.say("switch lid"), "switch lid is 0\nok\n");
+    assert_eq!(bench.hear(0.5), "", "its command was not given");
+}
+
 #[test]
 fn a_servo_that_is_described_takes_angles() {
     let plan = servo().set("[switch] arm.servo_max_angle = 180").set("[switch] arm.servo_max_us = 2200");

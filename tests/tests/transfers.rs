@@ -199,3 +199,22 @@ fn the_rest_of_a_file_whose_sender_has_gone_is_no_lines() {
     assert!(bench.say_on(usb, "M105").starts_with("ok "), "and nothing was halted");
     assert_eq!(bench.read_card("a.g"), None);
 }
+
+// Smoothieware v2 refuses while something moves or heats, and takes blocks with a checksum, too.
+#[test]
+fn a_file_may_come_while_the_machine_moves_and_heats_and_every_block_has_its_crc() {
+    let mut bench = Plan::new(CARTESIAN).file("part.g", "M104 S60\nG1 X50 F300\nG1 X0\n").start();
+    bench.say("play part.g");
+    bench.type_in("ry\n");
+    assert!(bench.hear(2.5).ends_with("start ymodem transfer\nC"));
+    assert!(bench.moves() && bench.heats());
+    send_files(&mut bench, &[("short.g", b"G28\n")]);
+    send(&mut bench, &block(0, b""));
+    bench.hear(0.1);
+    assert_eq!(bench.read_card("short.g").as_deref(), Some("G28\n"));
+    // A sender that knows checksums alone is asked for a CRC until nobody waits any more.
+    let mut bench = start();
+    let mut asked = bench.hear(20.0);
+    asked.retain(|letter| letter != '\x18');
+    assert!(asked.starts_with("CCCCCCCC") && !asked.contains('\x15'), "{asked:?}");
+}

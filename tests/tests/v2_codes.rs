@@ -320,3 +320,12 @@ fn a_probe_in_inches_comes_back_to_where_it_began() {
     bench.run(&["M400"]);
     assert!((bench.carriage(Gamma) - before).abs() < 0.02, "{} is not {before}", bench.carriage(Gamma));
 }
+
+#[test]
+fn the_feed_rate_in_dollar_g_is_in_the_units_of_the_program() {
+    let mut bench = start();
+    bench.run(&["G1 F600"]);
+    assert!(bench.say("$G").contains(" F600.0000 "));
+    bench.run(&["G20"]);
+    assert!(bench.say("$G").contains(" F23.6220 "), "{}", bench.say("$G"));
+}

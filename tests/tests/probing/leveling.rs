@@ -224,6 +224,15 @@ fn a_delta_levels_by_a_round_grid() {
     let mut bench = plan.clone().set("[delta grid leveling strategy] do_home = false").start();
     let answer = bench.say("G29.1 I5 J40");
     assert!(answer.contains("Must be homed") && bench.world(|world| world.trace().total()) == 0, "{answer}");
+    // It begins at its height: a probe that finds nothing ends there.
+    let low = plan.clone().set("[delta grid leveling strategy] initial_height = 33").set("[zprobe] max_travel = 12");
+    let mut bench = low.start();
+    bench.world(|world| world.inject(&Fault::SwitchNeverOperates("probe".into()))).expect("a probe");
+    for line in ["G29 I5 J40", "G29.1 I5 J40", "G31"] {
+        assert!(bench.say(line).contains("error:ZProbe not triggered"), "{line}");
+        let [x, y, z] = bench.world(|world| world.tool_mm());
+        assert!(z > 32.9 && z < 33.1, "{line}: X{x} Y{y} Z{z}");
+    }
     let mut bench = homed_delta(plan);
     lay_bed(&bench, bed);
     let places = &[(0, 0), (60, 10), (-45, 40), (20, -60), (-30, -50), (35, 45)];
