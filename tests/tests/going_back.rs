@@ -94,3 +94,51 @@ fn a_place_that_the_machine_does_not_know_any_more_is_not_gone_to() {
         assert!(!bench.say("get mode").contains("suspended"));
     }
 }
+
+/// A halt ends it, and says so: nothing goes on from there.
+#[test]
+fn a_halt_ends_a_suspended_job_and_says_so() {
+    for stop in ["M112\n", "\x18"] {
+        let mut bench = suspended(Plan::new(CARTESIAN), "G28");
+        bench.type_in(stop);
+        bench.hear_until("// NOTE Suspend cleared due to HALT\n", 3.0);
+        for word in ["resume", "M24"] {
+            assert_eq!(bench.say(word), "!!\n");
+        }
+        bench.say("M999");
+        assert!(!bench.say("get mode").contains("suspended"));
+        for word in ["resume", "M24"] {
+            let said = bench.say(word);
+            assert!(!said.contains("Resuming"), "{word}: {said}");
+        }
+        bench.hear(3.0);
+        stands_at(&bench, [30.0, 30.0, 2.0]);
+    }
+}
+
+#[test]
+fn what_ends_a_halt_leaves_a_suspended_job() {
+    for line in ["M999", "M999 P1"] {
+        let mut bench = suspended(Plan::new(CARTESIAN), "G28");
+        bench.run(&["G1 Z9 F600", line]);
+        assert!(bench.say("get mode").contains("(suspended)"), "{line}");
+        goes_on(&mut bench, "resume\n");
+        stands_at(&bench, [40.0, 30.0, 2.0]);
+    }
+}
+
+/// A job that waits behind a line that was refused goes on from where the tool is, as after M25: it was not
+/// suspended, and keeps no place.
+#[test]
+fn a_job_that_waits_behind_a_line_goes_on_from_where_the_tool_is() {
+    let file = "G28\nG1 X30 Y30 Z2 F6000\nG0 X35 R2\nG1 X40\nM400\n";
+    let mut bench = Plan::new(CARTESIAN).file("part.g", file).start();
+    bench.type_in("play part.g -t\n");
+    bench.hear_until("error:paused, line 3 of", 60.0);
+    bench.run(&["M400"]);
+    stands_at(&bench, [30.0, 30.0, 2.0]);
+    bench.run(&["G1 Y50 Z9 F600", "M400"]);
+    bench.type_in("M24\n");
+    bench.hear_until("Done printing file", 60.0);
+    stands_at(&bench, [40.0, 50.0, 9.0]);
+}

@@ -58,3 +58,30 @@ fn in_the_dialect_of_smoothieware_and_in_a_file_too() {
     assert!(said.contains("paused, line 2 of"), "{said}");
     assert!((bench.carriage(Alpha) - 5.0).abs() < 0.02, "the rapid behind it waits");
 }
+
+/// X and Y that were never stored are machine zero, as in GRBL, where the way there meets nothing: Z stays.
+#[test]
+fn x_and_y_that_were_never_stored_are_machine_zero() {
+    // The switches stand at zero, and are limits in the sample.
+    let mill = ["minx", "miny"]
+        .iter()
+        .fold(Plan::new(MILL), |plan, name| plan.set(&format!("[endstops] {name}.limit_enable = false")));
+    for (word, plan) in [("G28", mill.clone()), ("G30", mill.set("[motion control] nist_G30 = true"))] {
+        let (mut bench, at) = deep(plan);
+        bench.run(&[&format!("G91 {word} X0")]);
+        has_moved(&mut bench, at, [-20.0, 0.0, 0.0]);
+        bench.run(&[&format!("G91 {word} X0 Y0")]);
+        has_moved(&mut bench, at, [-20.0, -30.0, 0.0]);
+        // The code alone asks for no lift: as in Smoothieware v2 X and Y go there.
+        bench.run(&["G90 G53 G0 X20 Y30", word]);
+        has_moved(&mut bench, at, [-20.0, -30.0, 0.0]);
+    }
+    // Elsewhere G28 homes, and G28.2 parks.
+    for dialect in ["smoothie", "marlin", "reprapfirmware", "klipper"] {
+        let mut bench = Plan::new(CARTESIAN).set(&format!("[general] dialect = {dialect}")).start_homed();
+        bench.run(&["G1 X20 Y30 Z20 F6000", "M400"]);
+        bench.run(&["G28.2 X0 Y0", "M400"]);
+        let at = [Alpha, Beta, Gamma].map(|motor| bench.carriage(motor));
+        assert!(at.iter().zip([0.0, 0.0, 20.0]).all(|(at, wanted)| (at - wanted).abs() < 0.02), "{dialect}: {at:?}");
+    }
+}

@@ -290,6 +290,28 @@ fn the_feed_override_does_not_change_the_speed_of_a_search() {
     assert_near(took("M220 S300"), took("M220 S100"), 0.002);
 }
 
+// Smoothieware v2: F of G30 and M48 is mm/min always, and G38 is 25.4 times too fast.
+#[test]
+fn feed_rates_of_searches_are_in_the_units_of_the_program() {
+    let took = |units: &str, line: &str| {
+        let mut bench = homed(plan(CARTESIAN));
+        lay_bed(&bench, Bed::level(10.0));
+        bench.run(&[units]);
+        let before = bench.now_s();
+        assert!(bench.say(line).ends_with("ok\n"), "{line}");
+        bench.now_s() - before
+    };
+    for (mm, inches, without) in [
+        ("G30 F254", "G30 F10", "G30"),
+        ("M48 P2 F254", "M48 P2 F10", "M48 P2"),
+        ("G38.3 Z-5.08 F254", "G38.3 Z-0.2 F10", "G38.3 Z-0.2"),
+    ] {
+        let took_s = took("G20", inches);
+        assert_near(took_s, took("G21", mm), 0.002);
+        assert!((took_s - took("G20", without)).abs() > 0.1, "{inches}: {took_s}");
+    }
+}
+
 #[test]
 fn filters_do_not_shift_what_a_search_finds() {
     let shaped = plan(CARTESIAN).set("[input shaper] z.shaper = ei").set("[input shaper] z.frequency = 20");
@@ -355,14 +377,18 @@ fn brake_delay(bench: &mut Bench, start: f64, height: f64) -> i64 {
 // Smoothieware v2: each touch of G30, M48 and a grid sets it to 0, 0 and a distance.
 #[test]
 fn what_g38_found_stays_in_prb_whatever_else_is_probed() {
-    let mut bench = homed(plan(CARTESIAN));
+    let grid = plan(CARTESIAN)
+        .set("[zprobe] leveling = cartesian grid")
+        .set("[cartesian grid leveling strategy] x_size = 60")
+        .set("[cartesian grid leveling strategy] y_size = 50");
+    let mut bench = homed(grid);
     lay_bed(&bench, Bed::level(1.5));
     bench.say("G38.2 Z-30");
     let prb = |bench: &mut Bench| numbers(&bench.say("$#"), "[PRB:");
     let found = prb(&mut bench);
     assert_near(found[2], 1.5, Z_STEP);
     bench.run(&["G1 X70 Z10 F6000"]);
-    for line in ["G30", "M48 P3"] {
+    for line in ["G30", "M48 P3", "G29 X40 Y30 I5 J5", "G31 X40 Y30 I5 J5"] {
         assert!(bench.say(line).ends_with("ok\n"), "{line}");
         assert_eq!(prb(&mut bench), found, "{line}");
     }
