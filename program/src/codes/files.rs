@@ -93,7 +93,7 @@ pub const ROWS: &[CodeInfo] = &[
         "replay saved settings; a name selects a set",
     )
     .any_subcode()
-    .differs("also while halted"),
+    .differs("while halted drops most lines, and says that it has loaded"),
     CodeInfo::asks(Code::m(502), Function::File(FileFunction::ForgetSettings), "delete the saved settings")
         .any_subcode()
         .states(EVERYWHERE_BUT_INVALID),
