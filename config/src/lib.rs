@@ -22,6 +22,7 @@ mod reader;
 mod render;
 mod report;
 pub mod schema;
+mod sections;
 mod suggest;
 mod text;
 mod value;

@@ -15,13 +15,13 @@ mod homing;
 mod id;
 mod led_strips;
 mod leveling;
-mod motion;
 mod outputs;
 mod spi_sensor;
 mod stealth_drivers;
 mod system;
 mod temperature_switches;
 
+pub use crate::sections::motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
 pub use actuators::{
     ActuatorConfig, CoilConfig, CoolStepConfig, DriverFamily, DriverKind, ExtruderConfig, MotorsCommon, OnStall, Slave,
     StallRecoveryConfig, TmcConfig,
@@ -46,7 +46,6 @@ pub use led_strips::{LedStripConfig, StripShows};
 pub use leveling::{
     CartesianGrid, DeltaGrid, Leveling, LevelingConfig, MAX_FAULTY, MeshConfig, MeshInterpolation, SkewConfig,
 };
-pub use motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
 pub use outputs::{CommandCode, InputBehaviour, OutputKind, ServoConfig, SwitchConfig, VoltageMonitor};
 pub use spi_sensor::{SpiSensorConfig, ThermocoupleType};
 pub use stealth_drivers::{StealthConfig, StealthFamily};

@@ -280,7 +280,10 @@ impl Reader<'_> {
     }
 
     fn keep(&mut self, path: Path, row: &Setting, value: &Value<'_>) {
-        value::store(&row.kind, value, self.config, usize::from(path.place));
+        match path.section().and_then(|section| section.store) {
+            Some(store) => store(self.config, usize::from(path.place), usize::from(path.setting), value),
+            None => value::store(&row.kind, value, self.config, usize::from(path.place)),
+        }
         if let (Kind::Pin(..), Value::Pin(pin)) = (&row.kind, value)
             && *row.support == Support::Now
         {

@@ -48,6 +48,7 @@ const fn driver(word: usize) -> DriverKind {
 
 pub const ACTUATOR: Section = Section {
     name: "actuator",
+    store: None,
     docs: Docs::new("The motors: alpha, beta, gamma, delta, epsilon, zeta for X, Y, Z, A, B, C. A machine has those the file \
               names, without a gap. Extruders are delta and up."),
     form: Form::Named(Instances {
@@ -247,6 +248,7 @@ macro_rules! driver_section {
     ($section:literal, $family:ident, $kind:expr, $summary:literal, [$($row:expr),* $(,)?]) => {
         Section {
             name: $section,
+            store: None,
             docs: Docs::new($summary),
             form: chips!($family, $kind),
             settings: &[
@@ -435,6 +437,7 @@ pub const TMC2660: Section = driver_section!(
 
 pub const CURRENT_CONTROL: Section = Section {
     name: "current control",
+    store: None,
     docs: Docs::new("Motor currents."),
     form: Form::Named(Instances {
         noun: "motor",

@@ -18,6 +18,7 @@ fn thread(word: usize) -> Thread {
 
 pub const Z_ALIGNMENT: Section = Section {
     name: "z alignment",
+    store: None,
     docs: Docs::new("Levels a bed or a gantry by the motors that carry it: two or more Z motors, gamma and its slaves (slaved_to), each \
               turned alone. G34 does it."),
     form: Form::Plain,
@@ -78,6 +79,7 @@ pub const Z_ALIGNMENT: Section = Section {
 
 pub const BED_SCREWS: Section = Section {
     name: "bed screws",
+    store: None,
     docs: Docs::new("The screws that a person levels the bed by. G35 says how far each is to be turned."),
     form: Form::Plain,
     settings: &[
@@ -129,6 +131,7 @@ pub const BED_SCREWS: Section = Section {
 
 pub const AXIS_TWIST: Section = Section {
     name: "axis twist compensation",
+    store: None,
     docs: Docs::new("A probe beside the tool reads wrongly along an axis whose rail is twisted. What it reads too high is taken off."),
     form: Form::Plain,
     settings: &[
@@ -156,6 +159,7 @@ pub const AXIS_TWIST: Section = Section {
 
 pub const Z_THERMAL: Section = Section {
     name: "z thermal adjust",
+    store: None,
     docs: Docs::new("A frame that grows with its temperature moves the tool against the bed. Z is shifted against that, from where it homed."),
     form: Form::Plain,
     settings: &[

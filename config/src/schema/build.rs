@@ -96,54 +96,54 @@ pub const fn voltage(key: Text, set: Set<(VoltageInput, f64)>, summary: Text) ->
 }
 
 impl Setting {
-    pub(super) const fn unit(self, unit: Text) -> Self {
+    pub(crate) const fn unit(self, unit: Text) -> Self {
         Self { unit: Unit::of(unit), ..self }
     }
 
     /// A value outside, unless it is 0 or less, is probably meant in another unit.
-    pub(super) const fn typical(self, typical: &'static (f64, f64)) -> Self {
+    pub(crate) const fn typical(self, typical: &'static (f64, f64)) -> Self {
         Self { typical: Some(typical), ..self }
     }
 
     /// A value outside, which Smoothieware takes, is taken as the nearest within, with a warning.
-    pub(super) const fn limited(self, within: &'static (f64, f64)) -> Self {
+    pub(crate) const fn limited(self, within: &'static (f64, f64)) -> Self {
         Self { typical: Some(within), is_limited: true, ..self }
     }
 
-    pub(super) const fn v1(self, v1: Text) -> Self {
+    pub(crate) const fn v1(self, v1: Text) -> Self {
         Self { v1, ..self }
     }
 
-    pub(super) const fn klipper(self, klipper: Text) -> Self {
+    pub(crate) const fn klipper(self, klipper: Text) -> Self {
         Self { klipper_section: KlipperSection::of(klipper), docs: self.docs.klipper(klipper), ..self }
     }
 
-    pub(super) const fn common(self) -> Self {
+    pub(crate) const fn common(self) -> Self {
         Self { is_common: true, ..self }
     }
 
-    pub(super) const fn by_name(self, by_name: &'static ByName) -> Self {
+    pub(crate) const fn by_name(self, by_name: &'static ByName) -> Self {
         Self { by_name, ..self }
     }
 
-    pub(super) const fn derived(self, how: Text) -> Self {
+    pub(crate) const fn derived(self, how: Text) -> Self {
         Self { default: None, is_derived: true, docs: self.docs.derived(how), ..self }
     }
 
-    pub(super) const fn required(self) -> Self {
+    pub(crate) const fn required(self) -> Self {
         Self { default: None, is_derived: false, ..self }
     }
 
-    pub(super) const fn velvet(self) -> Self {
+    pub(crate) const fn velvet(self) -> Self {
         Self { docs: self.docs.since(Since::Velvet), ..self }
     }
 
     /// Sets the support of a setting that Velvet does not act on.
-    pub(super) const fn support(self, support: &'static Support) -> Self {
+    pub(crate) const fn support(self, support: &'static Support) -> Self {
         Self { support, ..self }
     }
 
-    pub(super) const fn dormant(self) -> Self {
+    pub(crate) const fn dormant(self) -> Self {
         Self { support: &Support::Dormant, ..self }
     }
 }

@@ -25,6 +25,7 @@ fn line(text: &str) -> Command {
 
 pub const BUTTON_BOX: Section = Section {
     name: "button box",
+    store: None,
     docs: Docs::new(
         "Buttons that send lines. KILL halts at once, SUSPEND suspends the job or goes on with it, $J STOP ends a \
               jog that a button began with $J -c.",

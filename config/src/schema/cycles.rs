@@ -5,6 +5,7 @@ use super::{Docs, Form, Section, Words};
 
 pub const DRILLING_CYCLES: Section = Section {
     name: "drillingcycles",
+    store: None,
     docs: Docs::new("Canned cycles G73 and G81 to G89."),
     form: Form::Plain,
     settings: &[

@@ -24,8 +24,12 @@ pub struct Docs;
 
 #[cfg(any(test, feature = "std"))]
 impl Docs {
-    pub(super) const fn new(summary: &'static str) -> Self {
-        Self { summary, since: Since::Smoothieware, derived: "", klipper: "" }
+    pub(crate) const fn new(summary: &'static str) -> Self {
+        Self { summary: summary.trim_ascii_start(), since: Since::Smoothieware, derived: "", klipper: "" }
+    }
+
+    pub(super) const fn summary(self, summary: &'static str) -> Self {
+        Self { summary: summary.trim_ascii_start(), ..self }
     }
 
     pub(super) const fn since(self, since: Since) -> Self {
@@ -43,8 +47,12 @@ impl Docs {
 
 #[cfg(not(any(test, feature = "std")))]
 impl Docs {
-    pub(super) const fn new(_: &'static str) -> Self {
+    pub(crate) const fn new(_: &'static str) -> Self {
         Self
+    }
+
+    pub(super) const fn summary(self, _: &'static str) -> Self {
+        self
     }
 
     pub(super) const fn since(self, _: Since) -> Self {

@@ -57,6 +57,7 @@ pub fn millis(value: f64) -> Micros {
 
 pub const ENDSTOPS: Section = Section {
     name: "endstops",
+    store: None,
     docs: Docs::new("Switches that axes home to and that limit their travel, and how homing goes."),
     form: Form::Named(Instances {
         noun: "endstop",

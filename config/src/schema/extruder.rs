@@ -18,6 +18,7 @@ macro_rules! extruder {
 
 pub const EXTRUDER: Section = Section {
     name: "extruder",
+    store: None,
     docs: Docs::new("Extruders and their firmware retraction. Tool 0 turns motor delta, tool 1 epsilon, tool 2 zeta."),
     form: Form::Named(Instances {
         noun: "extruder",

@@ -30,6 +30,7 @@ const fn time(seconds: f64) -> Micros {
 
 pub const FAN: Section = Section {
     name: "fan",
+    store: None,
     docs: Docs::new("Fans: each has the name of the [switch] that drives it. It can follow heaters, motors or a temperature by \
               itself, be helped to start, and be watched by its tachometer."),
     form: Form::Named(Instances {

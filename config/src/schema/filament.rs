@@ -7,6 +7,7 @@ use units::{Micros, Mm, MmPerSecond};
 
 pub const FILAMENT_DETECTOR: Section = Section {
     name: "filament detector",
+    store: None,
     docs: Docs::new("Notices that filament has run out or is stuck, and suspends the job."),
     form: Form::Plain,
     settings: &[
@@ -67,6 +68,7 @@ pub const FILAMENT_DETECTOR: Section = Section {
 
 pub const FILAMENT_CHANGE: Section = Section {
     name: "filament change",
+    store: None,
     docs: Docs::new("How M600, M701 and M702 move filament and the tool. Lengths of 0 leave it to a person."),
     form: Form::Plain,
     settings: &[

@@ -12,6 +12,7 @@ const DIAMETER: &(f64, f64) = &(0.1, 20.0);
 
 pub const FILAMENT_WIDTH_SENSOR: Section = Section {
     name: "filament width sensor",
+    store: None,
     docs: Docs::new("Measures how thick filament is, corrects the flow by it, and suspends the job where it is too thin or \
               too thick."),
     form: Form::Plain,

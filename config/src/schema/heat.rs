@@ -48,6 +48,7 @@ fn three_points(v: &[f64]) -> Option<[(f64, f64); 3]> {
 
 pub const TEMPERATURE_CONTROL: Section = Section {
     name: "temperature control",
+    store: None,
     docs: Docs::new("Heaters and temperature sensors. The names hotend, hotend2, bed and board have the Prime's pins, labels \
               and tool numbers as defaults."),
     form: Form::Named(Instances {

@@ -6,6 +6,7 @@ use crate::machine::MachineConfig;
 
 pub const LINEAR_DELTA: Section = Section {
     name: "linear delta",
+    store: None,
     docs: Docs::new("Geometry of a delta with three towers."),
     form: Form::Plain,
     settings: &[
@@ -124,6 +125,7 @@ pub const LINEAR_DELTA: Section = Section {
 
 pub const ROTARY_DELTA: Section = Section {
     name: "rotary delta",
+    store: None,
     docs: Docs::new("Geometry of a delta with three shoulder motors."),
     form: Form::Plain,
     settings: &[
@@ -195,6 +197,7 @@ pub const ROTARY_DELTA: Section = Section {
 
 pub const MORGAN_SCARA: Section = Section {
     name: "morgan scara",
+    store: None,
     docs: Docs::new("Geometry of a two-link arm."),
     form: Form::Plain,
     settings: &[
@@ -247,6 +250,7 @@ pub const MORGAN_SCARA: Section = Section {
 
 pub const COREXZ: Section = Section {
     name: "corexz",
+    store: None,
     docs: Docs::new("Gearing of CoreXZ."),
     form: Form::Plain,
     settings: &[
@@ -259,6 +263,7 @@ pub const COREXZ: Section = Section {
 
 pub const DELTESIAN: Section = Section {
     name: "deltesian",
+    store: None,
     docs: Docs::new(
         "Geometry of two vertical towers, left (alpha) and right (beta), over a bed that gamma moves in Y.",
     ),
@@ -305,6 +310,7 @@ pub const DELTESIAN: Section = Section {
 
 pub const GENERIC_CARTESIAN: Section = Section {
     name: "generic cartesian",
+    store: None,
     docs: Docs::new("Which axes a motor moves with, as three factors."),
     form: Form::Plain,
     settings: &[
@@ -316,6 +322,7 @@ pub const GENERIC_CARTESIAN: Section = Section {
 
 pub const WINCH: Section = Section {
     name: "winch",
+    store: None,
     docs: Docs::new("Where the ropes leave their winches; 3 to 6 of them, without a gap."),
     form: Form::Plain,
     settings: &[

@@ -26,6 +26,7 @@ const SHARE: &(f64, f64) = &(0.0, 1.0);
 
 pub const LED_STRIP: Section = Section {
     name: "led strip",
+    store: None,
     docs: Docs::new("Lights of any colour: strips of WS2812, SK6812 and the like, each light with its own colour, on a timer's \
               pin; or one light whose colours are outputs of [switch]. M150 and SET_LED set them."),
     form: Form::Named(Instances {

@@ -12,6 +12,7 @@ const SKEW: &(f64, f64) = &(-0.1, 0.1);
 
 pub const THREE_POINT: Section = Section {
     name: "three point leveling strategy",
+    store: None,
     docs: Docs::new("Levels the bed as a plane through three probed points."),
     form: Form::Plain,
     settings: &[
@@ -41,6 +42,7 @@ pub const THREE_POINT: Section = Section {
 
 pub const CARTESIAN_GRID: Section = Section {
     name: "cartesian grid leveling strategy",
+    store: None,
     docs: Docs::new("Levels the bed by a rectangular grid of heights, through which a smooth surface is laid."),
     form: Form::Plain,
     settings: &[
@@ -137,6 +139,7 @@ pub const CARTESIAN_GRID: Section = Section {
 
 pub const DELTA_GRID: Section = Section {
     name: "delta grid leveling strategy",
+    store: None,
     docs: Docs::new("Levels the bed of a delta by a square grid of heights around the middle."),
     form: Form::Plain,
     settings: &[
@@ -184,6 +187,7 @@ pub const DELTA_GRID: Section = Section {
 
 pub const BED_MESH: Section = Section {
     name: "bed mesh",
+    store: None,
     docs: Docs::new("What the grids of both strategies have in common. docs/leveling.md tells more."),
     form: Form::Plain,
     settings: &[
@@ -239,6 +243,7 @@ const fn interpolation(word: usize) -> MeshInterpolation {
 
 pub const SKEW_CORRECTION: Section = Section {
     name: "skew correction",
+    store: None,
     docs: Docs::new(
         "Takes back that two axes of the machine are not at right angles. For each plane either the factor (the tangent of the \
               angle by which the second axis leans towards the first) or three lengths measured on a square made with the machine.",

@@ -10,6 +10,7 @@ mod build;
 mod buttons;
 mod coil;
 mod cycles;
+pub(crate) mod declare;
 mod docs;
 mod driver_load;
 mod endstop_phase;
@@ -21,6 +22,7 @@ mod extruder;
 #[cfg(test)]
 mod facts;
 mod fans;
+pub(crate) mod field;
 mod filament;
 mod filament_width;
 mod heat;
@@ -34,10 +36,9 @@ mod lists;
 #[cfg(any(test, feature = "std"))]
 mod markdown;
 mod modules;
-mod motion;
 mod outside_stall;
 mod probe;
-mod shaper;
+pub(crate) mod row;
 mod soft_endstops;
 mod spi_sensors;
 mod stall;
@@ -50,13 +51,90 @@ mod tests;
 
 use crate::diagnostic::Severity;
 use crate::machine::MachineConfig;
+use crate::machine::{MotionControl, PlannerConfig};
 use crate::pin::PinName;
+use crate::sections::motion::{Conveyor, InputShapers};
+use crate::value::Value;
+#[allow(unused_imports)]
+use build::new_name;
+use declare::Rows;
 pub use docs::Docs;
 #[cfg(any(test, feature = "std"))]
 pub use json::json_schema;
 pub use lists::{KlipperSection, Unit};
 #[cfg(any(test, feature = "std"))]
 pub use markdown::markdown;
+
+/// A section whose settings are declared by `settings!`: its name, the form of its lines, and each struct that
+/// it fills with the way there.
+macro_rules! section {
+    ($name:literal, $form:expr, $first:ty: $reach_first:expr $(, $more:ty: $reach:expr)* $(,)?) => {
+        Section {
+            name: $name,
+            docs: <$first as Rows>::DOCS,
+            form: $form,
+            settings: {
+                const COUNT: usize = <$first as Rows>::SETTINGS.len() $(+ <$more as Rows>::SETTINGS.len())*;
+                const ALL: &[Setting; COUNT] = &joined([<$first as Rows>::SETTINGS $(, <$more as Rows>::SETTINGS)*]);
+                ALL
+            },
+            store: Some(|config, place, row, value| {
+                let reach: fn(&mut MachineConfig, usize) -> Option<&mut <$first as Rows>::Target> = $reach_first;
+                let Some(row) = put::<$first>(reach(config, place), row, value) else { return };
+                $(
+                    let reach: fn(&mut MachineConfig, usize) -> Option<&mut <$more as Rows>::Target> = $reach;
+                    let Some(row) = put::<$more>(reach(config, place), row, value) else { return };
+                )*
+                let _ = row;
+            }),
+        }
+    };
+}
+
+/// Stores a value by the row at a place; returns the place among the rows behind when it is none of these.
+fn put<'v, R: Rows>(target: Option<&mut R::Target>, row: usize, value: &'v Value<'v>) -> Option<usize> {
+    let Some(set) = R::SETTERS.get(row) else { return Some(row - R::SETTERS.len()) };
+    if let Some(target) = target {
+        set(target, value);
+    }
+    None
+}
+
+/// Lists behind one another, which have `COUNT` settings in all.
+const fn joined<const COUNT: usize, const PARTS: usize>(parts: [&[Setting]; PARTS]) -> [Setting; COUNT] {
+    let mut all = [parts[0][0]; COUNT];
+    let (mut part, mut at) = (0, 0);
+    while part < PARTS {
+        let mut place = 0;
+        while place < parts[part].len() {
+            all[at] = parts[part][place];
+            (place, at) = (place + 1, at + 1);
+        }
+        part += 1;
+    }
+    all
+}
+
+/// Lines `name.key = value` of instances that are a list of the description.
+macro_rules! list {
+    ($noun:literal, $list:ident) => {
+        Form::Named(Instances {
+            noun: $noun,
+            find: |c, name| c.$list.iter().position(|one| one.name == name),
+            create: |c, name| {
+                let name = new_name(name)?;
+                let place = c.$list.len();
+                c.$list.push(Default::default()).map_err(|_| CannotCreate::Full(place))?;
+                if let Some(one) = c.$list.last_mut() {
+                    one.name = name;
+                }
+                Ok(place)
+            },
+            name: |c, i| c.$list.get(i).map_or("", |one| one.name.as_str()),
+            is_live: |c, i| c.$list.get(i).is_some_and(|one| one.enable),
+        })
+    };
+}
 
 /// Every section, in the order of the reference.
 pub const SECTIONS: &[Section] = &[
@@ -65,10 +143,10 @@ pub const SECTIONS: &[Section] = &[
     system::UPDATE,
     system::CONSOLES,
     system::UART_CONSOLE,
-    motion::MOTION_CONTROL,
-    motion::PLANNER,
-    motion::CONVEYOR,
-    shaper::INPUT_SHAPER,
+    section!("motion control", Form::Plain, MotionControl: |c, _| Some(&mut c.motion)),
+    section!("planner", Form::Plain, PlannerConfig: |c, _| Some(&mut c.planner)),
+    section!("conveyor", Form::Plain, Conveyor: |c, _| Some(&mut c.planner)),
+    section!("input shaper", Form::Plain, InputShapers: |c, _| Some(&mut c.input_shapers)),
     actuators::ACTUATOR,
     actuators::TMC2590,
     actuators::TMC2660,
@@ -139,7 +217,12 @@ pub struct Section {
     pub form: Form,
     /// Settings of the section.
     pub settings: &'static [Setting],
+    /// Stores a value of the setting at a place, for sections that are declared by `settings!`.
+    pub(crate) store: Option<Store>,
 }
+
+/// Stores a value in the description: the place of the instance, the place of the setting, the value.
+pub(crate) type Store = for<'v> fn(&mut MachineConfig, usize, usize, &'v Value<'v>);
 
 /// Form of the lines in a section.
 #[derive(Clone, Copy)]
@@ -179,6 +262,7 @@ pub enum CannotCreate {
 }
 
 /// A setting of the schema. There are some 700 rows, so rare or often repeated data is behind a reference.
+#[derive(Clone, Copy)]
 pub struct Setting {
     /// The key, without the instance's name.
     pub key: &'static str,

@@ -21,6 +21,7 @@ const LEAVE_DISABLED: &str = "leave it disabled until Velvet can do it";
 
 pub const LASER: Section = Section {
     name: "laser",
+    store: None,
     docs: Docs::new("A laser whose power follows the speed."),
     form: Form::Plain,
     settings: &[
@@ -60,6 +61,7 @@ pub const LASER: Section = Section {
 
 pub const LATHE: Section = Section {
     name: "lathe",
+    store: None,
     docs: Docs::new("Threading in step with a spindle."),
     form: Form::Plain,
     settings: &[
@@ -80,6 +82,7 @@ pub const LATHE: Section = Section {
 
 pub const ELS: Section = Section {
     name: "els",
+    store: None,
     docs: Docs::new("Panel of an electronic leadscrew."),
     form: Form::Plain,
     settings: &[bool("enable", "false", nowhere, "There is such a panel.").support(NOT_YET_HARMLESS)],
@@ -87,6 +90,7 @@ pub const ELS: Section = Section {
 
 pub const ST7920: Section = Section {
     name: "st7920",
+    store: None,
     docs: Docs::new("Graphic display."),
     form: Form::Plain,
     settings: &[
@@ -98,6 +102,7 @@ pub const ST7920: Section = Section {
 
 pub const TM1638: Section = Section {
     name: "tm1638",
+    store: None,
     docs: Docs::new("Lamp and key module."),
     form: Form::Plain,
     settings: &[
@@ -110,6 +115,7 @@ pub const TM1638: Section = Section {
 
 pub const MPG: Section = Section {
     name: "mpg",
+    store: None,
     docs: Docs::new("Handwheels."),
     form: Form::Named(UNREAD),
     settings: &[
@@ -122,6 +128,7 @@ pub const MPG: Section = Section {
 
 pub const NETWORK: Section = Section {
     name: "network",
+    store: None,
     docs: Docs::new("Ethernet and what it serves."),
     form: Form::Plain,
     settings: &[

@@ -25,6 +25,7 @@ const FACTOR_COUNTS: [u8; 5] = [3, 4, 6, 7, 9];
 
 pub const ZPROBE: Section = Section {
     name: "zprobe",
+    store: None,
     docs: Docs::new("A probe that finds the bed or the work piece."),
     form: Form::Plain,
     settings: &[
@@ -221,6 +222,7 @@ pub const ZPROBE: Section = Section {
 
 pub const DELTA_CALIBRATION: Section = Section {
     name: "delta calibration strategy",
+    store: None,
     docs: Docs::new("Finds the geometry of a delta by probing: endstop trims, radius, angles, arms."),
     form: Form::Plain,
     settings: &[

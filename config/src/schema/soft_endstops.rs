@@ -6,6 +6,7 @@ use units::Mm;
 
 pub const SOFT_ENDSTOP: Section = Section {
     name: "soft endstop",
+    store: None,
     docs: Docs::new("The ends of travel in machine coordinates: no move of a homed axis starts that would leave them."),
     form: Form::Plain,
     settings: &[

@@ -26,6 +26,7 @@ macro_rules! stealth_section {
     ) => {
         pub const $name: Section = Section {
             name: $section,
+            store: None,
             docs: Docs::new($summary),
             form: chips!($family, $kind),
             settings: &[

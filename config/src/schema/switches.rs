@@ -37,6 +37,7 @@ const fn output_kind(word: usize) -> OutputKind {
 
 pub const SWITCH: Section = Section {
     name: "switch",
+    store: None,
     docs: Docs::new("Outputs that codes switch (fans, lamps, power supplies, a spindle) and inputs that issue commands. A \
               switch named spindle is the one that $G reports."),
     form: Form::Named(Instances {
@@ -266,6 +267,7 @@ pub const SWITCH: Section = Section {
 
 pub const PWM1: Section = Section {
     name: "pwm1",
+    store: None,
     docs: Docs::new("Timer of PWM1_1 to PWM1_4 (PE9, PE11, PE13, PE14). The section must be there to use them."),
     form: Form::Plain,
     settings: &[integer(
@@ -282,6 +284,7 @@ pub const PWM1: Section = Section {
 
 pub const PWM2: Section = Section {
     name: "pwm2",
+    store: None,
     docs: Docs::new("Timer of PWM2_1 to PWM2_4 (PI5, PI6, PI7, PI2). The section must be there to use them."),
     form: Form::Plain,
     settings: &[integer(
@@ -298,6 +301,7 @@ pub const PWM2: Section = Section {
 
 pub const VOLTAGE_MONITOR: Section = Section {
     name: "voltage monitor",
+    store: None,
     docs: Docs::new("Voltages to watch, by name. vmotor (ADC3_5) and vfet (ADC3_2) are built in."),
     form: Form::Keyed(Instances {
         noun: "voltage",

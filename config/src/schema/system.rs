@@ -9,6 +9,7 @@ use crate::pin::PinName;
 
 pub const GENERAL: Section = Section {
     name: "general",
+    store: None,
     docs: Docs::new("How the firmware talks and starts."),
     form: Form::Plain,
     settings: &[
@@ -52,6 +53,7 @@ pub const GENERAL: Section = Section {
 
 pub const SYSTEM: Section = Section {
     name: "system",
+    store: None,
     docs: Docs::new("The board: step timing, power outputs, indicator lamps."),
     form: Form::Plain,
     settings: &[
@@ -139,6 +141,7 @@ pub const SYSTEM: Section = Section {
 
 pub const UPDATE: Section = Section {
     name: "update",
+    store: None,
     docs: Docs::new("Whose firmware may be installed and run (docs/updates.md)."),
     form: Form::Plain,
     settings: &[
@@ -162,6 +165,7 @@ pub const UPDATE: Section = Section {
 
 pub const CONSOLES: Section = Section {
     name: "consoles",
+    store: None,
     docs: Docs::new("Which consoles there are."),
     form: Form::Plain,
     settings: &[bool(
@@ -175,6 +179,7 @@ pub const CONSOLES: Section = Section {
 
 pub const UART_CONSOLE: Section = Section {
     name: "uart console",
+    store: None,
     docs: Docs::new("The auxiliary UART. The debug UART (PD5, PD6, 115200 baud) is always a console."),
     form: Form::Plain,
     settings: &[
@@ -216,6 +221,7 @@ pub const UART_CONSOLE: Section = Section {
 
 pub const KILL_BUTTON: Section = Section {
     name: "kill button",
+    store: None,
     docs: Docs::new("A push button or latching switch that halts the machine."),
     form: Form::Plain,
     settings: &[
@@ -247,6 +253,7 @@ pub const KILL_BUTTON: Section = Section {
 
 pub const SAFETY_DOOR: Section = Section {
     name: "safety door",
+    store: None,
     docs: Docs::new("The contact of a door or lid. Opened, the machine holds and spindle, laser and coolant are off; closed again, ~ \
               or M24 goes on. It does not replace a door switch in the supply of what can hurt."),
     form: Form::Plain,
@@ -266,6 +273,7 @@ pub const SAFETY_DOOR: Section = Section {
 
 pub const PLAYER: Section = Section {
     name: "player",
+    store: None,
     docs: Docs::new("Files played from the SD card."),
     form: Form::Plain,
     settings: &[
@@ -444,6 +452,7 @@ pub const PLAYER: Section = Section {
 
 pub const TOOL_CHANGE: Section = Section {
     name: "tool change",
+    store: None,
     docs: Docs::new("What M6 does on a machine without extruders."),
     form: Form::Plain,
     settings: &[

@@ -23,6 +23,7 @@ const fn seconds(seconds: i64) -> Micros {
 
 pub const TEMPERATURE_SWITCH: Section = Section {
     name: "temperature switch",
+    store: None,
     docs: Docs::new(
         "Rules that operate an output of [switch] by a temperature: a fan, a pump, a power supply that goes off \
               when all is cold. Fans of hot ends and cabinets have more in [fan].",

@@ -106,7 +106,11 @@ fn stored(section: &Section, row: &Setting, text: &str) -> String {
         (instances.find)(&config, name).unwrap_or(0)
     });
     let value = value::parse(&row.kind, text).unwrap_or_else(|flaw| panic!("{} = {text}: {flaw:?}", row.key));
-    value::store(&row.kind, &value, &mut config, place);
+    let setting = section.position(row.key, row.is_common).unwrap();
+    match section.store {
+        Some(store) => store(&mut config, place, setting, &value),
+        None => value::store(&row.kind, &value, &mut config, place),
+    }
     format!("{config:?}")
 }
 

@@ -1,0 +1,3 @@
+//! The sections of the file, each with its struct and its settings.
+
+pub(crate) mod motion;
