@@ -5,7 +5,7 @@ use crate::ledger::{Ledger, Path};
 use crate::machine::{
     ArmSolution, DriverKind, FanFollows, HomingDirection, MachineConfig, OutputKind, ThermistorConfig, ToolId,
 };
-use crate::module::OffModule;
+use crate::off::OffModule;
 use crate::pin::OutputPin;
 use units::{Actuator, Amps, Duty, Micros, Mm, MmPerSecond, Ohms, sort_short};
 

@@ -3,11 +3,11 @@
 //!
 //! The text passes through line by line, so that a file of any size can be changed in fixed memory.
 
-use crate::flaw::Flaw;
 use crate::schema::{Form, Kind, section};
+use crate::setting::flaw::Flaw;
+use crate::setting::value;
 use crate::suggest;
 use crate::text::cut;
-use crate::value;
 use heapless::String;
 
 /// A change: `[section] key = value`. Without a value the setting's line is deleted.

@@ -204,9 +204,9 @@ mod tests {
     fn there_is_a_place_for_every_pin_that_a_file_can_ask_for() {
         let is_pin = |setting: &&Setting| matches!(setting.kind, Kind::Pin(..));
         let of = |section: &Section| {
-            let (common, own): (Vec<_, 64>, Vec<_, 64>) =
-                section.settings.iter().filter(is_pin).partition(|setting| setting.is_common);
-            common.len() + own.len() * most(section)
+            let common = section.settings.iter().filter(is_pin).filter(|setting| setting.is_common).count();
+            let own = section.settings.iter().filter(is_pin).count() - common;
+            common + own * most(section)
         };
         let pins: usize = SECTIONS.iter().map(of).sum();
         assert!(pins <= MAX_PINS, "{pins} settings with pins, {MAX_PINS} places");

@@ -12,10 +12,11 @@ mod check;
 mod derive;
 mod diagnostic;
 pub mod edit;
-mod flaw;
 mod ledger;
 mod machine;
 mod module;
+mod names;
+mod off;
 mod pin;
 mod reader;
 #[cfg(any(test, feature = "std"))]
@@ -23,15 +24,19 @@ mod render;
 mod report;
 pub mod schema;
 mod sections;
+mod setting;
 mod suggest;
+#[cfg(test)]
+mod tests;
 mod text;
-mod value;
 
 pub use board::{driven_by, reserved_for};
 pub use diagnostic::{Diagnostic, Severity, Sink};
 pub use machine::*;
-pub use module::{MAX_OFF, OffModule, Scope};
+pub use module::Scope;
+pub use off::{MAX_OFF, OffModule};
 pub use pin::{OutputPin, Pin, PinFlaw, PinName, Pull, PwmOutput, ThermistorInput, VoltageInput, parse_pin};
-pub use reader::{READING_BYTES, Reader, Summary, parse};
+pub use reader::{READING_BYTES, Reader, parse};
 #[cfg(any(test, feature = "std"))]
 pub use render::{render, render_all, to_json};
+pub use report::Summary;

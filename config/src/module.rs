@@ -1,13 +1,9 @@
 //! Parts of the machine that can stay off alone, and the consequences of an error in the file for each.
 
-use crate::machine::{MachineConfig, Name};
+pub use crate::off::OffModule;
 use crate::schema::Section;
 use crate::text::cut;
 use core::fmt;
-use heapless::String;
-
-/// Parts that can be out of service at once; one more, and the machine does not start.
-pub const MAX_OFF: usize = 24;
 
 /// Consequence of an error in a section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,19 +132,6 @@ fn write_label(f: &mut fmt::Formatter<'_>, section: &str, noun: &str, name: &str
     }
 }
 
-/// A part of the machine that stays off until the file is mended.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct OffModule {
-    /// Section of the part.
-    pub section: &'static str,
-    /// Name of the instance; empty for the section as a whole.
-    pub name: Name,
-    /// Line of the finding; 0 when it concerns something the file does not say.
-    pub line: u16,
-    /// The setting, as `[switch] fan.output_pin`; empty when the finding is about none.
-    pub key: String<56>,
-}
-
 impl OffModule {
     pub(crate) fn is(&self, module: Module<'_>) -> bool {
         self.section == module.section_name() && self.name == module.name
@@ -159,15 +142,6 @@ impl fmt::Display for OffModule {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let section = crate::schema::section(self.section).and_then(|(_, section)| section.instances());
         write_label(f, self.section, section.map_or("", |instances| instances.noun), &self.name)
-    }
-}
-
-impl MachineConfig {
-    /// Returns why a part of the machine stays off; none when it works. `name` is the instance's, empty where
-    /// there are none.
-    #[must_use]
-    pub fn off(&self, section: &str, name: &str) -> Option<&OffModule> {
-        self.off.iter().find(|off| off.section == section && (off.name.is_empty() || off.name == name))
     }
 }
 

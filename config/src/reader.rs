@@ -10,42 +10,11 @@ use crate::diagnostic::{Severity, Sink};
 use crate::ledger::{Ledger, Span};
 use crate::machine::{BoardId, MachineConfig};
 use crate::module::Module;
-use crate::report::{At, Reporter};
+use crate::report::{At, Reporter, Summary};
 use crate::schema::{Section, section};
 use crate::suggest;
 use crate::{check, derive};
 use heapless::Vec;
-
-/// Numbers of findings, by severity.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Summary {
-    /// Findings of severity warning.
-    pub warnings: u32,
-    /// Findings of severity error: something stays off.
-    pub errors: u32,
-    /// Fatal findings: the machine does not start.
-    pub fatals: u32,
-}
-
-impl Summary {
-    /// Returns whether the machine may be started, with the parts that work.
-    #[must_use]
-    pub const fn is_usable(self) -> bool {
-        self.fatals == 0
-    }
-
-    /// Returns whether everything works as the file says.
-    #[must_use]
-    pub const fn is_complete(self) -> bool {
-        self.errors == 0 && self.fatals == 0
-    }
-
-    /// Returns the total number of findings.
-    #[must_use]
-    pub const fn total(self) -> u32 {
-        self.warnings + self.errors + self.fatals
-    }
-}
 
 /// Memory that reading takes, in bytes: fixed, whatever the file. The description itself, and while reading
 /// what is remembered of the file for the checks.

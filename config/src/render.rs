@@ -1,7 +1,8 @@
 //! Findings for people and for programs, on the host.
 
 use crate::diagnostic::Diagnostic;
-use crate::reader::Summary;
+use crate::report::Summary;
+use crate::schema::quoted;
 use std::fmt::Write;
 use std::string::{String, ToString};
 
@@ -111,23 +112,6 @@ pub fn to_json(findings: &[Diagnostic], summary: Summary, file: &str) -> String 
         summary.warnings,
         list.join(",")
     )
-}
-
-/// A JSON string (RFC 8259, section 7).
-pub(crate) fn quoted(text: &str) -> String {
-    let mut out = String::from('"');
-    for character in text.chars() {
-        match character {
-            '"' => out.push_str("\\\""),
-            '\\' => out.push_str("\\\\"),
-            c if (c as u32) < 0x20 => {
-                let _ = write!(out, "\\u{:04x}", c as u32);
-            }
-            c => out.push(c),
-        }
-    }
-    out.push('"');
-    out
 }
 
 #[cfg(test)]

@@ -2,11 +2,42 @@
 
 use crate::diagnostic::{Diagnostic, Severity, Sink};
 use crate::ledger::Span;
-use crate::module::{MAX_OFF, Module, OffModule};
-use crate::reader::Summary;
+use crate::module::Module;
+use crate::off::{MAX_OFF, OffModule};
 use crate::text::cut;
 use core::fmt;
 use heapless::Vec;
+
+/// Numbers of findings, by severity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// Findings of severity warning.
+    pub warnings: u32,
+    /// Findings of severity error: something stays off.
+    pub errors: u32,
+    /// Fatal findings: the machine does not start.
+    pub fatals: u32,
+}
+
+impl Summary {
+    /// Returns whether the machine may be started, with the parts that work.
+    #[must_use]
+    pub const fn is_usable(self) -> bool {
+        self.fatals == 0
+    }
+
+    /// Returns whether everything works as the file says.
+    #[must_use]
+    pub const fn is_complete(self) -> bool {
+        self.errors == 0 && self.fatals == 0
+    }
+
+    /// Returns the total number of findings.
+    #[must_use]
+    pub const fn total(self) -> u32 {
+        self.warnings + self.errors + self.fatals
+    }
+}
 
 /// Subject of a finding: span, key and parts of the machine.
 #[derive(Clone, Copy)]
@@ -82,6 +113,11 @@ impl<'a> Reporter<'a> {
             fix: cut(fix),
             off,
         });
+    }
+
+    /// Reports a setting that Velvet cannot act on yet.
+    pub(crate) fn not_supported(&mut self, severity: Severity, at: At<'_>, advice: &str) {
+        self.report(severity, at, format_args!("not supported yet"), format_args!("{advice}"));
     }
 
     /// Notes the parts that stay off. Returns false when there are more of them than can be kept: then the

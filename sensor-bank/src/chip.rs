@@ -176,7 +176,7 @@ mod tests {
     /// The configuration checker must use the same figures as the chip.
     #[test]
     fn every_type_reads_as_high_as_the_checker_says() {
-        for kind in ThermocoupleType::ALL {
+        for &kind in ThermocoupleType::ALL {
             assert_eq!(thermocouple(kind).range()[1], kind.highest().0, "{kind:?}");
             assert_eq!(kind as u8, thermocouple(kind) as u8, "{kind:?}");
         }

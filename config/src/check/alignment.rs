@@ -1,7 +1,7 @@
 //! Checks of `[z alignment]`, `[bed screws]` and related sections: motors exist, points suffice, and the
 //! probe can reach them.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::{HomingDirection, MachineConfig};
 use heapless::{String, Vec};
 use units::{Actuator, Axis};

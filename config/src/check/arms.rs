@@ -1,6 +1,6 @@
 //! Checks of the arm solution: geometry, and motors that must be alike.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::ArmSolution;
 use units::Actuator;
 

@@ -1,6 +1,6 @@
 //! Checks of the section `[button box]`.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::{ButtonConfig, ButtonWord};
 
 const SECTION: &str = "button box";

@@ -1,6 +1,6 @@
 //! Checks of combined sensors: their parts exist and form no circle.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::{MachineConfig, SensorKind, TemperatureConfig};
 use heapless::{String, Vec};
 

@@ -1,6 +1,6 @@
 //! The phase of a motor at its switch: whether it says anything of the axis, and what it can tell apart.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::{ActuatorConfig, ArmSolution, EndstopConfig, HomingDirection, MachineConfig};
 use units::{Actuator, Axis};
 

@@ -1,6 +1,6 @@
 //! Checks of `[fan]`: its switch, watched controls and limits.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::ledger::Path;
 use crate::machine::{FanConfig, FanFollows, OutputKind};
 

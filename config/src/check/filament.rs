@@ -1,6 +1,6 @@
 //! Checks of the filament detector, the width sensor, and the moves of M600.
 
-use super::Checks;
+use super::findings::Checks;
 use units::Mm;
 
 const DETECTOR: &str = "filament detector";

@@ -1,6 +1,6 @@
 //! Heaters and sensors: a mistake here burns.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::{SensorKind, TemperatureConfig};
 
 const SECTION: &str = "temperature control";

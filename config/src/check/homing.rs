@@ -1,6 +1,6 @@
 //! Checks of endstops and the probe.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::{ActuatorConfig, ArmSolution, EndstopConfig, HomingDirection};
 use crate::suggest::at_most;
 use units::{Actuator, Axis, Mm};

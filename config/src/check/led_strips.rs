@@ -1,6 +1,6 @@
 //! Checks of `[led strip]`: outputs, number of lights, and other users of the timer.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::{LedStripConfig, MOST_LIGHTS};
 use crate::pin::OutputPin;
 use units::ColourOrder;

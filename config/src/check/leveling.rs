@@ -1,6 +1,6 @@
 //! Checks of leveling and skew correction.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::Leveling;
 
 /// The least distance of two points of a grid, mm.

@@ -1,6 +1,6 @@
 //! Motors, their drivers, currents and slaves.
 
-use super::{Checks, report};
+use super::findings::{Checks, report};
 use crate::board::{TMC2590_SENSE_VOLTS, TMC2660_SENSE_VOLTS};
 use crate::diagnostic::Severity;
 use crate::ledger::{Ledger, Path};

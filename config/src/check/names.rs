@@ -1,6 +1,6 @@
 //! Instances that nothing enables: settings under a name that was probably meant to be another.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::diagnostic::Severity;
 use crate::ledger::Path;
 use crate::report::At;

@@ -1,6 +1,6 @@
 //! Checks of the response to stalls: whether it is possible, and whether stalls are monitored at all.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::OnStall;
 use units::{Actuator, Axis};
 

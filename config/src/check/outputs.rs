@@ -1,6 +1,6 @@
 //! Checks of switches and their outputs.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::ledger::Path;
 use crate::machine::{OutputKind, SwitchConfig};
 use crate::pin::OutputPin;

@@ -1,6 +1,6 @@
 //! Checks of pins: owners, reserved pins, and pins without the capability that is asked for.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::board::{self, Pad};
 use crate::diagnostic::Severity;
 use crate::ledger::{Path, Span};
@@ -188,7 +188,7 @@ fn two_owners(checks: &mut Checks<'_, '_>, one: Path, other: Path, pin: PinName)
 
 /// Checks modifiers and pads that cannot serve in this role.
 fn can_do(checks: &mut Checks<'_, '_>, path: Path, name: PinName) {
-    let (PinName::Digital(pin), Some(Kind::Pin(role, _))) = (name, path.setting().map(|setting| setting.kind)) else {
+    let (PinName::Digital(pin), Some(Kind::Pin(role))) = (name, path.setting().map(|setting| setting.kind)) else {
         return;
     };
     let key = path.text(checks.config);

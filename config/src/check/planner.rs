@@ -1,6 +1,6 @@
 //! Look-ahead settings that exclude each other.
 
-use super::Checks;
+use super::findings::Checks;
 
 pub(super) fn check(checks: &mut Checks<'_, '_>) {
     let planner = checks.config.planner;

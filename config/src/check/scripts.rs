@@ -2,7 +2,7 @@
 
 use gcode::Blocks;
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::Command;
 
 pub(super) fn check(checks: &mut Checks<'_, '_>) {

@@ -1,6 +1,6 @@
 //! Checks of the input shapers.
 
-use super::Checks;
+use super::findings::Checks;
 
 const FREQUENCY: [&str; 3] = ["shaper_freq_x", "shaper_freq_y", "shaper_freq_z"];
 const DAMPING: [&str; 3] = ["damping_ratio_x", "damping_ratio_y", "damping_ratio_z"];

@@ -1,6 +1,6 @@
 //! Checks of the ends of travel.
 
-use super::Checks;
+use super::findings::Checks;
 use units::Axis;
 
 const SECTION: &str = "soft endstop";

@@ -1,6 +1,6 @@
 //! Sensors behind a converter chip on SPI: what each kind needs, and what it cannot mean.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::{SensorKind, TemperatureConfig};
 use crate::pin::Pin;
 use units::{Celsius, Ohms};

@@ -1,14 +1,12 @@
 //! Checks of sensorless homing: whether the stall of the axis' motor can be detected, and only at the end.
 
-use super::Checks;
+use super::findings::Checks;
+use crate::machine::GOOD_FULL_STEPS_PER_S;
 use crate::machine::{ActuatorConfig, ArmSolution, DriverKind, EndstopConfig, EndstopStallConfig, HomingDirection};
 use crate::suggest::at_least;
 use units::Actuator;
 
 const ENDSTOPS: &str = "endstops";
-/// Below one turn a second of a motor of 200 full steps the measurement gets unstable with many motors
-/// (TMC2130 datasheet rev. 1.09, 14.4; stallGuard2 is the same in all).
-pub(crate) const GOOD_FULL_STEPS_PER_S: f64 = 200.0;
 /// At a fifth of that speed the voltage a motor induces drowns in that across its coils: 0.25 V of 2.4 V.
 const LEAST_FULL_STEPS_PER_S: f64 = 40.0;
 

@@ -1,6 +1,6 @@
 //! Checks of external drivers with a register interface, of which only the file's settings are known.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::{ActuatorConfig, DriverKind, StealthConfig};
 use crate::suggest::{at_least, at_most, at_most_amps};
 use units::{Actuator, Amps};

@@ -1,6 +1,6 @@
 //! Checks of `[temperature switch]`: each rule watches a control, and its switch exists.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::{TemperatureSwitchConfig, Trigger};
 
 const SECTION: &str = "temperature switch";

@@ -1,6 +1,6 @@
 //! Checks of tools and extruders.
 
-use super::Checks;
+use super::findings::Checks;
 
 const EXTRUDER: &str = "extruder";
 

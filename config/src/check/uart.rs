@@ -1,6 +1,6 @@
 //! Checks of the auxiliary UART's word format.
 
-use super::Checks;
+use super::findings::Checks;
 use crate::machine::Parity;
 
 /// A word carries a character, of seven or eight bits, and perhaps a parity bit.

@@ -1,6 +1,6 @@
 //! Checks of the settings for firmware updates.
 
-use super::Checks;
+use super::findings::Checks;
 
 /// Checks that the key is valid, and that a lock has a key.
 pub(super) fn check(checks: &mut Checks<'_, '_>) {

@@ -3,89 +3,19 @@
 //! Every field is filled from the schema: first with the schema's default, then with what the file says.
 //! Units are the internal ones (mm, s, mm/s, degree Celsius, A); mm/min and mA end in the schema.
 
-mod actuators;
-mod alignment;
-mod arms;
-mod buttons;
-mod calibration;
-mod fans;
-mod filament;
-mod heat;
-mod homing;
+mod drivers;
 mod id;
-mod led_strips;
-mod leveling;
-mod outputs;
-mod spi_sensor;
-mod stealth_drivers;
-mod system;
-mod temperature_switches;
 
-pub use crate::sections::motion::{ArmSolution, InputShaper, InputShaperConfig, MotionControl, PlannerConfig};
-pub use actuators::{
-    ActuatorConfig, CoilConfig, CoolStepConfig, DriverFamily, DriverKind, ExtruderConfig, MotorsCommon, OnStall, Slave,
-    StallRecoveryConfig, TmcConfig,
-};
-pub use alignment::{
-    AxisTwist, BedScrews, MAX_POINTS, MAX_SCREWS, MAX_Z_MOTORS, MOST_TWIST_POINTS, Thread, ZAlignment,
-};
-pub use arms::{Arms, DeltesianArms, LinearDeltaArms, MorganArms, RotaryDeltaArms};
-pub use buttons::{ButtonConfig, ButtonWord};
-pub use calibration::{DeltaCalibrationConfig, ZThermalConfig};
-pub use fans::{FanConfig, FanControl, FanDriveConfig, FanFollows, StoppedFan, TachometerConfig};
-pub use filament::{FilamentChangeConfig, FilamentDetectorConfig, FilamentWidthConfig, Gauge};
-pub use heat::{
-    ControlLaw, MAX_VOLTAGE_POINTS, Pid, Runaway, SensorConfig, SensorKind, TemperatureConfig, TemperatureWait,
-    ThermalModel, ThermistorConfig,
-};
-pub use homing::{
-    EndstopConfig, EndstopPhaseConfig, EndstopStallConfig, HomingConfig, HomingDirection, ProbeConfig, SamplesConfig,
-    SoftEndstops,
-};
-pub use led_strips::{LedStripConfig, StripShows};
-pub use leveling::{
-    CartesianGrid, DeltaGrid, Leveling, LevelingConfig, MAX_FAULTY, MeshConfig, MeshInterpolation, SkewConfig,
-};
-pub use outputs::{CommandCode, InputBehaviour, OutputKind, ServoConfig, SwitchConfig, VoltageMonitor};
-pub use spi_sensor::{SpiSensorConfig, ThermocoupleType};
-pub use stealth_drivers::{StealthConfig, StealthFamily};
-pub use system::{
-    BoardId, CyclesConfig, FileDialect, General, JobPreflight, KillButton, Parity, PlayerConfig, PowerLossConfig,
-    PrinterDialect, SafetyDoor, SystemConfig, ToolChangeConfig, UartConfig, UpdateConfig,
-};
-pub use temperature_switches::{TemperatureSwitchConfig, Trigger};
+pub(crate) use drivers::GOOD_FULL_STEPS_PER_S;
 
-use crate::module::{MAX_OFF, OffModule};
+pub use crate::names::{Command, CommandCode, Name};
+pub use crate::sections::*;
+
+use crate::off::{MAX_OFF, OffModule};
 use crate::pin::Pin;
-use heapless::{String, Vec};
+use heapless::Vec;
 use units::{Actuator, Axis, PerActuator};
 pub use units::{HeaterId, ToolId};
-
-/// Name of an instance: `hotend`, `fan`, `minx`.
-pub type Name = String<24>;
-/// A line of G-code or a console command kept in the configuration.
-pub type Command = String<96>;
-
-/// Greatest number of temperature controls.
-pub const MAX_TEMPERATURES: usize = units::MAX_HEATERS;
-/// Greatest number of switches.
-pub const MAX_SWITCHES: usize = 16;
-/// Greatest number of buttons in `[button box]`.
-pub const MAX_BUTTONS: usize = 12;
-/// Greatest number of fans.
-pub const MAX_FANS: usize = 8;
-/// Greatest number of LED strips.
-pub const MAX_STRIPS: usize = 4;
-/// Greatest number of lights on all strips.
-pub const MOST_LIGHTS: u16 = 256;
-/// Greatest number of rules in `[temperature switch]`.
-pub const MAX_TEMPERATURE_SWITCHES: usize = 8;
-/// Greatest number of endstops: two per axis.
-pub const MAX_ENDSTOPS: usize = 12;
-/// Greatest number of extruders: actuators delta, epsilon and zeta.
-pub const MAX_EXTRUDERS: usize = 3;
-/// Greatest number of voltage monitors: the six inputs.
-pub const MAX_VOLTAGES: usize = 6;
 
 /// A machine, completely described. Instances are in order of name, as Smoothieware visits them.
 #[derive(Clone, Debug, Default)]
@@ -189,6 +119,31 @@ pub struct MachineConfig {
 }
 
 impl MachineConfig {
+    /// Returns the fan of a switch, when something else than the switch's codes controls the fan.
+    #[must_use]
+    pub fn automatic_fan(&self, switch: &str) -> Option<&FanConfig> {
+        self.fans.iter().find(|fan| fan.enable && fan.name == switch && fan.follows != FanFollows::Codes)
+    }
+
+    /// Returns the strip that has the switch as a colour.
+    #[must_use]
+    pub fn strip_of_switch(&self, switch: &str) -> Option<&LedStripConfig> {
+        self.led_strips.iter().find(|strip| strip.enable && strip.switches.iter().any(|name| name == switch))
+    }
+
+    /// Returns whether the timer of PWM1 or PWM2 (1, 2) sends data to strips and so can do nothing else.
+    #[must_use]
+    pub fn timer_sends(&self, timer: u8) -> bool {
+        self.led_strips.iter().any(|strip| strip.enable && strip.pin.is_some_and(|pin| pin.timer == timer))
+    }
+
+    /// Returns why a part of the machine stays off; none when it works. `name` is the instance's, empty where
+    /// there are none.
+    #[must_use]
+    pub fn off(&self, section: &str, name: &str) -> Option<&OffModule> {
+        self.off.iter().find(|off| off.section == section && (off.name.is_empty() || off.name == name))
+    }
+
     /// Returns the motors of the machine in order, slaves included.
     pub fn actuators(&self) -> impl Iterator<Item = (Actuator, &ActuatorConfig)> {
         Actuator::ALL.into_iter().map(|actuator| (actuator, &self.actuators[actuator])).filter(|(_, a)| a.present)

@@ -1,9 +1,7 @@
 //! Reads a line `key = value`: the setting it names, the instance it belongs to, the value it gives.
 
 use super::{Current, Reader};
-use crate::check;
 use crate::diagnostic::Severity;
-use crate::flaw::{Flaw, List};
 use crate::ledger::{MAX_WRITTEN, Path, Span};
 use crate::machine::{BoardId, DriverKind};
 use crate::module::Module;
@@ -11,9 +9,10 @@ use crate::report::At;
 use crate::schema::{
     CannotCreate, Fallback, Form, Instances, Kind, SECTIONS, Section, Setting, Support, UNREAD, section,
 };
+use crate::setting::flaw::{Flaw, List};
+use crate::setting::value::{self, Value};
 use crate::suggest;
 use crate::text::{cut, nearest};
-use crate::value::{self, Value};
 use units::Actuator;
 
 /// The key of an instance's own switch.
@@ -224,7 +223,7 @@ impl Reader<'_> {
                 let is_nameless = path.section().and_then(Section::instances).is_some_and(|i| i.noun == UNREAD);
                 if is_nameless || !self.ledger.wish(path, span) {
                     let at = At::new(span, key, path.module(self.config));
-                    check::not_supported(&mut self.reporter, severity, at, advice);
+                    self.reporter.not_supported(severity, at, advice);
                 }
             }
         }
@@ -280,9 +279,8 @@ impl Reader<'_> {
     }
 
     fn keep(&mut self, path: Path, row: &Setting, value: &Value<'_>) {
-        match path.section().and_then(|section| section.store) {
-            Some(store) => store(self.config, usize::from(path.place), usize::from(path.setting), value),
-            None => value::store(&row.kind, value, self.config, usize::from(path.place)),
+        if let Some(section) = path.section() {
+            (section.store)(self.config, usize::from(path.place), usize::from(path.setting), value);
         }
         if let (Kind::Pin(..), Value::Pin(pin)) = (&row.kind, value)
             && *row.support == Support::Now

@@ -2,7 +2,6 @@
 //! object, an instance an object in it, a setting a number, a boolean or a text.
 
 use super::{Fallback, Form, Instances, Kind, PinRole, SECTIONS, Section, Setting, Support, Unit};
-use crate::render::quoted;
 use std::fmt::Write;
 use std::format;
 use std::string::{String, ToString};
@@ -74,7 +73,7 @@ fn setting(row: &Setting) -> String {
         && !text.is_empty()
     {
         let value = match row.kind {
-            Kind::Bool(_) | Kind::Integer(..) | Kind::Number(..) => text.to_string(),
+            Kind::Bool | Kind::Integer(..) | Kind::Number(..) => text.to_string(),
             _ => quoted(text),
         };
         parts.push(format!("\"default\": {value}"));
@@ -101,31 +100,31 @@ fn kind(row: &Setting) -> Vec<String> {
     let typed = |name: &str| format!("\"type\": \"{name}\"");
     let pattern = |text: &str| std::vec![typed("string"), format!("\"pattern\": {}", quoted(&format!("^({text})$")))];
     match row.kind {
-        Kind::Bool(_) => std::vec![typed("boolean")],
-        Kind::Integer((low, high), _) => {
+        Kind::Bool => std::vec![typed("boolean")],
+        Kind::Integer((low, high)) => {
             std::vec![typed("integer"), format!("\"minimum\": {low}"), format!("\"maximum\": {high}")]
         }
-        Kind::Number((low, high), _) => {
+        Kind::Number((low, high)) => {
             std::vec![typed("number"), format!("\"minimum\": {low}"), format!("\"maximum\": {high}")]
         }
-        Kind::Numbers(count, _) => {
+        Kind::Numbers(count) => {
             let number = "[-+]?[0-9.]+([eE][-+]?[0-9]+)?";
             pattern(&format!("|{number}( *, *{number}){{{}}}", count.saturating_sub(1)))
         }
-        Kind::Places(most, _) => {
+        Kind::Places(most) => {
             let number = "[-+]?[0-9.]+([eE][-+]?[0-9]+)?";
             pattern(&format!("|{number}[, ]+{number}([, ]+{number}[, ]+{number}){{0,{}}}", most.saturating_sub(1)))
         }
-        Kind::Word(words, _) => {
+        Kind::Word(words) => {
             let words: Vec<String> = words.0.iter().map(|word| quoted(word)).collect();
             std::vec![format!("\"enum\": [{}]", words.join(", "))]
         }
-        Kind::Text(longest, _) => std::vec![typed("string"), format!("\"maxLength\": {longest}")],
-        Kind::Command(_) => pattern("|[GMgm][0-9]+(\\.[0-9]+)?"),
-        Kind::Registers(_) => pattern("|(0[xX])?[0-9A-Fa-f]{1,5}( *, *(0[xX])?[0-9A-Fa-f]{1,5}){4}"),
-        Kind::Axes(_) => pattern("[XYZABCxyzabc]{0,6}"),
-        Kind::Voltage(_) => pattern("[Aa][Dd][Cc]3_[0-5]( *, *[0-9.]+)?"),
-        Kind::Pin(role, _) => pattern(&match role {
+        Kind::Text(longest) => std::vec![typed("string"), format!("\"maxLength\": {longest}")],
+        Kind::Command => pattern("|[GMgm][0-9]+(\\.[0-9]+)?"),
+        Kind::Registers => pattern("|(0[xX])?[0-9A-Fa-f]{1,5}( *, *(0[xX])?[0-9A-Fa-f]{1,5}){4}"),
+        Kind::Axes => pattern("[XYZABCxyzabc]{0,6}"),
+        Kind::Voltage => pattern("[Aa][Dd][Cc]3_[0-5]( *, *[0-9.]+)?"),
+        Kind::Pin(role) => pattern(&match role {
             PinRole::Output | PinRole::Input | PinRole::Interrupt => format!("|nc|{DIGITAL}"),
             PinRole::Button => format!("|nc|external|{DIGITAL}"),
             PinRole::OutputOrPwm => format!("|nc|{DIGITAL}|[Pp][Ww][Mm][12]_[1-4]"),
@@ -133,6 +132,23 @@ fn kind(row: &Setting) -> Vec<String> {
             PinRole::Thermistor => "|nc|[Aa][Dd][Cc]1_[0-6]".to_string(),
         }),
     }
+}
+
+/// A JSON string (RFC 8259, section 7).
+pub(crate) fn quoted(text: &str) -> String {
+    let mut out = String::from('"');
+    for character in text.chars() {
+        match character {
+            '"' => out.push_str("\\\""),
+            '\\' => out.push_str("\\\\"),
+            c if (c as u32) < 0x20 => {
+                let _ = write!(out, "\\u{:04x}", c as u32);
+            }
+            c => out.push(c),
+        }
+    }
+    out.push('"');
+    out
 }
 
 #[cfg(test)]

@@ -164,21 +164,21 @@ fn usually(setting: &Setting) -> String {
 
 fn kind(setting: &Setting) -> String {
     match setting.kind {
-        Kind::Bool(_) => "true, false".to_string(),
-        Kind::Integer((low, high), _) => std::format!("whole number {low} to {high}{}", usually(setting)),
-        Kind::Number((low, high), _) => std::format!("number{}{}", range(*low, *high), usually(setting)),
-        Kind::Numbers(count, _) => std::format!("{count} numbers, commas between"),
-        Kind::Places(most, _) if setting.unit.text().contains(',') => {
+        Kind::Bool => "true, false".to_string(),
+        Kind::Integer((low, high)) => std::format!("whole number {low} to {high}{}", usually(setting)),
+        Kind::Number((low, high)) => std::format!("number{}{}", range(*low, *high), usually(setting)),
+        Kind::Numbers(count) => std::format!("{count} numbers, commas between"),
+        Kind::Places(most) if setting.unit.text().contains(',') => {
             std::format!("up to {most} pairs {}", setting.unit.text())
         }
-        Kind::Places(most, _) => std::format!("up to {most} places X,Y"),
-        Kind::Word(words, _) => words.0.join(", "),
-        Kind::Text(longest, _) => std::format!("text, {longest} characters"),
-        Kind::Command(_) => "G or M code".to_string(),
-        Kind::Registers(_) => "5 hexadecimal numbers".to_string(),
-        Kind::Axes(_) => "axis letters".to_string(),
-        Kind::Voltage(_) => "ADC3_0 to ADC3_5, scale".to_string(),
-        Kind::Pin(role, _) => match role {
+        Kind::Places(most) => std::format!("up to {most} places X,Y"),
+        Kind::Word(words) => words.0.join(", "),
+        Kind::Text(longest) => std::format!("text, {longest} characters"),
+        Kind::Command => "G or M code".to_string(),
+        Kind::Registers => "5 hexadecimal numbers".to_string(),
+        Kind::Axes => "axis letters".to_string(),
+        Kind::Voltage => "ADC3_0 to ADC3_5, scale".to_string(),
+        Kind::Pin(role) => match role {
             PinRole::Output => "output pin",
             PinRole::Input => "input pin",
             PinRole::Button => "input pin or external",

@@ -1,9 +1,9 @@
 //! Path and speed: `[motion control]`, `[planner]`, `[conveyor]`, `[input shaper]`.
 
-use crate::machine::Arms;
-use crate::schema::declare::{settings, words};
-use crate::schema::row::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, number, numbers, word};
-use crate::schema::{Support, Words};
+use super::arms::Arms;
+use crate::setting::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, number, numbers, word};
+use crate::setting::declare::{settings, words};
+use crate::setting::{Support, Words};
 use units::{Actuator, Axis, AxisSet, Micros, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3};
 
 /// Kinematics: relation of actuators to Cartesian axes.
@@ -72,20 +72,21 @@ settings! {
         default_seek_rate: MmPerSecond = number("4000", POSITIVE)
             .unit("mm/min").typical(&(120.0, 200_000.0)).v1("default_seek_rate")
             => MmPerSecond::from_per_minute;
-        /// F always sets the speed of G1; G0 keeps default_seek_rate, which M203 S changes, and M220 and M121 do
-        /// not.
+        /// F always sets the speed of G1; G0 keeps default_seek_rate, which M203 S changes, and M220 and M121
+        /// do not.
         compliant_seek_rate: bool = bool("false");
-        /// Longest piece a straight move is cut into; 0: it is not cut. Velvet evaluates the kinematics all along
-        /// the path, so only a bed correction could need this.
+        /// Longest piece a straight move is cut into; 0: it is not cut. Velvet evaluates the kinematics all
+        /// along the path, so only a bed correction could need this.
         mm_per_line_segment: Option<Mm> = number("0", NOT_NEGATIVE)
             .unit("mm").v1("mm_per_line_segment")
             => |v: f64| (v >= 1e-4).then_some(Mm(v));
-        /// Pieces per second a straight move is cut into, stronger than mm_per_line_segment; 0: it is not cut.
-        /// Lines are exact without; each piece has the speed that its own part of the way allows.
+        /// Pieces per second a straight move is cut into, stronger than mm_per_line_segment; 0: it is not
+        /// cut. Lines are exact without; each piece has the speed that its own part of the way allows.
         "delta_segments_per_second" segments_per_second: Option<f64> = number("0", NOT_NEGATIVE)
             .derived("100 for the two deltas, else 0").unit("1/s").v1("delta_segments_per_second")
             => |v: f64| (v > 1.0).then_some(v);
-        /// Above zero: arcs are cut into chords of this length, or of that of mm_max_arc_error if it is longer.
+        /// Above zero: arcs are cut into chords of this length, or of that of mm_max_arc_error if it is
+        /// longer.
         mm_per_arc_segment: Option<Mm> = number("0", NOT_NEGATIVE)
             .klipper("[gcode_arcs] resolution").unit("mm").v1("mm_per_arc_segment")
             => |v: f64| (v > 0.0).then_some(Mm(v));
@@ -130,8 +131,9 @@ settings! {
         "nist_G30" nist_g30: bool = bool("false");
         /// Refuse moves until every axis with a homing endstop has been homed.
         must_be_homed: bool = bool("false").derived("true for the two deltas, else false");
-        /// How motors move the tool. rostock, kossel and delta mean linear_delta; hbot means corexy. The geometry
-        /// has a section of its own. A motor that turns an arm or a bed counts degrees where others count mm.
+        /// How motors move the tool. rostock, kossel and delta mean linear_delta; hbot means corexy. The
+        /// geometry has a section of its own. A motor that turns an arm or a bed counts degrees where others
+        /// count mm.
         arm_solution: ArmSolution = word("cartesian", ARM_SOLUTIONS)
             .klipper("[printer] kinematics").v1("arm_solution")
             => arm_solution;
@@ -144,9 +146,10 @@ settings! {
     /// Look-ahead: how fast corners are taken.
     #[derive(Clone, Copy, Debug, Default)]
     pub struct PlannerConfig {
-        /// How far a rounded corner would miss the exact one; sets the speed kept through it. 0 stops at every
-        /// corner.
-        junction_deviation: Mm = number("0.05", &(0.0, 10.0)).unit("mm").typical(&(0.0001, 1.0)).v1("junction_deviation");
+        /// How far a rounded corner would miss the exact one; sets the speed kept through it. 0 stops at
+        /// every corner.
+        junction_deviation: Mm = number("0.05", &(0.0, 10.0))
+            .unit("mm").typical(&(0.0001, 1.0)).v1("junction_deviation");
         /// The same for moves of Z alone; negative: as junction_deviation.
         z_junction_deviation: Option<Mm> = number("-1", &(-1_000.0, 10.0))
             .unit("mm").v1("z_junction_deviation")
@@ -157,8 +160,8 @@ settings! {
         /// Moves the planner looks ahead.
         "planner_queue_size" queue_size: u16 = integer("32", &(1, 65_535))
             .limited(&(4.0, 224.0)).unit("moves").v1("planner_queue_size");
-        /// Limit of the rate of change of acceleration along the path: speed profiles are then S-curves. 0 here and
-        /// for every axis: trapezoids. Ramps take acceleration / jerk longer. Short moves need more
+        /// Limit of the rate of change of acceleration along the path: speed profiles are then S-curves. 0
+        /// here and for every axis: trapezoids. Ramps take acceleration / jerk longer. Short moves need more
         /// planner_queue_size.
         jerk: Option<MmPerSecond3> = number("0", NOT_NEGATIVE)
             .unit("mm/s^3").typical(&(1_000.0, 10_000_000.0)).velvet()
@@ -177,13 +180,13 @@ settings! {
         "z_axis_max_jerk" axis_jerk[2] = number("0", NOT_NEGATIVE)
             .unit("mm/s^3").typical(&(1_000.0, 10_000_000.0)).velvet()
             => some_jerk;
-        /// Speed kept through a right angle at default_acceleration; other corners in proportion. Above 0 it takes
-        /// the place of both junction deviations; M205 X goes back to them.
+        /// Speed kept through a right angle at default_acceleration; other corners in proportion. Above 0 it
+        /// takes the place of both junction deviations; M205 X goes back to them.
         square_corner_velocity: Option<MmPerSecond> = number("0", &(0.0, 1_000.0))
             .unit("mm/s").typical(&(0.1, 50.0)).klipper("[printer] square_corner_velocity").velvet()
             => |v: f64| (v > 0.0).then_some(MmPerSecond(v));
-        /// Share of the way between two slow places that is cruised: the peak between is lowered for it. Calms
-        /// short zigzags. For trapezoids only.
+        /// Share of the way between two slow places that is cruised: the peak between is lowered for it.
+        /// Calms short zigzags. For trapezoids only.
         minimum_cruise_ratio: f64 = number("0", &(0.0, 0.95)).klipper("[printer] minimum_cruise_ratio").velvet();
         /// Time for which an idle queue may collect blocks before motion starts.
         queue_delay: Micros;
@@ -243,8 +246,8 @@ settings! {
 type Shapers = [InputShaperConfig; 3];
 
 settings! {
-    /// Moves X, Y and Z so that resonances of the frame cancel themselves. All axes then lag behind the plan by
-    /// the longest shaper's mean delay, about 0.2 (zv) to 0.8 (3hump_ei) periods of its resonance.
+    /// Moves X, Y and Z so that resonances of the frame cancel themselves. All axes then lag behind the plan
+    /// by the longest shaper's mean delay, about 0.2 (zv) to 0.8 (3hump_ei) periods of its resonance.
     rows InputShapers of Shapers {
         /// Shaper of X.
         "shaper_type_x" [0].shaper = word("mzv", InputShaper::WORDS)

@@ -154,7 +154,7 @@ impl<'a> Conversion<'a> {
     fn setting(&mut self, line: &Line, section: &'static Section, row: &'static Setting, instance: &str) {
         match row.support {
             Support::Now => {}
-            Support::NotYet { .. } if !is_true(&line.value) && matches!(row.kind, Kind::Bool(_)) => {
+            Support::NotYet { .. } if !is_true(&line.value) && matches!(row.kind, Kind::Bool) => {
                 return;
             }
             Support::NotYet { advice, .. } => {
@@ -188,7 +188,7 @@ impl<'a> Conversion<'a> {
                     "nc".into()
                 }
             },
-            Kind::Bool(_) => is_true(&line.value).to_string(),
+            Kind::Bool => is_true(&line.value).to_string(),
             Kind::Word(..) if row.key == "output_type" && line.value == "pwm" => "sigmadeltapwm".into(),
             // The old file wrote blanks as underscores.
             Kind::Text(..) if row.key.contains("gcode") || row.key.ends_with("_command") => {

@@ -173,7 +173,7 @@ mod tests {
     fn every_kind_that_a_configuration_may_name_is_measured() {
         /// Other words for a linear delta and for corexy.
         const ALIASES: [&str; 4] = ["rostock", "kossel", "delta", "hbot"];
-        let schema = include_str!("../../../config/src/schema/motion.rs");
+        let schema = include_str!("../../../config/src/sections/motion.rs");
         let (_, list) = schema.split_once("const ARM_SOLUTIONS:").expect("the words of arm_solution");
         let (list, _) = list.split_once(']').expect("their end");
         // Odd pieces lie between quotes.

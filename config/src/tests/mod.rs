@@ -1,0 +1,4 @@
+//! Tests of the schema as a whole.
+
+mod facts;
+mod schema;
