@@ -1,11 +1,11 @@
 //! Translates the configuration of motion to `motion`'s own types.
 
-use config::{ArmSolution, InputShaper, InputShaperConfig, MachineConfig};
+use config::{ArmSolution, InputShaperConfig, MachineConfig};
 use motion::geometry::{ArcSettings, LineSettings};
 use motion::kinematics::{
     CoreXz, Deltesian, Generic, LinearDelta, LinearDeltaGeometry, MOST_ANCHORS, Morgan, RotaryDelta, Winch,
 };
-use motion::{ActuatorConfig, FilterConfig, Kinematics, Limits, MotionConfig, PressureAdvance, Shaper, ShaperKind};
+use motion::{ActuatorConfig, FilterConfig, Kinematics, Limits, MotionConfig, PressureAdvance, Shaper};
 use units::{Actuator, MmPerSecond, PerActuator, STEP_CLOCK_HZ, Ticks};
 
 /// Converts nanoseconds to ticks, rounded up.
@@ -100,16 +100,8 @@ fn filters(config: &MachineConfig) -> FilterConfig {
 }
 
 fn shaper(settings: InputShaperConfig) -> Option<Shaper> {
-    let kind = match settings.shaper {
-        InputShaper::Zv => ShaperKind::Zv,
-        InputShaper::Mzv => ShaperKind::Mzv,
-        InputShaper::Zvd => ShaperKind::Zvd,
-        InputShaper::Ei => ShaperKind::Ei,
-        InputShaper::TwoHumpEi => ShaperKind::TwoHumpEi,
-        InputShaper::ThreeHumpEi => ShaperKind::ThreeHumpEi,
-    };
     let frequency = settings.frequency_hz?;
-    Some(Shaper { kind, frequency, damping: settings.damping_ratio })
+    Some(Shaper { kind: settings.shaper, frequency, damping: settings.damping_ratio })
 }
 
 /// Returns one motor's settings as motion needs them: its steps and the intervals that its driver needs.

@@ -408,8 +408,8 @@ fn input_shapers_are_checked_against_what_they_are_made_for() {
     let (config, findings) = with("shaper_type_x = ei\nshaper_freq_x = 48.5\ndamping_ratio_x = 0.05");
     assert!(findings.is_empty(), "{findings:?}");
     let [x, y, _] = config.input_shapers;
-    assert_eq!((x.shaper, x.frequency_hz, x.damping_ratio), (config::InputShaper::Ei, Some(48.5), 0.05));
-    assert_eq!((y.shaper, y.frequency_hz, y.damping_ratio), (config::InputShaper::Mzv, None, 0.1));
+    assert_eq!((x.shaper, x.frequency_hz, x.damping_ratio), (units::ShaperKind::Ei, Some(48.5), 0.05));
+    assert_eq!((y.shaper, y.frequency_hz, y.damping_ratio), (units::ShaperKind::Mzv, None, 0.1));
     for (lines, key, reason) in [
         ("shaper_freq_y = 2", "[input shaper] shaper_freq_y", "too slow to shape"),
         (

@@ -2,9 +2,10 @@
 
 use super::arms::Arms;
 use crate::setting::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, number, numbers, word};
-use crate::setting::declare::{settings, words};
+use crate::setting::declare::settings;
+use crate::setting::field::word_field;
 use crate::setting::{Support, Words};
-use units::{Actuator, Axis, AxisSet, Micros, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3};
+use units::{Actuator, Axis, AxisSet, Micros, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3, ShaperKind};
 
 /// Kinematics: relation of actuators to Cartesian axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -193,39 +194,11 @@ settings! {
     }
 }
 
-words! {
-/// Kind of input shaper, `[input shaper]`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[allow(missing_docs, reason = "these are the shapers' names")]
-pub enum InputShaper {
-    Zv = "zv",
-    #[default]
-    Mzv = "mzv",
-    Zvd = "zvd",
-    Ei = "ei",
-    TwoHumpEi = "2hump_ei",
-    ThreeHumpEi = "3hump_ei",
-}
-}
-
-impl InputShaper {
-    /// Greatest damping ratio that the shaper's formulas hold for.
-    #[must_use]
-    pub const fn max_damping(self) -> f64 {
-        match self {
-            Self::Zv | Self::Mzv | Self::Zvd => 0.99,
-            Self::Ei => 0.4,
-            Self::TwoHumpEi => 0.3,
-            Self::ThreeHumpEi => 0.2,
-        }
-    }
-}
-
 /// The input shaper of one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InputShaperConfig {
     /// Kind of the shaper.
-    pub shaper: InputShaper,
+    pub shaper: ShaperKind,
     /// Resonance frequency in hertz; none: the axis is not shaped.
     pub frequency_hz: Option<f64>,
     /// Damping ratio of the resonance.
@@ -242,6 +215,10 @@ settings! {
     }
 }
 
+word_field!(ShaperKind);
+
+const SHAPERS: &Words = &Words(ShaperKind::WORDS);
+
 /// Shapers of X, Y and Z.
 type Shapers = [InputShaperConfig; 3];
 
@@ -250,7 +227,7 @@ settings! {
     /// by the longest shaper's mean delay, about 0.2 (zv) to 0.8 (3hump_ei) periods of its resonance.
     rows InputShapers of Shapers {
         /// Shaper of X.
-        "shaper_type_x" [0].shaper = word("mzv", InputShaper::WORDS)
+        "shaper_type_x" [0].shaper = word("mzv", SHAPERS)
             .klipper("[input_shaper] shaper_type").velvet();
         /// Resonance of X; 0: X is not shaped.
         "shaper_freq_x" [0].frequency_hz = number("0", &(0.0, 1_000.0))
@@ -260,7 +237,7 @@ settings! {
         "damping_ratio_x" [0].damping_ratio = number("0.1", &(0.0, 0.99))
             .klipper("[input_shaper] damping_ratio_<axis>").velvet();
         /// Shaper of Y.
-        "shaper_type_y" [1].shaper = word("mzv", InputShaper::WORDS)
+        "shaper_type_y" [1].shaper = word("mzv", SHAPERS)
             .klipper("[input_shaper] shaper_type").velvet();
         /// Resonance of Y; 0: Y is not shaped.
         "shaper_freq_y" [1].frequency_hz = number("0", &(0.0, 1_000.0))
@@ -270,7 +247,7 @@ settings! {
         "damping_ratio_y" [1].damping_ratio = number("0.1", &(0.0, 0.99))
             .klipper("[input_shaper] damping_ratio_<axis>").velvet();
         /// Shaper of Z.
-        "shaper_type_z" [2].shaper = word("mzv", InputShaper::WORDS)
+        "shaper_type_z" [2].shaper = word("mzv", SHAPERS)
             .klipper("[input_shaper] shaper_type").velvet();
         /// Resonance of Z; 0: Z is not shaped.
         "shaper_freq_z" [2].frequency_hz = number("0", &(0.0, 1_000.0))

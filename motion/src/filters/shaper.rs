@@ -9,6 +9,7 @@
 use core::f64::consts::PI;
 
 use crate::square_root;
+pub use units::ShaperKind;
 
 /// Most pulses of any shaper.
 pub const MAX_PULSES: usize = 5;
@@ -18,24 +19,6 @@ const TOLERANCE: f64 = 0.05;
 
 /// Lowest and highest frequency that can be shaped, Hz: the slowest shaper spans 0.4 s at the lower end.
 pub const FREQUENCY_RANGE: (f64, f64) = (5.0, 1_000.0);
-
-/// Kind of input shaper.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ShaperKind {
-    /// Zero vibration: the shortest.
-    Zv,
-    /// Zero vibration in three pulses over three quarters of a period.
-    #[default]
-    Mzv,
-    /// Zero vibration and derivative.
-    Zvd,
-    /// Extra insensitive, with one hump.
-    Ei,
-    /// Extra insensitive with two humps.
-    TwoHumpEi,
-    /// Extra insensitive with three humps: the widest and longest.
-    ThreeHumpEi,
-}
 
 /// A shaper for one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,29 +68,6 @@ const THREE_HUMPS: [Hump; 5] = [
 
 fn cubic([c0, c1, c2, c3]: [f64; 4], z: f64) -> f64 {
     c0 + (c1 + (c2 + c3 * z) * z) * z
-}
-
-impl ShaperKind {
-    /// Names of the kinds in configurations.
-    pub const NAMES: [(&'static str, Self); 6] = [
-        ("zv", Self::Zv),
-        ("mzv", Self::Mzv),
-        ("zvd", Self::Zvd),
-        ("ei", Self::Ei),
-        ("2hump_ei", Self::TwoHumpEi),
-        ("3hump_ei", Self::ThreeHumpEi),
-    ];
-
-    /// Greatest damping ratio the shaper's formulas hold for.
-    #[must_use]
-    pub const fn max_damping(self) -> f64 {
-        match self {
-            Self::Zv | Self::Mzv | Self::Zvd => 0.99,
-            Self::Ei => 0.4,
-            Self::TwoHumpEi => 0.3,
-            Self::ThreeHumpEi => 0.2,
-        }
-    }
 }
 
 impl Shaper {
@@ -243,7 +203,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_shaper_leaves_no_more_vibration_than_it_tolerates(frequency in 10.0..200.0_f64, damping in 0.0..0.2_f64) {
-            for (_, kind) in ShaperKind::NAMES {
+            for &kind in ShaperKind::ALL {
                 let left = residue(&Shaper { kind, frequency, damping }, frequency);
                 let tolerated = match kind {
                     ShaperKind::Zv | ShaperKind::Mzv | ShaperKind::Zvd => 1e-9,
@@ -256,7 +216,7 @@ mod tests {
 
         #[test]
         fn pulses_are_positive_ordered_and_add_up_to_one(damping in 0.0..0.2_f64, frequency in 5.0..1000.0_f64) {
-            for (_, kind) in ShaperKind::NAMES {
+            for &kind in ShaperKind::ALL {
                 let shaper = Shaper { kind, frequency, damping };
                 prop_assert!(shaper.is_valid());
                 let pulses = shaper.pulses();

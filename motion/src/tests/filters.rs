@@ -12,7 +12,7 @@ use super::{
 use crate::{FilterConfig, Kinematics, MotionConfig, Move, PressureAdvance, Shaper, ShaperKind, oracle::StepError};
 
 pub fn shapers() -> impl Strategy<Value = Option<Shaper>> {
-    let kind = prop::sample::select(ShaperKind::NAMES.map(|(_, kind)| kind).to_vec());
+    let kind = prop::sample::select(ShaperKind::ALL);
     let shaper = (kind, 25.0..120.0_f64, 0.0..0.2_f64);
     prop::option::weighted(0.8, shaper.prop_map(|(kind, frequency, damping)| Shaper { kind, frequency, damping }))
 }
