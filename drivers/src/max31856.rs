@@ -5,6 +5,7 @@
 //! (SR).
 
 use embedded_hal::spi::{Operation, SpiDevice};
+pub use units::Thermocouple;
 use units::{Celsius, Micros};
 
 use crate::max31865::Mains;
@@ -33,37 +34,6 @@ mod sr {
     pub const CJ_RANGE: u8 = 1 << 7;
     pub const VOLTAGE: u8 = 1 << 1;
     pub const OPEN: u8 = 1 << 0;
-}
-
-/// Types of thermocouples, as CR1 numbers them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the names are the meaning")]
-pub enum Thermocouple {
-    B = 0,
-    E = 1,
-    J = 2,
-    #[default]
-    K = 3,
-    N = 4,
-    R = 5,
-    S = 6,
-    T = 7,
-}
-
-impl Thermocouple {
-    /// Returns the range that the chip linearises, C (datasheet, table 1).
-    #[must_use]
-    pub const fn range(self) -> [f32; 2] {
-        match self {
-            Self::B => [250.0, 1_820.0],
-            Self::E => [-200.0, 1_000.0],
-            Self::J => [-210.0, 1_200.0],
-            Self::K => [-200.0, 1_372.0],
-            Self::N => [-200.0, 1_300.0],
-            Self::R | Self::S => [-50.0, 1_768.0],
-            Self::T => [-200.0, 400.0],
-        }
-    }
 }
 
 /// Settings of a chip.

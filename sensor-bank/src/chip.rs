@@ -1,8 +1,8 @@
 //! Temperature sensor chips behind a common interface.
 
-use config::{SensorConfig, SensorKind, ThermocoupleType};
+use config::{SensorConfig, SensorKind};
 use drivers::max31855::{self, Max31855};
-use drivers::max31856::{self, Max31856, Thermocouple};
+use drivers::max31856::{self, Max31856};
 use drivers::max31865::{self, Mains, Max31865, Wires};
 use drivers::platinum::Platinum;
 use embedded_hal::spi::{MODE_0, MODE_3, Mode, SpiDevice};
@@ -79,8 +79,8 @@ impl<SPI: SpiDevice> Chip<SPI> {
         Some(match config.kind {
             SensorKind::Max31855 => Self::Max31855(Max31855::new(spi, sensor.averaging)),
             SensorKind::Max31856 => {
-                let thermocouple = thermocouple(sensor.thermocouple);
-                let settings = max31856::Settings { thermocouple, mains, averaging: sensor.averaging };
+                let settings =
+                    max31856::Settings { thermocouple: sensor.thermocouple, mains, averaging: sensor.averaging };
                 Self::Max31856(Max31856::new(spi, settings), settings)
             }
             SensorKind::Max31865 => {
@@ -152,33 +152,6 @@ impl<SPI: SpiDevice> Chip<SPI> {
             Self::Max31855(_) => max31855::FIRST_CONVERSION,
             Self::Max31856(_, settings) => settings.first_conversion(),
             Self::Max31865(_, settings) => settings.first_conversion(),
-        }
-    }
-}
-
-const fn thermocouple(kind: ThermocoupleType) -> Thermocouple {
-    match kind {
-        ThermocoupleType::B => Thermocouple::B,
-        ThermocoupleType::E => Thermocouple::E,
-        ThermocoupleType::J => Thermocouple::J,
-        ThermocoupleType::K => Thermocouple::K,
-        ThermocoupleType::N => Thermocouple::N,
-        ThermocoupleType::R => Thermocouple::R,
-        ThermocoupleType::S => Thermocouple::S,
-        ThermocoupleType::T => Thermocouple::T,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The configuration checker must use the same figures as the chip.
-    #[test]
-    fn every_type_reads_as_high_as_the_checker_says() {
-        for &kind in ThermocoupleType::ALL {
-            assert_eq!(thermocouple(kind).range()[1], kind.highest().0, "{kind:?}");
-            assert_eq!(kind as u8, thermocouple(kind) as u8, "{kind:?}");
         }
     }
 }

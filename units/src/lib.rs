@@ -14,6 +14,7 @@ mod quantity;
 mod shaper;
 mod sort;
 mod steps;
+mod thermocouple;
 mod time;
 mod tool;
 
@@ -26,5 +27,6 @@ pub use quantity::{Amps, Celsius, Duty, Mm, MmPerSecond, MmPerSecond2, MmPerSeco
 pub use shaper::ShaperKind;
 pub use sort::sort_short;
 pub use steps::{Direction, StepCount, StepPosition};
+pub use thermocouple::Thermocouple;
 pub use time::{Micros, STEP_CLOCK_HZ, TICK_NANOSECONDS, Ticks};
 pub use tool::ToolId;

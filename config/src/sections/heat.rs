@@ -4,45 +4,17 @@ use crate::names::Name;
 use crate::pin::{Pin, ThermistorInput};
 use crate::setting::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, number, numbers, pin, places, text, word};
 use crate::setting::declare::{settings, words};
+use crate::setting::field::word_field;
 use crate::setting::{ByName, PinRole, Words};
 use heapless::String;
-use units::{Celsius, Duty, HeaterId, Micros, Ohms, ToolId, Volts};
+use units::{Celsius, Duty, HeaterId, Micros, Ohms, Thermocouple, ToolId, Volts};
 
 /// Greatest number of temperature controls.
 pub const MAX_TEMPERATURES: usize = units::MAX_HEATERS;
 
-words! {
-    /// Type of a thermocouple.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-    #[allow(missing_docs, reason = "the names are the meaning")]
-    pub enum ThermocoupleType {
-        B = "B",
-        E = "E",
-        J = "J",
-        #[default]
-        K = "K",
-        N = "N",
-        R = "R",
-        S = "S",
-        T = "T",
-    }
-}
+word_field!(Thermocouple);
 
-impl ThermocoupleType {
-    /// Returns the highest temperature of the type in a MAX31856 (its datasheet, table 1).
-    #[must_use]
-    pub const fn highest(self) -> Celsius {
-        Celsius(match self {
-            Self::B => 1_820.0,
-            Self::E => 1_000.0,
-            Self::J => 1_200.0,
-            Self::K => 1_372.0,
-            Self::N => 1_300.0,
-            Self::R | Self::S => 1_768.0,
-            Self::T => 400.0,
-        })
-    }
-}
+const THERMOCOUPLES: &Words = &Words(Thermocouple::WORDS);
 
 settings! {
     /// Connection and settings of a converter chip.
@@ -56,7 +28,7 @@ settings! {
         /// with or without a `!`.
         "spi_select_pin" select_pin: Option<Pin> = pin("nc", PinRole::Output);
         /// Type of the thermocouple on a max31856. A max31855 is made for one type, which its name ends with.
-        "tc_type" thermocouple: ThermocoupleType = word("K", ThermocoupleType::WORDS)
+        "tc_type" thermocouple: Thermocouple = word("K", THERMOCOUPLES)
             .klipper("[extruder] tc_type").velvet();
         /// So many readings of a max31855, or so many samples of a max31856, make one temperature. More is
         /// calmer and later: the last readings of a max31855 come 0.1 s apart; each sample more of a max31856

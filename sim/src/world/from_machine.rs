@@ -312,8 +312,8 @@ fn converter(sensor: &config::SensorConfig) -> Option<ConverterConfig> {
     Some(ConverterConfig { kind, channel: spi.channel?, select: pin(spi.select_pin?) })
 }
 
-const fn thermocouple(kind: config::ThermocoupleType) -> Thermocouple {
-    use config::ThermocoupleType::{B, E, J, K, N, R, S, T};
+const fn thermocouple(kind: units::Thermocouple) -> Thermocouple {
+    use units::Thermocouple::{B, E, J, K, N, R, S, T};
     match kind {
         B => Thermocouple::B,
         E => Thermocouple::E,
