@@ -1,8 +1,6 @@
 //! Translates the configuration of the program to `program`'s own types.
 
-use config::{
-    CommandCode, FileDialect, MachineConfig, OutputKind, OutputPin, PrinterDialect, ServoConfig, SwitchConfig,
-};
+use config::{FileDialect, MachineConfig, OutputKind, OutputPin, PrinterDialect, ServoConfig, SwitchConfig};
 use gcode::Code;
 use program::extended::NamedSwitch;
 use program::{
@@ -54,8 +52,8 @@ impl program::extended::Names for PartNames<'_> {
     fn switch(&self, name: &str) -> Option<NamedSwitch> {
         let outputs = || self.config.switches.iter().filter(|switch| !switch.is_input());
         let named = outputs().find(|switch| switch.name.eq_ignore_ascii_case(name));
-        let is_fan = |switch: &SwitchConfig| switch.input_on_command.is_some_and(|on| code(on).sub(0) == Code::m(106));
-        let fan = || outputs().find(|switch| switch.input_on_command.is_some_and(|on| code(on) == Code::m(106)));
+        let is_fan = |switch: &SwitchConfig| switch.input_on_command.is_some_and(|on| on.sub(0) == Code::m(106));
+        let fan = || outputs().find(|switch| switch.input_on_command.is_some_and(|on| on == Code::m(106)));
         let switch = if name.eq_ignore_ascii_case("fan") { named.or_else(fan) } else { named };
         let switch = switch?;
         let full = match switch.output_kind {
@@ -63,9 +61,9 @@ impl program::extended::Names for PartNames<'_> {
             OutputKind::HardwarePwm if !is_fan(switch) || !self.dialect.numbers_fans() => 100.0,
             _ => 255.0,
         };
-        let off = switch.input_off_command.map(code);
+        let off = switch.input_off_command;
         if let Some(on) = switch.input_on_command {
-            return Some(NamedSwitch { on: code(on), number: None, off, full });
+            return Some(NamedSwitch { on, number: None, off, full });
         }
         // A switch that only has a number is set by M42.
         Some(NamedSwitch { on: Code::m(42), number: Some(switch.io_number?), off, full })
@@ -198,7 +196,7 @@ fn claims(config: &MachineConfig) -> Claims {
                 (switch.input_off_command, Claim::SwitchOff(id)),
             ] {
                 if let Some(command) = command {
-                    let _fits = claims.add(code(command), claim);
+                    let _fits = claims.add(command, claim);
                 }
             }
         }
@@ -209,9 +207,4 @@ fn claims(config: &MachineConfig) -> Claims {
         }
     }
     claims
-}
-
-const fn code(command: CommandCode) -> Code {
-    let code = if command.letter == 'G' { Code::g(command.number) } else { Code::m(command.number) };
-    code.sub(command.subcode)
 }

@@ -1,4 +1,4 @@
-//! Names of instances, lines of G-code and codes in the configuration.
+//! Names of instances and lines of G-code in the configuration.
 
 use heapless::String;
 
@@ -6,17 +6,6 @@ use heapless::String;
 pub type Name = String<24>;
 /// A line of G-code or a console command kept in the configuration.
 pub type Command = String<96>;
-
-/// G or M code that a switch obeys.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CommandCode {
-    /// Letter, `G` or `M`.
-    pub letter: char,
-    /// Number of the code.
-    pub number: u16,
-    /// Subcode; 0 when none is written.
-    pub subcode: u8,
-}
 
 /// Returns a line of G-code in which underscores stand for blanks.
 pub(crate) fn spaced(text: &str) -> Command {

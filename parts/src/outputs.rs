@@ -4,7 +4,8 @@ use base::failure::{Failure, Texts};
 use base::needs::needs;
 use base::ports::{Input, InputLevels};
 use base::sessions::Reply;
-use config::{Command, CommandCode, InputBehaviour, MAX_SWITCHES, MachineConfig, OutputKind, SwitchConfig};
+use config::{Command, InputBehaviour, MAX_SWITCHES, MachineConfig, OutputKind, SwitchConfig};
+use gcode::Code;
 use heapless::Vec;
 use program::Part;
 use thermal::Output;
@@ -108,9 +109,7 @@ fn command_of(switch: &SwitchConfig, on: bool) -> &Command {
 /// Returns whether an output is turned on by this M-code. An output that M3 turns on and M4 off, or the
 /// reverse, is the spindle's direction, and stays so when the spindle stands.
 fn listens(switch: &SwitchConfig, number: u16) -> bool {
-    let is = |code: Option<CommandCode>, number| {
-        code.is_some_and(|code| (code.letter, code.number, code.subcode) == ('M', number, 0))
-    };
+    let is = |code: Option<Code>, number| code == Some(Code::m(number));
     let is_direction = is(switch.input_off_command, 3) || is(switch.input_off_command, 4);
     let turns_on = is(switch.input_on_command, number) || is(switch.input_reverse_command, number);
     turns_on && !switch.is_input() && !is_direction

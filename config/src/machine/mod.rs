@@ -8,7 +8,7 @@ mod id;
 
 pub(crate) use drivers::GOOD_FULL_STEPS_PER_S;
 
-pub use crate::names::{Command, CommandCode, Name};
+pub use crate::names::{Command, Name};
 pub use crate::sections::*;
 
 use crate::off::{MAX_OFF, OffModule};

@@ -1,11 +1,12 @@
 //! `[switch]` (fans, power, lamps, buttons), `[pwm1]`, `[pwm2]` and `[voltage monitor]`.
 
 use crate::diagnostic::Severity;
-use crate::names::{Command, CommandCode, Name, spaced};
+use crate::names::{Command, Name, spaced};
 use crate::pin::{OutputPin, Pin, VoltageInput};
 use crate::setting::build::{bool, command, integer, number, pin, text, voltage, word};
 use crate::setting::declare::{settings, words};
 use crate::setting::{ByName, PinRole, Support};
+use gcode::Code;
 use units::{Duty, Micros};
 
 /// Greatest number of switches.
@@ -68,12 +69,12 @@ settings! {
         output_off_command: Command = text("", 96).v1("switch.<name>.output_off_command") => spaced;
         /// Code that turns the output on, as in M106 or M106.1. hwpwm also takes P, the width of pulses in
         /// us.
-        input_on_command: Option<CommandCode> = command().v1("switch.<name>.input_on_command");
+        input_on_command: Option<Code> = command().v1("switch.<name>.input_on_command");
         /// Code that turns the output off, as in M107.
-        input_off_command: Option<CommandCode> = command().v1("switch.<name>.input_off_command");
+        input_off_command: Option<Code> = command().v1("switch.<name>.input_off_command");
         /// A spindle that turns both ways: the code that turns the output on, too, M4 where M3 is
         /// input_on_command. A switch of its own that is on by M4 and off by M3 is the direction.
-        input_reverse_command: Option<CommandCode> = command().velvet();
+        input_reverse_command: Option<Code> = command().velvet();
         /// Subcode of these codes, where they have none of their own.
         subcode: u8 = integer("0", &(0, 255)).v1("switch.<name>.subcode");
         /// The P or E by which M62 to M68 know it: outputs and inputs have numbers of their own. -1: none.

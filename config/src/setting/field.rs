@@ -1,8 +1,8 @@
 //! Conversion of values as read to the types of fields.
 
-use crate::names::CommandCode;
 use crate::pin::{OutputPin, Pin, PinName, PwmOutput, ThermistorInput, VoltageInput};
 use crate::setting::value::Value;
+use gcode::Code;
 use heapless::{String, Vec};
 use units::{Amps, Axis, Celsius, Duty, Micros, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3, Ohms, ToolId, Volts};
 
@@ -48,7 +48,7 @@ content! {
     &'v [[f64; 2]]: Value::Places(places) => places;
     usize: &Value::Word(place) => place;
     &'v str: &Value::Text(text) => text;
-    Option<CommandCode>: &Value::Command(code) => code;
+    Option<Code>: &Value::Command(code) => code;
     Option<[u32; 5]>: &Value::Registers(registers) => registers;
     &'v [Axis]: Value::Axes(axes) => axes;
     Option<PinName>: &Value::Pin(pin) => pin;
@@ -100,7 +100,7 @@ fields! {
     Option<Pin>: |value: Option<PinName>| value.and_then(PinName::digital);
     Option<OutputPin>: |value: Option<PinName>| value.and_then(PinName::output);
     Option<ThermistorInput>: |value: Option<PinName>| value.and_then(PinName::thermistor);
-    Option<CommandCode>: |value: Option<CommandCode>| value;
+    Option<Code>: |value: Option<Code>| value;
     Option<[u32; 5]>: |value: Option<[u32; 5]>| value;
     Option<Axis>: |value: usize| Axis::ALL.get(value).copied();
 }

@@ -1,9 +1,9 @@
 //! Values of settings: parsed from text, checked against the schema, and stored in the description.
 
 use super::{Kind, PinRole, Words};
-use crate::names::CommandCode;
 use crate::pin::{self, PinName, VoltageInput};
 use crate::setting::flaw::Flaw;
+use gcode::{Code, Letter};
 use heapless::Vec;
 use units::Axis;
 
@@ -17,7 +17,7 @@ pub(crate) enum Value<'t> {
     Places(Vec<[f64; 2], MOST_PLACES>),
     Word(usize),
     Text(&'t str),
-    Command(Option<CommandCode>),
+    Command(Option<Code>),
     Registers(Option<[u32; 5]>),
     Axes(Vec<Axis, 6>),
     Pin(Option<PinName>),
@@ -156,14 +156,18 @@ fn places(text: &str, most: usize) -> Result<Value<'_>, Flaw<'_>> {
     if before.is_none() && places.len() <= most { Ok(Value::Places(places)) } else { Err(wrong_count) }
 }
 
-fn command(text: &str) -> Option<CommandCode> {
-    let letter = text.chars().next().map(|c| c.to_ascii_uppercase()).filter(|c| matches!(c, 'G' | 'M'))?;
+fn command(text: &str) -> Option<Code> {
+    let letter = match text.chars().next()?.to_ascii_uppercase() {
+        'G' => Letter::G,
+        'M' => Letter::M,
+        _ => return None,
+    };
     let digits = text.get(1..)?;
     let (number, subcode) = digits.split_once('.').unwrap_or((digits, "0"));
     if !all_digits(number) || !all_digits(subcode) {
         return None;
     }
-    Some(CommandCode { letter, number: number.parse().ok()?, subcode: subcode.parse().ok()? })
+    Some(Code { letter, number: number.parse().ok()?, subcode: subcode.parse().ok()? })
 }
 
 fn registers(text: &str) -> Result<Value<'_>, Flaw<'_>> {

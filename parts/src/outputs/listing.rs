@@ -60,7 +60,7 @@ fn output(switch: &SwitchConfig, status: &Status, reply: &mut Reply<'_>) {
     }
     for (name, code) in [("ON", switch.input_on_command), ("OFF", switch.input_off_command)] {
         if let Some(code) = code {
-            reply.say(format_args!("INPUT_{name}_COMMAND:{}{},", code.letter, code.number));
+            reply.say(format_args!("INPUT_{name}_COMMAND:{},", code.sub(0)));
         }
     }
 }

@@ -56,7 +56,7 @@ fn s_is_a_share_of_the_ceiling_or_percent_and_nothing_changes_twice() {
 fn s_of_a_spindle_is_a_share_of_max_rpm_and_never_less_than_min_rpm() {
     for (kind, full) in [(OutputKind::HardwarePwm, 100.0), (OutputKind::SigmaDelta, 200.0)] {
         let mut config = machine();
-        let on = config::CommandCode { letter: 'M', number: 3, subcode: 0 };
+        let on = gcode::Code::m(3);
         let settings = &mut config.switches[SPINDLE.index()];
         (settings.output_kind, settings.input_on_command) = (kind, Some(on));
         (settings.max_rpm, settings.min_rpm) = (24_000.0, 6_000.0);
@@ -75,7 +75,7 @@ fn s_of_a_spindle_is_a_share_of_max_rpm_and_never_less_than_min_rpm() {
 #[test]
 fn which_way_a_spindle_turns_is_no_spindle() {
     let mut config = machine();
-    let code = |number| Some(config::CommandCode { letter: 'M', number, subcode: 0 });
+    let code = |number| Some(gcode::Code::m(number));
     let direction = &mut config.switches[POWER.index()];
     (direction.input_on_command, direction.input_off_command) = (code(4), code(3));
     let spindle = &mut config.switches[SPINDLE.index()];
@@ -119,7 +119,7 @@ fn a_halt_leaves_no_timer_running_and_what_ignores_it_alone() {
 #[test]
 fn an_open_door_stops_timers_spindle_and_coolant_and_a_closed_one_lets_them_go_on() {
     let mut config = machine();
-    config.switches[POWER.index()].input_on_command = Some(config::CommandCode { letter: 'M', number: 8, subcode: 0 });
+    config.switches[POWER.index()].input_on_command = Some(gcode::Code::m(8));
     let mut outputs = Outputs::new(&config.switches);
     outputs.turn(&config, FAN, true, Some(255.0));
     outputs.turn(&config, SPINDLE, true, Some(50.0));
