@@ -33,10 +33,10 @@ mod text;
 pub use board::{driven_by, reserved_for};
 pub use diagnostic::{Diagnostic, Severity, Sink};
 pub use machine::*;
-pub use module::Scope;
 pub use off::{MAX_OFF, OffModule};
 pub use pin::{OutputPin, Pin, PinFlaw, PinName, Pull, PwmOutput, ThermistorInput, VoltageInput, parse_pin};
 pub use reader::{READING_BYTES, Reader, parse};
 #[cfg(any(test, feature = "std"))]
 pub use render::{render, render_all, to_json};
 pub use report::Summary;
+pub use schema::Scope;

@@ -1,70 +1,9 @@
 //! Parts of the machine that can stay off alone, and the consequences of an error in the file for each.
 
-pub use crate::off::OffModule;
-use crate::schema::Section;
+use crate::off::OffModule;
+use crate::schema::{Scope, Section};
 use crate::text::cut;
 use core::fmt;
-
-/// Consequence of an error in a section.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Scope {
-    /// The machine does not start: motion or safety depends on the section.
-    Machine,
-    /// Everything configured by the section stays off.
-    Section,
-    /// The instance stays off; all of them, when nobody can tell which is meant.
-    Instance,
-}
-
-/// Sections that the rest of the machine can do without. Every other one is vital: kinematics, speeds, motors
-/// and their drivers, endstops (homing and limits), the kill button, the dialect of G-code.
-const SCOPES: &[(&str, Scope)] = &[
-    ("temperature control", Scope::Instance),
-    ("switch", Scope::Instance),
-    ("fan", Scope::Instance),
-    ("extruder", Scope::Instance),
-    ("voltage monitor", Scope::Instance),
-    ("temperature switch", Scope::Instance),
-    ("led strip", Scope::Instance),
-    ("button box", Scope::Instance),
-    ("mpg", Scope::Section),
-    ("uart console", Scope::Section),
-    ("consoles", Scope::Section),
-    ("update", Scope::Section),
-    ("input shaper", Scope::Section),
-    ("pwm1", Scope::Section),
-    ("pwm2", Scope::Section),
-    ("zprobe", Scope::Section),
-    ("three point leveling strategy", Scope::Section),
-    ("cartesian grid leveling strategy", Scope::Section),
-    ("delta grid leveling strategy", Scope::Section),
-    ("bed mesh", Scope::Section),
-    ("delta calibration strategy", Scope::Section),
-    ("skew correction", Scope::Section),
-    ("z alignment", Scope::Section),
-    ("bed screws", Scope::Section),
-    ("axis twist compensation", Scope::Section),
-    ("z thermal adjust", Scope::Section),
-    ("player", Scope::Section),
-    ("laser", Scope::Section),
-    ("drillingcycles", Scope::Section),
-    ("filament detector", Scope::Section),
-    ("filament width sensor", Scope::Section),
-    ("filament change", Scope::Section),
-    ("lathe", Scope::Section),
-    ("els", Scope::Section),
-    ("st7920", Scope::Section),
-    ("tm1638", Scope::Section),
-    ("network", Scope::Section),
-];
-
-impl Section {
-    /// Returns the consequence of an error in the section.
-    #[must_use]
-    pub fn scope(&self) -> Scope {
-        SCOPES.iter().find(|(name, _)| *name == self.name).map_or(Scope::Machine, |&(_, scope)| scope)
-    }
-}
 
 /// A part of the machine that a finding is about.
 #[derive(Clone, Copy)]
@@ -92,13 +31,13 @@ impl<'n> Module<'n> {
     /// The instance of this name, or the section as a whole when there is no name or it has none that can be
     /// off alone.
     pub(crate) fn new(section: &'static Section, name: &'n str) -> Self {
-        let name = if section.scope() == Scope::Instance && name != "common" { name } else { "" };
+        let name = if section.scope == Scope::Instance && name != "common" { name } else { "" };
         Self { section: Some(section), name }
     }
 
     /// Whether the machine cannot do without it.
     pub(crate) fn is_vital(self) -> bool {
-        self.section.is_none_or(|section| section.scope() == Scope::Machine)
+        self.section.is_none_or(|section| section.scope == Scope::Machine)
     }
 
     fn section_name(self) -> &'static str {
@@ -151,17 +90,16 @@ mod tests {
     use crate::schema::SECTIONS;
 
     #[test]
-    fn every_scope_is_of_a_section_that_exists() {
-        for (name, scope) in SCOPES {
-            let section = SECTIONS.iter().find(|section| section.name == *name).unwrap_or_else(|| panic!("[{name}]"));
-            assert!(*scope != Scope::Instance || section.instances().is_some(), "[{name}]");
+    fn only_instances_stay_off_alone() {
+        for section in SECTIONS {
+            assert!(section.scope != Scope::Instance || section.instances().is_some(), "[{}]", section.name);
         }
     }
 
     #[test]
     fn what_motion_and_safety_depend_on_is_vital() {
         for name in ["motion control", "actuator", "tmc2590", "current control", "endstops", "kill button", "system"] {
-            assert_eq!(crate::schema::section(name).unwrap().1.scope(), Scope::Machine, "[{name}]");
+            assert_eq!(crate::schema::section(name).unwrap().1.scope, Scope::Machine, "[{name}]");
         }
     }
 }

@@ -21,6 +21,6 @@ pub(crate) use json::quoted;
 #[cfg(any(test, feature = "std"))]
 pub use markdown::markdown;
 pub(crate) use section::UNREAD;
-pub use section::{CannotCreate, Form, Instances, Section};
+pub use section::{CannotCreate, Form, Instances, Scope, Section};
 pub(crate) use table::instance_of;
 pub use table::{SECTIONS, by_v1_name, section};

@@ -15,6 +15,8 @@ pub struct Section {
     pub docs: Docs,
     /// Form of the section's lines.
     pub form: Form,
+    /// Consequence of an error in the section.
+    pub scope: Scope,
     /// Settings of the section.
     pub settings: &'static [Setting],
     /// Stores a value of the setting at a place.
@@ -23,6 +25,17 @@ pub struct Section {
 
 /// Stores a value in the description: the place of the instance, the place of the setting, the value.
 pub(crate) type Store = for<'v> fn(&mut MachineConfig, usize, usize, &'v Value<'v>);
+
+/// Consequence of an error in a section.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// The machine does not start: motion or safety depends on the section.
+    Machine,
+    /// Everything configured by the section stays off.
+    Section,
+    /// The instance stays off; all of them, when nobody can tell which is meant.
+    Instance,
+}
 
 /// Form of the lines in a section.
 #[derive(Clone, Copy)]

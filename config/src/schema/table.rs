@@ -1,6 +1,6 @@
 //! The table of all sections: the name of each, the form of its lines, and where its values go.
 
-use super::section::{CannotCreate, Form, Instances, Section, UNREAD};
+use super::section::{CannotCreate, Form, Instances, Scope, Section, UNREAD};
 use crate::machine::{MAX_VOLTAGES, MachineConfig};
 use crate::names::Name;
 use crate::pin::VoltageInput;
@@ -10,16 +10,21 @@ use crate::setting::declare::Rows;
 use crate::setting::value::Value;
 use units::Actuator;
 
-/// A section: its name, the form of its lines, and each list of rows with the way to the struct that they
-/// fill. Its documentation is that of the first list, unless another one is named.
+/// A section: its name, what an error in it puts out of service, the form of its lines, and each list of rows
+/// with the way to the struct that they fill. Its documentation is that of the first list, unless another one
+/// is named.
 macro_rules! section {
-    ($name:literal, $form:expr, $first:ty: $reach_first:expr $(, $more:ty: $reach:expr)* $(,)?) => {
-        section!($name, <$first as Rows>::DOCS, $form, $first: $reach_first $(, $more: $reach)*)
+    ($name:literal, $scope:ident, $form:expr, $first:ty: $reach_first:expr $(, $more:ty: $reach:expr)* $(,)?) => {
+        section!($name, <$first as Rows>::DOCS, $scope, $form, $first: $reach_first $(, $more: $reach)*)
     };
-    ($name:literal, $docs:expr, $form:expr, $first:ty: $reach_first:expr $(, $more:ty: $reach:expr)* $(,)?) => {
+    (
+        $name:literal, $docs:expr, $scope:ident, $form:expr,
+        $first:ty: $reach_first:expr $(, $more:ty: $reach:expr)* $(,)?
+    ) => {
         Section {
             name: $name,
             docs: $docs,
+            scope: Scope::$scope,
             form: $form,
             settings: {
                 const COUNT: usize = <$first as Rows>::SETTINGS.len() $(+ <$more as Rows>::SETTINGS.len())*;
@@ -112,6 +117,7 @@ macro_rules! on_board {
         section!(
             $name,
             <$chip as Rows>::DOCS,
+            Machine,
             drivers!($family, $kind),
             DriverFamily: |c, _| Some(&mut c.$family),
             TmcConfig: |c, i| c.$family.axes.0.get_mut(i),
@@ -127,6 +133,7 @@ macro_rules! outside {
         section!(
             $name,
             <$chip as Rows>::DOCS,
+            Machine,
             drivers!($family, $kind),
             $bus: |c, _| Some(&mut c.$family),
             StealthFamily: |c, _| Some(&mut c.$family),
@@ -185,18 +192,18 @@ const UNREAD_INSTANCES: Instances =
 
 /// Every section, in the order of the reference.
 pub const SECTIONS: &[Section] = &[
-    section!("general", Form::Plain, General: |c, _| Some(&mut c.general)),
-    section!("system", Form::Plain, SystemConfig: |c, _| Some(&mut c.system)),
-    section!("update", Form::Plain, UpdateConfig: |c, _| Some(&mut c.update)),
-    section!("consoles", Form::Plain, Consoles: |c, _| Some(&mut c.system)),
-    section!("uart console", Form::Plain, UartConfig: |c, _| Some(&mut c.uart)),
-    section!("motion control", Form::Plain, MotionControl: |c, _| Some(&mut c.motion)),
-    section!("planner", Form::Plain, PlannerConfig: |c, _| Some(&mut c.planner)),
-    section!("conveyor", Form::Plain, Conveyor: |c, _| Some(&mut c.planner)),
-    section!("input shaper", Form::Plain, InputShapers: |c, _| Some(&mut c.input_shapers)),
+    section!("general", Machine, Form::Plain, General: |c, _| Some(&mut c.general)),
+    section!("system", Machine, Form::Plain, SystemConfig: |c, _| Some(&mut c.system)),
+    section!("update", Section, Form::Plain, UpdateConfig: |c, _| Some(&mut c.update)),
+    section!("consoles", Section, Form::Plain, Consoles: |c, _| Some(&mut c.system)),
+    section!("uart console", Section, Form::Plain, UartConfig: |c, _| Some(&mut c.uart)),
+    section!("motion control", Machine, Form::Plain, MotionControl: |c, _| Some(&mut c.motion)),
+    section!("planner", Machine, Form::Plain, PlannerConfig: |c, _| Some(&mut c.planner)),
+    section!("conveyor", Machine, Form::Plain, Conveyor: |c, _| Some(&mut c.planner)),
+    section!("input shaper", Section, Form::Plain, InputShapers: |c, _| Some(&mut c.input_shapers)),
     section!(
         "actuator",
-        Form::Named(MOTORS),
+        Machine, Form::Named(MOTORS),
         ActuatorConfig: |c, i| c.actuators.0.get_mut(i),
         MotorsCommon: |c, _| Some(&mut c.motors),
     ),
@@ -208,11 +215,11 @@ pub const SECTIONS: &[Section] = &[
     outside!("tmc2208", tmc2208, Tmc2208, DriverKind::Tmc2208, UartLine),
     outside!("tmc2209", tmc2209, Tmc2209, DriverKind::Tmc2209, UartLine, Tmc2209Load),
     outside!("tmc2226", tmc2226, Tmc2226, DriverKind::Tmc2226, UartLine, Tmc2226Load),
-    section!("current control", Form::Named(MOTOR_CURRENTS), CurrentControl: |c, i| c.actuators.0.get_mut(i)),
-    section!("extruder", list!("extruder", extruders), ExtruderConfig: |c, i| c.extruders.get_mut(i)),
+    section!("current control", Machine, Form::Named(MOTOR_CURRENTS), CurrentControl: |c, i| c.actuators.0.get_mut(i)),
+    section!("extruder", Instance, list!("extruder", extruders), ExtruderConfig: |c, i| c.extruders.get_mut(i)),
     section!(
         "temperature control",
-        list!("temperature control", temperatures),
+        Instance, list!("temperature control", temperatures),
         TemperatureConfig: |c, i| c.temperatures.get_mut(i),
         ThermistorConfig: |c, i| c.temperatures.get_mut(i).map(|heater| &mut heater.sensor.thermistor),
         TemperatureCurve: |c, i| c.temperatures.get_mut(i),
@@ -228,81 +235,82 @@ pub const SECTIONS: &[Section] = &[
     ),
     section!(
         "endstops",
-        list!("endstop", endstops),
+        Machine, list!("endstop", endstops),
         EndstopConfig: |c, i| c.endstops.get_mut(i),
         EndstopPhaseConfig: |c, i| c.endstops.get_mut(i).map(|stop| &mut stop.phase),
         EndstopStallConfig: |c, i| c.endstops.get_mut(i).map(|stop| &mut stop.stall),
         HomingConfig: |c, _| Some(&mut c.homing),
     ),
-    section!("soft endstop", Form::Plain, SoftEndstops: |c, _| Some(&mut c.soft_endstops)),
-    section!("switch", list!("switch", switches), SwitchConfig: |c, i| c.switches.get_mut(i)),
-    section!("fan", list!("fan", fans), FanConfig: |c, i| c.fans.get_mut(i)),
-    section!("led strip", list!("strip", led_strips), LedStripConfig: |c, i| c.led_strips.get_mut(i)),
-    section!("pwm1", Form::Plain, Pwm1: |c, _| Some(&mut c.pwm_frequency_hz)),
-    section!("pwm2", Form::Plain, Pwm2: |c, _| Some(&mut c.pwm_frequency_hz)),
-    section!("voltage monitor", Form::Keyed(VOLTAGES), VoltageMonitor: |c, i| c.voltages.get_mut(i)),
+    section!("soft endstop", Machine, Form::Plain, SoftEndstops: |c, _| Some(&mut c.soft_endstops)),
+    section!("switch", Instance, list!("switch", switches), SwitchConfig: |c, i| c.switches.get_mut(i)),
+    section!("fan", Instance, list!("fan", fans), FanConfig: |c, i| c.fans.get_mut(i)),
+    section!("led strip", Instance, list!("strip", led_strips), LedStripConfig: |c, i| c.led_strips.get_mut(i)),
+    section!("pwm1", Section, Form::Plain, Pwm1: |c, _| Some(&mut c.pwm_frequency_hz)),
+    section!("pwm2", Section, Form::Plain, Pwm2: |c, _| Some(&mut c.pwm_frequency_hz)),
+    section!("voltage monitor", Instance, Form::Keyed(VOLTAGES), VoltageMonitor: |c, i| c.voltages.get_mut(i)),
     section!(
         "zprobe",
-        Form::Plain,
+        Section, Form::Plain,
         ProbeConfig: |c, _| Some(&mut c.probe),
         ProbeScripts: |c, _| Some(&mut c.probe_scripts),
         ProbeContact: |c, _| Some(&mut c.probe),
         ProbeLeveling: |c, _| Some(&mut c.leveling),
         ProbeCalibration: |c, _| Some(&mut c.delta_calibration),
     ),
-    section!("three point leveling strategy", Form::Plain, LevelingConfig: |c, _| Some(&mut c.leveling)),
+    section!("three point leveling strategy", Section, Form::Plain, LevelingConfig: |c, _| Some(&mut c.leveling)),
     section!(
         "cartesian grid leveling strategy",
-        Form::Plain,
+        Section, Form::Plain,
         CartesianGrid: |c, _| Some(&mut c.leveling.grid),
         CartesianGridScripts: |c, _| Some(&mut c.probe_gcode),
     ),
-    section!("delta grid leveling strategy", Form::Plain, DeltaGrid: |c, _| Some(&mut c.leveling.delta)),
-    section!("bed mesh", Form::Plain, MeshConfig: |c, _| Some(&mut c.leveling.mesh)),
+    section!("delta grid leveling strategy", Section, Form::Plain, DeltaGrid: |c, _| Some(&mut c.leveling.delta)),
+    section!("bed mesh", Section, Form::Plain, MeshConfig: |c, _| Some(&mut c.leveling.mesh)),
     section!(
         "delta calibration strategy",
-        Form::Plain,
+        Section, Form::Plain,
         DeltaCalibrationConfig: |c, _| Some(&mut c.delta_calibration),
     ),
-    section!("skew correction", Form::Plain, SkewCorrection: |c, _| Some(&mut c.leveling)),
-    section!("z alignment", Form::Plain, ZAlignment: |c, _| Some(&mut c.z_alignment)),
-    section!("bed screws", Form::Plain, BedScrews: |c, _| Some(&mut c.bed_screws)),
-    section!("axis twist compensation", Form::Plain, AxisTwist: |c, _| Some(&mut c.axis_twist)),
-    section!("z thermal adjust", Form::Plain, ZThermalConfig: |c, _| Some(&mut c.z_thermal)),
-    section!("kill button", Form::Plain, KillButton: |c, _| Some(&mut c.kill_button)),
-    section!("safety door", Form::Plain, SafetyDoor: |c, _| Some(&mut c.safety_door)),
-    section!("player", Form::Plain, PlayerConfig: |c, _| Some(&mut c.player)),
-    section!("tool change", Form::Plain, ToolChangeConfig: |c, _| Some(&mut c.tool_change)),
-    section!("linear delta", Form::Plain, LinearDeltaArms: |c, _| Some(&mut c.motion.arms.linear_delta)),
-    section!("rotary delta", Form::Plain, RotaryDeltaArms: |c, _| Some(&mut c.motion.arms.rotary_delta)),
-    section!("morgan scara", Form::Plain, MorganArms: |c, _| Some(&mut c.motion.arms.morgan)),
-    section!("corexz", Form::Plain, CoreXz: |c, _| Some(&mut c.motion.arms)),
-    section!("deltesian", Form::Plain, DeltesianArms: |c, _| Some(&mut c.motion.arms.deltesian)),
-    section!("generic cartesian", Form::Plain, GenericCartesian: |c, _| Some(&mut c.motion.arms)),
-    section!("winch", Form::Plain, Winch: |c, _| Some(&mut c.motion.arms)),
-    section!("laser", Form::Plain, Laser: |_, _| None),
-    section!("drillingcycles", Form::Plain, CyclesConfig: |c, _| Some(&mut c.cycles)),
-    section!("filament detector", Form::Plain, FilamentDetectorConfig: |c, _| Some(&mut c.filament_detector)),
-    section!("filament width sensor", Form::Plain, FilamentWidthConfig: |c, _| Some(&mut c.filament_width)),
-    section!("filament change", Form::Plain, FilamentChangeConfig: |c, _| Some(&mut c.filament_change)),
+    section!("skew correction", Section, Form::Plain, SkewCorrection: |c, _| Some(&mut c.leveling)),
+    section!("z alignment", Section, Form::Plain, ZAlignment: |c, _| Some(&mut c.z_alignment)),
+    section!("bed screws", Section, Form::Plain, BedScrews: |c, _| Some(&mut c.bed_screws)),
+    section!("axis twist compensation", Section, Form::Plain, AxisTwist: |c, _| Some(&mut c.axis_twist)),
+    section!("z thermal adjust", Section, Form::Plain, ZThermalConfig: |c, _| Some(&mut c.z_thermal)),
+    section!("kill button", Machine, Form::Plain, KillButton: |c, _| Some(&mut c.kill_button)),
+    section!("safety door", Machine, Form::Plain, SafetyDoor: |c, _| Some(&mut c.safety_door)),
+    section!("player", Section, Form::Plain, PlayerConfig: |c, _| Some(&mut c.player)),
+    section!("tool change", Machine, Form::Plain, ToolChangeConfig: |c, _| Some(&mut c.tool_change)),
+    section!("linear delta", Machine, Form::Plain, LinearDeltaArms: |c, _| Some(&mut c.motion.arms.linear_delta)),
+    section!("rotary delta", Machine, Form::Plain, RotaryDeltaArms: |c, _| Some(&mut c.motion.arms.rotary_delta)),
+    section!("morgan scara", Machine, Form::Plain, MorganArms: |c, _| Some(&mut c.motion.arms.morgan)),
+    section!("corexz", Machine, Form::Plain, CoreXz: |c, _| Some(&mut c.motion.arms)),
+    section!("deltesian", Machine, Form::Plain, DeltesianArms: |c, _| Some(&mut c.motion.arms.deltesian)),
+    section!("generic cartesian", Machine, Form::Plain, GenericCartesian: |c, _| Some(&mut c.motion.arms)),
+    section!("winch", Machine, Form::Plain, Winch: |c, _| Some(&mut c.motion.arms)),
+    section!("laser", Section, Form::Plain, Laser: |_, _| None),
+    section!("drillingcycles", Section, Form::Plain, CyclesConfig: |c, _| Some(&mut c.cycles)),
+    section!("filament detector", Section, Form::Plain, FilamentDetectorConfig: |c, _| Some(&mut c.filament_detector)),
+    section!("filament width sensor", Section, Form::Plain, FilamentWidthConfig: |c, _| Some(&mut c.filament_width)),
+    section!("filament change", Section, Form::Plain, FilamentChangeConfig: |c, _| Some(&mut c.filament_change)),
     section!(
         "temperature switch",
-        list!("temperature switch", temperature_switches),
+        Instance, list!("temperature switch", temperature_switches),
         TemperatureSwitchConfig: |c, i| c.temperature_switches.get_mut(i),
     ),
     section!(
         "button box",
         ButtonConfig::DOCS,
+        Instance,
         list!("button", buttons),
         ButtonBox: |c, _| Some(&mut c.button_poll_hz),
         ButtonConfig: |c, i| c.buttons.get_mut(i),
     ),
-    section!("lathe", Form::Plain, Lathe: |_, _| None),
-    section!("els", Form::Plain, LeadScrew: |_, _| None),
-    section!("st7920", Form::Plain, GraphicDisplay: |_, _| None),
-    section!("tm1638", Form::Plain, KeyModule: |_, _| None),
-    section!("mpg", Form::Named(UNREAD_INSTANCES), Handwheels: |_, _| None),
-    section!("network", Form::Plain, Network: |_, _| None),
+    section!("lathe", Section, Form::Plain, Lathe: |_, _| None),
+    section!("els", Section, Form::Plain, LeadScrew: |_, _| None),
+    section!("st7920", Section, Form::Plain, GraphicDisplay: |_, _| None),
+    section!("tm1638", Section, Form::Plain, KeyModule: |_, _| None),
+    section!("mpg", Section, Form::Named(UNREAD_INSTANCES), Handwheels: |_, _| None),
+    section!("network", Section, Form::Plain, Network: |_, _| None),
 ];
 
 /// An instance's name, when it is short enough.

@@ -155,7 +155,7 @@ fn every_setting_that_is_not_supported_is_refused_by_name() {
         parse(text.as_bytes(), BoardId::Prime2590, &mut findings);
         let finding = findings.iter().find(|finding| finding.reason == "not supported yet");
         let finding = finding.unwrap_or_else(|| panic!("{text}: {findings:?}"));
-        let is_fatal = severity == Severity::Error && section.scope() == crate::Scope::Machine;
+        let is_fatal = severity == Severity::Error && section.scope == crate::Scope::Machine;
         let severity = if is_fatal { Severity::Fatal } else { severity };
         assert_eq!((finding.line, finding.severity, finding.fix.as_str()), (2, severity, advice), "{text}");
     }

@@ -34,7 +34,7 @@ fn weighed(severity: Severity, text: &str, finding: &Diagnostic) -> Severity {
     let is_vital = sections
         .into_iter()
         .flatten()
-        .any(|name| config::schema::section(name).is_none_or(|(_, section)| section.scope() == Scope::Machine));
+        .any(|name| config::schema::section(name).is_none_or(|(_, section)| section.scope == Scope::Machine));
     if severity == Severity::Error && is_vital { Severity::Fatal } else { severity }
 }
 
