@@ -374,22 +374,15 @@ fn forget_disabled(config: &mut MachineConfig, ledger: &Ledger) {
 
 /// Removes the instances that are not enabled, and sorts the rest by name, as Smoothieware visits them.
 pub(crate) fn keep_enabled(config: &mut MachineConfig) {
-    config.extruders.retain(|extruder| extruder.enable);
-    sort_short(&mut config.extruders, |a, b| a.name.cmp(&b.name));
-    config.temperatures.retain(|heater| heater.enable);
-    sort_short(&mut config.temperatures, |a, b| a.name.cmp(&b.name));
-    config.endstops.retain(|stop| stop.enable);
-    sort_short(&mut config.endstops, |a, b| a.name.cmp(&b.name));
-    config.switches.retain(|switch| switch.enable);
-    sort_short(&mut config.switches, |a, b| a.name.cmp(&b.name));
-    config.buttons.retain(|button| button.enable);
-    sort_short(&mut config.buttons, |a, b| a.name.cmp(&b.name));
-    config.fans.retain(|fan| fan.enable);
-    sort_short(&mut config.fans, |a, b| a.name.cmp(&b.name));
-    config.led_strips.retain(|strip| strip.enable);
-    sort_short(&mut config.led_strips, |a, b| a.name.cmp(&b.name));
-    config.temperature_switches.retain(|rule| rule.enable);
-    sort_short(&mut config.temperature_switches, |a, b| a.name.cmp(&b.name));
+    macro_rules! keep_enabled {
+        ($($list:ident),+) => {
+            $(
+                config.$list.retain(|one| one.enable);
+                sort_short(&mut config.$list, |a, b| a.name.cmp(&b.name));
+            )+
+        };
+    }
+    keep_enabled!(extruders, temperatures, endstops, switches, buttons, fans, led_strips, temperature_switches);
     name_parts(config);
 }
 

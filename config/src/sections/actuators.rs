@@ -95,8 +95,7 @@ settings! {
             .typical(&(0.5, 20_000.0)).v1("<axis>_steps_per_mm");
         /// Top speed of the motor. M203.1 changes it.
         max_rate: MmPerSecond = number("30000", POSITIVE)
-            .unit("mm/min").typical(&(30.0, 1_000_000.0)).v1("<axis>_max_rate")
-            => MmPerSecond::from_per_minute;
+            .unit("mm/min").typical(&(30.0, 1_000_000.0)).v1("<axis>_max_rate") => MmPerSecond::from_per_minute;
         /// Acceleration limit of the motor; 0 or less: default_acceleration.
         acceleration: Option<MmPerSecond2> = number("-1", ANY)
             .unit("mm/s^2").typical(&(5.0, 100_000.0)).v1("<axis>_acceleration")
@@ -139,8 +138,7 @@ settings! {
             .derived("not known").unit("Ohm").typical(&(0.3, 100.0)).velvet();
         /// Inductance of one coil, from the motor's data sheet: tune_driver computes the chopper from it.
         "coil_inductance" coil.henries = number("0", &(0.01, 1_000.0))
-            .derived("not known").unit("mH").typical(&(0.3, 100.0)).velvet()
-            => |v: f64| Some(v as f32 * 1e-3);
+            .derived("not known").unit("mH").typical(&(0.3, 100.0)).velvet() => |v: f64| Some(v as f32 * 1e-3);
         /// What follows when the motor stalls while it moves; its driver needs stall_watch. tell: a message,
         /// and its axis is not homed any more. halt: the machine halts. pause: the job stops there and is
         /// suspended; resume homes the axis and goes on. recover: the job stops there, Z rises, the axis
@@ -197,15 +195,19 @@ impl ActuatorConfig {
     }
 }
 
-/// Settings `stall_*` under `[actuator] common`.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct StallRecoveryConfig {
-    /// Recoveries within `time` after which the job pauses.
-    pub most: u8,
-    /// Time within which recoveries are counted.
-    pub time: Micros,
-    /// Height by which Z rises before an axis homes.
-    pub lift: Mm,
+settings! {
+    /// Settings `stall_*` under `[actuator] common`.
+    #[derive(Clone, Copy, Debug, Default)]
+    pub struct StallRecoveryConfig {
+        /// How often a job gets over stalls by itself (on_stall = recover) within stall_recovery_time. At one
+        /// more it pauses.
+        "stall_recoveries" most: u8 = integer("3", &(1, 16)).common().velvet();
+        /// Time within which such recoveries are counted.
+        "stall_recovery_time" time: Micros = number("600", NOT_NEGATIVE).common().unit("s").velvet();
+        /// How far Z rises where a motor has stalled in a job, and above all that was printed while the axis
+        /// homes.
+        "stall_lift" lift: Mm = number("5", NOT_NEGATIVE).common().unit("mm").velvet();
+    }
 }
 
 settings! {
@@ -221,14 +223,7 @@ settings! {
         halt_on_stall: bool = bool("true").common().velvet();
         /// Settings for recovery of a job from a stall.
         stall: StallRecoveryConfig;
-        /// How often a job gets over stalls by itself (on_stall = recover) within stall_recovery_time. At one
-        /// more it pauses.
-        "stall_recoveries" stall.most = integer("3", &(1, 16)).common().velvet();
-        /// Time within which such recoveries are counted.
-        "stall_recovery_time" stall.time = number("600", NOT_NEGATIVE).common().unit("s").velvet();
-        /// How far Z rises where a motor has stalled in a job, and above all that was printed while the axis
-        /// homes.
-        "stall_lift" stall.lift = number("5", NOT_NEGATIVE).common().unit("mm").velvet();
+        rows MotorsEnable:
         /// Enables all on-board drivers; active except in a halt.
         motors_enable_pin: Option<Pin> = pin("PH13!", PinRole::Output).common();
     }
@@ -241,8 +236,7 @@ settings! {
         /// master's. M906 and M907 change it.
         "current" current = number("", &(0.0, 20.0))
             .klipper("[tmc2660 <stepper>] run_current").required().unit("A").typical(&(0.05, 10.0))
-            .v1("<axis>_current")
-            => |v: f64| (v > 0.0).then_some(Amps(v as f32));
+            .v1("<axis>_current") => |v: f64| (v > 0.0).then_some(Amps(v as f32));
     }
 }
 

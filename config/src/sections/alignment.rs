@@ -86,9 +86,7 @@ settings! {
         /// Their thread; CW: turned clockwise it raises the bed.
         thread: Thread = word("CW-M3", THREADS).klipper("[screws_tilt_adjust] screw_thread").velvet() => thread;
         /// Way of one turn of another thread; 0: that of thread.
-        "pitch" = number("0", NOT_NEGATIVE)
-            .unit("mm").typical(&(0.2, 2.0)).velvet()
-            => BedScrews::set_pitch;
+        "pitch" = number("0", NOT_NEGATIVE).unit("mm").typical(&(0.2, 2.0)).velvet() => BedScrews::set_pitch;
         /// Level when no screw is off by more.
         tolerance: Mm = number("0.02", POSITIVE).unit("mm").typical(&(0.001, 1.0)).velvet();
         /// Height of the tool over the screws while a person turns them by paper (BED_SCREWS_ADJUST).
@@ -110,8 +108,7 @@ settings! {
         /// How many numbers G32 finds: 3 the trims, 4 the radius too, 6 also the angles of two towers, 7 the
         /// length of the arms, 9 that of each. G32 S changes it.
         factors: u8 = word("4", FACTORS)
-            .klipper("DELTA_CALIBRATE").velvet()
-            => |v: usize| FACTOR_COUNTS.get(v).copied().unwrap_or(4);
+            .klipper("DELTA_CALIBRATE").velvet() => |v: usize| FACTOR_COUNTS.get(v).copied().unwrap_or(4);
         /// Spread of the points' heights that is good enough. G32 I changes it.
         tolerance: Mm = number("0.03", POSITIVE).unit("mm").v1("leveling-strategy.delta-calibration.tolerance");
         /// Whether `[zprobe] calibration` asks for the calibration.

@@ -21,8 +21,7 @@ settings! {
         enable: bool = bool("true");
         /// Its input, on while it is pressed: ! where that is low. external: a key of a panel, none of which
         /// is supported yet.
-        "pin" = pin("nc", PinRole::Button)
-            => ButtonConfig::set_pin;
+        "pin" = pin("nc", PinRole::Button) => ButtonConfig::set_pin;
         /// Line sent on a press. KILL, SUSPEND and $J STOP act at once.
         press: Command = text("", 96);
         /// Line sent on its release.
@@ -55,8 +54,7 @@ settings! {
     rows ButtonBox of PollRate {
         /// How often buttons are looked at. Contacts may bounce as long as the time between two looks.
         "poll_frequency_hz" = integer("20", &(0, 65_535))
-            .limited(&(1.0, 100.0)).unit("Hz").common()
-            => |rate: &mut PollRate, hertz: i64| *rate = hertz as u16;
+            .limited(&(1.0, 100.0)).unit("Hz").common() => |rate: &mut PollRate, hertz: i64| *rate = hertz as u16;
     }
 }
 

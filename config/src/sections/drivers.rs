@@ -133,13 +133,11 @@ settings! {
         /// The driver's sense resistor; the motor current scales with it.
         "sense_resistor" sense_resistor = integer("50", &(1, 1_000))
             .klipper("[tmc2660 <stepper>] sense_resistor").unit("mOhm").typical(&(10.0, 500.0))
-            .v1("motor_driver_control.<axis>.sense_resistor")
-            => milliohms;
+            .v1("motor_driver_control.<axis>.sense_resistor") => milliohms;
         /// Ceiling of any motor current; higher requests are cut.
         "max_current" max_current = integer("5500", &(1, 20_000))
             .derived("5500 with 50 mOhm, 4400 with 75 mOhm, else 3200").unit("mA").typical(&(100.0, 20_000.0))
-            .v1("motor_driver_control.<axis>.max_current")
-            => milliamps;
+            .v1("motor_driver_control.<axis>.max_current") => milliamps;
     }
 }
 
@@ -167,8 +165,7 @@ settings! {
             .klipper("[tmc2660 <stepper>] driver_SLPH, driver_SLPL").derived("0, or what reg says").velvet();
         /// The driver's sense resistor; the motor current scales with it.
         "sense_resistor" sense_resistor = integer("100", &(1, 1_000))
-            .klipper("[tmc2660 <stepper>] sense_resistor").unit("mOhm").typical(&(10.0, 500.0))
-            => milliohms;
+            .klipper("[tmc2660 <stepper>] sense_resistor").unit("mOhm").typical(&(10.0, 500.0)) => milliohms;
         /// Ceiling of any motor current; higher requests are cut.
         "max_current" max_current = integer("2800", &(1, 20_000)).unit("mA").typical(&(100.0, 20_000.0)) => milliamps;
     }

@@ -30,8 +30,7 @@ settings! {
         /// it.
         filament_diameter: Option<Mm> = number("0", NOT_NEGATIVE)
             .klipper("[extruder] filament_diameter").unit("mm").typical(&(1.0, 4.0))
-            .v1("extruder.<name>.filament_diameter")
-            => |v: f64| (v > 0.01).then_some(Mm(v));
+            .v1("extruder.<name>.filament_diameter") => |v: f64| (v > 0.01).then_some(Mm(v));
         /// Filament that G10 pulls back. M207 S changes it.
         retract_length: Mm = number("3", NOT_NEGATIVE)
             .klipper("[firmware_retraction] retract_length").unit("mm").typical(&(0.1, 50.0))
@@ -50,8 +49,7 @@ settings! {
             .v1("extruder.<name>.retract_recover_feedrate");
         /// Z hop of G10, undone by G11; 0 for none. M207 Z changes it.
         "retract_zlift_length" z_lift: Mm = number("0", ANY)
-            .unit("mm").v1("extruder.<name>.retract_zlift_length")
-            => |v: f64| Mm(if v > 0.0 { v } else { 0.0 });
+            .unit("mm").v1("extruder.<name>.retract_zlift_length") => |v: f64| Mm(if v > 0.0 { v } else { 0.0 });
         /// Speed of the hop; the only rate here in mm/min. M207 Q changes it.
         "retract_zlift_feedrate" z_lift_rate: MmPerSecond = number("6000", POSITIVE)
             .unit("mm/min").typical(&(60.0, 60_000.0)).v1("extruder.<name>.retract_zlift_feedrate")

@@ -39,47 +39,60 @@ words! {
     }
 }
 
-/// Drive of a fan: shares of full power, 0 to 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FanDriveConfig {
-    /// Requested power below which the fan is off.
-    pub off_below: f32,
-    /// Least power of a running fan.
-    pub min_power: f32,
-    /// Greatest power of the fan.
-    pub max_power: f32,
-    /// Duration of the kick start at `max_power`.
-    pub kick_start: Micros,
-    /// Least increase in power that gets a kick start; a start from standstill always does.
-    pub kick_start_step: f32,
+settings! {
+    /// Drive of a fan: shares of full power, 0 to 1.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct FanDriveConfig {
+        /// Asked for less than this, it is off: most fans hum and do not turn with less than 20 %.
+        off_below: f32 = number("0", PERCENT).unit("%").klipper("[fan] off_below").velvet() => share;
+        /// It is given no less, unless it is off.
+        min_power: f32 = number("0", PERCENT).unit("%").velvet() => share;
+        /// It is given no more.
+        max_power: f32 = number("100", PERCENT).unit("%").klipper("[fan] max_power").velvet() => share;
+        /// From standstill it has max_power for so long first, so that it starts at any speed.
+        "kick_start_time" kick_start: Micros = number("0", &(0.0, 10.0))
+            .unit("s").klipper("[fan] kick_start_time").velvet();
+        /// The same where it is to run so much faster than it does.
+        kick_start_step: f32 = number("50", PERCENT).unit("%").velvet() => share;
+    }
 }
 
-/// Control law of a fan that holds a temperature.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FanControl {
-    /// Whether PID control is used instead of on/off.
-    pub pid: bool,
-    /// Proportional gain: share of full power per degree too warm.
-    pub p: f32,
-    /// Integral gain: share of full power per degree-second.
-    pub i: f32,
-    /// Derivative gain: share of full power per degree a second.
-    pub d: f32,
+settings! {
+    /// Control law of a fan that holds a temperature.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct FanControl {
+        /// temperature: full on and off, or as much as it takes.
+        "control" pid: bool = word("bang-bang", &Words(&["bang-bang", "pid"]))
+            .klipper("[temperature_fan <name>] control").velvet();
+        /// pid: power for each degree too warm.
+        "p_factor" p: f32 = number("10", NOT_NEGATIVE)
+            .unit("%/C").klipper("[temperature_fan <name>] pid_Kp").velvet() => share;
+        /// pid: for each degree and second.
+        "i_factor" i: f32 = number("0.2", NOT_NEGATIVE)
+            .unit("%/(C s)").klipper("[temperature_fan <name>] pid_Ki").velvet() => share;
+        /// pid: for each degree a second.
+        "d_factor" d: f32 = number("0", NOT_NEGATIVE)
+            .unit("% s/C").klipper("[temperature_fan <name>] pid_Kd").velvet() => share;
+    }
 }
 
-/// The tachometer of a fan.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct TachometerConfig {
-    /// Input of the tachometer.
-    pub pin: Option<Pin>,
-    /// Pulses per turn of the fan.
-    pub pulses_per_turn: f32,
-    /// Speed below which a driven fan counts as stopped, turns a minute; 0: never.
-    pub min_rpm: f32,
-    /// Time below `min_rpm` before the fan counts as stopped.
-    pub stopped_after: Micros,
-    /// Response to a stopped fan.
-    pub when_stopped: StoppedFan,
+settings! {
+    /// The tachometer of a fan.
+    #[derive(Clone, Copy, Debug, Default)]
+    pub struct TachometerConfig {
+        /// Input of its tachometer. Any input will do: it is looked at 2,000 times a second, so that up to
+        /// 800 pulses a second count.
+        "tachometer_pin" pin: Option<Pin> = pin("nc", PinRole::Input).klipper("[fan] tachometer_pin").velvet();
+        /// Pulses that the tachometer gives in a turn.
+        pulses_per_turn: f32 = number("2", &(0.1, 100.0))
+            .klipper("[fan] tachometer_ppr").velvet();
+        /// Slower than this while it is driven, it counts as stopped. 0: that is not watched.
+        min_rpm: f32 = number("100", &(0.0, 100_000.0)).unit("1/min").velvet();
+        /// When it has been so slow for so long.
+        stopped_after: Micros = number("5", &(1.0, 600.0)).unit("s").velvet();
+        /// A fan that has stopped is told on every console, or halts the machine.
+        when_stopped: StoppedFan = word("tell", StoppedFan::WORDS).velvet();
+    }
 }
 
 settings! {
@@ -94,8 +107,7 @@ settings! {
         /// codes: those of the switch. heaters: on while one of its sensors' heaters heats or is at
         /// `temperature`, as for a hot end. electronics: on while motors have current or a heater is on, and
         /// `linger` longer. temperature: it keeps its sensor at `temperature`.
-        follows: FanFollows = word("codes", FanFollows::WORDS)
-            .velvet();
+        follows: FanFollows = word("codes", FanFollows::WORDS).velvet();
         /// Names of the temperature controls that it watches, commas between. electronics: every heater
         /// without any; temperature: one.
         sensors: String<72> = text("", 72).klipper("[heater_fan <name>] heater").velvet();
@@ -110,56 +122,16 @@ settings! {
         /// electronics: power while it lingers. temperature: the least, so that it never stands.
         idle_speed: f32 = number("0", PERCENT)
             .derived("speed, where it follows electronics; else 0").unit("%")
-            .klipper("[controller_fan <name>] idle_speed").velvet()
-            => share;
+            .klipper("[controller_fan <name>] idle_speed").velvet() => share;
         /// electronics: how long it runs on when motors and heaters are off.
         linger: Micros = number("30", &(0.0, 86_400.0))
             .unit("s").klipper("[controller_fan <name>] idle_timeout").velvet();
         /// Control law for holding a temperature.
         control: FanControl;
-        /// temperature: full on and off, or as much as it takes.
-        "control" control.pid = word("bang-bang", &Words(&["bang-bang", "pid"]))
-            .klipper("[temperature_fan <name>] control").velvet();
-        /// pid: power for each degree too warm.
-        "p_factor" control.p = number("10", NOT_NEGATIVE)
-            .unit("%/C").klipper("[temperature_fan <name>] pid_Kp").velvet()
-            => share;
-        /// pid: for each degree and second.
-        "i_factor" control.i = number("0.2", NOT_NEGATIVE)
-            .unit("%/(C s)").klipper("[temperature_fan <name>] pid_Ki").velvet()
-            => share;
-        /// pid: for each degree a second.
-        "d_factor" control.d = number("0", NOT_NEGATIVE)
-            .unit("% s/C").klipper("[temperature_fan <name>] pid_Kd").velvet()
-            => share;
         /// Drive limits and kick start.
         drive: FanDriveConfig;
-        /// Asked for less than this, it is off: most fans hum and do not turn with less than 20 %.
-        "off_below" drive.off_below = number("0", PERCENT).unit("%").klipper("[fan] off_below").velvet() => share;
-        /// It is given no less, unless it is off.
-        "min_power" drive.min_power = number("0", PERCENT).unit("%").velvet() => share;
-        /// It is given no more.
-        "max_power" drive.max_power = number("100", PERCENT).unit("%").klipper("[fan] max_power").velvet() => share;
-        /// From standstill it has max_power for so long first, so that it starts at any speed.
-        "kick_start_time" drive.kick_start = number("0", &(0.0, 10.0))
-            .unit("s").klipper("[fan] kick_start_time").velvet();
-        /// The same where it is to run so much faster than it does.
-        "kick_start_step" drive.kick_start_step = number("50", PERCENT).unit("%").velvet() => share;
         /// Tachometer that monitors the fan.
         tachometer: TachometerConfig;
-        /// Input of its tachometer. Any input will do: it is looked at 2,000 times a second, so that up to
-        /// 800 pulses a second count.
-        "tachometer_pin" tachometer.pin = pin("nc", PinRole::Input).klipper("[fan] tachometer_pin").velvet();
-        /// Pulses that the tachometer gives in a turn.
-        "pulses_per_turn" tachometer.pulses_per_turn = number("2", &(0.1, 100.0))
-            .klipper("[fan] tachometer_ppr").velvet();
-        /// Slower than this while it is driven, it counts as stopped. 0: that is not watched.
-        "min_rpm" tachometer.min_rpm = number("100", &(0.0, 100_000.0)).unit("1/min").velvet();
-        /// When it has been so slow for so long.
-        "stopped_after" tachometer.stopped_after = number("5", &(1.0, 600.0)).unit("s").velvet();
-        /// A fan that has stopped is told on every console, or halts the machine.
-        "when_stopped" tachometer.when_stopped = word("tell", StoppedFan::WORDS)
-            .velvet();
         /// Places of the watched temperature controls, one bit each; set once all controls have places.
         watched: u8;
     }

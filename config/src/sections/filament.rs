@@ -21,8 +21,7 @@ settings! {
         detector_pin: Option<Pin> = pin("nc", PinRole::Input).klipper("[filament_switch_sensor] switch_pin");
         /// Between two looks at the pulses. M404 S changes it.
         "seconds_per_check" check_every: Micros = integer("2", &(1, 3600))
-            .unit("s").v1("filament_detector.seconds_per_check")
-            => |v: i64| Micros::from_millis(v as u64 * 1000);
+            .unit("s").v1("filament_detector.seconds_per_check") => |v: i64| Micros::from_millis(v as u64 * 1000);
         /// Pulses of a millimetre of filament. M404 P changes it.
         pulses_per_mm: f64 = number("1", POSITIVE).unit("pulses/mm").v1("filament_detector.pulses_per_mm");
         /// Heaters stay on when it suspends the job. M404 H changes it.

@@ -28,21 +28,18 @@ settings! {
         /// with or without a `!`.
         "spi_select_pin" select_pin: Option<Pin> = pin("nc", PinRole::Output);
         /// Type of the thermocouple on a max31856. A max31855 is made for one type, which its name ends with.
-        "tc_type" thermocouple: Thermocouple = word("K", THERMOCOUPLES)
-            .klipper("[extruder] tc_type").velvet();
+        "tc_type" thermocouple: Thermocouple = word("K", THERMOCOUPLES).klipper("[extruder] tc_type").velvet();
         /// So many readings of a max31855, or so many samples of a max31856, make one temperature. More is
         /// calmer and later: the last readings of a max31855 come 0.1 s apart; each sample more of a max31856
         /// takes 0.02 s.
         "tc_averaging" averaging: u8 = word("4", AVERAGING)
-            .klipper("[extruder] tc_averaging_count").velvet()
-            => |v: usize| 1 << v;
+            .klipper("[extruder] tc_averaging_count").velvet() => |v: usize| 1 << v;
         /// Frequency of the mains, which the filter of a max31856 or max31865 takes out.
         "mains_frequency" mains_60_hz: bool = word("50", &Words(&["50", "60"]))
             .klipper("[extruder] tc_use_50Hz_filter, rtd_use_50Hz_filter").unit("Hz").velvet();
         /// Wires of the platinum sensor on a max31865, as the bridges on its board are soldered.
         rtd_wires: u8 = word("2", &Words(&["2", "3", "4"]))
-            .klipper("[extruder] rtd_num_of_wires").velvet()
-            => |v: usize| v as u8 + 2;
+            .klipper("[extruder] rtd_num_of_wires").velvet() => |v: usize| v as u8 + 2;
         /// Resistance at 0 C of the platinum sensor on a max31865: 100 for a PT100, 1000 for a PT1000.
         rtd_nominal: Ohms = number("100", POSITIVE).klipper("[extruder] rtd_nominal_r").unit("Ohm").velvet();
         /// Reference resistor on the board of a max31865: 430 on most for a PT100, 4300 on most for a PT1000.
@@ -129,8 +126,7 @@ settings! {
         coefficients: Option<[f64; 3]> = numbers(3).v1("temperature_control.<name>.coefficients");
         /// Three points temperature,resistance of the thermistor's curve. Stronger than coefficients.
         rt_curve: Option<[(f64, f64); 3]> = numbers(6)
-            .unit("C,Ohm").v1("temperature_control.<name>.rt_curve")
-            => three_points;
+            .unit("C,Ohm").v1("temperature_control.<name>.rt_curve") => three_points;
     }
 }
 
@@ -230,8 +226,7 @@ settings! {
             => |v: i64| (v > 0).then_some(Celsius(v as f32));
         /// Longer than this to the target halts; 0 switches that off.
         "runaway_heating_timeout" heating_timeout: Option<Micros> = integer("300", &(0, 86_400))
-            .unit("s").v1("temperature_control.<name>.runaway_heating_timeout")
-            => positive_seconds;
+            .unit("s").v1("temperature_control.<name>.runaway_heating_timeout") => positive_seconds;
         /// Above a lower target and 60 C it must cool by 0.5 C in this, or it halts; 0: off.
         "runaway_cooling_timeout" cooling_timeout: Option<Micros> = integer("300", &(0, 86_400))
             .derived("runaway_heating_timeout").unit("s").v1("temperature_control.<name>.runaway_cooling_timeout")
@@ -327,8 +322,7 @@ settings! {
         /// Two points or more temperature,voltage of a sensor = voltage: straight between them, and on beyond
         /// the outer ones. Below 7 mV and above 3.293 V is a broken wire.
         "voltage_curve" sensor.voltage_points = places(MAX_VOLTAGE_POINTS)
-            .unit("C,V").velvet()
-            => |points: &[[f64; 2]]| core::array::from_fn(|point| points.get(point).copied());
+            .unit("C,V").velvet() => |points: &[[f64; 2]]| core::array::from_fn(|point| points.get(point).copied());
         rows TemperatureOutput:
         /// Heater output. nc makes this a sensor only.
         heater_pin: Option<Pin> = pin("nc", PinRole::Output)

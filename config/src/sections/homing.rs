@@ -143,13 +143,10 @@ settings! {
     pub struct HomingConfig {
         /// How long a switch must stay hit to count.
         "debounce_ms" debounce: Micros = number("0", &(0.0, 1_000.0))
-            .common().unit("ms").v1("endstop_debounce_ms")
-            => millis;
+            .common().unit("ms").v1("endstop_debounce_ms") => millis;
         /// Axes homed one after another, as in ZXY. Without it, or with fewer than three: X with Y, then Z,
         /// then A, B, C.
-        "homing_order" = axes()
-            .common().v1("homing_order")
-            => HomingConfig::set_order;
+        "homing_order" = axes().common().v1("homing_order") => HomingConfig::set_order;
         /// Home Z before X and Y; homing_order is stronger.
         "home_z_first" z_first: bool = bool("false").common().v1("home_z_first");
         /// Home one axis at a time and stop both X and Y motors at the switch.
@@ -186,8 +183,7 @@ settings! {
         "homing_retries" retries: u8 = integer("3", &(0, 20)).common().velvet();
         /// A line executed instead of G28 without axes. G28 within it homes. Underscores stand for blanks.
         "home_gcode" gcode: Command = text("", 96)
-            .common().klipper("[homing_override] gcode").velvet()
-            => spaced;
+            .common().klipper("[homing_override] gcode").velvet() => spaced;
         /// Trims of the first three actuators.
         trim: [Mm; 3];
         /// How much the switch of this tower or arm sits too low; negative where it sits too high. M666
@@ -299,21 +295,6 @@ settings! {
         stowed_reads_triggered: bool = bool("false").velvet();
         /// Repeated touches of one place.
         samples: SamplesConfig;
-        /// Touches of each place where a bed is measured: grids, three points, Z motors, screws.
-        "samples" samples.count = integer("1", &(1, 50)).unit("touches").klipper("[probe] samples").velvet();
-        /// What several touches come to. A median leaves out one that went wrong.
-        "samples_result" samples.median = word("average", &Words(&["average", "median"]))
-            .klipper("[probe] samples_result").velvet();
-        /// Touches of one place that lie further apart are made again; 0: they are not held against each
-        /// other.
-        "samples_tolerance" samples.tolerance = number("0.1", NOT_NEGATIVE)
-            .unit("mm").typical(&(0.003, 1.0)).klipper("[probe] samples_tolerance").velvet();
-        /// How often they are made again before measuring ends with an error.
-        "samples_retries" samples.retries = integer("3", &(0, 20))
-            .unit("times").klipper("[probe] samples_tolerance_retries").velvet();
-        /// How far the probe rises between touches of one place.
-        "samples_retract" samples.retract = number("2", POSITIVE)
-            .unit("mm").typical(&(0.2, 20.0)).klipper("[probe] sample_retract_dist").velvet();
     }
 }
 
@@ -325,27 +306,32 @@ settings! {
     rows ProbeScripts of Scripts {
         /// Line that brings the probe out before it searches: moves, waits, modes and switches, in mm and
         /// absolute. M401 runs it too.
-        "deploy_gcode" [0] = text("", 96)
-            .klipper("[probe] activate_gcode").velvet();
+        "deploy_gcode" [0] = text("", 96).klipper("[probe] activate_gcode").velvet();
         /// Line that puts the probe away when a command that has probed ends. M402 runs it too.
-        "stow_gcode" [1] = text("", 96)
-            .klipper("[probe] deactivate_gcode").velvet();
+        "stow_gcode" [1] = text("", 96).klipper("[probe] deactivate_gcode").velvet();
     }
 }
 
-/// Repeated touches of one place: `[zprobe]` `samples` and related settings.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SamplesConfig {
-    /// Number of touches per place.
-    pub count: u8,
-    /// Whether the median of the touches counts, not their mean.
-    pub median: bool,
-    /// Greatest spread of the touches; 0: not checked.
-    pub tolerance: Mm,
-    /// Additional rounds of touches when their spread exceeds `tolerance`.
-    pub retries: u8,
-    /// Lift of the probe between touches.
-    pub retract: Mm,
+settings! {
+    /// Repeated touches of one place: `[zprobe]` `samples` and related settings.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct SamplesConfig {
+        /// Touches of each place where a bed is measured: grids, three points, Z motors, screws.
+        "samples" count: u8 = integer("1", &(1, 50)).unit("touches").klipper("[probe] samples").velvet();
+        /// What several touches come to. A median leaves out one that went wrong.
+        "samples_result" median: bool = word("average", &Words(&["average", "median"]))
+            .klipper("[probe] samples_result").velvet();
+        /// Touches of one place that lie further apart are made again; 0: they are not held against each
+        /// other.
+        "samples_tolerance" tolerance: Mm = number("0.1", NOT_NEGATIVE)
+            .unit("mm").typical(&(0.003, 1.0)).klipper("[probe] samples_tolerance").velvet();
+        /// How often they are made again before measuring ends with an error.
+        "samples_retries" retries: u8 = integer("3", &(0, 20))
+            .unit("times").klipper("[probe] samples_tolerance_retries").velvet();
+        /// How far the probe rises between touches of one place.
+        "samples_retract" retract: Mm = number("2", POSITIVE)
+            .unit("mm").typical(&(0.2, 20.0)).klipper("[probe] sample_retract_dist").velvet();
+    }
 }
 
 impl ProbeConfig {

@@ -43,8 +43,7 @@ settings! {
         /// The order in which its chips take their colours: GRB of WS2812, GRBW of SK6812 with white, RGB and
         /// so on.
         "color_order" order: Option<ColourOrder> = text("GRB", 4)
-            .klipper("[neopixel <name>] color_order").velvet()
-            => ColourOrder::parse;
+            .klipper("[neopixel <name>] color_order").velvet() => ColourOrder::parse;
         /// S of M150 that means it.
         number: u8 = integer("-1", &(-1, 15)).derived("0, 1, 2 in the order of their names").velvet();
         /// How bright full brightness is. A light at full white takes up to 60 mA: keep it below what the
@@ -54,25 +53,20 @@ settings! {
         initial: Colour;
         /// Red when the machine has started.
         "initial_red" initial.red = number("0", SHARE)
-            .unit("ratio").klipper("[neopixel <name>] initial_RED").velvet()
-            => steps;
+            .unit("ratio").klipper("[neopixel <name>] initial_RED").velvet() => steps;
         /// The same for green.
         "initial_green" initial.green = number("0", SHARE)
-            .unit("ratio").klipper("[neopixel <name>] initial_GREEN").velvet()
-            => steps;
+            .unit("ratio").klipper("[neopixel <name>] initial_GREEN").velvet() => steps;
         /// The same for blue.
         "initial_blue" initial.blue = number("0", SHARE)
-            .unit("ratio").klipper("[neopixel <name>] initial_BLUE").velvet()
-            => steps;
+            .unit("ratio").klipper("[neopixel <name>] initial_BLUE").velvet() => steps;
         /// The same for white.
         "initial_white" initial.white = number("0", SHARE)
-            .unit("ratio").klipper("[neopixel <name>] initial_WHITE").velvet()
-            => steps;
+            .unit("ratio").klipper("[neopixel <name>] initial_WHITE").velvet() => steps;
         /// codes: what M150 and SET_LED say. state: the same, but while the machine heats how far it is
         /// (orange), while it makes a file how far that is (green), while it waits for a person yellow, and
         /// halted blinking red.
-        shows: StripShows = word("codes", StripShows::WORDS)
-            .velvet();
+        shows: StripShows = word("codes", StripShows::WORDS).velvet();
         /// Names of the switches for red, green, blue and white, as written; empty for colours the strip does
         /// not have.
         switches: [Name; 4];

@@ -67,20 +67,17 @@ settings! {
     pub struct MotionControl {
         /// Speed of G1, G2 and G3 until an F word sets it; 0: refused until then.
         default_feed_rate: MmPerSecond = number("4000", NOT_NEGATIVE)
-            .unit("mm/min").typical(&(60.0, 100_000.0)).v1("default_feed_rate")
-            => MmPerSecond::from_per_minute;
+            .unit("mm/min").typical(&(60.0, 100_000.0)).v1("default_feed_rate") => MmPerSecond::from_per_minute;
         /// Speed of G0 until an F word on a G0 sets it, which in GRBL's dialect none does.
         default_seek_rate: MmPerSecond = number("4000", POSITIVE)
-            .unit("mm/min").typical(&(120.0, 200_000.0)).v1("default_seek_rate")
-            => MmPerSecond::from_per_minute;
+            .unit("mm/min").typical(&(120.0, 200_000.0)).v1("default_seek_rate") => MmPerSecond::from_per_minute;
         /// F always sets the speed of G1; G0 keeps default_seek_rate, which M203 S changes, and M220 and M121
         /// do not.
         compliant_seek_rate: bool = bool("false");
         /// Longest piece a straight move is cut into; 0: it is not cut. Velvet evaluates the kinematics all
         /// along the path, so only a bed correction could need this.
         mm_per_line_segment: Option<Mm> = number("0", NOT_NEGATIVE)
-            .unit("mm").v1("mm_per_line_segment")
-            => |v: f64| (v >= 1e-4).then_some(Mm(v));
+            .unit("mm").v1("mm_per_line_segment") => |v: f64| (v >= 1e-4).then_some(Mm(v));
         /// Pieces per second a straight move is cut into, stronger than mm_per_line_segment; 0: it is not
         /// cut. Lines are exact without; each piece has the speed that its own part of the way allows.
         "delta_segments_per_second" segments_per_second: Option<f64> = number("0", NOT_NEGATIVE)
@@ -94,8 +91,7 @@ settings! {
         /// Above zero: arcs are cut into chords that leave them by this at most. With 0 here and in
         /// mm_per_arc_segment arcs are exact.
         mm_max_arc_error: Option<Mm> = number("0", NOT_NEGATIVE)
-            .unit("mm").typical(&(0.0001, 1.0)).v1("mm_max_arc_error")
-            => |v: f64| (v > 0.0).then_some(Mm(v));
+            .unit("mm").typical(&(0.0001, 1.0)).v1("mm_max_arc_error") => |v: f64| (v > 0.0).then_some(Mm(v));
         /// Kept for old configurations: every corner of an arc that is cut is computed exactly.
         arc_correction: u16 = integer("5", &(0, 1_000))
             .v1("arc_correction").support(&Support::Needless { why: "every point of an arc is computed exactly" });
@@ -103,20 +99,17 @@ settings! {
         axis_max_speed: [Option<MmPerSecond>; 3];
         /// Speed limit of the X part of a move; 0 for none. M203 X changes it.
         "x_axis_max_speed" axis_max_speed[0] = number("60000", ANY)
-            .unit("mm/min").v1("x_axis_max_speed").typical(&(300.0, 300_000.0))
-            => limit;
+            .unit("mm/min").v1("x_axis_max_speed").typical(&(300.0, 300_000.0)) => limit;
         /// Speed limit of the Y part of a move; 0 for none. M203 Y changes it.
         "y_axis_max_speed" axis_max_speed[1] = number("60000", ANY)
-            .unit("mm/min").v1("y_axis_max_speed").typical(&(300.0, 300_000.0))
-            => limit;
+            .unit("mm/min").v1("y_axis_max_speed").typical(&(300.0, 300_000.0)) => limit;
         /// Speed limit of the Z part of a move; 0 for none. M203 Z changes it. The default is slow.
         "z_axis_max_speed" axis_max_speed[2] = number("300", ANY)
             .unit("mm/min").klipper("[printer] max_z_velocity").v1("z_axis_max_speed").typical(&(30.0, 300_000.0))
             => limit;
         /// Limit of the speed along the path; 0 for none. M203 P changes it.
         max_speed: Option<MmPerSecond> = number("0", ANY)
-            .klipper("[printer] max_velocity").unit("mm/min").typical(&(120.0, 300_000.0))
-            => limit;
+            .klipper("[printer] max_velocity").unit("mm/min").typical(&(120.0, 300_000.0)) => limit;
         /// Acceleration of a move, unless a motor's own limit is lower. M204 S changes it.
         default_acceleration: MmPerSecond2 = number("100", POSITIVE)
             .klipper("[printer] max_accel").unit("mm/s^2").typical(&(5.0, 100_000.0)).v1("acceleration");
@@ -136,8 +129,7 @@ settings! {
         /// geometry has a section of its own. A motor that turns an arm or a bed counts degrees where others
         /// count mm.
         arm_solution: ArmSolution = word("cartesian", ARM_SOLUTIONS)
-            .klipper("[printer] kinematics").v1("arm_solution")
-            => arm_solution;
+            .klipper("[printer] kinematics").v1("arm_solution") => arm_solution;
         /// Geometry of the kinematics.
         arms: Arms;
     }
@@ -153,8 +145,7 @@ settings! {
             .unit("mm").typical(&(0.0001, 1.0)).v1("junction_deviation");
         /// The same for moves of Z alone; negative: as junction_deviation.
         z_junction_deviation: Option<Mm> = number("-1", &(-1_000.0, 10.0))
-            .unit("mm").v1("z_junction_deviation")
-            => |v: f64| (v >= 0.0).then_some(Mm(v));
+            .unit("mm").v1("z_junction_deviation") => |v: f64| (v >= 0.0).then_some(Mm(v));
         /// Slowest speed at the start, the end and the corners of moves.
         minimum_planner_speed: MmPerSecond = number("0", &(0.0, 1_000.0))
             .unit("mm/s").typical(&(0.001, 50.0)).v1("minimum_planner_speed");
@@ -165,22 +156,18 @@ settings! {
         /// here and for every axis: trapezoids. Ramps take acceleration / jerk longer. Short moves need more
         /// planner_queue_size.
         jerk: Option<MmPerSecond3> = number("0", NOT_NEGATIVE)
-            .unit("mm/s^3").typical(&(1_000.0, 10_000_000.0)).velvet()
-            => some_jerk;
+            .unit("mm/s^3").typical(&(1_000.0, 10_000_000.0)).velvet() => some_jerk;
         /// Jerk limits of X, Y and Z.
         axis_jerk: [Option<MmPerSecond3>; 3];
         /// The same for the X part of a move.
         "x_axis_max_jerk" axis_jerk[0] = number("0", NOT_NEGATIVE)
-            .unit("mm/s^3").typical(&(1_000.0, 10_000_000.0)).velvet()
-            => some_jerk;
+            .unit("mm/s^3").typical(&(1_000.0, 10_000_000.0)).velvet() => some_jerk;
         /// The same for the Y part of a move.
         "y_axis_max_jerk" axis_jerk[1] = number("0", NOT_NEGATIVE)
-            .unit("mm/s^3").typical(&(1_000.0, 10_000_000.0)).velvet()
-            => some_jerk;
+            .unit("mm/s^3").typical(&(1_000.0, 10_000_000.0)).velvet() => some_jerk;
         /// The same for the Z part of a move.
         "z_axis_max_jerk" axis_jerk[2] = number("0", NOT_NEGATIVE)
-            .unit("mm/s^3").typical(&(1_000.0, 10_000_000.0)).velvet()
-            => some_jerk;
+            .unit("mm/s^3").typical(&(1_000.0, 10_000_000.0)).velvet() => some_jerk;
         /// Speed kept through a right angle at default_acceleration; other corners in proportion. Above 0 it
         /// takes the place of both junction deviations; M205 X goes back to them.
         square_corner_velocity: Option<MmPerSecond> = number("0", &(0.0, 1_000.0))
@@ -227,8 +214,7 @@ settings! {
     /// by the longest shaper's mean delay, about 0.2 (zv) to 0.8 (3hump_ei) periods of its resonance.
     rows InputShapers of Shapers {
         /// Shaper of X.
-        "shaper_type_x" [0].shaper = word("mzv", SHAPERS)
-            .klipper("[input_shaper] shaper_type").velvet();
+        "shaper_type_x" [0].shaper = word("mzv", SHAPERS).klipper("[input_shaper] shaper_type").velvet();
         /// Resonance of X; 0: X is not shaped.
         "shaper_freq_x" [0].frequency_hz = number("0", &(0.0, 1_000.0))
             .unit("Hz").typical(&(5.0, 200.0)).klipper("[input_shaper] shaper_freq_<axis>").velvet()
@@ -237,8 +223,7 @@ settings! {
         "damping_ratio_x" [0].damping_ratio = number("0.1", &(0.0, 0.99))
             .klipper("[input_shaper] damping_ratio_<axis>").velvet();
         /// Shaper of Y.
-        "shaper_type_y" [1].shaper = word("mzv", SHAPERS)
-            .klipper("[input_shaper] shaper_type").velvet();
+        "shaper_type_y" [1].shaper = word("mzv", SHAPERS).klipper("[input_shaper] shaper_type").velvet();
         /// Resonance of Y; 0: Y is not shaped.
         "shaper_freq_y" [1].frequency_hz = number("0", &(0.0, 1_000.0))
             .unit("Hz").typical(&(5.0, 200.0)).klipper("[input_shaper] shaper_freq_<axis>").velvet()
@@ -247,8 +232,7 @@ settings! {
         "damping_ratio_y" [1].damping_ratio = number("0.1", &(0.0, 0.99))
             .klipper("[input_shaper] damping_ratio_<axis>").velvet();
         /// Shaper of Z.
-        "shaper_type_z" [2].shaper = word("mzv", SHAPERS)
-            .klipper("[input_shaper] shaper_type").velvet();
+        "shaper_type_z" [2].shaper = word("mzv", SHAPERS).klipper("[input_shaper] shaper_type").velvet();
         /// Resonance of Z; 0: Z is not shaped.
         "shaper_freq_z" [2].frequency_hz = number("0", &(0.0, 1_000.0))
             .unit("Hz").typical(&(5.0, 200.0)).klipper("[input_shaper] shaper_freq_<axis>").velvet()

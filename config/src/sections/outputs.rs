@@ -40,13 +40,23 @@ words! {
     }
 }
 
-/// A servo on a timer.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ServoConfig {
-    /// Greatest angle, degrees; 0: no servo.
-    pub max_angle: f32,
-    /// Pulse width at angle 0 and at the greatest angle, microseconds.
-    pub pulse_us: [f32; 2],
+settings! {
+    /// A servo on a timer.
+    #[derive(Clone, Copy, Debug, Default, PartialEq)]
+    pub struct ServoConfig {
+        /// hwpwm: it turns a servo, and S is an angle up to this, or the width of its pulses in us. 0: S is
+        /// percent.
+        "servo_max_angle" max_angle: f32 = number("0", &(0.0, 720.0))
+            .unit("degree").klipper("[servo <name>] maximum_servo_angle").velvet();
+        /// Pulse width at angle 0 and at the greatest angle, microseconds.
+        pulse_us: [f32; 2];
+        /// Width of the servo's pulses at angle 0; they are never less wide.
+        "servo_min_us" pulse_us[0] = number("1000", &(100.0, 10_000.0))
+            .unit("us").klipper("[servo <name>] minimum_pulse_width").velvet();
+        /// The same at servo_max_angle; they are never wider.
+        "servo_max_us" pulse_us[1] = number("2000", &(100.0, 10_000.0))
+            .unit("us").klipper("[servo <name>] maximum_pulse_width").velvet();
+    }
 }
 
 settings! {
@@ -111,16 +121,7 @@ settings! {
         off_delay: Micros = number("0", &(0.0, 60.0)).unit("s").velvet();
         /// Servo on the hardware PWM output, with S an angle.
         servo: ServoConfig;
-        /// hwpwm: it turns a servo, and S is an angle up to this, or the width of its pulses in us. 0: S is
-        /// percent.
-        "servo_max_angle" servo.max_angle = number("0", &(0.0, 720.0))
-            .unit("degree").klipper("[servo <name>] maximum_servo_angle").velvet();
-        /// Width of the servo's pulses at angle 0; they are never less wide.
-        "servo_min_us" servo.pulse_us[0] = number("1000", &(100.0, 10_000.0))
-            .unit("us").klipper("[servo <name>] minimum_pulse_width").velvet();
-        /// The same at servo_max_angle; they are never wider.
-        "servo_max_us" servo.pulse_us[1] = number("2000", &(100.0, 10_000.0))
-            .unit("us").klipper("[servo <name>] maximum_pulse_width").velvet();
+        rows SwitchHalt:
         /// State in a fault of the firmware itself.
         failsafe_set_to: bool = bool("false")
             .klipper("[output_pin <name>] shutdown_value").v1("switch.<name>.failsafe_set_to")
@@ -172,8 +173,7 @@ settings! {
         name: Name;
         /// Input ADC3_0 to ADC3_5 and, after a comma, the divider's scale; 11 without one.
         "" = voltage()
-            .by_name(&ByName(&[("vmotor", "ADC3_5"), ("vfet", "ADC3_2")])).unit("V")
-            => VoltageMonitor::set;
+            .by_name(&ByName(&[("vmotor", "ADC3_5"), ("vfet", "ADC3_2")])).unit("V") => VoltageMonitor::set;
         /// Analogue input of the monitor.
         input: VoltageInput;
         /// Divider ratio: volts at the source per volt at the pin.

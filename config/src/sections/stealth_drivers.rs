@@ -93,16 +93,14 @@ macro_rules! kind_of_driver {
                 $($bus)*
                 /// Ceiling of any motor current; higher requests are cut.
                 "max_current" max_current = integer($most, &(1, 20_000))
-                    .derived($most).velvet().unit("mA").typical(&(100.0, 20_000.0))
-                    => milliamps;
+                    .derived($most).velvet().unit("mA").typical(&(100.0, 20_000.0)) => milliamps;
                 /// The driver divides every step into 256 microsteps by itself: quieter, same resolution.
                 "step_interpolation" step_interpolation = bool("false")
                     .velvet().klipper(concat!("[", $section, " <stepper>] interpolate"));
                 /// Lower current after standstill_time; 0 keeps the full current.
                 "standstill_current" standstill_current = integer("0", &(0, 20_000))
                     .velvet().klipper(concat!("[", $section, " <stepper>] hold_current")).unit("mA")
-                    .typical(&(50.0, 20_000.0))
-                    => |v: i64| (v > 0).then_some(milliamps(v));
+                    .typical(&(50.0, 20_000.0)) => |v: i64| (v > 0).then_some(milliamps(v));
                 /// Up to this speed of the motor the driver uses stealthChop, which is silent and weaker; 0:
                 /// spreadCycle at any speed.
                 "stealthchop_threshold" stealth_threshold = number("0", NOT_NEGATIVE)
@@ -162,8 +160,7 @@ macro_rules! uart_drivers {
                 /// The sense resistor on the driver's own board; the motor current scales with it.
                 "sense_resistor" resistor = integer("", &(1, 1_000))
                     .required().velvet().klipper(concat!("[", $section, " <stepper>] sense_resistor")).unit("mOhm")
-                    .typical(&(10.0, 500.0))
-                    => |v: i64| Some(milliohms(v));
+                    .typical(&(10.0, 500.0)) => |v: i64| Some(milliohms(v));
             },
             "what the sense resistor can measure, at most 2800", ("32", WIRE_BLANK_TIMES, WIRE_BLANK_CLOCKS),
             {$($load)*}
@@ -242,8 +239,7 @@ spi_drivers! {
         /// The sense resistor on the driver's own board; the motor current scales with it.
         "sense_resistor" resistor = integer("", &(1, 1_000))
             .required().velvet().klipper(concat!("[", "tmc2130", " <stepper>] sense_resistor")).unit("mOhm")
-            .typical(&(10.0, 500.0))
-            => |v: i64| Some(milliohms(v));
+            .typical(&(10.0, 500.0)) => |v: i64| Some(milliohms(v));
     },
     "what the sense resistor can measure, at most 2500"
 }
@@ -255,8 +251,7 @@ spi_drivers! {
         /// The sense resistor on the driver's own board; the motor current scales with it.
         "sense_resistor" resistor = integer("", &(1, 1_000))
             .required().velvet().klipper(concat!("[", "tmc5160", " <stepper>] sense_resistor")).unit("mOhm")
-            .typical(&(10.0, 500.0))
-            => |v: i64| Some(milliohms(v));
+            .typical(&(10.0, 500.0)) => |v: i64| Some(milliohms(v));
     },
     "what the sense resistor can measure"
 }

@@ -66,8 +66,7 @@ settings! {
         /// Understand canned cycles; else they are refused.
         enable: bool = bool("true").v1("drillingcycles.enable");
         /// Unit of a cycle's P word: S for seconds, P for milliseconds.
-        "dwell_units" dwell_in_ms: bool = word("S", &Words(&["S", "P"]))
-            .v1("drillingcycles.dwell_units");
+        "dwell_units" dwell_in_ms: bool = word("S", &Words(&["S", "P"])).v1("drillingcycles.dwell_units");
     }
 }
 
@@ -247,25 +246,11 @@ settings! {
         preflight: JobPreflight = word("travel", JobPreflight::WORDS).velvet();
         /// What a job does at a code that levels the bed (G29, G32, M420, ...) on a machine with no probe and
         /// no leveling. go_on: it is told when the job begins, and left out.
-        "without_leveling" unleveled_pauses: bool = word("go_on", &Words(&["go_on", "pause"]))
-            .velvet();
+        "without_leveling" unleveled_pauses: bool = word("go_on", &Words(&["go_on", "pause"])).velvet();
         /// With preflight = travel: how long a job waits for the look at its file.
         preflight_wait: Micros = number("3", &(0.0, 600.0)).unit("s").typical(&(0.5, 60.0)).velvet();
         /// Settings for resuming after a power cut.
         power_loss: PowerLossConfig;
-        /// Keep a journal of jobs on the card, to go on with them after a power cut: M1000 (M413).
-        "power_loss" power_loss.enable = bool("false").velvet();
-        /// Time between entries of the journal; a new layer has one at once.
-        "power_loss_period" power_loss.period = number("5", &(1.0, 600.0)).unit("s").velvet();
-        /// When the motors' supply (vmotor) falls below this under a job, heaters go off and the job is noted
-        /// at once; 0: never.
-        "power_loss_motor_volts" power_loss.motor_volts = number("0", &(0.0, 60.0)).unit("V").velvet();
-        /// How far above everything printed Z goes before X and Y are homed.
-        "power_loss_lift" power_loss.lift = number("5", &(0.0, 200.0)).unit("mm").velvet();
-        /// How far Z sinks when its motor loses its current.
-        "power_loss_z_sag" power_loss.sag = number("0", &(0.0, 50.0)).unit("mm").velvet();
-        /// A line executed above the part before going back to it: prime, wipe. Underscores stand for blanks.
-        "power_loss_gcode" power_loss.gcode = text("", 96).velvet() => spaced;
     }
 }
 
@@ -288,21 +273,24 @@ words! {
     }
 }
 
-/// Settings `power_loss_*` in `[player]`.
-#[derive(Clone, Debug, Default)]
-pub struct PowerLossConfig {
-    /// Whether a journal of jobs is kept.
-    pub enable: bool,
-    /// Time between entries of the journal.
-    pub period: Micros,
-    /// Motor supply voltage below which the job's place is stored at once; 0: never.
-    pub motor_volts: f32,
-    /// Height by which Z is lifted before resuming, mm.
-    pub lift: f64,
-    /// Distance by which Z sinks without motor current, mm.
-    pub sag: f64,
-    /// Line executed before the tool returns to the part.
-    pub gcode: Command,
+settings! {
+    /// Settings `power_loss_*` in `[player]`.
+    #[derive(Clone, Debug, Default)]
+    pub struct PowerLossConfig {
+        /// Keep a journal of jobs on the card, to go on with them after a power cut: M1000 (M413).
+        "power_loss" enable: bool = bool("false").velvet();
+        /// Time between entries of the journal; a new layer has one at once.
+        "power_loss_period" period: Micros = number("5", &(1.0, 600.0)).unit("s").velvet();
+        /// When the motors' supply (vmotor) falls below this under a job, heaters go off and the job is noted
+        /// at once; 0: never.
+        "power_loss_motor_volts" motor_volts: f32 = number("0", &(0.0, 60.0)).unit("V").velvet();
+        /// How far above everything printed Z goes before X and Y are homed.
+        "power_loss_lift" lift: f64 = number("5", &(0.0, 200.0)).unit("mm").velvet();
+        /// How far Z sinks when its motor loses its current.
+        "power_loss_z_sag" sag: f64 = number("0", &(0.0, 50.0)).unit("mm").velvet();
+        /// A line executed above the part before going back to it: prime, wipe. Underscores stand for blanks.
+        "power_loss_gcode" gcode: Command = text("", 96).velvet() => spaced;
+    }
 }
 
 settings! {

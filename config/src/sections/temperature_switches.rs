@@ -34,23 +34,19 @@ settings! {
         enable: bool = bool("false").v1("temperatureswitch.<name>.enable");
         /// First letter of the designators of the temperature controls to watch; the hottest counts.
         designator: Name = text("", 8)
-            .v1("temperatureswitch.<name>.designator")
-            => |v: &str| Name::try_from(v).unwrap_or_default();
+            .v1("temperatureswitch.<name>.designator") => |v: &str| Name::try_from(v).unwrap_or_default();
         /// Name of the output switch to operate.
         switch: Name = text("", 24)
-            .v1("temperatureswitch.<name>.switch")
-            => |v: &str| Name::try_from(v).unwrap_or_default();
+            .v1("temperatureswitch.<name>.switch") => |v: &str| Name::try_from(v).unwrap_or_default();
         /// Off where it would be on, and the other way round.
         inverted: bool = bool("false").v1("temperatureswitch.<name>.inverted");
         /// level switches on when it becomes hot and off when it becomes cold; rising only on, falling only
         /// off.
-        trigger: Trigger = word("level", Trigger::WORDS)
-            .v1("temperatureswitch.<name>.trigger");
+        trigger: Trigger = word("level", Trigger::WORDS).v1("temperatureswitch.<name>.trigger");
         /// M-code that arms it (S1), or disarms it (S0); rising and falling act once, then it must be armed
         /// anew. 0: always armed.
         arm_mcode: Option<u16> = integer("0", &(0, 65_535))
-            .v1("temperatureswitch.<name>.arm_mcode")
-            => |v: i64| u16::try_from(v).ok().filter(|code| *code > 0);
+            .v1("temperatureswitch.<name>.arm_mcode") => |v: i64| u16::try_from(v).ok().filter(|code| *code > 0);
         /// Armed at boot, where arm_mcode is not 0.
         start_armed: bool = bool("false");
         /// From here on it is hot, below it is cold.
