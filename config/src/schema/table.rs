@@ -45,6 +45,8 @@ macro_rules! section {
 }
 
 /// Stores a value by the row at a place; returns the place among the rows behind when it is none of these.
+/// Inlined, because there is one call of each instance.
+#[inline(always)]
 fn put<'v, R: Rows>(target: Option<&mut R::Target>, row: usize, value: &'v Value<'v>) -> Option<usize> {
     let Some(set) = R::SETTERS.get(row) else { return Some(row - R::SETTERS.len()) };
     if let Some(target) = target {

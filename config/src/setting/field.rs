@@ -18,7 +18,8 @@ pub(crate) trait Content<'v>: Sized {
     fn of(value: &'v Value<'v>) -> Option<Self>;
 }
 
-/// Calls a function with the content of a value.
+/// Calls a function with the content of a value. Inlined, because a call would be longer than the function.
+#[inline(always)]
 pub(crate) fn with<'v, T: Content<'v>>(value: &'v Value<'v>, put: impl FnOnce(T)) {
     match T::of(value) {
         Some(content) => put(content),
