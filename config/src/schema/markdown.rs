@@ -23,75 +23,33 @@ pub fn markdown() -> String {
 }
 
 /// Sections by what they are for.
+#[rustfmt::skip]
 const GROUPS: &[(&str, &[&str])] = &[
-    (
-        "The board and its consoles",
-        &[
-            "general",
-            "system",
-            "update",
-            "consoles",
-            "uart console",
-            "kill button",
-            "safety door",
-            "player",
-            "tool change",
-            "network",
-        ],
-    ),
+    ("The board and its consoles", &[
+        "general", "system", "update", "consoles", "uart console", "kill button", "safety door", "player",
+        "tool change", "network",
+    ]),
     ("Motion", &["motion control", "planner", "conveyor", "input shaper"]),
-    (
-        "Kinematics",
-        &["linear delta", "rotary delta", "morgan scara", "corexz", "deltesian", "generic cartesian", "winch"],
-    ),
-    (
-        "Motors",
-        &[
-            "actuator",
-            "tmc2590",
-            "tmc2660",
-            "tmc2130",
-            "tmc5160",
-            "tmc2240",
-            "tmc2208",
-            "tmc2209",
-            "tmc2226",
-            "current control",
-        ],
-    ),
-    (
-        "Extruders and heat",
-        &[
-            "extruder",
-            "temperature control",
-            "temperature switch",
-            "filament detector",
-            "filament width sensor",
-            "filament change",
-        ],
-    ),
-    (
-        "Switches, fans, lights, voltages",
-        &["switch", "fan", "led strip", "pwm1", "pwm2", "voltage monitor", "button box"],
-    ),
-    (
-        "Homing and probing",
-        &[
-            "endstops",
-            "soft endstop",
-            "zprobe",
-            "three point leveling strategy",
-            "cartesian grid leveling strategy",
-            "delta grid leveling strategy",
-            "bed mesh",
-            "delta calibration strategy",
-            "skew correction",
-            "z alignment",
-            "bed screws",
-            "axis twist compensation",
-            "z thermal adjust",
-        ],
-    ),
+    ("Kinematics", &[
+        "linear delta", "rotary delta", "morgan scara", "corexz", "deltesian", "generic cartesian", "winch",
+    ]),
+    ("Motors", &[
+        "actuator", "tmc2590", "tmc2660", "tmc2130", "tmc5160", "tmc2240", "tmc2208", "tmc2209", "tmc2226",
+        "current control",
+    ]),
+    ("Extruders and heat", &[
+        "extruder", "temperature control", "temperature switch", "filament detector", "filament width sensor",
+        "filament change",
+    ]),
+    ("Switches, fans, lights, voltages", &[
+        "switch", "fan", "led strip", "pwm1", "pwm2", "voltage monitor", "button box",
+    ]),
+    ("Homing and probing", &[
+        "endstops", "soft endstop", "zprobe", "three point leveling strategy",
+        "cartesian grid leveling strategy", "delta grid leveling strategy", "bed mesh",
+        "delta calibration strategy", "skew correction", "z alignment", "bed screws",
+        "axis twist compensation", "z thermal adjust",
+    ]),
     ("Tools", &["laser", "drillingcycles", "lathe", "els"]),
     ("Displays and wheels", &["st7920", "tm1638", "mpg"]),
 ];

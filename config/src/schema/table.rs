@@ -235,7 +235,9 @@ pub const SECTIONS: &[Section] = &[
         TemperatureLimits: |c, i| c.temperatures.get_mut(i),
         Runaway: |c, i| c.temperatures.get_mut(i).map(|heater| &mut heater.runaway),
         Verify: |c, i| c.temperatures.get_mut(i).map(|heater| &mut heater.verify),
-        TemperatureWaits: |c, i| c.temperatures.get_mut(i),
+        TemperatureReadings: |c, i| c.temperatures.get_mut(i),
+        TemperatureWait: |c, i| c.temperatures.get_mut(i).map(|heater| &mut heater.wait),
+        TemperatureCodes: |c, i| c.temperatures.get_mut(i),
     ),
     section!(
         "endstops",

@@ -125,8 +125,7 @@ settings! {
             .v1("motor_driver_control.<axis>.chip");
         /// Makes delta, epsilon or zeta copy every step of alpha, beta or gamma. Such a motor is no axis of
         /// its own.
-        slaved_to: Option<Slave> = word("none", MASTERS)
-            => |v: usize| v.checked_sub(1).and_then(Actuator::from_index);
+        slaved_to: Option<Slave> = word("none", MASTERS) => |v: usize| v.checked_sub(1).and_then(Actuator::from_index);
         /// Time from a change of direction to the next step. On-board drivers need 20 ns, optically isolated
         /// ones some microseconds.
         dir_setup_ns: u32 = integer("500", &(0, 100_000))

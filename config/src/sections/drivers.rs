@@ -75,8 +75,7 @@ settings! {
         "coolstep_down" cool_step.down = word("32", DOWN).klipper("[tmc2660 <stepper>] driver_SEDN").velvet()
             => |place: usize| place as u8;
         /// How far down the current goes (SEIMIN).
-        "coolstep_least" cool_step.quarter = word("half", LEAST)
-            .klipper("[tmc2660 <stepper>] driver_SEIMIN").velvet();
+        "coolstep_least" cool_step.quarter = word("half", LEAST).klipper("[tmc2660 <stepper>] driver_SEIMIN").velvet();
         /// Sense resistor of the driver.
         sense_resistor: Ohms;
         /// Ceiling of any requested current.

@@ -84,8 +84,7 @@ settings! {
         /// 800 pulses a second count.
         "tachometer_pin" pin: Option<Pin> = pin("nc", PinRole::Input).klipper("[fan] tachometer_pin").velvet();
         /// Pulses that the tachometer gives in a turn.
-        pulses_per_turn: f32 = number("2", &(0.1, 100.0))
-            .klipper("[fan] tachometer_ppr").velvet();
+        pulses_per_turn: f32 = number("2", &(0.1, 100.0)).klipper("[fan] tachometer_ppr").velvet();
         /// Slower than this while it is driven, it counts as stopped. 0: that is not watched.
         min_rpm: f32 = number("100", &(0.0, 100_000.0)).unit("1/min").velvet();
         /// When it has been so slow for so long.

@@ -222,8 +222,7 @@ settings! {
     pub struct Runaway {
         /// Once at the target, further than this from it for more than 5 s halts; 0 switches that off.
         "runaway_range" range: Option<Celsius> = integer("20", &(0, 500))
-            .unit("C").v1("temperature_control.<name>.runaway_range")
-            => |v: i64| (v > 0).then_some(Celsius(v as f32));
+            .unit("C").v1("temperature_control.<name>.runaway_range") => |v: i64| (v > 0).then_some(Celsius(v as f32));
         /// Longer than this to the target halts; 0 switches that off.
         "runaway_heating_timeout" heating_timeout: Option<Micros> = integer("300", &(0, 86_400))
             .unit("s").v1("temperature_control.<name>.runaway_heating_timeout") => positive_seconds;
@@ -267,15 +266,18 @@ settings! {
     }
 }
 
-/// Conditions that end the wait of M109 and similar codes.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct TemperatureWait {
-    /// Distance below the target that counts as reached.
-    pub window: Celsius,
-    /// Time for which the reading must stay within the window.
-    pub dwell: Micros,
-    /// Time after which the wait ends with an error; 0: never.
-    pub timeout: Micros,
+settings! {
+    /// Conditions that end the wait of M109 and similar codes.
+    #[derive(Clone, Copy, Debug, Default)]
+    pub struct TemperatureWait {
+        /// M109 and its like are over this near below the target; with R, this near on either side, and never
+        /// nearer than 1 C.
+        "wait_window" window: Celsius = number("0", &(0.0, 100.0)).unit("C").velvet();
+        /// For so long without a break the temperature must be there until M109 and its like are over.
+        "wait_dwell" dwell: Micros = number("0", &(0.0, 3_600.0)).unit("s").velvet();
+        /// M109 and its like end with an error after heating so long, and the heater goes on; 0: never.
+        "wait_timeout" timeout: Micros = number("0", &(0.0, 86_400.0)).unit("s").velvet();
+    }
 }
 
 settings! {
@@ -334,8 +336,7 @@ settings! {
             .klipper("[extruder] max_power").v1("temperature_control.<name>.max_pwm");
         /// The heater is on once in so long, for its share of it, as a relay on mains needs: 0.2 and more. 0:
         /// as often as can be.
-        "cycle_time" cycle: Micros = number("0", &(0.0, 10.0))
-            .unit("s").klipper("[extruder] pwm_cycle_time").velvet();
+        "cycle_time" cycle: Micros = number("0", &(0.0, 10.0)).unit("s").klipper("[extruder] pwm_cycle_time").velvet();
         rows TemperatureLaw:
         /// pid, or model: by the figures below, which M306 finds and M500 keeps. A fan and filament are made
         /// up for before the sensor tells of them.
@@ -353,19 +354,13 @@ settings! {
         max_temp: Celsius = number("300", &(-273.0, 2_000.0))
             .klipper("[extruder] max_temp").unit("C").typical(&(1.0, 700.0))
             .v1("temperature_control.<name>.max_temp");
-        rows TemperatureWaits:
+        rows TemperatureReadings:
         /// How often the sensor is read and the heater adjusted.
         "readings_per_second" sensor.readings_per_second = integer("20", &(0, 65_535))
             .limited(&(1.0, 100.0)).unit("Hz").v1("temperature_control.<name>.readings_per_second");
         /// Conditions that end a wait for the target.
         wait: TemperatureWait;
-        /// M109 and its like are over this near below the target; with R, this near on either side, and never
-        /// nearer than 1 C.
-        "wait_window" wait.window = number("0", &(0.0, 100.0)).unit("C").velvet();
-        /// For so long without a break the temperature must be there until M109 and its like are over.
-        "wait_dwell" wait.dwell = number("0", &(0.0, 3_600.0)).unit("s").velvet();
-        /// M109 and its like end with an error after heating so long, and the heater goes on; 0: never.
-        "wait_timeout" wait.timeout = number("0", &(0.0, 86_400.0)).unit("s").velvet();
+        rows TemperatureCodes:
         /// M-code that sets the target.
         set_m_code: u16 = integer("104", &(0, 65_535))
             .derived("104, or 140 when tool_id is 100 or more, or 141 of the name chamber")

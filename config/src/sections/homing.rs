@@ -182,8 +182,7 @@ settings! {
         /// Rounds that are added where they lie further apart; then homing has failed.
         "homing_retries" retries: u8 = integer("3", &(0, 20)).common().velvet();
         /// A line executed instead of G28 without axes. G28 within it homes. Underscores stand for blanks.
-        "home_gcode" gcode: Command = text("", 96)
-            .common().klipper("[homing_override] gcode").velvet() => spaced;
+        "home_gcode" gcode: Command = text("", 96).common().klipper("[homing_override] gcode").velvet() => spaced;
         /// Trims of the first three actuators.
         trim: [Mm; 3];
         /// How much the switch of this tower or arm sits too low; negative where it sits too high. M666

@@ -40,8 +40,7 @@ settings! {
         /// Homes X and Y before probing.
         home_first: bool = bool("true").v1("leveling-strategy.three-point-leveling.home_first");
         /// Height spread up to which the bed counts as flat.
-        tolerance: Mm = number("0.03", NOT_NEGATIVE)
-            .unit("mm").v1("leveling-strategy.three-point-leveling.tolerance");
+        tolerance: Mm = number("0.03", NOT_NEGATIVE).unit("mm").v1("leveling-strategy.three-point-leveling.tolerance");
         /// Lets M500 store the plane.
         save_plane: bool = bool("false").v1("leveling-strategy.three-point-leveling.save_plane");
         /// Section `[cartesian grid leveling strategy]`.

@@ -217,8 +217,7 @@ settings! {
         "shaper_type_x" [0].shaper = word("mzv", SHAPERS).klipper("[input_shaper] shaper_type").velvet();
         /// Resonance of X; 0: X is not shaped.
         "shaper_freq_x" [0].frequency_hz = number("0", &(0.0, 1_000.0))
-            .unit("Hz").typical(&(5.0, 200.0)).klipper("[input_shaper] shaper_freq_<axis>").velvet()
-            => some_frequency;
+            .unit("Hz").typical(&(5.0, 200.0)).klipper("[input_shaper] shaper_freq_<axis>").velvet() => some_frequency;
         /// Damping ratio of the resonance of X.
         "damping_ratio_x" [0].damping_ratio = number("0.1", &(0.0, 0.99))
             .klipper("[input_shaper] damping_ratio_<axis>").velvet();
@@ -226,8 +225,7 @@ settings! {
         "shaper_type_y" [1].shaper = word("mzv", SHAPERS).klipper("[input_shaper] shaper_type").velvet();
         /// Resonance of Y; 0: Y is not shaped.
         "shaper_freq_y" [1].frequency_hz = number("0", &(0.0, 1_000.0))
-            .unit("Hz").typical(&(5.0, 200.0)).klipper("[input_shaper] shaper_freq_<axis>").velvet()
-            => some_frequency;
+            .unit("Hz").typical(&(5.0, 200.0)).klipper("[input_shaper] shaper_freq_<axis>").velvet() => some_frequency;
         /// Damping ratio of the resonance of Y.
         "damping_ratio_y" [1].damping_ratio = number("0.1", &(0.0, 0.99))
             .klipper("[input_shaper] damping_ratio_<axis>").velvet();
@@ -235,8 +233,7 @@ settings! {
         "shaper_type_z" [2].shaper = word("mzv", SHAPERS).klipper("[input_shaper] shaper_type").velvet();
         /// Resonance of Z; 0: Z is not shaped.
         "shaper_freq_z" [2].frequency_hz = number("0", &(0.0, 1_000.0))
-            .unit("Hz").typical(&(5.0, 200.0)).klipper("[input_shaper] shaper_freq_<axis>").velvet()
-            => some_frequency;
+            .unit("Hz").typical(&(5.0, 200.0)).klipper("[input_shaper] shaper_freq_<axis>").velvet() => some_frequency;
         /// Damping ratio of the resonance of Z.
         "damping_ratio_z" [2].damping_ratio = number("0.1", &(0.0, 0.99))
             .klipper("[input_shaper] damping_ratio_<axis>").velvet();

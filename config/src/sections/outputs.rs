@@ -93,8 +93,7 @@ settings! {
         output_pin: Option<OutputPin> = pin("nc", PinRole::OutputOrPwm)
             .klipper("[fan_generic <name>] pin").v1("switch.<name>.output_pin");
         /// digital is on or off; sigmadeltapwm takes S0 to S255; hwpwm takes percent on a timer channel.
-        "output_type" output_kind: OutputKind = word("", OutputKind::WORDS)
-            .required().v1("switch.<name>.output_type");
+        "output_type" output_kind: OutputKind = word("", OutputKind::WORDS).required().v1("switch.<name>.output_type");
         /// What S255 means on a sigmadeltapwm output.
         max_pwm: Duty = integer("255", &(0, 255)).v1("switch.<name>.max_pwm");
         /// sigmadeltapwm: the output is on once in so long, for its share of it, as a relay needs. 0: as
@@ -172,8 +171,7 @@ settings! {
         /// Name of the voltage: vmotor, vfet.
         name: Name;
         /// Input ADC3_0 to ADC3_5 and, after a comma, the divider's scale; 11 without one.
-        "" = voltage()
-            .by_name(&ByName(&[("vmotor", "ADC3_5"), ("vfet", "ADC3_2")])).unit("V") => VoltageMonitor::set;
+        "" = voltage().by_name(&ByName(&[("vmotor", "ADC3_5"), ("vfet", "ADC3_2")])).unit("V") => VoltageMonitor::set;
         /// Analogue input of the monitor.
         input: VoltageInput;
         /// Divider ratio: volts at the source per volt at the pin.

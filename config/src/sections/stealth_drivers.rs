@@ -218,12 +218,10 @@ macro_rules! measured_load {
                     .klipper(concat!("[", $section, " <stepper>] driver_SEMAX"));
                 /// 32nds of the current that a low reading adds (SEUP).
                 "coolstep_up" cool_step.up = word("1", UP)
-                    .velvet().klipper(concat!("[", $section, " <stepper>] driver_SEUP"))
-                    => |place: usize| place as u8;
+                    .velvet().klipper(concat!("[", $section, " <stepper>] driver_SEUP")) => |place: usize| place as u8;
                 /// High readings that take one 32nd of the current away (SEDN): 32 is the slowest.
                 "coolstep_down" cool_step.down = word("32", DOWN)
-                    .velvet().klipper(concat!("[", $section, " <stepper>] driver_SEDN"))
-                    => |place: usize| place as u8;
+                    .velvet().klipper(concat!("[", $section, " <stepper>] driver_SEDN")) => |place: usize| place as u8;
                 /// How far down the current goes (SEIMIN).
                 "coolstep_least" cool_step.quarter = word("half", LEAST)
                     .velvet().klipper(concat!("[", $section, " <stepper>] driver_SEIMIN"));
