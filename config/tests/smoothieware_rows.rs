@@ -14,7 +14,9 @@ type Row = (&'static [&'static str], &'static [&'static str], fn(&MachineConfig)
 const ROWS: &[Row] = &[
     // Codes of any 16-bit number.
     (&["[switch] fan.input_on_command = M2000"], &[], |c| c.switches[0].input_on_command.unwrap().number == 2_000),
-    (&["[switch] fan.input_off_command = G300"], &[], |c| c.switches[0].input_off_command.unwrap().letter == 'G'),
+    (&["[switch] fan.input_off_command = G300"], &[], |c| {
+        c.switches[0].input_off_command.unwrap() == gcode::Code::g(300)
+    }),
     (&["[temperature control] bed.set_m_code = 3140"], &[], |c| c.temperatures[0].set_m_code == 3_140),
     (&["[temperature control] bed.set_and_wait_m_code = 65535"], &[], |c| {
         c.temperatures[0].set_and_wait_m_code == 65_535

@@ -4,11 +4,11 @@ use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use base::Ports;
+use base::Ports;
+use base::ports::Wake;
 use base::ports::Wake;
 use bsp_prime::thread_stack;
 use machine::Lasting;
-use base::Ports;
-use base::ports::Wake;
 
 /// Whether there may be work for the executor.
 static AWAKE: AtomicBool = AtomicBool::new(true);

@@ -1,7 +1,7 @@
 //! Data of atomics that tasks share without a lock.
 
-use machine::tasks::ReachedMark;
-use machine::watchdog::Reports;
+use base::tasks::ReachedMark;
+use base::watchdog::Reports;
 use motion::Latch;
 
 /// Ticks at which inputs stopped motion.

@@ -3,12 +3,12 @@
 //! An item that cannot be had (a pin with two owners, a feature the board lacks) is reported as one line and
 //! left inactive; the rest goes on, so that one reading of the console shows all that is wrong.
 
+use base::ports::Input as MachineInput;
 use bsp_prime::pins::{Input, Output, PinSpec, Pins, table};
 use bsp_prime::step_engine::MotorLines;
 use bsp_prime::uart::UartPort;
 use config::{ActuatorConfig, MachineConfig, OutputPin, Pin, SensorKind, TmcConfig};
 use heapless::Vec;
-use base::ports::Input as MachineInput;
 use units::Actuator;
 
 use crate::drivers::{DriverBank, MotorDriver, SensorBank};

@@ -23,13 +23,13 @@ mod verify;
 use std::convert::Infallible;
 use std::rc::Rc;
 
+use base::motion_config::motion_config;
+use base::ports::{StepTimes, Wake};
+use base::sessions::SessionId;
 use config::MachineConfig;
 use corosensei::stack::DefaultStack;
 use corosensei::{Coroutine, CoroutineResult};
 use thermal::HeatControl;
-use base::motion_config::motion_config;
-use base::ports::{StepTimes, Wake};
-use base::sessions::SessionId;
 
 use crate::output::StepError;
 use crate::world::{World, WorldConfig};

@@ -75,7 +75,8 @@ pub struct Sessions {
 }
 
 /// Text for a peer that comes back in the middle of a file, from sleep for instance.
-const FILE_BROKEN_OFF: &str = "Error: the file that was being sent is not kept: it was interrupted. Close the port, open it, and send it again\n";
+const FILE_BROKEN_OFF: &str =
+    "Error: the file that was being sent is not kept: it was interrupted. Close the port, open it, and send it again\n";
 
 /// Change of a session's peer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,17 +2,17 @@
 
 use std::rc::Rc;
 
+use base::ports::{
+    Ahead, Board, BoardInfo, Calendar, Clock, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle, HeatPort,
+    InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, Rest, Start,
+    StepTimes, Storage, StorageError, Updates, Usb, Wake, Workspace,
+};
+use base::sessions::{Consoles, SessionProfile};
+use base::sessions::{Inbox, SessionId};
+use base::supervisor::{Supervisor, SupervisorPort};
 use config::{MachineConfig, Pin, Pull};
 use corosensei::Yielder;
 use events::EventRing;
-use thermal::HeatControl;
-use base::ports::{
-    Ahead, Board, BoardInfo, Calendar, Clock, Consoles, DateTime, DirectoryEntry, DriversPort, EventLog, FileHandle,
-    HeatPort, InputLevels, Inputs, LIST_CHUNK, LightPort, MemoryReport, MotionPort, OpenMode, PinPort, PinTaken, Rest,
-    SessionProfile, Start, StepTimes, Storage, StorageError, Updates, Usb, Wake, Workspace,
-};
-use base::sessions::{Inbox, SessionId};
-use base::supervisor::Supervisor;
 use motion::{Latch, Motion};
 use thermal::HeatControl;
 use units::{Celsius, Micros, Volts};

@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use base::sessions::SessionProfile;
 use config::{BoardId, MachineConfig};
-use machine::ports::SessionProfile;
 
 use super::storage::CardState;
 use crate::models::tmc26x::Chip;

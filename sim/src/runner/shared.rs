@@ -3,14 +3,15 @@
 use std::rc::Rc;
 use std::sync::atomic::AtomicU32;
 
+use base::ports::{DateTime, InputLevels, StepTimes};
+use base::sessions::SessionProfile;
+use base::sessions::{Inbox, Intake};
+use base::supervisor::Supervisor;
 use config::{BoardId, MachineConfig};
 use events::{Cause, Event, EventRing, Slots};
-use machine::heat::HeatControl;
-use machine::ports::{DateTime, InputLevels, SessionProfile, StepTimes};
-use machine::sessions::{Inbox, Intake};
-use machine::supervisor::Supervisor;
 use motion::queue::StepQueue;
 use motion::{Latch, Motion};
+use thermal::HeatControl;
 use units::Micros;
 
 use super::bank::Bank;
@@ -56,7 +57,7 @@ pub struct Shared {
     pub sensors: Turns<Sensors>,
     pub queue: StepQueue,
     pub latch: Latch,
-    pub reached: machine::tasks::ReachedMark,
+    pub reached: base::tasks::ReachedMark,
     pub profiles: Vec<SessionProfile>,
     pub inboxes: Vec<Inbox>,
     pub intakes: Turns<Vec<Intake>>,
@@ -94,7 +95,7 @@ impl Shared {
             sensors: Turns::new(Sensors::default()),
             queue: StepQueue::new(),
             latch: Latch::new(),
-            reached: machine::tasks::ReachedMark::new(),
+            reached: base::tasks::ReachedMark::new(),
             inboxes: (0..profiles.len()).map(inbox).collect(),
             intakes: Turns::new(vec![Intake::new(); profiles.len()]),
             sent: Turns::new(profiles.iter().map(|_| Sent::default()).collect()),
