@@ -4,8 +4,6 @@ use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use base::Ports;
-use base::Ports;
-use base::ports::Wake;
 use base::ports::Wake;
 use bsp_prime::thread_stack;
 use machine::Lasting;
