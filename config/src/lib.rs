@@ -32,6 +32,7 @@ mod text;
 
 pub use board::{driven_by, reserved_for};
 pub use diagnostic::{Diagnostic, Severity, Sink};
+pub use gcode::Code;
 pub use machine::*;
 pub use off::{MAX_OFF, OffModule};
 pub use pin::{OutputPin, Pin, PinFlaw, PinName, Pull, PwmOutput, ThermistorInput, VoltageInput, parse_pin};
