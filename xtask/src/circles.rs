@@ -11,27 +11,14 @@ use crate::structure::Structure;
 
 /// Most files, and most rooms, that may need each other.
 const LARGEST: usize = 3;
-/// Packages that are not there yet: the files in their largest circle, and the rooms.
-const NOT_YET: &[(&str, usize, usize)] = &[
-    ("gcode", 4, 4),
-    ("config", 81, 12),
-    ("motion", 11, 10),
-    ("drivers", 5, 3),
-    ("machine", 3, 42),
-    ("driver-bank", 5, 5),
-    ("storage", 8, 6),
-    ("sim", 6, 3),
-];
 
 /// Broken rules of a package.
 pub fn faults(package: &Package, structure: &Structure) -> Vec<String> {
-    let row = NOT_YET.iter().find(|(name, ..)| *name == package.name);
-    let (files, rooms) = row.map_or((LARGEST, LARGEST), |(_, files, rooms)| (*files, *rooms));
-    let kinds = [("files", structure.circles(), files), ("rooms", structure.circles_of_rooms(), rooms)];
-    let fault = |(kind, circles, most): (&str, Vec<Vec<&str>>, usize)| {
+    let kinds = [("files", structure.circles()), ("rooms", structure.circles_of_rooms())];
+    let fault = |(kind, circles): (&str, Vec<Vec<&str>>)| {
         let largest = circles.first().map_or(&[][..], Vec::as_slice);
         let what = format!("{}: {kind} that need each other", package.name);
-        limit::at_most(&what, largest.len(), most, LARGEST).map(|fault| format!("{fault}: {}", largest.join(" ")))
+        limit::at_most(&what, largest.len(), LARGEST, LARGEST).map(|fault| format!("{fault}: {}", largest.join(" ")))
     };
     kinds.into_iter().filter_map(fault).collect()
 }

@@ -30,50 +30,62 @@ const fn row(kind: Kind, default: Option<Text>) -> Setting {
     }
 }
 
+/// Returns a setting that is on or off.
 pub const fn bool(default: Text) -> Setting {
     row(Kind::Bool, Some(default))
 }
 
+/// Returns a whole number within a range.
 pub const fn integer(default: Text, range: &'static (i64, i64)) -> Setting {
     row(Kind::Integer(range), Some(default))
 }
 
+/// Returns a number within a range.
 pub const fn number(default: Text, range: &'static (f64, f64)) -> Setting {
     row(Kind::Number(range), Some(default))
 }
 
+/// Returns a list of so many numbers.
 pub const fn numbers(count: usize) -> Setting {
     row(Kind::Numbers(count), Some(""))
 }
 
+/// Returns a list of places, `x,y;x,y`, so many at most.
 pub const fn places(most: usize) -> Setting {
     row(Kind::Places(most), Some("")).unit("mm")
 }
 
+/// Returns one of some words.
 pub const fn word(default: Text, words: &'static Words) -> Setting {
     row(Kind::Word(words), Some(default))
 }
 
+/// Returns a text of so many bytes at most.
 pub const fn text(default: Text, longest: usize) -> Setting {
     row(Kind::Text(longest), Some(default))
 }
 
+/// Returns lines of G-code or a console command.
 pub const fn command() -> Setting {
     row(Kind::Command, Some(""))
 }
 
+/// Returns the values of a driver's registers.
 pub const fn registers() -> Setting {
     row(Kind::Registers, Some(""))
 }
 
+/// Returns a list of axes.
 pub const fn axes() -> Setting {
     row(Kind::Axes, Some(""))
 }
 
+/// Returns a pin in a role.
 pub const fn pin(default: Text, role: PinRole) -> Setting {
     row(Kind::Pin(role), Some(default))
 }
 
+/// Returns an analogue input.
 pub const fn voltage() -> Setting {
     row(Kind::Voltage, None)
 }

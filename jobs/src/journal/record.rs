@@ -99,12 +99,14 @@ impl<'b> Fields<'b> {
         sum.copy_from_slice(&crc32(0, body).to_le_bytes());
     }
 
+    /// Writes these bytes, or reads them.
     pub fn bytes(&mut self, value: &mut [u8]) {
         for value in value {
             self.byte(value);
         }
     }
 
+    /// Writes a byte, or reads it.
     pub fn byte(&mut self, value: &mut u8) {
         let Some(byte) = self.block.get_mut(self.at).filter(|_| self.at < SUM_AT) else { return };
         if self.reads {
@@ -115,18 +117,21 @@ impl<'b> Fields<'b> {
         self.at += 1;
     }
 
+    /// Writes a number of 32 bits, or reads it.
     pub fn word(&mut self, value: &mut u32) {
         let mut bytes = value.to_le_bytes();
         self.bytes(&mut bytes);
         *value = u32::from_le_bytes(bytes);
     }
 
+    /// Writes a number of 64 bits, or reads it.
     pub fn long(&mut self, value: &mut u64) {
         let mut bytes = value.to_le_bytes();
         self.bytes(&mut bytes);
         *value = u64::from_le_bytes(bytes);
     }
 
+    /// Writes a floating-point number, or reads it.
     pub fn number(&mut self, value: &mut f64) {
         let mut bits = value.to_bits();
         self.long(&mut bits);

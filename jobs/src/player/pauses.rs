@@ -49,6 +49,7 @@ pub struct Pauses {
 }
 
 impl Pauses {
+    /// Returns whether no place to pause at is set.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.all.is_empty()
@@ -59,6 +60,7 @@ impl Pauses {
         self.all.iter().map(|(place, command)| (*place, command.as_str()))
     }
 
+    /// Forgets all places to pause at.
     pub fn clear(&mut self) {
         self.all.clear();
     }

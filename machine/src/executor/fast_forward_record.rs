@@ -20,6 +20,8 @@ pub(super) enum Until {
 }
 
 impl Until {
+    /// Returns whether reading over has come to the place that it goes to: moves begun, the next line, the
+    /// layer, and the seconds of the job.
     pub fn is_reached(self, begun: u32, next: Place, layer: u32, seconds: f64) -> bool {
         match self {
             Self::Begun(lines) => begun >= lines,

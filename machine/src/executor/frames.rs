@@ -123,10 +123,12 @@ pub(super) struct Frames<'c> {
 }
 
 impl<'c> Frames<'c> {
+    /// Returns the number of frames.
     pub fn len(&self) -> usize {
         self.frames.len()
     }
 
+    /// Returns whether nothing is in work.
     pub fn is_empty(&self) -> bool {
         self.frames.is_empty()
     }
@@ -180,10 +182,12 @@ impl<'c> Frames<'c> {
         self.frames.truncate(self.frames.len().saturating_sub(1));
     }
 
+    /// Takes the topmost frame off.
     pub fn pop(&mut self) -> Option<Frame<'c>> {
         self.frames.pop()
     }
 
+    /// Returns the topmost frame.
     pub fn top(&mut self) -> Option<&mut Frame<'c>> {
         self.frames.last_mut()
     }

@@ -17,6 +17,7 @@ pub(super) enum Shape {
 }
 
 impl Shape {
+    /// Returns the shape that so many motors can follow, with or without a twist of the bed.
     pub const fn of(motors: usize, twist: bool) -> Self {
         match motors {
             0..=2 => Self::Line,

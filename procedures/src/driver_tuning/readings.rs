@@ -23,10 +23,12 @@ impl Readings {
         self.zeros += u32::from(reading == 0);
     }
 
+    /// Returns the number of readings.
     pub const fn count(&self) -> u32 {
         self.count
     }
 
+    /// Returns the least reading.
     pub const fn least(&self) -> u16 {
         self.least
     }
@@ -41,6 +43,7 @@ impl Readings {
         f32::from(self.most).max(self.mean() + NOISE_ROOM * self.noise())
     }
 
+    /// Returns the mean of the readings.
     pub fn mean(&self) -> f32 {
         self.sum / self.count.max(1) as f32
     }

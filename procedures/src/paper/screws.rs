@@ -9,6 +9,10 @@ use crate::leveling;
 use crate::paper::PaperHands;
 
 impl Walk {
+    /// Begins with the first screw.
+    ///
+    /// # Errors
+    /// When the machine cannot go there.
     pub fn begin<'c>(hands: &mut impl PaperHands<'c>) -> Result<Self, Failure> {
         if hands.config().bed_screws.screws.is_empty() {
             return Err(Failure::refused(
@@ -22,6 +26,10 @@ impl Walk {
         Ok(walk)
     }
 
+    /// Goes on to the next screw; `None` after the last one.
+    ///
+    /// # Errors
+    /// When the machine cannot go there.
     pub fn next<'c>(self, hands: &mut impl PaperHands<'c>, turned: bool) -> Result<Option<Self>, Failure> {
         let count = hands.config().bed_screws.screws.len();
         let next = self.after(turned, count);

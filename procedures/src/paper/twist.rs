@@ -20,6 +20,10 @@ fn place<'c>(hands: &impl PaperHands<'c>, index: usize) -> f64 {
 }
 
 impl Along {
+    /// Begins with the first place along the axis.
+    ///
+    /// # Errors
+    /// When the machine cannot go there.
     pub fn begin<'c>(hands: &mut impl PaperHands<'c>) -> Result<Self, Failure> {
         let config = hands.config();
         if !config.probe.enable {
@@ -55,6 +59,10 @@ impl Along {
         Ok(self)
     }
 
+    /// Takes the height found, mm, and goes on to the next place; `None` after the last one.
+    ///
+    /// # Errors
+    /// When the machine cannot go there.
     pub fn next<'c>(mut self, hands: &mut impl PaperHands<'c>, height: f64) -> Result<Option<Self>, Failure> {
         // The list holds every sample, since the schema bounds their number.
         let _ = self.offsets.push(self.contact - height);
