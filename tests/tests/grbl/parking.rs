@@ -66,16 +66,18 @@ fn x_and_y_that_were_never_stored_are_machine_zero() {
     let mill = ["minx", "miny"]
         .iter()
         .fold(Plan::new(MILL), |plan, name| plan.set(&format!("[endstops] {name}.limit_enable = false")));
-    for (word, plan) in [("G28", mill.clone()), ("G30", mill.set("[motion control] nist_G30 = true"))] {
-        let (mut bench, at) = deep(plan);
-        bench.run(&[&format!("G91 {word} X0")]);
-        has_moved(&mut bench, at, [-20.0, 0.0, 0.0]);
-        bench.run(&[&format!("G91 {word} X0 Y0")]);
-        has_moved(&mut bench, at, [-20.0, -30.0, 0.0]);
-        // The code alone asks for no lift: as in Smoothieware v2 X and Y go there.
-        bench.run(&["G90 G53 G0 X20 Y30", word]);
-        has_moved(&mut bench, at, [-20.0, -30.0, 0.0]);
-    }
+    let (mut bench, at) = deep(mill.clone());
+    bench.run(&["G91 G28 X0"]);
+    has_moved(&mut bench, at, [-20.0, 0.0, 0.0]);
+    bench.run(&["G91 G28 X0 Y0"]);
+    has_moved(&mut bench, at, [-20.0, -30.0, 0.0]);
+    // The code alone asks for no lift: as in Smoothieware v2 X and Y go there.
+    bench.run(&["G90 G53 G0 X20 Y30", "G28"]);
+    has_moved(&mut bench, at, [-20.0, -30.0, 0.0]);
+    // A second place is stored whole, or is none.
+    let (mut bench, at) = deep(mill.set("[motion control] nist_G30 = true"));
+    assert!(refused(&mut bench, "G91 G30 X0", 20).contains("G30.1"));
+    has_moved(&mut bench, at, [0.0; 3]);
     // Elsewhere G28 homes, and G28.2 parks.
     for dialect in ["smoothie", "marlin", "reprapfirmware", "klipper"] {
         let mut bench = Plan::new(CARTESIAN).set(&format!("[general] dialect = {dialect}")).start_homed();
