@@ -89,9 +89,9 @@ pub(crate) struct Ledger {
     /// Settings that ask for what Velvet cannot do yet.
     wishes: Vec<(Path, Span), MAX_WISHES>,
     /// Bit n: section n has been opened.
-    pub(crate) sections: u64,
+    pub(crate) sections: u128,
     /// Bit n: a key that section n does not have has been reported, and nothing of the section is supported.
-    reported: u64,
+    reported: u128,
 }
 
 impl Ledger {

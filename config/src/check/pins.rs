@@ -250,4 +250,4 @@ fn homes(stop: &EndstopConfig, axis: Axis) -> bool {
     stop.axis == Some(axis) && stop.homing_direction != HomingDirection::None
 }
 
-const _: () = assert!(SECTIONS.len() <= 64, "the ledger keeps one bit per section");
+const _: () = assert!(SECTIONS.len() <= 128, "the ledger keeps one bit per section");

@@ -38,7 +38,7 @@ fn no_section_or_setting_is_there_twice() {
         let bare: BTreeSet<_> = section.settings.iter().map(|row| row.key).collect();
         assert_eq!(bare.len(), section.settings.len(), "[{}]", section.name);
     }
-    assert!(SECTIONS.len() <= 64 && SECTIONS.iter().all(|section| section.settings.len() < 256));
+    assert!(SECTIONS.len() <= 128 && SECTIONS.iter().all(|section| section.settings.len() < 256));
 }
 
 #[test]
