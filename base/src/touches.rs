@@ -21,7 +21,7 @@ impl Touches {
     }
 
     /// Returns the number of touches.
-    pub fn len(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.heights.len()
     }
 
@@ -77,7 +77,7 @@ impl Scatter {
     pub fn add(&mut self, at: [f64; 2], touches: &Touches, again: u32, median: bool) {
         self.median = median;
         self.places += 1;
-        self.touches += touches.len() as u32;
+        self.touches += touches.count() as u32;
         self.again += again;
         self.squares += touches.squares();
         if touches.range() > self.widest {

@@ -23,6 +23,12 @@ pub struct Strips {
     changed: u8,
 }
 
+impl Default for Strips {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Strips {
     /// Starts without any strips.
     #[must_use]

@@ -88,6 +88,7 @@ pub struct Foresight {
 impl Foresight {
     /// Makes an empty one. Never inlined, as it is large.
     #[inline(never)]
+    #[expect(clippy::new_without_default, reason = "there is one of it")]
     pub fn new() -> Self {
         Self {
             lines: RefCell::new(FileLines::new(FileHandle(0))),

@@ -182,7 +182,7 @@ fn touch_down_to<'c>(
         let mut touches = Touches::default();
         let mut contact = touch_once(hands, height, deepest)?;
         touches.add(contact[Axis::Z]);
-        while touches.len() < usize::from(settings.count) {
+        while touches.count() < usize::from(settings.count) {
             lift(hands, contact[Axis::Z] - towards_bed(&probe) * settings.retract.0)?;
             contact = touch_once(hands, height, deepest)?;
             touches.add(contact[Axis::Z]);
