@@ -38,10 +38,8 @@ const ROWS: &[Row] = &[
     (&["[button box] one.pin = external", "[button box] one.press = G33 K1"], &["panels are not supported yet"], |c| {
         c.buttons[0].pin.is_none() && c.off.is_empty()
     }),
-    // Numbers of heaters without one: 253 less those before it by name.
-    (&["[temperature control] aux.enable = true", "[temperature control] aux.sensor = thermistor"], &[], |c| {
-        c.temperatures.iter().any(|heater| heater.name == "aux" && heater.tool_id.0 == 253)
-    }),
+    // Numbers of heaters without one: 253 less those before it by name; `board` has 253 for its own here.
+    (&AUX, &[], |c| c.temperatures.iter().any(|heater| heater.name == "aux" && heater.tool_id.0 == 252)),
     (&["[switch] fan.input_pin = nc"], &[], |c| !c.switches[0].is_input() && c.switches[0].output_pin.is_some()),
     // Fractions are cut.
     (&["[cartesian grid leveling strategy] grid_x_size = 7.6"], &["7.6 is taken as 7"], |c| {
@@ -85,6 +83,14 @@ const ROWS: &[Row] = &[
         c.actuators[Actuator::Alpha].current.is_none() && c.off.is_empty()
     }),
     (&["[temperature control] bed.preset1 = 130"], &["130"], |c| c.temperatures[0].presets[0].0 == 130.0),
+];
+
+/// A sensor without a number of its own.
+const AUX: [&str; 4] = [
+    "[temperature control] aux.enable = true",
+    "[temperature control] aux.sensor = thermistor",
+    "[temperature control] aux.thermistor = Semitec",
+    "[temperature control] aux.thermistor_pin = ADC1_2",
 ];
 
 /// A rule of the hot end for the fan.

@@ -51,9 +51,10 @@ impl SpiDevice for Select {
             match &mut **bytes {
                 bytes if model.is_dead => bytes.fill(0),
                 [a, b, c] => {
-                    let sent = u32::from_be_bytes([0, *a, *b, *c]);
+                    let sent = u32::from_be_bytes([0, *a & 0xF, *b, *c]);
                     let reading = if model.words[7] >> 4 & 3 == 3 { 3 << 8 } else { model.reading << 10 };
-                    let answer = (reading | model.flags) << 4;
+                    // The frame's first four bits pass through the chip.
+                    let answer = (reading | model.flags) << 4 | u32::from(*a >> 4);
                     [_, *a, *b, *c] = answer.to_be_bytes();
                     // DRVCTRL is addressed by two bits only.
                     let address = if sent >> 18 == 0 { 0 } else { sent >> 17 };
@@ -283,11 +284,11 @@ fn the_place_in_the_electrical_cycle_comes_with_its_microsteps() {
 fn a_search_has_its_own_threshold_and_current_and_ends_with_the_former() {
     let mut bench = Bench::new();
     let before = bench.chip.word(SGCSCONF);
-    let search = |threshold| StallSearch { current: Some(Amps(0.6)), threshold };
+    let search = |threshold| StallSearch { current: Some(Amps(0.65)), threshold };
     assert_eq!(bench.bank.begin_stall_search(Alpha, search(200)), Err(DriverFault::BadSetting));
     bench.bank.begin_stall_search(Alpha, search(-3)).expect("a chip");
     assert_eq!(bench.chip.word(SGCSCONF) >> 8 & 0x1FF, 0x7D, "-3, without a filter");
-    assert!(is_near(bench.bank.current(Alpha), 0.6));
+    assert!(is_near(bench.bank.current(Alpha), 0.65));
     bench.chip.0.borrow_mut().reading = 500;
     assert_eq!(bench.bank.reserve(Alpha), Ok(500));
     bench.bank.end_stall_search(Alpha).expect("a chip");
