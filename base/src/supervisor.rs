@@ -5,7 +5,7 @@
 //! is only reported after a second question: the driver is set up again. Motor supply below
 //! [`MOTOR_SUPPLY_OFF`] is "off": drivers lose their registers with it, so they are written anew when it
 //! returns. The supply of heaters and fans lies behind a switch of the board; it is judged only while that
-//! switch is on. Findings wait here as events for the dispatcher.
+//! switch is on. Findings wait here as events for the executor.
 
 mod event;
 mod trouble;
@@ -24,7 +24,7 @@ pub const MOTOR_SUPPLY_OFF: Volts = Volts(6.0);
 pub const FET_SUPPLY_OFF: Volts = Volts(6.0);
 /// Time between status reads.
 const POLL_PERIOD: Micros = Micros::from_seconds(1);
-/// Events that can wait for the dispatcher: every kind for every motor.
+/// Events that can wait for the executor: every kind for every motor.
 const EVENTS: usize = 32;
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -186,7 +186,7 @@ impl Supervisor {
     ) {
         let waiting = self.events.len();
         self.look(now, drivers, supply);
-        // Recorded before the dispatcher hears of the event, for it may never do.
+        // Recorded before the executor hears of the event, for it may never do.
         self.events.iter().skip(waiting).for_each(|news| events.record(now, &news.told()));
     }
 
@@ -276,7 +276,7 @@ impl Supervisor {
     }
 
     fn report(&mut self, event: SupervisorEvent) {
-        // A dispatcher that does not fetch 32 events is dead, and the watchdog will say so; nothing is lost
+        // An executor that does not fetch 32 events is dead, and the watchdog will say so; nothing is lost
         // by dropping.
         let _ = self.events.push_back(event);
     }

@@ -1,5 +1,5 @@
 //! Feeding of the watchdog, only while all that must be alive is: heat control, the step feed, the planner
-//! and the slow watch over drivers and supplies, each since the last feeding; and the dispatcher, which may
+//! and the slow watch over drivers and supplies, each since the last feeding; and the executor, which may
 //! wait for a card.
 
 use core::sync::atomic::{AtomicU8, Ordering};
@@ -18,11 +18,11 @@ pub enum Reporter {
     Planner,
     /// The watch over drivers and supplies ran.
     Supervisor,
-    /// The dispatcher came by a waiting point.
-    Dispatcher,
+    /// The executor came by a waiting point.
+    Executor,
 }
 
-/// Feedings that the dispatcher may miss in a row. All others have reported within a tenth of a second, so it
+/// Feedings that the executor may miss in a row. All others have reported within a tenth of a second, so it
 /// may be away for some three seconds: as long as the slowest card with its repetitions.
 const PATIENCE: u8 = 30;
 
@@ -34,15 +34,15 @@ const MISSED_LOOKS: u8 = 45;
 #[derive(Debug, Default)]
 pub struct Reports {
     reported: AtomicU8,
-    /// Feedings since the dispatcher last reported.
+    /// Feedings since the executor last reported.
     missed: AtomicU8,
     /// Looks since the last feeding.
     looks: AtomicU8,
 }
 
 impl Reports {
-    const DISPATCHER: u8 = 1 << Reporter::Dispatcher as u8;
-    const TASKS: u8 = 0b1_1111 & !Self::DISPATCHER;
+    const EXECUTOR: u8 = 1 << Reporter::Executor as u8;
+    const TASKS: u8 = 0b1_1111 & !Self::EXECUTOR;
 
     /// Starts without any report.
     #[must_use]
@@ -55,7 +55,7 @@ impl Reports {
         self.reported.fetch_or(1 << reporter as u8, Ordering::Relaxed);
     }
 
-    /// Returns true when all tasks have reported since the last true, and the dispatcher not too long ago:
+    /// Returns true when all tasks have reported since the last true, and the executor not too long ago:
     /// feed the watchdog. For one caller.
     pub fn take_complete(&self) -> bool {
         let reported = self.reported.load(Ordering::Relaxed);
@@ -63,7 +63,7 @@ impl Reports {
             return false;
         }
         self.reported.fetch_and(!reported, Ordering::Relaxed);
-        let missed = match reported & Self::DISPATCHER {
+        let missed = match reported & Self::EXECUTOR {
             0 => self.missed.load(Ordering::Relaxed).saturating_add(1),
             _ => 0,
         };
@@ -94,8 +94,8 @@ impl Reports {
 
     fn silent(&self) -> u8 {
         if self.missed.load(Ordering::Relaxed) > PATIENCE {
-            // The dispatcher's silence was found when all tasks had reported; they have begun to do so anew.
-            return Self::DISPATCHER;
+            // The executor's silence was found when all tasks had reported; they have begun to do so anew.
+            return Self::EXECUTOR;
         }
         !self.reported.load(Ordering::Relaxed) & Self::TASKS
     }
@@ -105,7 +105,7 @@ impl Reports {
 mod tests {
     use super::*;
 
-    use Reporter::{Dispatcher, Heat, Planner, StepFeed, Supervisor};
+    use Reporter::{Executor, Heat, Planner, StepFeed, Supervisor};
 
     const TASKS: [Reporter; 4] = [Heat, StepFeed, Planner, Supervisor];
 
@@ -117,7 +117,7 @@ mod tests {
     fn the_watchdog_is_fed_only_when_all_have_reported() {
         for silent in TASKS {
             let reports = Reports::new();
-            reports.report(Dispatcher);
+            reports.report(Executor);
             for _ in 0..3 {
                 TASKS.into_iter().filter(|task| *task != silent).for_each(|task| reports.report(task));
                 assert!(!reports.take_complete(), "{silent:?} is missing");
@@ -132,11 +132,11 @@ mod tests {
     fn who_is_silent_is_recorded_once_and_before_the_watchdog_bites() {
         let (slots, next) = (std::boxed::Box::new(events::Slots::new()), core::sync::atomic::AtomicU32::new(1));
         let ring = EventRing::new(&slots, &next);
-        for silent in [StepFeed, Planner, Supervisor, Dispatcher] {
+        for silent in [StepFeed, Planner, Supervisor, Executor] {
             let reports = Reports::new();
             let mut fed_at = 0;
             let recorded = (0..600_u64).find(|look| {
-                let others = [Heat, StepFeed, Planner, Supervisor, Dispatcher];
+                let others = [Heat, StepFeed, Planner, Supervisor, Executor];
                 others.into_iter().filter(|task| *task != silent).for_each(|task| reports.report(task));
                 let before = ring.next();
                 if reports.look(Micros::from_millis(10 * look), ring) {
@@ -150,7 +150,7 @@ mod tests {
             assert!((40..80).contains(&looks), "{silent:?}: {looks} looks, and the watchdog waits for 90");
             assert!((0..200).all(|_| !reports.look(Micros(0), ring)) && ring.last(1).next() == Some(entry), "once");
         }
-        assert_eq!(events::SILENT_TASKS.len(), Dispatcher as usize + 1);
+        assert_eq!(events::SILENT_TASKS.len(), Executor as usize + 1);
     }
 
     /// The step feed hangs, and the planner and the watch do not run below it.
@@ -170,10 +170,10 @@ mod tests {
     }
 
     #[test]
-    fn a_dispatcher_may_be_away_for_a_while_and_no_longer() {
+    fn an_executor_may_be_away_for_a_while_and_no_longer() {
         let reports = Reports::new();
         for _ in 0..2 {
-            reports.report(Dispatcher);
+            reports.report(Executor);
             all_report(&reports);
             assert!(reports.take_complete());
             for _ in 0..PATIENCE {
@@ -183,7 +183,7 @@ mod tests {
         }
         all_report(&reports);
         assert!(!reports.take_complete());
-        reports.report(Dispatcher);
+        reports.report(Executor);
         all_report(&reports);
         assert!(reports.take_complete(), "it has come back");
     }

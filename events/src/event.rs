@@ -69,7 +69,7 @@ impl fmt::Display for Date {
 
 /// The tasks that the watchdog waits for, in the order of the bits of [`Event::Silent`].
 pub const SILENT_TASKS: [&str; 5] =
-    ["heat control", "the step feed", "the planner", "the watch over drivers and supplies", "the dispatcher"];
+    ["heat control", "the step feed", "the planner", "the watch over drivers and supplies", "the executor"];
 
 /// Event that the firmware records.
 #[derive(Clone, Debug, PartialEq)]

@@ -467,7 +467,7 @@ where
     }
 
     fn report_alive(&mut self) {
-        REPORTS.report(Reporter::Dispatcher);
+        REPORTS.report(Reporter::Executor);
         // Work on files has had its turn, so writes may go to the card. The card's commands have time limits,
         // and cards come and go.
         self.storage.card(|slot| {

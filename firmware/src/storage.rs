@@ -51,7 +51,7 @@ impl<K: Mutex<T = &'static mut CardService>> Slot<K> {
                 Some(answer) => {
                     // Each command has its limit: a slow card must not look like a hanging executor.
                     if now.saturating_sub(since) > SLOW_US {
-                        REPORTS.report(Reporter::Dispatcher);
+                        REPORTS.report(Reporter::Executor);
                     }
                     return answer;
                 }

@@ -75,7 +75,7 @@ const MS: u64 = 1_000_000;
 const MOST_LINES: usize = 200;
 /// Greatest number of restarts of the machine with the same card.
 const MOST_RESETS: u32 = 2;
-/// Turns of the dispatcher in half a millisecond: few, which stands for a busy board, and quick.
+/// Turns of the executor in half a millisecond: few, which stands for a busy board, and quick.
 const TURNS: u32 = 3;
 /// M112, behind the end of half a line, of an `upload` (Ctrl-D) and of M28, which take everything but that.
 const HALT: &[u8] = b"\n\x04\nM29\nM112\n";

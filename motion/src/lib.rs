@@ -8,7 +8,7 @@
 //! [`Kinematics`]), solves the cubic between the ends for its step crossings ([`step_solver`]), merges the
 //! motors in time order and fills the [`queue::StepQueue`], which the step interrupt plays.
 //!
-//! Three contexts share the work. The dispatcher submits and the planner task plans, both under a brief lock
+//! Three contexts share the work. The executor submits and the planner task plans, both under a brief lock
 //! on [`Motion`]; the feed takes slices under the same lock and solves them without it; the interrupt touches
 //! the queue's atomics alone. No allocation, no panic path, no `unsafe`, and only `+ - * /` and `libm`, so
 //! that every machine computes the same step times to the last bit.

@@ -1,4 +1,4 @@
-//! Requests of the dispatcher to the motion object, and reasons to refuse them.
+//! Requests of the executor to the motion object, and reasons to refuse them.
 
 use units::{Axis, MmPerSecond, PerAxis};
 

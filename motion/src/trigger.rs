@@ -13,7 +13,7 @@ const NONE: u32 = u32::MAX;
 /// The meeting place of the input interrupts and the step feed. Lives in a `static`; plain atomics, nobody
 /// waits.
 ///
-/// The dispatcher arms it for some inputs and gives the order to move; the first armed input to report
+/// The executor arms it for some inputs and gives the order to move; the first armed input to report
 /// disarms it and leaves its number and tick; the feed takes them at its next run and stops the motion.
 ///
 /// Armed softly, the motion brakes along its path from what is already written: no step is lost, at the price
@@ -22,9 +22,9 @@ const NONE: u32 = u32::MAX;
 /// afterwards.
 #[derive(Debug)]
 pub struct Latch {
-    /// Inputs that may fire, one bit each. Written by the dispatcher, cleared by the interrupt that fires.
+    /// Inputs that may fire, one bit each. Written by the executor, cleared by the interrupt that fires.
     armed: AtomicU32,
-    /// Stop at once rather than brake. Written by the dispatcher while disarmed.
+    /// Stop at once rather than brake. Written by the executor while disarmed.
     hard: AtomicBool,
     /// Low half of the step clock when the input fired. Written by the interrupt before `fired`.
     at: AtomicU32,

@@ -277,10 +277,10 @@ impl fmt::Display for HeatFaultText<'_> {
                 "{name} is switched off and has warmed by {:.0} C: its MOSFET or relay conducts. TURN POWER OFF IMMEDIATELY",
                 by.0
             ),
-            HeatCause::DispatcherSilent => write!(
+            HeatCause::ExecutorSilent => write!(
                 f,
                 "the controller did not answer for {} s while {name} was on",
-                thermal::DISPATCHER_TIMEOUT.seconds()
+                thermal::EXECUTOR_TIMEOUT.seconds()
             ),
         }
     }

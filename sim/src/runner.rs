@@ -5,7 +5,7 @@
 //! Time advances in slots of half a millisecond, the period of the board's fastest periodic tasks. In each
 //! slot the tasks run in the order of their priorities on the board, then the step events due in the slot
 //! are played at their exact ticks. So step times are those of the board; only the moment at which the
-//! dispatcher sees something differs.
+//! executor sees something differs.
 
 mod bank;
 pub mod curves;
@@ -269,7 +269,7 @@ impl Runner {
         self.tasks.watch.take()?.into_plan()
     }
 
-    /// Sets the dispatcher's number of turns in a slot from now on.
+    /// Sets the executor's number of turns in a slot from now on.
     pub const fn set_turns(&mut self, turns: u32) {
         self.turns = turns;
     }

@@ -167,7 +167,7 @@ fn what_heaters_did_outlives_a_reset() {
 }
 
 /// A card may take a quarter of a second for a block; the watchdog waits nearly four seconds for the
-/// dispatcher.
+/// executor.
 #[test]
 fn statistics_are_saved_in_steps_that_the_watchdog_outlives() {
     let mut bench = Plan::new(CARTESIAN).file("statistics.txt", "jobs_done = 5\n").file("a.g", "G28\n").start();

@@ -229,7 +229,7 @@ fn a_block_in_place_is_one_write_of_the_card_and_no_other_changes() {
 }
 
 /// Checks the number of block writes that the native runner assumes, and to which the watchdog's limit of
-/// nearly four seconds for the dispatcher is compared: a card may need a quarter of a second for a block.
+/// nearly four seconds for the executor is compared: a card may need a quarter of a second for a block.
 #[test]
 fn no_step_of_replacing_a_file_is_more_than_six_block_writes() {
     const MOST: u32 = 6;

@@ -5,8 +5,8 @@
 //! heat task, above planning, so no amount of motion can starve them.
 //!
 //! A heater is on only while everything that makes it safe has been seen to work: a believable reading this
-//! sample, a guard that has not run out, a control tick within [`STALE_MODULATION_TICKS`], a dispatcher that
-//! reported within [`DISPATCHER_TIMEOUT`]. If any of them is missing, the output falls to off by itself; the
+//! sample, a guard that has not run out, a control tick within [`STALE_MODULATION_TICKS`], an executor that
+//! reported within [`EXECUTOR_TIMEOUT`]. If any of them is missing, the output falls to off by itself; the
 //! message follows later.
 
 use config::HeaterId;
@@ -31,9 +31,9 @@ use crate::switch_outputs::SwitchOutputs;
 pub const STALE_MODULATION_TICKS: u32 = MODULATION_HZ;
 /// Temperature above which a part is too hot to be touched.
 const HOT: Celsius = Celsius(50.0);
-/// A dispatcher silent for this long can no longer be told to stop: heaters go off. Longer than any SD card
+/// An executor silent for this long can no longer be told to stop: heaters go off. Longer than any SD card
 /// command.
-pub const DISPATCHER_TIMEOUT: Micros = Micros::from_seconds(10);
+pub const EXECUTOR_TIMEOUT: Micros = Micros::from_seconds(10);
 /// Time for which a reported extrusion flow counts.
 const FLOW_STALE: Micros = Micros::from_seconds(1);
 /// All heaters and switched outputs of the machine.
@@ -44,7 +44,7 @@ pub struct HeatControl {
     modulators: Modulators,
     fets_enabled: bool,
     halted: bool,
-    dispatcher_seen: Micros,
+    executor_seen: Micros,
     modulation_ticks_since_control: u32,
     fault: Option<HeatFault>,
     effects: Effects,
@@ -80,7 +80,7 @@ impl HeatControl {
             modulators: Modulators::new(),
             fets_enabled: false,
             halted: false,
-            dispatcher_seen: Micros(0),
+            executor_seen: Micros(0),
             modulation_ticks_since_control: 0,
             fault: None,
             effects: Effects::new(),
@@ -318,9 +318,9 @@ impl HeatControl {
         self.halted
     }
 
-    /// Notes that the dispatcher is alive.
-    pub fn dispatcher_alive(&mut self, now: Micros) {
-        self.dispatcher_seen = now;
+    /// Notes that the executor is alive.
+    pub fn executor_alive(&mut self, now: Micros) {
+        self.executor_seen = now;
     }
 
     /// Takes the fault that a sensor's chip reports, in words.
@@ -364,10 +364,10 @@ impl HeatControl {
     pub fn tick(&mut self, now: Micros, readings: &SensorReadings) {
         self.modulation_ticks_since_control = 0;
         self.chip_faults.look(now, readings);
-        if self.any_on() && now.since(self.dispatcher_seen) > DISPATCHER_TIMEOUT {
+        if self.any_on() && now.since(self.executor_seen) > EXECUTOR_TIMEOUT {
             let on = self.heaters().find(|(_, heater)| heater.is_on()).map(|(id, _)| id);
             if let Some(heater) = on {
-                self.fail(HeatFault { heater, cause: HeatCause::DispatcherSilent });
+                self.fail(HeatFault { heater, cause: HeatCause::ExecutorSilent });
             }
         }
         for id in HeaterId::all().take(self.heaters.len()) {

@@ -29,7 +29,7 @@ pub mod surplus;
 mod switch_outputs;
 
 pub use combined::{Parts, Rule, read as read_sensor};
-pub use control::{DISPATCHER_TIMEOUT, HeatControl, STALE_MODULATION_TICKS};
+pub use control::{EXECUTOR_TIMEOUT, HeatControl, STALE_MODULATION_TICKS};
 pub use effects::{Effects, Full, Output};
 pub use heater::{Heater, TargetRefused, Work};
 pub use heater_settings::{HeaterSettings, LawSettings};

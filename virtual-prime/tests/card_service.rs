@@ -96,13 +96,13 @@ impl Watch {
     /// Returns the longest time without a turn since the last call, plus a step that was not seen.
     fn take(&mut self, what: &str) -> u64 {
         let longest_ns = std::mem::take(&mut self.longest_ns) + Self::STEP_NS;
-        println!("{what}: no turn of the dispatcher for {:.1} ms at most", longest_ns as f64 / 1e6);
+        println!("{what}: no turn of the executor for {:.1} ms at most", longest_ns as f64 / 1e6);
         longest_ns
     }
 }
 
 #[test]
-fn no_write_holds_the_dispatcher_however_slow_the_card() {
+fn no_write_holds_the_executor_however_slow_the_card() {
     let traits = Traits { programming_ns: SLOWEST_NS, ..Traits::default() };
     let mut plan = Plan::new().set("[general] config-override = true").set("[player] power_loss = true");
     plan = plan.set("[player] power_loss_period = 1").file("old.g", &"G4 P1\n".repeat(700));

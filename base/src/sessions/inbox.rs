@@ -78,7 +78,7 @@ pub struct Inbox {
     bytes: [AtomicU8; INBOX_BYTES],
     /// Count of bytes ever received, wrapping. Written by the receive task only.
     received: AtomicU32,
-    /// Count of bytes ever taken, wrapping. Written by the dispatcher only.
+    /// Count of bytes ever taken, wrapping. Written by the executor only.
     taken: AtomicU32,
     /// Pending realtime requests but `?`, one bit each.
     requests: AtomicU32,
@@ -101,7 +101,7 @@ pub struct Inbox {
     /// Value of `visits` while nothing is wanted of the sender, and one more; 0 before that. Written by the
     /// executor.
     forgotten: AtomicU32,
-    /// Lost lines that the reader has not heard of. Raised by the receive task, cleared by the dispatcher.
+    /// Lost lines that the reader has not heard of. Raised by the receive task, cleared by the executor.
     lost: AtomicU32,
     /// Count of bytes received before the last Ctrl-X of GRBL's dialect. Written by the receive task only.
     reset_at: AtomicU32,

@@ -5,7 +5,7 @@ use units::{Actuator, Axis};
 
 use super::DriverTrouble;
 
-/// Event for the dispatcher.
+/// Event for the executor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SupervisorEvent {
     /// A driver reported trouble twice.

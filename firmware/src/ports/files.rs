@@ -13,7 +13,7 @@ use crate::lock_free::REPORTS;
 
 impl<M, H, S, T, K: Mutex<T = &'static mut CardService>> Storage for BoardPorts<M, H, S, T, K> {
     fn between_steps(&mut self) {
-        REPORTS.report(Reporter::Dispatcher);
+        REPORTS.report(Reporter::Executor);
     }
 
     fn forget_card(&mut self) {

@@ -44,7 +44,7 @@ pub use objects::By;
 use objects::Objects;
 use pauses::{Pauses, Reached};
 pub use pauses::{Place as PausePlace, parse as parse_pause};
-pub use progress::{Outlook, Planned};
+pub use progress::{Planned, TimeLeft};
 use queue::Queue;
 pub use scripts::Scripts;
 use slicer::SlicerTimes;

@@ -16,7 +16,7 @@ use crate::journal::{self, PlayedFile};
 
 /// Times from a look ahead at the file, at the present overrides.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Outlook {
+pub struct TimeLeft {
     /// Time left and in all, by the planner.
     pub planned: Option<Planned>,
     /// Share of the file that has been looked at, per cent, while that goes on.
@@ -72,8 +72,8 @@ impl Jobs {
     }
 
     /// Returns the time left and in all, seconds, with its source: planner or slicer.
-    fn time_left(&self, job: &Job, outlook: &Outlook) -> Option<(f32, f32, &'static str)> {
-        if let Some(Planned { left, total }) = outlook.planned {
+    fn time_left(&self, job: &Job, time_left: &TimeLeft) -> Option<(f32, f32, &'static str)> {
+        if let Some(Planned { left, total }) = time_left.planned {
             return Some((left, total, "planner"));
         }
         let total = job.slicer.total?;
@@ -82,12 +82,12 @@ impl Jobs {
     }
 
     /// Answers M27 and `progress -b`.
-    pub fn say_bytes(&self, outlook: &Outlook, reply: &mut Reply<'_>) {
+    pub fn say_bytes(&self, time_left: &TimeLeft, reply: &mut Reply<'_>) {
         match &self.job {
             Some(job) => {
                 let (_, done) = self.place(job);
                 reply.say(format_args!("SD printing byte {done}/{}\n", job.size));
-                if let Some((left, total, who)) = self.time_left(job, outlook) {
+                if let Some((left, total, who)) = self.time_left(job, time_left) {
                     let (left, total) = (Clock(f64::from(left)), Clock(f64::from(total)));
                     reply.say(format_args!("// time left: {left} of {total}, by the {who}\n"));
                 }
@@ -97,9 +97,9 @@ impl Jobs {
     }
 
     /// Answers M73 without words as Prusa's firmware does: hosts read these words. Unknown values are -1.
-    pub fn say_progress(&self, outlook: &Outlook, reply: &mut Reply<'_>) {
+    pub fn say_progress(&self, time_left: &TimeLeft, reply: &mut Reply<'_>) {
         let Some(job) = &self.job else { return reply.say(format_args!("Not currently playing\n")) };
-        let time = self.time_left(job, outlook);
+        let time = self.time_left(job, time_left);
         let by_size = || 100.0 * self.place(job).1 as f32 / job.size.max(1) as f32;
         let by_time = |(left, total, _): (f32, f32, _)| (total > 0.0).then(|| 100.0 * (1.0 - left / total));
         let percent = libm::floorf(time.and_then(by_time).unwrap_or_else(by_size).clamp(0.0, 100.0));
@@ -110,9 +110,9 @@ impl Jobs {
     }
 
     /// Answers `progress [-b]` with the progress of the job.
-    pub fn progress_command(&self, arguments: &str, now: Micros, outlook: &Outlook, reply: &mut Reply<'_>) {
+    pub fn progress_command(&self, arguments: &str, now: Micros, time_left: &TimeLeft, reply: &mut Reply<'_>) {
         if arguments.contains("-b") {
-            return self.say_bytes(outlook, reply);
+            return self.say_bytes(time_left, reply);
         }
         if self.suspended.is_some() {
             return reply.say(format_args!("Suspended\n"));
@@ -129,14 +129,14 @@ impl Jobs {
         let elapsed = now.since(job.started).millis() / 1_000;
         let (percent, time) = (share * 100.0, Clock(elapsed as f64));
         reply.say(format_args!("file: {}, {percent:.1} % complete, elapsed time: {time}", job.path));
-        if let Some((left, total, who)) = self.time_left(job, outlook) {
+        if let Some((left, total, who)) = self.time_left(job, time_left) {
             let (left, total) = (Clock(f64::from(left)), Clock(f64::from(total)));
             reply.say(format_args!(", est time: {left} of {total} by the {who}"));
         } else if done > 0 {
             let left = elapsed as f64 / share - elapsed as f64;
             reply.say(format_args!(", est time: {}", Clock(libm::floor(left))));
         }
-        if let Some(percent) = outlook.looked_at {
+        if let Some(percent) = time_left.looked_at {
             reply.say(format_args!(", the planner has looked at {percent} %"));
         }
         reply.say(format_args!("{}\n", if self.is_heating { ", heating" } else { "" }));
@@ -279,7 +279,7 @@ mod tests {
     }
 
     fn said(jobs: &Jobs, arguments: &str) -> String {
-        Desk::new().hears(|reply| jobs.progress_command(arguments, NOW, &Outlook::default(), reply))
+        Desk::new().hears(|reply| jobs.progress_command(arguments, NOW, &TimeLeft::default(), reply))
     }
 
     #[test]

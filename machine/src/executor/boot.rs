@@ -140,7 +140,7 @@ fn drain<P: Ports>(ports: &mut P, sessions: &mut Sessions) {
         let now = ports.now();
         sessions.flush(ports, now);
         ports.report_alive();
-        ports.heat(|heat| heat.dispatcher_alive(now));
+        ports.heat(|heat| heat.executor_alive(now));
         ports.rest(Wake::Any);
     }
 }

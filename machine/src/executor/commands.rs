@@ -134,9 +134,9 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
             return Some(apart(|| {
                 let now = machine.ports.now();
                 machine.follow_job();
-                let outlook = forecast::outlook(machine);
+                let time_left = forecast::time_left(machine);
                 let Machine { jobs, sessions, .. } = machine;
-                jobs.progress_command(arguments, now, &outlook, &mut Reply::new(sessions, to));
+                jobs.progress_command(arguments, now, &time_left, &mut Reply::new(sessions, to));
                 Ok(Answer::Ok)
             }));
         }

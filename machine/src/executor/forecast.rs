@@ -13,9 +13,9 @@ use base::paths::Path;
 use base::ports::{FileHandle, OpenMode, Storage, StorageError};
 use base::sessions::{Listing, Recipient, Reply};
 use config::JobPreflight;
-use jobs::player::{FileLines, Lookup, Outlook, PausePlace, Planned, Step, TOO_DEEP, sub_path};
+use jobs::player::{FileLines, Lookup, PausePlace, Planned, Step, TOO_DEEP, TimeLeft, sub_path};
 use motion::Tag;
-use preflight::forecast::{Ahead, Answer, Foresight, LookAhead, Purpose, Stage, Wanted};
+use preflight::forecast::{Answer, ForecastFiles, Forecaster, Purpose, SharedForecast, Stage, Wanted};
 use preflight::{AsItIs, Kind, TOLD_LINES, Told};
 use program::Dialect;
 use units::{Celsius, MAX_HEATERS, Micros};
@@ -34,9 +34,9 @@ pub(super) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Reci
     if name.is_empty() {
         return Err(Failure::refused(&"which file? check file"));
     }
-    let foresight = machine.foresight;
-    if foresight.is_under_way() {
-        return Err(machine.texts.because(match foresight.purpose() {
+    let forecast = machine.forecast;
+    if forecast.is_under_way() {
+        return Err(machine.texts.because(match forecast.purpose() {
             Purpose::Job => "the file that is played is still looked at: ask again in a moment",
             Purpose::Check => "a file is being looked at already",
         }));
@@ -70,18 +70,18 @@ pub(super) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
-    let foresight = machine.foresight;
-    if machine.ahead.holds && machine.ahead.job == machine.jobs.count() {
-        return match (machine.config.player.preflight, foresight.is_under_way()) {
-            (JobPreflight::Travel, _) => looked_at_for_a_while(machine, foresight),
+    let forecast = machine.forecast;
+    if machine.forecast_files.holds && machine.forecast_files.job == machine.jobs.count() {
+        return match (machine.config.player.preflight, forecast.is_under_way()) {
+            (JobPreflight::Travel, _) => looked_at_for_a_while(machine, forecast),
             (_, true) => {
-                tell_how_far(machine, foresight);
+                tell_how_far(machine, forecast);
                 Start::Later
             }
-            (_, false) => looked_at(machine, foresight),
+            (_, false) => looked_at(machine, forecast),
         };
     }
-    foresight.forget_course();
+    forecast.forget_course();
     let Some(path) = machine.jobs.path().cloned() else { return Start::Now };
     if machine.config.player.preflight == JobPreflight::Off {
         return Start::Now;
@@ -95,14 +95,14 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
         Err(_) => return Start::Now,
         Ok(()) => {}
     }
-    (machine.ahead.job, machine.ahead.holds) = (machine.jobs.count(), holds);
+    (machine.forecast_files.job, machine.forecast_files.holds) = (machine.jobs.count(), holds);
     if holds {
         let now = machine.ports.now();
-        (machine.ahead.waits_since, machine.ahead.told_at) = (now, now);
+        (machine.forecast_files.waits_since, machine.forecast_files.told_at) = (now, now);
         if machine.config.player.preflight == JobPreflight::Travel {
             return Start::Later;
         }
-        let size = u64::from(machine.ahead.size).div_ceil(1_024);
+        let size = u64::from(machine.forecast_files.size).div_ceil(1_024);
         machine.announce(format_args!(
             "// the whole file is looked at before it is begun, {size} kB; play --force file would not wait\n"
         ));
@@ -112,15 +112,15 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
 }
 
 /// Tells now and then how far the look is that the job waits for, and its remaining time at that pace.
-fn tell_how_far<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) {
-    let (now, since) = (machine.ports.now(), machine.ahead.waits_since);
-    let (waited, told) = (now.since(since), machine.ahead.told_at.since(since));
+fn tell_how_far<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) {
+    let (now, since) = (machine.ports.now(), machine.forecast_files.waits_since);
+    let (waited, told) = (now.since(since), machine.forecast_files.told_at.since(since));
     if waited < TOLD_FIRST || waited.0 < 2 * told.0 {
         return;
     }
-    machine.ahead.told_at = now;
+    machine.forecast_files.told_at = now;
     let seconds = waited.0 as f64 * 1e-6;
-    let percent = looked_at_share(machine, foresight);
+    let percent = looked_at_share(machine, forecast);
     if percent > 0 {
         let left = seconds * (100.0 / f64::from(percent) - 1.0);
         machine.announce(format_args!("// looked at {percent} % of the file, about {left:.0} s to go\n"));
@@ -128,34 +128,34 @@ fn tell_how_far<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) {
 }
 
 /// Returns the share of the file read, per cent; with loops and subroutines, the place of the look.
-fn looked_at_share<P: Ports>(machine: &Machine<'_, P>, foresight: &Foresight) -> u8 {
-    let share = u64::from(foresight.lines(|lines| lines.read())) * 100 / u64::from(machine.ahead.size.max(1));
+fn looked_at_share<P: Ports>(machine: &Machine<'_, P>, forecast: &SharedForecast) -> u8 {
+    let share = u64::from(forecast.lines(|lines| lines.read())) * 100 / u64::from(machine.forecast_files.size.max(1));
     share.min(100) as u8
 }
 
 /// Has the job wait for a configured time for a line that leaves the travel; the look goes on beside it.
-fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) -> Start {
-    warn(machine, foresight);
-    if let Some(why) = machine.ahead.spoilt {
-        foresight.forget();
+fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) -> Start {
+    warn(machine, forecast);
+    if let Some(why) = machine.forecast_files.spoilt {
+        forecast.forget();
         return refuse(machine, format_args!("{why}"));
     }
-    let waited = machine.ports.now().since(machine.ahead.waits_since);
-    if foresight.is_under_way() && waited < machine.config.player.preflight_wait {
+    let waited = machine.ports.now().since(machine.forecast_files.waits_since);
+    if forecast.is_under_way() && waited < machine.config.player.preflight_wait {
         return Start::Later;
     }
-    machine.ahead.holds = false;
+    machine.forecast_files.holds = false;
     Start::Now
 }
 
 /// Decides on the job once its file has been looked at, or could not be.
-fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) -> Start {
-    warn(machine, foresight);
-    machine.ahead.holds = false;
-    let stops = foresight.totals().stops;
-    match foresight.stage() {
+fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) -> Start {
+    warn(machine, forecast);
+    machine.forecast_files.holds = false;
+    let stops = forecast.totals().stops;
+    match forecast.stage() {
         Stage::Done if stops == 0 => {
-            let (warnings, time) = (foresight.totals().warnings, Clock(foresight.totals().seconds()));
+            let (warnings, time) = (forecast.totals().warnings, Clock(forecast.totals().seconds()));
             machine.announce(format_args!(
                 "// nothing in it stops the job: {warnings} warnings, {time} without heating\n"
             ));
@@ -184,18 +184,19 @@ fn begin<P: Ports>(
     purpose: Purpose,
     dialect: Option<Dialect>,
 ) -> Result<(), Failure> {
-    let Machine { ports, ahead, beside, foresight, .. } = machine;
-    foresight.forget();
-    let can_look = ports.motion(|motion| beside.look_ahead.stand_as(motion));
-    ahead.close(ports);
+    let Machine { ports, forecast_files: files, beside, forecast, .. } = machine;
+    forecast.forget();
+    let can_look = ports.motion(|motion| beside.forecaster.stand_as(motion));
+    files.close(ports);
     let failed = |error: StorageError| machine.texts.about_file(path, error.text());
     let file = ports.open(path, OpenMode::Beside).map_err(failed)?;
     let size = ports.size(file).map_err(failed)?;
     let forced = base::program_setup::file_dialect(machine.config).or(dialect);
     let lookup = forced.is_none().then(|| Lookup::new(size));
     // A check leaves everything known of the job.
-    let (job, made) = (ahead.job, ahead.made);
-    *ahead = Ahead { path: path.clone(), file: Some(file), size, lookup, job, made, ..Ahead::default() };
+    let (job, made) = (files.job, files.made);
+    *files =
+        ForecastFiles { path: path.clone(), file: Some(file), size, lookup, job, made, ..ForecastFiles::default() };
     let (targets, most_celsius) = machine.ports.heat(|heat| {
         let mut targets = [Celsius(0.0); MAX_HEATERS];
         targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target());
@@ -203,7 +204,7 @@ fn begin<P: Ports>(
         most.iter_mut().zip(heat.heaters()).for_each(|(most, (_, heater))| *most = heater.settings.max);
         (targets, most)
     });
-    let Machine { program, tuning, safety, axes, beside, foresight, .. } = machine;
+    let Machine { program, tuning, safety, axes, beside, forecast, .. } = machine;
     let state = AsItIs {
         program,
         tuning,
@@ -214,9 +215,9 @@ fn begin<P: Ports>(
         dialect: forced,
         goes_on: purpose == Purpose::Job,
     };
-    beside.look_ahead.begin(purpose, file, &state);
+    beside.forecaster.begin(purpose, file, &state);
     if !can_look {
-        foresight.fail("there is no machine that could move, or no memory to look ahead");
+        forecast.fail("there is no machine that could move, or no memory to look ahead");
     }
     Ok(())
 }
@@ -227,68 +228,70 @@ fn begin<P: Ports>(
 #[cold]
 #[inline(never)]
 pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
-    let foresight = machine.foresight;
-    if !foresight.is_under_way() {
-        if foresight.stage() == Stage::Done && is_heard(machine, foresight.purpose()) {
+    let forecast = machine.forecast;
+    if !forecast.is_under_way() {
+        if forecast.stage() == Stage::Done && is_heard(machine, forecast.purpose()) {
             // Findings of the last turn are still untold.
-            warn(machine, foresight);
+            warn(machine, forecast);
         }
-        let Machine { ports, ahead, .. } = machine;
-        return ahead.close(ports);
+        let Machine { ports, forecast_files: files, .. } = machine;
+        return files.close(ports);
     }
-    if !is_heard(machine, foresight.purpose()) {
-        return foresight.forget();
+    if !is_heard(machine, forecast.purpose()) {
+        return forecast.forget();
     }
-    warn(machine, foresight);
+    warn(machine, forecast);
     let is_read = machine.jobs.is_read();
     let may_run = machine.ports.motion(|motion| is_read || motion.queue_level().0 == 0 || motion.is_full());
-    let Machine { ports, ahead, beside, .. } = machine;
-    if let Some(lookup) = &mut ahead.lookup {
-        foresight.allow(false);
-        if may_run && look(lookup, ahead.file, foresight, beside.look_ahead, ports).is_some() {
-            ahead.lookup = None;
+    let Machine { ports, forecast_files: files, beside, .. } = machine;
+    if let Some(lookup) = &mut files.lookup {
+        forecast.allow(false);
+        if may_run && look(lookup, files.file, forecast, beside.forecaster, ports).is_some() {
+            files.lookup = None;
         }
         return;
     }
-    foresight.allow(may_run);
-    let is_at_hand = may_run && ports.is_at_hand(foresight.lines(|lines| lines.file()));
-    if is_at_hand && let Some(wanted) = foresight.take_wanted() {
-        let answer = bring(&wanted, ahead, foresight, ports).unwrap_or_else(|error| match error {
+    forecast.allow(may_run);
+    let is_at_hand = may_run && ports.is_at_hand(forecast.lines(|lines| lines.file()));
+    if is_at_hand && let Some(wanted) = forecast.take_wanted() {
+        let answer = bring(&wanted, files, forecast, ports).unwrap_or_else(|error| match error {
             StorageError::NotFound => Answer::Failed(CHANGED),
             error => Answer::Failed(error.text()),
         });
-        foresight.answer(answer);
+        forecast.answer(answer);
     }
 }
 
 /// Tells findings that stop the job, and has the job pause before them.
-fn warn<P: Ports>(machine: &mut Machine<'_, P>, foresight: &Foresight) {
-    if foresight.purpose() != Purpose::Job {
+fn warn<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) {
+    if forecast.purpose() != Purpose::Job {
         return;
     }
-    while let Some(finding) = foresight.take_finding() {
+    while let Some(finding) = forecast.take_finding() {
         // A line of a subroutine's own file may come again.
         let comes = finding.sub.is_some() || finding.line > machine.jobs.line();
-        let holds = machine.ahead.holds;
+        let holds = machine.forecast_files.holds;
         let waits_for_all = holds && machine.config.player.preflight == JobPreflight::Refuse;
         // A bed without leveling is told beside the findings that stop the job.
         let stops_it = finding.kind != Kind::Unleveled;
-        machine.ahead.warned += u32::from(stops_it);
+        machine.forecast_files.warned += u32::from(stops_it);
         // Findings at lines that the machine has come to are told by the machine itself.
         let is_news = holds || comes;
         // Lines behind a first finding are judged as if its move had been made.
         let most = if waits_for_all { MOST_WARNINGS } else { 1 };
-        if machine.config.player.preflight == JobPreflight::Time || stops_it && machine.ahead.warned > most || !is_news
+        if machine.config.player.preflight == JobPreflight::Time
+            || stops_it && machine.forecast_files.warned > most
+            || !is_news
         {
             continue;
         }
         // The machine would stop there by itself, or halt and lose its place. Findings that depend on an
         // input or a probe, or lie in the file of a subroutine, may never be reached.
         let why = finding.kind.spoils_the_job();
-        let is_sure = !foresight.guesses() && finding.sub.is_none();
+        let is_sure = !forecast.guesses() && finding.sub.is_none();
         let stops = !waits_for_all && !machine.jobs.is_forced() && why.is_some() && is_sure;
         if stops && holds {
-            machine.ahead.spoilt = machine.ahead.spoilt.or(why);
+            machine.forecast_files.spoilt = machine.forecast_files.spoilt.or(why);
         }
         if stops && !holds && comes && machine.jobs.pauses.add(PausePlace::Line(finding.line), "").is_ok() {
             machine.announce(format_args!("// WARNING {finding}: the job pauses before it\n"));
@@ -314,52 +317,52 @@ fn is_heard<P: Ports>(machine: &Machine<'_, P>, purpose: Purpose) -> bool {
 fn look(
     lookup: &mut Lookup,
     file: Option<FileHandle>,
-    foresight: &Foresight,
-    look_ahead: &mut dyn LookAhead,
+    forecast: &SharedForecast,
+    forecaster: &mut dyn Forecaster,
     storage: &mut impl Storage,
 ) -> Option<()> {
     let known = match lookup.step(file?, storage) {
         Ok(Step::Reading | Step::Waiting) => return None,
         Ok(Step::Known(dialect)) => dialect,
         Err(error) => {
-            foresight.fail(error.text());
+            forecast.fail(error.text());
             return Some(());
         }
     };
-    look_ahead.read_as(known);
-    if let Err(error) = foresight.lines(|lines| lines.restart(storage)) {
-        foresight.fail(error.text());
+    forecaster.read_as(known);
+    if let Err(error) = forecast.lines(|lines| lines.restart(storage)) {
+        forecast.fail(error.text());
     }
     Some(())
 }
 
 fn bring(
     wanted: &Wanted,
-    ahead: &mut Ahead,
-    foresight: &Foresight,
+    files: &mut ForecastFiles,
+    forecast: &SharedForecast,
     storage: &mut impl Storage,
 ) -> Result<Answer, StorageError> {
     let is_there = match wanted {
-        Wanted::More => foresight.lines(|lines| lines.fill(storage))?,
-        Wanted::At(place) => foresight.lines(|lines| lines.go_to(*place, storage)).map(|()| true)?,
+        Wanted::More => forecast.lines(|lines| lines.fill(storage))?,
+        Wanted::At(place) => forecast.lines(|lines| lines.go_to(*place, storage)).map(|()| true)?,
         Wanted::Call(name) => {
-            let folder = ahead.path.rfind('/').and_then(|end| ahead.path.get(..end)).unwrap_or_default();
-            if ahead.callers.is_full() {
+            let folder = files.path.rfind('/').and_then(|end| files.path.get(..end)).unwrap_or_default();
+            if files.callers.is_full() {
                 return Ok(Answer::Failed(TOO_DEEP));
             }
             match storage.open(&sub_path(folder, name), OpenMode::Beside) {
                 Ok(file) => {
-                    let caller = foresight.lines(|lines| core::mem::replace(lines, FileLines::new(file)));
+                    let caller = forecast.lines(|lines| core::mem::replace(lines, FileLines::new(file)));
                     // Room for the caller has been checked.
-                    let _ = ahead.callers.push(caller);
+                    let _ = files.callers.push(caller);
                     true
                 }
                 Err(_) => false,
             }
         }
-        Wanted::Caller => match ahead.callers.pop() {
+        Wanted::Caller => match files.callers.pop() {
             Some(caller) => {
-                let done = foresight.lines(|lines| core::mem::replace(lines, caller));
+                let done = forecast.lines(|lines| core::mem::replace(lines, caller));
                 // The file was only read.
                 let _ = storage.close(done.file());
                 true
@@ -381,25 +384,25 @@ pub(super) fn check_piece<P: Ports>(
     line: &mut usize,
     to: Recipient,
 ) -> Result<bool, Failure> {
-    let foresight = machine.foresight;
-    if foresight.purpose() != Purpose::Check {
+    let forecast = machine.forecast;
+    if forecast.purpose() != Purpose::Check {
         return Err(Failure::refused(&"broken off: a job has begun"));
     }
     let config = machine.config;
     let reply = &mut Reply::new(machine.sessions, to);
-    if let Some(finding) = foresight.take_finding() {
+    if let Some(finding) = forecast.take_finding() {
         reply.say(format_args!("{finding}\n"));
         return Ok(true);
     }
-    match foresight.stage() {
+    match forecast.stage() {
         Stage::Ready | Stage::Running => Ok(true),
         Stage::Free => Err(Failure::refused(&"broken off")),
         Stage::Failed(why) => Err(machine.texts.because(why)),
         Stage::Done => {
-            if *line == 0 && foresight.missed() > 0 {
-                reply.say(format_args!("and {} more\n", foresight.missed()));
+            if *line == 0 && forecast.missed() > 0 {
+                reply.say(format_args!("and {} more\n", forecast.missed()));
             }
-            let told = Told { config, totals: &foresight.totals(), line: *line };
+            let told = Told { config, totals: &forecast.totals(), line: *line };
             reply.say(format_args!("{told}"));
             *line += 1;
             Ok(*line < TOLD_LINES)
@@ -408,32 +411,32 @@ pub(super) fn check_piece<P: Ports>(
 }
 
 /// Returns the time left of the job at the present factor of feed rates, as far as is known.
-pub(super) fn outlook<P: Ports>(machine: &mut Machine<'_, P>) -> Outlook {
-    let foresight = machine.foresight;
+pub(super) fn time_left<P: Ports>(machine: &mut Machine<'_, P>) -> TimeLeft {
+    let forecast = machine.forecast;
     if !machine.jobs.is_open() {
-        return Outlook::default();
+        return TimeLeft::default();
     }
     follow(machine);
-    let (made, since) = machine.ahead.made;
+    let (made, since) = machine.forecast_files.made;
     let (waited, now) =
         (machine.ports.now().since(since), machine.ports.motion(|motion| motion.overrides().feed) as f32);
-    let is_its = machine.ahead.job == machine.jobs.count();
-    let planned = foresight.course(|course| {
+    let is_its = machine.forecast_files.job == machine.jobs.count();
+    let planned = forecast.course(|course| {
         let factor = now / course.factor_at(made);
         let [left, least] = [made, made + 1].map(|lines| course.left(lines).seconds(factor));
         let left = (left - waited.0 as f32 * 1e-6).clamp(least.min(left), left);
         Planned { left, total: course.total().seconds(factor) }
     });
     let planned = planned.filter(|_| is_its);
-    let goes_on = foresight.is_under_way() && foresight.purpose() == Purpose::Job;
-    Outlook { planned, looked_at: goes_on.then(|| looked_at_share(machine, foresight)) }
+    let goes_on = forecast.is_under_way() && forecast.purpose() == Purpose::Job;
+    TimeLeft { planned, looked_at: goes_on.then(|| looked_at_share(machine, forecast)) }
 }
 
 /// Notes the line of the job that is made.
 pub(super) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
     let (made, now) = (made(machine), machine.ports.now());
-    if machine.ahead.made.0 != made {
-        machine.ahead.made = (made, now);
+    if machine.forecast_files.made.0 != made {
+        machine.forecast_files.made = (made, now);
     }
 }
 

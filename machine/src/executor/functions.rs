@@ -320,13 +320,13 @@ fn file_or_job<P: Ports>(
         FileFunction::Keepalive => periodic::command(machine, Periodic::Busy, words, to),
         FileFunction::ReportJob if words.has('S') => periodic::command(machine, Periodic::Job, words, to),
         FileFunction::ReportJob => {
-            let outlook = forecast::outlook(machine);
-            machine.jobs.say_bytes(&outlook, &mut Reply::new(machine.sessions, to));
+            let time_left = forecast::time_left(machine);
+            machine.jobs.say_bytes(&time_left, &mut Reply::new(machine.sessions, to));
             Ok(Answer::Ok)
         }
         FileFunction::ReportProgress => {
-            let outlook = forecast::outlook(machine);
-            machine.jobs.say_progress(&outlook, &mut Reply::new(machine.sessions, to));
+            let time_left = forecast::time_left(machine);
+            machine.jobs.say_progress(&time_left, &mut Reply::new(machine.sessions, to));
             Ok(Answer::Ok)
         }
         FileFunction::LoadSettings => settings_file::load(machine, words.text(), to),

@@ -20,7 +20,7 @@ const SUSPENDED_HEIGHT_PERIOD: Micros = Micros::from_millis(100);
 const SAME_HEIGHT: f64 = 0.005;
 /// Greatest way of Z beyond the noted height, mm: less than the tolerance of equal heights afterwards.
 const UNNOTED: f64 = 0.015;
-/// Time that the heights of an entry look ahead, s: longer than the dispatcher is held by a card, so that
+/// Time that the heights of an entry look ahead, s: longer than the executor is held by a card, so that
 /// another height is noted before Z begins to go there.
 const AHEAD_S: f64 = 0.3;
 /// Period of the looks at a job: motion knows where its motors are every 16 ms.

@@ -30,7 +30,7 @@ use parts::lights::LightShow;
 use parts::outputs::{Outputs, TemperatureSwitches};
 use parts::strips::Strips;
 use parts::z_thermal::Thermal;
-use preflight::forecast::{Ahead, Foresight, LookAhead};
+use preflight::forecast::{ForecastFiles, Forecaster, SharedForecast};
 use procedures::endstop_phase::EndstopPhases;
 use procedures::paper::Paper;
 use procedures::probing::{DeltaRecords, Deployment};
@@ -110,9 +110,9 @@ pub(crate) struct Machine<'c, P: Ports> {
     /// Job on its way back after a power cut.
     pub(super) recovery: Option<Recovery>,
     /// The forecast that goes on beside the executor.
-    pub(super) foresight: &'c Foresight,
+    pub(super) forecast: &'c SharedForecast,
     /// Files that the forecast reads.
-    pub(super) ahead: Ahead,
+    pub(super) forecast_files: ForecastFiles,
     /// Tag of the moves made at present.
     pub(super) tag: Tag,
     /// Axes that have a switch to home with.
@@ -142,7 +142,7 @@ pub(super) struct Beside<'c, P: Ports> {
     /// Serves everybody: sessions, faults, everything that follows time.
     pub serve: fn(&mut Machine<'c, P>),
     /// Looks ahead at a file.
-    pub look_ahead: &'c mut dyn LookAhead,
+    pub forecaster: &'c mut dyn Forecaster,
 }
 
 impl<'c, P: Ports> Machine<'c, P> {
@@ -154,7 +154,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         texts: &'c Texts,
         sessions: &'c mut Sessions,
         config_took: Micros,
-        foresight: &'c Foresight,
+        forecast: &'c SharedForecast,
         beside: Beside<'c, P>,
     ) -> Self {
         let homes = |axis: &Axis| config.homing_endstop(*axis).is_some();
@@ -194,8 +194,8 @@ impl<'c, P: Ports> Machine<'c, P> {
             journal: Journal::new(config.player.power_loss.enable),
             stalls: StallRecovery::default(),
             recovery: None,
-            foresight,
-            ahead: Ahead::default(),
+            forecast,
+            forecast_files: ForecastFiles::default(),
             tag: Tag::NONE,
             can_home: AxisSet::collect(Axis::ALL.into_iter().filter(homes)),
             polls: Polls::default(),
@@ -245,7 +245,7 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Gives the processor to everybody else: the look ahead has its turn, and then there is rest.
     pub(super) fn rest(&mut self, wake: Wake) {
-        let has_more = self.beside.look_ahead.take_turn();
+        let has_more = self.beside.forecaster.take_turn();
         self.ports.rest(if has_more { Wake::AtOnce } else { wake });
     }
 
@@ -261,7 +261,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             // A halt ends most waits.
             _ if waited == Waited::Halted => Wake::AtOnce,
             // The look ahead at a file waits for the card.
-            Wake::Time if self.ahead.is_open() => Wake::Any,
+            Wake::Time if self.forecast_files.is_open() => Wake::Any,
             wake => wake,
         });
         waited

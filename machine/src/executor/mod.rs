@@ -87,7 +87,7 @@ use base::failure::Texts;
 use base::own_frame::apart;
 use base::ports::Wake;
 use base::sessions::Sessions;
-use preflight::forecast::{Desk, Foresight, Work, read_file};
+use preflight::forecast::{Desk, SharedForecast, Work, read_file};
 
 /// Time of carrying out lines after which everybody is served: most lines take ten microseconds or two.
 const SERVE_AFTER: Micros = Micros(50);
@@ -100,7 +100,7 @@ pub struct Lasting {
     config: MachineConfig,
     texts: Texts,
     sessions: Sessions,
-    foresight: Foresight,
+    forecast: SharedForecast,
 }
 
 impl Lasting {
@@ -112,22 +112,22 @@ impl Lasting {
             config: MachineConfig::default(),
             texts: Texts::new(),
             sessions: Sessions::new(),
-            foresight: Foresight::new(),
+            forecast: SharedForecast::new(),
         }
     }
 }
 
 /// Boots and serves, for ever, resting whenever there is nothing to do ([`base::ports::Rest`]).
 pub fn run<P: Ports>(mut ports: P, lasting: &mut Lasting) -> Infallible {
-    let Lasting { config, texts, sessions, foresight } = lasting;
+    let Lasting { config, texts, sessions, forecast } = lasting;
     let read = apart(|| boot::read_config(&mut ports, sessions, config));
-    let (config, texts, foresight) = (&*config, &*texts, &*foresight);
+    let (config, texts, forecast) = (&*config, &*texts, &*forecast);
     let mut workspace = ports.workspace();
     let desk = RefCell::new(workspace.as_deref_mut().map(|workspace| Desk::new(config, texts, workspace)));
     let place = pin!(None);
-    let mut look_ahead = Work::new(foresight, &desk, || read_file(foresight, &desk), place);
-    let beside = Beside { serve: serve::serve, look_ahead: &mut look_ahead };
-    let mut machine = Machine::new(ports, config, texts, sessions, read.took, foresight, beside);
+    let mut forecaster = Work::new(forecast, &desk, || read_file(forecast, &desk), place);
+    let beside = Beside { serve: serve::serve, forecaster: &mut forecaster };
+    let mut machine = Machine::new(ports, config, texts, sessions, read.took, forecast, beside);
     apart(|| boot::start(&mut machine, read));
     loop {
         machine.serve();

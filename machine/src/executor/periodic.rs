@@ -74,9 +74,9 @@ pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
             heat_codes::report_temperatures(ports, config, M105, ("", &mut Reply::new(sessions, to)));
         }
         if job {
-            let outlook = forecast::outlook(machine);
+            let time_left = forecast::time_left(machine);
             let Machine { jobs, sessions, .. } = machine;
-            jobs.say_bytes(&outlook, &mut Reply::new(sessions, to));
+            jobs.say_bytes(&time_left, &mut Reply::new(sessions, to));
         }
     }
 }

@@ -37,7 +37,7 @@ const LED_PERIOD: Micros = Micros::from_millis(100);
 pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     let now = machine.ports.now();
     machine.ports.report_alive();
-    machine.ports.heat(|heat| heat.dispatcher_alive(now));
+    machine.ports.heat(|heat| heat.executor_alive(now));
     let mut session = 0;
     while session < machine.sessions.count() {
         machine.serve_session(SessionId(session));
@@ -63,7 +63,7 @@ pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
             door::stop_what_is_behind(machine);
         }
     }
-    if machine.ahead.is_open() {
+    if machine.forecast_files.is_open() {
         forecast::serve(machine);
     }
     if machine.jobs.objects.is_cutting() || machine.cut.brakes {

@@ -1,6 +1,6 @@
 //! Geometry of a program as moves: lines, cut where that is asked for, and arcs, whole or as chords.
 //!
-//! All are iterators that end at the exact target, so a dispatcher can stop between two points when the queue
+//! All are iterators that end at the exact target, so an executor can stop between two points when the queue
 //! is full. The iterators know positions only; feed rates and queues are the caller's.
 
 mod arc;

@@ -6,11 +6,11 @@
 //! of the file are asked for here, and the executor brings them while it waits (`executor/foresee.rs`). So no
 //! line, no console and no move waits for the work any longer than for that turn.
 
-mod foresight;
 mod open_files;
+mod shared;
 mod timeline;
 mod work;
 
-pub use foresight::{Answer, Foresight, Purpose, Stage, Wanted};
-pub use open_files::Ahead;
-pub use work::{Desk, LookAhead, Work, read_file};
+pub use open_files::ForecastFiles;
+pub use shared::{Answer, Purpose, SharedForecast, Stage, Wanted};
+pub use work::{Desk, Forecaster, Work, read_file};

@@ -8,7 +8,7 @@ use units::Micros;
 
 /// Files that a forecast reads, and its relation to the job.
 #[derive(Debug, Default)]
-pub struct Ahead {
+pub struct ForecastFiles {
     /// Path of the file.
     pub path: Path,
     /// The file, while it is open.
@@ -35,7 +35,7 @@ pub struct Ahead {
     pub made: (u32, Micros),
 }
 
-impl Ahead {
+impl ForecastFiles {
     /// Whether a file is open.
     pub const fn is_open(&self) -> bool {
         self.file.is_some()

@@ -1,4 +1,4 @@
-//! Course of a job: the time at which each line is made, from the beginning. The time left is told by it.
+//! Timeline of a job: the time at which each line is made, from the beginning. The time left is told by it.
 //!
 //! Kept at 256 lines of the job or fewer, evenly apart, and further apart the longer the job is; between them
 //! time passes evenly. So the error at a place between two is a part of a two-hundredth of the job.
@@ -56,7 +56,7 @@ struct Mark {
 
 /// The course of a job.
 #[derive(Clone, Debug)]
-pub struct Course {
+pub struct JobTimeline {
     /// Marks before the lines at multiples of `stride`, counted from 0.
     marks: Vec<Mark, MARKS>,
     stride: u32,
@@ -67,13 +67,13 @@ pub struct Course {
     rest: f64,
 }
 
-impl Default for Course {
+impl Default for JobTimeline {
     fn default() -> Self {
         Self { marks: Vec::new(), stride: 1, factor: 1.0, feed: 0.0, ramps: 0.0, rest: 0.0 }
     }
 }
 
-impl Course {
+impl JobTimeline {
     /// Forgets the whole course.
     pub fn clear(&mut self) {
         self.marks.clear();
@@ -164,7 +164,7 @@ mod tests {
     proptest! {
         #[test]
         fn what_is_left_is_what_comes(times in prop::collection::vec(0.0..3.0_f64, 1..3_000), place in 0.0..1.0_f64) {
-            let mut course = Course::default();
+            let mut course = JobTimeline::default();
             for (index, seconds) in times.iter().enumerate() {
                 course.line(index as u32 + 1);
                 course.moved(0.5 * seconds, 0.25 * seconds, true);
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn lines_that_take_no_time_have_their_place_too() {
-        let mut course = Course::default();
+        let mut course = JobTimeline::default();
         course.line(5);
         course.waited(2.0);
         course.line(9);

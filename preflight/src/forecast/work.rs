@@ -13,7 +13,7 @@ use jobs::player;
 use motion::{Mode, Motion, Passage};
 use program::{Dialect, Next};
 
-use super::foresight::{Answer, Foresight, Purpose, Stage, Wanted};
+use super::shared::{Answer, Purpose, SharedForecast, Stage, Wanted};
 use crate::{AsItIs, Finding, Listener, Preflight, end_turn};
 
 /// Preflight, with the motion object that makes no steps.
@@ -32,7 +32,7 @@ impl<'a> Desk<'a> {
 }
 
 /// Interface of the look ahead for the executor.
-pub trait LookAhead {
+pub trait Forecaster {
     /// Does some of the work on a forecast, when it may. True when there is more to do.
     fn take_turn(&mut self) -> bool;
 
@@ -48,7 +48,7 @@ pub trait LookAhead {
 
 /// Work on forecasts, one after the other.
 pub struct Work<'w, 'a, F, B> {
-    foresight: &'w Foresight,
+    forecast: &'w SharedForecast,
     /// Desk for one forecast, held by the one under way; `None` if there is no memory for it.
     desk: &'w RefCell<Option<Desk<'a>>>,
     /// Begins a new forecast.
@@ -60,21 +60,21 @@ pub struct Work<'w, 'a, F, B> {
 impl<'w, 'a, F: Future<Output = ()>, B: Fn() -> F> Work<'w, 'a, F, B> {
     /// Makes the work without a forecast; `place` is where that will lie.
     pub const fn new(
-        foresight: &'w Foresight,
+        forecast: &'w SharedForecast,
         desk: &'w RefCell<Option<Desk<'a>>>,
         begin: B,
         place: Pin<&'w mut Option<F>>,
     ) -> Self {
-        Self { foresight, desk, begin, under_way: place }
+        Self { forecast, desk, begin, under_way: place }
     }
 }
 
-impl<F: Future<Output = ()>, B: Fn() -> F> LookAhead for Work<'_, '_, F, B> {
+impl<F: Future<Output = ()>, B: Fn() -> F> Forecaster for Work<'_, '_, F, B> {
     fn take_turn(&mut self) -> bool {
-        if !self.foresight.has_its_turn() {
+        if !self.forecast.has_its_turn() {
             return false;
         }
-        if self.foresight.stage() == Stage::Ready {
+        if self.forecast.stage() == Stage::Ready {
             self.under_way.set(Some((self.begin)()));
         }
         let mut context = Context::from_waker(Waker::noop());
@@ -97,7 +97,7 @@ impl<F: Future<Output = ()>, B: Fn() -> F> LookAhead for Work<'_, '_, F, B> {
         if let Some(desk) = &mut *self.desk.borrow_mut() {
             desk.preflight.begin(machine);
         }
-        self.foresight.begin(purpose, file);
+        self.forecast.begin(purpose, file);
     }
 
     fn read_as(&mut self, dialect: Option<Dialect>) {
@@ -110,7 +110,7 @@ impl<F: Future<Output = ()>, B: Fn() -> F> LookAhead for Work<'_, '_, F, B> {
 }
 
 /// Listener that passes preflight's findings and times to the forecast.
-struct Hearing<'f>(&'f Foresight);
+struct Hearing<'f>(&'f SharedForecast);
 
 impl Listener for Hearing<'_> {
     fn found(&mut self, finding: &Finding) {
@@ -135,40 +135,44 @@ impl Listener for Hearing<'_> {
 
 /// Does the work on one forecast.
 #[allow(clippy::await_holding_refcell_ref, reason = "whoever else borrows it drops the work first")]
-pub async fn read_file(foresight: &Foresight, desk: &RefCell<Option<Desk<'_>>>) {
+pub async fn read_file(forecast: &SharedForecast, desk: &RefCell<Option<Desk<'_>>>) {
     let Ok(mut desk) = desk.try_borrow_mut() else { return };
     let Some(Desk { preflight, motion }) = &mut *desk else { return };
-    foresight.stage.set(Stage::Running);
-    let ended = read(preflight, motion, foresight).await;
-    foresight.count(preflight.totals());
-    foresight.stage.set(match ended {
+    forecast.stage.set(Stage::Running);
+    let ended = read(preflight, motion, forecast).await;
+    forecast.count(preflight.totals());
+    forecast.stage.set(match ended {
         Ok(()) => {
-            foresight.course_is_whole();
+            forecast.course_is_whole();
             Stage::Done
         }
         Err(why) => Stage::Failed(why),
     });
 }
 
-async fn read(preflight: &mut Preflight<'_>, motion: &mut Motion, foresight: &Foresight) -> Result<(), &'static str> {
-    let (listener, mut line) = (&mut Hearing(foresight), LineBytes::new());
+async fn read(
+    preflight: &mut Preflight<'_>,
+    motion: &mut Motion,
+    forecast: &SharedForecast,
+) -> Result<(), &'static str> {
+    let (listener, mut line) = (&mut Hearing(forecast), LineBytes::new());
     while !preflight.has_ended() {
-        while !foresight.has_room() {
+        while !forecast.has_room() {
             end_turn().await;
         }
-        let here = foresight.lines.borrow().place();
-        let mut next = foresight.lines.borrow_mut().next_at_hand(&mut line);
+        let here = forecast.lines.borrow().place();
+        let mut next = forecast.lines.borrow_mut().next_at_hand(&mut line);
         while next.is_none() {
-            next = match ask(foresight, Wanted::More).await? {
-                true => foresight.lines.borrow_mut().next_at_hand(&mut line),
-                false => Some(foresight.lines.borrow_mut().last(&mut line)),
+            next = match ask(forecast, Wanted::More).await? {
+                true => forecast.lines.borrow_mut().next_at_hand(&mut line),
+                false => Some(forecast.lines.borrow_mut().last(&mut line)),
             };
         }
-        let after = foresight.lines.borrow().place();
+        let after = forecast.lines.borrow().place();
         match next {
             Some(player::Next::Line) => {
                 let next = preflight.line(&line, (here, after), motion, listener).await;
-                go_on(preflight, foresight, next).await?;
+                go_on(preflight, forecast, next).await?;
             }
             Some(player::Next::TooLong) => preflight.too_long(here, listener),
             _ => break,
@@ -176,30 +180,30 @@ async fn read(preflight: &mut Preflight<'_>, motion: &mut Motion, foresight: &Fo
         if preflight.is_endless(listener) {
             break;
         }
-        foresight.count(preflight.totals());
+        forecast.count(preflight.totals());
     }
     preflight.end(motion, listener).await;
     Ok(())
 }
 
 /// Goes to the place of the next line.
-async fn go_on(preflight: &mut Preflight<'_>, foresight: &Foresight, next: Next) -> Result<(), &'static str> {
+async fn go_on(preflight: &mut Preflight<'_>, forecast: &SharedForecast, next: Next) -> Result<(), &'static str> {
     match next {
         Next::Following => {}
         Next::At(place) => {
-            if foresight.lines.borrow().is_at_hand(place) {
-                foresight.lines.borrow_mut().go_to_at_hand(place);
+            if forecast.lines.borrow().is_at_hand(place) {
+                forecast.lines.borrow_mut().go_to_at_hand(place);
             } else {
-                ask(foresight, Wanted::At(place)).await?;
+                ask(forecast, Wanted::At(place)).await?;
             }
         }
         Next::FirstOf(name) => {
             let name = Path::try_from(name.as_str()).unwrap_or_default();
-            let there_is_one = ask(foresight, Wanted::Call(name)).await?;
+            let there_is_one = ask(forecast, Wanted::Call(name)).await?;
             preflight.enter_file(there_is_one);
         }
         Next::Returned => {
-            if ask(foresight, Wanted::Caller).await? {
+            if ask(forecast, Wanted::Caller).await? {
                 preflight.leave_file();
             }
         }
@@ -208,12 +212,12 @@ async fn go_on(preflight: &mut Preflight<'_>, foresight: &Foresight, next: Next)
 }
 
 /// Has the executor bring some input; returns whether it exists.
-async fn ask(foresight: &Foresight, wanted: Wanted) -> Result<bool, &'static str> {
-    foresight.wanted.replace(Some(wanted));
-    while foresight.wants() {
+async fn ask(forecast: &SharedForecast, wanted: Wanted) -> Result<bool, &'static str> {
+    forecast.wanted.replace(Some(wanted));
+    while forecast.wants() {
         end_turn().await;
     }
-    match foresight.answer.get() {
+    match forecast.answer.get() {
         Answer::Here => Ok(true),
         Answer::None => Ok(false),
         Answer::Failed(why) => Err(why),

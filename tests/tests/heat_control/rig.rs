@@ -102,7 +102,7 @@ impl Rig {
     fn step(&mut self, load: Load) {
         self.second += STEP_S;
         let now = Micros((self.second * 1e6) as u64);
-        self.control.dispatcher_alive(now);
+        self.control.executor_alive(now);
         self.control.set_switch(0, Duty((load.fan * 255.0) as u8));
         self.control.set_flow(ToolId(0), load.flow as f32, now);
         self.felt.push_back(self.body.sensor_c());

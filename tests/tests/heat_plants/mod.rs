@@ -199,7 +199,7 @@ fn run(kind: &Kind, beside: &Kind, seconds: f64, off_s: f64, fault: Option<&Faul
         let second = f64::from(step) * STEP_S;
         let now = Micros((second * 1e6) as u64 + 1);
         let target = if (SET_S..off_s).contains(&second) { kind.target_c } else { 0.0 };
-        control.dispatcher_alive(now);
+        control.executor_alive(now);
         // The others' rules are to see the heater as it would go on.
         if control.is_halted() {
             control.release();

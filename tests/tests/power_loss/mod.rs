@@ -278,7 +278,7 @@ fn m413_begins_and_ends_keeping_a_journal() {
 }
 
 /// A card may take a quarter of a second for a block, the watchdog waits nearly four seconds for the
-/// dispatcher, and making the file takes some sixty.
+/// executor, and making the file takes some sixty.
 #[test]
 fn a_journal_that_m413_asks_for_is_made_while_everybody_is_served() {
     let card = Card::with_journal(&part(false), false);

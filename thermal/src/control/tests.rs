@@ -64,7 +64,7 @@ struct Oven {
     /// Temperature at the thermistor: the block's, 3 s late.
     felt: f64,
     now: Micros,
-    dispatcher_lives: bool,
+    executor_lives: bool,
 }
 
 impl Oven {
@@ -72,14 +72,14 @@ impl Oven {
         let mut control = HeatControl::new();
         let block = control.add(settings()).unwrap();
         control.enable_outputs();
-        Self { control, block, celsius: 22.0, felt: 22.0, now: Micros(0), dispatcher_lives: true }
+        Self { control, block, celsius: 22.0, felt: 22.0, now: Micros(0), executor_lives: true }
     }
 
     /// Runs 10 ms: one control tick, twenty modulation ticks; `sensor` says what the thermistor shows.
     fn step(&mut self, sensor: impl Fn(f64) -> SensorReading) -> u32 {
         self.now = self.now.plus(Micros::from_millis(10));
-        if self.dispatcher_lives {
-            self.control.dispatcher_alive(self.now);
+        if self.executor_lives {
+            self.control.executor_alive(self.now);
         }
         let mut readings = SensorReadings::default();
         readings[0] = sensor(self.felt);
@@ -137,15 +137,15 @@ fn one_disturbed_sample_costs_a_sample_of_heat_but_no_halt() {
 }
 
 #[test]
-fn a_dead_dispatcher_cools_the_machine() {
+fn a_dead_executor_cools_the_machine() {
     let mut oven = Oven::new();
     oven.control.set_target(oven.block, Celsius(200.0)).unwrap();
     oven.run(20.0, counts);
-    oven.dispatcher_lives = false;
+    oven.executor_lives = false;
     oven.run(9.0, counts);
     assert_eq!(oven.control.take_fault(), None);
     oven.run(2.0, counts);
-    let cause = HeatCause::DispatcherSilent;
+    let cause = HeatCause::ExecutorSilent;
     assert_eq!(oven.control.take_fault(), Some(HeatFault { heater: oven.block, cause }));
     assert_eq!(oven.step(counts), 0);
 }

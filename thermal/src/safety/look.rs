@@ -53,8 +53,8 @@ pub enum HeatCause {
     HeldTooLong(Micros),
     /// The pin was on although nothing asks for heat: a mistake of this firmware.
     DrivenWithoutTarget,
-    /// The dispatcher stopped reporting.
-    DispatcherSilent,
+    /// The executor stopped reporting.
+    ExecutorSilent,
 }
 
 /// A heating fault: the temperature control, and the cause.

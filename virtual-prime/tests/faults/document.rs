@@ -79,9 +79,9 @@ const ELSEWHERE: &[Elsewhere] = &[
         tests: &[("thermal/src/safety/tests.rs", "time_limits_count_from_the_last_pause_and_from_the_target")],
     },
     Elsewhere {
-        what: "dispatcher silent for ten seconds",
+        what: "executor silent for ten seconds",
         does: "heaters off",
-        tests: &[("thermal/src/control/tests.rs", "a_dead_dispatcher_cools_the_machine")],
+        tests: &[("thermal/src/control/tests.rs", "a_dead_executor_cools_the_machine")],
     },
     Elsewhere {
         what: "heat control stops ticking and the rest goes on",

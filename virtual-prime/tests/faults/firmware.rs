@@ -12,8 +12,8 @@ const BY_WATCHDOG: &str = "--- started: the watchdog reset the board\n";
 /// Time until the watchdog bites: 0.9 s between two feedings, by a clock that may be a tenth slow, and a
 /// feeding just before.
 const WATCHDOG_MS: f64 = 1_000.0;
-/// Time until the watchdog bites when the dispatcher hangs, which may be away for three seconds before that.
-const DISPATCHER_MS: f64 = 4_200.0;
+/// Time until the watchdog bites when the executor hangs, which may be away for three seconds before that.
+const EXECUTOR_MS: f64 = 4_200.0;
 
 /// Starts the sample printer with a copy of the image that is of no use afterwards.
 fn with_image(elf: std::path::PathBuf, state: State) -> Velvet {
@@ -23,9 +23,9 @@ fn with_image(elf: std::path::PathBuf, state: State) -> Velvet {
     velvet
 }
 
-fn dispatcher_hangs(case: &Case) -> Seen {
+fn executor_hangs(case: &Case) -> Seen {
     let velvet = with_image(image_that_hangs_in("report_status"), case.state);
-    let kept = ["nothing is heard of the dispatcher\n", BY_WATCHDOG];
+    let kept = ["nothing is heard of the executor\n", BY_WATCHDOG];
     resets(velvet, |velvet| velvet.bench.console.send(b"?"), |_| {}, WATCHDOG, &kept, case.within_ms)
 }
 
@@ -173,12 +173,12 @@ const NEXT_LOOK_MS: f64 = 101.0;
 
 pub const CLASSES: &[Class] = &[
     Class {
-        name: "a_dispatcher_that_hangs",
-        what: "dispatcher hangs",
+        name: "an_executor_that_hangs",
+        what: "executor hangs",
         does: "the watchdog resets the board; it comes up cold, and says why",
         cases: &[
-            Case { state: State::Heating, within_ms: DISPATCHER_MS, run: dispatcher_hangs },
-            Case { state: State::Printing, within_ms: DISPATCHER_MS, run: dispatcher_hangs },
+            Case { state: State::Heating, within_ms: EXECUTOR_MS, run: executor_hangs },
+            Case { state: State::Printing, within_ms: EXECUTOR_MS, run: executor_hangs },
         ],
     },
     Class {
@@ -275,7 +275,7 @@ pub const CLASSES: &[Class] = &[
 ];
 
 super::tests! {
-    a_dispatcher_that_hangs
+    an_executor_that_hangs
     heat_control_that_stops
     a_step_feed_that_stops
     a_planner_that_stops

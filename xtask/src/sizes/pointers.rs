@@ -11,7 +11,7 @@ use super::calls::Function;
 const FIELDS: [(&str, &str); 6] = [
     ("machine::executor::machine::Machine<P>::wait", "machine::executor::serve::serve"),
     ("machine::executor::machine::Machine<P>::rest", "machine::executor::serve::serve"),
-    ("machine::executor::", " as preflight::forecast::work::LookAhead>"),
+    ("machine::executor::", " as preflight::forecast::work::Forecaster>"),
     ("motion::", "bsp_prime::fpu::square_root"),
     ("TIM6_DAC", "bsp_prime::fpu::square_root"),
     ("OTG_FS", " as usb_device::class::UsbClass<B>>"),

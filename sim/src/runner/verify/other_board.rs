@@ -1,6 +1,6 @@
 //! Another board's step edges against the plan of the same job.
 //!
-//! A motion begins when its bytes have arrived and the dispatcher has seen the one before end, so the time
+//! A motion begins when its bytes have arrived and the executor has seen the one before end, so the time
 //! of its beginning is the board's own business; the rest is not. For each motion from rest, the moment of
 //! its beginning is measured once, from its first steps; every step is then compared with the oracle
 //! shifted by that. The measure is a median: no single wrong edge moves it. A delay that all steps of a

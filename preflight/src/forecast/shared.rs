@@ -8,7 +8,7 @@ use heapless::Deque;
 use jobs::player::FileLines;
 use program::Place;
 
-use super::timeline::Course;
+use super::timeline::JobTimeline;
 use crate::{Finding, Kind, Severity, Totals};
 
 /// Greatest number of findings that wait to be told.
@@ -68,7 +68,7 @@ pub enum Answer {
 }
 
 /// Data shared by the executor and the work on a forecast. Neither keeps a borrow of it while the other runs.
-pub struct Foresight {
+pub struct SharedForecast {
     pub(super) lines: RefCell<FileLines>,
     pub(super) wanted: RefCell<Option<Wanted>>,
     pub(super) answer: Cell<Answer>,
@@ -76,7 +76,7 @@ pub struct Foresight {
     missed: Cell<u32>,
     /// The rest of the file depends on results that only the job has.
     guesses: Cell<bool>,
-    course: RefCell<Course>,
+    course: RefCell<JobTimeline>,
     /// The course is complete for the open job, from its beginning to its end.
     has_course: Cell<bool>,
     totals: Cell<Totals>,
@@ -85,7 +85,7 @@ pub struct Foresight {
     may_run: Cell<bool>,
 }
 
-impl Foresight {
+impl SharedForecast {
     /// Makes an empty one. Never inlined, as it is large.
     #[inline(never)]
     #[expect(clippy::new_without_default, reason = "there is one of it")]
@@ -181,7 +181,7 @@ impl Foresight {
     }
 
     /// Calls `f` with the course of the job, once it is known to its end.
-    pub fn course<R>(&self, f: impl FnOnce(&Course) -> R) -> Option<R> {
+    pub fn course<R>(&self, f: impl FnOnce(&JobTimeline) -> R) -> Option<R> {
         self.has_course.get().then(|| f(&self.course.borrow()))
     }
 
@@ -228,7 +228,7 @@ impl Foresight {
         }
     }
 
-    pub(super) fn with_course(&self, f: impl FnOnce(&mut Course)) {
+    pub(super) fn with_course(&self, f: impl FnOnce(&mut JobTimeline)) {
         if self.purpose.get() == Purpose::Job {
             f(&mut self.course.borrow_mut());
         }
