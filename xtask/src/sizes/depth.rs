@@ -15,7 +15,7 @@ use super::calls::{self, Function};
 use super::pointers::Pointers;
 
 /// How often a function may be on the stack at once, where it leads back to itself: by what its name holds.
-const NESTING: [(&str, u8); 11] = [
+const NESTING: [(&str, u8); 12] = [
     // A reply formats a finding, that an error, that a quantity, that a number. GRBL's framing formats once
     // more below, but no number, which is what takes the stack.
     ("core::fmt::write", 4),
@@ -26,6 +26,8 @@ const NESTING: [(&str, u8); 11] = [
     ("<core::fmt::builders::PadAdapter", 1),
     // A name that ends with a separator has its last part before it.
     ("core::str::iter::SplitInternal<P>::next_back", 2),
+    // A row's setter calls what finds its field; neither calls another row's.
+    ("core::ops::function::FnOnce::call_once", 2),
     // A sensor that is made of sensors, and so on: there are `units::MAX_HEATERS`.
     ("config::check::combined_sensors::leads_back", 9),
     ("thermal::combined::read_within", 9),
