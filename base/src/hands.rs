@@ -132,7 +132,7 @@ pub trait Hands<'c> {
     /// Has a file read ahead, unless one is played.
     fn read_ahead(&mut self, file: FileHandle);
 
-    /// Waits until the card is at rest: see [`super::card`].
+    /// Waits until the card is at rest: no write is on its way. Everybody is served meanwhile.
     fn card_at_rest(&mut self);
 
     /// Puts a newly written file in the place of the old one, and waits until it is on the card.

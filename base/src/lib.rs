@@ -1,4 +1,4 @@
-//! What every part of the machine stands on: the world as ports, sessions, safety, failures and their texts,
+//! Foundation of all parts of the machine: the world as ports, sessions, safety, failures and their texts,
 //! axes and motors, settings that codes change, and [`hands`], the machine as a sequence may use it.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]

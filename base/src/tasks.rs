@@ -6,7 +6,7 @@
 //! | heat and slow outputs | [`HEAT_PERIOD_US`] | [`HeatTask::run`] |
 //! | step feed | as [`FeedTask::wait`] says | [`FeedTask::run`] |
 //! | drivers and supplies | [`CONTROLS_PER_SLOW`] control ticks | [`crate::supervisor::Supervisor::tick`] |
-//! | executor | whenever nothing else runs | [`crate::run`] |
+//! | executor | whenever nothing else runs | `machine::run` |
 
 use core::sync::atomic::{AtomicU32, Ordering};
 

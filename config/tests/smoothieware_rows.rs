@@ -1,4 +1,5 @@
-//! What Smoothieware v2 takes and an earlier checker refused, dropped or cut without a word: one row each.
+//! Settings that Smoothieware v2 takes, and that an earlier checker refused, dropped or cut without a word:
+//! one row each.
 
 mod common;
 

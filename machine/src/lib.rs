@@ -1,10 +1,10 @@
-//! The machine: what happens between a line of text and a planned move, and everything that is not motion.
+//! The executor: the one loop over the whole machine, and GRBL's commands and reports.
 //!
-//! A single executor reads lines, has crate `program` say what they mean, and carries that out with the
-//! owners of the machine's parts: homing, heat, switches, jobs, sessions, alarms. The crate is pure: it sees
-//! the world only through [`ports`], asks for the time instead of having it, and allocates nothing. Sequences
-//! that take time (homing, waiting for a temperature) read top to bottom and wait by a call, which serves
-//! everybody else.
+//! It reads lines, has crate `program` say what they mean, and carries that out with the owners of the
+//! machine's parts, which stand in crates of their own: `base`, `thermal`, `parts`, `jobs`, `procedures`,
+//! `preflight`. The crate is pure: it sees the world only through [`base::Ports`], asks for the time instead
+//! of having it, and allocates nothing. Sequences that take time (homing, waiting for a temperature) read top
+//! to bottom and wait by a call, which serves everybody else.
 //!
 //! The crate knows no chip, no pin and no runtime, and computes no trajectory: that is `motion`'s.
 #![cfg_attr(not(test), no_std)]

@@ -1,4 +1,4 @@
-//! What the step feed and the motion object tell each other, under the lock.
+//! Values that the step feed and the motion object exchange, under the lock.
 
 use units::{MAX_ACTUATORS, PerActuator, StepCount};
 

@@ -1,8 +1,8 @@
 //! Shape of the sources: how long functions are, whether a match names all that there is, how much of what is
 //! public is documented, how many tests a package has, and who takes the whole machine.
 //!
-//! What is not there yet has a row in a table, which only shrinks: a figure that is nearer to its goal than
-//! its row is a fault too.
+//! A package that is short of a goal has a row in a table, which only shrinks: a figure that is nearer to its
+//! goal than its row is a fault too.
 
 mod documented;
 mod functions;

@@ -1,4 +1,4 @@
-//! What checks read, and how they report what they find.
+//! Findings of the checks, and the settings that the checks read.
 
 use crate::diagnostic::Severity;
 use crate::ledger::{Ledger, Path};

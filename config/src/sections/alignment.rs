@@ -1,4 +1,4 @@
-//! What keeps tool and bed in line: `[z alignment]`, `[bed screws]`, `[axis twist compensation]`,
+//! Settings of the alignment of tool and bed: `[z alignment]`, `[bed screws]`, `[axis twist compensation]`,
 //! `[z thermal adjust]` and `[delta calibration strategy]`.
 
 use crate::names::Name;

@@ -18,7 +18,7 @@ impl Unit {
     /// The value has none.
     pub const NONE: Self = Self(0);
 
-    /// The unit written so.
+    /// Returns the unit of this text.
     ///
     /// # Panics
     /// When there is none: as rows are constants, the compiler says it. Add the unit to the list.
@@ -33,7 +33,7 @@ impl Unit {
         panic!("no such unit")
     }
 
-    /// As it is written; empty for none.
+    /// Returns the unit as it is written; empty for none.
     #[must_use]
     pub fn text(self) -> &'static str {
         UNITS.get(usize::from(self.0)).copied().unwrap_or_default()
@@ -62,7 +62,7 @@ impl KlipperSection {
     /// Klipper has no such setting, or not in a section.
     pub const NONE: Self = Self(0);
 
-    /// The section of a setting that is written `[section] key`.
+    /// Returns the section of a setting that is written `[section] key`.
     ///
     /// # Panics
     /// When the list has no such section: as rows are constants, the compiler says it. Add it to the list.
@@ -79,7 +79,7 @@ impl KlipperSection {
         panic!("no such section of Klipper")
     }
 
-    /// Returns the name of the unit; empty for none.
+    /// Returns the name of the section; empty for none.
     #[must_use]
     pub fn text(self) -> &'static str {
         KLIPPER_SECTIONS.get(usize::from(self.0)).copied().unwrap_or_default()

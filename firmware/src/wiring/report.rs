@@ -1,4 +1,4 @@
-//! What could not be bound, and the names of pins and of their owners.
+//! Report of the pins that could not be bound, with their names and those of their owners.
 
 use core::fmt::{Display, Write};
 

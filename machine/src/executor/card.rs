@@ -83,24 +83,25 @@ pub(super) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Whether this function reads or changes files.
 pub(super) const fn is_used_by(function: Function) -> bool {
-    matches!(
-        function,
-        Function::File(FileFunction::SelectFile)
-            | Function::File(FileFunction::StartFile)
-            | Function::File(FileFunction::StartJob)
-            | Function::File(FileFunction::Upload)
-            | Function::File(FileFunction::RemoveFile)
-            | Function::Sequence(Sequence::SaveSettings)
-            | Function::File(FileFunction::LoadSettings)
-            | Function::File(FileFunction::ForgetSettings)
-            | Function::Sequence(Sequence::SaveGrid)
-            | Function::Sequence(Sequence::LoadGrid)
-            | Function::File(FileFunction::DeleteGrid)
-            | Function::Sequence(Sequence::ListMeshes)
-            | Function::Sequence(Sequence::UseGrid)
-            | Function::Sequence(Sequence::Skew)
-            | Function::Sequence(Sequence::GoOnWithJob)
-    )
+    use {FileFunction as F, Sequence as S};
+    match function {
+        Function::File(file) => matches!(
+            file,
+            F::SelectFile
+                | F::StartFile
+                | F::StartJob
+                | F::Upload
+                | F::RemoveFile
+                | F::LoadSettings
+                | F::ForgetSettings
+                | F::DeleteGrid
+        ),
+        Function::Sequence(what) => matches!(
+            what,
+            S::SaveSettings | S::SaveGrid | S::LoadGrid | S::ListMeshes | S::UseGrid | S::Skew | S::GoOnWithJob
+        ),
+        Function::Setting(_) | Function::Report(_) | Function::Standing(_) => false,
+    }
 }
 
 /// Whether this command of the console reads or changes files.

@@ -258,7 +258,7 @@ fn load<P: Ports>(machine: &mut Machine<'_, P>, length: Mm) -> Result<(), Failur
 }
 
 /// Loads (M701, `loads`) or unloads (M702) filament, by `length` or else as M603 says. The operator sees to a
-/// hot nozzle, or [`cold`] does where that was asked for.
+/// hot nozzle, or [`super::cold_extrusion`] does where that was asked for.
 pub(super) fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool, length: Option<f64>) -> Outcome {
     extruder(machine)?;
     machine.standstill()?;

@@ -1,5 +1,5 @@
 //! Values that programs keep over a power cycle, read at boot and written when they have changed: see
-//! [`jobs::files::kept`].
+//! [`jobs::files::program_files`].
 
 use base::Ports;
 use base::failure::{Answer, Outcome};

@@ -1,16 +1,15 @@
-//! GRBL 1.1, as its senders expect it: its numbers of errors and alarms, its lines, its settings, its
-//! reports.
+//! GRBL 1.1, as its senders expect it: its commands, its settings, its reports. Its numbers of errors and
+//! alarms, and its one answer for each line, are where text meets a sender: [`base::grbl`].
 //!
-//! The modules here know no executor: lines are read and written, numbers translated. `executor/grbl.rs`
-//! carries the commands out. Facts: Grbl 1.1's interface, configuration, jogging and real-time pages
-//! (github.com/gnea/grbl, `doc/markdown`).
+//! The modules here know no executor: lines are read and written. `executor/grbl.rs` carries the commands
+//! out. Facts: Grbl 1.1's interface, configuration, jogging and real-time pages (github.com/gnea/grbl,
+//! `doc/markdown`).
 
 use base::sessions::MAX_SESSIONS;
 use gcode::{Code, Letter};
 
 pub(crate) mod hal;
 pub(crate) mod jog;
-
 pub(crate) mod last_report;
 pub(crate) mod numbered_settings;
 pub(crate) mod overrides;

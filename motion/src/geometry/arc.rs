@@ -1,6 +1,6 @@
 //! Arcs (G2, G3) as the program means them: in any of the three planes, of any number of turns, with the
 //! third axis and A B C following evenly (helix). By default an arc stays one ([`Arc::parts`]); where a
-//! configuration asks for chords, it is cut ([`Chords`]).
+//! configuration asks for chords, it is cut ([`super::Chords`]).
 //!
 //! An end that is not quite on the circle (programs round to three digits) is reached all the same: the
 //! difference is spread over the whole arc. An end off by more than [`off_allowed`] is a mistake.

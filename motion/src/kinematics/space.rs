@@ -1,5 +1,5 @@
-//! What the families of kinematics share: points in machine space and in motor space, and how near to an edge
-//! of the reachable space they may come.
+//! Points in machine space and in motor space, and how near they may come to an edge of the reachable space:
+//! common to all families of kinematics.
 
 /// X, Y and Z.
 pub(super) type Axes = [f64; 3];

@@ -1,4 +1,4 @@
-//! What the executor, the tasks and the runner share.
+//! State that the executor, the tasks and the runner share.
 
 use std::rc::Rc;
 use std::sync::atomic::AtomicU32;

@@ -16,9 +16,9 @@ pub struct Function {
     pub name: String,
     /// Largest frame on the stack, bytes, calls not counted.
     pub frame: i64,
-    /// What it calls by address: where that begins, and what it has on the stack itself meanwhile.
+    /// Functions called by address: where each begins, and the bytes on the stack of the caller meanwhile.
     pub calls: BTreeMap<u64, i64>,
-    /// What it has on the stack at most while it calls something by a register, if it does.
+    /// Most bytes on the stack of the caller while it calls by a register; none if it does not.
     pub by_register: Option<i64>,
     /// The addresses in the image that it has as constants, with bit 0: functions that it may hand on.
     pub constants: Vec<u32>,
