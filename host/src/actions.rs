@@ -274,6 +274,10 @@ impl Run {
         self.effects()?;
         match (meaning, block.code) {
             (Meaning::Action(action), _) => self.action(&action, after)?,
+            // A job waits here: what follows counts on it.
+            (Meaning::PassedOver | Meaning::Unknown, Some(code)) if row.is_missing() => {
+                bail!("{code} is not carried out here: {}", row.help);
+            }
             (Meaning::PassedOver | Meaning::Unknown, Some(code)) if self.dialect != Dialect::Grbl => {
                 writeln!(self.out, "left out {code}")?;
             }

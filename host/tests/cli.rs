@@ -246,6 +246,18 @@ fn actions_are_those_of_the_dialect_that_a_file_says() {
     let said_of_it = said(&marlins);
     assert!(said_of_it.contains("feed 80.00000") && said_of_it.contains("feed 95.00000"), "{said_of_it}");
     assert!(said_of_it.contains("left out M9999"), "{said_of_it}");
+    // Where a job waits and preflight says that it will (scenarios, `unknown_words`), it ends here, by the same words.
+    for (flavour, line, told) in [
+        ("; gcode_flavor = reprapfirmware", "G1 R1 X0 Y0", "G1 takes no R here"),
+        ("; gcode_flavor = reprapfirmware", "G1 X50 H1", "G1 takes no H here"),
+        (";FLAVOR:Marlin", "G61 X Y F6000", "G61 is not carried out here"),
+        (";FLAVOR:Marlin", "G90 X5", "G90 takes no X here"),
+    ] {
+        std::fs::write(&part, format!("{flavour}\nG1 X20 Y20 F6000\n{line}\nG1 X30\n")).expect("written");
+        let ended = velvet(&["actions", text(&part)]);
+        assert!(!ended.status.success() && said(&ended).contains(told), "{line}: {}", said(&ended));
+        assert!(!said(&ended).contains("feed 30"), "{line}: what is behind it counts on it");
+    }
     std::fs::write(&part, lines).expect("written");
     let mills = velvet(&["actions", text(&part)]);
     assert!(!mills.status.success() && said(&mills).contains("line 1"), "{}", said(&mills));
