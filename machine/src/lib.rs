@@ -11,7 +11,8 @@
 #![forbid(unsafe_code)]
 
 mod executor;
-mod grbl;
+mod features;
+mod machine;
 mod saved_settings;
 
 pub use executor::{Lasting, run};

@@ -6,10 +6,15 @@ use base::safety::Event;
 use base::sessions::Recipient;
 use thermal::HeatControl;
 
-use super::{Machine, ignored_codes, program_io, program_logs, statistics, suspend};
+use super::ignored_codes;
+use crate::features::statistics;
+use crate::machine::Machine;
+use crate::machine::program_io;
+use crate::machine::program_logs;
+use crate::machine::suspend;
 
 /// Aborts the job (`abort`, M524): brakes, drops queued moves, closes the file. Heaters are left alone.
-pub(super) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+pub(crate) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     machine.safety.apply(Event::Unsuspend);
     let suspended = machine.jobs.cancel_suspend();
     if suspended || machine.jobs.is_open() {
@@ -47,7 +52,7 @@ pub(super) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Ou
 }
 
 /// Brakes the motors, and drops all that is queued.
-pub(super) fn drop_queued<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn drop_queued<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.outputs.changes_were_dropped();
     machine.ports.motion(motion::Motion::stop);
     machine.ports.heat(HeatControl::drop_effects);

@@ -11,19 +11,33 @@ use parts::motion_codes;
 use program::{Action, Dialect, Fault, Meaning, Move, Part, ProbeAlong, ProbeDown};
 use units::{Celsius, PerAxis};
 
-use super::{
-    Machine, MachineHands, bore_retract, cold_extrusion, effects, fast_forward, functions, halt, homing, leave_out,
-    moves, objects, operator_pauses, program_files, program_flow, program_io, suspend, tool_change,
-};
+use super::bore_retract;
+use super::effects;
+use super::fast_forward;
+use super::functions;
+use super::homing;
+use super::operator_pauses;
+use super::program_files;
+use super::program_flow;
+use super::tool_change;
+use crate::features::filament::cold_extrusion;
+use crate::features::objects;
+use crate::features::objects::leave_out;
+use crate::machine::Machine;
+use crate::machine::halt;
+use crate::machine::hands::MachineHands;
+use crate::machine::moves;
+use crate::machine::program_io;
+use crate::machine::suspend;
 use program::State;
 
 /// Returns the failure of a block that the program refuses; the configuration knows better why a part is off.
-pub(super) fn failed_by<P: Ports>(machine: &Machine<'_, P>, fault: &Fault) -> Failure {
+pub(crate) fn failed_by<P: Ports>(machine: &Machine<'_, P>, fault: &Fault) -> Failure {
     failure_of(machine.texts, machine.config, fault, machine.jobs.is_playing())
 }
 
 /// Carries out the action of a block, and the actions that follow it.
-pub(super) fn carry_out_all<P: Ports>(machine: &mut Machine<'_, P>, first: &Action<'_>, to: Recipient) -> Outcome {
+pub(crate) fn carry_out_all<P: Ports>(machine: &mut Machine<'_, P>, first: &Action<'_>, to: Recipient) -> Outcome {
     let mut answer = carry_out(machine, first, to)?;
     while let Some(action) = machine.program.next_action() {
         match carry_out(machine, &action, to) {
@@ -39,7 +53,7 @@ pub(super) fn carry_out_all<P: Ports>(machine: &mut Machine<'_, P>, first: &Acti
 }
 
 /// Runs a code that the machine itself has written.
-pub(super) fn run_text<P: Ports>(machine: &mut Machine<'_, P>, text: &str, dialect: Dialect, to: Recipient) -> Outcome {
+pub(crate) fn run_text<P: Ports>(machine: &mut Machine<'_, P>, text: &str, dialect: Dialect, to: Recipient) -> Outcome {
     let Some(Ok(block)) = Blocks::new(text.as_bytes()).next() else {
         return Err(machine.texts.because(text));
     };
@@ -54,7 +68,7 @@ pub(super) fn run_text<P: Ports>(machine: &mut Machine<'_, P>, text: &str, diale
 
 /// Carries out the effects and the action that are left at the end of a subroutine (M73).
 #[cold]
-pub(super) fn what_returned<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+pub(crate) fn what_returned<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     while let Some(what) = machine.program.next_effect() {
         effects::change(machine, what)?;
     }
@@ -235,7 +249,7 @@ fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     Ok(Answer::Ok)
 }
 
-pub(super) fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
+pub(crate) fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
     let may_move = machine.may_move().and_then(|()| cold_extrusion::may_extrude(machine, request));
     let moved = match may_move.and_then(|()| machine.rest_stays_within(&request.target)) {
         Ok(()) => moves::submit(machine, request),

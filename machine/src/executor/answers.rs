@@ -9,12 +9,14 @@ use jobs::player::line_numbers::tag_of;
 use motion::Tag;
 use program::Dialect;
 
-use super::source::{Origin, Source};
-use super::{Machine, grbl, stack};
+use super::stack;
+use crate::features::grbl::commands as grbl;
+use crate::machine::Machine;
+use crate::machine::source::{Origin, Source};
 
 /// Answers a line that has come to its end.
 #[inline]
-pub(super) fn finish<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>, source: Source) {
+pub(crate) fn finish<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>, source: Source) {
     // Most lines of a file end so.
     if outcome.is_ok() && (source.origin, source.to) == (Origin::Job, Recipient::Nobody) {
         return;
@@ -40,7 +42,7 @@ fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option
 }
 
 /// Fails a line that has been answered already: a sender must not count a second answer.
-pub(super) fn fail_late<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure, source: Source) {
+pub(crate) fn fail_late<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure, source: Source) {
     match (failure.kind, source.origin) {
         (FailureKind::Refused, Origin::Session) => {
             machine.announce(format_args!("// WARNING {}\n", machine.texts.of(failure)));
@@ -62,7 +64,7 @@ fn done<P: Ports>(machine: &mut Machine<'_, P>, carried_out: bool, source: Sourc
 }
 
 /// Notes that a line of a session has been answered.
-pub(super) fn answered<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+pub(crate) fn answered<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     if let Some(session) = machine.sessions.get_mut(id) {
         session.answered();
     }
@@ -85,12 +87,12 @@ fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Op
 }
 
 /// Whether the recipient speaks GRBL's dialect.
-pub(super) fn is_grbl<P: Ports>(machine: &Machine<'_, P>, to: Recipient) -> bool {
+pub(crate) fn is_grbl<P: Ports>(machine: &Machine<'_, P>, to: Recipient) -> bool {
     to.session().is_some() && machine.sessions.dialect_of(to) == Dialect::Grbl
 }
 
 /// Gives the answer to commands while halted.
-pub(super) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
+pub(crate) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
     if is_grbl(machine, to) {
         return machine.sessions.refuse(to, Reason::Locked, format_args!("'$H'|'$X' to unlock"));
     }
@@ -98,7 +100,7 @@ pub(super) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) 
 }
 
 /// Halts because a command asked for something forbidden.
-pub(super) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Recipient) {
+pub(crate) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Recipient) {
     let text = machine.texts.of(why);
     if is_grbl(machine, to) {
         machine.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
@@ -111,7 +113,7 @@ pub(super) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Re
 }
 
 /// Answers a line that cannot be read.
-pub(super) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &[u8], to: Recipient) {
+pub(crate) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &[u8], to: Recipient) {
     let text = core::str::from_utf8(line).unwrap_or("(not text)");
     if is_grbl(machine, to) {
         let error = Reason::of_refusal(&refusal);
@@ -131,7 +133,7 @@ pub(super) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refus
 }
 
 /// Pauses the job at a line that cannot be carried out: lines after it count on it, so it waits for a person.
-pub(super) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
+pub(crate) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
     if let Some(passed) = &mut machine.passed {
         // A fast-forward only reads the line; in the job somebody went on with the next line here.
         passed.refused = passed.refused.saturating_add(1);
@@ -154,7 +156,7 @@ pub(super) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
 }
 
 /// Answers a line that cannot be read to its end.
-pub(super) fn bad_line<P: Ports>(machine: &mut Machine<'_, P>, error: SyntaxError, line: &[u8], source: Source) {
+pub(crate) fn bad_line<P: Ports>(machine: &mut Machine<'_, P>, error: SyntaxError, line: &[u8], source: Source) {
     if source.origin == Origin::Settings {
         let text = core::str::from_utf8(line).unwrap_or("(not text)");
         return machine.announce(format_args!("// WARNING: not a saved setting, left out: {text}\n"));

@@ -10,12 +10,13 @@ use procedures::driver_tuning;
 use procedures::homing;
 use units::{Actuator, Axis, AxisSet, MmPerSecond, MmPerSecond2, PerAxis};
 
-use super::{Machine, MachineHands};
+use crate::machine::Machine;
+use crate::machine::hands::MachineHands;
 
 /// Number of approaches where none is given.
-pub(super) const APPROACHES: u8 = 10;
+pub(crate) const APPROACHES: u8 = 10;
 /// Number of ways back and forth where none is given.
-pub(super) const TIMES: u32 = 10;
+pub(crate) const TIMES: u32 = 10;
 /// Acceleration of a sweep for each Hz, mm/s2: the speed at its peak is the same at any frequency (18.75
 /// mm/s).
 const SWEEP_ACCELERATION: f64 = 75.0;
@@ -26,7 +27,7 @@ const FULL_STEPS_LOST: f64 = 4.0;
 
 /// Moves back and forth at the speed asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Speed {
+pub(crate) struct Speed {
     pub axis: Axis,
     /// Length of one way, mm.
     pub way: f64,
@@ -42,7 +43,7 @@ fn is_alone<P: Ports>(machine: &Machine<'_, P>, axis: Axis) -> Result<(), Failur
 }
 
 /// Homes the axis in so many approaches, and says how well they agree.
-pub(super) fn endstop<P: Ports>(
+pub(crate) fn endstop<P: Ports>(
     machine: &mut Machine<'_, P>,
     axis: Axis,
     count: u8,
@@ -55,7 +56,7 @@ pub(super) fn endstop<P: Ports>(
 }
 
 /// Homes the axis, moves it back and forth, and homes it again: the difference of its place is the loss.
-pub(super) fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Recipient) -> Result<(), Failure> {
+pub(crate) fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Recipient) -> Result<(), Failure> {
     is_alone(machine, test.axis)?;
     endstop(machine, test.axis, 2, to)?;
     let from = machine.ports.motion(|motion| motion.commanded_position());
@@ -90,7 +91,7 @@ pub(super) fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Re
 }
 
 /// `tune_driver`: measures which stallGuard threshold the motor of an axis is to have.
-pub(super) fn tune_driver<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+pub(crate) fn tune_driver<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let tuned = driver_tuning::tune(&mut MachineHands::new(machine, to), arguments);
     machine.resynchronise_if_still();
     tuned
@@ -98,7 +99,7 @@ pub(super) fn tune_driver<P: Ports>(machine: &mut Machine<'_, P>, arguments: &st
 
 /// Shaking of an axis, from one frequency to another.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sweep {
+pub(crate) struct Sweep {
     pub axis: Axis,
     /// Frequency at the start, Hz.
     pub from: f64,
@@ -109,7 +110,7 @@ pub(super) struct Sweep {
 
 /// Shakes an axis and says at which frequency: input shaping belongs where the frame rings loudest, or a pen
 /// on the bed draws widest. Filters are off meanwhile, or there would be nothing to hear.
-pub(super) fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, to: Recipient) -> Result<(), Failure> {
+pub(crate) fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, to: Recipient) -> Result<(), Failure> {
     let here = machine.ports.motion(|motion| motion.commanded_position());
     // The lowest frequency has the widest way.
     let widest = way_at(test.from.min(test.to));

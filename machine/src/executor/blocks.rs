@@ -8,14 +8,21 @@ use gcode::{Block, Blocks, Code, Letter, WholeLine};
 use jobs::player::Name;
 use program::{Action, Effect, LineParts, Meaning, State, States};
 
+use super::actions;
 use super::answers::{bad_line, finish, is_grbl};
-use super::frames::{Frame, NextCode, Rest};
-use super::source::{Origin, Source};
-use super::{Machine, actions, effects, filament, ignored_codes, moves, objects, operator_pauses};
+use super::effects;
+use super::ignored_codes;
+use super::operator_pauses;
+use crate::features::filament;
+use crate::features::objects;
+use crate::machine::Machine;
+use crate::machine::frames::{Frame, NextCode, Rest};
+use crate::machine::moves;
+use crate::machine::source::{Origin, Source};
 
 /// Part of a line that is to be run.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Start {
+pub(crate) enum Start {
     /// The line from its beginning.
     Line,
     /// The codes behind this one in written order, and the answer to this one.
@@ -23,7 +30,7 @@ pub(super) enum Start {
 }
 
 /// Runs the rest of a line that has waited.
-pub(super) fn run_rest<P: Ports>(machine: &mut Machine<'_, P>, rest: Rest) {
+pub(crate) fn run_rest<P: Ports>(machine: &mut Machine<'_, P>, rest: Rest) {
     let Rest { line, next, source, last, answer } = rest;
     match next {
         NextCode::At(column) => {
@@ -39,7 +46,7 @@ pub(super) fn run_rest<P: Ports>(machine: &mut Machine<'_, P>, rest: Rest) {
 
 /// Runs the codes of a line, and answers it, unless one of them starts something: then the rest waits for its
 /// end.
-pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Blocks<'_>, start: Start, source: Source) {
+pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Blocks<'_>, start: Start, source: Source) {
     let mut is_first = matches!(start, Start::Line);
     let (mut last, mut answer) = match start {
         Start::Rest(last, answer) => (last, answer),
@@ -223,7 +230,7 @@ enum Begun<'b> {
 }
 
 /// Runs one command: checks whether it may run now, finds its meaning and carries that out.
-pub(super) fn run_block<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, source: Source) -> Outcome {
+pub(crate) fn run_block<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, source: Source) -> Outcome {
     let begun = begin(machine, block, source);
     run_begun(machine, begun, block, source)
 }
@@ -345,7 +352,7 @@ fn without_its_part<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: 
 #[cold]
 fn unknown<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
     match code {
-        Some(code) if is_grbl(machine, to) && crate::grbl::accepts(code) => Ok(Answer::Ok),
+        Some(code) if is_grbl(machine, to) && crate::features::grbl::accepts(code) => Ok(Answer::Ok),
         Some(code) if is_grbl(machine, to) => Err(machine.texts.refused(format_args!("{code} is not known here"))),
         _ => Ok(Answer::Unknown),
     }

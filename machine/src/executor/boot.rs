@@ -25,10 +25,17 @@ use program::Dialect;
 use thermal::{HeatControl, HeaterSettings};
 use units::{Actuator, Micros};
 
-use super::{
-    Machine, automatic_outputs, brown_out, grbl, job_recovery, lights, program_files, statistics, suspend, update,
-};
-use crate::grbl::{hal, stored};
+use super::program_files;
+use crate::features::automatic_outputs;
+use crate::features::brown_out;
+use crate::features::grbl::commands as grbl;
+use crate::features::grbl::{hal, stored};
+use crate::features::lights;
+use crate::features::power_loss::job_recovery;
+use crate::features::statistics;
+use crate::features::update;
+use crate::machine::Machine;
+use crate::machine::suspend;
 
 /// Time within which the motor supply is read: two periods of the slow task, and its conversions.
 const SUPPLY_READING_TIMEOUT: Micros = Micros::from_millis(250);
@@ -38,14 +45,14 @@ const CONFIG_NOTICE: &str = "There was an error detected in the config.ini\nPlea
 const FINDINGS: usize = 12;
 
 /// Result of reading the configuration.
-pub(super) struct Read {
+pub(crate) struct Read {
     summary: Result<Summary, StorageError>,
     /// Time of the reading, from the card's mounting on.
     pub took: Micros,
 }
 
 /// Greets, reads the configuration and tells its faults.
-pub(super) fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions, config: &mut MachineConfig) -> Read {
+pub(crate) fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions, config: &mut MachineConfig) -> Read {
     sessions.configure(ports);
     greet(ports, sessions);
     let mut findings = Vec::new();
@@ -156,7 +163,7 @@ fn what_came_of(read: &Read) -> Happened {
 }
 
 /// Sets every part up from the configuration, and greets.
-pub(super) fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
+pub(crate) fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
     machine.record(&what_came_of(&read));
     let usable = read.summary.is_ok_and(|summary| summary.is_usable());
     if usable {

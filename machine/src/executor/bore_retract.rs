@@ -4,11 +4,12 @@ use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use program::LeftHole;
 
-use super::frames::Frame;
-use super::{Machine, operator_pauses};
+use super::operator_pauses;
+use crate::machine::Machine;
+use crate::machine::frames::Frame;
 
 /// Has the operator draw the tool out; the rest of the block waits until then.
-pub(super) fn retract_by_hand<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
+pub(crate) fn retract_by_hand<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     let left = machine.program.leave_hole();
     machine.standstill()?;
     let height = machine.frames.len();
@@ -27,7 +28,7 @@ pub(super) fn retract_by_hand<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome
 ///
 /// # Errors
 /// When other holes have been drilled meanwhile.
-pub(super) fn take_up<P: Ports>(machine: &mut Machine<'_, P>, left: &LeftHole) -> Result<(), Failure> {
+pub(crate) fn take_up<P: Ports>(machine: &mut Machine<'_, P>, left: &LeftHole) -> Result<(), Failure> {
     machine.resynchronise();
     if machine.program.return_to(left) {
         return Ok(());

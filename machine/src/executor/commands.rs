@@ -16,12 +16,28 @@ use procedures::jog;
 use program::commands::{CommandInfo, asks_for_help, find};
 use program::{Dialect, Part, State};
 
-use super::frames::{Frame, NextCode, Rest};
-use super::source::Source;
-use super::{
-    Machine, MachineHands, abort, actions, answers, axis_tests, card, editing, event_log, forecast, functions, grbl,
-    homing, job_control, long_answers, play_from, suspend, test_command, update, usb_disk,
-};
+use super::abort;
+use super::actions;
+use super::answers;
+use super::axis_tests;
+use super::editing;
+use super::forecast;
+use super::functions;
+use super::homing;
+use super::job_control;
+use super::long_answers;
+use super::play_from;
+use super::test_command;
+use crate::features::event_log;
+use crate::features::grbl::commands as grbl;
+use crate::features::update;
+use crate::features::usb_disk;
+use crate::machine::Machine;
+use crate::machine::card;
+use crate::machine::frames::{Frame, NextCode, Rest};
+use crate::machine::hands::MachineHands;
+use crate::machine::source::Source;
+use crate::machine::suspend;
 
 /// Splits a line into the command word and its arguments.
 fn split(line: &str) -> (&str, &str) {
@@ -33,7 +49,7 @@ fn split(line: &str) -> (&str, &str) {
 }
 
 /// Runs the line of a command and answers it.
-pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str, source: Source) {
+pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str, source: Source) {
     let height = machine.frames.len();
     let outcome = run(machine, line, source.to);
     if outcome.is_ok() && machine.frames.len() > height {
@@ -100,7 +116,7 @@ fn may_run<P: Ports>(machine: &Machine<'_, P>, info: &CommandInfo) -> Result<(),
 }
 
 /// Answers a line that is a question. False for every other line.
-pub(super) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> bool {
+pub(crate) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> bool {
     if is_grbls(machine, line, to) {
         // GRBL's own `$` commands wait for their turn.
         return false;

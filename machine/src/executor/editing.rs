@@ -15,7 +15,9 @@ use jobs::files::editor::{Step, shown};
 use jobs::files::editor_commands::{Command, HELP, What, parse};
 
 use super::answers::answered;
-use super::{Machine, MachineHands, card};
+use crate::machine::Machine;
+use crate::machine::card;
+use crate::machine::hands::MachineHands;
 
 /// Bytes read at a time, a block of the card.
 const BLOCK: usize = 512;
@@ -25,7 +27,7 @@ const TOO_LONG: Trouble = "the line is too long to be edited";
 ///
 /// # Errors
 /// When another file is being edited, or one of both cannot be opened.
-pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let Recipient::Session(id) = to else { return Err(Failure::refused(&"only a console can edit a file")) };
     let Machine { files, ports, .. } = machine;
     if files.editing.is_some() {
@@ -56,7 +58,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
 type Trouble = &'static str;
 
 /// Runs a line of the console that edits.
-pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &[u8]) {
+pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &[u8]) {
     let to = Recipient::Session(id);
     let text = core::str::from_utf8(line).map_err(|_| "text that is not UTF-8");
     let outcome = match text {

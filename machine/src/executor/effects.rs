@@ -13,10 +13,12 @@ use program::{Effect, Part, State};
 use thermal::{Full, Output};
 use units::{Micros, SwitchId};
 
-use super::{Machine, lights, program_io};
+use crate::features::lights;
+use crate::machine::Machine;
+use crate::machine::program_io;
 
 /// Carries out an effect when its line is read: outputs then change where the path has come to that line.
-pub(super) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {
+pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {
     if machine.safety.state() == State::Check {
         if let Some(passed) = &mut machine.passed {
             passed.note(effect);

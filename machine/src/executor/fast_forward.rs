@@ -15,15 +15,16 @@ use procedures::homing;
 use program::Action;
 
 use super::fast_forward_record::{Passed, Until};
-use super::frames::Frame;
-use super::{Machine, program_io};
+use crate::machine::Machine;
+use crate::machine::frames::Frame;
+use crate::machine::program_io;
 
 /// Reads the job's lines up to a place, once this frame's turn comes. The frame below finds the result by
 /// [`take`].
 ///
 /// # Errors
 /// While the machine moves, is suspended or halted.
-pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until) -> Result<(), Failure> {
+pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until) -> Result<(), Failure> {
     if !machine.safety.apply(Event::CheckBegins) {
         return Err(Failure::refused(&"the machine has to stand, without a suspended job, for lines to be read over"));
     }
@@ -36,12 +37,12 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until) -> Res
 }
 
 /// Keeps settings of motion that a file may change while it is read over, in case the job does not go on.
-pub(super) fn keep<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn keep<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.set_before = machine.ports.motion(|motion| motion.config().copied());
 }
 
 /// Puts limits, steps and filters back as before the file was read over: the job does not go on.
-pub(super) fn put_back<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn put_back<P: Ports>(machine: &mut Machine<'_, P>) {
     if let Some(before) = machine.set_before.take() {
         // The old values were in force, so neither is refused. A halted machine's steps are not configured.
         let _ = machine.ports.motion(|motion| motion.set_limits(before.limits));
@@ -52,12 +53,12 @@ pub(super) fn put_back<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 /// Takes the result of the fast-forward. The program stands where the file does, the machine anywhere.
-pub(super) fn take<P: Ports>(machine: &mut Machine<'_, P>) -> Option<Passed> {
+pub(crate) fn take<P: Ports>(machine: &mut Machine<'_, P>) -> Option<Passed> {
     machine.passed.take()
 }
 
 /// Returns whether the fast-forward has come to its place, and ends it then.
-pub(super) fn is_there<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+pub(crate) fn is_there<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let (begun, (_, next), layer) = (machine.jobs.begun(), machine.jobs.places(), machine.jobs.layers().current);
     let is_there =
         machine.passed.as_ref().is_none_or(|passed| passed.until.is_reached(begun, next, layer, passed.seconds));
@@ -68,7 +69,7 @@ pub(super) fn is_there<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 }
 
 /// Ends the fast-forward at this line.
-pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>, has_arrived: bool) {
+pub(crate) fn end<P: Ports>(machine: &mut Machine<'_, P>, has_arrived: bool) {
     if let Some(passed) = &mut machine.passed {
         passed.has_arrived = has_arrived;
     }
@@ -77,7 +78,7 @@ pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>, has_arrived: bool) {
 }
 
 /// Follows a line that is about to be read over.
-pub(super) fn at_line<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn at_line<P: Ports>(machine: &mut Machine<'_, P>) {
     let here = *machine.program.position();
     if let Some(passed) = &mut machine.passed {
         passed.line_began_at = here;
@@ -86,7 +87,7 @@ pub(super) fn at_line<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Reads over an action, as far as the program, the job or the planner keeps its effect. `None`: none of them
 /// does, and it is carried out as in check mode.
-pub(super) fn pass_over<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>) -> Option<Outcome> {
+pub(crate) fn pass_over<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>) -> Option<Outcome> {
     let passed = machine.passed.as_mut()?;
     match *action {
         // The flow of the program, and its end, are as in the file.

@@ -6,7 +6,7 @@ use units::{Axis, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId};
 
 /// End of a fast-forward: behind a line, so that the next line read is the first to be carried out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Until {
+pub(crate) enum Until {
     /// So many lines have begun that are no comments, each as often as it did: `Jobs::begun`.
     Begun(u32),
     /// Moves of so many seconds, at the speeds of the program, have been read.
@@ -35,7 +35,7 @@ impl Until {
 
 /// Record of the lines read over.
 #[derive(Debug)]
-pub(super) struct Passed {
+pub(crate) struct Passed {
     pub until: Until,
     /// The place was reached; else the file or its program has ended before, or could not be read.
     pub has_arrived: bool,

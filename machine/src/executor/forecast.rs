@@ -20,7 +20,8 @@ use preflight::{AsItIs, Kind, TOLD_LINES, Told};
 use program::Dialect;
 use units::{Celsius, MAX_HEATERS, Micros};
 
-use super::{Machine, long_answers};
+use super::long_answers;
+use crate::machine::Machine;
 
 /// Time after which a job's wait for the look at its file is told first; later each time the wait has
 /// doubled.
@@ -30,7 +31,7 @@ const MOST_WARNINGS: u32 = 5;
 const CHANGED: &str = "the file has changed meanwhile";
 
 /// Begins a forecast of a file for the machine as it is now (`check file`).
-pub(super) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
+pub(crate) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
     if name.is_empty() {
         return Err(Failure::refused(&"which file? check file"));
     }
@@ -48,7 +49,7 @@ pub(super) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Reci
 
 /// Whether a job begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Start {
+pub(crate) enum Start {
     /// The job begins now.
     Now,
     /// Not yet: ask again.
@@ -58,13 +59,13 @@ pub(super) enum Start {
 }
 
 /// Begins the forecast of a job that is about to begin, which waits for it if so configured.
-pub(super) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) -> Start {
+pub(crate) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) -> Start {
     let waits = matches!(machine.config.player.preflight, JobPreflight::Travel | JobPreflight::Refuse);
     start(machine, waits && !machine.jobs.is_forced())
 }
 
 /// Begins the forecast of a job that goes on after a power cut: the job does not wait for it.
-pub(super) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>) {
     // A job that does not wait for its forecast cannot be ended by it.
     let _now = start(machine, false);
 }
@@ -227,7 +228,7 @@ fn begin<P: Ports>(
 /// Brings the input that the work waits for, and closes the files of ended work.
 #[cold]
 #[inline(never)]
-pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     let forecast = machine.forecast;
     if !forecast.is_under_way() {
         if forecast.stage() == Stage::Done && is_heard(machine, forecast.purpose()) {
@@ -379,7 +380,7 @@ fn bring(
 ///
 /// # Errors
 /// When the file could not be read to its end.
-pub(super) fn check_piece<P: Ports>(
+pub(crate) fn check_piece<P: Ports>(
     machine: &mut Machine<'_, P>,
     line: &mut usize,
     to: Recipient,
@@ -411,7 +412,7 @@ pub(super) fn check_piece<P: Ports>(
 }
 
 /// Returns the time left of the job at the present factor of feed rates, as far as is known.
-pub(super) fn time_left<P: Ports>(machine: &mut Machine<'_, P>) -> TimeLeft {
+pub(crate) fn time_left<P: Ports>(machine: &mut Machine<'_, P>) -> TimeLeft {
     let forecast = machine.forecast;
     if !machine.jobs.is_open() {
         return TimeLeft::default();
@@ -433,7 +434,7 @@ pub(super) fn time_left<P: Ports>(machine: &mut Machine<'_, P>) -> TimeLeft {
 }
 
 /// Notes the line of the job that is made.
-pub(super) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
     let (made, now) = (made(machine), machine.ports.now());
     if machine.forecast_files.made.0 != made {
         machine.forecast_files.made = (made, now);

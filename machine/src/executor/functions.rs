@@ -18,13 +18,26 @@ use procedures::{alignment, arms, autotune, endstop_phase, leveling};
 use program::{FileFunction, Function, Report, Sequence, Setting, Standing, State, Words};
 use units::AxisSet;
 
-use super::{
-    Machine, MachineHands, abort, automatic_outputs, card, cold_extrusion, filament, forecast, job_recovery,
-    long_answers, objects, periodic, probe_strategy, program_io, settings_file, statistics, suspend,
-};
+use super::abort;
+use super::forecast;
+use super::long_answers;
+use super::periodic;
+use super::probe_strategy;
+use super::settings_file;
+use crate::features::automatic_outputs;
+use crate::features::filament;
+use crate::features::filament::cold_extrusion;
+use crate::features::objects;
+use crate::features::power_loss::job_recovery;
+use crate::features::statistics;
+use crate::machine::Machine;
+use crate::machine::card;
+use crate::machine::hands::MachineHands;
+use crate::machine::program_io;
+use crate::machine::suspend;
 
 /// Carries out a function, and waits for its end.
-pub(super) fn run<P: Ports>(
+pub(crate) fn run<P: Ports>(
     machine: &mut Machine<'_, P>,
     function: Function,
     words: Words<'_>,
@@ -398,7 +411,7 @@ fn file_or_job<P: Ports>(
 /// Reports the status (`?`). A function of its own in the image too: the virtual board's tests put faults
 /// there.
 #[inline(never)]
-pub(super) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
+pub(crate) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
     let (progress, dialect) = (job_progress(machine), machine.sessions.dialect_of(to));
     let Machine { ports, program, safety, sessions, config, .. } = machine;
     let of = Status { mode: safety.mode(), program, config, dialect, progress };
@@ -406,13 +419,13 @@ pub(super) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, to: Recipien
 }
 
 /// Returns seconds and percent of the job, when there is one.
-pub(super) fn job_progress<P: Ports>(machine: &mut Machine<'_, P>) -> Option<(u64, u64)> {
+pub(crate) fn job_progress<P: Ports>(machine: &mut Machine<'_, P>) -> Option<(u64, u64)> {
     machine.follow_job();
     machine.jobs.progress(machine.ports.now())
 }
 
 /// Answers a line that is one question. False for every other line.
-pub(super) fn answer<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Blocks<'_>, to: Recipient) -> bool {
+pub(crate) fn answer<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Blocks<'_>, to: Recipient) -> bool {
     let (Some(Ok(block)), None) = (blocks.next(), blocks.next()) else { return false };
     let Some((row, function, words)) = machine.program.question(&block, machine.sessions.dialect_of(to)) else {
         return false;

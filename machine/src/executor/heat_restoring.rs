@@ -7,17 +7,18 @@ use base::sessions::Recipient;
 use parts::heat_codes;
 use units::{Celsius, HeaterId, SwitchId};
 
-use super::{Machine, MachineHands};
+use crate::machine::Machine;
+use crate::machine::hands::MachineHands;
 
 /// States asked of switches last: on or off, and S.
-pub(super) type Switches = [Option<(bool, Option<f32>)>];
+pub(crate) type Switches = [Option<(bool, Option<f32>)>];
 
 /// Heats all heaters with a target, and waits: bed and chamber first, so that the part holds before the
 /// nozzle oozes.
 ///
 /// # Errors
 /// As waiting for a temperature. Heaters stay on then: a caller that gives up calls [`cool`].
-pub(super) fn heat<P: Ports>(machine: &mut Machine<'_, P>, targets: &[Celsius], to: Recipient) -> Result<(), Failure> {
+pub(crate) fn heat<P: Ports>(machine: &mut Machine<'_, P>, targets: &[Celsius], to: Recipient) -> Result<(), Failure> {
     for tools in [false, true] {
         for (id, target) in HeaterId::all().zip(targets) {
             let Some(heater) = machine.config.temperatures.get(id.index()) else { continue };
@@ -33,7 +34,7 @@ pub(super) fn heat<P: Ports>(machine: &mut Machine<'_, P>, targets: &[Celsius], 
 }
 
 /// Switches every heater off.
-pub(super) fn cool<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn cool<P: Ports>(machine: &mut Machine<'_, P>) {
     for id in HeaterId::all() {
         // Switching off is never refused.
         let _ = machine.ports.heat(|heat| heat.set_target(id, Celsius(0.0)));
@@ -41,7 +42,7 @@ pub(super) fn cool<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 /// Sets fans and other outputs as the file has set them.
-pub(super) fn switch<P: Ports>(machine: &mut Machine<'_, P>, switches: &Switches) {
+pub(crate) fn switch<P: Ports>(machine: &mut Machine<'_, P>, switches: &Switches) {
     for (index, told) in switches.iter().enumerate() {
         let Some((on, value)) = *told else { continue };
         if let Some(output) = machine.outputs.turn(machine.config, SwitchId(index as u8), on, value) {

@@ -5,11 +5,13 @@ use base::failure::{Answer, Outcome};
 use base::sessions::Recipient;
 use units::AxisSet;
 
-use super::frames::Then;
-use super::{Machine, MachineHands, suspend};
+use crate::machine::Machine;
+use crate::machine::frames::Then;
+use crate::machine::hands::MachineHands;
+use crate::machine::suspend;
 
 /// Homes these axes, or all where none is named.
-pub(super) fn home<P: Ports>(machine: &mut Machine<'_, P>, named: AxisSet, to: Recipient) -> Outcome {
+pub(crate) fn home<P: Ports>(machine: &mut Machine<'_, P>, named: AxisSet, to: Recipient) -> Outcome {
     let script = machine.config.homing.gcode.as_str();
     // Within the script G28 is homing itself.
     if named.is_empty() && !script.is_empty() && !machine.frames.run_script(script) {

@@ -8,12 +8,12 @@ use gcode::Block;
 use jobs::player::Name;
 use program::{CodeInfo, Dialect};
 
-use super::Machine;
+use crate::machine::Machine;
 
 /// Handles a code of a file that is not carried out: pauses the file if it would make another part, else
 /// counts the code.
 #[cold]
-pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, dialect: Dialect) -> Outcome {
+pub(crate) fn settle<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, dialect: Dialect) -> Outcome {
     let Some(code) = block.code else { return Ok(Answer::Unknown) };
     let row = machine.program.row(block, dialect);
     if let Some(failure) = makes_another_part(machine.texts, row, block) {
@@ -25,7 +25,7 @@ pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, 
 
 /// Decides whether the job goes on after a code that levels the bed, which this machine cannot.
 #[cold]
-pub(super) fn goes_on_unleveled<P: Ports>(machine: &mut Machine<'_, P>, row: &CodeInfo) -> bool {
+pub(crate) fn goes_on_unleveled<P: Ports>(machine: &mut Machine<'_, P>, row: &CodeInfo) -> bool {
     let goes_on = !machine.config.player.unleveled_pauses && cannot_level(machine.config, row);
     if goes_on {
         count(machine, Name::Code(row.code));
@@ -34,14 +34,14 @@ pub(super) fn goes_on_unleveled<P: Ports>(machine: &mut Machine<'_, P>, row: &Co
 }
 
 /// Counts a code or a word of the job that was left out; the counts are said when the job ends.
-pub(super) fn count<P: Ports>(machine: &mut Machine<'_, P>, name: Name) {
+pub(crate) fn count<P: Ports>(machine: &mut Machine<'_, P>, name: Name) {
     if let Some(noted) = machine.jobs.noted() {
         noted.passed_over.count(name);
     }
 }
 
 /// Tells once which codes of the job were not carried out.
-pub(super) fn say<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn say<P: Ports>(machine: &mut Machine<'_, P>) {
     let Machine { jobs, sessions, .. } = machine;
     if let Some(noted) = jobs.noted().filter(|noted| !noted.passed_over.is_empty()) {
         sessions.say(Recipient::All, format_args!("// NOTE not carried out: {}\n", noted.passed_over));

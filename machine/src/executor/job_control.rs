@@ -9,12 +9,13 @@ use jobs::player::{Listeners, Tower, parse_pause};
 use program::Part;
 use units::Axis;
 
-use super::source::{Origin, Source};
-use super::{Machine, suspend};
+use crate::machine::Machine;
+use crate::machine::source::{Origin, Source};
+use crate::machine::suspend;
 
 /// Pauses the job at once, or `at` a layer, a line or a height; `list` and `clear` concern those places
 /// (`pause`).
-pub(super) fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+pub(crate) fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let (word, rest) = arguments.split_once(' ').unwrap_or((arguments, ""));
     match word {
         "" => return suspend::suspend(machine, true, None, to),
@@ -51,7 +52,7 @@ pub(super) fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
 
 /// Returns the command due before the line just read, which is read again afterwards: a pause, or the next
 /// step of a tower.
-pub(super) fn due_before<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) -> Option<(config::Command, Source)> {
+pub(crate) fn due_before<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) -> Option<(config::Command, Source)> {
     if machine.jobs.pauses.is_empty() && machine.jobs.tower.is_none() {
         return None;
     }
@@ -72,13 +73,13 @@ pub(super) fn due_before<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) ->
 }
 
 /// Runs `TUNING_TOWER`, for the job that is played or comes next.
-pub(super) fn tower<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>) -> Outcome {
+pub(crate) fn tower<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>) -> Outcome {
     machine.jobs.tower = Some(Tower::new(machine.texts, command)?);
     Ok(Answer::Ok)
 }
 
 /// Runs the command `queue`; `queue next` plays the next job.
-pub(super) fn queue<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+pub(crate) fn queue<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     if arguments.trim() == "next" {
         return play_next(machine, to);
     }
@@ -101,7 +102,7 @@ fn play_next<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
 }
 
 /// Begins the next job after the end of one, or tells which is next.
-pub(super) fn after_job<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn after_job<P: Ports>(machine: &mut Machine<'_, P>) {
     let Some(next) = machine.jobs.queue.next().cloned() else { return };
     if !machine.config.player.queue_auto {
         return machine.announce(format_args!("// NOTE {next} is next: clear the bed, then queue next\n"));

@@ -16,20 +16,39 @@ use jobs::player::{Next, Scripts};
 use motion::Tag;
 use program::{Dialect, State, Waits};
 
+use super::actions;
 use super::answers::{answered, finish, pause_job, say_refusal};
+use super::blocks;
 use super::blocks::Start;
+use super::commands;
+use super::editing;
+use super::fast_forward;
+use super::forecast;
 use super::forecast::Start as JobStart;
+use super::ignored_codes;
+use super::job_control;
+use super::named_commands;
 use super::named_commands::Named;
-use super::source::{Origin, Source};
-use super::{
-    Machine, actions, blocks, card, commands, editing, fast_forward, filament, forecast, grbl, ignored_codes,
-    job_control, journal, named_commands, objects, out_of_turn, periodic, program_files, program_flow, program_logs,
-    stack, stall_recovery, statistics, suspend,
-};
+use super::out_of_turn;
+use super::periodic;
+use super::program_files;
+use super::program_flow;
+use super::stack;
+use crate::features::filament;
+use crate::features::grbl::commands as grbl;
+use crate::features::objects;
+use crate::features::power_loss::journal;
+use crate::features::stalls::recovery as stall_recovery;
+use crate::features::statistics;
+use crate::machine::Machine;
+use crate::machine::card;
+use crate::machine::program_logs;
+use crate::machine::source::{Origin, Source};
+use crate::machine::suspend;
 
 /// Runs the next line: of work that a line has started, of a session, of an input, of the file being played.
 /// False when there was nothing.
-pub(super) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+pub(crate) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if machine.urgent.ends() {
         out_of_turn::settle(machine);
     }

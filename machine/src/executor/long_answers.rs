@@ -11,13 +11,16 @@ use procedures::leveling;
 use program::Words;
 use units::Actuator;
 
-use super::{Machine, card, event_log, forecast};
-use crate::grbl::hal;
+use super::forecast;
+use crate::features::event_log;
+use crate::features::grbl::hal;
+use crate::machine::Machine;
+use crate::machine::card;
 use crate::saved_settings;
 
 /// Begins a long answer, given as fast as a session takes it, beside everything else. A file that is played
 /// has nobody to read one.
-pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, listing: Listing, to: Recipient) -> Outcome {
+pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, listing: Listing, to: Recipient) -> Outcome {
     match to.session().and_then(|id| machine.sessions.get_mut(id)) {
         Some(session) => {
             session.listing = Some(listing);
@@ -31,7 +34,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, listing: Listing, to
 }
 
 /// Describes drivers one after the other (M911).
-pub(super) fn describe_drivers<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
+pub(crate) fn describe_drivers<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
     let motors = motors::named_drivers(machine.texts, words, machine.config)?;
     if !machine.ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
         machine.say(to, format_args!("VMOT is off\n"));
@@ -40,7 +43,7 @@ pub(super) fn describe_drivers<P: Ports>(machine: &mut Machine<'_, P>, words: &W
 }
 
 /// Gives the next piece of a long answer, when there is one and room for it.
-pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+pub(crate) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     let Some(session) = machine.sessions.get_mut(id).filter(|session| session.has_room_for_listing()) else { return };
     let comes = match &session.listing {
         Some(Listing::File { file, .. } | Listing::Section { file, .. }) => machine.ports.is_at_hand(*file),
@@ -84,7 +87,7 @@ pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
 }
 
 /// Refuses when the sender of a file has gone; bytes it has sent behind the file are dropped.
-pub(super) fn sender_is_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+pub(crate) fn sender_is_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     if !machine.sessions.has_left(to) {
         return Ok(());
     }
@@ -97,7 +100,7 @@ pub(super) fn sender_is_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipi
 }
 
 /// Takes a console's bytes for a file from now on.
-pub(super) fn begin_transfer<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+pub(crate) fn begin_transfer<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     if let Recipient::Session(id) = to {
         machine.ports.inbox(id).set_raw(true);
     }

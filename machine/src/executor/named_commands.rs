@@ -8,12 +8,13 @@ use gcode::{Extended, Line};
 use jobs::player::Name;
 use program::extended::{self, Asked, CodeLine};
 
-use super::frames::{Frame, NextCode, Rest};
-use super::source::{Origin, Source};
-use super::{Machine, job_control};
+use super::job_control;
+use crate::machine::Machine;
+use crate::machine::frames::{Frame, NextCode, Rest};
+use crate::machine::source::{Origin, Source};
 
 /// Result of a command by name.
-pub(super) enum Named<'a> {
+pub(crate) enum Named<'a> {
     /// Codes that come next, and answer the command.
     Codes,
     /// Command of the console that it means.
@@ -24,7 +25,7 @@ pub(super) enum Named<'a> {
 
 /// Classifies a line that is neither codes nor a flow word: a command of the console, or one by name.
 #[cold]
-pub(super) fn command_of<'a, P: Ports>(machine: &mut Machine<'_, P>, line: &Line<'a>, source: Source) -> Named<'a> {
+pub(crate) fn command_of<'a, P: Ports>(machine: &mut Machine<'_, P>, line: &Line<'a>, source: Source) -> Named<'a> {
     match *line {
         Line::Console(text) if is_named(text) => start(machine, &Extended::new(text), source),
         Line::Console(text) => Named::Console(text),

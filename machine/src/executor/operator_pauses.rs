@@ -9,15 +9,16 @@ use base::wait::Waited;
 use program::{Pause, Remark, ScriptModes, State};
 use units::Micros;
 
-use super::end_requests::Asked;
-use super::frames::Frame;
-use super::{Machine, program_logs};
+use crate::machine::Machine;
+use crate::machine::end_requests::Asked;
+use crate::machine::frames::Frame;
+use crate::machine::program_logs;
 
 /// Carries out a comment that says something, or writes it to a file.
 ///
 /// # Errors
 /// When that cannot be written.
-pub(super) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> Result<(), Failure> {
+pub(crate) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> Result<(), Failure> {
     if machine.passed.is_some() {
         // The remark was heard when the job ran before.
         return Ok(());
@@ -47,7 +48,7 @@ pub(super) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> 
 }
 
 /// Waits until the operator goes on (M0, M1, M60), or so long.
-pub(super) fn pause<P: Ports>(
+pub(crate) fn pause<P: Ports>(
     machine: &mut Machine<'_, P>,
     why: Pause,
     time: Option<Micros>,
@@ -69,7 +70,7 @@ pub(super) fn pause<P: Ports>(
 }
 
 /// Dwells (G4). A pause leaves a dwell that is the whole line of a job.
-pub(super) fn dwell<P: Ports>(machine: &mut Machine<'_, P>, time: Micros) -> Result<(), Failure> {
+pub(crate) fn dwell<P: Ports>(machine: &mut Machine<'_, P>, time: Micros) -> Result<(), Failure> {
     if wait_for(machine, time, Asked::leaves_wait)? { Err(Failure::HALTED) } else { Ok(()) }
 }
 
@@ -91,7 +92,7 @@ fn wait_for<P: Ports>(
 }
 
 /// Waits for the operator: a job is paused, with the rest of its line; lines of a session are held.
-pub(super) fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Arguments<'_>) -> Outcome {
+pub(crate) fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Arguments<'_>) -> Outcome {
     if machine.jobs.is_playing() {
         machine.announce(format_args!("// {what}: ~ or M24 goes on, abort ends the job\n"));
         machine.sessions.tell_hosts("paused", Recipient::Nobody);

@@ -14,11 +14,14 @@ use gcode::{Blocks, Code, Letter, Line};
 use jobs::player::line_numbers::decoder_expecting;
 use program::{Dialect, Dialects};
 
-use super::end_requests::{Ends, Requester};
-use super::{Machine, abort, job_recovery, stack};
+use super::abort;
+use super::stack;
+use crate::features::power_loss::job_recovery;
+use crate::machine::Machine;
+use crate::machine::end_requests::{Ends, Requester};
 
 /// Returns how much of the work in progress a line ends; `None` if it waits its turn.
-pub(super) fn of_line(line: &Line<'_>, dialect: Dialect) -> Option<Ends> {
+pub(crate) fn of_line(line: &Line<'_>, dialect: Dialect) -> Option<Ends> {
     match line {
         Line::Console(command) => of_command(command),
         Line::Extended(command) => of_command(command.name()),
@@ -51,7 +54,7 @@ fn m_number(blocks: &Blocks<'_>) -> Option<u16> {
 }
 
 /// Ends the job's wait for the operator. False when it did not wait.
-pub(super) fn operator_is_done<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+pub(crate) fn operator_is_done<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let waited = machine.jobs.operator_is_done();
     if waited {
         machine.sessions.tell_hosts("resumed", Recipient::Nobody);
@@ -60,14 +63,14 @@ pub(super) fn operator_is_done<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 }
 
 /// Ends the operator's pause of a job, or else the wait in progress (M108).
-pub(super) fn end_wait<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn end_wait<P: Ports>(machine: &mut Machine<'_, P>) {
     if !operator_is_done(machine) {
         machine.urgent.end_wait();
     }
 }
 
 /// Notes a request that does not wait for its turn, as long as there is a job.
-pub(super) fn ask<P: Ports>(machine: &mut Machine<'_, P>, requester: Requester, ends: Option<Ends>) {
+pub(crate) fn ask<P: Ports>(machine: &mut Machine<'_, P>, requester: Requester, ends: Option<Ends>) {
     // A pause does not take back a request to end everything.
     let ends_everything = matches!(machine.urgent.asked, Some((_, Ends::Everything)));
     let counts = !ends_everything && (machine.jobs.is_open() || machine.jobs.is_suspended());
@@ -79,7 +82,7 @@ pub(super) fn ask<P: Ports>(machine: &mut Machine<'_, P>, requester: Requester, 
 /// Looks at the lines that inputs have sent and that have not been carried out. M112, M410 and M108 act now,
 /// as they do for a session; their lines do no more in their turn.
 #[cold]
-pub(super) fn ask_for_inputs<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn ask_for_inputs<P: Ports>(machine: &mut Machine<'_, P>) {
     let sends = |code| inputs(machine).any(|line| code_of(line) == Some(code));
     if sends(112) {
         machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n"));
@@ -124,7 +127,7 @@ fn inputs<'m, P: Ports>(machine: &'m Machine<'_, P>) -> impl Iterator<Item = &'m
 }
 
 /// Returns the session whose turn it is.
-pub(super) fn next_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> Option<SessionId> {
+pub(crate) fn next_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> Option<SessionId> {
     match machine.urgent.first() {
         None => machine.sessions.next_ready(path_is_full),
         Some(Requester::Session(first)) => take_first(machine, first),
@@ -149,7 +152,7 @@ fn take_first<P: Ports>(machine: &mut Machine<'_, P>, first: SessionId) -> Optio
 }
 
 /// Ends the work in progress, if that was asked for. A fast-forward ends by itself.
-pub(super) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
     let is_asked = matches!(machine.urgent.asked, Some((_, Ends::Everything)));
     if is_asked && !machine.urgent.ends_everything() && machine.passed.is_none() {
         end_everything(machine);
@@ -157,7 +160,7 @@ pub(super) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 /// Stops the work in progress (M410), and pauses the file.
-pub(super) fn quick_stop<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn quick_stop<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.safety.is_halted() || machine.passed.is_some() {
         return;
     }
@@ -177,7 +180,7 @@ fn end_everything<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Ends everything that the ended line has started, and brings motion to rest.
 #[cold]
-pub(super) fn settle<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn settle<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.urgent.ends_everything() {
         if !machine.frames.is_empty() {
             stack::fail(machine, Failure::HALTED);

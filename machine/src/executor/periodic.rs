@@ -9,7 +9,8 @@ use parts::heat_codes;
 use program::{Dialect, State, Words};
 use units::Micros;
 
-use super::{Machine, forecast};
+use super::forecast;
+use crate::machine::Machine;
 
 /// Time between two looks at what is due.
 const PERIOD: Micros = Micros(20_000);
@@ -18,7 +19,7 @@ const PERIOD: Micros = Micros(20_000);
 const M105: u16 = 105;
 
 /// Sets the reports of M155, M27 S and M113.
-pub(super) fn command<P: Ports>(
+pub(crate) fn command<P: Ports>(
     machine: &mut Machine<'_, P>,
     what: Periodic,
     words: &Words<'_>,
@@ -41,7 +42,7 @@ pub(super) fn command<P: Ports>(
 }
 
 /// Answers M105 within a file that is sent, as well as taking it as a line: hosts go on asking.
-pub(super) fn answers_in_upload<P: Ports>(machine: &mut Machine<'_, P>, line: Line<'_>, to: Recipient) -> bool {
+pub(crate) fn answers_in_upload<P: Ports>(machine: &mut Machine<'_, P>, line: Line<'_>, to: Recipient) -> bool {
     let Line::Code(mut blocks) = line else { return false };
     let asks = blocks.next().and_then(Result::ok).is_some_and(|block| block.is(Code::m(M105)));
     if asks {
@@ -52,7 +53,7 @@ pub(super) fn answers_in_upload<P: Ports>(machine: &mut Machine<'_, P>, line: Li
 }
 
 /// Sends all reports that are due. Periods are whole seconds: not each turn of a wait needs to look.
-pub(super) fn tell<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+pub(crate) fn tell<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     if now < machine.polls.reports_due {
         return;
     }

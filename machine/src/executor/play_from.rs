@@ -12,9 +12,13 @@ use jobs::player::Scripts;
 use motion::Mode;
 use units::{Axis, MmPerSecond};
 
+use super::fast_forward;
 use super::fast_forward_record::Until;
-use super::frames::{Frame, Then};
-use super::{Machine, MachineHands, fast_forward, heat_restoring, journal};
+use super::heat_restoring;
+use crate::features::power_loss::journal;
+use crate::machine::Machine;
+use crate::machine::frames::{Frame, Then};
+use crate::machine::hands::MachineHands;
 
 /// Height above the place, before the tool goes down to it, mm.
 const LIFT: f64 = 5.0;
@@ -26,7 +30,7 @@ const USAGE: &str = "play takes: file --from line N, layer N or byte N";
 ///
 /// # Errors
 /// When the place is not understood.
-pub(super) fn split(arguments: &str) -> Result<(&str, Option<Until>), Failure> {
+pub(crate) fn split(arguments: &str) -> Result<(&str, Option<Until>), Failure> {
     let Some((before, from)) = arguments.split_once(" --from ") else { return Ok((arguments, None)) };
     let mut words = from.split_whitespace();
     let (kind, number) = (words.next(), words.next().and_then(|number| number.parse().ok()));
@@ -42,7 +46,7 @@ pub(super) fn split(arguments: &str) -> Result<(&str, Option<Until>), Failure> {
 ///
 /// # Errors
 /// On a machine that is not homed or moves; the job is closed then.
-pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) -> Outcome {
+pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) -> Outcome {
     let begun = start(machine, until, to);
     if begun.is_err() {
         fast_forward::put_back(machine);
@@ -73,7 +77,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) ->
 ///
 /// # Errors
 /// When the job cannot begin there; it is closed then, and what has begun to heat is off.
-pub(super) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+pub(crate) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     if !machine.jobs.is_open() {
         // The job was refused, or aborted, and that was said.
         machine.passed = None;

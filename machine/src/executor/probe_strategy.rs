@@ -7,11 +7,13 @@ use gcode::Code;
 use procedures::probing;
 use program::Words;
 
-use super::frames::Then;
-use super::{Machine, MachineHands, suspend};
+use crate::machine::Machine;
+use crate::machine::frames::Then;
+use crate::machine::hands::MachineHands;
+use crate::machine::suspend;
 
 /// The lines around a cartesian grid may hold any code, so they are run as scripts.
-pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, code: Code, to: Recipient) -> Outcome {
+pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, code: Code, to: Recipient) -> Outcome {
     match probing::prepare(&mut MachineHands::new(machine, to), words, code)? {
         Some(plan) => {
             let [before, _] = &machine.config.probe_gcode;

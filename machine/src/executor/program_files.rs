@@ -8,13 +8,14 @@ use jobs::files::program_files::{
     PARAMETERS, Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools,
 };
 
-use super::{Machine, card};
+use crate::machine::Machine;
+use crate::machine::card;
 
 /// Greatest number of bad lines of the tool table that are told.
 const MOST_SAID: u32 = 5;
 
 /// Reads parameters and tools at boot. There need not be any.
-pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
     match load_parameters(&mut machine.ports, &mut machine.program) {
         Ok(0) | Err(StorageError::NotFound | StorageError::NoCard) => {}
         Ok(bad) => {
@@ -29,7 +30,7 @@ pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 /// Reloads the tool table from its file (G10 L0).
-pub(super) fn reload_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
+pub(crate) fn reload_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     match read_tools(machine) {
         Ok(()) => Ok(Answer::Ok),
         Err(error) => Err(machine.texts.about_file(TOOLS, error.text())),
@@ -58,14 +59,14 @@ fn read_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError
 }
 
 /// Saves values that a code has changed, unless a file is played: its end saves them.
-pub(super) fn save_unless_playing<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn save_unless_playing<P: Ports>(machine: &mut Machine<'_, P>) {
     if !machine.jobs.is_playing() {
         save(machine);
     }
 }
 
 /// Writes changed parameters and tools. At a power loss each file is the old one or the new one.
-pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn save<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.program.take_parameters_changed()
         && let Err(error) = write_parameters(machine)
     {

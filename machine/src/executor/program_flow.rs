@@ -10,11 +10,12 @@ use gcode::{FlowLine, FlowWord};
 use jobs::player::Listeners;
 use program::Next;
 
-use super::source::{Origin, Source};
-use super::{Machine, program_logs};
+use crate::machine::Machine;
+use crate::machine::program_logs;
+use crate::machine::source::{Origin, Source};
 
 /// Runs a line with an O word.
-pub(super) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {
+pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {
     if source.origin != Origin::Job {
         return run_elsewhere(machine, line, source);
     }
@@ -54,7 +55,7 @@ fn run_elsewhere<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, so
 }
 
 /// Calls a subroutine by number (M98).
-pub(super) fn call<P: Ports>(machine: &mut Machine<'_, P>, number: u32, times: u32) -> Outcome {
+pub(crate) fn call<P: Ports>(machine: &mut Machine<'_, P>, number: u32, times: u32) -> Outcome {
     if !machine.jobs.is_playing() {
         return Err(Failure::refused(&"M98 works in files that are played"));
     }
@@ -66,7 +67,7 @@ pub(super) fn call<P: Ports>(machine: &mut Machine<'_, P>, number: u32, times: u
 }
 
 /// Returns from a subroutine (M99).
-pub(super) fn end_call<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
+pub(crate) fn end_call<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     if !machine.jobs.is_playing() {
         return Err(Failure::refused(&"M99 works in files that are played"));
     }
@@ -89,7 +90,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, next: Next) -> Outcome {
 }
 
 /// Ends the program at M2, M30 or a stop: nothing of it goes on.
-pub(super) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
     program_logs::close(machine);
     machine.program.end_program();
     machine.jobs.end_program(&mut machine.ports);

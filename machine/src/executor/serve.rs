@@ -17,11 +17,28 @@ use program::{Dialect, State};
 use thermal::HeatControl;
 use units::{Actuator, Axis, Micros, PerAxis};
 
-use super::end_requests::Requester;
-use super::{
-    Machine, automatic_outputs, brown_out, commands, door, event_log, filament, forecast, functions, grbl, journal,
-    leave_out, lights, long_answers, out_of_turn, periodic, program_io, stall_recovery, stalls, statistics, update,
-};
+use super::commands;
+use super::forecast;
+use super::functions;
+use super::long_answers;
+use super::out_of_turn;
+use super::periodic;
+use crate::features::automatic_outputs;
+use crate::features::brown_out;
+use crate::features::door;
+use crate::features::event_log;
+use crate::features::filament;
+use crate::features::grbl::commands as grbl;
+use crate::features::lights;
+use crate::features::objects::leave_out;
+use crate::features::power_loss::journal;
+use crate::features::stalls;
+use crate::features::stalls::recovery as stall_recovery;
+use crate::features::statistics;
+use crate::features::update;
+use crate::machine::Machine;
+use crate::machine::end_requests::Requester;
+use crate::machine::program_io;
 
 /// Period of the looks at inputs and faults.
 const POLL_PERIOD: Micros = Micros::from_millis(10);
@@ -34,7 +51,7 @@ const G_QUESTION: &[u8] = b"G28.6";
 const LED_PERIOD: Micros = Micros::from_millis(100);
 
 /// Serves sessions, inputs and outputs once.
-pub(super) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     let now = machine.ports.now();
     machine.ports.report_alive();
     machine.ports.heat(|heat| heat.executor_alive(now));
@@ -180,7 +197,7 @@ impl<P: Ports> Machine<'_, P> {
         self.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate)
     }
 
-    pub(super) fn feed_hold(&mut self, event: Event) {
+    pub(crate) fn feed_hold(&mut self, event: Event) {
         if event == Event::Hold && !self.hold.ask() {
             self.announce(format_args!("// NOTE: the hold waits until the tap is out of the hole\n"));
             return;
@@ -199,7 +216,7 @@ impl<P: Ports> Machine<'_, P> {
         }
     }
 
-    pub(super) fn feed_resume(&mut self) {
+    pub(crate) fn feed_resume(&mut self) {
         if self.hold.take_back() {
             return;
         }
@@ -285,8 +302,8 @@ impl<P: Ports> Machine<'_, P> {
         self.watch_step_times(now);
         self.watch_reset(now);
         self.watch_halt(now);
-        super::card::watch(self);
-        super::usb_disk::watch(self);
+        crate::machine::card::watch(self);
+        crate::features::usb_disk::watch(self);
         stall_recovery::begin(self);
         let levels = self.ports.inputs();
         if self.safety.state() != State::Invalid {

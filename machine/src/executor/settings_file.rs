@@ -7,11 +7,13 @@ use base::ports::{StorageError, Wake};
 use base::safe_file;
 use base::sessions::{Recipient, Reply};
 
-use super::{Machine, card, suspend};
+use crate::machine::Machine;
+use crate::machine::card;
+use crate::machine::suspend;
 use crate::saved_settings;
 
 /// Reads the file of saved settings as a script (M501).
-pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
+pub(crate) fn load<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
     let path = override_path(machine.texts, set)?;
     if let Err(error) = suspend::begin_replay(machine, &path, to, false) {
         machine.say(to, format_args!("failed to load configuration override {path}: {}\n", error.text()));
@@ -20,7 +22,7 @@ pub(super) fn load<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to
 }
 
 /// Saves the settings (M500). At a power loss the file is the old one or the new one.
-pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
+pub(crate) fn save<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
     let path = override_path(machine.texts, set)?;
     let failed = |error: StorageError| machine.texts.about_file(&path, error.text());
     let mut draft = safe_file::Draft::begin(&mut machine.ports, &path).map_err(failed)?;
@@ -46,7 +48,7 @@ pub(super) fn save<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to
 }
 
 /// Deletes the file of saved settings (M502).
-pub(super) fn forget<P: Ports>(
+pub(crate) fn forget<P: Ports>(
     texts: &Texts,
     ports: &mut P,
     reply: &mut Reply<'_>,

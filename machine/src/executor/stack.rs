@@ -8,16 +8,23 @@ use gcode::{Blocks, Gathered};
 use procedures::probing::{stow_after, touch_cartesian_grid};
 use program::{LeftHole, ScriptModes};
 
+use super::actions;
+use super::answers;
+use super::blocks;
 use super::blocks::Start;
-use super::frames::{Frame, Replay, Script, Then};
-use super::source::{Origin, Source};
-use super::suspend::{self, start_script};
-use super::{
-    Machine, MachineHands, actions, answers, blocks, bore_retract, job_recovery, play_from, stall_recovery, tool_change,
-};
+use super::bore_retract;
+use super::play_from;
+use super::tool_change;
+use crate::features::power_loss::job_recovery;
+use crate::features::stalls::recovery as stall_recovery;
+use crate::machine::Machine;
+use crate::machine::frames::{Frame, Replay, Script, Then};
+use crate::machine::hands::MachineHands;
+use crate::machine::source::{Origin, Source};
+use crate::machine::suspend::{self, start_script};
 
 /// Does the next step of the frame that was started last.
-pub(super) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.safety.is_halted() {
         return fail(machine, Failure::HALTED);
     }
@@ -169,7 +176,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failu
 }
 
 /// Ends everything that was started and cannot go on, and answers the line that started it.
-pub(super) fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
+pub(crate) fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
     machine.passed = None;
     while let Some(frame) = machine.frames.pop() {
         match frame {
@@ -279,7 +286,7 @@ fn replay_line<P: Ports>(machine: &mut Machine<'_, P>, line: &LineBytes) {
 }
 
 /// Handles the end of a line of settings. Lines that are refused are told, and the rest goes on.
-pub(super) fn settings_line_ended<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome) {
+pub(crate) fn settings_line_ended<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome) {
     machine.polls.settings_problem = match outcome {
         Ok(Answer::Unknown) => Some(short(format_args!("nobody knows the saved setting"))),
         Err(why) if why.is_refusal() => Some(machine.texts.copy_of(why)),

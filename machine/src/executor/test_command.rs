@@ -15,8 +15,11 @@ use heapless::String;
 use motion::{Kinematics, Mode};
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
+use super::actions;
+use super::axis_tests;
 use super::axis_tests::{APPROACHES, Speed, Sweep, TIMES};
-use super::{Machine, MachineHands, actions, axis_tests};
+use crate::machine::Machine;
+use crate::machine::hands::MachineHands;
 
 /// A line of a figure.
 type Line = String<64>;
@@ -189,7 +192,7 @@ impl Figure {
 /// # Errors
 /// When the words are not understood, leave the travel or are refused as the codes are; while a file is
 /// played.
-pub(super) fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let test = parse(arguments).map_err(|error| machine.texts.refused(format_args!("{error}")))?;
     if machine.jobs.is_playing() {
         return Err(Failure::refused(&"a file is being played: abort it first"));

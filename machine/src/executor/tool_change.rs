@@ -3,12 +3,12 @@
 use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 
-use super::Machine;
-use super::frames::Frame;
 use super::operator_pauses;
+use crate::machine::Machine;
+use crate::machine::frames::Frame;
 
 /// Begins a tool change; the rest of its line waits for the end.
-pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcome {
+pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcome {
     machine.standstill()?;
     if machine.config.tool_change.before_gcode.is_empty() {
         put_in(machine, tool)?;
@@ -23,7 +23,7 @@ pub(super) fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcom
 }
 
 /// Has the operator put the tool in, or take out the one that is there (0); then runs the second script.
-pub(super) fn put_in<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Result<(), Failure> {
+pub(crate) fn put_in<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Result<(), Failure> {
     let script = &machine.config.tool_change.after_gcode;
     if !script.is_empty() && !machine.frames.push_script(script) {
         return Err(without_end());

@@ -1,0 +1,121 @@
+//! Records of events in the ring that survives a reset; and `events`, which tells them.
+//!
+//! An event with one place in the code is recorded there, by [`Machine::record`]. Values that many places
+//! change (the state, heaters' targets, homed axes) are looked at every few milliseconds, and differences
+//! from the last look are recorded: [`follow`].
+
+pub(crate) mod recorded;
+
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::sessions::{Listing, Recipient, Reply};
+use events::{Event, Text};
+use program::State;
+use units::{Axis, HeaterId, MAX_HEATERS};
+
+use crate::executor::long_answers;
+use crate::machine::Machine;
+
+/// Number of entries that `events` tells, unless it is asked for more.
+const TOLD: u32 = 40;
+/// Number of entries that `break` tells.
+const TOLD_AT_A_BREAK: u32 = 8;
+
+/// Records what has changed since the last look.
+pub(crate) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
+    let state = machine.safety.state();
+    if state != machine.recorded.state {
+        machine.recorded.state = state;
+        if let Some(name) = told(state) {
+            machine.record(&Event::State(Text::from(name)));
+        }
+    }
+    let homed = machine.axes.homed();
+    if homed != machine.recorded.homed {
+        machine.recorded.homed = homed;
+        let axes = Axis::ALL.into_iter().filter(|axis| homed.has(*axis)).fold(0, |bits, axis| bits | 1 << axis as u8);
+        machine.record(&Event::Homed { axes });
+    }
+    follow_targets(machine);
+}
+
+fn follow_targets<P: Ports>(machine: &mut Machine<'_, P>) {
+    let mut targets = [0; MAX_HEATERS];
+    machine.ports.heat(|heat| {
+        targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target().0 as i16);
+    });
+    if targets == machine.recorded.targets {
+        return;
+    }
+    for (id, target) in HeaterId::all().zip(targets) {
+        let recorded = machine.recorded.targets.get(id.index()).copied();
+        if let (true, Some(controller)) = (recorded != Some(target), machine.config.temperatures.get(id.index())) {
+            let heater = Text::from(controller.name.as_str());
+            machine.record(&Event::Target { heater, celsius: f32::from(target) });
+        }
+    }
+    machine.recorded.targets = targets;
+}
+
+/// Returns the name of a state that is worth an entry. Moving and standing alternate with every line that a
+/// person types, and halts have an entry of their own.
+const fn told(state: State) -> Option<&'static str> {
+    match state {
+        State::Idle | State::Run | State::Jog | State::Alarm | State::Invalid => None,
+        State::Hold => Some("hold"),
+        State::Homing => Some("homing"),
+        State::Probing => Some("probing"),
+        State::Suspended => Some("suspended"),
+        State::Check => Some("check mode"),
+        State::Door => Some("door open"),
+        State::Sleep => Some("sleep"),
+    }
+}
+
+/// Tells recorded events: `events [count | all]`.
+pub(crate) fn tell<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let count = match arguments {
+        "" => TOLD,
+        "all" => u32::MAX,
+        count => count.parse().map_err(|_| Failure::refused(&"events takes a number, or all"))?,
+    };
+    follow(machine);
+    let entries = machine.ports.events().last(count);
+    let (next, end) = entries.span();
+    long_answers::begin(machine, Listing::Events { next, end }, to)
+}
+
+/// Tells the next line of the answer. True while there are more.
+pub(crate) fn piece<P: Ports>(ports: &P, next: &mut u32, end: u32, reply: &mut Reply<'_>) -> bool {
+    let mut entries = ports.events().between(*next, end);
+    match entries.next() {
+        Some(entry) => {
+            reply.say(format_args!("{entry}\n"));
+            *next = entry.number.wrapping_add(1);
+            true
+        }
+        None => false,
+    }
+}
+
+/// Tells the last events for `break`, where no debugger stops for it.
+pub(crate) fn tell_last<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Answer {
+    let Machine { ports, sessions, .. } = machine;
+    let reply = &mut Reply::new(sessions, to);
+    reply.say(format_args!("no debugger is attached\n"));
+    for entry in ports.events().last(TOLD_AT_A_BREAK) {
+        reply.say(format_args!("{entry}\n"));
+    }
+    Answer::Ok
+}
+
+/// Stops for a debugger; without one nothing would go on, so the last events are told.
+pub(crate) fn stop_for_debugger<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    if machine.safety.state() != State::Idle && !machine.safety.is_halted() {
+        return Err(Failure::refused(&"the machine moves: stop it first"));
+    }
+    if machine.ports.stop_for_debugger() {
+        return Ok(Answer::Ok);
+    }
+    Ok(tell_last(machine, to))
+}

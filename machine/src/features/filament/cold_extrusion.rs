@@ -1,0 +1,48 @@
+//! Cold extrusion: an extruder stands while its nozzle is colder than `min_extrude_temp` or M302 says.
+
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::sessions::{Recipient, Reply};
+use program::{Move, Words};
+
+use crate::machine::Machine;
+
+/// Whether a move may turn the extruder: when it is warm enough, or stays.
+pub(crate) fn may_extrude<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
+    if !machine.tuning.guards_cold {
+        return Ok(());
+    }
+    let Some(axis) = machine.program.tools().active().map(|tool| tool.settings.axis) else { return Ok(()) };
+    let fed = request.target[axis] - machine.ports.motion(|motion| motion.commanded_position())[axis];
+    may_feed(machine, fed)
+}
+
+/// Whether the extruder in use is warm enough to feed so many mm of filament, less than 0 to draw back.
+pub(crate) fn may_feed<P: Ports>(machine: &mut Machine<'_, P>, fed: f64) -> Result<(), Failure> {
+    let Machine { program, ports, config, tuning, texts, .. } = machine;
+    let Some(tool) = program.tools().active().map(|tool| &tool.settings) else { return Ok(()) };
+    let [least, least_back] = tuning.least_warm.get(usize::from(tool.id.0)).copied().unwrap_or_default();
+    let least = if fed < 0.0 { least_back } else { least };
+    let heater = config.heaters().find(|(_, heater)| heater.tool_id == tool.id);
+    let Some((id, settings)) = heater.filter(|_| fed != 0.0 && least > 0.0) else { return Ok(()) };
+    match ports.heat(|heat| heat.heater(id).and_then(|heater| heater.reading())) {
+        Some(reading) if reading.0 >= least => Ok(()),
+        _ => Err(texts.refused(format_args!("{} is below {least:.0} C: wait with M109, or M302 P1", settings.name))),
+    }
+}
+
+/// Sets how warm all nozzles must be (M302); without words tells it of the nozzle in use.
+pub(crate) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
+    let Machine { tuning, config, program, sessions, .. } = machine;
+    if !words.is_bare() {
+        tuning.set_least_warm(config, words);
+        return Ok(Answer::Ok);
+    }
+    let [least, back] = tuning.least_warm.get(usize::from(program.tools().active_id().0)).copied().unwrap_or_default();
+    let mut reply = Reply::new(sessions, to);
+    match least > 0.0 || back > 0.0 {
+        true => reply.say(format_args!("Cold extrusion is refused below {least:.0} C, to draw back {back:.0} C\n")),
+        false => reply.say(format_args!("Cold extrusion is allowed\n")),
+    }
+    Ok(Answer::Ok)
+}

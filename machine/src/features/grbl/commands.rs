@@ -1,0 +1,451 @@
+//! GRBL's commands: lines that begin with `$`, and the bytes that act at once.
+
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::grbl::framing::LOCKED;
+use base::motion_config::motion_config;
+use base::reason::Reason;
+use base::safety::Event;
+use base::sessions::{Listing, Recipient, Reply, Rights, SessionId, Sessions};
+use gcode::realtime::Realtime;
+use gcode::{Blocks, Refusal};
+use jobs::files::listings;
+use program::{Dialect, State};
+use units::{Axis, AxisSet};
+
+use crate::executor::actions;
+use crate::executor::long_answers;
+use crate::executor::program_files;
+use crate::executor::settings_file;
+use crate::features::grbl::numbered_settings::{Change, Setting, Sources};
+use crate::features::grbl::status::{self, Report};
+use crate::features::grbl::{HELP, Own, Text, hal, jog, overrides, reports, stored};
+use crate::machine::Machine;
+use crate::machine::frames::Frame;
+use crate::machine::hands::MachineHands;
+use crate::machine::program_io;
+
+/// Carries out a line that began with `$`, which has been taken off.
+pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipient) -> Outcome {
+    machine.follow_motion();
+    if let Some(words) = command.strip_prefix("J=") {
+        let modal = machine.program.modal().clone();
+        let jog = jog::read(machine.texts, words, &modal)?;
+        let jogged = jog::jog(&mut MachineHands::new(machine, to), &jog, &modal);
+        machine.resynchronise();
+        return jogged.map(|()| Answer::Ok);
+    }
+    if let Some(axes) = command.strip_prefix('H') {
+        return home(machine, axes, to);
+    }
+    if let Some(what) = command.strip_prefix("RST=") {
+        return restore(machine, what, to);
+    }
+    if let Some((number, value)) = command.split_once('=')
+        && let Ok(number) = number.parse()
+    {
+        return set(machine, number, value, to);
+    }
+    say_or_set(machine, command, to)
+}
+
+/// Runs a GRBL command that never waits.
+fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipient) -> Outcome {
+    match command {
+        "" => machine.say(to, format_args!("{HELP}")),
+        "X" if machine.safety.is_halted() => machine.unlock(to),
+        "X" => {}
+        "C" => return machine.check_mode(to).map_err(not_idle),
+        "SLP" => {
+            machine.sleep().map_err(not_idle)?;
+            machine.say(to, format_args!("[MSG:Sleeping]\n"));
+        }
+        "$" => list(machine, to)?,
+        "G" | "#" | "N" | "I" => report(machine, command, to),
+        "I+" if machine.config.general.grblhal => report(machine, command, to),
+        "EA" | "EE" | "EG" | "ES" if machine.config.general.grblhal => {
+            let Some(list) = hal::list_named(command) else { return Ok(Answer::Ok) };
+            return long_answers::begin(machine, Listing::Enumeration { list, line: 0 }, to);
+        }
+        _ => match command.split_once('=') {
+            Some((key @ ("N0" | "N1" | "I"), text)) => store(machine, key, text)?,
+            _ => {
+                return Err(
+                    Failure::refused(&"this $ command is not known: $ lists them").with_reason(Reason::Statement)
+                );
+            }
+        },
+    }
+    Ok(Answer::Ok)
+}
+
+/// Reports modes, offsets, startup lines or the build: `$G`, `$#`, `$N`, `$I`.
+fn report<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) {
+    let (queue, version) = (machine.ports.motion(|motion| motion.queue_level().1), machine.ports.board().version);
+    let Machine { program, outputs, sessions, config, grbl, .. } = machine;
+    let reply = &mut Reply::new(sessions, to);
+    match what {
+        "G" => reports::modal(config, program, outputs, reply),
+        "#" => reports::offsets(&grbl.own, program, reply),
+        "N" => reports::startup(&grbl.own, reply),
+        _ if config.general.grblhal => {
+            reports::version(&grbl.own, reply);
+            hal::build(config, program, queue, reply);
+            if what == "I+" {
+                hal::firmware(version, reply);
+            }
+            reports::short(version, reply);
+        }
+        _ => reports::build(config, &grbl.own, version, queue, reply),
+    }
+}
+
+/// Has the next report to this session show every field (0x87).
+pub(crate) fn tell_all<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    if let Some(told) = machine.grbl.told.get_mut(usize::from(id.0)) {
+        told.wants_all = true;
+    }
+}
+
+/// Sends GRBL's status report (`?`).
+pub(crate) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    machine.follow_job();
+    let line = machine.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
+    let line = line.and_then(|tag| machine.jobs.line_of(tag));
+    let homed = [machine.axes.homed(), machine.can_home];
+    let Machine { ports, program, safety, sessions, config, tuning, outputs, grbl, jobs, .. } = machine;
+    let room = ports.inbox(id).room();
+    let Some(told) = grbl.told.get_mut(usize::from(id.0)) else { return };
+    let of = Report {
+        mode: safety.told_mode(),
+        program,
+        config,
+        tuning,
+        outputs,
+        own: &grbl.own,
+        spindle_percent: f64::from(outputs.spindle_percent()),
+        line,
+        room,
+        homed,
+        job: jobs.share(),
+    };
+    status::report(ports, &of, told, &mut Reply::new(sessions, Recipient::Session(id)));
+}
+
+// --- settings ---
+
+/// Calls `f` with the sources that settings are read from.
+fn with_sources<P: Ports, R>(
+    machine: &mut Machine<'_, P>,
+    f: impl FnOnce(&Sources<'_>, &mut Sessions) -> R,
+) -> Result<R, Failure> {
+    let motion = machine.ports.motion(|motion| motion.config().copied());
+    let motion = motion.ok_or_else(|| Failure::refused(&"motion is not configured").with_reason(Reason::Locked))?;
+    let Machine { safety, sessions, config, tuning, grbl, .. } = machine;
+    let travel = safety.travel.up_to_date(config, tuning);
+    let (soft_limits, ends) = (travel.is_on(config), travel.ends());
+    Ok(f(&Sources { motion: &motion, config, own: &grbl.own, soft_limits, ends: &ends }, sessions))
+}
+
+/// Lists all of GRBL's settings (`$$`).
+fn list<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+    with_sources(machine, |of, sessions| {
+        for setting in Setting::all() {
+            let (value, decimals) = setting.value(of);
+            sessions.say(to, format_args!("${}={value:.decimals$}\n", setting.number()));
+        }
+    })
+}
+
+/// Sets a setting, which acts and is saved at once (`$n=value`).
+fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Recipient) -> Outcome {
+    may_set(machine)?;
+    let setting = Setting::of(number)
+        .ok_or_else(|| Failure::refused(&"there is no such setting").with_reason(Reason::Statement))?;
+    let texts = machine.texts;
+    let change = with_sources(machine, |of, _| setting.change(texts, value, of))??;
+    match change {
+        Change::Nothing => {}
+        Change::Own(set, value) => {
+            set(&mut machine.grbl.own, value);
+            save_own(machine)?;
+        }
+        Change::Switch(code) => drop(run_code(machine, code.as_str())?),
+        Change::Code(code) => {
+            run_code(machine, code.as_str())?;
+            save(machine, to)?;
+        }
+    }
+    Ok(Answer::Ok)
+}
+
+/// Refuses settings unless the machine does nothing.
+fn may_set<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
+    match machine.safety.state() {
+        State::Idle | State::Alarm => Ok(()),
+        _ => Err(Failure::refused(&"settings are changed from standstill").with_reason(Reason::NotIdle)),
+    }
+}
+
+/// Runs the code that changes a setting, with numbers in mm.
+fn run_code<P: Ports>(machine: &mut Machine<'_, P>, code: &str) -> Outcome {
+    let inches = machine.program.count_in_mm();
+    let outcome = actions::run_text(machine, code, Dialect::Grbl, Recipient::Nobody);
+    machine.program.count_in_inches(inches);
+    outcome
+}
+
+/// Saves what M500 saves.
+fn save<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
+    if let Err(why) = settings_file::save(machine, None, Recipient::Nobody)
+        && why.is_refusal()
+    {
+        return Err(why.with_reason(Reason::Storage));
+    }
+    if !machine.config.general.config_override {
+        machine.say(to, format_args!("saved, but [general] config-override is off: the next reset forgets it\n"));
+    }
+    Ok(())
+}
+
+fn save_own<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+    let Machine { ports, grbl, .. } = machine;
+    stored::write(ports, &grbl.own)
+        .map_err(|error| machine.texts.about_file(stored::PATH, error.text()).with_reason(Reason::Storage))
+}
+
+/// Stores a startup line, looked through, for the next boot or reset (`$N0=`, `$N1=`); or a text (`$I=`).
+fn store<P: Ports>(machine: &mut Machine<'_, P>, key: &str, text: &str) -> Result<(), Failure> {
+    may_set(machine)?;
+    let text = text.trim();
+    let too_long = |_| Failure::refused(&"80 characters are kept at most").with_reason(Reason::StoredLength);
+    let kept = Text::try_from(text).map_err(too_long)?;
+    if key != "I" {
+        look_through(machine, text)?;
+    }
+    let own = &mut machine.grbl.own;
+    match key {
+        "N0" => own.startup[0] = kept,
+        "N1" => own.startup[1] = kept,
+        _ => own.build = kept,
+    }
+    save_own(machine)
+}
+
+/// Refuses a startup line that cannot be read, or with codes that nobody knows.
+fn look_through<P: Ports>(machine: &Machine<'_, P>, text: &str) -> Result<(), Failure> {
+    for block in Blocks::new(text.as_bytes()) {
+        let block = block.map_err(|error| {
+            let number = Reason::of_refusal(&Refusal::Syntax(error));
+            machine.texts.refused(format_args!("{error}")).with_reason(number)
+        })?;
+        let is_known = machine.program.row(&block, Dialect::Grbl).is_some()
+            || block.code.is_some_and(crate::features::grbl::accepts);
+        if !is_known {
+            return Err(Failure::refused(&"a startup line has only known codes"));
+        }
+    }
+    Ok(())
+}
+
+/// Says a startup line that has ended, with its answer.
+pub(crate) fn startup_ended<P: Ports>(machine: &mut Machine<'_, P>, number: u8, outcome: &Outcome) {
+    let Machine { sessions, grbl, .. } = machine;
+    let Some(text) = grbl.own.startup.get(usize::from(number)) else { return };
+    match outcome {
+        Ok(_) => sessions.say(Recipient::All, format_args!(">{text}:ok\n")),
+        Err(why) => {
+            let error = if why.has_text() { why.reason } else { Reason::Locked };
+            sessions.say(Recipient::All, format_args!(">{text}:error:{}\n", error.number()));
+        }
+    }
+}
+
+/// Has the startup lines run next, where the machine is ready.
+pub(crate) fn begin_startup<P: Ports>(machine: &mut Machine<'_, P>) {
+    let has_lines = machine.grbl.own.startup.iter().any(|line| !line.is_empty());
+    if has_lines && machine.safety.state() == State::Idle {
+        // A full stack means that too much is under way to begin.
+        let _ = machine.frames.push(Frame::Startup(0));
+    }
+}
+
+/// Resets settings (`$RST=$`), offsets (`$RST=#`), or both and the startup lines (`$RST=*`).
+fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) -> Outcome {
+    may_set(machine)?;
+    if !matches!(what, "$" | "#" | "*") {
+        return Err(
+            Failure::refused(&"$RST=$ restores settings, $RST=# offsets, $RST=* all").with_reason(Reason::Statement)
+        );
+    }
+    if what != "#" {
+        let fresh = if what == "*" {
+            Own::default()
+        } else {
+            Own { report_mask: 1, inches: false, ..machine.grbl.own.clone() }
+        };
+        machine.grbl.own = fresh;
+        save_own(machine)?;
+        restore_motion(machine)?;
+    }
+    if what != "$" {
+        machine.program.clear_offsets();
+        program_files::save_unless_playing(machine);
+    }
+    save(machine, to)?;
+    machine.say(to, format_args!("[MSG:Restoring defaults]\n"));
+    Ok(Answer::Ok)
+}
+
+/// Puts steps and limits back as `config.ini` has them.
+fn restore_motion<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+    machine.standstill()?;
+    let config = motion_config(machine.config).map_err(|_| Failure::refused(&"the geometry fits no machine"))?;
+    let configured = machine.ports.motion(|motion| motion.configure(config));
+    configured.map_err(|error| machine.texts.refused(format_args!("{error}")))
+}
+
+// --- the rest ---
+
+/// Numbers a refusal as one because the machine is not idle.
+fn not_idle(failure: Failure) -> Failure {
+    if failure.is_refusal() { failure.with_reason(Reason::NotIdle) } else { failure }
+}
+
+/// Homes (`$H`, `$HX` and so on), and ends an alarm, too.
+fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Outcome {
+    let mut named = AxisSet::NONE;
+    for letter in axes.chars() {
+        let axis = Axis::from_letter(letter.to_ascii_uppercase());
+        let unknown = || Failure::refused(&"$H homes all axes, $HX, $HY and $HZ one").with_reason(Reason::Statement);
+        named = named.with(axis.ok_or_else(unknown)?);
+    }
+    if machine.can_home.is_empty() {
+        return Err(Failure::refused(&"no endstop has a homing_direction: [endstops]").with_reason(Reason::NotEnabled));
+    }
+    match machine.safety.state() {
+        State::Idle | State::Suspended => {}
+        // Check mode only reads the command.
+        State::Check => return Ok(Answer::Ok),
+        State::Alarm => {
+            machine.release();
+            machine.wait_release();
+        }
+        _ => return Err(Failure::refused(&"homing begins from standstill").with_reason(Reason::NotIdle)),
+    }
+    crate::executor::homing::home(machine, named, to)
+}
+
+/// Whether the machine jogs, for a session of this dialect: then only jogs are taken.
+pub(crate) fn jogs<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> bool {
+    if machine.safety.state() != State::Jog || machine.sessions.dialect_of(to) != Dialect::Grbl {
+        return false;
+    }
+    machine.follow_motion();
+    machine.safety.state() == State::Jog
+}
+
+/// Whether a line is a jog that its sender has let go of since: it is answered, for the count, and not begun.
+pub(crate) fn is_dropped_jog<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &[u8]) -> bool {
+    let Some(session) = machine.sessions.get_mut(id).filter(|session| session.let_go_behind_line()) else {
+        return false;
+    };
+    let is_jog = line.trim_ascii_start().get(..2).is_some_and(|word| word.eq_ignore_ascii_case(b"$J"));
+    // Smoothieware's jog is answered here only with one of these options.
+    let is_answered = session.dialect != Dialect::Grbl && line.windows(2).any(|option| matches!(option, b"-c" | b"-r"));
+    if is_jog && is_answered {
+        session.say(format_args!("ok\n"));
+    }
+    is_jog
+}
+
+/// Cancels jogs (0x85, Ctrl-Y, and `!` while jogging): brakes, and drops those that wait, planned or not.
+pub(crate) fn cancel_jog<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    let Machine { sessions, ports, .. } = machine;
+    if let Some(session) = sessions.get_mut(id) {
+        session.drop_jogs(ports.inbox(id));
+    }
+    if !machine.safety.mode().is_in(State::Jog) {
+        return;
+    }
+    if machine.safety.state() != State::Jog {
+        machine.safety.apply(Event::Resume);
+    }
+    machine.ports.motion(motion::Motion::stop);
+}
+
+/// Resets (Ctrl-X): stops all work, drops lines that were sent, and greets anew. No alarm if nothing goes on,
+/// or a hold has come to rest.
+pub(crate) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
+    machine.follow_motion();
+    let Machine { sessions, ports, .. } = machine;
+    if let Some(session) = sessions.get_mut(id) {
+        session.reset(ports.inbox(id));
+        if let Some(listing) = session.listing.take() {
+            listings::close(&listing, ports);
+        }
+    }
+    machine.safety.apply(Event::CheckEnds);
+    let stands = matches!(machine.safety.state(), State::Idle | State::Alarm | State::Invalid);
+    if stands && machine.frames.is_empty() && !machine.jobs.is_playing() && !machine.sessions.are_busy() {
+        machine.stop_outputs();
+    } else if rests_in_hold(machine) {
+        machine.drop_held();
+    } else {
+        machine.abort();
+    }
+    machine.program.reset();
+    machine.resynchronise();
+    program_io::reset_overrides(machine);
+    begin_startup(machine);
+    let halted = machine.safety.is_halted() && !machine.safety.is_resetting();
+    if let Some(session) = machine.sessions.get_mut(id) {
+        let banner = session.grbl_banner;
+        session.announce(format_args!("{banner}{}", if halted { LOCKED } else { "" }));
+    }
+}
+
+/// Whether a held program stands at a known place. (A search for a switch or the bed does not.)
+fn rests_in_hold<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
+    let mode = machine.safety.mode();
+    mode.state() == State::Hold
+        && matches!(mode.interrupted(), State::Run | State::Jog)
+        && machine.ports.motion(|motion| motion.state() == motion::State::Held || motion.is_idle())
+}
+
+/// Carries out a byte that changes an override or an output.
+pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, id: SessionId) {
+    let operates = machine.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate);
+    if !operates || machine.safety.is_halted() {
+        return;
+    }
+    let factors = machine.ports.motion(|motion| motion.overrides());
+    match request {
+        Realtime::FeedReset | Realtime::FeedUp10 | Realtime::FeedDown10 | Realtime::FeedUp1 | Realtime::FeedDown1 => {
+            let percent = overrides::changed(libm::round(program_io::feed(machine) * 100.0), request);
+            program_io::set_feed(machine, percent / 100.0);
+        }
+        Realtime::RapidFull | Realtime::RapidHalf | Realtime::RapidQuarter => {
+            let rapid = overrides::rapid(request) / 100.0;
+            machine.ports.motion(|motion| motion.set_overrides(factors.feed, rapid));
+        }
+        Realtime::SpindleStop => {
+            // The spindle stops only in a hold: a tool that stands must not be moved on.
+            if machine.safety.state() == State::Hold {
+                machine.outputs.stop_spindle(!machine.outputs.spindle_is_stopped());
+            }
+        }
+        Realtime::Flood | Realtime::Mist => {
+            let code = if request == Realtime::Flood { 8 } else { 7 };
+            if matches!(machine.safety.state(), State::Idle | State::Run | State::Hold | State::Suspended) {
+                let change = machine.outputs.turn_over(machine.config, code);
+                program_io::apply(machine, change);
+            }
+        }
+        spindle => {
+            let percent = overrides::changed(f64::from(machine.outputs.spindle_percent()), spindle);
+            machine.outputs.override_spindle(percent as f32);
+        }
+    }
+    program_io::say_spindle(machine);
+}

@@ -1,0 +1,76 @@
+//! Reactions to a motor that stalls while it moves.
+
+pub(crate) mod recovery;
+
+use base::Ports;
+use base::ports::Input;
+use base::reason::Alarm;
+use base::stall_watch::Sight;
+use config::OnStall;
+use program::State;
+use units::{Actuator, Axis, Micros, PerActuator};
+
+use crate::machine::Machine;
+
+/// Period of the looks while no motor is watched.
+const SELDOM: Micros = Micros::from_seconds(1);
+/// Time to the next look while nothing moves.
+const SOON: Micros = Micros::from_millis(1);
+/// Time without watching after a stall that does not halt.
+const TOLD: Micros = Micros::from_seconds(2);
+
+/// Looks at the stall outputs of the drivers, when that is due.
+pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    if machine.stalls.is_under_way() {
+        recovery::watch(machine);
+    }
+    if !machine.polls.stalls.is_due(now) {
+        return;
+    }
+    let config = machine.config;
+    // An axis without a switch stalls where it homes.
+    let is_elsewhere =
+        machine.polls.ignores_stalls || machine.safety.is_halted() || machine.safety.mode().is_in(State::Homing);
+    if config.watched_for_stalls().next().is_none() {
+        return machine.polls.stalls.rest(now, SELDOM);
+    }
+    let speeds = machine.ports.motion(|motion| motion.motor_speeds());
+    let Some(speeds) = speeds.filter(|_| !is_elsewhere) else {
+        return machine.polls.stalls.rest(now, SOON);
+    };
+    let levels = machine.ports.inputs();
+    let mut sights = PerActuator::<Option<Sight>>::default();
+    for (motor, pin) in config.watched_for_stalls() {
+        let settings = &config.actuators[motor];
+        let full_steps_per_mm = settings.steps_per_mm / f64::from(settings.microsteps.max(1));
+        let input = config.endstop_of_pin(pin).map_or(Input::Stall(motor as u8), |stop| Input::Endstop(stop as u8));
+        sights[motor] = Some(Sight {
+            speed: libm::fabs(speeds[motor] * full_steps_per_mm) as f32,
+            // Rounding makes a speed no slower.
+            least: (config.load_speed(motor).0 * full_steps_per_mm * 0.999) as f32,
+            stalls: levels.is_active(input),
+        });
+    }
+    if let Some(motor) = machine.polls.stalls.look(now, &sights) {
+        stalled(machine, motor, now);
+    }
+}
+
+fn stalled<P: Ports>(machine: &mut Machine<'_, P>, motor: Actuator, now: Micros) {
+    let wanted = machine.config.on_stall(motor);
+    if wanted.keeps_job() && recovery::brake(machine, motor) {
+        return machine.polls.stalls.rest(now, TOLD);
+    }
+    machine.axes.lose_place(motor);
+    let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());
+    if wanted == OnStall::Tell {
+        machine.polls.stalls.rest(now, TOLD);
+        machine.announce(format_args!(
+            "WARNING: motor {letter} stalls: it hit something, or its load is too high; home it\n"
+        ));
+    } else {
+        let text =
+            format_args!("ERROR: motor {letter} stalls: it hit something, or its load is too high; home after M999\n");
+        machine.halt(Alarm::Abort, text);
+    }
+}

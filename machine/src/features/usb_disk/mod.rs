@@ -1,0 +1,72 @@
+//! The card as a computer's disk (`msc`).
+//!
+//! The card has one user at a time: two file systems on it, each with its own memory of what is where, would
+//! destroy it. So the computer's disk is empty until somebody says `msc`, and while the computer has the card
+//! the machine has none.
+
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::ports::{Disk, NotLent, StorageError, Wake};
+use base::sessions::Recipient;
+use config::SystemConfig;
+
+use crate::machine::Machine;
+
+const NO_COMPUTER: &str = "no computer is at the USB socket, or it sleeps";
+const HAS_IT: &str = "a computer has the SD card already: eject it there, or msc off";
+
+/// Lends the card to the computer, or takes it back: `msc [off]`.
+pub(crate) fn msc<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let SystemConfig { msc_enable, .. } = machine.config.system;
+    match arguments {
+        _ if !msc_enable => Err(Failure::refused(&"MSC is disabled: [system] msc_enable")),
+        "" => lend(machine, to),
+        "off" if machine.ports.disk() == Disk::Kept => Err(Failure::refused(&"no computer has the SD card")),
+        "off" => {
+            machine.ports.revoke_card();
+            Ok(Answer::Ok)
+        }
+        _ => Err(Failure::refused(&"write msc, or msc off")),
+    }
+}
+
+fn lend<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    if machine.jobs.is_open() {
+        return Err(Failure::refused(&"a file is played: wait for its end, or abort it"));
+    }
+    if machine.ports.disk() != Disk::Kept {
+        return Err(Failure::refused(&HAS_IT));
+    }
+    loop {
+        match machine.ports.lend_card() {
+            Ok(true) => break,
+            Ok(false) => {
+                machine.wait(Wake::Any).whatever_happens();
+            }
+            Err(NotLent::NoComputer) => return Err(Failure::refused(&NO_COMPUTER)),
+            Err(NotLent::Storage(StorageError::Busy)) => {
+                return Err(Failure::refused(&"files are open: end what writes or reads them"));
+            }
+            Err(NotLent::Storage(error)) => return Err(machine.texts.because(error.text())),
+        }
+    }
+    machine.say(to, format_args!("The computer has the SD card: eject it there to give it back\n"));
+    Ok(Answer::Ok)
+}
+
+/// Takes the card back when the computer has ejected it, or has gone. The card may be another one by now, and
+/// its contents have changed.
+pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
+    let why = match machine.ports.disk() {
+        Disk::Kept | Disk::Lent => return,
+        Disk::GivenBack => "given the SD card back",
+        Disk::Gone => "gone: the machine has the SD card again",
+    };
+    machine.ports.take_card_back();
+    machine.announce(format_args!("// NOTICE the computer has {why}\n"));
+    match machine.ports.mount() {
+        // A missing card has been reported already.
+        Ok(()) | Err(StorageError::NoCard | StorageError::NotResponding) => {}
+        Err(error) => machine.announce(format_args!("WARNING: {}\n", error.text())),
+    }
+}

@@ -1,0 +1,139 @@
+//! Waiting for the card without keeping anybody waiting: everybody is served meanwhile.
+//!
+//! A card that writes may take a quarter of a second for a block. Every change of files comes here first;
+//! once the card is at rest the change's own reads are short, and its writes go into a queue.
+
+use base::Ports;
+use base::ports::{CardEvent, StorageError, Wake};
+use base::safe_file::Draft;
+use base::sessions::Listing;
+use program::{FileFunction, Function, Sequence};
+
+use crate::machine::Machine;
+
+/// Waits until the card is at rest, and takes what most changes write. A card that has failed does not keep
+/// anybody: the change itself is told why. Everybody is served once in any case, so that changes one after
+/// the other never hold the machine for longer than one of them.
+pub(crate) fn at_rest<P: Ports>(machine: &mut Machine<'_, P>) {
+    loop {
+        machine.wait(Wake::Any).whatever_happens();
+        if machine.ports.is_ready() {
+            return;
+        }
+    }
+}
+
+/// Waits until all that was written is on the card.
+///
+/// # Errors
+/// When something was not written, with the reason.
+pub(crate) fn kept<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
+    while !machine.ports.is_kept()? {
+        machine.wait(Wake::Any).whatever_happens();
+    }
+    Ok(())
+}
+
+/// Puts a newly written file in the place of the old one, and waits until it is on the card.
+///
+/// # Errors
+/// Those of the card; the file is the old one then.
+pub(crate) fn finish<P: Ports>(machine: &mut Machine<'_, P>, draft: Draft<P>) -> Result<(), StorageError> {
+    at_rest(machine);
+    let mut replacing = draft.close(&mut machine.ports)?;
+    loop {
+        machine.wait(Wake::Any).whatever_happens();
+        at_rest(machine);
+        if replacing.step(&mut machine.ports)? {
+            return kept(machine);
+        }
+    }
+}
+
+/// Says what has happened to the card by itself, and finds the volume of one that was put in.
+pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
+    let Some(event) = machine.ports.take_event() else { return };
+    if matches!(event, CardEvent::Removed { .. }) {
+        // A computer that had the card has it no longer.
+        machine.ports.revoke_card();
+        machine.ports.forget_card();
+    }
+    match event {
+        CardEvent::Inserted => match machine.ports.mount() {
+            Ok(()) => machine.announce(format_args!("// NOTICE an SD card was put in\n")),
+            // A card lent to a computer is none of the machine's.
+            Err(StorageError::Lent) => {}
+            Err(error) => machine.announce(format_args!("WARNING: {}\n", error.text())),
+        },
+        CardEvent::Removed { loses: false } => machine.announce(format_args!("// NOTICE the SD card was taken out\n")),
+        CardEvent::Removed { loses: true } => machine.announce(format_args!(
+            "WARNING: the SD card was taken out, or has failed, before all was written: the last changes are lost\n"
+        )),
+        CardEvent::WriteFailed(error) => machine.announce(format_args!(
+            "WARNING: the SD card could not be written, the last changes are lost: {}\n",
+            error.text()
+        )),
+        CardEvent::Slower(khz) => machine.announce(format_args!(
+            "// NOTICE much from the SD card arrives damaged, its bus is set to {}.{} MHz: clean its contacts\n",
+            khz / 1_000,
+            khz % 1_000 / 100
+        )),
+    }
+}
+
+/// Whether this function reads or changes files.
+pub(crate) const fn is_used_by(function: Function) -> bool {
+    use {FileFunction as F, Sequence as S};
+    match function {
+        Function::File(file) => matches!(
+            file,
+            F::SelectFile
+                | F::StartFile
+                | F::StartJob
+                | F::Upload
+                | F::RemoveFile
+                | F::LoadSettings
+                | F::ForgetSettings
+                | F::DeleteGrid
+        ),
+        Function::Sequence(what) => matches!(
+            what,
+            S::SaveSettings | S::SaveGrid | S::LoadGrid | S::ListMeshes | S::UseGrid | S::Skew | S::GoOnWithJob
+        ),
+        Function::Setting(_) | Function::Report(_) | Function::Standing(_) => false,
+    }
+}
+
+/// Whether this command of the console reads or changes files.
+pub(crate) fn is_used_by_command(word: &str) -> bool {
+    matches!(
+        word,
+        "cat"
+            | "card"
+            | "rm"
+            | "mv"
+            | "mkdir"
+            | "cd"
+            | "ed"
+            | "upload"
+            | "play"
+            | "queue"
+            | "load"
+            | "config-load"
+            | "config-get"
+            | "config-set"
+            | "cp"
+            | "truncate"
+            | "md5sum"
+            | "abort"
+            | "check"
+            | "flash"
+            | "dfu"
+    )
+}
+
+/// Whether a long answer needs the card at rest: a directory is read, or a file that somebody sends is
+/// written.
+pub(crate) const fn is_used_by_answer(listing: &Listing) -> bool {
+    matches!(listing, Listing::Directory { .. } | Listing::Transfer)
+}

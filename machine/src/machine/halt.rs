@@ -1,0 +1,250 @@
+//! Halting and coming back.
+//!
+//! A halt is one act: heat off, switches to their halt states, motion brought to rest along its path, the job
+//! dropped, one message. Motors lose their current when they stand still (or after a second, without waiting
+//! further). No halt is left by itself: M999, `$X`, Ctrl-Y or the kill button release it.
+
+use core::fmt::Arguments;
+
+use base::Ports;
+use base::brown_out;
+use base::failure::Failure;
+use base::ports::Wake;
+use base::reason::{Alarm, Reason};
+use base::safety::{Event, Press, Stopping};
+use base::sessions::Recipient;
+use events::{Event as Happened, Text};
+use program::{Dialect, State};
+use thermal::HeatControl;
+use units::Micros;
+
+use crate::features::power_loss::journal;
+use crate::machine::Machine;
+use crate::machine::program_io;
+use crate::machine::program_logs;
+
+impl<P: Ports> Machine<'_, P> {
+    /// Halts, saying why to every session, and by number to those of GRBL's dialect. Does nothing while
+    /// halted.
+    pub(crate) fn halt(&mut self, alarm: Alarm, why: Arguments<'_>) {
+        if self.safety.rests_held() {
+            self.release_motors();
+        }
+        self.safety.hold_motors(false);
+        self.halt_at_once(alarm, why);
+    }
+
+    fn release_motors(&mut self) {
+        self.axes.disable_all(&mut self.ports, self.config);
+        self.ports.set_motor_power(false);
+    }
+
+    /// Halts, but lets standing motors keep their current: an axis that would fall without it stays.
+    pub(crate) fn halt_holding(&mut self, alarm: Alarm, why: Arguments<'_>) {
+        self.safety.hold_motors(true);
+        self.halt_at_once(alarm, why);
+    }
+
+    fn halt_at_once(&mut self, alarm: Alarm, why: Arguments<'_>) {
+        let now = self.ports.now();
+        if self.safety.halt(now) {
+            self.record(&Happened::Halted(Text::new(why)));
+            self.stop_everything();
+            self.announce(why);
+            if self.paper.end() {
+                self.announce(format_args!("// NOTE the paper test has ended, nothing was changed\n"));
+            }
+            self.sessions.alarm(alarm);
+            self.drop_job();
+        }
+    }
+
+    /// Switches everything off until a reset.
+    pub(crate) fn sleep(&mut self) -> Result<(), Failure> {
+        let now = self.ports.now();
+        if !self.safety.sleep(now) {
+            return Err(Failure::refused(&"the machine sleeps from standstill only: wait, or stop it"));
+        }
+        self.stop_everything();
+        self.drop_job();
+        Ok(())
+    }
+
+    /// Drops a held job (Ctrl-X in a complete hold): the motors stand and keep their current and place, so
+    /// the rest is dropped without an alarm. The machine is halted for a moment, to end all waits.
+    pub(crate) fn drop_held(&mut self) {
+        let now = self.ports.now();
+        if self.safety.begin_reset(now) {
+            self.stop_everything();
+            self.drop_job();
+        }
+    }
+
+    /// Ends the reset of a held job.
+    pub(crate) fn watch_reset(&mut self, now: Micros) {
+        if !self.safety.is_resetting() || !self.frames.is_empty() {
+            return;
+        }
+        if self.ports.motion(|motion| motion.is_idle()) && self.safety.finish_reset(now) {
+            self.ports.heat(HeatControl::release);
+            self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
+            journal::stands(self);
+            self.resynchronise();
+        }
+    }
+
+    fn stop_everything(&mut self) {
+        self.ports.heat(HeatControl::halt);
+        self.riding_lights.clear();
+        self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(false));
+        self.ports.motion(motion::Motion::stop);
+        for output in self.outputs.halt(self.config) {
+            // A switch takes any value.
+            let _ = self.ports.heat(|heat| heat.apply(output));
+        }
+        self.ports.run_heat_now();
+        self.temperature_switches.halted(self.config);
+        self.program.halt();
+    }
+
+    /// Switches heaters and outputs off, on a machine that stands and is not halted.
+    pub(crate) fn stop_outputs(&mut self) {
+        if self.safety.is_halted() {
+            return;
+        }
+        self.ports.heat(HeatControl::halt);
+        self.riding_lights.clear();
+        for output in self.outputs.halt(self.config) {
+            // A switch takes any value.
+            let _ = self.ports.heat(|heat| heat.apply(output));
+        }
+        self.ports.heat(HeatControl::release);
+    }
+
+    /// Ends a file being played and a suspended job at a halt.
+    fn drop_job(&mut self) {
+        journal::halts(self);
+        program_logs::close(self);
+        program_io::overrides_count_again(self);
+        if self.jobs.is_open() {
+            self.record(&Happened::JobEnded { complete: false, line: self.jobs.line() });
+        }
+        // The statistics are saved when the machine has come to rest.
+        let _ = self.jobs.statistics.end_job(false);
+        self.jobs.close(&mut self.ports);
+        if self.jobs.cancel_suspend() {
+            self.announce(format_args!("// NOTE Suspend cleared due to HALT\n"));
+        }
+        self.stalls.rest();
+        self.filament.forget();
+        self.files.spoil_upload(&mut self.ports);
+    }
+
+    /// Ends an alarm, as soon as the motors stand still.
+    pub(crate) fn release(&mut self) {
+        self.safety.want_release();
+        let now = self.ports.now();
+        self.watch_halt(now);
+        self.finish_release();
+    }
+
+    /// Releases a halted machine (`$X` and Ctrl-Y), unless its configuration cannot be used or the machine
+    /// sleeps.
+    pub(crate) fn unlock(&mut self, to: Recipient) {
+        let locked = match self.safety.state() {
+            State::Invalid => "the configuration has errors: mend config.ini and reset",
+            State::Sleep => "the machine sleeps: Ctrl-X wakes it",
+            _ => {
+                self.release();
+                let is_grbl = self.sessions.dialect_of(to) == Dialect::Grbl;
+                return self.say(to, format_args!("[{}Caution: Unlocked]\n", if is_grbl { "MSG:" } else { "" }));
+            }
+        };
+        self.sessions.refuse(to, Reason::Locked, format_args!("{locked}"));
+    }
+
+    /// Waits for a release that was asked for while motion still came to rest.
+    pub(crate) fn wait_release(&mut self) {
+        // The loop ends: motion rests within a second, or is cut.
+        while self.safety.release_is_pending() {
+            self.wait(Wake::Any).whatever_happens();
+        }
+    }
+
+    fn finish_release(&mut self) {
+        if !self.safety.finish_release() {
+            return;
+        }
+        self.record(&Happened::Released);
+        self.ports.heat(HeatControl::release);
+        self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
+        self.ports.set_motor_power(true);
+    }
+
+    /// Brings a halt to its end: motors without current once they stand still.
+    pub(crate) fn watch_halt(&mut self, now: Micros) {
+        let idle = self.ports.motion(|motion| motion.is_idle());
+        match self.safety.watch_stop(now, idle) {
+            Stopping::Wait => return,
+            Stopping::Cut => {
+                self.ports.motion(motion::Motion::abort);
+                self.axes.forget_all_homed();
+                journal::stands(self);
+                return;
+            }
+            Stopping::Over => {}
+        }
+        journal::stands(self);
+        if let Err(error) = self.brown_out.stands(&mut self.ports) {
+            self.announce(format_args!("WARNING: {} was not written: {}\n", brown_out::PATH, error.text()));
+        }
+        if !self.safety.holds_motors() {
+            self.release_motors();
+        }
+        self.resynchronise();
+        self.finish_release();
+    }
+
+    /// Looks at the kill button.
+    pub(crate) fn watch_kill_button(&mut self, now: Micros) {
+        let settings = self.config.kill_button;
+        if !settings.enable || settings.pin.is_none() {
+            return;
+        }
+        let pressed = self.ports.inputs().is_active(base::ports::Input::Kill);
+        let is_halted = self.safety.is_halted();
+        match self.safety.kill_button.look(&settings, pressed, is_halted, now) {
+            Press::Nothing => {}
+            Press::Kill => {
+                self.halt(Alarm::Abort, format_args!("ALARM: Kill button pressed - reset, $X or M999 to clear HALT\n"));
+            }
+            Press::StillLatched => {
+                self.halt(Alarm::Abort, format_args!("WARNING: ESTOP is still latched, unlatch ESTOP to clear HALT\n"));
+            }
+            Press::Clear => {
+                self.release();
+                self.announce(format_args!("UnKill button pressed Halt cleared\n"));
+            }
+        }
+    }
+
+    /// Halts, or wakes a machine that sleeps, into an alarm (Ctrl-X).
+    pub(crate) fn abort(&mut self) {
+        if self.safety.state() == State::Sleep {
+            self.safety.apply(Event::Wake);
+            return self.announce(format_args!("ALARM: awake, $X or M999 to clear HALT\n"));
+        }
+        let alarm = if self.safety.mode().is_in(State::Homing) { Alarm::HomingReset } else { Alarm::Abort };
+        self.halt(alarm, format_args!("ALARM: Abort during cycle\n"));
+    }
+}
+
+/// Releases a halt, and waits until that is done (M999).
+pub(crate) fn clear_halt<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
+    if machine.safety.state() != State::Alarm {
+        return;
+    }
+    machine.release();
+    machine.wait_release();
+    machine.say(to, format_args!("WARNING: After HALT you should HOME as position is currently unknown\n"));
+}

@@ -1,0 +1,473 @@
+//! The machine: the owners of its parts, and the services that all work needs: waiting, moving, saying.
+//!
+//! [`Machine`] knows nothing of lines, of commands, or of the parties served while it waits.
+
+pub(crate) mod card;
+pub(crate) mod end_requests;
+pub(crate) mod frames;
+pub(crate) mod halt;
+pub(crate) mod hands;
+pub(crate) mod hold;
+pub(crate) mod move_dropping;
+pub(crate) mod moves;
+pub(crate) mod poll_state;
+pub(crate) mod probe_script;
+pub(crate) mod program_io;
+pub(crate) mod program_logs;
+pub(crate) mod source;
+pub(crate) mod suspend;
+
+use base::Ports;
+use base::axes::Axes;
+use base::bed::Bed;
+use base::brown_out::BrownOut;
+use base::failure::{Answer, Failure, Outcome, Texts};
+use base::motion_config::halts_out_of_reach;
+use base::ports::Wake;
+use base::reason::Reason;
+use base::safety::travel::Travel;
+use base::safety::{Event, Safety};
+use base::sessions::{Recipient, Sessions};
+use base::tuning::Tuning;
+use base::wait::Waited;
+use config::MachineConfig;
+use events::Event as Happened;
+use jobs::files::Files;
+use jobs::files::logs::Logs;
+use jobs::journal::{Journal, Recovery};
+use jobs::player::Jobs;
+use motion::path::Bounds;
+use motion::{Refusal, Tag};
+use parts::buttons::Buttons;
+use parts::fans::Fans;
+use parts::filament::{self, Filament};
+use parts::lights::LightShow;
+use parts::outputs::{Outputs, TemperatureSwitches};
+use parts::strips::Strips;
+use parts::z_thermal::Thermal;
+use preflight::forecast::{ForecastFiles, Forecaster, SharedForecast};
+use procedures::endstop_phase::EndstopPhases;
+use procedures::paper::Paper;
+use procedures::probing::{DeltaRecords, Deployment};
+use procedures::stall_recovery::StallRecovery;
+use program::{Facts, Interpreter, LightChange, State, States};
+use thermal::Effects;
+use thermal::surplus::SurplusWatch;
+use units::{Axis, AxisSet, Micros, PerAxis};
+
+use crate::executor::fast_forward_record::Passed;
+use crate::features::event_log::recorded::Recorded;
+use crate::features::grbl::Grbl;
+use crate::features::update::watch::Watch;
+use crate::machine::end_requests::Asked;
+use crate::machine::frames::Frames;
+use crate::machine::hold::Hold;
+use crate::machine::move_dropping::Cut;
+use crate::machine::poll_state::Polls;
+
+/// The machine, as the owners of its parts.
+pub(crate) struct Machine<'c, P: Ports> {
+    pub(crate) ports: P,
+    /// Configuration as it was read.
+    pub(crate) config: &'c MachineConfig,
+    /// Time of reading the configuration, from the card's mounting on.
+    pub(crate) config_took: Micros,
+    /// Interpreter of codes and modes.
+    pub(crate) program: Interpreter,
+    /// Texts of failure messages.
+    pub(crate) texts: &'c Texts,
+    pub(crate) sessions: &'c mut Sessions,
+    /// Whether the machine may move.
+    pub(crate) safety: Safety,
+    pub(crate) axes: Axes,
+    pub(crate) phases: EndstopPhases,
+    pub(crate) bed: Bed,
+    /// Measurements made of a delta.
+    pub(crate) delta: DeltaRecords,
+    /// State of the probe, out or stowed.
+    pub(crate) deployment: Deployment,
+    /// Compensation of a frame that grows with heat.
+    pub(crate) thermal: Thermal,
+    /// The paper test that is under way.
+    pub(crate) paper: Paper,
+    pub(crate) outputs: Outputs,
+    pub(crate) buttons: Buttons,
+    /// Fans that run by themselves, and their tachometers.
+    pub(crate) fans: Fans,
+    /// Watch whether heaters take the power that their models explain.
+    pub(crate) heat_surplus: SurplusWatch,
+    /// Watch over falling supplies.
+    pub(crate) brown_out: BrownOut,
+    /// Colours that strips of lights are told to have, colours that wait for their places on the path, and
+    /// colours shown.
+    pub(crate) strips: Strips,
+    pub(crate) riding_lights: Effects<LightChange>,
+    pub(crate) lights: LightShow,
+    /// Outputs switched by temperatures.
+    pub(crate) temperature_switches: TemperatureSwitches,
+    pub(crate) filament: Filament,
+    pub(crate) filament_width: filament::Width,
+    pub(crate) jobs: Jobs,
+    pub(crate) files: Files,
+    /// Files that programs write.
+    pub(crate) logs: Logs,
+    pub(crate) tuning: Tuning,
+    /// Work that lines have started and that comes before anything else.
+    pub(crate) frames: Frames<'c>,
+    /// Record of the lines that a fast-forward reads over, until somebody takes it.
+    pub(crate) passed: Option<Passed>,
+    /// Limits, steps and filters as they were before a file was read over, until its job goes on.
+    pub(crate) set_before: Option<motion::MotionConfig>,
+    /// Journal of the played job on the card.
+    pub(crate) journal: Journal,
+    /// Recovery after a stall has stopped the job.
+    pub(crate) stalls: StallRecovery,
+    /// Job on its way back after a power cut.
+    pub(crate) recovery: Option<Recovery>,
+    /// The forecast that goes on beside the executor.
+    pub(crate) forecast: &'c SharedForecast,
+    /// Files that the forecast reads.
+    pub(crate) forecast_files: ForecastFiles,
+    /// Tag of the moves made at present.
+    pub(crate) tag: Tag,
+    /// Axes that have a switch to home with.
+    pub(crate) can_home: AxisSet,
+    pub(crate) polls: Polls,
+    /// State that the ring of events has recorded.
+    pub(crate) recorded: Recorded,
+    /// Operator's factor of feed rates, while the program does not let it count (M49, M50 P0).
+    pub(crate) feed_waits: Option<f64>,
+    /// Delay of feed holds.
+    pub(crate) hold: Hold,
+    /// Progress of dropping planned moves that are to be left out.
+    pub(crate) cut: Cut,
+    /// State that only GRBL's dialect has.
+    pub(crate) grbl: Grbl,
+    /// Watch over firmware updates.
+    pub(crate) update: Watch,
+    /// Requests that do not wait for the line in work.
+    pub(crate) urgent: Asked,
+    /// Saved settings were loaded since boot.
+    pub(crate) settings_loaded: bool,
+    pub(crate) beside: Beside<'c, P>,
+}
+
+/// Work done while the machine waits. Handed in: it knows the machine, and not the other way round.
+pub(crate) struct Beside<'c, P: Ports> {
+    /// Serves everybody: sessions, faults, everything that follows time.
+    pub serve: fn(&mut Machine<'c, P>),
+    /// Looks ahead at a file.
+    pub forecaster: &'c mut dyn Forecaster,
+}
+
+impl<'c, P: Ports> Machine<'c, P> {
+    /// Never inlined: the parts are on the stack meanwhile, and would stay there below all that is polled.
+    #[inline(never)]
+    pub(crate) fn new(
+        ports: P,
+        config: &'c MachineConfig,
+        texts: &'c Texts,
+        sessions: &'c mut Sessions,
+        config_took: Micros,
+        forecast: &'c SharedForecast,
+        beside: Beside<'c, P>,
+    ) -> Self {
+        let homes = |axis: &Axis| config.homing_endstop(*axis).is_some();
+        Self {
+            ports,
+            config,
+            config_took,
+            program: Interpreter::new(base::program_setup::setup(config)),
+            texts,
+            sessions,
+            safety: Safety::default(),
+            axes: Axes::new(config),
+            phases: EndstopPhases::default(),
+            bed: Bed::new(config),
+            delta: DeltaRecords::default(),
+            deployment: Deployment::default(),
+            paper: Paper::default(),
+            thermal: Thermal::new(config),
+            outputs: Outputs::new(&config.switches),
+            buttons: Buttons::new(config),
+            fans: Fans::new(config),
+            heat_surplus: SurplusWatch::default(),
+            brown_out: BrownOut::default(),
+            strips: Strips::new(),
+            riding_lights: Effects::new(),
+            lights: LightShow::default(),
+            temperature_switches: TemperatureSwitches::new(config),
+            filament: Filament::default(),
+            filament_width: filament::Width::new(&config.filament_width),
+            jobs: Jobs::new(base::program_setup::file_dialect(config)),
+            files: Files::default(),
+            logs: Logs::default(),
+            tuning: Tuning::new(config),
+            frames: Frames::default(),
+            passed: None,
+            set_before: None,
+            journal: Journal::new(config.player.power_loss.enable),
+            stalls: StallRecovery::default(),
+            recovery: None,
+            forecast,
+            forecast_files: ForecastFiles::default(),
+            tag: Tag::NONE,
+            can_home: AxisSet::collect(Axis::ALL.into_iter().filter(homes)),
+            polls: Polls::default(),
+            recorded: Recorded::default(),
+            feed_waits: None,
+            hold: Hold::default(),
+            cut: Cut::default(),
+            grbl: Grbl::default(),
+            update: Watch::default(),
+            urgent: Asked::default(),
+            settings_loaded: false,
+            beside,
+        }
+    }
+
+    /// Returns the facts about the machine that the program must know.
+    pub(crate) const fn facts(&self) -> Facts {
+        Facts { homed: self.axes.homed(), can_home: self.can_home }
+    }
+
+    /// Says something to one recipient.
+    pub(crate) fn say(&mut self, to: Recipient, text: core::fmt::Arguments<'_>) {
+        self.sessions.say(to, text);
+    }
+
+    /// Says something to every session.
+    pub(crate) fn announce(&mut self, text: core::fmt::Arguments<'_>) {
+        self.sessions.say(Recipient::All, text);
+    }
+
+    /// Refuses a recipient's request, with the text of a failure.
+    pub(crate) fn refuse(&mut self, to: Recipient, why: Failure) {
+        self.sessions.refuse(to, why.reason, format_args!("{}", self.texts.of(why)));
+    }
+
+    /// Keeps an event, in the ring that survives a reset.
+    pub(crate) fn record(&self, event: &Happened) {
+        self.ports.events().record(self.ports.now(), event);
+    }
+
+    // --- waiting ---
+
+    /// Serves everybody once: sessions, faults, everything that follows time.
+    pub(crate) fn serve(&mut self) {
+        (self.beside.serve)(self);
+    }
+
+    /// Gives the processor to everybody else: the look ahead has its turn, and then there is rest.
+    pub(crate) fn rest(&mut self, wake: Wake) {
+        let has_more = self.beside.forecaster.take_turn();
+        self.ports.rest(if has_more { Wake::AtOnce } else { wake });
+    }
+
+    /// Makes one turn of a wait: serves everybody, and rests. All waiting is made of such turns.
+    pub(crate) fn wait(&mut self, wake: Wake) -> Waited {
+        self.serve();
+        let waited = match self.safety.state() {
+            _ if self.safety.is_halted() || self.urgent.ends_everything() => Waited::Halted,
+            State::Hold | State::Door => Waited::Held,
+            _ => Waited::Free,
+        };
+        self.rest(match wake {
+            // A halt ends most waits.
+            _ if waited == Waited::Halted => Wake::AtOnce,
+            // The look ahead at a file waits for the card.
+            Wake::Time if self.forecast_files.is_open() => Wake::Any,
+            wake => wake,
+        });
+        waited
+    }
+
+    /// Waits while the safety door is open. Commands that a halted machine may do too, ends and reports, need
+    /// not wait.
+    pub(crate) fn wait_for_door(&mut self, allowed: States) -> Result<(), Failure> {
+        while self.safety.state() == State::Door && !allowed.has(State::Alarm) {
+            self.wait(Wake::Time).unless_halted()?;
+        }
+        Ok(())
+    }
+
+    /// Waits until everything queued has been executed. Homing, probing and jogging keep their state.
+    pub(crate) fn standstill(&mut self) -> Result<(), Failure> {
+        self.ports.motion(motion::Motion::flush);
+        while !self.ports.motion(|motion| motion.is_idle()) {
+            self.wait(Wake::Time).unless_halted()?;
+        }
+        self.drained();
+        if self.safety.is_halted() || self.urgent.ends_everything() { Err(Failure::HALTED) } else { Ok(()) }
+    }
+
+    /// Waits for a length of time, whatever moves.
+    pub(crate) fn wait_for(&mut self, time: Micros) -> Result<(), Failure> {
+        let since = self.ports.now();
+        while self.ports.now().since(since) < time {
+            self.wait(Wake::Time).unless_halted()?;
+        }
+        Ok(())
+    }
+
+    /// Waits until a recipient has taken most of what was said. A session that takes nothing is forgotten.
+    pub(crate) fn drain(&mut self, who: Recipient) {
+        while !self.sessions.have_taken_most(who) {
+            self.wait(Wake::Any).whatever_happens();
+        }
+    }
+
+    /// Switches check mode (`$C`), in which programs are read and nothing is carried out.
+    pub(crate) fn check_mode(&mut self, to: Recipient) -> Outcome {
+        if self.safety.apply(Event::CheckEnds) {
+            self.resynchronise();
+            self.say(to, format_args!("[MSG:Disabled]\n"));
+        } else if self.safety.apply(Event::CheckBegins) {
+            self.say(to, format_args!("[MSG:Enabled]\n"));
+        } else {
+            return Err(Failure::refused(&"check mode begins from standstill, without a suspended job"));
+        }
+        Ok(Answer::Ok)
+    }
+
+    // --- moving ---
+
+    pub(crate) fn enable_motors(&mut self) -> Result<(), Failure> {
+        let now = self.ports.now();
+        self.axes.enable(self.texts, &mut self.ports, self.config, &self.tuning, now)
+    }
+
+    /// Whether moves are taken: where the configuration asks for it, only once the machine is homed.
+    pub(crate) fn may_move(&self) -> Result<(), Failure> {
+        if self.config.motion.must_be_homed && !self.facts().all_homed() {
+            return Err(Failure::alarm(&"Must be homed before moving"));
+        }
+        Ok(())
+    }
+
+    /// Returns the travel that axes may be commanded within.
+    pub(crate) fn travel(&mut self) -> &Travel {
+        self.safety.travel.up_to_date(self.config, &self.tuning)
+    }
+
+    /// Whether a place is within the travel, so that a straight move there leaves it nowhere.
+    pub(crate) fn reaches(&mut self, place: &PerAxis<f64>) -> bool {
+        let homed = self.axes.homed();
+        self.travel().has(place, homed)
+    }
+
+    /// Whether a straight move stays within the travel.
+    pub(crate) fn stays_within(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Failure> {
+        let homed = self.axes.homed();
+        self.travel().check(from, to, homed).map_err(|out| out.failure(self.texts, self.config))
+    }
+
+    /// Whether a curve that goes this far along the axes stays within the travel.
+    pub(crate) fn curve_stays_within(&mut self, from: &PerAxis<f64>, bounds: &Bounds) -> Result<(), Failure> {
+        let homed = self.axes.homed();
+        self.travel().check_bounds(from, bounds, homed).map_err(|out| out.failure(self.texts, self.config))
+    }
+
+    /// The same for the moves that a block makes from here on, behind its first: it is carried out whole, or
+    /// not at all.
+    pub(crate) fn rest_stays_within(&mut self, first: &PerAxis<f64>) -> Result<(), Failure> {
+        let (travel, mut from) = (self.safety.travel.up_to_date(self.config, &self.tuning), *first);
+        for to in &self.program.moves_to_come() {
+            travel.check(&from, to, self.axes.homed()).map_err(|out| out.failure(self.texts, self.config))?;
+            from = *to;
+        }
+        Ok(())
+    }
+
+    /// Submits a move, waiting while the look-ahead queue is full.
+    pub(crate) fn submit(&mut self, request: &motion::Move) -> Result<(), Failure> {
+        if self.urgent.ends_everything() {
+            return Err(Failure::HALTED);
+        }
+        if !self.axes.are_enabled() {
+            self.enable_motors()?;
+        }
+        loop {
+            match self.ports.motion(|motion| motion.submit(request)) {
+                Ok(()) => break,
+                Err(Refusal::Full | Refusal::Stopping) => {
+                    self.cut.has_line_behind = true;
+                    let waited = self.wait(Wake::Any);
+                    self.cut.has_line_behind = false;
+                    waited.unless_halted()?;
+                }
+                Err(Refusal::NoFeedRate) => {
+                    return Err(self.texts.alarm(format_args!("Undefined feed rate")).with_reason(Reason::FeedRate));
+                }
+                Err(refusal @ Refusal::Unreachable) if !halts_out_of_reach(self.config) => {
+                    return Err(self.texts.refused(format_args!("{refusal}")).with_reason(Reason::Target));
+                }
+                Err(refusal) => {
+                    return Err(self.texts.alarm(format_args!("{refusal}")).with_reason(Reason::Target));
+                }
+            }
+        }
+        self.safety.apply(Event::Started);
+        Ok(())
+    }
+
+    /// Marks these axes as homed: Z's shift for the frame's temperature counts from here.
+    pub(crate) fn mark_homed(&mut self, axes: AxisSet) {
+        self.axes.mark_homed(axes);
+        if axes.has(Axis::Z) {
+            self.thermal.homed();
+            self.program.set_thermal_z(0.0);
+        }
+    }
+
+    /// Marks axes as homed on somebody's word for their places.
+    pub(crate) fn declare_homed(&mut self, axes: AxisSet) {
+        self.mark_homed(axes);
+        self.axes.stray(axes);
+    }
+
+    // --- following ---
+
+    /// Has the program go on from where the machine is, after a stop that ended somewhere else than
+    /// commanded.
+    pub(crate) fn resynchronise(&mut self) {
+        let position = self.ports.motion(|motion| motion.commanded_position());
+        self.program.resynchronise(position);
+    }
+
+    /// Has the program go on from where the machine is, after something that ends from standstill.
+    pub(crate) fn resynchronise_if_still(&mut self) {
+        if self.ports.motion(|motion| motion.is_idle()) {
+            self.resynchronise();
+        }
+    }
+
+    /// Follows the end of the last move.
+    fn drained(&mut self) {
+        let state = self.safety.state();
+        if matches!(state, State::Run | State::Jog) {
+            self.safety.apply(Event::Drained);
+        }
+        if state == State::Jog {
+            // A jog may have been cancelled on its way.
+            self.resynchronise();
+        }
+    }
+
+    /// Follows the planner's state where nothing else says the machine's.
+    pub(crate) fn follow_motion(&mut self) {
+        let idle = self.ports.motion(|motion| motion.is_idle());
+        let state = self.safety.state();
+        if idle {
+            self.drained();
+        } else if matches!(state, State::Idle | State::Suspended) {
+            self.safety.apply(Event::Started);
+        }
+    }
+
+    /// Tells the jobs which of their moves the motors make: none while they rest.
+    pub(crate) fn follow_job(&mut self) {
+        let executing = self.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
+        self.jobs.executing(executing);
+    }
+}

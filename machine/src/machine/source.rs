@@ -1,0 +1,44 @@
+//! Source of a line, recipient of its answers, and the dialect it is read in.
+
+use base::Ports;
+use base::program_setup;
+use base::sessions::Recipient;
+use program::Dialect;
+
+use crate::machine::Machine;
+
+/// Kind of place that a line comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Origin {
+    /// A session, which is answered.
+    Session,
+    /// The file being played.
+    Job,
+    /// An input switch, a button or the filament detector.
+    Switch,
+    /// A file of saved settings.
+    Settings,
+    /// A startup line of GRBL's dialect.
+    Startup(u8),
+}
+
+/// Facts about a line besides its text.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Source {
+    pub origin: Origin,
+    pub to: Recipient,
+    pub dialect: Dialect,
+}
+
+impl Source {
+    /// Finds the dialect: a session has its own, and so has a file; the configuration and saved settings are
+    /// in the machine's own, whatever consoles speak.
+    pub fn new<P: Ports>(machine: &Machine<'_, P>, to: Recipient, origin: Origin) -> Self {
+        let dialect = match origin {
+            Origin::Job => machine.jobs.dialect().unwrap_or_else(|| program_setup::dialect(machine.config)),
+            Origin::Session => machine.sessions.dialect_of(to),
+            Origin::Switch | Origin::Settings | Origin::Startup(_) => program_setup::own_dialect(machine.config),
+        };
+        Self { origin, to, dialect }
+    }
+}

@@ -1,0 +1,246 @@
+//! Suspending and resuming a job, replaying saved settings, and running the frames that these start.
+
+use base::Ports;
+use base::failure::{Answer, Failure, Outcome};
+use base::hands::Hands as _;
+use base::needs::needs;
+use base::paths::Path;
+use base::ports::{OpenMode, StorageError};
+use base::safe_file;
+use base::safety::Event;
+use base::sessions::Recipient;
+use config::FilamentChangeConfig;
+use events::Event as Happened;
+use gcode::LineBuffer;
+use heapless::Vec;
+use jobs::player::Suspended;
+use motion::Mode;
+use parts::heat_codes;
+use program::{Part, Words};
+use units::{Axis, AxisSet, Celsius, HeaterId};
+
+use crate::executor::effects;
+use crate::features::filament;
+use crate::features::stalls::recovery as stall_recovery;
+use crate::machine::Machine;
+use crate::machine::frames::{Frame, Replay, Then};
+use crate::machine::hands::MachineHands;
+
+/// M600 and `suspend`: pauses the job, so that a person can work at the machine. M600 takes the filament out,
+/// as far as its words and [filament change] say.
+pub(crate) fn suspend<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    heaters_stay: bool,
+    changes_filament: Option<&Words<'_>>,
+    to: Recipient,
+) -> Outcome {
+    if machine.jobs.is_suspended() {
+        machine.say(to, format_args!("Already suspended\n"));
+        return Ok(Answer::Ok);
+    }
+    let change = match changes_filament {
+        Some(words) => Some(filament::change(machine, words)?),
+        None => None,
+    };
+    needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
+    machine.announce(format_args!("// Suspending print, waiting for queue to empty...\n"));
+    // A host that prints must stop; a host that only follows the file must know.
+    let is_file = machine.jobs.set_paused(true);
+    machine.sessions.tell_hosts(if is_file { "paused" } else { "pause" }, Recipient::Nobody);
+    // The sender stops when it has its answer, and the file has stopped already.
+    machine.say(to, format_args!("ok\n"));
+    machine.announce(format_args!("// Waiting for queue to empty (Host must stop sending)...\n"));
+    machine.standstill()?;
+    machine.announce(format_args!("// Saving current state...\n"));
+    let mut targets = targets(machine);
+    if let Some((heater, target)) = change.and_then(|change| change.goes_on_with)
+        && let Some(to) = targets.get_mut(heater.index())
+    {
+        *to = target;
+    }
+    let change = change.map(|change| filament::unless_cold(machine, change.lengths));
+    let change = change.filter(filament::moves_anything);
+    let position = machine.ports.motion(|motion| motion.commanded_position());
+    let kept = machine.program.keep();
+    machine.jobs.suspend(Suspended { position, kept, targets, change, stall: None });
+    machine.axes.keep_place(AxisSet::NONE);
+    machine.safety.apply(Event::Suspend);
+    machine.record(&Happened::JobSuspended { line: machine.jobs.line() });
+    if let Some(change) = &change {
+        leave(machine, change)?;
+    }
+    rest(machine, heaters_stay)
+}
+
+/// Returns the targets of heaters in the order of the configuration; 0 for heaters that are off.
+pub(crate) fn targets<P: Ports>(machine: &mut Machine<'_, P>) -> [Celsius; units::MAX_HEATERS] {
+    machine.ports.heat(|heat| {
+        let mut targets = [Celsius(0.0); units::MAX_HEATERS];
+        targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target());
+        targets
+    })
+}
+
+/// Has the job wait for a person: heaters off, unless they are to stay on, and the script for that.
+pub(crate) fn rest<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay: bool) -> Outcome {
+    let player = &machine.config.player;
+    if !(heaters_stay || player.leave_heaters_on_suspend) {
+        // Switching off is never refused.
+        for id in HeaterId::all() {
+            let _ = machine.ports.heat(|heat| heat.set_target(id, Celsius(0.0)));
+        }
+    }
+    start_script(machine, player.after_suspend_gcode.as_str(), Then::Suspended).map(|_| Answer::Said)
+}
+
+/// Draws filament back, goes aside, takes filament out. Refusals are told: the job is suspended all the same.
+fn leave<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
+    let left = filament::leave(machine, change);
+    machine.resynchronise_if_still();
+    match left {
+        Err(why) if why.is_refusal() => machine.announce(format_args!("// WARNING {}\n", machine.texts.of(why))),
+        left => return left,
+    }
+    Ok(())
+}
+
+/// M601 and `resume`: heats up again, then goes back and goes on.
+pub(crate) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+    let Some(targets) = machine.jobs.suspended().map(|suspended| suspended.targets) else {
+        machine.say(to, format_args!("Not suspended\n"));
+        return Ok(Answer::Ok);
+    };
+    needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
+    machine.filament.must_be_there(machine.texts, machine.config)?;
+    let homes_itself = machine.jobs.stalled_job().map_or(AxisSet::NONE, |stall| stall.lost);
+    if machine.config.player.before_resume_gcode.is_empty() {
+        knows_the_place(machine, homes_itself)?;
+    }
+    machine.announce(format_args!("// resuming print...\n"));
+    let heated = || HeaterId::all().zip(targets).filter(|(_, target)| target.0 > 0.0);
+    for (id, target) in heated() {
+        heat_codes::set_target(machine.texts, &mut machine.ports, machine.config, id, target)?;
+    }
+    if heated().next().is_some() {
+        machine.announce(format_args!("// Waiting for heaters...\n"));
+    }
+    for (id, _) in heated() {
+        heat_codes::wait_for_temperature(&mut MachineHands::new(machine, to), id)?;
+    }
+    stall_recovery::rehome(machine)?;
+    if let Some(change) = machine.jobs.suspended().and_then(|suspended| suspended.change) {
+        filament::come_back(machine, &change)?;
+    }
+    let script = machine.config.player.before_resume_gcode.as_str();
+    if !script.is_empty() {
+        machine.announce(format_args!("// Executing before resume gcode...\n"));
+    }
+    start_script(machine, script, Then::Resumed)
+}
+
+/// Whether coordinates mean the same as when the job was suspended, but for these axes.
+fn knows_the_place<P: Ports>(machine: &Machine<'_, P>, but: AxisSet) -> Result<(), Failure> {
+    let [strayed, comes_back] = machine.axes.strayed().map(|axes| axes.without(but));
+    let Some(axis) = strayed.axes().next().map(Axis::letter) else { return Ok(()) };
+    let what_to_do = if strayed == comes_back {
+        "home it, then resume; abort ends the job"
+    } else {
+        "it was not homed when the job was suspended: abort ends the job"
+    };
+    Err(machine.texts.refused(format_args!("{axis} is not where it reads: {what_to_do}")))
+}
+
+/// Goes back to the job's place of the work, with the modes of the program as they were. Offsets that were
+/// set meanwhile stay: for a longer cutter the place is higher.
+pub(crate) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+    knows_the_place(machine, AxisSet::NONE)?;
+    let Some(Suspended { position: was, kept, .. }) = machine.jobs.suspended() else { return Ok(()) };
+    let other_tool = program::take_up_tool(&mut machine.program, kept);
+    let position = program::same_work_place(&mut machine.program, kept, was);
+    let mut from = machine.ports.motion(|motion| motion.commanded_position());
+    let mut target = from;
+    Axis::PRIMARY.into_iter().for_each(|axis| target[axis] = position[axis]);
+    machine.stays_within(&from, &target)?;
+    if let Some(tool) = other_tool {
+        machine.announce(format_args!("// NOTE the job goes on with its own tool, T{}\n", tool.0));
+    }
+    let Some(suspended) = machine.jobs.take_suspended() else { return Ok(()) };
+    let stalled = suspended.stall.map(|mut stall| {
+        // Relative words of the stalled line count from its beginning, which moves with the restored place.
+        Axis::PRIMARY.into_iter().for_each(|axis| stall.begins[axis] += position[axis] - suspended.position[axis]);
+        stall
+    });
+    if stalled.is_some() {
+        // The suspension stays until the machine has arrived: it may stall on its way.
+        machine.jobs.suspend(suspended.clone());
+    }
+    if suspended.change.is_some() || stalled.is_some() {
+        // Filament moved meanwhile is not of the program; a line that is made again pushes again.
+        machine.standstill()?;
+        for axis in Axis::ALL.into_iter().filter(|axis| machine.program.tools().uses(*axis)) {
+            (from[axis], target[axis]) = (position[axis], position[axis]);
+        }
+        MachineHands::new(machine, Recipient::Nobody).set_position(from)?;
+    }
+    filament::forget_width(machine);
+    machine.safety.apply(Event::Unsuspend);
+    program::go_on_from(&mut machine.program, suspended.kept);
+    while let Some(what) = machine.program.next_effect() {
+        effects::change(machine, what)?;
+    }
+    let rate = machine.program.modal().seek_rate;
+    machine.announce(format_args!("// Restoring saved XYZ positions and state...\n"));
+    // Parts on the bed must not be run into: over the place, then down to it; or up, then over it.
+    let mut over = target;
+    if from[Axis::Z] > target[Axis::Z] {
+        over[Axis::Z] = from[Axis::Z];
+    } else {
+        (over[Axis::X], over[Axis::Y]) = (from[Axis::X], from[Axis::Y]);
+    }
+    let hands = &mut MachineHands::new(machine, Recipient::Nobody);
+    hands.go(over, rate, Mode::Rapid)?;
+    hands.go(target, rate, Mode::Rapid)?;
+    machine.resynchronise();
+    if let Some(stall) = stalled {
+        stall_recovery::arrive(machine, &stall)?;
+    }
+    machine.announce(format_args!("// Resuming print\n"));
+    machine.record(&Happened::JobResumed { line: machine.jobs.line() });
+    let is_file = machine.jobs.set_paused(false);
+    machine.sessions.tell_hosts(if is_file { "resumed" } else { "resume" }, Recipient::Nobody);
+    Ok(())
+}
+
+/// Runs a line of the configuration, and then what follows it.
+pub(crate) fn start_script<'c, P: Ports>(machine: &mut Machine<'c, P>, script: &'c str, then: Then) -> Outcome {
+    let fits = machine.frames.push(Frame::Then(then)) && machine.frames.push_script(script);
+    if fits { Ok(Answer::Ok) } else { Err(Failure::refused(&"scripts start each other without end")) }
+}
+
+/// Runs a line of the configuration, where there is one. False: there is none, or no room for it.
+pub(crate) fn start_unless_empty<'c, P: Ports>(machine: &mut Machine<'c, P>, script: &'c str) -> bool {
+    !script.is_empty() && start_script(machine, script, Then::Ended(Ok(()))).is_ok()
+}
+
+/// Opens a file of saved settings, which is replayed before anything else is done.
+pub(crate) fn begin_replay<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    path: &Path,
+    asked: Recipient,
+    by_load: bool,
+) -> Result<(), StorageError> {
+    safe_file::settle(&mut machine.ports, path)?;
+    let file = machine.ports.open(path, OpenMode::Read)?;
+    let replay = Replay {
+        file,
+        path: path.clone(),
+        asked,
+        by_load,
+        inches: machine.program.count_in_mm(),
+        gathering: LineBuffer::new(),
+        chunk: Vec::new(),
+        next: 0,
+        at_end: false,
+    };
+    if machine.frames.push(Frame::Replay(replay)) { Ok(()) } else { Err(StorageError::TooManyOpen) }
+}
