@@ -12,7 +12,7 @@ use base::failure::{Failure, Texts};
 use base::ports::{Input, InputLevels};
 use base::sessions::Reply;
 use base::tuning::Tuning;
-use config::{Command, MachineConfig};
+use config::MachineConfig;
 use units::{Axis, Micros};
 
 pub use codes::{told, told_of_width};
@@ -165,10 +165,9 @@ impl Filament {
     }
 
     /// Takes the command to be issued.
-    pub fn take_command(&mut self, tuning: &Tuning) -> Option<Command> {
+    pub fn take_command(&mut self, tuning: &Tuning) -> Option<&'static str> {
         let command = if tuning.filament.leave_heaters_on { "M600.1" } else { "M600" };
-        // Both commands fit, so the default is never used.
-        core::mem::take(&mut self.command).then(|| Command::try_from(command).unwrap_or_default())
+        core::mem::take(&mut self.command).then_some(command)
     }
 
     /// Notes that extruders count from another place than before, without having moved.

@@ -158,6 +158,12 @@ impl Sessions {
         self.get(id).map_or(Dialect::Smoothie, |session| session.dialect)
     }
 
+    /// Whether the recipient is a session whose refusals are numbers, as in GRBL's dialect.
+    #[must_use]
+    pub fn numbers_refusals(&self, who: Recipient) -> bool {
+        who.session().and_then(|id| self.get(id)).is_some_and(Session::numbers_refusals)
+    }
+
     /// Returns the session that is next to have its line carried out. With `path_is_full` sessions whose line
     /// waits for room in the look-ahead queue are passed over.
     pub fn next_ready(&mut self, path_is_full: bool) -> Option<SessionId> {

@@ -264,6 +264,12 @@ impl Session {
         self.waits_for_room = true;
     }
 
+    /// Whether refusals are numbers here, as in GRBL's dialect.
+    #[must_use]
+    pub fn numbers_refusals(&self) -> bool {
+        self.dialect == Dialect::Grbl
+    }
+
     /// Notes that the line that was taken has been answered.
     pub fn answered(&mut self) {
         self.busy = false;

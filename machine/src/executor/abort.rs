@@ -7,8 +7,8 @@ use base::sessions::Recipient;
 use thermal::HeatControl;
 
 use super::ignored_codes;
-use crate::features::statistics;
 use crate::machine::Machine;
+use crate::machine::moments::{Features, Moments as _};
 use crate::machine::program_io;
 use crate::machine::program_logs;
 use crate::machine::suspend;
@@ -29,7 +29,7 @@ pub(crate) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Ou
         program_io::overrides_count_again(machine);
         machine.program.end_program();
     }
-    statistics::end_job(machine, false, Recipient::Nobody);
+    Features::<P>::job_ends(machine, false, Recipient::Nobody);
     if !machine.jobs.close(&mut machine.ports) {
         if !suspended {
             machine.say(to, format_args!("Not currently playing\n"));
@@ -56,5 +56,5 @@ pub(crate) fn drop_queued<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.outputs.changes_were_dropped();
     machine.ports.motion(motion::Motion::stop);
     machine.ports.heat(HeatControl::drop_effects);
-    machine.riding_lights.clear();
+    Features::<P>::drop_effects(machine);
 }

@@ -20,12 +20,10 @@ use super::operator_pauses;
 use super::program_files;
 use super::program_flow;
 use super::tool_change;
-use crate::features::filament::cold_extrusion;
-use crate::features::objects;
-use crate::features::objects::leave_out;
 use crate::machine::Machine;
 use crate::machine::halt;
 use crate::machine::hands::MachineHands;
+use crate::machine::moments::{Features, Moments as _};
 use crate::machine::moves;
 use crate::machine::program_io;
 use crate::machine::suspend;
@@ -89,10 +87,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
     }
     match *action {
         Action::Move(ref request) => {
-            if machine.cut.brakes {
-                leave_out::wait(machine)?;
-            }
-            if program::objects::is_apart(&machine.program) && objects::is_left_out(machine, request)? {
+            if Features::<P>::leave_move_out(machine, request)? {
                 return Ok(Answer::Ok);
             }
             move_along(machine, request)?;
@@ -150,7 +145,9 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         Action::ChangeTool(tool) => return stand(machine, |machine| tool_change::begin(machine, tool)),
         Action::AwaitInput(wait) => return stand(machine, |machine| program_io::await_input(machine, wait)),
         Action::Suspend { heaters_stay, words } => {
-            return stand(machine, |machine| suspend::suspend(machine, heaters_stay, Some(&words), to));
+            return stand(machine, |machine| {
+                Features::<P>::suspend(machine, heaters_stay, &words, to).unwrap_or(Ok(Answer::Unknown))
+            });
         }
         Action::Resume => return stand(machine, |machine| suspend::resume(machine, to)),
         Action::Function(function, words) => {
@@ -250,7 +247,7 @@ fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
 }
 
 pub(crate) fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
-    let may_move = machine.may_move().and_then(|()| cold_extrusion::may_extrude(machine, request));
+    let may_move = machine.may_move().and_then(|()| Features::<P>::may_move(machine, request));
     let moved = match may_move.and_then(|()| machine.rest_stays_within(&request.target)) {
         Ok(()) => moves::submit(machine, request),
         Err(failure) => Err(failure),

@@ -7,11 +7,10 @@ use base::sessions::{Recipient, Reply, SessionId};
 use gcode::{Code, Refusal, SyntaxError};
 use jobs::player::line_numbers::tag_of;
 use motion::Tag;
-use program::Dialect;
 
 use super::stack;
-use crate::features::grbl::commands as grbl;
 use crate::machine::Machine;
+use crate::machine::moments::{Features, Moments as _};
 use crate::machine::source::{Origin, Source};
 
 /// Answers a line that has come to its end.
@@ -28,7 +27,7 @@ pub(crate) fn finish<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, l
 fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>, source: Source) {
     match source.origin {
         Origin::Settings => return stack::settings_line_ended(machine, outcome),
-        Origin::Startup(number) => grbl::startup_ended(machine, number, &outcome),
+        Origin::Startup(number) => Features::<P>::startup_line_ended(machine, number, &outcome),
         _ => {}
     }
     let carried_out = outcome.is_ok();
@@ -86,14 +85,9 @@ fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Op
     }
 }
 
-/// Whether the recipient speaks GRBL's dialect.
-pub(crate) fn is_grbl<P: Ports>(machine: &Machine<'_, P>, to: Recipient) -> bool {
-    to.session().is_some() && machine.sessions.dialect_of(to) == Dialect::Grbl
-}
-
 /// Gives the answer to commands while halted.
 pub(crate) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
-    if is_grbl(machine, to) {
+    if machine.sessions.numbers_refusals(to) {
         return machine.sessions.refuse(to, Reason::Locked, format_args!("'$H'|'$X' to unlock"));
     }
     machine.say(to, format_args!("!!\n"));
@@ -102,7 +96,7 @@ pub(crate) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) 
 /// Halts because a command asked for something forbidden.
 pub(crate) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Recipient) {
     let text = machine.texts.of(why);
-    if is_grbl(machine, to) {
+    if machine.sessions.numbers_refusals(to) {
         machine.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
         return machine.sessions.refuse(to, why.reason, format_args!("{text}"));
     }
@@ -115,7 +109,7 @@ pub(crate) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Re
 /// Answers a line that cannot be read.
 pub(crate) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &[u8], to: Recipient) {
     let text = core::str::from_utf8(line).unwrap_or("(not text)");
-    if is_grbl(machine, to) {
+    if machine.sessions.numbers_refusals(to) {
         let error = Reason::of_refusal(&refusal);
         return machine.sessions.refuse(to, error, format_args!("{refusal} - {text}"));
     }
@@ -144,8 +138,7 @@ pub(crate) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
         // The job ends, or reads the line again when it goes on.
         return;
     }
-    if machine.stalls.is_under_way() {
-        // Stall recovery stops the job and tells what becomes of it.
+    if Features::<P>::explains_stop(machine) {
         return;
     }
     let Machine { jobs, sessions, .. } = machine;

@@ -9,14 +9,13 @@ use jobs::player::Name;
 use program::{Action, Effect, LineParts, Meaning, State, States};
 
 use super::actions;
-use super::answers::{bad_line, finish, is_grbl};
+use super::answers::{bad_line, finish};
 use super::effects;
 use super::ignored_codes;
 use super::operator_pauses;
-use crate::features::filament;
-use crate::features::objects;
 use crate::machine::Machine;
 use crate::machine::frames::{Frame, NextCode, Rest};
+use crate::machine::moments::{Features, Moments};
 use crate::machine::moves;
 use crate::machine::source::{Origin, Source};
 
@@ -266,12 +265,7 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
     if row.levels && source.origin == Origin::Job && ignored_codes::goes_on_unleveled(machine, row) {
         return Begun::Done;
     }
-    if machine.jobs.objects.are_known() || program::objects::is_apart(&machine.program) {
-        objects::begin_block(machine, source);
-    }
-    if machine.config.filament_width.enable {
-        filament::correct_flow(machine);
-    }
+    Features::<P>::block_begins(machine, source);
     let facts = machine.facts();
     match machine.program.run(block, row, facts, source.dialect) {
         Ok(Meaning::Action(Action::Move(request)))
@@ -341,7 +335,7 @@ fn is_last(blocks: &Blocks<'_>) -> bool {
 #[cold]
 fn without_its_part<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
     match code {
-        Some(code) if is_grbl(machine, to) => {
+        Some(code) if machine.sessions.numbers_refusals(to) => {
             Err(machine.texts.refused(format_args!("{code}: what it needs is not configured here")))
         }
         _ => Ok(Answer::Unknown),
@@ -352,8 +346,12 @@ fn without_its_part<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: 
 #[cold]
 fn unknown<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
     match code {
-        Some(code) if is_grbl(machine, to) && crate::features::grbl::accepts(code) => Ok(Answer::Ok),
-        Some(code) if is_grbl(machine, to) => Err(machine.texts.refused(format_args!("{code} is not known here"))),
+        Some(code) if machine.sessions.numbers_refusals(to) && <Features<P> as Moments<P>>::accepts(code) => {
+            Ok(Answer::Ok)
+        }
+        Some(code) if machine.sessions.numbers_refusals(to) => {
+            Err(machine.texts.refused(format_args!("{code} is not known here")))
+        }
         _ => Ok(Answer::Unknown),
     }
 }

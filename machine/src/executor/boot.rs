@@ -21,20 +21,12 @@ use config::{BoardId, Diagnostic, MachineConfig, Reader, Summary};
 use events::{Event as Happened, Text};
 use heapless::Vec;
 use procedures::leveling;
-use program::Dialect;
 use thermal::{HeatControl, HeaterSettings};
 use units::{Actuator, Micros};
 
 use super::program_files;
-use crate::features::automatic_outputs;
-use crate::features::brown_out;
-use crate::features::grbl::commands as grbl;
-use crate::features::grbl::{hal, stored};
-use crate::features::lights;
-use crate::features::power_loss::job_recovery;
-use crate::features::statistics;
-use crate::features::update;
 use crate::machine::Machine;
+use crate::machine::moments::{Features, Moments};
 use crate::machine::suspend;
 
 /// Time within which the motor supply is read: two periods of the slow task, and its conversions.
@@ -59,7 +51,7 @@ pub(crate) fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions, conf
     let since = ports.now();
     let summary = apart(|| read_file(ports, config, &mut findings));
     let took = ports.now().since(since);
-    let banner = if config.general.grblhal { hal::BANNER } else { framing::BANNER };
+    let banner = <Features<P> as Moments<P>>::banner(config).unwrap_or(framing::BANNER);
     sessions.set_dialect(ports, base::program_setup::dialect(config), banner);
     if let Err(why) = apart(|| ports.connect(&config.system)) {
         sessions.say(Recipient::All, format_args!("ERROR: USB does not work: {why}\n"));
@@ -84,7 +76,7 @@ fn greet<P: Ports>(ports: &mut P, sessions: &mut Sessions) {
         }
         Start::Ended(words) => reply.say(format_args!("WARNING: the firmware had ended itself: {words}\n")),
     }
-    update::greet(&running, &mut reply);
+    <Features<P> as Moments<P>>::greet(&running, &mut reply);
     if board.second_core_starts {
         reply.say(format_args!(
             "WARNING: the chip's second core (Cortex-M4) is set to start and may run anything: set the option byte BCM4 to \
@@ -171,14 +163,12 @@ pub(crate) fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
         tell_what_is_off(config, &mut Reply::new(sessions, Recipient::All));
     }
     if usable && start_parts(machine) {
-        read_grbls_own(machine);
+        Features::<P>::read_files(machine);
         load_settings(machine);
-        brown_out::tell(machine);
-        job_recovery::say_offer(machine);
+        Features::<P>::started(machine, true);
         machine.jobs.queue_boot_file(machine.config);
-        update::begin(machine, true);
     } else {
-        update::begin(machine, false);
+        Features::<P>::started(machine, false);
         machine.safety.apply(Event::ConfigurationFails);
         machine.announce(format_args!(
             "There was a fatal error in the config.ini this must be fixed to continue\nOnly some shell commands are allowed \
@@ -210,8 +200,7 @@ fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if !(configured & configure_heat(machine) & wire(machine)) {
         return false;
     }
-    automatic_outputs::configure_fans(machine);
-    lights::configure(machine);
+    Features::<P>::wired(machine);
     let levels = machine.ports.inputs();
     for output in machine.outputs.start(machine.config, levels) {
         // A switch takes any value.
@@ -296,21 +285,9 @@ fn configure_drivers<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.ports.set_motor_power(true);
 }
 
-/// Reads the stored settings of GRBL's dialect, whose startup lines run behind the saved settings.
-fn read_grbls_own<P: Ports>(machine: &mut Machine<'_, P>) {
-    match stored::read(&mut machine.ports) {
-        Ok(own) => machine.grbl.own = own,
-        Err(error) => machine.announce(format_args!("ERROR: {}: {}\n", stored::PATH, error.text())),
-    }
-    if base::program_setup::dialect(machine.config) == Dialect::Grbl {
-        grbl::begin_startup(machine);
-    }
-}
-
 /// Has saved settings replayed once the machine listens. There need not be any.
 fn load_settings<P: Ports>(machine: &mut Machine<'_, P>) {
     program_files::load(machine);
-    statistics::load(machine);
     if !machine.config.general.config_override {
         return;
     }

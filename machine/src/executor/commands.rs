@@ -29,13 +29,13 @@ use super::long_answers;
 use super::play_from;
 use super::test_command;
 use crate::features::event_log;
-use crate::features::grbl::commands as grbl;
 use crate::features::update;
 use crate::features::usb_disk;
 use crate::machine::Machine;
 use crate::machine::card;
 use crate::machine::frames::{Frame, NextCode, Rest};
 use crate::machine::hands::MachineHands;
+use crate::machine::moments::{Features, Moments as _};
 use crate::machine::source::Source;
 use crate::machine::suspend;
 
@@ -66,8 +66,8 @@ pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str, sourc
 }
 
 fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Outcome {
-    if is_grbls(machine, line, to) {
-        return grbl::run(machine, line.strip_prefix('$').unwrap_or(line), to);
+    if let Some(outcome) = Features::<P>::run_console_line(machine, line, to) {
+        return outcome;
     }
     let (word, arguments) = split(line);
     // Printers' hosts write these words in lower case; they are answered and do nothing.
@@ -98,14 +98,6 @@ fn unknown(texts: &Texts, line: &str, word: &str) -> Failure {
     }
 }
 
-/// Whether a line is a command of GRBL's own. GRBL has no `$P` and `$S`, and its jog is `$J=`: `$J` with a
-/// blank is Smoothieware's, whose pendants go on working.
-fn is_grbls<P: Ports>(machine: &Machine<'_, P>, line: &str, to: Recipient) -> bool {
-    let is_jog = line.strip_prefix("$J ").is_some_and(|words| !words.trim_start().starts_with('='));
-    let is_ours = is_jog || matches!(split(line).0, "$P" | "$S");
-    line.starts_with('$') && !is_ours && machine.sessions.dialect_of(to) == Dialect::Grbl
-}
-
 fn may_run<P: Ports>(machine: &Machine<'_, P>, info: &CommandInfo) -> Result<(), Failure> {
     let state = machine.safety.state();
     match state {
@@ -117,8 +109,8 @@ fn may_run<P: Ports>(machine: &Machine<'_, P>, info: &CommandInfo) -> Result<(),
 
 /// Answers a line that is a question. False for every other line.
 pub(crate) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> bool {
-    if is_grbls(machine, line, to) {
-        // GRBL's own `$` commands wait for their turn.
+    if Features::<P>::owns_console_line(machine, line, to) {
+        // A feature's own commands wait for their turn.
         return false;
     }
     let (word, arguments) = split(line);
@@ -411,7 +403,7 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
     match word {
         "abort" => apart(|| abort::abort(machine, to)),
         "pause" => apart(|| job_control::pause(machine, arguments, to)),
-        "suspend" => apart(|| suspend::suspend(machine, arguments.starts_with(['l', 'h']), None, to)),
+        "suspend" => apart(|| suspend::suspend(machine, arguments.starts_with(['l', 'h']), to)),
         "resume" => suspend::resume(machine, to),
         "switch" => apart(|| switch(machine, arguments, to)),
         "preheat" => apart(|| heat_codes::preheat(&mut MachineHands::new(machine, to), arguments)),

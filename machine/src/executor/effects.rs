@@ -13,8 +13,8 @@ use program::{Effect, Part, State};
 use thermal::{Full, Output};
 use units::{Micros, SwitchId};
 
-use crate::features::lights;
 use crate::machine::Machine;
+use crate::machine::moments::{Features, Moments as _};
 use crate::machine::program_io;
 
 /// Carries out an effect when its line is read: outputs then change where the path has come to that line.
@@ -23,8 +23,8 @@ pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> 
         if let Some(passed) = &mut machine.passed {
             passed.note(effect);
             match effect {
-                Effect::Arm { rule, armed } => machine.temperature_switches.arm(rule, armed),
-                Effect::Light(change) => machine.strips.change(&change),
+                Effect::Arm { rule, armed } => Features::<P>::arm(machine, rule, armed),
+                Effect::Light(change) => Features::<P>::pass_light(machine, &change),
                 _ => {}
             }
         }
@@ -49,10 +49,10 @@ pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> 
             machine.outputs.turn(machine.config, switch, on, value)
         }
         Effect::Arm { rule, armed } => {
-            machine.temperature_switches.arm(rule, armed);
+            Features::<P>::arm(machine, rule, armed);
             None
         }
-        Effect::Light(change) => return lights::change(machine, change),
+        Effect::Light(change) => return Features::<P>::change_light(machine, &change),
         Effect::Ignored { .. } => None,
     };
     let Some(output) = output else { return Ok(()) };

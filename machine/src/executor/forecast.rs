@@ -185,9 +185,9 @@ fn begin<P: Ports>(
     purpose: Purpose,
     dialect: Option<Dialect>,
 ) -> Result<(), Failure> {
-    let Machine { ports, forecast_files: files, beside, forecast, .. } = machine;
+    let Machine { ports, forecast_files: files, forecaster, forecast, .. } = machine;
     forecast.forget();
-    let can_look = ports.motion(|motion| beside.forecaster.stand_as(motion));
+    let can_look = ports.motion(|motion| forecaster.stand_as(motion));
     files.close(ports);
     let failed = |error: StorageError| machine.texts.about_file(path, error.text());
     let file = ports.open(path, OpenMode::Beside).map_err(failed)?;
@@ -205,7 +205,7 @@ fn begin<P: Ports>(
         most.iter_mut().zip(heat.heaters()).for_each(|(most, (_, heater))| *most = heater.settings.max);
         (targets, most)
     });
-    let Machine { program, tuning, safety, axes, beside, forecast, .. } = machine;
+    let Machine { program, tuning, safety, axes, forecaster, forecast, .. } = machine;
     let state = AsItIs {
         program,
         tuning,
@@ -216,7 +216,7 @@ fn begin<P: Ports>(
         dialect: forced,
         goes_on: purpose == Purpose::Job,
     };
-    beside.forecaster.begin(purpose, file, &state);
+    forecaster.begin(purpose, file, &state);
     if !can_look {
         forecast.fail("there is no machine that could move, or no memory to look ahead");
     }
@@ -244,10 +244,10 @@ pub(crate) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     warn(machine, forecast);
     let is_read = machine.jobs.is_read();
     let may_run = machine.ports.motion(|motion| is_read || motion.queue_level().0 == 0 || motion.is_full());
-    let Machine { ports, forecast_files: files, beside, .. } = machine;
+    let Machine { ports, forecast_files: files, forecaster, .. } = machine;
     if let Some(lookup) = &mut files.lookup {
         forecast.allow(false);
-        if may_run && look(lookup, files.file, forecast, beside.forecaster, ports).is_some() {
+        if may_run && look(lookup, files.file, forecast, *forecaster, ports).is_some() {
             files.lookup = None;
         }
         return;

@@ -24,6 +24,7 @@ use super::long_answers;
 use super::periodic;
 use super::probe_strategy;
 use super::settings_file;
+use crate::features::States;
 use crate::features::automatic_outputs;
 use crate::features::filament;
 use crate::features::filament::cold_extrusion;
@@ -254,7 +255,16 @@ const fn ok((): ()) -> Answer {
 /// Carries out a function that says something.
 fn report<P: Ports>(machine: &mut Machine<'_, P>, asked: Report, words: &Words<'_>, to: Recipient) -> Outcome {
     let dialect = machine.sessions.dialect_of(to);
-    let Machine { ports, program, sessions, axes, tuning, config, filament, filament_width, .. } = machine;
+    let Machine {
+        ports,
+        program,
+        sessions,
+        axes,
+        tuning,
+        config,
+        features: States { filament, filament_width, .. },
+        ..
+    } = machine;
     let reply = &mut Reply::new(sessions, to);
     let code = words.code();
     match asked {
@@ -314,7 +324,9 @@ fn file_or_job<P: Ports>(
 ) -> Outcome {
     let now = machine.ports.now();
     let dialect = machine.sessions.dialect_of(to);
-    let Machine { ports, sessions, files, jobs, journal, filament, config, program, bed, .. } = machine;
+    let Machine {
+        ports, sessions, files, jobs, config, program, bed, features: States { journal, filament, .. }, ..
+    } = machine;
     let reply = &mut Reply::new(sessions, to);
     let name = words.text();
     match asked {

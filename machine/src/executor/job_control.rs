@@ -18,7 +18,7 @@ use crate::machine::suspend;
 pub(crate) fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let (word, rest) = arguments.split_once(' ').unwrap_or((arguments, ""));
     match word {
-        "" => return suspend::suspend(machine, true, None, to),
+        "" => return suspend::suspend(machine, true, to),
         "at" => {
             let (place, command) = parse_pause(rest)?;
             machine.jobs.pauses.add(place, command)?;

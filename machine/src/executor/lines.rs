@@ -34,14 +34,10 @@ use super::periodic;
 use super::program_files;
 use super::program_flow;
 use super::stack;
-use crate::features::filament;
-use crate::features::grbl::commands as grbl;
-use crate::features::objects;
-use crate::features::power_loss::journal;
-use crate::features::stalls::recovery as stall_recovery;
-use crate::features::statistics;
 use crate::machine::Machine;
 use crate::machine::card;
+use crate::machine::jogging;
+use crate::machine::moments::{Features, JobBegins, Moments as _};
 use crate::machine::program_logs;
 use crate::machine::source::{Origin, Source};
 use crate::machine::suspend;
@@ -66,10 +62,7 @@ pub(crate) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         let (used, size) = motion.queue_level();
         size > 0 && used >= size
     });
-    // Lines behind moves that are being dropped wait until the drop is done.
-    let path_is_full = path_is_full || machine.jobs.objects.is_cutting();
-    let measures = machine.config.filament_width.enable;
-    let path_is_full = path_is_full || measures && filament::is_planned_ahead(machine);
+    let path_is_full = path_is_full || Features::<P>::hold_moves_back(machine);
     let had_line = run_session(machine, path_is_full);
     // Inputs come before the job, which may always have a line ready. At an M0 inputs may do what sessions
     // may.
@@ -81,11 +74,7 @@ pub(crate) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if machine.frames.is_empty() && !path_is_full && machine.urgent.first().is_none() && run_job_line(machine) {
         return true;
     }
-    if had_line {
-        return true;
-    }
-    statistics::save(machine);
-    false
+    had_line
 }
 
 fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bool {
@@ -101,7 +90,7 @@ fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bo
         return true;
     }
     let Some(line) = machine.sessions.get_mut(id).and_then(base::sessions::Session::take_line) else { return false };
-    if grbl::is_dropped_jog(machine, id, &line) {
+    if jogging::is_dropped(machine, id, &line) {
         answered(machine, id);
         return true;
     }
@@ -157,14 +146,11 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
             }
             answered(machine, id);
         }
-        Ok(Line::Code(_)) if grbl::jogs(machine, to) => {
-            machine.sessions.refuse(to, Reason::Locked, format_args!("a jog is under way: 0x85 ends it"));
-            answered(machine, id);
-        }
+        Ok(Line::Code(_)) if Features::<P>::refuse_codes(machine, to) => answered(machine, id),
         Ok(decoded) => {
-            let before = journal::before_session(machine);
+            Features::<P>::session_line_begins(machine);
             run_decoded(machine, decoded, Source::new(machine, to, Origin::Session));
-            journal::after_session(machine, before);
+            Features::<P>::session_line_ends(machine);
         }
         Err(refusal) => {
             say_refusal(machine, refusal, line, to);
@@ -183,9 +169,8 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if !machine.sessions.have_taken_most(to) {
         return false;
     }
-    // With a filament detector about to ask, the job is suspended before its first move.
     let has_begun = machine.jobs.begun() > 0 || machine.safety.state() == State::Check;
-    if !has_begun && machine.filament.is_about_to_ask(machine.config) {
+    if !has_begun && !Features::<P>::job_may_begin(machine) {
         return false;
     }
     if machine.jobs.scripts().is_some_and(Scripts::take_before)
@@ -197,8 +182,7 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         match forecast::job_begins(machine) {
             JobStart::Now => {
                 record_begin(machine);
-                journal::begin(machine);
-                stall_recovery::job_begins(machine);
+                Features::<P>::job_begins(machine, JobBegins::Whole);
                 // The start of the job may have taken a while.
                 if !machine.jobs.is_playing() {
                     return true;
@@ -243,7 +227,7 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         Next::TooLong => pause_job(machine, "is too long"),
         Next::End => return apart(|| end_job(machine)),
         Next::Failed(why) => {
-            machine.journal.lose();
+            Features::<P>::job_is_unreadable(machine);
             machine.record(&Event::CardFailed(Text::new(format_args!("reading the job failed: {why}"))));
             machine.announce(format_args!(
                 "error:paused, reading the file being played failed: {why}: M24 goes on once its card is back, abort ends it\n"
@@ -270,13 +254,12 @@ fn run_passed_over<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Reci
 /// Reads the next line of the file without carrying it out: see [`fast_forward`].
 #[cold]
 fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
-    // A journal would begin in the middle of the file, so there is none. The forecast begins with the file,
-    // as the program does.
+    // The forecast begins with the file, as the program does.
     if machine.jobs.take_new() {
         match forecast::job_begins(machine) {
             JobStart::Now => {
                 record_begin(machine);
-                stall_recovery::job_begins(machine);
+                Features::<P>::job_begins(machine, JobBegins::FurtherOn);
             }
             JobStart::Later => {
                 machine.jobs.is_new_again();
@@ -330,7 +313,7 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     {
         return true;
     }
-    objects::end(machine);
+    Features::<P>::job_is_read(machine);
     if let Err(fault) = machine.program.end_file() {
         machine.announce(format_args!("error:the file has ended, and {fault}\n"));
     }
@@ -339,8 +322,7 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let (to, tells_date) = (machine.jobs.tells_end(), machine.jobs.tells_date());
     ignored_codes::say(machine);
     program_logs::close(machine);
-    statistics::end_job(machine, true, if tells_date { to } else { Recipient::Nobody });
-    journal::end(machine);
+    Features::<P>::job_ends(machine, true, if tells_date { to } else { Recipient::Nobody });
     machine.jobs.close(&mut machine.ports);
     machine.say(to, format_args!("Done printing file\n"));
     if tells_date {
@@ -353,16 +335,20 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 
 /// Runs the command of an input switch that changed. False when there is none.
 fn run_switch<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let Machine { outputs, filament, buttons, config, tuning, .. } = machine;
-    let command = outputs.take_command(config).or_else(|| filament.take_command(tuning));
-    let Some(command) = command else {
-        let Some(line) = buttons.take_line(config) else { return false };
+    let Machine { outputs, config, .. } = machine;
+    let command = outputs.take_command(config);
+    let line = match &command {
+        Some(command) => Some(command.as_str()),
+        None => Features::<P>::take_line(machine),
+    };
+    let Some(line) = line else {
+        let Some(line) = machine.buttons.take_line(machine.config) else { return false };
         run_button(machine, &line);
         return true;
     };
     machine.tag = Tag::NONE;
     let source = Source::new(machine, Recipient::Nobody, Origin::Switch);
-    run_own_line(machine, command.as_bytes(), source);
+    run_own_line(machine, line.as_bytes(), source);
     true
 }
 

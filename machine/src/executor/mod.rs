@@ -43,8 +43,8 @@ use core::cell::RefCell;
 use core::convert::Infallible;
 use core::pin::pin;
 
-use crate::features::update;
-use crate::machine::{Beside, Machine};
+use crate::machine::Machine;
+use crate::machine::moments::{Features, Moments as _};
 use config::MachineConfig;
 use units::Micros;
 
@@ -92,8 +92,7 @@ pub fn run<P: Ports>(mut ports: P, lasting: &mut Lasting) -> Infallible {
     let desk = RefCell::new(workspace.as_deref_mut().map(|workspace| Desk::new(config, texts, workspace)));
     let place = pin!(None);
     let mut forecaster = Work::new(forecast, &desk, || read_file(forecast, &desk), place);
-    let beside = Beside { serve: serve::serve, forecaster: &mut forecaster };
-    let mut machine = Machine::new(ports, config, texts, sessions, read.took, forecast, beside);
+    let mut machine = Machine::new(ports, config, texts, sessions, read.took, forecast, &mut forecaster);
     apart(|| boot::start(&mut machine, read));
     loop {
         machine.serve();
@@ -103,7 +102,7 @@ pub fn run<P: Ports>(mut ports: P, lasting: &mut Lasting) -> Infallible {
             while left > 0 && machine.ports.now().since(since) < SERVE_AFTER && lines::run_next(&mut machine) {
                 left -= 1;
             }
-        } else if !machine.update.waits() || !update::run_next(&mut machine) {
+        } else if !Features::<P>::idle(&mut machine) {
             machine.rest(Wake::Time);
         }
     }

@@ -16,9 +16,9 @@ use program::{Dialect, Dialects};
 
 use super::abort;
 use super::stack;
-use crate::features::power_loss::job_recovery;
 use crate::machine::Machine;
 use crate::machine::end_requests::{Ends, Requester};
+use crate::machine::moments::{Features, Moments as _};
 
 /// Returns how much of the work in progress a line ends; `None` if it waits its turn.
 pub(crate) fn of_line(line: &Line<'_>, dialect: Dialect) -> Option<Ends> {
@@ -53,18 +53,9 @@ fn m_number(blocks: &Blocks<'_>) -> Option<u16> {
     (letter == Letter::M).then_some(number)
 }
 
-/// Ends the job's wait for the operator. False when it did not wait.
-pub(crate) fn operator_is_done<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let waited = machine.jobs.operator_is_done();
-    if waited {
-        machine.sessions.tell_hosts("resumed", Recipient::Nobody);
-    }
-    waited
-}
-
 /// Ends the operator's pause of a job, or else the wait in progress (M108).
 pub(crate) fn end_wait<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !operator_is_done(machine) {
+    if !machine.operator_is_done() {
         machine.urgent.end_wait();
     }
 }
@@ -117,12 +108,12 @@ fn code_of(line: &str) -> Option<u16> {
 
 /// Returns the lines that inputs have sent and that have not been carried out.
 fn inputs<'m, P: Ports>(machine: &'m Machine<'_, P>) -> impl Iterator<Item = &'m str> {
-    let Machine { outputs, filament, buttons, config, .. } = machine;
-    let runout = filament.has_command().then_some("M600");
+    let Machine { outputs, buttons, config, .. } = machine;
+    let wished = Features::<P>::line(machine);
     outputs
         .commands(config)
         .map(|line| line.as_str())
-        .chain(runout)
+        .chain(wished)
         .chain(buttons.lines(config).map(|line| line.as_str()))
 }
 
@@ -185,7 +176,6 @@ pub(crate) fn settle<P: Ports>(machine: &mut Machine<'_, P>) {
         if !machine.frames.is_empty() {
             stack::fail(machine, Failure::HALTED);
         }
-        machine.stalls.rest();
         machine.urgent.ends = None;
         if let Some((_, ends)) = &mut machine.urgent.asked {
             // The request has ended everything already.
@@ -194,9 +184,7 @@ pub(crate) fn settle<P: Ports>(machine: &mut Machine<'_, P>) {
         // A halt meanwhile ends everything all the same.
         let _ = machine.standstill();
         machine.resynchronise();
-        if machine.recovery.is_some() {
-            job_recovery::give_up(machine);
-        }
+        Features::<P>::work_was_ended(machine);
     }
     machine.urgent.ends = None;
 }

@@ -15,10 +15,10 @@ use units::{Axis, MmPerSecond};
 use super::fast_forward;
 use super::fast_forward_record::Until;
 use super::heat_restoring;
-use crate::features::power_loss::journal;
 use crate::machine::Machine;
 use crate::machine::frames::{Frame, Then};
 use crate::machine::hands::MachineHands;
+use crate::machine::moments::{Features, JobBegins, Moments as _};
 
 /// Height above the place, before the tool goes down to it, mm.
 const LIFT: f64 = 5.0;
@@ -127,7 +127,7 @@ fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_heated: &
     ));
     // Refusals must come before anything heats.
     MachineHands::new(machine, to).enable_motors()?;
-    journal::give_up_offer(machine);
+    Features::<P>::job_begins(machine, JobBegins::Elsewhere);
     *has_heated = true;
     heat_restoring::heat(machine, &passed.targets.map(|target| target.unwrap_or_default()), to)?;
     let rate = machine.program.modal().seek_rate;

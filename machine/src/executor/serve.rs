@@ -13,7 +13,7 @@ use events::{Event as Happened, Text};
 use gcode::{Line, realtime::Realtime};
 use jobs::files::listings;
 use parts::heat_codes::{HeatFaultText, TargetRefusal};
-use program::{Dialect, State};
+use program::State;
 use thermal::HeatControl;
 use units::{Actuator, Axis, Micros, PerAxis};
 
@@ -23,22 +23,12 @@ use super::functions;
 use super::long_answers;
 use super::out_of_turn;
 use super::periodic;
-use crate::features::automatic_outputs;
-use crate::features::brown_out;
-use crate::features::door;
-use crate::features::event_log;
-use crate::features::filament;
-use crate::features::grbl::commands as grbl;
-use crate::features::lights;
-use crate::features::objects::leave_out;
-use crate::features::power_loss::journal;
-use crate::features::stalls;
-use crate::features::stalls::recovery as stall_recovery;
-use crate::features::statistics;
-use crate::features::update;
 use crate::machine::Machine;
 use crate::machine::end_requests::Requester;
+use crate::machine::jogging;
+use crate::machine::moments::{Features, Moments as _, Served};
 use crate::machine::program_io;
+use crate::machine::supplies;
 
 /// Period of the looks at inputs and faults.
 const POLL_PERIOD: Micros = Micros::from_millis(10);
@@ -50,8 +40,14 @@ const G_QUESTION: &[u8] = b"G28.6";
 /// Half period of the life LED.
 const LED_PERIOD: Micros = Micros::from_millis(100);
 
+impl<P: Ports> Served for P {
+    fn serve(machine: &mut Machine<'_, P>) {
+        serve(machine);
+    }
+}
+
 /// Serves sessions, inputs and outputs once.
-pub(crate) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
+fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     let now = machine.ports.now();
     machine.ports.report_alive();
     machine.ports.heat(|heat| heat.executor_alive(now));
@@ -63,10 +59,7 @@ pub(crate) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     if now >= machine.polls.kill_due {
         machine.polls.kill_due = now.plus(KILL_PERIOD);
         machine.watch_kill_button(now);
-        door::watch(machine);
-        filament::count(machine);
-        brown_out::watch(machine);
-        stalls::watch(machine, now);
+        Features::<P>::each_250_us(machine, now);
         if machine.safety.is_halted() {
             // A halted machine's place has to be on the card before a falling supply is gone.
             machine.watch_halt(now);
@@ -75,17 +68,11 @@ pub(crate) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     if now >= machine.polls.due {
         machine.polls.due = now.plus(POLL_PERIOD);
         apart(|| machine.watch(now));
-        apart(|| update::watch(machine, now));
-        if machine.safety.state() == State::Door {
-            door::stop_what_is_behind(machine);
-        }
     }
     if machine.forecast_files.is_open() {
         forecast::serve(machine);
     }
-    if machine.jobs.objects.is_cutting() || machine.cut.brakes {
-        apart(|| leave_out::serve(machine));
-    }
+    Features::<P>::each_turn(machine);
     out_of_turn::follow(machine);
     machine.sessions.flush(&mut machine.ports, now);
 }
@@ -147,25 +134,16 @@ impl<P: Ports> Machine<'_, P> {
             let request = self.ports.inbox(id).take_request();
             let Some(request) = request else { return };
             match request {
-                Realtime::Status if self.sessions.get(id).is_some_and(|session| session.has_room_for_status()) => {
-                    if self.sessions.dialect_of(to) == Dialect::Grbl {
-                        grbl::report_status(self, id);
-                    } else {
-                        functions::report_status(self, to);
-                    }
-                }
-                Realtime::Status => {
+                Realtime::Status
+                    if !self.sessions.get(id).is_some_and(base::sessions::Session::has_room_for_status) =>
+                {
                     // A status request is the least urgent, so nothing else waits behind it.
                     self.ports.inbox(id).request(Realtime::Status);
                     return;
                 }
-                Realtime::StatusInFull if !self.config.general.grblhal => {}
-                Realtime::StatusInFull => {
-                    grbl::tell_all(self, id);
-                    self.ports.inbox(id).request(Realtime::Status);
-                }
+                request if Features::<P>::take_request(self, request, id) => {}
+                Realtime::Status => functions::report_status(self, to),
                 Realtime::Emergency => self.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n")),
-                Realtime::Abort if self.sessions.dialect_of(to) == Dialect::Grbl => grbl::reset(self, id),
                 Realtime::Abort => {
                     if let Some(session) = self.sessions.get_mut(id) {
                         session.clear_line();
@@ -180,64 +158,22 @@ impl<P: Ports> Machine<'_, P> {
                     if let Some(session) = self.sessions.get_mut(id) {
                         session.stop_requested = true;
                     }
-                    grbl::cancel_jog(self, id);
+                    jogging::cancel(self, id);
                 }
-                Realtime::Hold if grbl::jogs(self, to) => grbl::cancel_jog(self, id),
-                Realtime::Hold => self.feed_hold(Event::Hold),
-                Realtime::Door => self.feed_hold(Event::DoorOpens),
+                Realtime::Hold => {
+                    self.feed_hold(Event::Hold);
+                }
                 Realtime::Resume => self.feed_resume(),
                 Realtime::EndWait if self.urgent.awaits_operator => self.feed_resume(),
                 Realtime::EndWait => out_of_turn::end_wait(self),
-                changes => grbl::change(self, changes, id),
+                // A byte that no feature takes asks for nothing here.
+                _ => {}
             }
         }
     }
 
     fn may_operate(&self, id: SessionId) -> bool {
         self.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate)
-    }
-
-    pub(crate) fn feed_hold(&mut self, event: Event) {
-        if event == Event::Hold && !self.hold.ask() {
-            self.announce(format_args!("// NOTE: the hold waits until the tap is out of the hole\n"));
-            return;
-        }
-        self.follow_motion();
-        let was_held = self.safety.state() == State::Hold;
-        if !self.safety.apply(event) {
-            return;
-        }
-        if !was_held {
-            self.ports.motion(motion::Motion::hold);
-        }
-        if event == Event::DoorOpens {
-            door::stop_what_is_behind(self);
-            self.announce(format_args!("// NOTE the door is open: close it, then ~ goes on\n"));
-        }
-    }
-
-    pub(crate) fn feed_resume(&mut self) {
-        if self.hold.take_back() {
-            return;
-        }
-        let is_held = matches!(self.safety.state(), State::Hold | State::Door);
-        if !is_held && out_of_turn::operator_is_done(self) {
-            return;
-        }
-        let was_door = self.safety.state() == State::Door;
-        if was_door && door::is_open(self) {
-            self.announce(format_args!("// NOTE the door is still open: close it, then ~ goes on\n"));
-            return;
-        }
-        if !self.safety.apply(Event::Resume) {
-            return;
-        }
-        self.outputs.stop_spindle(false);
-        program_io::say_spindle(self);
-        if was_door {
-            door::let_go_on(self);
-        }
-        self.ports.motion(motion::Motion::resume);
     }
 
     fn gather(&mut self, id: SessionId) {
@@ -251,7 +187,7 @@ impl<P: Ports> Machine<'_, P> {
         let Some(session) = self.sessions.get_mut(id) else { return };
         while let Some((error, why)) = session.take_lost() {
             let asked = gcode::Refusal::Resend { expected: session.decoder.expected() };
-            match session.decoder.can_resend() && session.dialect != Dialect::Grbl {
+            match session.decoder.can_resend() && !session.numbers_refusals() {
                 true => session.say(format_args!("{asked}\n")),
                 false => session.refuse(error, format_args!("{why}")),
             }
@@ -295,7 +231,6 @@ impl<P: Ports> Machine<'_, P> {
     // --- watching ---
 
     fn watch(&mut self, now: Micros) {
-        event_log::follow(self);
         self.watch_heat();
         self.watch_supervisor();
         self.watch_limits(now);
@@ -303,32 +238,23 @@ impl<P: Ports> Machine<'_, P> {
         self.watch_reset(now);
         self.watch_halt(now);
         crate::machine::card::watch(self);
-        crate::features::usb_disk::watch(self);
-        stall_recovery::begin(self);
         let levels = self.ports.inputs();
         if self.safety.state() != State::Invalid {
             let has_lines = self.outputs.look(levels, self.config, now) | self.watch_buttons(levels, now);
-            if has_lines || self.filament.has_command() {
+            if has_lines || Features::<P>::line(self).is_some() {
                 out_of_turn::ask_for_inputs(self);
             }
-            automatic_outputs::look(self, now);
-            lights::look(self, now);
         }
         self.follow_motion();
-        if self.config.filament_detector.enable || self.config.filament_width.enable {
-            filament::watch(self, now);
-        }
+        self.follow_job();
+        Features::<P>::each_10_ms(self, now);
         program_io::say_spindle(self);
         let is_idle = self.safety.state() == State::Idle;
         self.axes.watch_standstill(&mut self.ports, self.config, is_idle, now);
-        self.follow_job();
         if self.jobs.is_open() {
             forecast::follow(self);
         }
         periodic::tell(self, now);
-        journal::tick(self, now);
-        statistics::sample(self, now);
-        statistics::count_heat(self, now);
         self.watch_frame();
         self.watch_flow(now);
         self.watch_turning(now);
@@ -378,7 +304,7 @@ impl<P: Ports> Machine<'_, P> {
         let celsius = reading.map(|celsius| f64::from(celsius.0));
         let offset = self.thermal.read(celsius, POLL_PERIOD.seconds(), is_homed);
         // On the way back to a job the offset is as it was there.
-        if let Some(offset) = offset.filter(|_| self.recovery.is_none()) {
+        if let Some(offset) = offset.filter(|_| !Features::<P>::keeps_thermal_z(self)) {
             self.program.set_thermal_z(offset);
         }
     }
@@ -406,11 +332,11 @@ impl<P: Ports> Machine<'_, P> {
     fn watch_supervisor(&mut self) {
         while let Some(event) = self.ports.supervisor(Supervisor::take_event) {
             match event {
-                SupervisorEvent::MotorSupplyLost => brown_out::motor_supply_lost(self),
+                SupervisorEvent::MotorSupplyLost => supplies::motor_supply_lost(self),
                 SupervisorEvent::MotorSupplyReturned => {
                     self.announce(format_args!("// NOTICE motor supply is on, HOME before moving\n"));
                 }
-                SupervisorEvent::FetSupplyLost => brown_out::fet_supply_lost(self),
+                SupervisorEvent::FetSupplyLost => supplies::fet_supply_lost(self),
                 SupervisorEvent::FetSupplyReturned => self.announce(format_args!("// NOTICE heater supply is on\n")),
                 SupervisorEvent::Driver(motor, trouble) => {
                     let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());

@@ -15,11 +15,10 @@ use super::blocks::Start;
 use super::bore_retract;
 use super::play_from;
 use super::tool_change;
-use crate::features::power_loss::job_recovery;
-use crate::features::stalls::recovery as stall_recovery;
 use crate::machine::Machine;
 use crate::machine::frames::{Frame, Replay, Script, Then};
 use crate::machine::hands::MachineHands;
+use crate::machine::moments::{Featured, Features, Moments as _};
 use crate::machine::source::{Origin, Source};
 use crate::machine::suspend::{self, start_script};
 
@@ -82,7 +81,7 @@ fn go_on_drilling<P: Ports>(machine: &mut Machine<'_, P>, left: &LeftHole) -> Re
 
 /// Runs a startup line, and then those behind it. None begins in an alarm.
 fn run_startup<P: Ports>(machine: &mut Machine<'_, P>, number: u8) {
-    let Some(text) = machine.grbl.own.startup.get(usize::from(number)).cloned() else { return };
+    let Some(text) = Features::<P>::startup_line(machine, number) else { return };
     // The frame that was taken left room for this one.
     let _ = machine.frames.push(Frame::Startup(number + 1));
     if !text.is_empty() {
@@ -141,7 +140,7 @@ fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 /// Does the work that follows a script.
-fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failure> {
+fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then<<P as Featured>::Step>) -> Result<(), Failure> {
     match then {
         Then::TouchGrid(plan, to) => {
             machine.standstill()?;
@@ -167,8 +166,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then) -> Result<(), Failu
             machine.standstill()?;
             machine.announce(format_args!("// Print Suspended, enter resume to continue printing\n"));
         }
-        Then::Recover(step, to) => return job_recovery::go_on(machine, step, to),
-        Then::Stalled(step) => return stall_recovery::go_on(machine, step),
+        Then::Step(step) => return P::go_on(machine, step),
         Then::Resumed => return suspend::go_back(machine),
         Then::PlayFrom(to) => return play_from::go_on(machine, to),
     }
@@ -192,8 +190,7 @@ pub(crate) fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
                 }
                 end_replay(machine, replay, Err("the machine is halted"));
             }
-            // A recovery cannot go on from where the machine is.
-            Frame::Then(Then::Recover(..)) if failure.is_refusal() => job_recovery::give_up(machine),
+            Frame::Then(Then::Step(step)) => P::give_up(machine, step, failure),
             Frame::Script(script) => end_script(machine, &script),
             Frame::Then(_)
             | Frame::Startup(_)

@@ -1,4 +1,7 @@
-//! The features of the machine, a folder each.
+//! The features of the machine, a folder each, and the list that has them all.
+//!
+//! A new feature is a folder, a line in `features!`, a field in [`States`] if it has a state, and a row in
+//! [`Step`] if its sequences wait for scripts. The order of the list is the order in which they act.
 
 pub(crate) mod automatic_outputs;
 pub(crate) mod brown_out;
@@ -8,8 +11,323 @@ pub(crate) mod filament;
 pub(crate) mod grbl;
 pub(crate) mod lights;
 pub(crate) mod objects;
+pub(crate) mod paper;
 pub(crate) mod power_loss;
 pub(crate) mod stalls;
 pub(crate) mod statistics;
 pub(crate) mod update;
 pub(crate) mod usb_disk;
+
+use base::Ports;
+use base::brown_out::BrownOut;
+use base::failure::{Failure, Outcome};
+use base::ports::Running;
+use base::sessions::{Recipient, Reply, SessionId};
+use base::stall_watch::StallWatch;
+use config::MachineConfig;
+use gcode::{Code, realtime::Realtime};
+use jobs::journal::{Journal, Recovery};
+use jobs::player::StalledJob;
+use parts::fans::Fans;
+use parts::filament::{self as filament_parts, Filament};
+use parts::lights::LightShow;
+use parts::outputs::TemperatureSwitches;
+use parts::strips::Strips;
+use procedures::paper::Paper;
+use procedures::stall_recovery::StallRecovery;
+use program::{BEGINNING_BYTES, LightChange, Move, State, Words};
+use thermal::Effects;
+use thermal::surplus::SurplusWatch;
+use units::Micros;
+
+use crate::machine::Machine;
+use crate::machine::moments::{Featured, JobBegins, Moments, StartupLine};
+use crate::machine::source::Source;
+
+/// All features, as one.
+#[derive(Debug)]
+pub(crate) struct List;
+
+/// Has the list do at each moment what its features do, one after the other.
+macro_rules! features {
+    ($($feature:ident),+ $(,)?) => {
+        impl<P: Ports> Moments<P> for List {
+            fn greet(running: &Running, reply: &mut Reply<'_>) {
+                $(<$feature::Feature as Moments<P>>::greet(running, reply);)+
+            }
+            fn banner(config: &MachineConfig) -> Option<&'static str> {
+                None$(.or_else(|| <$feature::Feature as Moments<P>>::banner(config)))+
+            }
+            fn wired(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::wired(machine);)+
+            }
+            fn read_files(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::read_files(machine);)+
+            }
+            fn started(machine: &mut Machine<'_, P>, is_usable: bool) {
+                $(<$feature::Feature as Moments<P>>::started(machine, is_usable);)+
+            }
+            fn each_250_us(machine: &mut Machine<'_, P>, now: Micros) {
+                $(<$feature::Feature as Moments<P>>::each_250_us(machine, now);)+
+            }
+            fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
+                $(<$feature::Feature as Moments<P>>::each_10_ms(machine, now);)+
+            }
+            fn each_turn(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::each_turn(machine);)+
+            }
+            fn idle(machine: &mut Machine<'_, P>) -> bool {
+                false $(|| <$feature::Feature as Moments<P>>::idle(machine))+
+            }
+            fn take_request(machine: &mut Machine<'_, P>, request: Realtime, id: SessionId) -> bool {
+                false $(|| <$feature::Feature as Moments<P>>::take_request(machine, request, id))+
+            }
+            fn owns_console_line(machine: &Machine<'_, P>, line: &str, to: Recipient) -> bool {
+                false $(|| <$feature::Feature as Moments<P>>::owns_console_line(machine, line, to))+
+            }
+            fn run_console_line(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Option<Outcome> {
+                None$(.or_else(|| <$feature::Feature as Moments<P>>::run_console_line(machine, line, to)))+
+            }
+            fn refuse_codes(machine: &mut Machine<'_, P>, to: Recipient) -> bool {
+                false $(|| <$feature::Feature as Moments<P>>::refuse_codes(machine, to))+
+            }
+            fn session_line_begins(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::session_line_begins(machine);)+
+            }
+            fn session_line_ends(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::session_line_ends(machine);)+
+            }
+            fn line(machine: &Machine<'_, P>) -> Option<&'static str> {
+                None$(.or_else(|| <$feature::Feature as Moments<P>>::line(machine)))+
+            }
+            fn take_line(machine: &mut Machine<'_, P>) -> Option<&'static str> {
+                None$(.or_else(|| <$feature::Feature as Moments<P>>::take_line(machine)))+
+            }
+            fn hold_moves_back(machine: &Machine<'_, P>) -> bool {
+                false $(|| <$feature::Feature as Moments<P>>::hold_moves_back(machine))+
+            }
+            fn block_begins(machine: &mut Machine<'_, P>, source: Source) {
+                $(<$feature::Feature as Moments<P>>::block_begins(machine, source);)+
+            }
+            fn leave_move_out(machine: &mut Machine<'_, P>, request: &Move) -> Result<bool, Failure> {
+                Ok(false $(|| <$feature::Feature as Moments<P>>::leave_move_out(machine, request)?)+)
+            }
+            fn may_move(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
+                $(<$feature::Feature as Moments<P>>::may_move(machine, request)?;)+
+                Ok(())
+            }
+            fn accepts(code: Code) -> bool {
+                false $(|| <$feature::Feature as Moments<P>>::accepts(code))+
+            }
+            fn startup_line_ended(machine: &mut Machine<'_, P>, number: u8, outcome: &Outcome) {
+                $(<$feature::Feature as Moments<P>>::startup_line_ended(machine, number, outcome);)+
+            }
+            fn startup_line(machine: &Machine<'_, P>, number: u8) -> Option<StartupLine> {
+                None$(.or_else(|| <$feature::Feature as Moments<P>>::startup_line(machine, number)))+
+            }
+            fn job_may_begin(machine: &mut Machine<'_, P>) -> bool {
+                true $(&& <$feature::Feature as Moments<P>>::job_may_begin(machine))+
+            }
+            fn job_begins(machine: &mut Machine<'_, P>, from: JobBegins) {
+                $(<$feature::Feature as Moments<P>>::job_begins(machine, from);)+
+            }
+            fn job_goes_on(machine: &mut Machine<'_, P>, beginning: [u8; BEGINNING_BYTES]) {
+                $(<$feature::Feature as Moments<P>>::job_goes_on(machine, beginning);)+
+            }
+            fn job_is_unreadable(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::job_is_unreadable(machine);)+
+            }
+            fn job_is_read(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::job_is_read(machine);)+
+            }
+            fn job_ends(machine: &mut Machine<'_, P>, is_done: bool, to: Recipient) {
+                $(<$feature::Feature as Moments<P>>::job_ends(machine, is_done, to);)+
+            }
+            fn explains_stop(machine: &Machine<'_, P>) -> bool {
+                false $(|| <$feature::Feature as Moments<P>>::explains_stop(machine))+
+            }
+            fn suspend(
+                machine: &mut Machine<'_, P>,
+                heaters_stay: bool,
+                words: &Words<'_>,
+                to: Recipient,
+            ) -> Option<Outcome> {
+                None$(.or_else(|| <$feature::Feature as Moments<P>>::suspend(machine, heaters_stay, words, to)))+
+            }
+            fn may_resume(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+                $(<$feature::Feature as Moments<P>>::may_resume(machine)?;)+
+                Ok(())
+            }
+            fn before_going_back(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+                $(<$feature::Feature as Moments<P>>::before_going_back(machine)?;)+
+                Ok(())
+            }
+            fn goes_back(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::goes_back(machine);)+
+            }
+            fn arrives(machine: &mut Machine<'_, P>, stall: &StalledJob) -> Result<(), Failure> {
+                $(<$feature::Feature as Moments<P>>::arrives(machine, stall)?;)+
+                Ok(())
+            }
+            fn leaves_for_heights(machine: &mut Machine<'_, P>, heights: [f64; 2]) {
+                $(<$feature::Feature as Moments<P>>::leaves_for_heights(machine, heights);)+
+            }
+            fn keeps_thermal_z(machine: &Machine<'_, P>) -> bool {
+                false $(|| <$feature::Feature as Moments<P>>::keeps_thermal_z(machine))+
+            }
+            fn extruders_count_anew(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::extruders_count_anew(machine);)+
+            }
+            fn objects_change(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::objects_change(machine);)+
+            }
+            fn may_go_on(machine: &mut Machine<'_, P>) -> bool {
+                true $(&& <$feature::Feature as Moments<P>>::may_go_on(machine))+
+            }
+            fn goes_on(machine: &mut Machine<'_, P>, from: State) {
+                $(<$feature::Feature as Moments<P>>::goes_on(machine, from);)+
+            }
+            fn change_light(machine: &mut Machine<'_, P>, change: &LightChange) -> Result<(), Failure> {
+                $(<$feature::Feature as Moments<P>>::change_light(machine, change)?;)+
+                Ok(())
+            }
+            fn arm(machine: &mut Machine<'_, P>, rule: u8, armed: bool) {
+                $(<$feature::Feature as Moments<P>>::arm(machine, rule, armed);)+
+            }
+            fn pass_light(machine: &mut Machine<'_, P>, change: &LightChange) {
+                $(<$feature::Feature as Moments<P>>::pass_light(machine, change);)+
+            }
+            fn drop_effects(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::drop_effects(machine);)+
+            }
+            fn stops(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::stops(machine);)+
+            }
+            fn halts(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::halts(machine);)+
+            }
+            fn job_is_dropped(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::job_is_dropped(machine);)+
+            }
+            fn rests(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::rests(machine);)+
+            }
+            fn work_was_ended(machine: &mut Machine<'_, P>) {
+                $(<$feature::Feature as Moments<P>>::work_was_ended(machine);)+
+            }
+        }
+    };
+}
+
+features![
+    usb_disk,
+    grbl,
+    event_log,
+    power_loss,
+    statistics,
+    brown_out,
+    door,
+    stalls,
+    paper,
+    objects,
+    automatic_outputs,
+    lights,
+    filament,
+    update,
+];
+
+/// State of the features.
+pub(crate) struct States {
+    /// State that only GRBL's dialect has.
+    pub grbl: grbl::Grbl,
+    /// State that the ring of events has recorded.
+    pub recorded: event_log::recorded::Recorded,
+    /// Time of the next count of heaters' work, for the statistics.
+    pub heat_due: Micros,
+    /// Watch over falling supplies.
+    pub brown_out: BrownOut,
+    /// Looks at drivers that report stalls.
+    pub stall_watch: StallWatch,
+    /// A sequence makes drivers report stalls.
+    pub ignores_stalls: bool,
+    /// Recovery after a stall has stopped the job.
+    pub stalls: StallRecovery,
+    /// The paper test that is under way.
+    pub paper: Paper,
+    /// Fans that run by themselves, and their tachometers.
+    pub fans: Fans,
+    /// Outputs switched by temperatures.
+    pub temperature_switches: TemperatureSwitches,
+    /// Watch whether heaters take the power that their models explain.
+    pub heat_surplus: SurplusWatch,
+    /// Colours that strips of lights are told to have, colours that wait for their places on the path, and
+    /// colours shown.
+    pub strips: Strips,
+    pub riding_lights: Effects<LightChange>,
+    pub lights: LightShow,
+    pub filament: Filament,
+    pub filament_width: filament_parts::Width,
+    /// Journal of the played job on the card.
+    pub journal: Journal,
+    /// Program's state before the line of a session that is carried out under a job that is noted.
+    pub before_session: Option<power_loss::journal::Standing>,
+    /// Job on its way back after a power cut.
+    pub recovery: Option<Recovery>,
+    /// Watch over firmware updates.
+    pub update: update::watch::Watch,
+}
+
+/// Step of a feature's sequence that waits for a script, or for lines read over.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Step {
+    /// A job goes on after a power cut; somebody hears of it.
+    Recover(jobs::journal::Step, Recipient),
+    /// A stall has stopped the job.
+    Stalled(stalls::recovery::Step),
+}
+
+impl<P: Ports> Featured for P {
+    type List = List;
+    type States = States;
+    type Step = Step;
+
+    fn states(config: &MachineConfig) -> States {
+        States {
+            grbl: grbl::Grbl::default(),
+            recorded: event_log::recorded::Recorded::default(),
+            heat_due: Micros(0),
+            brown_out: BrownOut::default(),
+            stall_watch: StallWatch::default(),
+            ignores_stalls: false,
+            stalls: StallRecovery::default(),
+            paper: Paper::default(),
+            fans: Fans::new(config),
+            temperature_switches: TemperatureSwitches::new(config),
+            heat_surplus: SurplusWatch::default(),
+            strips: Strips::new(),
+            riding_lights: Effects::new(),
+            lights: LightShow::default(),
+            filament: Filament::default(),
+            filament_width: filament_parts::Width::new(&config.filament_width),
+            journal: Journal::new(config.player.power_loss.enable),
+            before_session: None,
+            recovery: None,
+            update: update::watch::Watch::default(),
+        }
+    }
+
+    fn go_on(machine: &mut Machine<'_, P>, step: Step) -> Result<(), Failure> {
+        match step {
+            Step::Recover(step, to) => power_loss::job_recovery::go_on(machine, step, to),
+            Step::Stalled(step) => stalls::recovery::go_on(machine, step),
+        }
+    }
+
+    fn give_up(machine: &mut Machine<'_, P>, step: Step, why: Failure) {
+        match step {
+            // A recovery cannot go on from where the machine is.
+            Step::Recover(..) if why.is_refusal() => power_loss::job_recovery::give_up(machine),
+            Step::Recover(..) | Step::Stalled(_) => {}
+        }
+    }
+}

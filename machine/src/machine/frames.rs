@@ -8,7 +8,6 @@ use base::ports::FileHandle;
 use base::sessions::{LineBytes, Recipient};
 use gcode::{Code, LineBuffer};
 use heapless::Vec;
-use jobs::journal::Step;
 use procedures::probing::Plan;
 use program::{LeftHole, OperatorModes, ScriptModes};
 
@@ -55,26 +54,15 @@ pub(crate) struct Replay {
     pub at_end: bool,
 }
 
-/// Step of the recovery after a stall has stopped a job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum StallStep {
-    /// Z rises, and the file is read up to where the job was.
-    Lift,
-    /// The job is suspended where it was, with Z raised and the file read.
-    Suspend,
-}
-
 /// Step that follows the end of a script.
 #[derive(Clone, Debug)]
-pub(crate) enum Then {
+pub(crate) enum Then<S> {
     /// The bed is probed by this grid; whoever asked hears how it goes.
     TouchGrid(Plan, Recipient),
     /// The work before the script ended with this result.
     Ended(Result<(), KeptFailure>),
-    /// A job goes on after a power cut: the next step of that.
-    Recover(Step, Recipient),
-    /// A stall has stopped the job: the next step of getting over it.
-    Stalled(StallStep),
+    /// The next step of a feature's sequence.
+    Step(S),
     /// The job is suspended.
     Suspended,
     /// The job goes on.
@@ -99,13 +87,13 @@ pub(crate) struct Script<'c> {
     clippy::large_enum_variant,
     reason = "the stack is short and in place: there is no heap to put the large ones on"
 )]
-pub(crate) enum Frame<'c> {
+pub(crate) enum Frame<'c, S> {
     Rest(Rest),
     Replay(Replay),
     Script(Script<'c>),
-    /// The startup lines of GRBL's dialect from this one on.
+    /// The startup lines from this one on.
     Startup(u8),
-    Then(Then),
+    Then(Then<S>),
     /// Lines of the job are read up to a place, and not carried out.
     FastForward,
     /// The job goes on, with these modes, once the operator has done what it was asked for.
@@ -117,12 +105,18 @@ pub(crate) enum Frame<'c> {
 }
 
 /// Stack of work to be done.
-#[derive(Debug, Default)]
-pub(crate) struct Frames<'c> {
-    frames: Vec<Frame<'c>, MOST>,
+#[derive(Debug)]
+pub(crate) struct Frames<'c, S> {
+    frames: Vec<Frame<'c, S>, MOST>,
 }
 
-impl<'c> Frames<'c> {
+impl<S> Default for Frames<'_, S> {
+    fn default() -> Self {
+        Self { frames: Vec::new() }
+    }
+}
+
+impl<'c, S> Frames<'c, S> {
     /// Returns the number of frames.
     pub fn len(&self) -> usize {
         self.frames.len()
@@ -135,7 +129,7 @@ impl<'c> Frames<'c> {
 
     /// Pushes a frame. False when there is no room: scripts that start each other.
     #[must_use]
-    pub fn push(&mut self, frame: Frame<'c>) -> bool {
+    pub fn push(&mut self, frame: Frame<'c, S>) -> bool {
         self.frames.push(frame).is_ok()
     }
 
@@ -147,7 +141,7 @@ impl<'c> Frames<'c> {
 
     /// Puts a frame below those started since the stack had this height.
     #[must_use]
-    pub fn push_below(&mut self, height: usize, frame: Frame<'c>) -> bool {
+    pub fn push_below(&mut self, height: usize, frame: Frame<'c, S>) -> bool {
         self.frames.insert(height.min(self.frames.len()), frame).is_ok()
     }
 
@@ -183,12 +177,12 @@ impl<'c> Frames<'c> {
     }
 
     /// Takes the topmost frame off.
-    pub fn pop(&mut self) -> Option<Frame<'c>> {
+    pub fn pop(&mut self) -> Option<Frame<'c, S>> {
         self.frames.pop()
     }
 
     /// Returns the topmost frame.
-    pub fn top(&mut self) -> Option<&mut Frame<'c>> {
+    pub fn top(&mut self) -> Option<&mut Frame<'c, S>> {
         self.frames.last_mut()
     }
 }

@@ -7,7 +7,6 @@
 use core::fmt::Arguments;
 
 use base::Ports;
-use base::brown_out;
 use base::failure::Failure;
 use base::ports::Wake;
 use base::reason::{Alarm, Reason};
@@ -18,8 +17,8 @@ use program::{Dialect, State};
 use thermal::HeatControl;
 use units::Micros;
 
-use crate::features::power_loss::journal;
 use crate::machine::Machine;
+use crate::machine::moments::{Features, Moments as _};
 use crate::machine::program_io;
 use crate::machine::program_logs;
 
@@ -51,9 +50,7 @@ impl<P: Ports> Machine<'_, P> {
             self.record(&Happened::Halted(Text::new(why)));
             self.stop_everything();
             self.announce(why);
-            if self.paper.end() {
-                self.announce(format_args!("// NOTE the paper test has ended, nothing was changed\n"));
-            }
+            Features::<P>::halts(self);
             self.sessions.alarm(alarm);
             self.drop_job();
         }
@@ -88,14 +85,14 @@ impl<P: Ports> Machine<'_, P> {
         if self.ports.motion(|motion| motion.is_idle()) && self.safety.finish_reset(now) {
             self.ports.heat(HeatControl::release);
             self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
-            journal::stands(self);
+            Features::<P>::rests(self);
             self.resynchronise();
         }
     }
 
     fn stop_everything(&mut self) {
         self.ports.heat(HeatControl::halt);
-        self.riding_lights.clear();
+        Features::<P>::drop_effects(self);
         self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(false));
         self.ports.motion(motion::Motion::stop);
         for output in self.outputs.halt(self.config) {
@@ -103,7 +100,7 @@ impl<P: Ports> Machine<'_, P> {
             let _ = self.ports.heat(|heat| heat.apply(output));
         }
         self.ports.run_heat_now();
-        self.temperature_switches.halted(self.config);
+        Features::<P>::stops(self);
         self.program.halt();
     }
 
@@ -113,7 +110,7 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         self.ports.heat(HeatControl::halt);
-        self.riding_lights.clear();
+        Features::<P>::drop_effects(self);
         for output in self.outputs.halt(self.config) {
             // A switch takes any value.
             let _ = self.ports.heat(|heat| heat.apply(output));
@@ -123,20 +120,16 @@ impl<P: Ports> Machine<'_, P> {
 
     /// Ends a file being played and a suspended job at a halt.
     fn drop_job(&mut self) {
-        journal::halts(self);
+        Features::<P>::job_is_dropped(self);
         program_logs::close(self);
         program_io::overrides_count_again(self);
         if self.jobs.is_open() {
             self.record(&Happened::JobEnded { complete: false, line: self.jobs.line() });
         }
-        // The statistics are saved when the machine has come to rest.
-        let _ = self.jobs.statistics.end_job(false);
         self.jobs.close(&mut self.ports);
         if self.jobs.cancel_suspend() {
             self.announce(format_args!("// NOTE Suspend cleared due to HALT\n"));
         }
-        self.stalls.rest();
-        self.filament.forget();
         self.files.spoil_upload(&mut self.ports);
     }
 
@@ -189,15 +182,12 @@ impl<P: Ports> Machine<'_, P> {
             Stopping::Cut => {
                 self.ports.motion(motion::Motion::abort);
                 self.axes.forget_all_homed();
-                journal::stands(self);
+                Features::<P>::rests(self);
                 return;
             }
             Stopping::Over => {}
         }
-        journal::stands(self);
-        if let Err(error) = self.brown_out.stands(&mut self.ports) {
-            self.announce(format_args!("WARNING: {} was not written: {}\n", brown_out::PATH, error.text()));
-        }
+        Features::<P>::rests(self);
         if !self.safety.holds_motors() {
             self.release_motors();
         }

@@ -19,7 +19,6 @@ use base::wait::Waited;
 use config::MachineConfig;
 use motion::{Latch, Mode, Motion};
 use procedures::endstop_phase::{EndstopPhases, PhaseHands};
-use procedures::paper::{Paper, PaperHands};
 use procedures::probing::{DeltaRecords, Deployment, ProbeHands};
 use program::{Dialect, State};
 use thermal::HeatControl;
@@ -32,7 +31,7 @@ use crate::machine::program_logs;
 
 /// The machine in the hands of a sequence that a recipient asked for.
 pub(crate) struct MachineHands<'m, 'c, P: Ports> {
-    machine: &'m mut Machine<'c, P>,
+    pub(crate) machine: &'m mut Machine<'c, P>,
     to: Recipient,
 }
 
@@ -95,7 +94,7 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
     }
 
     fn watch_stalls(&mut self, yes: bool) {
-        self.machine.polls.ignores_stalls = !yes;
+        self.machine.features.ignores_stalls = !yes;
     }
 
     fn inputs(&self) -> InputLevels {
@@ -297,11 +296,5 @@ impl<'c, P: Ports> ProbeHands<'c> for MachineHands<'_, 'c, P> {
 
     fn deployment(&mut self) -> &mut Deployment {
         &mut self.machine.deployment
-    }
-}
-
-impl<'c, P: Ports> PaperHands<'c> for MachineHands<'_, 'c, P> {
-    fn paper(&mut self) -> &mut Paper {
-        &mut self.machine.paper
     }
 }

@@ -4,10 +4,13 @@
 
 pub(crate) mod card;
 pub(crate) mod end_requests;
+pub(crate) mod feed_hold;
 pub(crate) mod frames;
 pub(crate) mod halt;
 pub(crate) mod hands;
 pub(crate) mod hold;
+pub(crate) mod jogging;
+pub(crate) mod moments;
 pub(crate) mod move_dropping;
 pub(crate) mod moves;
 pub(crate) mod poll_state;
@@ -15,12 +18,12 @@ pub(crate) mod probe_script;
 pub(crate) mod program_io;
 pub(crate) mod program_logs;
 pub(crate) mod source;
+pub(crate) mod supplies;
 pub(crate) mod suspend;
 
 use base::Ports;
 use base::axes::Axes;
 use base::bed::Bed;
-use base::brown_out::BrownOut;
 use base::failure::{Answer, Failure, Outcome, Texts};
 use base::motion_config::halts_out_of_reach;
 use base::ports::Wake;
@@ -34,34 +37,23 @@ use config::MachineConfig;
 use events::Event as Happened;
 use jobs::files::Files;
 use jobs::files::logs::Logs;
-use jobs::journal::{Journal, Recovery};
 use jobs::player::Jobs;
 use motion::path::Bounds;
 use motion::{Refusal, Tag};
 use parts::buttons::Buttons;
-use parts::fans::Fans;
-use parts::filament::{self, Filament};
-use parts::lights::LightShow;
-use parts::outputs::{Outputs, TemperatureSwitches};
-use parts::strips::Strips;
+use parts::outputs::Outputs;
 use parts::z_thermal::Thermal;
 use preflight::forecast::{ForecastFiles, Forecaster, SharedForecast};
 use procedures::endstop_phase::EndstopPhases;
-use procedures::paper::Paper;
 use procedures::probing::{DeltaRecords, Deployment};
-use procedures::stall_recovery::StallRecovery;
-use program::{Facts, Interpreter, LightChange, State, States};
-use thermal::Effects;
-use thermal::surplus::SurplusWatch;
+use program::{Facts, Interpreter, State, States};
 use units::{Axis, AxisSet, Micros, PerAxis};
 
 use crate::executor::fast_forward_record::Passed;
-use crate::features::event_log::recorded::Recorded;
-use crate::features::grbl::Grbl;
-use crate::features::update::watch::Watch;
 use crate::machine::end_requests::Asked;
 use crate::machine::frames::Frames;
 use crate::machine::hold::Hold;
+use crate::machine::moments::{Featured, Served};
 use crate::machine::move_dropping::Cut;
 use crate::machine::poll_state::Polls;
 
@@ -88,42 +80,21 @@ pub(crate) struct Machine<'c, P: Ports> {
     pub(crate) deployment: Deployment,
     /// Compensation of a frame that grows with heat.
     pub(crate) thermal: Thermal,
-    /// The paper test that is under way.
-    pub(crate) paper: Paper,
     pub(crate) outputs: Outputs,
     pub(crate) buttons: Buttons,
-    /// Fans that run by themselves, and their tachometers.
-    pub(crate) fans: Fans,
-    /// Watch whether heaters take the power that their models explain.
-    pub(crate) heat_surplus: SurplusWatch,
-    /// Watch over falling supplies.
-    pub(crate) brown_out: BrownOut,
-    /// Colours that strips of lights are told to have, colours that wait for their places on the path, and
-    /// colours shown.
-    pub(crate) strips: Strips,
-    pub(crate) riding_lights: Effects<LightChange>,
-    pub(crate) lights: LightShow,
-    /// Outputs switched by temperatures.
-    pub(crate) temperature_switches: TemperatureSwitches,
-    pub(crate) filament: Filament,
-    pub(crate) filament_width: filament::Width,
+    /// State of the features.
+    pub(crate) features: <P as Featured>::States,
     pub(crate) jobs: Jobs,
     pub(crate) files: Files,
     /// Files that programs write.
     pub(crate) logs: Logs,
     pub(crate) tuning: Tuning,
     /// Work that lines have started and that comes before anything else.
-    pub(crate) frames: Frames<'c>,
+    pub(crate) frames: Frames<'c, <P as Featured>::Step>,
     /// Record of the lines that a fast-forward reads over, until somebody takes it.
     pub(crate) passed: Option<Passed>,
     /// Limits, steps and filters as they were before a file was read over, until its job goes on.
     pub(crate) set_before: Option<motion::MotionConfig>,
-    /// Journal of the played job on the card.
-    pub(crate) journal: Journal,
-    /// Recovery after a stall has stopped the job.
-    pub(crate) stalls: StallRecovery,
-    /// Job on its way back after a power cut.
-    pub(crate) recovery: Option<Recovery>,
     /// The forecast that goes on beside the executor.
     pub(crate) forecast: &'c SharedForecast,
     /// Files that the forecast reads.
@@ -133,31 +104,18 @@ pub(crate) struct Machine<'c, P: Ports> {
     /// Axes that have a switch to home with.
     pub(crate) can_home: AxisSet,
     pub(crate) polls: Polls,
-    /// State that the ring of events has recorded.
-    pub(crate) recorded: Recorded,
     /// Operator's factor of feed rates, while the program does not let it count (M49, M50 P0).
     pub(crate) feed_waits: Option<f64>,
     /// Delay of feed holds.
     pub(crate) hold: Hold,
     /// Progress of dropping planned moves that are to be left out.
     pub(crate) cut: Cut,
-    /// State that only GRBL's dialect has.
-    pub(crate) grbl: Grbl,
-    /// Watch over firmware updates.
-    pub(crate) update: Watch,
     /// Requests that do not wait for the line in work.
     pub(crate) urgent: Asked,
     /// Saved settings were loaded since boot.
     pub(crate) settings_loaded: bool,
-    pub(crate) beside: Beside<'c, P>,
-}
-
-/// Work done while the machine waits. Handed in: it knows the machine, and not the other way round.
-pub(crate) struct Beside<'c, P: Ports> {
-    /// Serves everybody: sessions, faults, everything that follows time.
-    pub serve: fn(&mut Machine<'c, P>),
-    /// Looks ahead at a file.
-    pub forecaster: &'c mut dyn Forecaster,
+    /// The look ahead at a file, which goes on in the turns of waits.
+    pub(crate) forecaster: &'c mut dyn Forecaster,
 }
 
 impl<'c, P: Ports> Machine<'c, P> {
@@ -170,7 +128,7 @@ impl<'c, P: Ports> Machine<'c, P> {
         sessions: &'c mut Sessions,
         config_took: Micros,
         forecast: &'c SharedForecast,
-        beside: Beside<'c, P>,
+        forecaster: &'c mut dyn Forecaster,
     ) -> Self {
         let homes = |axis: &Axis| config.homing_endstop(*axis).is_some();
         Self {
@@ -186,19 +144,10 @@ impl<'c, P: Ports> Machine<'c, P> {
             bed: Bed::new(config),
             delta: DeltaRecords::default(),
             deployment: Deployment::default(),
-            paper: Paper::default(),
             thermal: Thermal::new(config),
             outputs: Outputs::new(&config.switches),
             buttons: Buttons::new(config),
-            fans: Fans::new(config),
-            heat_surplus: SurplusWatch::default(),
-            brown_out: BrownOut::default(),
-            strips: Strips::new(),
-            riding_lights: Effects::new(),
-            lights: LightShow::default(),
-            temperature_switches: TemperatureSwitches::new(config),
-            filament: Filament::default(),
-            filament_width: filament::Width::new(&config.filament_width),
+            features: P::states(config),
             jobs: Jobs::new(base::program_setup::file_dialect(config)),
             files: Files::default(),
             logs: Logs::default(),
@@ -206,23 +155,17 @@ impl<'c, P: Ports> Machine<'c, P> {
             frames: Frames::default(),
             passed: None,
             set_before: None,
-            journal: Journal::new(config.player.power_loss.enable),
-            stalls: StallRecovery::default(),
-            recovery: None,
             forecast,
             forecast_files: ForecastFiles::default(),
             tag: Tag::NONE,
             can_home: AxisSet::collect(Axis::ALL.into_iter().filter(homes)),
             polls: Polls::default(),
-            recorded: Recorded::default(),
             feed_waits: None,
             hold: Hold::default(),
             cut: Cut::default(),
-            grbl: Grbl::default(),
-            update: Watch::default(),
             urgent: Asked::default(),
             settings_loaded: false,
-            beside,
+            forecaster,
         }
     }
 
@@ -255,12 +198,12 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Serves everybody once: sessions, faults, everything that follows time.
     pub(crate) fn serve(&mut self) {
-        (self.beside.serve)(self);
+        <P as Served>::serve(self);
     }
 
     /// Gives the processor to everybody else: the look ahead has its turn, and then there is rest.
     pub(crate) fn rest(&mut self, wake: Wake) {
-        let has_more = self.beside.forecaster.take_turn();
+        let has_more = self.forecaster.take_turn();
         self.ports.rest(if has_more { Wake::AtOnce } else { wake });
     }
 

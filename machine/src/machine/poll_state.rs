@@ -2,7 +2,6 @@
 
 use base::failure::ShortText;
 use base::slow_turning::SlowTurning;
-use base::stall_watch::StallWatch;
 use thermal::flow::Flow;
 use units::Micros;
 
@@ -15,12 +14,8 @@ pub(crate) struct Polls {
     pub led_phase: u8,
     pub slow_turning: SlowTurning,
     pub flow: Flow,
-    pub heat_due: Micros,
     /// Earliest time of the next reports that nobody asks for.
     pub reports_due: Micros,
-    pub stalls: StallWatch,
-    /// A sequence makes drivers report stalls.
-    pub ignores_stalls: bool,
     /// Fault of the line of saved settings that just ended.
     pub settings_problem: Option<ShortText>,
 }

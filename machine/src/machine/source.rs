@@ -18,7 +18,7 @@ pub(crate) enum Origin {
     Switch,
     /// A file of saved settings.
     Settings,
-    /// A startup line of GRBL's dialect.
+    /// A startup line.
     Startup(u8),
 }
 

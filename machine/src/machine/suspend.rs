@@ -16,32 +16,39 @@ use heapless::Vec;
 use jobs::player::Suspended;
 use motion::Mode;
 use parts::heat_codes;
-use program::{Part, Words};
+use program::Part;
 use units::{Axis, AxisSet, Celsius, HeaterId};
 
 use crate::executor::effects;
-use crate::features::filament;
-use crate::features::stalls::recovery as stall_recovery;
 use crate::machine::Machine;
 use crate::machine::frames::{Frame, Replay, Then};
 use crate::machine::hands::MachineHands;
+use crate::machine::moments::{Featured, Features, Moments as _};
 
-/// M600 and `suspend`: pauses the job, so that a person can work at the machine. M600 takes the filament out,
-/// as far as its words and [filament change] say.
-pub(crate) fn suspend<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    heaters_stay: bool,
-    changes_filament: Option<&Words<'_>>,
-    to: Recipient,
-) -> Outcome {
-    if machine.jobs.is_suspended() {
-        machine.say(to, format_args!("Already suspended\n"));
+/// `suspend`: pauses the job, so that a person can work at the machine.
+pub(crate) fn suspend<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay: bool, to: Recipient) -> Outcome {
+    if is_already(machine, to) {
         return Ok(Answer::Ok);
     }
-    let change = match changes_filament {
-        Some(words) => Some(filament::change(machine, words)?),
-        None => None,
-    };
+    begin(machine, to)?;
+    let targets = targets(machine);
+    keep(machine, targets, None);
+    rest(machine, heaters_stay)
+}
+
+/// Whether the job is suspended already, which is said.
+pub(crate) fn is_already<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> bool {
+    if machine.jobs.is_suspended() {
+        machine.say(to, format_args!("Already suspended\n"));
+    }
+    machine.jobs.is_suspended()
+}
+
+/// Begins a suspension: the sender has its answer, and nothing moves any more.
+///
+/// # Errors
+/// Without a card for jobs, and when the machine halts.
+pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
     machine.announce(format_args!("// Suspending print, waiting for queue to empty...\n"));
     // A host that prints must stop; a host that only follows the file must know.
@@ -52,24 +59,21 @@ pub(crate) fn suspend<P: Ports>(
     machine.announce(format_args!("// Waiting for queue to empty (Host must stop sending)...\n"));
     machine.standstill()?;
     machine.announce(format_args!("// Saving current state...\n"));
-    let mut targets = targets(machine);
-    if let Some((heater, target)) = change.and_then(|change| change.goes_on_with)
-        && let Some(to) = targets.get_mut(heater.index())
-    {
-        *to = target;
-    }
-    let change = change.map(|change| filament::unless_cold(machine, change.lengths));
-    let change = change.filter(filament::moves_anything);
+    Ok(())
+}
+
+/// Keeps where the job is, the temperatures that it goes on with, and a change of filament that it waits for.
+pub(crate) fn keep<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    targets: [Celsius; units::MAX_HEATERS],
+    change: Option<FilamentChangeConfig>,
+) {
     let position = machine.ports.motion(|motion| motion.commanded_position());
     let kept = machine.program.keep();
     machine.jobs.suspend(Suspended { position, kept, targets, change, stall: None });
     machine.axes.keep_place(AxisSet::NONE);
     machine.safety.apply(Event::Suspend);
     machine.record(&Happened::JobSuspended { line: machine.jobs.line() });
-    if let Some(change) = &change {
-        leave(machine, change)?;
-    }
-    rest(machine, heaters_stay)
 }
 
 /// Returns the targets of heaters in the order of the configuration; 0 for heaters that are off.
@@ -93,17 +97,6 @@ pub(crate) fn rest<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay: bool) -
     start_script(machine, player.after_suspend_gcode.as_str(), Then::Suspended).map(|_| Answer::Said)
 }
 
-/// Draws filament back, goes aside, takes filament out. Refusals are told: the job is suspended all the same.
-fn leave<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
-    let left = filament::leave(machine, change);
-    machine.resynchronise_if_still();
-    match left {
-        Err(why) if why.is_refusal() => machine.announce(format_args!("// WARNING {}\n", machine.texts.of(why))),
-        left => return left,
-    }
-    Ok(())
-}
-
 /// M601 and `resume`: heats up again, then goes back and goes on.
 pub(crate) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     let Some(targets) = machine.jobs.suspended().map(|suspended| suspended.targets) else {
@@ -111,7 +104,7 @@ pub(crate) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
         return Ok(Answer::Ok);
     };
     needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
-    machine.filament.must_be_there(machine.texts, machine.config)?;
+    Features::<P>::may_resume(machine)?;
     let homes_itself = machine.jobs.stalled_job().map_or(AxisSet::NONE, |stall| stall.lost);
     if machine.config.player.before_resume_gcode.is_empty() {
         knows_the_place(machine, homes_itself)?;
@@ -127,10 +120,7 @@ pub(crate) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
     for (id, _) in heated() {
         heat_codes::wait_for_temperature(&mut MachineHands::new(machine, to), id)?;
     }
-    stall_recovery::rehome(machine)?;
-    if let Some(change) = machine.jobs.suspended().and_then(|suspended| suspended.change) {
-        filament::come_back(machine, &change)?;
-    }
+    Features::<P>::before_going_back(machine)?;
     let script = machine.config.player.before_resume_gcode.as_str();
     if !script.is_empty() {
         machine.announce(format_args!("// Executing before resume gcode...\n"));
@@ -182,7 +172,7 @@ pub(crate) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
         }
         MachineHands::new(machine, Recipient::Nobody).set_position(from)?;
     }
-    filament::forget_width(machine);
+    Features::<P>::goes_back(machine);
     machine.safety.apply(Event::Unsuspend);
     program::go_on_from(&mut machine.program, suspended.kept);
     while let Some(what) = machine.program.next_effect() {
@@ -202,7 +192,7 @@ pub(crate) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
     hands.go(target, rate, Mode::Rapid)?;
     machine.resynchronise();
     if let Some(stall) = stalled {
-        stall_recovery::arrive(machine, &stall)?;
+        Features::<P>::arrives(machine, &stall)?;
     }
     machine.announce(format_args!("// Resuming print\n"));
     machine.record(&Happened::JobResumed { line: machine.jobs.line() });
@@ -212,7 +202,11 @@ pub(crate) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
 }
 
 /// Runs a line of the configuration, and then what follows it.
-pub(crate) fn start_script<'c, P: Ports>(machine: &mut Machine<'c, P>, script: &'c str, then: Then) -> Outcome {
+pub(crate) fn start_script<'c, P: Ports>(
+    machine: &mut Machine<'c, P>,
+    script: &'c str,
+    then: Then<<P as Featured>::Step>,
+) -> Outcome {
     let fits = machine.frames.push(Frame::Then(then)) && machine.frames.push_script(script);
     if fits { Ok(Answer::Ok) } else { Err(Failure::refused(&"scripts start each other without end")) }
 }

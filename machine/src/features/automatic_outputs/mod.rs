@@ -5,11 +5,37 @@ use base::reason::Alarm;
 use base::sessions::{Recipient, Reply};
 use config::{FanConfig, FanFollows, StoppedFan, TemperatureSwitchConfig};
 use parts::fans::{Facts, Found};
+use program::State;
 use thermal::HeatControl;
 use units::{Celsius, Micros, SwitchId};
 
+use crate::features::States;
 use crate::machine::Machine;
+use crate::machine::moments::Moments;
 use crate::machine::program_io::apply;
+
+/// Outputs that nobody switches, at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn wired(machine: &mut Machine<'_, P>) {
+        configure_fans(machine);
+    }
+
+    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
+        if machine.safety.state() != State::Invalid {
+            look(machine, now);
+        }
+    }
+
+    fn arm(machine: &mut Machine<'_, P>, rule: u8, armed: bool) {
+        machine.features.temperature_switches.arm(rule, armed);
+    }
+
+    fn stops(machine: &mut Machine<'_, P>) {
+        machine.features.temperature_switches.halted(machine.config);
+    }
+}
 
 /// Looks at temperatures and has outputs follow, in every state: hot parts are cooled in a halt too.
 pub(crate) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
@@ -25,7 +51,7 @@ pub(crate) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 
 /// Warns of a heater that takes quite another power than its model explains: its sensor may be slipping out.
 fn compare_with_models<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    let Machine { ports, heat_surplus, .. } = machine;
+    let Machine { ports, features: States { heat_surplus, .. }, .. } = machine;
     let found = ports.heat(|heat| heat_surplus.look(now, |id| heat.heater(id)?.surplus()));
     let Some((id, share)) = found else { return };
     let name = machine.config.heater(id).map_or("?", |heater| heater.designator.as_str());
@@ -38,7 +64,7 @@ fn compare_with_models<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 
 /// Has outputs follow temperatures (`[temperature switch]`).
 fn follow_temperatures<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    let Machine { ports, config, temperature_switches, .. } = machine;
+    let Machine { ports, config, features: States { temperature_switches, .. }, .. } = machine;
     let hottest = |rule: &TemperatureSwitchConfig| -> Option<Celsius> {
         let watched = |place: usize| config.temperatures.get(place).is_some_and(|control| rule.watches(control));
         ports.heat(|heat| {
@@ -69,7 +95,7 @@ pub(crate) fn configure_fans<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Switches fans that follow something by themselves (`[fan]`).
 fn follow_by_fans<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    let Machine { ports, config, fans, axes, .. } = machine;
+    let Machine { ports, config, axes, features: States { fans, .. }, .. } = machine;
     let motors = axes.has_any_on();
     let facts = |fan: &FanConfig| ports.heat(|heat| facts(fan, motors, heat));
     for (switch, share) in fans.look(config, now, facts) {
@@ -89,14 +115,14 @@ fn facts(fan: &FanConfig, motors: bool, heat: &HeatControl) -> Facts {
 /// Watches tachometers: a fan that has stopped is told, or halts the machine.
 fn watch_tachometers<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     let has_supply = machine.ports.supervisor(|supervisor| supervisor.fet_supply_on());
-    let Machine { ports, config, fans, .. } = machine;
+    let Machine { ports, config, features: States { fans, .. }, .. } = machine;
     let news = ports.heat(|heat| {
         let driven = |switch: SwitchId| has_supply && !heat.is_halted() && heat.given(switch.index()) > 0.0;
         fans.count(config, now, heat.pulses(), driven)
     });
     let Some((place, found)) = news else { return };
     let Some(fan) = machine.config.fans.get(place) else { return };
-    let rpm = machine.fans.rpm(place);
+    let rpm = machine.features.fans.rpm(place);
     let (name, least) = (fan.name.as_str(), fan.tachometer.min_rpm);
     match (found, fan.tachometer.when_stopped) {
         (Found::Stopped, StoppedFan::Halt) if !machine.safety.is_halted() => {
@@ -112,6 +138,6 @@ fn watch_tachometers<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 
 /// Reports the power and the speed of fans (M123).
 pub(crate) fn report_fans<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
-    let Machine { ports, config, fans, sessions, .. } = machine;
+    let Machine { ports, config, sessions, features: States { fans, .. }, .. } = machine;
     ports.heat(|heat| fans.report(config, |switch| heat.given(switch.index()), &mut Reply::new(sessions, to)));
 }

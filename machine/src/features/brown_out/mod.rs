@@ -15,34 +15,56 @@ use program::State;
 use units::{Micros, Volts};
 
 use crate::machine::Machine;
+use crate::machine::moments::Moments;
+use crate::machine::supplies;
 
 /// Period of the looks, at each of the two supplies in turns.
 const PERIOD: Micros = Micros::from_millis(3);
 
+/// Falling supplies at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn started(machine: &mut Machine<'_, P>, is_usable: bool) {
+        if is_usable {
+            tell(machine);
+        }
+    }
+
+    fn each_250_us(machine: &mut Machine<'_, P>, now: Micros) {
+        watch(machine, now);
+    }
+
+    fn rests(machine: &mut Machine<'_, P>) {
+        let written = machine.features.brown_out.stands(&mut machine.ports);
+        not_written(machine, written);
+    }
+}
+
 /// Looks at one of the supplies.
-pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
-    let now = machine.ports.now();
-    if now < machine.brown_out.due || machine.config.voltages.is_empty() {
+fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+    if now < machine.features.brown_out.due || machine.config.voltages.is_empty() {
         return;
     }
-    machine.brown_out.due = now.plus(Micros(PERIOD.0 / 2));
-    let of_heaters = machine.brown_out.heaters_turn;
-    machine.brown_out.heaters_turn = !of_heaters;
+    machine.features.brown_out.due = now.plus(Micros(PERIOD.0 / 2));
+    let of_heaters = machine.features.brown_out.heaters_turn;
+    machine.features.brown_out.heaters_turn = !of_heaters;
     let name = if of_heaters { "vfet" } else { "vmotor" };
     let Some(volts) = machine.ports.voltage_now(name) else { return };
     let least = least(machine, of_heaters);
-    let supply = if of_heaters { &mut machine.brown_out.heaters } else { &mut machine.brown_out.motors };
+    let supply =
+        if of_heaters { &mut machine.features.brown_out.heaters } else { &mut machine.features.brown_out.motors };
     let (falls_now, usual) = (supply.look(volts, least), supply.usual());
     if falls_now && is_at_work(machine) {
         falls(machine, of_heaters, volts, usual);
     }
-    machine.brown_out.look_after_note(&mut machine.ports);
+    machine.features.brown_out.look_after_note(&mut machine.ports);
 }
 
 /// Returns the voltage below which the supply falls; none: a share of its usual voltage counts.
 fn least<P: Ports>(machine: &Machine<'_, P>, of_heaters: bool) -> Option<Volts> {
     let noted = machine.config.player.power_loss.motor_volts;
-    if noted > 0.0 && !of_heaters && machine.journal.is_noting() {
+    if noted > 0.0 && !of_heaters && machine.features.journal.is_noting() {
         return Some(Volts(noted));
     }
     machine.config.system.brown_out_volts
@@ -72,10 +94,10 @@ fn falls<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool, volts: Volts,
     );
     // The remaining supply must not be spent on files that grow.
     let _unsaved = machine.jobs.statistics.take_unsaved();
-    if machine.journal.is_noting() {
-        machine.brown_out.to_keep = Some(event);
+    if machine.features.journal.is_noting() {
+        machine.features.brown_out.to_keep = Some(event);
     } else {
-        let written = machine.brown_out.keep(&mut machine.ports, event.as_str());
+        let written = machine.features.brown_out.keep(&mut machine.ports, event.as_str());
         not_written(machine, written);
     }
 }
@@ -90,10 +112,10 @@ fn gone<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool) {
     }
     if of_heaters {
         machine.ports.supervisor(Supervisor::fet_supply_is_lost);
-        fet_supply_lost(machine);
+        supplies::fet_supply_lost(machine);
     } else {
         machine.ports.supervisor(Supervisor::motor_supply_is_lost);
-        motor_supply_lost(machine);
+        supplies::motor_supply_lost(machine);
     }
 }
 
@@ -112,27 +134,6 @@ fn event<P: Ports>(machine: &Machine<'_, P>, what: &str) -> ShortText {
 fn not_written<P: Ports>(machine: &mut Machine<'_, P>, written: Result<(), StorageError>) {
     if let Err(error) = written {
         machine.announce(format_args!("WARNING: {PATH} was not written: {}\n", error.text()));
-    }
-}
-
-/// Handles the loss of the motor supply: without it motors hold nothing, and positions are no longer known.
-pub(crate) fn motor_supply_lost<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.axes.lose_supply();
-    machine.phases.lose_supply();
-    let state = machine.safety.state();
-    if matches!(state, State::Idle | State::Suspended | State::Check) || machine.safety.is_halted() {
-        machine.announce(format_args!("WARNING: motor supply is off (vmotor below 6 V), axes are no longer homed\n"));
-    } else {
-        machine.halt(Alarm::Abort, format_args!("ERROR: motor supply lost while moving\n"));
-    }
-}
-
-/// Handles the loss of the heater supply, which a heater's guard would only notice minutes later.
-pub(crate) fn fet_supply_lost<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.ports.heat(|heat| heat.any_on()) {
-        machine.halt(Alarm::Abort, format_args!("ERROR: heater supply lost while heating (vfet below 6 V)\n"));
-    } else {
-        machine.announce(format_args!("WARNING: heater supply is off (vfet below 6 V), heaters and fans do nothing\n"));
     }
 }
 

@@ -3,15 +3,58 @@
 use base::Ports;
 use base::ports::Input;
 use base::safety::Event;
+use base::sessions::SessionId;
+use gcode::realtime::Realtime;
 use parts::outputs::Changes;
 use program::State;
+use units::Micros;
 
 use crate::machine::Machine;
+use crate::machine::moments::Moments;
+
+/// The door at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn each_250_us(machine: &mut Machine<'_, P>, _now: Micros) {
+        if is_open(machine) && machine.safety.state() != State::Door {
+            opens(machine);
+        }
+    }
+
+    fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
+        if machine.safety.state() == State::Door {
+            stop_what_is_behind(machine);
+        }
+    }
+
+    fn take_request(machine: &mut Machine<'_, P>, request: Realtime, _id: SessionId) -> bool {
+        if request == Realtime::Door {
+            opens(machine);
+        }
+        request == Realtime::Door
+    }
+
+    fn may_go_on(machine: &mut Machine<'_, P>) -> bool {
+        let is_blocked = machine.safety.state() == State::Door && is_open(machine);
+        if is_blocked {
+            machine.announce(format_args!("// NOTE the door is still open: close it, then ~ goes on\n"));
+        }
+        !is_blocked
+    }
+
+    fn goes_on(machine: &mut Machine<'_, P>, from: State) {
+        if from == State::Door {
+            let_go_on(machine);
+        }
+    }
+}
 
 /// Interrupts everything that may be interrupted while the door is open.
-pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
-    if is_open(machine) && machine.safety.state() != State::Door {
-        machine.feed_hold(Event::DoorOpens);
+fn opens<P: Ports>(machine: &mut Machine<'_, P>) {
+    if machine.feed_hold(Event::DoorOpens) {
+        stop_what_is_behind(machine);
+        machine.announce(format_args!("// NOTE the door is open: close it, then ~ goes on\n"));
     }
 }
 

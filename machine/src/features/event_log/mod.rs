@@ -11,28 +11,38 @@ use base::failure::{Answer, Failure, Outcome};
 use base::sessions::{Listing, Recipient, Reply};
 use events::{Event, Text};
 use program::State;
-use units::{Axis, HeaterId, MAX_HEATERS};
+use units::{Axis, HeaterId, MAX_HEATERS, Micros};
 
 use crate::executor::long_answers;
 use crate::machine::Machine;
+use crate::machine::moments::Moments;
 
 /// Number of entries that `events` tells, unless it is asked for more.
 const TOLD: u32 = 40;
 /// Number of entries that `break` tells.
 const TOLD_AT_A_BREAK: u32 = 8;
 
+/// The ring of events at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
+        follow(machine);
+    }
+}
+
 /// Records what has changed since the last look.
 pub(crate) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
     let state = machine.safety.state();
-    if state != machine.recorded.state {
-        machine.recorded.state = state;
+    if state != machine.features.recorded.state {
+        machine.features.recorded.state = state;
         if let Some(name) = told(state) {
             machine.record(&Event::State(Text::from(name)));
         }
     }
     let homed = machine.axes.homed();
-    if homed != machine.recorded.homed {
-        machine.recorded.homed = homed;
+    if homed != machine.features.recorded.homed {
+        machine.features.recorded.homed = homed;
         let axes = Axis::ALL.into_iter().filter(|axis| homed.has(*axis)).fold(0, |bits, axis| bits | 1 << axis as u8);
         machine.record(&Event::Homed { axes });
     }
@@ -44,17 +54,17 @@ fn follow_targets<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.ports.heat(|heat| {
         targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target().0 as i16);
     });
-    if targets == machine.recorded.targets {
+    if targets == machine.features.recorded.targets {
         return;
     }
     for (id, target) in HeaterId::all().zip(targets) {
-        let recorded = machine.recorded.targets.get(id.index()).copied();
+        let recorded = machine.features.recorded.targets.get(id.index()).copied();
         if let (true, Some(controller)) = (recorded != Some(target), machine.config.temperatures.get(id.index())) {
             let heater = Text::from(controller.name.as_str());
             machine.record(&Event::Target { heater, celsius: f32::from(target) });
         }
     }
-    machine.recorded.targets = targets;
+    machine.features.recorded.targets = targets;
 }
 
 /// Returns the name of a state that is worth an entry. Moving and standing alternate with every line that a

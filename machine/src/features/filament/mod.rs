@@ -10,25 +10,98 @@ use base::tuning::Tuning;
 use config::FilamentChangeConfig;
 use motion::Mode;
 use parts::filament::{News, Use, WidthNews};
-use program::{State, Tool, Words};
+use program::{Move, State, Tool, Words};
 use units::{Axis, Celsius, HeaterId, Micros, Mm, MmPerSecond};
 
+use crate::features::States;
 use crate::machine::Machine;
 use crate::machine::hands::MachineHands;
+use crate::machine::moments::Moments;
+use crate::machine::source::Source;
+use crate::machine::suspend;
+
+/// Filament at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn each_250_us(machine: &mut Machine<'_, P>, _now: Micros) {
+        count(machine);
+    }
+
+    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
+        if machine.config.filament_detector.enable || machine.config.filament_width.enable {
+            watch(machine, now);
+        }
+    }
+
+    fn line(machine: &Machine<'_, P>) -> Option<&'static str> {
+        machine.features.filament.has_command().then_some("M600")
+    }
+
+    fn take_line(machine: &mut Machine<'_, P>) -> Option<&'static str> {
+        machine.features.filament.take_command(&machine.tuning)
+    }
+
+    fn hold_moves_back(machine: &Machine<'_, P>) -> bool {
+        machine.config.filament_width.enable && is_planned_ahead(machine)
+    }
+
+    fn block_begins(machine: &mut Machine<'_, P>, _source: Source) {
+        if machine.config.filament_width.enable {
+            correct_flow(machine);
+        }
+    }
+
+    fn may_move(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
+        cold_extrusion::may_extrude(machine, request)
+    }
+
+    fn job_may_begin(machine: &mut Machine<'_, P>) -> bool {
+        // With a detector about to ask, the job is suspended before its first move.
+        !machine.features.filament.is_about_to_ask(machine.config)
+    }
+
+    fn suspend(machine: &mut Machine<'_, P>, heaters_stay: bool, words: &Words<'_>, to: Recipient) -> Option<Outcome> {
+        Some(change_filament(machine, heaters_stay, words, to))
+    }
+
+    fn may_resume(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+        machine.features.filament.must_be_there(machine.texts, machine.config)
+    }
+
+    fn before_going_back(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+        match machine.jobs.suspended().and_then(|suspended| suspended.change) {
+            Some(change) => come_back(machine, &change),
+            None => Ok(()),
+        }
+    }
+
+    fn goes_back(machine: &mut Machine<'_, P>) {
+        forget_width(machine);
+    }
+
+    fn extruders_count_anew(machine: &mut Machine<'_, P>) {
+        machine.features.filament.counts_anew();
+    }
+
+    fn job_is_dropped(machine: &mut Machine<'_, P>) {
+        machine.features.filament.forget();
+    }
+}
 
 /// Counts the pulses of the filament's wheel, where there is one.
-pub(crate) fn count<P: Ports>(machine: &mut Machine<'_, P>) {
+fn count<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.config.filament_detector.wheel_pin().is_some() {
         let levels = machine.ports.inputs();
-        machine.filament.count(levels);
+        machine.features.filament.count(levels);
     }
 }
 
 /// Looks at the detector.
-pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
+fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     let using = match machine.safety.state() {
         _ if machine.jobs.is_suspended() => Use::Rests,
-        State::Alarm | State::Sleep | State::Invalid => return machine.filament.forget(),
+        State::Alarm | State::Sleep | State::Invalid => return machine.features.filament.forget(),
         _ if machine.jobs.is_playing() => Use::Plays,
         _ if machine.jobs.is_open() => Use::Rests,
         State::Run => Use::Moves,
@@ -37,7 +110,7 @@ pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     if machine.config.filament_width.enable {
         measure(machine, using, now);
     }
-    let Machine { filament, ports, config, tuning, program, .. } = machine;
+    let Machine { ports, config, tuning, program, features: States { filament, .. }, .. } = machine;
     let levels = ports.inputs();
     let axis = program.tools().active().map(|tool| tool.settings.axis);
     let extruder = || axis.map(|axis| (axis, ports.motion(|motion| motion.live_position())[axis]));
@@ -57,8 +130,8 @@ fn measure<P: Ports>(machine: &mut Machine<'_, P>, using: Use, now: Micros) {
     let Some(axis) = measured_tool(machine).map(|tool| tool.settings.axis) else { return };
     let readings = machine.ports.heat(|heat| heat.filament_width());
     let pushed = machine.ports.motion(|motion| motion.live_position())[axis];
-    let news = machine.filament_width.look(&sensor, readings, pushed, now);
-    machine.filament.note_width(machine.filament_width.trouble());
+    let news = machine.features.filament_width.look(&sensor, readings, pushed, now);
+    machine.features.filament.note_width(machine.features.filament_width.trouble());
     match news {
         Some(WidthNews::Lost(why)) => machine.announce(format_args!(
             "ERROR: filament width sensor: ADC1_{} gives no signal ({:.0} of 10000): the flow is not corrected\n",
@@ -78,26 +151,26 @@ fn measured_tool<'m, P: Ports>(machine: &'m Machine<'_, P>) -> Option<&'m Tool> 
 
 /// Scales what is extruded from here on to the filament that will be at the nozzle then: more for thinner
 /// filament, less for thicker.
-pub(crate) fn correct_flow<P: Ports>(machine: &mut Machine<'_, P>) {
+fn correct_flow<P: Ports>(machine: &mut Machine<'_, P>) {
     let sensor = &machine.tuning.filament_width;
     let Some(tool) = measured_tool(machine) else { return };
     let meant = tool.settings.filament_diameter.map_or(sensor.nominal, Mm);
     let pushed = machine.program.position()[tool.settings.axis];
-    let factor = machine.filament_width.factor(sensor, pushed, meant);
+    let factor = machine.features.filament_width.factor(sensor, pushed, meant);
     machine.program.set_width_factor(sensor.tool, factor);
 }
 
 /// Whether moves are planned as far ahead as the filament is measured: more must wait, as for room in the
 /// queue. The motors go on meanwhile, so it comes to an end.
-pub(crate) fn is_planned_ahead<P: Ports>(machine: &Machine<'_, P>) -> bool {
+fn is_planned_ahead<P: Ports>(machine: &Machine<'_, P>) -> bool {
     let Some(tool) = measured_tool(machine) else { return false };
     let pushed = machine.program.position()[tool.settings.axis];
-    machine.filament_width.is_to_come(&machine.tuning.filament_width, pushed)
+    machine.features.filament_width.is_to_come(&machine.tuning.filament_width, pushed)
 }
 
 /// Forgets measured widths: filament was taken out, or another one put in.
-pub(crate) fn forget_width<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.filament_width.forget(&machine.tuning.filament_width);
+fn forget_width<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.features.filament_width.forget(&machine.tuning.filament_width);
 }
 
 /// Returns the axis of the extruder in use.
@@ -122,9 +195,42 @@ fn push<P: Ports>(machine: &mut Machine<'_, P>, length: f64, rate: MmPerSecond) 
     hands.standstill()
 }
 
+/// M600: suspends the job, and takes the filament out, as far as its words and [filament change] say.
+fn change_filament<P: Ports>(
+    machine: &mut Machine<'_, P>,
+    heaters_stay: bool,
+    words: &Words<'_>,
+    to: Recipient,
+) -> Outcome {
+    if suspend::is_already(machine, to) {
+        return Ok(Answer::Ok);
+    }
+    let change = change(machine, words)?;
+    suspend::begin(machine, to)?;
+    let mut targets = suspend::targets(machine);
+    if let Some((heater, target)) = change.goes_on_with
+        && let Some(to) = targets.get_mut(heater.index())
+    {
+        *to = target;
+    }
+    let lengths = unless_cold(machine, change.lengths);
+    let moved = moves_anything(&lengths).then_some(lengths);
+    suspend::keep(machine, targets, moved);
+    if let Some(lengths) = &moved {
+        // The job is suspended all the same where filament or tool cannot move.
+        let left = leave(machine, lengths);
+        machine.resynchronise_if_still();
+        match left {
+            Err(why) if why.is_refusal() => machine.announce(format_args!("// WARNING {}\n", machine.texts.of(why))),
+            left => left?,
+        }
+    }
+    suspend::rest(machine, heaters_stay)
+}
+
 /// Parameters of a filament change (M600).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Change {
+struct Change {
     pub lengths: FilamentChangeConfig,
     /// Another temperature of the tool's heater that the job goes on with.
     pub goes_on_with: Option<(HeaterId, Celsius)>,
@@ -134,7 +240,7 @@ pub(crate) struct Change {
 ///
 /// # Errors
 /// For another tool than the one in use, and for a place that is out of reach.
-pub(crate) fn change<P: Ports>(machine: &Machine<'_, P>, words: &Words<'_>) -> Result<Change, Failure> {
+fn change<P: Ports>(machine: &Machine<'_, P>, words: &Words<'_>) -> Result<Change, Failure> {
     let tool = machine.program.tools().active().map(|tool| tool.settings.id);
     if let Some(wanted) = words.get('T')
         && tool.is_none_or(|tool| f64::from(tool.0) != wanted)
@@ -156,10 +262,7 @@ pub(crate) fn change<P: Ports>(machine: &Machine<'_, P>, words: &Words<'_>) -> R
 }
 
 /// Leaves only the parking of M600 if its nozzle is too cold to feed filament.
-pub(crate) fn unless_cold<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    change: FilamentChangeConfig,
-) -> FilamentChangeConfig {
+fn unless_cold<P: Ports>(machine: &mut Machine<'_, P>, change: FilamentChangeConfig) -> FilamentChangeConfig {
     let feeds = [change.retract, change.unload, change.load, change.purge].iter().any(|length| length.0 > 0.0);
     match cold_extrusion::may_feed(machine, -1.0) {
         Err(why) if feeds => {
@@ -172,14 +275,14 @@ pub(crate) fn unless_cold<P: Ports>(
 }
 
 /// Whether filament or the tool is moved.
-pub(crate) fn moves_anything(change: &FilamentChangeConfig) -> bool {
+fn moves_anything(change: &FilamentChangeConfig) -> bool {
     let lengths = [change.retract, change.lift, change.unload, change.load, change.purge];
     lengths.iter().any(|length| length.0 > 0.0) || change.park.iter().any(Option::is_some)
 }
 
 /// Leaves the part for M600, once nothing moves: draws back, lifts, goes to the tool's waiting place, and
 /// takes the filament out, as far as the configuration says.
-pub(crate) fn leave<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
+fn leave<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
     machine.announce(format_args!("// Going aside, so that the filament can be changed\n"));
     push(machine, -change.retract.0, change.unload_rate)?;
     park(machine, change)?;
@@ -243,7 +346,7 @@ fn unload<P: Ports>(machine: &mut Machine<'_, P>, length: Mm) -> Result<(), Fail
 }
 
 /// Pushes new filament in, or the filament drawn back, before the job goes on, once the nozzle is hot.
-pub(crate) fn come_back<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
+fn come_back<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
     if change.unload.0 == 0.0 && change.load.0 == 0.0 {
         push(machine, change.retract.0, change.unload_rate)?;
         return push(machine, change.purge.0, change.purge_rate);

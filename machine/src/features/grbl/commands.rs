@@ -17,13 +17,21 @@ use crate::executor::actions;
 use crate::executor::long_answers;
 use crate::executor::program_files;
 use crate::executor::settings_file;
+use crate::features::States;
 use crate::features::grbl::numbered_settings::{Change, Setting, Sources};
 use crate::features::grbl::status::{self, Report};
-use crate::features::grbl::{HELP, Own, Text, hal, jog, overrides, reports, stored};
+use crate::features::grbl::{HELP, Own, Text, hal, jog, overrides, reports, startup, stored};
 use crate::machine::Machine;
-use crate::machine::frames::Frame;
 use crate::machine::hands::MachineHands;
 use crate::machine::program_io;
+
+/// Whether a line is a command of GRBL's own. GRBL has no `$P` and `$S`, and its jog is `$J=`: `$J` with a
+/// blank is Smoothieware's, whose pendants go on working.
+pub(crate) fn owns<P: Ports>(machine: &Machine<'_, P>, line: &str, to: Recipient) -> bool {
+    let is_jog = line.strip_prefix("$J ").is_some_and(|words| !words.trim_start().starts_with('='));
+    let is_ours = is_jog || matches!(line.split_once([' ', '\t']).map_or(line, |(word, _)| word), "$P" | "$S");
+    line.starts_with('$') && !is_ours && machine.sessions.dialect_of(to) == Dialect::Grbl
+}
 
 /// Carries out a line that began with `$`, which has been taken off.
 pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipient) -> Outcome {
@@ -82,7 +90,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipie
 /// Reports modes, offsets, startup lines or the build: `$G`, `$#`, `$N`, `$I`.
 fn report<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) {
     let (queue, version) = (machine.ports.motion(|motion| motion.queue_level().1), machine.ports.board().version);
-    let Machine { program, outputs, sessions, config, grbl, .. } = machine;
+    let Machine { program, outputs, sessions, config, features: States { grbl, .. }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     match what {
         "G" => reports::modal(config, program, outputs, reply),
@@ -102,7 +110,7 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) {
 
 /// Has the next report to this session show every field (0x87).
 pub(crate) fn tell_all<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    if let Some(told) = machine.grbl.told.get_mut(usize::from(id.0)) {
+    if let Some(told) = machine.features.grbl.told.get_mut(usize::from(id.0)) {
         told.wants_all = true;
     }
 }
@@ -113,7 +121,9 @@ pub(crate) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, id: SessionI
     let line = machine.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
     let line = line.and_then(|tag| machine.jobs.line_of(tag));
     let homed = [machine.axes.homed(), machine.can_home];
-    let Machine { ports, program, safety, sessions, config, tuning, outputs, grbl, jobs, .. } = machine;
+    let Machine {
+        ports, program, safety, sessions, config, tuning, outputs, jobs, features: States { grbl, .. }, ..
+    } = machine;
     let room = ports.inbox(id).room();
     let Some(told) = grbl.told.get_mut(usize::from(id.0)) else { return };
     let of = Report {
@@ -141,7 +151,7 @@ fn with_sources<P: Ports, R>(
 ) -> Result<R, Failure> {
     let motion = machine.ports.motion(|motion| motion.config().copied());
     let motion = motion.ok_or_else(|| Failure::refused(&"motion is not configured").with_reason(Reason::Locked))?;
-    let Machine { safety, sessions, config, tuning, grbl, .. } = machine;
+    let Machine { safety, sessions, config, tuning, features: States { grbl, .. }, .. } = machine;
     let travel = safety.travel.up_to_date(config, tuning);
     let (soft_limits, ends) = (travel.is_on(config), travel.ends());
     Ok(f(&Sources { motion: &motion, config, own: &grbl.own, soft_limits, ends: &ends }, sessions))
@@ -167,7 +177,7 @@ fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Rec
     match change {
         Change::Nothing => {}
         Change::Own(set, value) => {
-            set(&mut machine.grbl.own, value);
+            set(&mut machine.features.grbl.own, value);
             save_own(machine)?;
         }
         Change::Switch(code) => drop(run_code(machine, code.as_str())?),
@@ -209,7 +219,7 @@ fn save<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Fai
 }
 
 fn save_own<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-    let Machine { ports, grbl, .. } = machine;
+    let Machine { ports, features: States { grbl, .. }, .. } = machine;
     stored::write(ports, &grbl.own)
         .map_err(|error| machine.texts.about_file(stored::PATH, error.text()).with_reason(Reason::Storage))
 }
@@ -223,7 +233,7 @@ fn store<P: Ports>(machine: &mut Machine<'_, P>, key: &str, text: &str) -> Resul
     if key != "I" {
         look_through(machine, text)?;
     }
-    let own = &mut machine.grbl.own;
+    let own = &mut machine.features.grbl.own;
     match key {
         "N0" => own.startup[0] = kept,
         "N1" => own.startup[1] = kept,
@@ -248,28 +258,6 @@ fn look_through<P: Ports>(machine: &Machine<'_, P>, text: &str) -> Result<(), Fa
     Ok(())
 }
 
-/// Says a startup line that has ended, with its answer.
-pub(crate) fn startup_ended<P: Ports>(machine: &mut Machine<'_, P>, number: u8, outcome: &Outcome) {
-    let Machine { sessions, grbl, .. } = machine;
-    let Some(text) = grbl.own.startup.get(usize::from(number)) else { return };
-    match outcome {
-        Ok(_) => sessions.say(Recipient::All, format_args!(">{text}:ok\n")),
-        Err(why) => {
-            let error = if why.has_text() { why.reason } else { Reason::Locked };
-            sessions.say(Recipient::All, format_args!(">{text}:error:{}\n", error.number()));
-        }
-    }
-}
-
-/// Has the startup lines run next, where the machine is ready.
-pub(crate) fn begin_startup<P: Ports>(machine: &mut Machine<'_, P>) {
-    let has_lines = machine.grbl.own.startup.iter().any(|line| !line.is_empty());
-    if has_lines && machine.safety.state() == State::Idle {
-        // A full stack means that too much is under way to begin.
-        let _ = machine.frames.push(Frame::Startup(0));
-    }
-}
-
 /// Resets settings (`$RST=$`), offsets (`$RST=#`), or both and the startup lines (`$RST=*`).
 fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) -> Outcome {
     may_set(machine)?;
@@ -282,9 +270,9 @@ fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) ->
         let fresh = if what == "*" {
             Own::default()
         } else {
-            Own { report_mask: 1, inches: false, ..machine.grbl.own.clone() }
+            Own { report_mask: 1, inches: false, ..machine.features.grbl.own.clone() }
         };
-        machine.grbl.own = fresh;
+        machine.features.grbl.own = fresh;
         save_own(machine)?;
         restore_motion(machine)?;
     }
@@ -345,35 +333,6 @@ pub(crate) fn jogs<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> boo
     machine.safety.state() == State::Jog
 }
 
-/// Whether a line is a jog that its sender has let go of since: it is answered, for the count, and not begun.
-pub(crate) fn is_dropped_jog<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &[u8]) -> bool {
-    let Some(session) = machine.sessions.get_mut(id).filter(|session| session.let_go_behind_line()) else {
-        return false;
-    };
-    let is_jog = line.trim_ascii_start().get(..2).is_some_and(|word| word.eq_ignore_ascii_case(b"$J"));
-    // Smoothieware's jog is answered here only with one of these options.
-    let is_answered = session.dialect != Dialect::Grbl && line.windows(2).any(|option| matches!(option, b"-c" | b"-r"));
-    if is_jog && is_answered {
-        session.say(format_args!("ok\n"));
-    }
-    is_jog
-}
-
-/// Cancels jogs (0x85, Ctrl-Y, and `!` while jogging): brakes, and drops those that wait, planned or not.
-pub(crate) fn cancel_jog<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    let Machine { sessions, ports, .. } = machine;
-    if let Some(session) = sessions.get_mut(id) {
-        session.drop_jogs(ports.inbox(id));
-    }
-    if !machine.safety.mode().is_in(State::Jog) {
-        return;
-    }
-    if machine.safety.state() != State::Jog {
-        machine.safety.apply(Event::Resume);
-    }
-    machine.ports.motion(motion::Motion::stop);
-}
-
 /// Resets (Ctrl-X): stops all work, drops lines that were sent, and greets anew. No alarm if nothing goes on,
 /// or a hold has come to rest.
 pub(crate) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
@@ -397,7 +356,7 @@ pub(crate) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     machine.program.reset();
     machine.resynchronise();
     program_io::reset_overrides(machine);
-    begin_startup(machine);
+    startup::begin(machine);
     let halted = machine.safety.is_halted() && !machine.safety.is_resetting();
     if let Some(session) = machine.sessions.get_mut(id) {
         let banner = session.grbl_banner;

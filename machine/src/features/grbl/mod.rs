@@ -1,12 +1,22 @@
 //! GRBL 1.1, as its senders expect it: its commands, its settings, its reports. Its numbers of errors and
 //! alarms, and its one answer for each line, are where text meets a sender: [`base::grbl`].
 //!
-//! The modules here know no executor: lines are read and written. `executor/grbl.rs` carries the commands
-//! out. Facts: Grbl 1.1's interface, configuration, jogging and real-time pages (github.com/gnea/grbl,
+//! Lines are read and written by modules that know no machine; `commands.rs` carries the commands out.
+//! Facts: Grbl 1.1's interface, configuration, jogging and real-time pages (github.com/gnea/grbl,
 //! `doc/markdown`).
 
-use base::sessions::MAX_SESSIONS;
+use base::Ports;
+use base::failure::Outcome;
+use base::reason::Reason;
+use base::sessions::{MAX_SESSIONS, Recipient, SessionId};
+use config::MachineConfig;
+use gcode::realtime::Realtime;
 use gcode::{Code, Letter};
+use program::Dialect;
+
+use crate::machine::Machine;
+use crate::machine::jogging;
+use crate::machine::moments::{Moments, StartupLine};
 
 pub(crate) mod commands;
 pub(crate) mod hal;
@@ -15,16 +25,77 @@ pub(crate) mod last_report;
 pub(crate) mod numbered_settings;
 pub(crate) mod overrides;
 pub(crate) mod reports;
+pub(crate) mod startup;
 pub(crate) mod status;
 pub(crate) mod stored;
+
+/// GRBL's dialect at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn banner(config: &MachineConfig) -> Option<&'static str> {
+        config.general.grblhal.then_some(hal::BANNER)
+    }
+
+    fn read_files(machine: &mut Machine<'_, P>) {
+        startup::read(machine);
+    }
+
+    fn take_request(machine: &mut Machine<'_, P>, request: Realtime, id: SessionId) -> bool {
+        let to = Recipient::Session(id);
+        let is_grbl = machine.sessions.dialect_of(to) == Dialect::Grbl;
+        match request {
+            Realtime::Status if is_grbl => commands::report_status(machine, id),
+            Realtime::StatusInFull if !machine.config.general.grblhal => {}
+            Realtime::StatusInFull => {
+                commands::tell_all(machine, id);
+                machine.ports.inbox(id).request(Realtime::Status);
+            }
+            Realtime::Abort if is_grbl => commands::reset(machine, id),
+            Realtime::Hold if commands::jogs(machine, to) => jogging::cancel(machine, id),
+            request if overrides::are_changed_by(request) => commands::change(machine, request, id),
+            _ => return false,
+        }
+        true
+    }
+
+    fn owns_console_line(machine: &Machine<'_, P>, line: &str, to: Recipient) -> bool {
+        commands::owns(machine, line, to)
+    }
+
+    fn run_console_line(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Option<Outcome> {
+        let command = line.strip_prefix('$').filter(|_| commands::owns(machine, line, to))?;
+        Some(commands::run(machine, command, to))
+    }
+
+    fn refuse_codes(machine: &mut Machine<'_, P>, to: Recipient) -> bool {
+        let jogs = commands::jogs(machine, to);
+        if jogs {
+            machine.sessions.refuse(to, Reason::Locked, format_args!("a jog is under way: 0x85 ends it"));
+        }
+        jogs
+    }
+
+    fn accepts(code: Code) -> bool {
+        accepts(code)
+    }
+
+    fn startup_line_ended(machine: &mut Machine<'_, P>, number: u8, outcome: &Outcome) {
+        startup::ended(machine, number, outcome);
+    }
+
+    fn startup_line(machine: &Machine<'_, P>, number: u8) -> Option<StartupLine> {
+        machine.features.grbl.own.startup.get(usize::from(number)).cloned()
+    }
+}
 
 /// Answer to `$` alone.
 pub const HELP: &str = "[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]\n";
 
 /// Number of startup lines (`$N0`, `$N1`).
 pub(crate) const STARTUP_LINES: usize = 2;
-/// Startup line, or the build's text: as long as a line of GRBL's may be.
-pub(crate) type Text = heapless::String<80>;
+/// Startup line, or the build's text.
+pub(crate) type Text = StartupLine;
 
 /// Returns whether a code without effect here is accepted all the same, as GRBL does: codes that ask for the
 /// state that always holds, and codes for a spindle or coolant that nothing here switches.

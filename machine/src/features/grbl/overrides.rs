@@ -7,6 +7,30 @@ const LEAST: f64 = 10.0;
 /// Greatest override of feed rates and spindle speed, percent.
 const MOST: f64 = 200.0;
 
+/// Whether a byte changes an override or an output.
+pub(crate) const fn are_changed_by(request: Realtime) -> bool {
+    use Realtime as R;
+    matches!(
+        request,
+        R::FeedReset
+            | R::FeedUp10
+            | R::FeedDown10
+            | R::FeedUp1
+            | R::FeedDown1
+            | R::RapidFull
+            | R::RapidHalf
+            | R::RapidQuarter
+            | R::SpindleReset
+            | R::SpindleUp10
+            | R::SpindleDown10
+            | R::SpindleUp1
+            | R::SpindleDown1
+            | R::SpindleStop
+            | R::Flood
+            | R::Mist
+    )
+}
+
 /// Returns the percent by which a byte changes its override; 0 sets it to 100.
 const fn step(request: Realtime) -> f64 {
     match request {

@@ -10,7 +10,9 @@ use program::{LightChange, State};
 use thermal::{HeatControl, OFF_BELOW};
 use units::{Micros, SwitchId};
 
+use crate::features::States;
 use crate::machine::Machine;
+use crate::machine::moments::Moments;
 use crate::machine::program_io::apply;
 
 /// Distance from its target within which a heater has warmed up, C.
@@ -18,27 +20,54 @@ const WARM_WITHIN_C: f32 = 5.0;
 /// Temperature from which the way to a target counts, C.
 const COLD_C: f32 = 25.0;
 
+/// Strips of lights at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn wired(machine: &mut Machine<'_, P>) {
+        configure(machine);
+    }
+
+    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
+        if machine.safety.state() != State::Invalid {
+            look(machine, now);
+        }
+    }
+
+    fn change_light(machine: &mut Machine<'_, P>, light: &LightChange) -> Result<(), Failure> {
+        change(machine, light)
+    }
+
+    fn pass_light(machine: &mut Machine<'_, P>, change: &LightChange) {
+        machine.features.strips.change(change);
+    }
+
+    fn drop_effects(machine: &mut Machine<'_, P>) {
+        machine.features.riding_lights.clear();
+    }
+}
+
 /// Sets up the strips of lights, at boot behind the wiring.
 pub(crate) fn configure<P: Ports>(machine: &mut Machine<'_, P>) {
     for strip in &machine.config.led_strips {
         // The configuration has counted the lights.
-        let _fits = machine.strips.add(strip.lights(), strip.initial);
+        let _fits = machine.features.strips.add(strip.lights(), strip.initial);
     }
 }
 
 /// Has colours change behind the moves submitted: at once when nothing moves, or where the change does not
 /// ride; else when the motors have come there, and nothing waits.
-pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, change: LightChange) -> Result<(), Failure> {
+fn change<P: Ports>(machine: &mut Machine<'_, P>, change: &LightChange) -> Result<(), Failure> {
     loop {
         let waits = change.rides && !machine.safety.is_halted();
         take_reached(machine);
-        let is_still = machine.ports.motion(|motion| motion.is_idle()) && machine.riding_lights.is_empty();
+        let is_still = machine.ports.motion(|motion| motion.is_idle()) && machine.features.riding_lights.is_empty();
         if !waits || is_still {
-            machine.strips.change(&change);
+            machine.features.strips.change(change);
             return Ok(());
         }
         match machine.ports.motion(motion::Motion::mark) {
-            Ok(mark) if machine.riding_lights.wait(mark, change).is_ok() => return Ok(()),
+            Ok(mark) if machine.features.riding_lights.wait(mark, *change).is_ok() => return Ok(()),
             Ok(_) | Err(Refusal::Full | Refusal::Stopping) => machine.wait(Wake::Any).unless_halted()?,
             Err(refusal) => return Err(machine.texts.refused(format_args!("{refusal}"))),
         }
@@ -47,12 +76,12 @@ pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, change: LightChange
 
 /// Applies the changes of colours that the path has reached.
 fn take_reached<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.riding_lights.is_empty() {
+    if machine.features.riding_lights.is_empty() {
         return;
     }
     let reached = machine.ports.heat(|heat| heat.reached());
-    while let Some(change) = machine.riding_lights.reached(reached) {
-        machine.strips.change(&change);
+    while let Some(change) = machine.features.riding_lights.reached(reached) {
+        machine.features.strips.change(&change);
     }
 }
 
@@ -61,23 +90,23 @@ pub(crate) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     if machine.config.led_strips.is_empty() {
         return;
     }
-    if machine.lights.is_due(now) {
+    if machine.features.lights.is_due(now) {
         let condition = condition(machine);
         take_reached(machine);
-        let changed = machine.strips.take_changed();
-        machine.lights.look(&machine.config.led_strips, condition, changed, now);
+        let changed = machine.features.strips.take_changed();
+        machine.features.lights.look(&machine.config.led_strips, condition, changed, now);
     }
-    while let Some(place) = machine.lights.next() {
+    while let Some(place) = machine.features.lights.next() {
         if !send(machine, place) {
             return;
         }
-        machine.lights.sent(place);
+        machine.features.lights.sent(place);
     }
 }
 
 /// Sends the colours of a strip. False when they cannot be sent yet.
 fn send<P: Ports>(machine: &mut Machine<'_, P>, place: usize) -> bool {
-    let Machine { config, lights, strips, ports, .. } = machine;
+    let Machine { config, ports, features: States { lights, strips, .. }, .. } = machine;
     let config = *config;
     let Some(strip) = config.led_strips.get(place) else { return true };
     if !strip.is_of_switches() {

@@ -12,8 +12,8 @@ use program::State;
 use program::objects::TakenOut;
 use units::{Axis, PerAxis};
 
-use crate::features::power_loss::journal;
 use crate::machine::Machine;
+use crate::machine::moments::{Features, Moments as _};
 use crate::machine::moves;
 
 /// Looks at the moves that the machine makes. Seldom: only while such moves may wait.
@@ -115,8 +115,8 @@ fn go_round<P: Ports>(
         let _ = moves.push(next.request);
         dropped += 1;
     }
-    filament_counts_anew(machine);
-    journal::leaves_height(machine, moves.iter().map(|step| step.target[Axis::Z]));
+    Features::<P>::extruders_count_anew(machine);
+    leaves_for_heights(machine, moves.iter().map(|step| step.target[Axis::Z]));
     if let Err(refusal) = machine.ports.motion(|motion| motion.go_round(dropped, from, &moves)) {
         machine.announce(format_args!("error:the way round the object that is left out: {refusal}\n"));
         machine.resynchronise();
@@ -125,8 +125,10 @@ fn go_round<P: Ports>(
     }
 }
 
-/// Tells filament's watchers that extruders count from another place, which is no filament.
-pub(crate) fn filament_counts_anew<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.jobs.statistics.rest();
-    machine.filament.counts_anew();
+/// Says to which heights the machine goes that the file does not name.
+pub(crate) fn leaves_for_heights<P: Ports>(machine: &mut Machine<'_, P>, heights: impl Iterator<Item = f64>) {
+    let range = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], z| [least.min(z), most.max(z)]);
+    if range[0] <= range[1] {
+        Features::<P>::leaves_for_heights(machine, range);
+    }
 }

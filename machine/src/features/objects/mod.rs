@@ -5,6 +5,7 @@ pub(crate) mod leave_out;
 
 use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
+use base::own_frame::apart;
 use base::sessions::{Recipient, Reply};
 use jobs::player::By;
 use motion::Tag;
@@ -12,9 +13,42 @@ use program::Move;
 use units::Axis;
 
 use crate::executor::actions;
-use crate::features::power_loss::journal;
 use crate::machine::Machine;
+use crate::machine::moments::{Features, Moments};
 use crate::machine::source::{Origin, Source};
+
+/// Objects that are left out, at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn each_turn(machine: &mut Machine<'_, P>) {
+        if machine.jobs.objects.is_cutting() || machine.cut.brakes {
+            apart(|| leave_out::serve(machine));
+        }
+    }
+
+    fn hold_moves_back(machine: &Machine<'_, P>) -> bool {
+        // Lines behind moves that are being dropped wait until the drop is done.
+        machine.jobs.objects.is_cutting()
+    }
+
+    fn block_begins(machine: &mut Machine<'_, P>, source: Source) {
+        if machine.jobs.objects.are_known() || program::objects::is_apart(&machine.program) {
+            begin_block(machine, source);
+        }
+    }
+
+    fn leave_move_out(machine: &mut Machine<'_, P>, request: &Move) -> Result<bool, Failure> {
+        if machine.cut.brakes {
+            leave_out::wait(machine)?;
+        }
+        if program::objects::is_apart(&machine.program) { is_left_out(machine, request) } else { Ok(false) }
+    }
+
+    fn job_is_read(machine: &mut Machine<'_, P>) {
+        end(machine);
+    }
+}
 
 /// Lets a line count as the print's: a line of the file being printed, or of any session while there is none.
 /// Nothing else is left out: an operator who jogs, or a script that parks, means it.
@@ -37,7 +71,7 @@ pub(crate) fn label<P: Ports>(machine: &mut Machine<'_, P>, text: &str, to: Reci
         leave_out::find_rest(machine);
     }
     if by != By::File {
-        journal::objects_change(machine);
+        Features::<P>::objects_change(machine);
     }
     labelled.map(|()| Answer::Ok).map_err(|error| machine.texts.refused(format_args!("{error}")))
 }
@@ -56,7 +90,7 @@ pub(crate) fn is_left_out<P: Ports>(machine: &mut Machine<'_, P>, request: &Move
         return Ok(true);
     }
     if let Some(back) = program::objects::way_back(&mut machine.program, request) {
-        journal::leaves_height(machine, back.moves.iter().map(|step| step.target[Axis::Z]));
+        leave_out::leaves_for_heights(machine, back.moves.iter().map(|step| step.target[Axis::Z]));
         // The way there is no part of an object.
         machine.jobs.objects.counts(false);
         for step in &back.moves {
@@ -65,7 +99,7 @@ pub(crate) fn is_left_out<P: Ports>(machine: &mut Machine<'_, P>, request: &Move
         machine.jobs.objects.counts(true);
         // Extruders count from here as the file does.
         machine.standstill()?;
-        leave_out::filament_counts_anew(machine);
+        Features::<P>::extruders_count_anew(machine);
         let set = machine.ports.motion(|motion| motion.set_position(back.place));
         set.map_err(|refusal| machine.texts.alarm(format_args!("{refusal}")))?;
     }

@@ -23,12 +23,14 @@ use crate::executor::fast_forward;
 use crate::executor::fast_forward_record::{Passed, Until};
 use crate::executor::forecast;
 use crate::executor::heat_restoring;
+use crate::features;
+use crate::features::States;
 use crate::features::power_loss::journal;
 use crate::features::power_loss::journal::Heights;
-use crate::features::stalls::recovery as stall_recovery;
 use crate::machine::Machine;
 use crate::machine::frames::{Frame, Then};
 use crate::machine::hands::MachineHands;
+use crate::machine::moments::{Features, Moments as _};
 use crate::machine::suspend;
 
 /// Heights that differ by less than this are the same, mm.
@@ -51,10 +53,10 @@ pub(crate) fn say_offer<P: Ports>(machine: &mut Machine<'_, P>) {
     {
         machine.announce(format_args!("// WARNING there will be no journal of jobs: {}\n", error.text()));
     }
-    machine.journal.stood_at = machine.ports.motion(|motion| motion.live_position());
+    machine.features.journal.stood_at = machine.ports.motion(|motion| motion.live_position());
     match find(&mut machine.ports) {
         Ok(Found::Offer(offer)) => {
-            machine.journal.has_offer = true;
+            machine.features.journal.has_offer = true;
             say(machine, &offer, Recipient::All);
         }
         Ok(Found::Broken) => machine.announce(format_args!(
@@ -99,7 +101,7 @@ pub(crate) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>,
     };
     if words.has('C') {
         forget(&offer, &mut machine.ports).map_err(failed)?;
-        machine.journal.has_offer = false;
+        machine.features.journal.has_offer = false;
         machine.say(to, format_args!("{} is not gone on with\n", offer.file.path));
         return Ok(Answer::Ok);
     }
@@ -142,7 +144,7 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
     let before = program::beginning(&mut machine.program);
     let before = before.ok_or_else(|| Failure::refused(&OTHER_MODES))?;
     fast_forward::keep(machine);
-    machine.recovery = Some(Recovery {
+    machine.features.recovery = Some(Recovery {
         z: z.unwrap_or(offer.entry.position[Axis::Z as usize]),
         z_is_told: z.is_some(),
         goes_up_blind: false,
@@ -165,7 +167,7 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
 
 /// Reads the file from its beginning until so many lines have begun; then follows this step.
 fn read_up_to<P: Ports>(machine: &mut Machine<'_, P>, lines: u32, then: Step, to: Recipient) -> Outcome {
-    let Some(recovery) = &mut machine.recovery else { return Err(Failure::HALTED) };
+    let Some(recovery) = &mut machine.features.recovery else { return Err(Failure::HALTED) };
     let dialect = usize::from(recovery.offer.file.dialect).checked_sub(1);
     if !program::begin_again(&mut machine.program, &mut recovery.offer.beginning) {
         return Err(Failure::refused(&"the journal is damaged: the job cannot be gone on with"));
@@ -180,7 +182,7 @@ fn read_up_to<P: Ports>(machine: &mut Machine<'_, P>, lines: u32, then: Step, to
 }
 
 fn read_on<P: Ports>(machine: &mut Machine<'_, P>, until: Until, then: Step, to: Recipient) -> Outcome {
-    if !machine.frames.push(Frame::Then(Then::Recover(then, to))) {
+    if !machine.frames.push(Frame::Then(Then::Step(features::Step::Recover(then, to)))) {
         return Err(Failure::refused(&"scripts start each other without end"));
     }
     fast_forward::begin(machine, until)?;
@@ -194,9 +196,9 @@ fn read_on<P: Ports>(machine: &mut Machine<'_, P>, until: Until, then: Step, to:
 /// Gives up the recovery: the program and its modes are as before the request, and the offer stays.
 pub(crate) fn give_up<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.passed = None;
-    machine.journal.close(&mut machine.ports);
+    machine.features.journal.close(&mut machine.ports);
     machine.jobs.close(&mut machine.ports);
-    if let Some(mut recovery) = machine.recovery.take() {
+    if let Some(mut recovery) = machine.features.recovery.take() {
         fast_forward::put_back(machine);
         // The modes from before are the program's own.
         let _ = program::begin_again(&mut machine.program, &mut recovery.before);
@@ -238,7 +240,7 @@ fn arrived<P: Ports>(machine: &mut Machine<'_, P>) -> Result<Passed, Failure> {
 
 fn compare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     let passed = arrived(machine)?;
-    let Some(recovery) = &mut machine.recovery else { return Err(Failure::HALTED) };
+    let Some(recovery) = &mut machine.features.recovery else { return Err(Failure::HALTED) };
     let (from, end, was) = (passed.line_began_at, *machine.program.position(), recovery.offer.entry.position);
     // An arc may go beyond its ends.
     let slack = SAME_PLACE + Axis::PRIMARY.into_iter().map(|axis| (end[axis] - from[axis]).abs()).sum::<f64>();
@@ -262,10 +264,10 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     // The file may end within that time.
     let passed = fast_forward::take(machine).ok_or(Failure::HALTED)?;
     let up = homes_upwards(machine);
-    let Some(recovery) = &mut machine.recovery else { return Err(Failure::HALTED) };
+    let Some(recovery) = &mut machine.features.recovery else { return Err(Failure::HALTED) };
     let entry = &recovery.offer.entry;
     // Movements of axes since the machine was switched on are known.
-    let is_lost = |axis: Axis| entry.strayed & 1 << axis as u8 != 0 && !machine.journal.strayed.has(axis);
+    let is_lost = |axis: Axis| entry.strayed & 1 << axis as u8 != 0 && !machine.features.journal.strayed.has(axis);
     let known = machine.axes.homed().or(machine.can_home);
     if let Some(axis) = [Axis::X, Axis::Y].into_iter().find(|axis| is_lost(*axis) && !known.has(*axis)) {
         return Err(machine.texts.refused(format_args!(
@@ -312,7 +314,7 @@ fn homes_upwards<P: Ports>(machine: &Machine<'_, P>) -> bool {
 fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     let passed = arrived(machine)?;
     let (kept, place) = (machine.program.keep(), *machine.program.position());
-    let Machine { recovery, jobs, journal, ports, .. } = machine;
+    let Machine { jobs, ports, features: States { recovery, journal, .. }, .. } = machine;
     let Some(recovery) = recovery else { return Err(Failure::HALTED) };
     if Axis::PRIMARY.into_iter().any(|axis| (place[axis] - recovery.place[axis]).abs() > SAME_Z) {
         return Err(Failure::refused(
@@ -333,27 +335,27 @@ fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     if !script.is_empty() {
         journal::note(machine, Heights::Any, false);
     }
-    suspend::start_script(machine, script, Then::Recover(Step::GoBack, to)).map(drop)
+    suspend::start_script(machine, script, Then::Step(features::Step::Recover(Step::GoBack, to))).map(drop)
 }
 
 /// Lifts the tool clear of everything that stands on the bed; then homes X and Y, and Z where that is
 /// upwards.
 fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> Result<(), Failure> {
     let sag = machine.config.player.power_loss.sag;
-    let Some(recovery) = &machine.recovery else { return Err(Failure::HALTED) };
+    let Some(recovery) = &machine.features.recovery else { return Err(Failure::HALTED) };
     let (z, z_is_told, is_blind, highest) = (recovery.z, recovery.z_is_told, recovery.goes_up_blind, recovery.highest);
     let mut here = machine.ports.motion(|motion| motion.commanded_position());
     let homed = machine.axes.homed();
     for axis in Axis::PRIMARY.into_iter().filter(|axis| !homed.has(*axis)) {
         // Somebody may have moved the axis by hand since.
-        here[axis] += was.get(axis as usize).copied().unwrap_or(0.0) - machine.journal.stood_at[axis];
+        here[axis] += was.get(axis as usize).copied().unwrap_or(0.0) - machine.features.journal.stood_at[axis];
     }
     if !homed.has(Axis::Z) {
         let has_moved = here[Axis::Z] - was.get(Axis::Z as usize).copied().unwrap_or(0.0);
         here[Axis::Z] = if z_is_told { z } else { z + has_moved - sag };
     }
     MachineHands::new(machine, to).set_position(here)?;
-    if let Some(recovery) = &mut machine.recovery {
+    if let Some(recovery) = &mut machine.features.recovery {
         recovery.is_placed = true;
     }
     if !is_blind {
@@ -407,7 +409,7 @@ fn above<P: Ports>(machine: &mut Machine<'_, P>, highest: f64) -> f64 {
 
 fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     machine.standstill()?;
-    let Some(recovery) = machine.recovery.clone() else { return Err(Failure::HALTED) };
+    let Some(recovery) = machine.features.recovery.clone() else { return Err(Failure::HALTED) };
     let (entry, mut place) = (recovery.offer.entry, recovery.place);
     // The frame's temperature differs from that at the entry.
     place[Axis::Z] += machine.thermal.offset() - entry.thermal_z;
@@ -442,8 +444,8 @@ fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     machine.ports.motion(|motion| motion.set_overrides(factor, motion.overrides().rapid));
     program::set_flow(&mut machine.program, &entry.flow);
     heat_restoring::switch(machine, &recovery.switches);
-    (machine.recovery, machine.set_before) = (None, None);
-    stall_recovery::job_goes_on(machine, recovery.offer.beginning);
+    (machine.features.recovery, machine.set_before) = (None, None);
+    Features::<P>::job_goes_on(machine, recovery.offer.beginning);
     journal::note(machine, Heights::Planned, false);
     machine
         .announce(format_args!("// the job goes on with line {}: what was made behind it is made twice\n", entry.line));

@@ -10,6 +10,7 @@ use motion::compensation::Bed;
 use program::{BEGINNING_BYTES, State};
 use units::{Axis, AxisSet, Micros, PerAxis, Volts};
 
+use crate::features::States;
 use crate::machine::Machine;
 use crate::machine::card;
 
@@ -31,7 +32,7 @@ const LOOK_PERIOD: Micros = Micros::from_millis(20);
 fn note_of_brown_out<P: Ports>(machine: &mut Machine<'_, P>) {
     let is_looked_for =
         !machine.config.voltages.is_empty() && machine.config.system.brown_out_volts != Some(Volts(0.0));
-    if machine.journal.is_on || !is_looked_for {
+    if machine.features.journal.is_on || !is_looked_for {
         return;
     }
     card::at_rest(machine);
@@ -51,9 +52,9 @@ fn note_of_brown_out<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Begins the journal of a file that is about to be played: the first line has not been read.
 pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.journal.close(&mut machine.ports);
+    machine.features.journal.close(&mut machine.ports);
     // The boot file is no job, and a job that goes on after a power cut is noted already.
-    let is_job = machine.recovery.is_none() && machine.safety.state() != State::Check;
+    let is_job = machine.features.recovery.is_none() && machine.safety.state() != State::Check;
     if !is_job || machine.jobs.is_boot_file(machine.config) {
         return;
     }
@@ -61,7 +62,7 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     card::at_rest(machine);
     give_up_offer(machine);
     note_of_brown_out(machine);
-    if !machine.journal.is_on {
+    if !machine.features.journal.is_on {
         return;
     }
     let Some(beginning) = program::beginning(&mut machine.program) else {
@@ -77,7 +78,7 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
         _ => {}
     }
     card::at_rest(machine);
-    let counted = machine.journal.count(&mut machine.ports);
+    let counted = machine.features.journal.count(&mut machine.ports);
     card::at_rest(machine);
     let value = counted.and_then(|()| machine_value(&mut machine.ports));
     card::at_rest(machine);
@@ -86,15 +87,15 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     if !machine.jobs.is_open() {
         return;
     }
-    let Machine { journal, ports, .. } = machine;
+    let Machine { ports, features: States { journal, .. }, .. } = machine;
     let begun = match played {
         Ok(file) if PlayedFile::fits(&file.path) => journal.begin(&file, &beginning, ports),
         Ok(_) => return machine.announce(format_args!("// NOTE no journal of this job: its path is too long\n")),
         Err(error) => Err(error),
     };
     let now = machine.ports.now();
-    machine.journal.due = now.plus(machine.config.player.power_loss.period);
-    (machine.journal.halts, machine.journal.has_laid) = (false, false);
+    machine.features.journal.due = now.plus(machine.config.player.power_loss.period);
+    (machine.features.journal.halts, machine.features.journal.has_laid) = (false, false);
     if let Err(error) = begun {
         machine.announce(format_args!("// WARNING no journal of this job: {}\n", error.text()));
     }
@@ -126,7 +127,7 @@ fn make<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
 
 /// Gives up the offer of another job: playing a file ends it, whether a journal is kept or not.
 pub(crate) fn give_up_offer<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !core::mem::take(&mut machine.journal.has_offer) {
+    if !core::mem::take(&mut machine.features.journal.has_offer) {
         return;
     }
     if let Ok(Found::Offer(offer)) = find(&mut machine.ports)
@@ -139,21 +140,24 @@ pub(crate) fn give_up_offer<P: Ports>(machine: &mut Machine<'_, P>) {
 /// Notes axes that are moved while the card has a job to go on with: they are not where that job has left
 /// them, which is to be known after another power cut too.
 fn watch_offer<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !machine.journal.has_offer || machine.journal.is_noting() || machine.recovery.is_some() {
+    if !machine.features.journal.has_offer
+        || machine.features.journal.is_noting()
+        || machine.features.recovery.is_some()
+    {
         return;
     }
-    let (here, stood) = (machine.ports.motion(|motion| motion.live_position()), machine.journal.stood_at);
+    let (here, stood) = (machine.ports.motion(|motion| motion.live_position()), machine.features.journal.stood_at);
     let is_away = |axis: &Axis| libm::fabs(here[*axis] - stood[*axis]) > UNNOTED;
     let strayed = AxisSet::collect(Axis::PRIMARY.into_iter().filter(is_away));
-    if machine.journal.strayed.has_all(strayed) {
+    if machine.features.journal.strayed.has_all(strayed) {
         return;
     }
     if !machine.ports.is_ready() {
         return;
     }
-    machine.journal.strayed = machine.journal.strayed.or(strayed);
+    machine.features.journal.strayed = machine.features.journal.strayed.or(strayed);
     let Ok(Found::Offer(offer)) = find(&mut machine.ports) else { return };
-    let noted = offer.entry.strayed | bits(machine.journal.strayed);
+    let noted = offer.entry.strayed | bits(machine.features.journal.strayed);
     if noted != offer.entry.strayed
         && let Err(error) = stray(&offer, noted, &mut machine.ports)
     {
@@ -171,29 +175,31 @@ fn bits(axes: AxisSet) -> u8 {
 
 /// Ends the journal of a job that is over.
 pub(crate) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.journal.end(&mut machine.ports);
+    machine.features.journal.end(&mut machine.ports);
 }
 
 /// State of the program that a session's line may change.
-type Standing = ([u8; BEGINNING_BYTES], bool);
+pub(crate) type Standing = ([u8; BEGINNING_BYTES], bool);
 
-/// Returns that state before a session's line, under a job that is noted.
-pub(crate) fn before_session<P: Ports>(machine: &mut Machine<'_, P>) -> Option<Standing> {
-    let counts = machine.journal.is_noting() || machine.stalls.beginning_of(machine.jobs.count()).is_some();
-    counts.then(|| program::standing(&mut machine.program))
+/// Keeps that state before a session's line, under a job that is noted.
+pub(crate) fn before_session<P: Ports>(machine: &mut Machine<'_, P>) {
+    let counts =
+        machine.features.journal.is_noting() || machine.features.stalls.beginning_of(machine.jobs.count()).is_some();
+    machine.features.before_session = counts.then(|| program::standing(&mut machine.program));
 }
 
 /// Ends the journal if a session's line has changed the program: the file alone does not lead there any more.
-pub(crate) fn after_session<P: Ports>(machine: &mut Machine<'_, P>, before: Option<Standing>) {
+pub(crate) fn after_session<P: Ports>(machine: &mut Machine<'_, P>) {
+    let before = machine.features.before_session.take();
     if before.is_none() || !machine.jobs.is_open() || machine.jobs.is_suspended() {
         return;
     }
     if before == Some(program::standing(&mut machine.program)) {
         return;
     }
-    machine.stalls.forget_beginning();
-    if machine.journal.is_noting() {
-        machine.journal.end(&mut machine.ports);
+    machine.features.stalls.forget_beginning();
+    if machine.features.journal.is_noting() {
+        machine.features.journal.end(&mut machine.ports);
         machine.announce(format_args!(
             "// NOTE a console has changed modes or offsets under the job: it cannot be gone on with after a power cut\n"
         ));
@@ -203,25 +209,25 @@ pub(crate) fn after_session<P: Ports>(machine: &mut Machine<'_, P>, before: Opti
 /// Looks at the job, and notes an entry that is due.
 pub(crate) fn tick<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     watch_offer(machine);
-    let is_away = machine.recovery.is_some() || machine.stalls.is_under_way();
-    if !machine.journal.is_noting() || machine.journal.halts || is_away {
+    let is_away = machine.features.recovery.is_some() || machine.features.stalls.is_under_way();
+    if !machine.features.journal.is_noting() || machine.features.journal.halts || is_away {
         return;
     }
     if !machine.jobs.is_open() {
-        return machine.journal.end(&mut machine.ports);
+        return machine.features.journal.end(&mut machine.ports);
     }
-    if now < machine.journal.look_due {
+    if now < machine.features.journal.look_due {
         return;
     }
-    machine.journal.look_due = now.plus(LOOK_PERIOD);
+    machine.features.journal.look_due = now.plus(LOOK_PERIOD);
     let (is_elsewhere, period) = (look(machine), machine.config.player.power_loss.period);
     // A suspended job's file does not say where Z goes.
     let apart = if machine.jobs.is_suspended() { SUSPENDED_HEIGHT_PERIOD } else { HEIGHT_PERIOD };
-    let is_elsewhere = is_elsewhere && now.plus(period) >= machine.journal.due.plus(apart);
+    let is_elsewhere = is_elsewhere && now.plus(period) >= machine.features.journal.due.plus(apart);
     // A busy card takes the entry a look later.
-    let is_due = machine.journal.has_laid && (now >= machine.journal.due || is_elsewhere);
+    let is_due = machine.features.journal.has_laid && (now >= machine.features.journal.due || is_elsewhere);
     if is_due && machine.ports.is_ready() {
-        machine.journal.due = now.plus(machine.config.player.power_loss.period);
+        machine.features.journal.due = now.plus(machine.config.player.power_loss.period);
         note(machine, Heights::Planned, false);
     }
 }
@@ -231,14 +237,14 @@ pub(crate) fn tick<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 fn look<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let (place, ahead) = machine.ports.motion(|motion| (motion.live_position(), motion.range_ahead(Axis::Z, AHEAD_S)));
     let filament = machine.program.tools().active().map_or(0.0, |tool| place[tool.settings.axis]);
-    let (before, z) = (machine.journal.look, place[Axis::Z]);
-    machine.journal.look = Look { z, filament };
+    let (before, z) = (machine.features.journal.look, place[Axis::Z]);
+    machine.features.journal.look = Look { z, filament };
     let rests = (z - before.z).abs() < SAME_HEIGHT && ahead[1] - ahead[0] < SAME_HEIGHT;
-    if !machine.journal.has_laid {
-        machine.journal.has_laid = rests && filament > before.filament && machine.axes.homed().has(Axis::Z);
-        return machine.journal.has_laid;
+    if !machine.features.journal.has_laid {
+        machine.features.journal.has_laid = rests && filament > before.filament && machine.axes.homed().has(Axis::Z);
+        return machine.features.journal.has_laid;
     }
-    let noted = machine.journal.last.z;
+    let noted = machine.features.journal.last.z;
     let leaves = ahead[0] < noted[0] - UNNOTED || ahead[1] > noted[1] + UNNOTED;
     leaves || rests && noted[1] - noted[0] > SAME_HEIGHT
 }
@@ -257,7 +263,7 @@ pub(crate) enum Heights {
 /// Notes the place of the job.
 pub(crate) fn note<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool) {
     let entry = entry(machine, heights, stands);
-    let Machine { journal, ports, .. } = machine;
+    let Machine { ports, features: States { journal, .. }, .. } = machine;
     match journal.note(entry, ports) {
         Ok(()) => (journal.stood_at, journal.strayed) = (PerAxis(entry.position), AxisSet::NONE),
         Err(error) => {
@@ -268,30 +274,33 @@ pub(crate) fn note<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, sta
 
 /// Whether there is something to go on with, and more of it to be noted.
 fn is_kept<P: Ports>(machine: &Machine<'_, P>) -> bool {
-    machine.journal.is_noting() && machine.journal.has_laid && !machine.journal.halts && machine.recovery.is_none()
+    machine.features.journal.is_noting()
+        && machine.features.journal.has_laid
+        && !machine.features.journal.halts
+        && machine.features.recovery.is_none()
 }
 
 /// Notes that a person has left an object out, or taken one in again.
 pub(crate) fn objects_change<P: Ports>(machine: &mut Machine<'_, P>) {
-    if is_kept(machine) && machine.jobs.objects.left_out() != machine.journal.last.left_out {
+    if is_kept(machine) && machine.jobs.objects.left_out() != machine.features.journal.last.left_out {
         note(machine, Heights::Planned, false);
     }
 }
 
 /// Notes heights that the machine goes to now, and that the file does not say.
-pub(crate) fn leaves_height<P: Ports>(machine: &mut Machine<'_, P>, heights: impl Iterator<Item = f64>) {
+pub(crate) fn leaves_height<P: Ports>(machine: &mut Machine<'_, P>, [least, most]: [f64; 2]) {
     if !is_kept(machine) {
         return;
     }
     let here = machine.ports.motion(|motion| motion.live_position())[Axis::Z];
-    let [least, most] = heights.fold([here; 2], |[least, most], z| [least.min(z), most.max(z)]);
+    let (least, most) = (here.min(least), here.max(most));
     if most - least > UNNOTED {
         note(machine, Heights::Between([least, most]), false);
     }
 }
 
 fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool) -> Entry {
-    let last = machine.journal.last;
+    let last = machine.features.journal.last;
     let now = machine.ports.now();
     let (tag, position, ahead, factors, bed) = machine.ports.motion(|motion| {
         let tag = (!motion.is_idle()).then(|| motion.passed().tag);
@@ -303,8 +312,8 @@ fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool)
         _ if stands => [position[Axis::Z]; 2],
         _ => ahead,
     };
-    let is_away = machine.recovery.is_some() || machine.stalls.is_under_way();
-    if is_away || machine.journal.halts {
+    let is_away = machine.features.recovery.is_some() || machine.features.stalls.is_under_way();
+    if is_away || machine.features.journal.halts {
         // On the way back to the job, and once it is closed, only the machine's place changes.
         let doing = match last.doing {
             _ if heights == Heights::Any => Doing::WaitsAnywhere,
@@ -366,28 +375,28 @@ fn targets<P: Ports>(machine: &mut Machine<'_, P>, last: &Entry) -> [f64; units:
 
 /// Notes the line at which the machine halts, outputs off already; where it comes to rest is not known yet.
 pub(crate) fn halts<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !machine.journal.is_noting() || machine.journal.halts {
+    if !machine.features.journal.is_noting() || machine.features.journal.halts {
         return;
     }
-    if !machine.journal.has_laid {
-        return machine.journal.end(&mut machine.ports);
+    if !machine.features.journal.has_laid {
+        return machine.features.journal.end(&mut machine.ports);
     }
-    if machine.recovery.as_ref().is_some_and(|recovery| !recovery.is_placed) {
+    if machine.features.recovery.as_ref().is_some_and(|recovery| !recovery.is_placed) {
         // A recovery without a place has not moved: the entry that was noted stays.
-        return machine.journal.close(&mut machine.ports);
+        return machine.features.journal.close(&mut machine.ports);
     }
-    if machine.recovery.is_none() && machine.jobs.is_open() {
+    if machine.features.recovery.is_none() && machine.jobs.is_open() {
         note(machine, Heights::Planned, false);
     }
-    machine.journal.halts = true;
+    machine.features.journal.halts = true;
 }
 
 /// Notes where the halted machine stands.
 pub(crate) fn stands<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.journal.is_noting() && machine.journal.halts {
+    if machine.features.journal.is_noting() && machine.features.journal.halts {
         note(machine, Heights::Planned, true);
-        machine.journal.close(&mut machine.ports);
+        machine.features.journal.close(&mut machine.ports);
     }
-    (machine.journal.halts, machine.recovery) = (false, None);
+    (machine.features.journal.halts, machine.features.recovery) = (false, None);
     crate::executor::fast_forward::put_back(machine);
 }

@@ -3,14 +3,17 @@
 pub(crate) mod recovery;
 
 use base::Ports;
+use base::failure::Failure;
 use base::ports::Input;
 use base::reason::Alarm;
 use base::stall_watch::Sight;
 use config::OnStall;
-use program::State;
+use jobs::player::StalledJob;
+use program::{BEGINNING_BYTES, State};
 use units::{Actuator, Axis, Micros, PerActuator};
 
 use crate::machine::Machine;
+use crate::machine::moments::{JobBegins, Moments};
 
 /// Period of the looks while no motor is watched.
 const SELDOM: Micros = Micros::from_seconds(1);
@@ -19,24 +22,67 @@ const SOON: Micros = Micros::from_millis(1);
 /// Time without watching after a stall that does not halt.
 const TOLD: Micros = Micros::from_seconds(2);
 
+/// Stalls at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn each_250_us(machine: &mut Machine<'_, P>, now: Micros) {
+        watch(machine, now);
+    }
+
+    fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
+        recovery::begin(machine);
+    }
+
+    fn job_begins(machine: &mut Machine<'_, P>, from: JobBegins) {
+        if from != JobBegins::Elsewhere {
+            recovery::job_begins(machine);
+        }
+    }
+
+    fn job_goes_on(machine: &mut Machine<'_, P>, beginning: [u8; BEGINNING_BYTES]) {
+        recovery::job_goes_on(machine, beginning);
+    }
+
+    fn explains_stop(machine: &Machine<'_, P>) -> bool {
+        machine.features.stalls.is_under_way()
+    }
+
+    fn before_going_back(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
+        recovery::rehome(machine)
+    }
+
+    fn arrives(machine: &mut Machine<'_, P>, stall: &StalledJob) -> Result<(), Failure> {
+        recovery::arrive(machine, stall)
+    }
+
+    fn job_is_dropped(machine: &mut Machine<'_, P>) {
+        machine.features.stalls.rest();
+    }
+
+    fn work_was_ended(machine: &mut Machine<'_, P>) {
+        machine.features.stalls.rest();
+    }
+}
+
 /// Looks at the stall outputs of the drivers, when that is due.
 pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    if machine.stalls.is_under_way() {
+    if machine.features.stalls.is_under_way() {
         recovery::watch(machine);
     }
-    if !machine.polls.stalls.is_due(now) {
+    if !machine.features.stall_watch.is_due(now) {
         return;
     }
     let config = machine.config;
     // An axis without a switch stalls where it homes.
     let is_elsewhere =
-        machine.polls.ignores_stalls || machine.safety.is_halted() || machine.safety.mode().is_in(State::Homing);
+        machine.features.ignores_stalls || machine.safety.is_halted() || machine.safety.mode().is_in(State::Homing);
     if config.watched_for_stalls().next().is_none() {
-        return machine.polls.stalls.rest(now, SELDOM);
+        return machine.features.stall_watch.rest(now, SELDOM);
     }
     let speeds = machine.ports.motion(|motion| motion.motor_speeds());
     let Some(speeds) = speeds.filter(|_| !is_elsewhere) else {
-        return machine.polls.stalls.rest(now, SOON);
+        return machine.features.stall_watch.rest(now, SOON);
     };
     let levels = machine.ports.inputs();
     let mut sights = PerActuator::<Option<Sight>>::default();
@@ -51,7 +97,7 @@ pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
             stalls: levels.is_active(input),
         });
     }
-    if let Some(motor) = machine.polls.stalls.look(now, &sights) {
+    if let Some(motor) = machine.features.stall_watch.look(now, &sights) {
         stalled(machine, motor, now);
     }
 }
@@ -59,12 +105,12 @@ pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 fn stalled<P: Ports>(machine: &mut Machine<'_, P>, motor: Actuator, now: Micros) {
     let wanted = machine.config.on_stall(motor);
     if wanted.keeps_job() && recovery::brake(machine, motor) {
-        return machine.polls.stalls.rest(now, TOLD);
+        return machine.features.stall_watch.rest(now, TOLD);
     }
     machine.axes.lose_place(motor);
     let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());
     if wanted == OnStall::Tell {
-        machine.polls.stalls.rest(now, TOLD);
+        machine.features.stall_watch.rest(now, TOLD);
         machine.announce(format_args!(
             "WARNING: motor {letter} stalls: it hit something, or its load is too high; home it\n"
         ));

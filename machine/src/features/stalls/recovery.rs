@@ -22,29 +22,38 @@ use units::{Actuator, Axis, AxisSet, PerAxis};
 
 use crate::executor::fast_forward;
 use crate::executor::fast_forward_record::{Passed, Until};
-use crate::features::objects::leave_out;
-use crate::features::power_loss::journal;
+use crate::features;
 use crate::machine::Machine;
-use crate::machine::frames::{Frame, StallStep, Then};
+use crate::machine::frames::{Frame, Then};
 use crate::machine::hands::MachineHands;
+use crate::machine::moments::{Features, Moments as _};
 use crate::machine::suspend;
 
 /// Distance within which the stop is on the way of a move, mm: corners are rounded.
 const ON_THE_WAY: f64 = 0.05;
 const CHANGED: &str = "modes or offsets were changed from a console, or are none that the file can be read again with";
 
+/// Step of the recovery after a stall has stopped a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Step {
+    /// Z rises, and the file is read up to where the job was.
+    Lift,
+    /// The job is suspended where it was, with Z raised and the file read.
+    Suspend,
+}
+
 /// Keeps the state that a file about to be read begins with, in case a stall stops it.
 pub(crate) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) {
     if is_wanted(machine.config) {
         let beginning = program::beginning(&mut machine.program);
-        machine.stalls.keep_beginning(machine.jobs.count(), beginning);
+        machine.features.stalls.keep_beginning(machine.jobs.count(), beginning);
     }
 }
 
 /// Keeps the state that a file going on after a power cut began with.
 pub(crate) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>, beginning: [u8; BEGINNING_BYTES]) {
     if is_wanted(machine.config) {
-        machine.stalls.keep_beginning(machine.jobs.count(), Some(beginning));
+        machine.features.stalls.keep_beginning(machine.jobs.count(), Some(beginning));
     }
 }
 
@@ -54,12 +63,12 @@ fn is_wanted(config: &MachineConfig) -> bool {
 
 /// Stops the job, as a motor has stalled. False where no job can be stopped.
 pub(crate) fn brake<P: Ports>(machine: &mut Machine<'_, P>, motor: Actuator) -> bool {
-    let is_of_job = machine.jobs.is_playing() || matches!(machine.stalls.phase, Phase::Returns);
-    let runs = machine.safety.mode().is_in(State::Run) && machine.hold.acts() && machine.recovery.is_none();
+    let is_of_job = machine.jobs.is_playing() || matches!(machine.features.stalls.phase, Phase::Returns);
+    let runs = machine.safety.mode().is_in(State::Run) && machine.hold.acts() && machine.features.recovery.is_none();
     if !is_of_job || !runs {
         return false;
     }
-    machine.stalls.phase = Phase::Brakes(motor);
+    machine.features.stalls.phase = Phase::Brakes(motor);
     machine.ports.motion(motion::Motion::hold);
     let letter = letter(motor);
     machine.announce(format_args!(
@@ -74,7 +83,7 @@ fn letter(motor: Actuator) -> char {
 
 /// Watches a machine that brakes because of a stall: when it stands, all waits for its moves end.
 pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Phase::Brakes(motor) = machine.stalls.phase else { return };
+    let Phase::Brakes(motor) = machine.features.stalls.phase else { return };
     let (state, stands, under_way, at) = machine.ports.motion(|motion| {
         let under_way = motion.waiting().next();
         (motion.state(), motion.is_held_still(), under_way, motion.held_at())
@@ -109,22 +118,22 @@ pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.axes.forget_homed(lost);
     let now = machine.ports.now();
     if machine.safety.begin_reset(now) {
-        machine.stalls.phase = Phase::Stands(stopped);
+        machine.features.stalls.phase = Phase::Stands(stopped);
         machine.cut = crate::machine::move_dropping::Cut::default();
         machine.ports.motion(motion::Motion::stop);
         machine.ports.heat(|heat| heat.drop_effects());
-        machine.riding_lights.clear();
+        machine.features.riding_lights.clear();
         machine.program.halt();
     }
 }
 
 /// Begins the way back, before any other line, once all waits have ended.
 pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Phase::Stands(stopped) = machine.stalls.phase else { return };
+    let Phase::Stands(stopped) = machine.features.stalls.phase else { return };
     if !machine.safety.is_halted() && machine.frames.is_empty() {
-        machine.stalls.phase = Phase::Looks(stopped);
+        machine.features.stalls.phase = Phase::Looks(stopped);
         // There is room, as nothing else is on the stack.
-        let _ = machine.frames.push(Frame::Then(Then::Stalled(StallStep::Lift)));
+        let _ = machine.frames.push(Frame::Then(Then::Step(features::Step::Stalled(Step::Lift))));
     }
 }
 
@@ -132,11 +141,11 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
 ///
 /// # Errors
 /// When the machine halts, or a script cannot be run.
-pub(crate) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: StallStep) -> Result<(), Failure> {
-    let Phase::Looks(stopped) = machine.stalls.phase else { return Ok(()) };
+pub(crate) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: Step) -> Result<(), Failure> {
+    let Phase::Looks(stopped) = machine.features.stalls.phase else { return Ok(()) };
     let looked = match step {
-        StallStep::Lift => lift_and_look(machine, &stopped),
-        StallStep::Suspend => found(machine, &stopped).map(|()| true),
+        Step::Lift => lift_and_look(machine, &stopped),
+        Step::Suspend => found(machine, &stopped).map(|()| true),
     };
     match looked {
         Ok(true) => get_over(machine, &stopped),
@@ -162,13 +171,13 @@ fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> R
         return Ok(true);
     }
     let made = stopped.made.ok_or_else(|| Failure::refused(&"what moved was none of its lines"))?;
-    let beginning = machine.stalls.beginning_of(machine.jobs.count());
+    let beginning = machine.features.stalls.beginning_of(machine.jobs.count());
     let mut beginning = beginning.ok_or_else(|| Failure::refused(&CHANGED))?;
     if !program::begin_again(&mut machine.program, &mut beginning) {
         return Err(Failure::refused(&CHANGED));
     }
     machine.jobs.read_again(&mut machine.ports).map_err(|error| machine.texts.because(error.text()))?;
-    if !machine.frames.push(Frame::Then(Then::Stalled(StallStep::Suspend))) {
+    if !machine.frames.push(Frame::Then(Then::Step(features::Step::Stalled(Step::Suspend)))) {
         return Err(Failure::refused(&"scripts start each other without end"));
     }
     machine.announce(format_args!("// the file is read up to line {}, where the job was\n", stopped.line));
@@ -183,7 +192,7 @@ fn rise<P: Ports>(machine: &mut Machine<'_, P>, top: f64) -> Result<(), Failure>
         return Ok(());
     }
     up[Axis::Z] = top;
-    journal::leaves_height(machine, core::iter::once(top));
+    Features::<P>::leaves_for_heights(machine, [top; 2]);
     let rate = machine.program.modal().seek_rate;
     MachineHands::new(machine, Recipient::All).go_there(up, rate)
 }
@@ -233,13 +242,13 @@ fn above<P: Ports>(machine: &mut Machine<'_, P>, passed: &Passed, stopped: &Stop
 
 /// Has the suspended job go on by itself, where it may.
 fn get_over<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<(), Failure> {
-    machine.stalls.rest();
+    machine.features.stalls.rest();
     let settings = &machine.config.motors.stall;
     if machine.config.on_stall(stopped.motor) != OnStall::Recover {
         return pause(machine, stopped, "");
     }
     let now = machine.ports.now();
-    let Some(count) = machine.stalls.take_recovery(now, settings) else {
+    let Some(count) = machine.features.stalls.take_recovery(now, settings) else {
         let (most, minutes) = (settings.most, settings.time.seconds() / 60.0);
         let why =
             short(format_args!("{most} stalls within {minutes:.0} minutes are enough: something is in its way; "));
@@ -253,7 +262,7 @@ fn get_over<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result
     };
     match returned {
         Err(why) if why.has_text() => {
-            machine.stalls.rest();
+            machine.features.stalls.rest();
             let why = short(format_args!("{}; ", machine.texts.of(why)));
             pause(machine, stopped, why.as_str())
         }
@@ -275,7 +284,7 @@ pub(crate) fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failu
     if let Some(axis) = lost.without(machine.can_home).axes().next() {
         return Err(machine.texts.refused(format_args!("{} has nothing to home with: set it", axis.letter())));
     }
-    machine.stalls.phase = Phase::Returns;
+    machine.features.stalls.phase = Phase::Returns;
     rise(machine, above)?;
     if lost.is_empty() {
         return Ok(());
@@ -287,7 +296,7 @@ pub(crate) fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failu
     {
         // Axes that have not stalled are where they were.
         machine.axes.mark_homed(homed);
-        machine.stalls.rest();
+        machine.features.stalls.rest();
         return Err(why.meaning(FailureKind::Refused));
     }
     found
@@ -298,18 +307,18 @@ pub(crate) fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failu
 /// # Errors
 /// When the machine halts.
 pub(crate) fn arrive<P: Ports>(machine: &mut Machine<'_, P>, stall: &StalledJob) -> Result<(), Failure> {
-    machine.stalls.phase = Phase::Returns;
+    machine.features.stalls.phase = Phase::Returns;
     machine.standstill()?;
-    machine.stalls.rest();
+    machine.features.stalls.rest();
     let _arrived = machine.jobs.take_suspended();
-    leave_out::filament_counts_anew(machine);
+    Features::<P>::extruders_count_anew(machine);
     machine.program.resynchronise(stall.begins);
     Ok(())
 }
 
 /// Has the job wait for a person, suspended.
 fn pause<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: &str) -> Result<(), Failure> {
-    machine.stalls.rest();
+    machine.features.stalls.rest();
     let (letter, line) = (letter(stopped.motor), stopped.line);
     machine.announce(format_args!(
         "WARNING: the job is paused at line {line}, where motor {letter} stalled: {why}resume homes what has lost its place \
@@ -320,13 +329,13 @@ fn pause<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: &str) -
 
 /// Ends a job that cannot go on: not even its place is known.
 fn end_job<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: impl Display) -> Result<(), Failure> {
-    machine.stalls.rest();
+    machine.features.stalls.rest();
     machine.passed = None;
     let line = stopped.line;
     machine.announce(format_args!(
         "ERROR: the job ends at line {line}, where a motor stalled: {why}. Home, then play its file --from line {line}\n"
     ));
-    leave_out::filament_counts_anew(machine);
+    Features::<P>::extruders_count_anew(machine);
     machine.jobs.close(&mut machine.ports);
     machine.resynchronise_if_still();
     suspend::rest(machine, false).map(drop)

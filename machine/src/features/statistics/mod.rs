@@ -16,11 +16,44 @@ use units::{AxisSet, Micros};
 
 use crate::machine::Machine;
 use crate::machine::card;
+use crate::machine::moments::Moments;
 
 /// Period of asking heaters for their work.
 const HEAT_PERIOD: Micros = Micros::from_seconds(1);
 /// S of M78 that forgets everything, as Prusa's does.
 const RESET: f64 = 78.0;
+
+/// Statistics at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn read_files(machine: &mut Machine<'_, P>) {
+        load(machine);
+    }
+
+    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
+        sample(machine, now);
+        count_heat(machine, now);
+    }
+
+    fn idle(machine: &mut Machine<'_, P>) -> bool {
+        save(machine);
+        false
+    }
+
+    fn job_ends(machine: &mut Machine<'_, P>, is_done: bool, to: Recipient) {
+        end_job(machine, is_done, to);
+    }
+
+    fn job_is_dropped(machine: &mut Machine<'_, P>) {
+        // They are saved when the machine has come to rest.
+        let _ = machine.jobs.statistics.end_job(false);
+    }
+
+    fn extruders_count_anew(machine: &mut Machine<'_, P>) {
+        machine.jobs.statistics.rest();
+    }
+}
 
 /// Reads the statistics at boot. There need not be any.
 pub(crate) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
@@ -53,10 +86,10 @@ pub(crate) fn sample<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 
 /// Counts the work of heaters once a second.
 pub(crate) fn count_heat<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    if now < machine.polls.heat_due {
+    if now < machine.features.heat_due {
         return;
     }
-    machine.polls.heat_due = now.plus(HEAT_PERIOD);
+    machine.features.heat_due = now.plus(HEAT_PERIOD);
     let heats = machine.ports.heat(|heat| heat.any_on());
     machine.jobs.statistics.heaters.heats(heats);
     for (id, heater) in HeaterId::all().zip(&machine.config.temperatures) {

@@ -9,6 +9,7 @@ pub(crate) mod watch;
 
 use base::Ports;
 use base::failure::{Answer, Failure, Outcome, about_file};
+use base::own_frame::apart;
 use base::ports::{Arrival, Firmware, Flaw, OpenMode, Running, Storage, StorageError, Wake};
 use base::sessions::{Recipient, Reply};
 use events::{Event, Text};
@@ -19,6 +20,7 @@ use units::Micros;
 use crate::machine::Machine;
 use crate::machine::card;
 use crate::machine::hands::MachineHands;
+use crate::machine::moments::Moments;
 
 /// File that the boot stage installs.
 const FILE: &str = "/sd/flashme.bin";
@@ -31,6 +33,27 @@ const DRAFT: &str = "/sd/firmware.tmp";
 const CONFIRMED_AFTER: Micros = Micros::from_seconds(10);
 /// Bytes copied at a time: a block of the card.
 const BLOCK: usize = 512;
+
+/// Other firmware at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn greet(running: &Running, reply: &mut Reply<'_>) {
+        greet(running, reply);
+    }
+
+    fn started(machine: &mut Machine<'_, P>, is_usable: bool) {
+        begin(machine, is_usable);
+    }
+
+    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
+        apart(|| watch(machine, now));
+    }
+
+    fn idle(machine: &mut Machine<'_, P>) -> bool {
+        machine.features.update.waits() && run_next(machine)
+    }
+}
 
 /// Says how the firmware came to run, where that is worth a word at the start.
 pub(crate) fn greet(running: &Running, reply: &mut Reply<'_>) {
@@ -51,7 +74,7 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, is_configured: bool)
         Arrival::Known | Arrival::Probe => {}
         Arrival::Trial { start, by_usb, .. } => {
             machine.record(&Event::FirmwareTried { start });
-            machine.update.from_file = !by_usb;
+            machine.features.update.from_file = !by_usb;
         }
         Arrival::FellBack(by) => machine.record(&Event::FirmwareFellBack(Text::from(failure(by)))),
     }
@@ -66,14 +89,14 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, is_configured: bool)
         {
             machine.announce(format_args!("ERROR: config.ini: [update] key: {why}\n"));
         }
-        machine.update.at_boot = machine.config.system.flash_on_boot;
+        machine.features.update.at_boot = machine.config.system.flash_on_boot;
     }
 }
 
 /// Confirms the firmware, and hears a host's wish for the download; every few milliseconds.
 pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    if !machine.update.is_confirmed && now >= CONFIRMED_AFTER {
-        machine.update.is_confirmed = true;
+    if !machine.features.update.is_confirmed && now >= CONFIRMED_AFTER {
+        machine.features.update.is_confirmed = true;
         let arrival = machine.ports.running().arrival;
         machine.ports.confirm();
         if matches!(arrival, Arrival::Trial { .. }) {
@@ -82,14 +105,14 @@ pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     }
     let may_leave = machine.config.system.dfu_enable && is_at_rest(machine).is_ok();
     if machine.ports.take_download_request(may_leave) {
-        machine.update.is_asked = true;
+        machine.features.update.is_asked = true;
     }
 }
 
 /// Does pending work about firmware when nothing else is to be done: true when there was some.
 pub(crate) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    if machine.update.is_asked {
-        machine.update.is_asked = false;
+    if machine.features.update.is_asked {
+        machine.features.update.is_asked = false;
         if let Err(why) = download(machine, Recipient::All)
             && why.is_refusal()
         {
@@ -100,13 +123,13 @@ pub(crate) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         }
         return true;
     }
-    if machine.update.at_boot {
-        machine.update.at_boot = false;
+    if machine.features.update.at_boot {
+        machine.features.update.at_boot = false;
         install_at_boot(machine);
         return true;
     }
-    if machine.update.is_confirmed && machine.update.from_file && is_at_rest(machine).is_ok() {
-        machine.update.from_file = false;
+    if machine.features.update.is_confirmed && machine.features.update.from_file && is_at_rest(machine).is_ok() {
+        machine.features.update.from_file = false;
         put_away(machine);
         return true;
     }
@@ -182,7 +205,7 @@ fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
     }
     let to = Recipient::All;
     match look_at_file(machine, to) {
-        Ok(firmware) if firmware.runs => machine.update.from_file = true,
+        Ok(firmware) if firmware.runs => machine.features.update.from_file = true,
         Ok(firmware) if firmware.has_failed => machine.announce(format_args!(
             "WARNING: {FILE} was tried and failed, it is not installed again; the command flash does it all the same\n"
         )),

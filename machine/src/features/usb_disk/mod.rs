@@ -9,11 +9,22 @@ use base::failure::{Answer, Failure, Outcome};
 use base::ports::{Disk, NotLent, StorageError, Wake};
 use base::sessions::Recipient;
 use config::SystemConfig;
+use units::Micros;
 
 use crate::machine::Machine;
+use crate::machine::moments::Moments;
 
 const NO_COMPUTER: &str = "no computer is at the USB socket, or it sleeps";
 const HAS_IT: &str = "a computer has the SD card already: eject it there, or msc off";
+
+/// The card as a computer's disk, at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
+        watch(machine);
+    }
+}
 
 /// Lends the card to the computer, or takes it back: `msc [off]`.
 pub(crate) fn msc<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
