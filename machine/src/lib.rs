@@ -13,6 +13,5 @@
 mod executor;
 mod features;
 mod machine;
-mod saved_settings;
 
 pub use executor::{Lasting, run};

@@ -8,23 +8,23 @@ use base::sessions::Recipient;
 use gcode::Blocks;
 use parts::heat_codes;
 use parts::motion_codes;
-use program::{Action, Dialect, Fault, Meaning, Move, Part, ProbeAlong, ProbeDown};
+use program::{Action, Dialect, Fault, Meaning, Part, ProbeAlong, ProbeDown};
 use units::{Celsius, PerAxis};
 
 use super::bore_retract;
-use super::effects;
-use super::fast_forward;
-use super::functions;
-use super::homing;
-use super::operator_pauses;
-use super::program_files;
 use super::program_flow;
 use super::tool_change;
+use crate::features::functions;
 use crate::machine::Machine;
+use crate::machine::effects;
+use crate::machine::fast_forward;
 use crate::machine::halt;
 use crate::machine::hands::MachineHands;
+use crate::machine::homing;
 use crate::machine::moments::{Features, Moments as _};
 use crate::machine::moves;
+use crate::machine::operator_pauses;
+use crate::machine::program_files;
 use crate::machine::program_io;
 use crate::machine::suspend;
 use program::State;
@@ -90,7 +90,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
             if Features::<P>::leave_move_out(machine, request)? {
                 return Ok(Answer::Ok);
             }
-            move_along(machine, request)?;
+            moves::go_along(machine, request)?;
         }
         Action::Effect(what) => effects::change(machine, what)?,
         Action::Dwell(time) => {
@@ -244,17 +244,4 @@ fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     program_flow::end(machine);
     program_files::save(machine);
     Ok(Answer::Ok)
-}
-
-pub(crate) fn move_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
-    let may_move = machine.may_move().and_then(|()| Features::<P>::may_move(machine, request));
-    let moved = match may_move.and_then(|()| machine.rest_stays_within(&request.target)) {
-        Ok(()) => moves::submit(machine, request),
-        Err(failure) => Err(failure),
-    };
-    if moved.is_err() {
-        machine.program.take_back();
-        machine.resynchronise_if_still();
-    }
-    moved
 }

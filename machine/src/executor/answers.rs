@@ -3,7 +3,7 @@
 use base::Ports;
 use base::failure::{Answer, Failure, FailureKind, Outcome};
 use base::reason::Reason;
-use base::sessions::{Recipient, Reply, SessionId};
+use base::sessions::{Recipient, Reply};
 use gcode::{Code, Refusal, SyntaxError};
 use jobs::player::line_numbers::tag_of;
 use motion::Tag;
@@ -56,16 +56,9 @@ pub(crate) fn fail_late<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure
 /// Tells the sender of a line, a session or the job, that the line has ended.
 fn done<P: Ports>(machine: &mut Machine<'_, P>, carried_out: bool, source: Source) {
     match (source.origin, source.to) {
-        (Origin::Session, Recipient::Session(id)) => answered(machine, id),
+        (Origin::Session, Recipient::Session(id)) => machine.answered(id),
         (Origin::Job, _) if !carried_out => pause_job(machine, "was not carried out"),
         _ => {}
-    }
-}
-
-/// Notes that a line of a session has been answered.
-pub(crate) fn answered<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    if let Some(session) = machine.sessions.get_mut(id) {
-        session.answered();
     }
 }
 

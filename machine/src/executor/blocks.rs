@@ -10,13 +10,13 @@ use program::{Action, Effect, LineParts, Meaning, State, States};
 
 use super::actions;
 use super::answers::{bad_line, finish};
-use super::effects;
-use super::ignored_codes;
-use super::operator_pauses;
 use crate::machine::Machine;
+use crate::machine::effects;
 use crate::machine::frames::{Frame, NextCode, Rest};
+use crate::machine::ignored_codes;
 use crate::machine::moments::{Features, Moments};
 use crate::machine::moves;
+use crate::machine::operator_pauses;
 use crate::machine::source::{Origin, Source};
 
 /// Part of a line that is to be run.

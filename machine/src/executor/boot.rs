@@ -24,9 +24,9 @@ use procedures::leveling;
 use thermal::{HeatControl, HeaterSettings};
 use units::{Actuator, Micros};
 
-use super::program_files;
 use crate::machine::Machine;
 use crate::machine::moments::{Features, Moments};
+use crate::machine::program_files;
 use crate::machine::suspend;
 
 /// Time within which the motor supply is read: two periods of the slow task, and its conversions.

@@ -4,9 +4,9 @@ use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use program::LeftHole;
 
-use super::operator_pauses;
 use crate::machine::Machine;
 use crate::machine::frames::Frame;
+use crate::machine::operator_pauses;
 
 /// Has the operator draw the tool out; the rest of the block waits until then.
 pub(crate) fn retract_by_hand<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {

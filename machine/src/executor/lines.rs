@@ -17,27 +17,24 @@ use motion::Tag;
 use program::{Dialect, State, Waits};
 
 use super::actions;
-use super::answers::{answered, finish, pause_job, say_refusal};
+use super::answers::{finish, pause_job, say_refusal};
 use super::blocks;
 use super::blocks::Start;
-use super::commands;
-use super::editing;
-use super::fast_forward;
-use super::forecast;
-use super::forecast::Start as JobStart;
-use super::ignored_codes;
-use super::job_control;
 use super::named_commands;
 use super::named_commands::Named;
 use super::out_of_turn;
-use super::periodic;
-use super::program_files;
 use super::program_flow;
 use super::stack;
+use crate::features::commands;
 use crate::machine::Machine;
 use crate::machine::card;
+use crate::machine::fast_forward;
+use crate::machine::frames::{Frame, NextCode, Rest};
+use crate::machine::ignored_codes;
+use crate::machine::job_control;
 use crate::machine::jogging;
-use crate::machine::moments::{Features, JobBegins, Moments as _};
+use crate::machine::moments::{Features, JobBegins, JobStart, Moments as _};
+use crate::machine::program_files;
 use crate::machine::program_logs;
 use crate::machine::source::{Origin, Source};
 use crate::machine::suspend;
@@ -91,7 +88,7 @@ fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bo
     }
     let Some(line) = machine.sessions.get_mut(id).and_then(base::sessions::Session::take_line) else { return false };
     if jogging::is_dropped(machine, id, &line) {
-        answered(machine, id);
+        machine.answered(id);
         return true;
     }
     machine.tag = if line.first() == Some(&b'N') { tag_of(&line) } else { Tag::NONE };
@@ -120,8 +117,8 @@ fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
 #[inline(never)]
 fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) {
     let to = Recipient::Session(id);
-    if machine.files.edits_from(id) {
-        return apart(|| editing::run_line(machine, id, line));
+    if Features::<P>::take_session_line(machine, id, line) {
+        return;
     }
     let Some(session) = machine.sessions.get_mut(id) else { return };
     let may_operate = session.rights == Rights::Operate;
@@ -130,7 +127,7 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
         Ok(_) if !may_operate => {
             let text = format_args!("this session may ask, and stop the machine, no more");
             machine.sessions.refuse(to, Reason::Locked, text);
-            answered(machine, id);
+            machine.answered(id);
         }
         Ok(decoded) if machine.files.uploads_from(id) && !matches!(decoded, Line::Console(_)) => {
             if let Some(closed) = machine.files.end_upload(&decoded, &mut machine.ports) {
@@ -140,13 +137,13 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
             } else {
                 let Machine { files, ports, sessions, .. } = machine;
                 let is_stored = files.upload_line(line, ports, &mut Reply::new(sessions, to));
-                if is_stored && !periodic::answers_in_upload(machine, decoded, to) {
+                if is_stored && !Features::<P>::answer_in_upload(machine, decoded, to) {
                     machine.say(to, format_args!("ok\n"));
                 }
             }
-            answered(machine, id);
+            machine.answered(id);
         }
-        Ok(Line::Code(_)) if Features::<P>::refuse_codes(machine, to) => answered(machine, id),
+        Ok(Line::Code(_)) if Features::<P>::refuse_codes(machine, to) => machine.answered(id),
         Ok(decoded) => {
             Features::<P>::session_line_begins(machine);
             run_decoded(machine, decoded, Source::new(machine, to, Origin::Session));
@@ -154,7 +151,7 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
         }
         Err(refusal) => {
             say_refusal(machine, refusal, line, to);
-            answered(machine, id);
+            machine.answered(id);
         }
     }
 }
@@ -179,19 +176,11 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         return true;
     }
     if machine.jobs.take_new() {
-        match forecast::job_begins(machine) {
-            JobStart::Now => {
-                record_begin(machine);
-                Features::<P>::job_begins(machine, JobBegins::Whole);
-                // The start of the job may have taken a while.
-                if !machine.jobs.is_playing() {
-                    return true;
-                }
-            }
-            JobStart::Later => {
-                machine.jobs.is_new_again();
-                return false;
-            }
+        match start_job(machine, JobBegins::Whole) {
+            // The start of the job may have taken a while.
+            JobStart::Now if !machine.jobs.is_playing() => return true,
+            JobStart::Now => {}
+            JobStart::Later => return false,
             JobStart::Never => return true,
         }
     }
@@ -237,9 +226,19 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     true
 }
 
-fn record_begin<P: Ports>(machine: &Machine<'_, P>) {
-    let path = machine.jobs.path().map_or("", |path| path.as_str());
-    machine.record(&Event::JobBegan(Text::from(path)));
+/// Starts a new job, unless that has to wait, or to be left.
+fn start_job<P: Ports>(machine: &mut Machine<'_, P>, from: JobBegins) -> JobStart {
+    let start = Features::<P>::job_may_start(machine);
+    match start {
+        JobStart::Now => {
+            let path = machine.jobs.path().map_or("", |path| path.as_str());
+            machine.record(&Event::JobBegan(Text::from(path)));
+            Features::<P>::job_begins(machine, from);
+        }
+        JobStart::Later => machine.jobs.is_new_again(),
+        JobStart::Never => {}
+    }
+    start
 }
 
 /// Runs a line that is passed over: only an O word counts in it.
@@ -256,15 +255,9 @@ fn run_passed_over<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Reci
 fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
     // The forecast begins with the file, as the program does.
     if machine.jobs.take_new() {
-        match forecast::job_begins(machine) {
-            JobStart::Now => {
-                record_begin(machine);
-                Features::<P>::job_begins(machine, JobBegins::FurtherOn);
-            }
-            JobStart::Later => {
-                machine.jobs.is_new_again();
-                return machine.wait(Wake::Any).whatever_happens();
-            }
+        match start_job(machine, JobBegins::FurtherOn) {
+            JobStart::Now => {}
+            JobStart::Later => return machine.wait(Wake::Any).whatever_happens(),
             JobStart::Never => return fast_forward::end(machine, false),
         }
     }
@@ -396,9 +389,26 @@ fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, source
             finish(machine, outcome, None, source);
         }
         line => match named_commands::command_of(machine, &line, source) {
-            Named::Console(command) => commands::run_line(machine, command, source),
+            Named::Console(command) => run_command(machine, command, source),
             Named::Codes => {}
             Named::Ended(outcome) => finish(machine, outcome, None, source),
         },
     }
+}
+
+/// Runs the line of a command and answers it.
+fn run_command<P: Ports>(machine: &mut Machine<'_, P>, line: &str, source: Source) {
+    let height = machine.frames.len();
+    let outcome = commands::run(machine, line, source.to);
+    if outcome.is_ok() && machine.frames.len() > height {
+        // The command is answered when the frames it started have ended.
+        let answer = outcome.unwrap_or(Answer::Ok);
+        let rest = Rest { line: LineBytes::new(), next: NextCode::At(0), source, last: None, answer };
+        if machine.frames.push_below(height, Frame::Rest(rest)) {
+            return;
+        }
+        machine.frames.drop_down_to(height);
+        return finish(machine, Ok(answer), None, source);
+    }
+    finish(machine, outcome, None, source);
 }

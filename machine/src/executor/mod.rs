@@ -5,38 +5,17 @@
 //! Nothing outside this folder sees the whole machine. Sequences that take time are handed [`MachineHands`];
 //! everything else gets the owners it needs as arguments.
 
-pub(crate) mod abort;
 pub(crate) mod actions;
 pub(crate) mod answers;
-pub(crate) mod axis_tests;
 pub(crate) mod blocks;
 pub(crate) mod boot;
 pub(crate) mod bore_retract;
-pub(crate) mod commands;
-pub(crate) mod editing;
-pub(crate) mod effects;
-pub(crate) mod fast_forward;
-pub(crate) mod fast_forward_record;
-pub(crate) mod forecast;
-pub(crate) mod functions;
-pub(crate) mod heat_restoring;
-pub(crate) mod homing;
-pub(crate) mod ignored_codes;
-pub(crate) mod job_control;
 pub(crate) mod lines;
-pub(crate) mod long_answers;
 pub(crate) mod named_commands;
-pub(crate) mod operator_pauses;
 pub(crate) mod out_of_turn;
-pub(crate) mod periodic;
-pub(crate) mod play_from;
-pub(crate) mod probe_strategy;
-pub(crate) mod program_files;
 pub(crate) mod program_flow;
 pub(crate) mod serve;
-pub(crate) mod settings_file;
 pub(crate) mod stack;
-pub(crate) mod test_command;
 pub(crate) mod tool_change;
 
 use core::cell::RefCell;

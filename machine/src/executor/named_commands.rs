@@ -8,9 +8,9 @@ use gcode::{Extended, Line};
 use jobs::player::Name;
 use program::extended::{self, Asked, CodeLine};
 
-use super::job_control;
 use crate::machine::Machine;
 use crate::machine::frames::{Frame, NextCode, Rest};
+use crate::machine::job_control;
 use crate::machine::source::{Origin, Source};
 
 /// Result of a command by name.

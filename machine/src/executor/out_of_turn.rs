@@ -14,9 +14,9 @@ use gcode::{Blocks, Code, Letter, Line};
 use jobs::player::line_numbers::decoder_expecting;
 use program::{Dialect, Dialects};
 
-use super::abort;
 use super::stack;
 use crate::machine::Machine;
+use crate::machine::abort;
 use crate::machine::end_requests::{Ends, Requester};
 use crate::machine::moments::{Features, Moments as _};
 

@@ -2,6 +2,7 @@
 //! seen, outputs flushed. Never waits.
 
 use base::Ports;
+use base::failure::Outcome;
 use base::own_frame::apart;
 use base::ports::{Disk, InputLevels};
 use base::reason::Alarm;
@@ -13,19 +14,17 @@ use events::{Event as Happened, Text};
 use gcode::{Line, realtime::Realtime};
 use jobs::files::listings;
 use parts::heat_codes::{HeatFaultText, TargetRefusal};
-use program::State;
+use program::{Dialect, State};
 use thermal::HeatControl;
 use units::{Actuator, Axis, Micros, PerAxis};
 
-use super::commands;
-use super::forecast;
-use super::functions;
-use super::long_answers;
 use super::out_of_turn;
-use super::periodic;
+use crate::features::commands;
+use crate::features::functions;
 use crate::machine::Machine;
 use crate::machine::end_requests::Requester;
 use crate::machine::jogging;
+use crate::machine::long_answers;
 use crate::machine::moments::{Features, Moments as _, Served};
 use crate::machine::program_io;
 use crate::machine::supplies;
@@ -43,6 +42,10 @@ const LED_PERIOD: Micros = Micros::from_millis(100);
 impl<P: Ports> Served for P {
     fn serve(machine: &mut Machine<'_, P>) {
         serve(machine);
+    }
+
+    fn run_text(machine: &mut Machine<'_, P>, text: &str, dialect: Dialect, to: Recipient) -> Outcome {
+        super::actions::run_text(machine, text, dialect, to)
     }
 }
 
@@ -68,9 +71,6 @@ fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     if now >= machine.polls.due {
         machine.polls.due = now.plus(POLL_PERIOD);
         apart(|| machine.watch(now));
-    }
-    if machine.forecast_files.is_open() {
-        forecast::serve(machine);
     }
     Features::<P>::each_turn(machine);
     out_of_turn::follow(machine);
@@ -251,10 +251,6 @@ impl<P: Ports> Machine<'_, P> {
         program_io::say_spindle(self);
         let is_idle = self.safety.state() == State::Idle;
         self.axes.watch_standstill(&mut self.ports, self.config, is_idle, now);
-        if self.jobs.is_open() {
-            forecast::follow(self);
-        }
-        periodic::tell(self, now);
         self.watch_frame();
         self.watch_flow(now);
         self.watch_turning(now);

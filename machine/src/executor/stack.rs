@@ -13,7 +13,6 @@ use super::answers;
 use super::blocks;
 use super::blocks::Start;
 use super::bore_retract;
-use super::play_from;
 use super::tool_change;
 use crate::machine::Machine;
 use crate::machine::frames::{Frame, Replay, Script, Then};
@@ -168,7 +167,6 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then<<P as Featured>::Ste
         }
         Then::Step(step) => return P::go_on(machine, step),
         Then::Resumed => return suspend::go_back(machine),
-        Then::PlayFrom(to) => return play_from::go_on(machine, to),
     }
     Ok(())
 }

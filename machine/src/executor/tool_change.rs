@@ -3,9 +3,9 @@
 use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 
-use super::operator_pauses;
 use crate::machine::Machine;
 use crate::machine::frames::Frame;
+use crate::machine::operator_pauses;
 
 /// Begins a tool change; the rest of its line waits for the end.
 pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcome {

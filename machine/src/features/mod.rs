@@ -4,14 +4,21 @@
 //! [`Step`] if its sequences wait for scripts. The order of the list is the order in which they act.
 
 pub(crate) mod automatic_outputs;
+pub(crate) mod axis_tests;
 pub(crate) mod brown_out;
+pub(crate) mod commands;
 pub(crate) mod door;
+pub(crate) mod editing;
 pub(crate) mod event_log;
 pub(crate) mod filament;
+pub(crate) mod forecast;
+pub(crate) mod functions;
 pub(crate) mod grbl;
 pub(crate) mod lights;
 pub(crate) mod objects;
 pub(crate) mod paper;
+pub(crate) mod periodic_reports;
+pub(crate) mod play_from;
 pub(crate) mod power_loss;
 pub(crate) mod stalls;
 pub(crate) mod statistics;
@@ -22,10 +29,10 @@ use base::Ports;
 use base::brown_out::BrownOut;
 use base::failure::{Failure, Outcome};
 use base::ports::Running;
-use base::sessions::{Recipient, Reply, SessionId};
+use base::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
 use base::stall_watch::StallWatch;
 use config::MachineConfig;
-use gcode::{Code, realtime::Realtime};
+use gcode::{Code, Line, realtime::Realtime};
 use jobs::journal::{Journal, Recovery};
 use jobs::player::StalledJob;
 use parts::fans::Fans;
@@ -41,7 +48,7 @@ use thermal::surplus::SurplusWatch;
 use units::Micros;
 
 use crate::machine::Machine;
-use crate::machine::moments::{Featured, JobBegins, Moments, StartupLine};
+use crate::machine::moments::{Featured, JobBegins, JobStart, Moments, StartupLine};
 use crate::machine::source::Source;
 
 /// All features, as one.
@@ -124,6 +131,26 @@ macro_rules! features {
             }
             fn startup_line(machine: &Machine<'_, P>, number: u8) -> Option<StartupLine> {
                 None$(.or_else(|| <$feature::Feature as Moments<P>>::startup_line(machine, number)))+
+            }
+            fn job_may_start(machine: &mut Machine<'_, P>) -> JobStart {
+                $(match <$feature::Feature as Moments<P>>::job_may_start(machine) {
+                    JobStart::Now => {}
+                    other => return other,
+                })+
+                JobStart::Now
+            }
+            fn take_session_line(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) -> bool {
+                false $(|| <$feature::Feature as Moments<P>>::take_session_line(machine, id, line))+
+            }
+            fn answer_in_upload(machine: &mut Machine<'_, P>, line: Line<'_>, to: Recipient) -> bool {
+                false $(|| <$feature::Feature as Moments<P>>::answer_in_upload(machine, line.clone(), to))+
+            }
+            fn long_answer(
+                machine: &mut Machine<'_, P>,
+                listing: &mut Listing,
+                to: Recipient,
+            ) -> Option<Result<bool, Failure>> {
+                None$(.or_else(|| <$feature::Feature as Moments<P>>::long_answer(machine, listing, to)))+
             }
             fn job_may_begin(machine: &mut Machine<'_, P>) -> bool {
                 true $(&& <$feature::Feature as Moments<P>>::job_may_begin(machine))+
@@ -234,6 +261,9 @@ features![
     lights,
     filament,
     update,
+    forecast,
+    periodic_reports,
+    editing,
 ];
 
 /// State of the features.
@@ -248,8 +278,6 @@ pub(crate) struct States {
     pub brown_out: BrownOut,
     /// Looks at drivers that report stalls.
     pub stall_watch: StallWatch,
-    /// A sequence makes drivers report stalls.
-    pub ignores_stalls: bool,
     /// Recovery after a stall has stopped the job.
     pub stalls: StallRecovery,
     /// The paper test that is under way.
@@ -284,6 +312,8 @@ pub(crate) enum Step {
     Recover(jobs::journal::Step, Recipient),
     /// A stall has stopped the job.
     Stalled(stalls::recovery::Step),
+    /// The lines before the one that a job is to begin with have been read over.
+    PlayFrom(Recipient),
 }
 
 impl<P: Ports> Featured for P {
@@ -298,7 +328,6 @@ impl<P: Ports> Featured for P {
             heat_due: Micros(0),
             brown_out: BrownOut::default(),
             stall_watch: StallWatch::default(),
-            ignores_stalls: false,
             stalls: StallRecovery::default(),
             paper: Paper::default(),
             fans: Fans::new(config),
@@ -320,6 +349,7 @@ impl<P: Ports> Featured for P {
         match step {
             Step::Recover(step, to) => power_loss::job_recovery::go_on(machine, step, to),
             Step::Stalled(step) => stalls::recovery::go_on(machine, step),
+            Step::PlayFrom(to) => play_from::go_on(machine, to),
         }
     }
 
@@ -327,7 +357,7 @@ impl<P: Ports> Featured for P {
         match step {
             // A recovery cannot go on from where the machine is.
             Step::Recover(..) if why.is_refusal() => power_loss::job_recovery::give_up(machine),
-            Step::Recover(..) | Step::Stalled(_) => {}
+            Step::Recover(..) | Step::Stalled(_) | Step::PlayFrom(_) => {}
         }
     }
 }

@@ -67,8 +67,6 @@ pub(crate) enum Then<S> {
     Suspended,
     /// The job goes on.
     Resumed,
-    /// The lines before the one that a job is to begin with have been read over.
-    PlayFrom(Recipient),
 }
 
 /// A line of the configuration.

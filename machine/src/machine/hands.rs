@@ -94,7 +94,7 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
     }
 
     fn watch_stalls(&mut self, yes: bool) {
-        self.machine.features.ignores_stalls = !yes;
+        self.machine.polls.ignores_stalls = !yes;
     }
 
     fn inputs(&self) -> InputLevels {

@@ -2,21 +2,35 @@
 //!
 //! [`Machine`] knows nothing of lines, of commands, or of the parties served while it waits.
 
+pub(crate) mod abort;
 pub(crate) mod card;
+pub(crate) mod effects;
 pub(crate) mod end_requests;
+pub(crate) mod fast_forward;
+pub(crate) mod fast_forward_record;
 pub(crate) mod feed_hold;
 pub(crate) mod frames;
 pub(crate) mod halt;
 pub(crate) mod hands;
+pub(crate) mod heat_restoring;
 pub(crate) mod hold;
+pub(crate) mod homing;
+pub(crate) mod ignored_codes;
+pub(crate) mod job_control;
 pub(crate) mod jogging;
+pub(crate) mod long_answers;
 pub(crate) mod moments;
 pub(crate) mod move_dropping;
 pub(crate) mod moves;
+pub(crate) mod operator_pauses;
 pub(crate) mod poll_state;
 pub(crate) mod probe_script;
+pub(crate) mod probe_strategy;
+pub(crate) mod program_files;
 pub(crate) mod program_io;
 pub(crate) mod program_logs;
+pub(crate) mod saved_settings;
+pub(crate) mod settings_file;
 pub(crate) mod source;
 pub(crate) mod supplies;
 pub(crate) mod suspend;
@@ -30,7 +44,7 @@ use base::ports::Wake;
 use base::reason::Reason;
 use base::safety::travel::Travel;
 use base::safety::{Event, Safety};
-use base::sessions::{Recipient, Sessions};
+use base::sessions::{Recipient, SessionId, Sessions};
 use base::tuning::Tuning;
 use base::wait::Waited;
 use config::MachineConfig;
@@ -49,8 +63,8 @@ use procedures::probing::{DeltaRecords, Deployment};
 use program::{Facts, Interpreter, State, States};
 use units::{Axis, AxisSet, Micros, PerAxis};
 
-use crate::executor::fast_forward_record::Passed;
 use crate::machine::end_requests::Asked;
+use crate::machine::fast_forward_record::Passed;
 use crate::machine::frames::Frames;
 use crate::machine::hold::Hold;
 use crate::machine::moments::{Featured, Served};
@@ -187,6 +201,13 @@ impl<'c, P: Ports> Machine<'c, P> {
     /// Refuses a recipient's request, with the text of a failure.
     pub(crate) fn refuse(&mut self, to: Recipient, why: Failure) {
         self.sessions.refuse(to, why.reason, format_args!("{}", self.texts.of(why)));
+    }
+
+    /// Notes that a line of a session has been answered.
+    pub(crate) fn answered(&mut self, id: SessionId) {
+        if let Some(session) = self.sessions.get_mut(id) {
+            session.answered();
+        }
     }
 
     /// Keeps an event, in the ring that survives a reset.

@@ -8,11 +8,11 @@
 use base::Ports;
 use base::failure::{Failure, Outcome};
 use base::ports::Running;
-use base::sessions::{Recipient, Reply, SessionId};
+use base::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
 use config::MachineConfig;
-use gcode::{Code, realtime::Realtime};
+use gcode::{Code, Line, realtime::Realtime};
 use jobs::player::StalledJob;
-use program::{BEGINNING_BYTES, LightChange, Move, State, Words};
+use program::{BEGINNING_BYTES, Dialect, LightChange, Move, State, Words};
 use units::Micros;
 
 use super::Machine;
@@ -38,10 +38,15 @@ pub(crate) trait Featured: Ports + Sized {
     fn give_up(machine: &mut Machine<'_, Self>, step: Self::Step, why: Failure);
 }
 
-/// The executor, as waits see it.
+/// The executor, as waits and features see it.
 pub(crate) trait Served: Ports + Sized {
     /// Serves everybody once: sessions, faults, everything that follows time.
     fn serve(machine: &mut Machine<'_, Self>);
+    /// Runs a code that the machine itself has written.
+    ///
+    /// # Errors
+    /// Those of the code.
+    fn run_text(machine: &mut Machine<'_, Self>, text: &str, dialect: Dialect, to: Recipient) -> Outcome;
 }
 
 /// The list of all features.
@@ -56,10 +61,23 @@ pub(crate) enum JobBegins {
     FurtherOn,
     /// Behind those lines, where the machine goes next.
     Elsewhere,
+    /// Once more, as its file is read for the way back to it.
+    Again,
 }
 
 /// Text of a startup line: as long as a line of GRBL's may be.
 pub(crate) type StartupLine = heapless::String<80>;
+
+/// Whether a job begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum JobStart {
+    /// The job begins now.
+    Now,
+    /// Not yet: ask again.
+    Later,
+    /// Not at all; it has been closed.
+    Never,
+}
 
 /// What a feature does at the moments of the machine.
 pub(crate) trait Moments<P: Ports> {
@@ -152,8 +170,29 @@ pub(crate) trait Moments<P: Ports> {
         None
     }
 
+    /// Takes a line of a session, whatever it says.
+    fn take_session_line(_machine: &mut Machine<'_, P>, _id: SessionId, _line: &LineBytes) -> bool {
+        false
+    }
+    /// Answers a line of a file that a session sends, as if it were none of it.
+    fn answer_in_upload(_machine: &mut Machine<'_, P>, _line: Line<'_>, _to: Recipient) -> bool {
+        false
+    }
+    /// Gives the next piece of a long answer of the feature's own. True: there is more.
+    fn long_answer(
+        _machine: &mut Machine<'_, P>,
+        _listing: &mut Listing,
+        _to: Recipient,
+    ) -> Option<Result<bool, Failure>> {
+        None
+    }
+
     // --- jobs ---
 
+    /// Whether the job starts now, later, or never.
+    fn job_may_start(_machine: &mut Machine<'_, P>) -> JobStart {
+        JobStart::Now
+    }
     /// Whether the job may begin its first line now.
     fn job_may_begin(_machine: &mut Machine<'_, P>) -> bool {
         true

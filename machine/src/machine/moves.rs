@@ -15,6 +15,7 @@ use program::{Interpreter, Move, Shape, State};
 use units::PerAxis;
 
 use crate::machine::Machine;
+use crate::machine::moments::{Features, Moments as _};
 
 /// Returns a move of the program in motion's terms, without its curve.
 pub(crate) fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> motion::Move {
@@ -90,4 +91,21 @@ impl<P: Ports> Draws for Drawing<'_, '_, P> {
     fn curve_may_be(&mut self, from: &PerAxis<f64>, bounds: &Bounds) -> Result<(), Failure> {
         self.0.curve_stays_within(from, bounds)
     }
+}
+
+/// Makes a move of the program, and waits for room. A refused move leaves the program where the machine is.
+///
+/// # Errors
+/// For a move that is refused, and when the machine halts.
+pub(crate) fn go_along<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
+    let may_move = machine.may_move().and_then(|()| Features::<P>::may_move(machine, request));
+    let moved = match may_move.and_then(|()| machine.rest_stays_within(&request.target)) {
+        Ok(()) => submit(machine, request),
+        Err(failure) => Err(failure),
+    };
+    if moved.is_err() {
+        machine.program.take_back();
+        machine.resynchronise_if_still();
+    }
+    moved
 }

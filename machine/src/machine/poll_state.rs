@@ -16,6 +16,8 @@ pub(crate) struct Polls {
     pub flow: Flow,
     /// Earliest time of the next reports that nobody asks for.
     pub reports_due: Micros,
+    /// A sequence makes drivers report stalls.
+    pub ignores_stalls: bool,
     /// Fault of the line of saved settings that just ended.
     pub settings_problem: Option<ShortText>,
 }

@@ -19,8 +19,8 @@ use parts::heat_codes;
 use program::Part;
 use units::{Axis, AxisSet, Celsius, HeaterId};
 
-use crate::executor::effects;
 use crate::machine::Machine;
+use crate::machine::effects;
 use crate::machine::frames::{Frame, Replay, Then};
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::{Featured, Features, Moments as _};

@@ -13,8 +13,8 @@ use events::{Event, Text};
 use program::State;
 use units::{Axis, HeaterId, MAX_HEATERS, Micros};
 
-use crate::executor::long_answers;
 use crate::machine::Machine;
+use crate::machine::long_answers;
 use crate::machine::moments::Moments;
 
 /// Number of entries that `events` tells, unless it is asked for more.
@@ -28,6 +28,16 @@ pub(crate) struct Feature;
 impl<P: Ports> Moments<P> for Feature {
     fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
         follow(machine);
+    }
+
+    fn long_answer(
+        machine: &mut Machine<'_, P>,
+        listing: &mut Listing,
+        to: Recipient,
+    ) -> Option<Result<bool, Failure>> {
+        let Listing::Events { next, end } = listing else { return None };
+        let Machine { ports, sessions, .. } = machine;
+        Some(Ok(piece(ports, next, *end, &mut Reply::new(sessions, to))))
     }
 }
 

@@ -13,17 +13,17 @@ use jobs::files::listings;
 use program::{Dialect, State};
 use units::{Axis, AxisSet};
 
-use crate::executor::actions;
-use crate::executor::long_answers;
-use crate::executor::program_files;
-use crate::executor::settings_file;
 use crate::features::States;
 use crate::features::grbl::numbered_settings::{Change, Setting, Sources};
 use crate::features::grbl::status::{self, Report};
 use crate::features::grbl::{HELP, Own, Text, hal, jog, overrides, reports, startup, stored};
 use crate::machine::Machine;
 use crate::machine::hands::MachineHands;
+use crate::machine::long_answers;
+use crate::machine::moments::Served as _;
+use crate::machine::program_files;
 use crate::machine::program_io;
+use crate::machine::settings_file;
 
 /// Whether a line is a command of GRBL's own. GRBL has no `$P` and `$S`, and its jog is `$J=`: `$J` with a
 /// blank is Smoothieware's, whose pendants go on working.
@@ -200,7 +200,7 @@ fn may_set<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
 /// Runs the code that changes a setting, with numbers in mm.
 fn run_code<P: Ports>(machine: &mut Machine<'_, P>, code: &str) -> Outcome {
     let inches = machine.program.count_in_mm();
-    let outcome = actions::run_text(machine, code, Dialect::Grbl, Recipient::Nobody);
+    let outcome = P::run_text(machine, code, Dialect::Grbl, Recipient::Nobody);
     machine.program.count_in_inches(inches);
     outcome
 }
@@ -321,7 +321,7 @@ fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Ou
         }
         _ => return Err(Failure::refused(&"homing begins from standstill").with_reason(Reason::NotIdle)),
     }
-    crate::executor::homing::home(machine, named, to)
+    crate::machine::homing::home(machine, named, to)
 }
 
 /// Whether the machine jogs, for a session of this dialect: then only jogs are taken.

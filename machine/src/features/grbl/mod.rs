@@ -6,9 +6,9 @@
 //! `doc/markdown`).
 
 use base::Ports;
-use base::failure::Outcome;
+use base::failure::{Failure, Outcome};
 use base::reason::Reason;
-use base::sessions::{MAX_SESSIONS, Recipient, SessionId};
+use base::sessions::{Listing, MAX_SESSIONS, Recipient, Reply, SessionId};
 use config::MachineConfig;
 use gcode::realtime::Realtime;
 use gcode::{Code, Letter};
@@ -78,6 +78,16 @@ impl<P: Ports> Moments<P> for Feature {
 
     fn accepts(code: Code) -> bool {
         accepts(code)
+    }
+
+    fn long_answer(
+        machine: &mut Machine<'_, P>,
+        listing: &mut Listing,
+        to: Recipient,
+    ) -> Option<Result<bool, Failure>> {
+        let Listing::Enumeration { list, line } = listing else { return None };
+        *line += 1;
+        Some(Ok(hal::list_line(*list, *line - 1, &mut Reply::new(machine.sessions, to))))
     }
 
     fn startup_line_ended(machine: &mut Machine<'_, P>, number: u8, outcome: &Outcome) {

@@ -372,7 +372,7 @@ mod tests {
 
     #[test]
     fn the_page_has_every_setting() {
-        let page = include_str!("../../../docs/grbl.md");
+        let page = include_str!("../../../../docs/grbl.md");
         for row in ROWS {
             let numbers =
                 if row.of_axes { format!("{}-{}", row.number, row.number + 2) } else { format!("{}", row.number) };

@@ -12,9 +12,9 @@ use motion::Tag;
 use program::Move;
 use units::Axis;
 
-use crate::executor::actions;
 use crate::machine::Machine;
 use crate::machine::moments::{Features, Moments};
+use crate::machine::moves;
 use crate::machine::source::{Origin, Source};
 
 /// Objects that are left out, at the machine's moments.
@@ -94,7 +94,7 @@ pub(crate) fn is_left_out<P: Ports>(machine: &mut Machine<'_, P>, request: &Move
         // The way there is no part of an object.
         machine.jobs.objects.counts(false);
         for step in &back.moves {
-            actions::move_along(machine, step)?;
+            moves::go_along(machine, step)?;
         }
         machine.jobs.objects.counts(true);
         // Extruders count from here as the file does.

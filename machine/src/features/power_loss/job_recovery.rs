@@ -19,18 +19,17 @@ use procedures::homing;
 use program::{Dialect, Words};
 use units::{Axis, AxisSet, Celsius, MmPerSecond, PerAxis};
 
-use crate::executor::fast_forward;
-use crate::executor::fast_forward_record::{Passed, Until};
-use crate::executor::forecast;
-use crate::executor::heat_restoring;
 use crate::features;
 use crate::features::States;
 use crate::features::power_loss::journal;
 use crate::features::power_loss::journal::Heights;
 use crate::machine::Machine;
+use crate::machine::fast_forward;
+use crate::machine::fast_forward_record::{Passed, Until};
 use crate::machine::frames::{Frame, Then};
 use crate::machine::hands::MachineHands;
-use crate::machine::moments::{Features, Moments as _};
+use crate::machine::heat_restoring;
+use crate::machine::moments::{Features, JobBegins, Moments as _};
 use crate::machine::suspend;
 
 /// Heights that differ by less than this are the same, mm.
@@ -188,7 +187,7 @@ fn read_on<P: Ports>(machine: &mut Machine<'_, P>, until: Until, then: Step, to:
     fast_forward::begin(machine, until)?;
     // The job has begun once: its journal is not begun anew, and nothing refuses it.
     if machine.jobs.take_new() {
-        forecast::job_goes_on(machine);
+        Features::<P>::job_begins(machine, JobBegins::Again);
     }
     Ok(Answer::Ok)
 }

@@ -398,5 +398,5 @@ pub(crate) fn stands<P: Ports>(machine: &mut Machine<'_, P>) {
         machine.features.journal.close(&mut machine.ports);
     }
     (machine.features.journal.halts, machine.features.recovery) = (false, None);
-    crate::executor::fast_forward::put_back(machine);
+    crate::machine::fast_forward::put_back(machine);
 }

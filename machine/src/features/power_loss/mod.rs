@@ -36,7 +36,7 @@ impl<P: Ports> Moments<P> for Feature {
         match from {
             JobBegins::Whole => journal::begin(machine),
             // A journal that began in the middle of the file would lead nowhere.
-            JobBegins::FurtherOn => {}
+            JobBegins::FurtherOn | JobBegins::Again => {}
             JobBegins::Elsewhere => journal::give_up_offer(machine),
         }
     }

@@ -35,7 +35,7 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     fn job_begins(machine: &mut Machine<'_, P>, from: JobBegins) {
-        if from != JobBegins::Elsewhere {
+        if matches!(from, JobBegins::Whole | JobBegins::FurtherOn) {
             recovery::job_begins(machine);
         }
     }
@@ -76,7 +76,7 @@ pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     let config = machine.config;
     // An axis without a switch stalls where it homes.
     let is_elsewhere =
-        machine.features.ignores_stalls || machine.safety.is_halted() || machine.safety.mode().is_in(State::Homing);
+        machine.polls.ignores_stalls || machine.safety.is_halted() || machine.safety.mode().is_in(State::Homing);
     if config.watched_for_stalls().next().is_none() {
         return machine.features.stall_watch.rest(now, SELDOM);
     }

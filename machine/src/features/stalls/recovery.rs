@@ -20,10 +20,10 @@ use procedures::stall_recovery::{Phase, Stopped};
 use program::{BEGINNING_BYTES, State};
 use units::{Actuator, Axis, AxisSet, PerAxis};
 
-use crate::executor::fast_forward;
-use crate::executor::fast_forward_record::{Passed, Until};
 use crate::features;
 use crate::machine::Machine;
+use crate::machine::fast_forward;
+use crate::machine::fast_forward_record::{Passed, Until};
 use crate::machine::frames::{Frame, Then};
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::{Features, Moments as _};

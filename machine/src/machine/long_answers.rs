@@ -11,12 +11,10 @@ use procedures::leveling;
 use program::Words;
 use units::Actuator;
 
-use super::forecast;
-use crate::features::event_log;
-use crate::features::grbl::hal;
 use crate::machine::Machine;
 use crate::machine::card;
-use crate::saved_settings;
+use crate::machine::moments::{Features, Moments as _};
+use crate::machine::saved_settings;
 
 /// Begins a long answer, given as fast as a session takes it, beside everything else. A file that is played
 /// has nobody to read one.
@@ -139,8 +137,8 @@ fn settle<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
 
 /// Says one piece. True while there are more.
 fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Recipient) -> Result<bool, Failure> {
-    if let Listing::Check { line } = listing {
-        return forecast::check_piece(machine, line, to);
+    if let Some(piece) = Features::<P>::long_answer(machine, listing, to) {
+        return piece;
     }
     let now = machine.ports.now();
     let Machine { ports, program, sessions, config, tuning, bed, thermal, .. } = machine;
@@ -170,11 +168,6 @@ fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Reci
             reply.say(format_args!("{} {} - {}\n", command.word, command.takes, command.help));
             *line += 1;
             Ok(*line < program::commands::COMMANDS.len())
-        }
-        Listing::Events { next, end } => Ok(event_log::piece(ports, next, *end, reply)),
-        Listing::Enumeration { list, line } => {
-            *line += 1;
-            Ok(hal::list_line(*list, *line - 1, reply))
         }
         Listing::Drivers { motors, all } => {
             let Some(motor) = Actuator::of_bits(*motors).next() else { return Ok(false) };

@@ -6,8 +6,8 @@ use base::safety::Event;
 use base::sessions::Recipient;
 use thermal::HeatControl;
 
-use super::ignored_codes;
 use crate::machine::Machine;
+use crate::machine::ignored_codes;
 use crate::machine::moments::{Features, Moments as _};
 use crate::machine::program_io;
 use crate::machine::program_logs;

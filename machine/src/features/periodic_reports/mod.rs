@@ -9,14 +9,28 @@ use parts::heat_codes;
 use program::{Dialect, State, Words};
 use units::Micros;
 
-use super::forecast;
+use crate::features::forecast;
 use crate::machine::Machine;
+use crate::machine::moments::Moments;
 
 /// Time between two looks at what is due.
 const PERIOD: Micros = Micros(20_000);
 
 /// The code that asks for temperatures.
 const M105: u16 = 105;
+
+/// Reports that nobody asks for, at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
+        tell(machine, now);
+    }
+
+    fn answer_in_upload(machine: &mut Machine<'_, P>, line: Line<'_>, to: Recipient) -> bool {
+        answers_in_upload(machine, line, to)
+    }
+}
 
 /// Sets the reports of M155, M27 S and M113.
 pub(crate) fn command<P: Ports>(

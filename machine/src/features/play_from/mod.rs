@@ -12,12 +12,13 @@ use jobs::player::Scripts;
 use motion::Mode;
 use units::{Axis, MmPerSecond};
 
-use super::fast_forward;
-use super::fast_forward_record::Until;
-use super::heat_restoring;
+use crate::features::Step;
 use crate::machine::Machine;
+use crate::machine::fast_forward;
+use crate::machine::fast_forward_record::Until;
 use crate::machine::frames::{Frame, Then};
 use crate::machine::hands::MachineHands;
+use crate::machine::heat_restoring;
 use crate::machine::moments::{Features, JobBegins, Moments as _};
 
 /// Height above the place, before the tool goes down to it, mm.
@@ -62,7 +63,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Recipient) ->
     fast_forward::keep(machine);
     // The script before jobs would move away from where the job is to go on.
     machine.jobs.scripts().map(Scripts::take_before);
-    if !machine.frames.push(Frame::Then(Then::PlayFrom(to))) {
+    if !machine.frames.push(Frame::Then(Then::Step(Step::PlayFrom(to)))) {
         return Err(Failure::refused(&"scripts start each other without end"));
     }
     if let Err(failure) = fast_forward::begin(machine, until) {

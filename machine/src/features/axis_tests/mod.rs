@@ -1,6 +1,8 @@
 //! Tests of an axis: `test endstop`, how well it homes; `test speed`, whether it loses steps; `test sweep`,
 //! at which frequency the frame rings; `test backlash`, how much way it loses when it turns.
 
+pub(crate) mod command;
+
 use base::Ports;
 use base::failure::{Failure, Outcome};
 use base::hands::Hands;

@@ -15,11 +15,11 @@ use heapless::String;
 use motion::{Kinematics, Mode};
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
-use super::actions;
-use super::axis_tests;
-use super::axis_tests::{APPROACHES, Speed, Sweep, TIMES};
+use crate::features::axis_tests;
+use crate::features::axis_tests::{APPROACHES, Speed, Sweep, TIMES};
 use crate::machine::Machine;
 use crate::machine::hands::MachineHands;
+use crate::machine::moments::Served as _;
 
 /// A line of a figure.
 type Line = String<64>;
@@ -236,7 +236,7 @@ fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recipient) 
         }
         match figure.line(number).filter(|_| !stopped) {
             Some(line) => {
-                actions::run_text(machine, &line, dialect, to)?;
+                P::run_text(machine, &line, dialect, to)?;
                 number += 1;
             }
             None if machine.ports.motion(|motion| motion.is_idle()) => break,

@@ -6,22 +6,36 @@
 use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::hands::Hands as _;
+use base::own_frame::apart;
 use base::paths::words;
 use base::ports::{OpenMode, Storage, StorageError, Wake};
 use base::reason::Reason;
-use base::sessions::{Recipient, SessionId};
+use base::sessions::{LineBytes, Recipient, SessionId};
 use jobs::files::editing::Editing;
 use jobs::files::editor::{Step, shown};
 use jobs::files::editor_commands::{Command, HELP, What, parse};
 
-use super::answers::answered;
 use crate::machine::Machine;
 use crate::machine::card;
 use crate::machine::hands::MachineHands;
+use crate::machine::moments::Moments;
 
 /// Bytes read at a time, a block of the card.
 const BLOCK: usize = 512;
 const TOO_LONG: Trouble = "the line is too long to be edited";
+
+/// The editor at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn take_session_line(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) -> bool {
+        let edits = machine.files.edits_from(id);
+        if edits {
+            apart(|| run_line(machine, id, line));
+        }
+        edits
+    }
+}
 
 /// Begins to edit a file: `ed in out`.
 ///
@@ -70,7 +84,7 @@ pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, li
         Ok(()) => machine.say(to, format_args!("ok\n")),
         Err(why) => machine.sessions.refuse(to, Reason::default(), format_args!("{why}")),
     }
-    answered(machine, id);
+    machine.answered(id);
 }
 
 /// Carries out the editor's own commands; false for those that act on the file.

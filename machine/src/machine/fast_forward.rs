@@ -14,8 +14,8 @@ use base::safety::Event;
 use procedures::homing;
 use program::Action;
 
-use super::fast_forward_record::{Passed, Until};
 use crate::machine::Machine;
+use crate::machine::fast_forward_record::{Passed, Until};
 use crate::machine::frames::Frame;
 use crate::machine::program_io;
 

@@ -18,23 +18,23 @@ use procedures::{alignment, arms, autotune, endstop_phase, leveling};
 use program::{FileFunction, Function, Report, Sequence, Setting, Standing, State, Words};
 use units::AxisSet;
 
-use super::abort;
-use super::forecast;
-use super::long_answers;
-use super::periodic;
-use super::probe_strategy;
-use super::settings_file;
 use crate::features::States;
 use crate::features::automatic_outputs;
 use crate::features::filament;
 use crate::features::filament::cold_extrusion;
+use crate::features::forecast;
 use crate::features::objects;
+use crate::features::periodic_reports;
 use crate::features::power_loss::job_recovery;
 use crate::features::statistics;
 use crate::machine::Machine;
+use crate::machine::abort;
 use crate::machine::card;
 use crate::machine::hands::MachineHands;
+use crate::machine::long_answers;
+use crate::machine::probe_strategy;
 use crate::machine::program_io;
+use crate::machine::settings_file;
 use crate::machine::suspend;
 
 /// Carries out a function, and waits for its end.
@@ -334,9 +334,9 @@ fn file_or_job<P: Ports>(
             machine.say(to, format_args!("Begin file list\n"));
             long_answers::begin(machine, listings::card(), to)
         }
-        FileFunction::AutoReport => periodic::command(machine, Periodic::Temperatures, words, to),
-        FileFunction::Keepalive => periodic::command(machine, Periodic::Busy, words, to),
-        FileFunction::ReportJob if words.has('S') => periodic::command(machine, Periodic::Job, words, to),
+        FileFunction::AutoReport => periodic_reports::command(machine, Periodic::Temperatures, words, to),
+        FileFunction::Keepalive => periodic_reports::command(machine, Periodic::Busy, words, to),
+        FileFunction::ReportJob if words.has('S') => periodic_reports::command(machine, Periodic::Job, words, to),
         FileFunction::ReportJob => {
             let time_left = forecast::time_left(machine);
             machine.jobs.say_bytes(&time_left, &mut Reply::new(machine.sessions, to));

@@ -20,8 +20,9 @@ use preflight::{AsItIs, Kind, TOLD_LINES, Told};
 use program::Dialect;
 use units::{Celsius, MAX_HEATERS, Micros};
 
-use super::long_answers;
 use crate::machine::Machine;
+use crate::machine::long_answers;
+use crate::machine::moments::{JobBegins, JobStart, Moments};
 
 /// Time after which a job's wait for the look at its file is told first; later each time the wait has
 /// doubled.
@@ -29,6 +30,44 @@ const TOLD_FIRST: Micros = Micros::from_seconds(1);
 /// Greatest number of findings told that stop a job.
 const MOST_WARNINGS: u32 = 5;
 const CHANGED: &str = "the file has changed meanwhile";
+
+/// The look ahead at a file, at the machine's moments.
+pub(crate) struct Feature;
+
+impl<P: Ports> Moments<P> for Feature {
+    fn each_turn(machine: &mut Machine<'_, P>) {
+        if machine.forecast_files.is_open() {
+            serve(machine);
+        }
+    }
+
+    fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
+        if machine.jobs.is_open() {
+            follow(machine);
+        }
+    }
+
+    fn job_may_start(machine: &mut Machine<'_, P>) -> JobStart {
+        job_begins(machine)
+    }
+
+    fn job_begins(machine: &mut Machine<'_, P>, from: JobBegins) {
+        if from == JobBegins::Again {
+            job_goes_on(machine);
+        }
+    }
+
+    fn long_answer(
+        machine: &mut Machine<'_, P>,
+        listing: &mut Listing,
+        to: Recipient,
+    ) -> Option<Result<bool, Failure>> {
+        match listing {
+            Listing::Check { line } => Some(check_piece(machine, line, to)),
+            _ => None,
+        }
+    }
+}
 
 /// Begins a forecast of a file for the machine as it is now (`check file`).
 pub(crate) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
@@ -47,19 +86,8 @@ pub(crate) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Reci
     long_answers::begin(machine, Listing::Check { line: 0 }, to)
 }
 
-/// Whether a job begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Start {
-    /// The job begins now.
-    Now,
-    /// Not yet: ask again.
-    Later,
-    /// Not at all; it has been closed.
-    Never,
-}
-
 /// Begins the forecast of a job that is about to begin, which waits for it if so configured.
-pub(crate) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) -> Start {
+pub(crate) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) -> JobStart {
     let waits = matches!(machine.config.player.preflight, JobPreflight::Travel | JobPreflight::Refuse);
     start(machine, waits && !machine.jobs.is_forced())
 }
@@ -70,22 +98,22 @@ pub(crate) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>) {
     let _now = start(machine, false);
 }
 
-fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
+fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> JobStart {
     let forecast = machine.forecast;
     if machine.forecast_files.holds && machine.forecast_files.job == machine.jobs.count() {
         return match (machine.config.player.preflight, forecast.is_under_way()) {
             (JobPreflight::Travel, _) => looked_at_for_a_while(machine, forecast),
             (_, true) => {
                 tell_how_far(machine, forecast);
-                Start::Later
+                JobStart::Later
             }
             (_, false) => looked_at(machine, forecast),
         };
     }
     forecast.forget_course();
-    let Some(path) = machine.jobs.path().cloned() else { return Start::Now };
+    let Some(path) = machine.jobs.path().cloned() else { return JobStart::Now };
     if machine.config.player.preflight == JobPreflight::Off {
-        return Start::Now;
+        return JobStart::Now;
     }
     let dialect = machine.jobs.dialect();
     match begin(machine, &path, Purpose::Job, dialect) {
@@ -93,7 +121,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
             return refuse(machine, format_args!("{}", machine.texts.of(why)));
         }
         // A file that cannot be read twice is played all the same.
-        Err(_) => return Start::Now,
+        Err(_) => return JobStart::Now,
         Ok(()) => {}
     }
     (machine.forecast_files.job, machine.forecast_files.holds) = (machine.jobs.count(), holds);
@@ -101,15 +129,15 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> Start {
         let now = machine.ports.now();
         (machine.forecast_files.waits_since, machine.forecast_files.told_at) = (now, now);
         if machine.config.player.preflight == JobPreflight::Travel {
-            return Start::Later;
+            return JobStart::Later;
         }
         let size = u64::from(machine.forecast_files.size).div_ceil(1_024);
         machine.announce(format_args!(
             "// the whole file is looked at before it is begun, {size} kB; play --force file would not wait\n"
         ));
-        return Start::Later;
+        return JobStart::Later;
     }
-    Start::Now
+    JobStart::Now
 }
 
 /// Tells now and then how far the look is that the job waits for, and its remaining time at that pace.
@@ -135,7 +163,7 @@ fn looked_at_share<P: Ports>(machine: &Machine<'_, P>, forecast: &SharedForecast
 }
 
 /// Has the job wait for a configured time for a line that leaves the travel; the look goes on beside it.
-fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) -> Start {
+fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) -> JobStart {
     warn(machine, forecast);
     if let Some(why) = machine.forecast_files.spoilt {
         forecast.forget();
@@ -143,14 +171,14 @@ fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, forecast: &Shar
     }
     let waited = machine.ports.now().since(machine.forecast_files.waits_since);
     if forecast.is_under_way() && waited < machine.config.player.preflight_wait {
-        return Start::Later;
+        return JobStart::Later;
     }
     machine.forecast_files.holds = false;
-    Start::Now
+    JobStart::Now
 }
 
 /// Decides on the job once its file has been looked at, or could not be.
-fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) -> Start {
+fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) -> JobStart {
     warn(machine, forecast);
     machine.forecast_files.holds = false;
     let stops = forecast.totals().stops;
@@ -160,7 +188,7 @@ fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) 
             machine.announce(format_args!(
                 "// nothing in it stops the job: {warnings} warnings, {time} without heating\n"
             ));
-            Start::Now
+            JobStart::Now
         }
         Stage::Done => refuse(machine, format_args!("{stops} of its lines would stop it")),
         Stage::Failed(why) => refuse(machine, format_args!("it could not be looked at: {why}")),
@@ -168,7 +196,7 @@ fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) 
     }
 }
 
-fn refuse<P: Ports>(machine: &mut Machine<'_, P>, why: Arguments<'_>) -> Start {
+fn refuse<P: Ports>(machine: &mut Machine<'_, P>, why: Arguments<'_>) -> JobStart {
     let to = machine.jobs.tells_end();
     machine.jobs.close(&mut machine.ports);
     machine.announce(format_args!("error:the job was not begun: {why}; play --force file begins it all the same\n"));
@@ -176,7 +204,7 @@ fn refuse<P: Ports>(machine: &mut Machine<'_, P>, why: Arguments<'_>) -> Start {
     if to != Recipient::Nobody {
         machine.say(to, format_args!("Done printing file\n"));
     }
-    Start::Never
+    JobStart::Never
 }
 
 fn begin<P: Ports>(

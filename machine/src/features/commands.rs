@@ -7,7 +7,7 @@ use base::needs::needs;
 use base::own_frame::apart;
 use base::ports::{DateTime, Disk, StorageError};
 use base::sessions::ConsoleKind;
-use base::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
+use base::sessions::{Listing, Recipient, Reply, SessionId};
 use gcode::Blocks;
 use jobs::files::{self, listings};
 use parts::heat_codes;
@@ -16,27 +16,24 @@ use procedures::jog;
 use program::commands::{CommandInfo, asks_for_help, find};
 use program::{Dialect, Part, State};
 
-use super::abort;
-use super::actions;
-use super::answers;
-use super::axis_tests;
-use super::editing;
-use super::forecast;
-use super::functions;
-use super::homing;
-use super::job_control;
-use super::long_answers;
-use super::play_from;
-use super::test_command;
+use crate::features::axis_tests;
+use crate::features::axis_tests::command;
+use crate::features::editing;
 use crate::features::event_log;
+use crate::features::forecast;
+use crate::features::functions;
+use crate::features::play_from;
 use crate::features::update;
 use crate::features::usb_disk;
 use crate::machine::Machine;
+use crate::machine::abort;
 use crate::machine::card;
-use crate::machine::frames::{Frame, NextCode, Rest};
 use crate::machine::hands::MachineHands;
+use crate::machine::homing;
+use crate::machine::job_control;
+use crate::machine::long_answers;
+use crate::machine::moments::Served as _;
 use crate::machine::moments::{Features, Moments as _};
-use crate::machine::source::Source;
 use crate::machine::suspend;
 
 /// Splits a line into the command word and its arguments.
@@ -48,24 +45,11 @@ fn split(line: &str) -> (&str, &str) {
     (word, arguments.trim())
 }
 
-/// Runs the line of a command and answers it.
-pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str, source: Source) {
-    let height = machine.frames.len();
-    let outcome = run(machine, line, source.to);
-    if outcome.is_ok() && machine.frames.len() > height {
-        // The command is answered when the frames it started have ended.
-        let answer = outcome.unwrap_or(Answer::Ok);
-        let rest = Rest { line: LineBytes::new(), next: NextCode::At(0), source, last: None, answer };
-        if machine.frames.push_below(height, Frame::Rest(rest)) {
-            return;
-        }
-        machine.frames.drop_down_to(height);
-        return answers::finish(machine, Ok(answer), None, source);
-    }
-    answers::finish(machine, outcome, None, source);
-}
-
-fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Outcome {
+/// Runs the line of a command.
+///
+/// # Errors
+/// For an unknown command, for one that may not run now, and those of the command.
+pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Outcome {
     if let Some(outcome) = Features::<P>::run_console_line(machine, line, to) {
         return outcome;
     }
@@ -418,7 +402,7 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
             done
         }),
         "$P" => apart(|| probe(machine, arguments, to)),
-        "test" => apart(|| test_command::run(machine, arguments, to)),
+        "test" => apart(|| command::run(machine, arguments, to)),
         "tune_driver" => apart(|| axis_tests::tune_driver(machine, arguments, to)),
         "gpio" => apart(|| parts::gpio::command(&mut MachineHands::new(machine, to), arguments)),
         "flash" | "dfu" => apart(|| update::command(machine, word, to)),
@@ -458,5 +442,5 @@ fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipient) -> 
         return Err(Failure::refused(&"$P takes the words of G30"));
     }
     let dialect = machine.sessions.dialect_of(to);
-    actions::run_text(machine, text.as_str(), dialect, to)
+    P::run_text(machine, text.as_str(), dialect, to)
 }

@@ -9,8 +9,8 @@ use base::sessions::{Recipient, Reply};
 
 use crate::machine::Machine;
 use crate::machine::card;
+use crate::machine::saved_settings;
 use crate::machine::suspend;
-use crate::saved_settings;
 
 /// Reads the file of saved settings as a script (M501).
 pub(crate) fn load<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
