@@ -19,7 +19,7 @@ fn start() -> Bench {
         .start()
 }
 
-/// A code whose function has no arm in `machine/src/executor/functions.rs` would be passed over.
+/// A code whose function has no arm in `machine/src/features/functions.rs` would be passed over.
 #[test]
 fn no_row_of_the_table_is_passed_over() {
     let mut passed_over = BTreeSet::new();
