@@ -35,4 +35,4 @@ pub mod wait;
 pub mod watchdog;
 pub mod world;
 
-pub use world::Ports;
+pub use world::{Ports, World};

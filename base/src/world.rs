@@ -1,10 +1,16 @@
 //! The world as one machine sees it: all ports together.
 
+use core::fmt::Arguments;
+
+use config::MachineConfig;
+use events::Event;
+
+use crate::failure::{Failure, Texts};
 use crate::ports::{
     Ahead, Board, Calendar, Clock, DriversPort, EventLog, HeatPort, Inputs, LightPort, MotionPort, PinPort, Rest,
     Storage, Updates, Usb,
 };
-use crate::sessions::Consoles;
+use crate::sessions::{Consoles, Recipient, Reply, Sessions};
 use crate::supervisor::SupervisorPort;
 
 /// All that one machine asks of the world.
@@ -49,4 +55,44 @@ impl<P> Ports for P where
         + EventLog
         + Updates
 {
+}
+
+/// The world around the machine's parts: what it reaches through ports, how it is configured, and who hears of
+/// it.
+pub struct World<'c, P> {
+    /// The world, as one machine sees it.
+    pub ports: P,
+    /// Configuration as it was read.
+    pub config: &'c MachineConfig,
+    /// Texts of failure messages.
+    pub texts: &'c Texts,
+    /// Sessions, which hear what is said.
+    pub sessions: &'c mut Sessions,
+}
+
+impl<P: Ports> World<'_, P> {
+    /// Says something to one recipient.
+    pub fn say(&mut self, to: Recipient, text: Arguments<'_>) {
+        self.sessions.say(to, text);
+    }
+
+    /// Says something to every session.
+    pub fn announce(&mut self, text: Arguments<'_>) {
+        self.sessions.say(Recipient::All, text);
+    }
+
+    /// Refuses a recipient's request, with the text of a failure.
+    pub fn refuse(&mut self, to: Recipient, why: Failure) {
+        self.sessions.refuse(to, why.reason, format_args!("{}", self.texts.of(why)));
+    }
+
+    /// Returns an answer to one recipient, to be said piece by piece.
+    pub fn reply(&mut self, to: Recipient) -> Reply<'_> {
+        Reply::new(self.sessions, to)
+    }
+
+    /// Keeps an event, in the ring that survives a reset.
+    pub fn record(&self, event: &Event) {
+        self.ports.events().record(self.ports.now(), event);
+    }
 }

@@ -31,7 +31,7 @@ use program::State;
 
 /// Returns the failure of a block that the program refuses; the configuration knows better why a part is off.
 pub(crate) fn failed_by<P: Ports>(machine: &Machine<'_, P>, fault: &Fault) -> Failure {
-    failure_of(machine.texts, machine.config, fault, machine.jobs.is_playing())
+    failure_of(machine.world.texts, machine.world.config, fault, machine.jobs.is_playing())
 }
 
 /// Carries out the action of a block, and the actions that follow it.
@@ -53,7 +53,7 @@ pub(crate) fn carry_out_all<P: Ports>(machine: &mut Machine<'_, P>, first: &Acti
 /// Runs a code that the machine itself has written.
 pub(crate) fn run_text<P: Ports>(machine: &mut Machine<'_, P>, text: &str, dialect: Dialect, to: Recipient) -> Outcome {
     let Some(Ok(block)) = Blocks::new(text.as_bytes()).next() else {
-        return Err(machine.texts.because(text));
+        return Err(machine.world.texts.because(text));
     };
     let Some(row) = machine.program.row(&block, dialect) else { return Ok(Answer::Unknown) };
     let facts = machine.facts();
@@ -101,7 +101,9 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         Action::Halt => machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n")),
         Action::Release => halt::clear_halt(machine, to),
         Action::Message(_) => {}
-        Action::Acceleration(value) => return motion_codes::acceleration(machine.texts, &mut machine.ports, value),
+        Action::Acceleration(value) => {
+            return motion_codes::acceleration(machine.world.texts, &mut machine.world.ports, value);
+        }
         Action::Call { number, times } => return program_flow::call(machine, number, times),
         Action::Return => {
             let ended = program_flow::end_call(machine)?;
@@ -213,7 +215,7 @@ fn heat_and_wait<P: Ports>(
     to: Recipient,
 ) -> Outcome {
     if target > thermal::OFF_BELOW {
-        needs(machine.texts, machine.config, Part::Heater(heater), machine.jobs.is_playing())?;
+        needs(machine.world.texts, machine.world.config, Part::Heater(heater), machine.jobs.is_playing())?;
     }
     machine.jobs.set_heating(true);
     let heated = heat_codes::heat_and_wait(&mut MachineHands::new(machine, to), heater, target, cools);
@@ -223,11 +225,11 @@ fn heat_and_wait<P: Ports>(
 
 fn set_position<P: Ports>(machine: &mut Machine<'_, P>, to: &PerAxis<Option<f64>>, homed: bool) -> Outcome {
     machine.standstill()?;
-    let mut position = machine.ports.motion(|motion| motion.commanded_position());
+    let mut position = machine.world.ports.motion(|motion| motion.commanded_position());
     let named = units::AxisSet::collect(units::Axis::ALL.into_iter().filter(|axis| to[*axis].is_some()));
     named.axes().for_each(|axis| position[axis] = to[axis].unwrap_or(position[axis]));
-    let set = machine.ports.motion(|motion| motion.set_position(position));
-    set.map_err(|refusal| machine.texts.refused(format_args!("{refusal}")))?;
+    let set = machine.world.ports.motion(|motion| motion.set_position(position));
+    set.map_err(|refusal| machine.world.texts.refused(format_args!("{refusal}")))?;
     if homed {
         machine.declare_homed(named);
     }

@@ -1,9 +1,9 @@
 //! Answers to lines that have come to their end: ok, error, alarm, resend.
 
-use base::Ports;
 use base::failure::{Answer, Failure, FailureKind, Outcome};
 use base::reason::Reason;
 use base::sessions::{Recipient, Reply};
+use base::{Ports, World};
 use gcode::{Code, Refusal, SyntaxError};
 use jobs::player::line_numbers::tag_of;
 use motion::Tag;
@@ -32,7 +32,7 @@ fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option
     }
     let carried_out = outcome.is_ok();
     // A console connected since the line was sent has asked for nothing, and counts its own answers.
-    let is_for_him = source.origin != Origin::Session || !machine.sessions.has_left(source.to);
+    let is_for_him = source.origin != Origin::Session || !machine.world.sessions.has_left(source.to);
     if !is_for_him && matches!(outcome, Ok(_) | Err(Failure { kind: FailureKind::Refused, .. })) {
         return done(machine, carried_out, source);
     }
@@ -44,7 +44,7 @@ fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option
 pub(crate) fn fail_late<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure, source: Source) {
     match (failure.kind, source.origin) {
         (FailureKind::Refused, Origin::Session) => {
-            machine.announce(format_args!("// WARNING {}\n", machine.texts.of(failure)));
+            machine.announce(format_args!("// WARNING {}\n", machine.world.texts.of(failure)));
         }
         (FailureKind::Alarm, Origin::Session) => alarm(machine, failure, Recipient::All),
         (FailureKind::Halted, Origin::Session) => {}
@@ -80,18 +80,18 @@ fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Op
 
 /// Gives the answer to commands while halted.
 pub(crate) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
-    if machine.sessions.numbers_refusals(to) {
-        return machine.sessions.refuse(to, Reason::Locked, format_args!("'$H'|'$X' to unlock"));
+    if machine.world.sessions.numbers_refusals(to) {
+        return machine.world.sessions.refuse(to, Reason::Locked, format_args!("'$H'|'$X' to unlock"));
     }
     machine.say(to, format_args!("!!\n"));
 }
 
 /// Halts because a command asked for something forbidden.
 pub(crate) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Recipient) {
-    let text = machine.texts.of(why);
-    if machine.sessions.numbers_refusals(to) {
+    let text = machine.world.texts.of(why);
+    if machine.world.sessions.numbers_refusals(to) {
         machine.halt(why.alarm, format_args!("Entering Alarm/Halt state\n"));
-        return machine.sessions.refuse(to, why.reason, format_args!("{text}"));
+        return machine.world.sessions.refuse(to, why.reason, format_args!("{text}"));
     }
     // Other sessions must learn why the machine stands.
     let to = if to == Recipient::Nobody { Recipient::All } else { to };
@@ -102,17 +102,18 @@ pub(crate) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Re
 /// Answers a line that cannot be read.
 pub(crate) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &[u8], to: Recipient) {
     let text = core::str::from_utf8(line).unwrap_or("(not text)");
-    if machine.sessions.numbers_refusals(to) {
+    if machine.world.sessions.numbers_refusals(to) {
         let error = Reason::of_refusal(&refusal);
-        return machine.sessions.refuse(to, error, format_args!("{refusal} - {text}"));
+        return machine.world.sessions.refuse(to, error, format_args!("{refusal} - {text}"));
     }
     if let Refusal::Resend { .. } = refusal {
         return machine.say(to, format_args!("{refusal}\n"));
     }
     // The line arrived whole, so a resend is of no use; lines after it count on it.
-    let session = to.session().and_then(|id| machine.sessions.get(id)).filter(|session| session.decoder.can_resend());
+    let session =
+        to.session().and_then(|id| machine.world.sessions.get(id)).filter(|session| session.decoder.can_resend());
     if session.is_some() && tag_of(line) != Tag::NONE {
-        return machine.sessions.refuse(to, Reason::of_refusal(&refusal), format_args!("{refusal} - {text}"));
+        return machine.world.sessions.refuse(to, Reason::of_refusal(&refusal), format_args!("{refusal} - {text}"));
     }
     let heard_by = if to == Recipient::Nobody { Recipient::All } else { to };
     machine.say(heard_by, format_args!("// WARNING gcode parse failed {refusal} - {text}\n"));
@@ -126,7 +127,8 @@ pub(crate) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
         passed.refused = passed.refused.saturating_add(1);
         return;
     }
-    if machine.urgent.ends_everything() || machine.urgent.ends() && machine.jobs.wait_again(&mut machine.ports).is_ok()
+    if machine.urgent.ends_everything()
+        || machine.urgent.ends() && machine.jobs.wait_again(&mut machine.world.ports).is_ok()
     {
         // The job ends, or reads the line again when it goes on.
         return;
@@ -134,7 +136,7 @@ pub(crate) fn pause_job<P: Ports>(machine: &mut Machine<'_, P>, why: &str) {
     if Features::<P>::explains_stop(machine) {
         return;
     }
-    let Machine { jobs, sessions, .. } = machine;
+    let Machine { jobs, world: World { sessions, .. }, .. } = machine;
     if jobs.is_open() {
         jobs.pause_at_this_line(why, &mut Reply::new(sessions, Recipient::All));
         sessions.tell_hosts("paused", Recipient::Nobody);

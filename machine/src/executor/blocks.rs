@@ -247,7 +247,7 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
         state if allowed.has(state) => {}
         State::Invalid => {
             let text = "the configuration has errors: mend config.ini and reset";
-            return Begun::Ended(Err(machine.texts.because(text)));
+            return Begun::Ended(Err(machine.world.texts.because(text)));
         }
         _ => return Begun::Ended(Err(Failure::HALTED)),
     }
@@ -258,7 +258,7 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
         return Begun::Done;
     }
     if let Some(part) = row.part
-        && let Err(failure) = needs(machine.texts, machine.config, part, machine.jobs.is_playing())
+        && let Err(failure) = needs(machine.world.texts, machine.world.config, part, machine.jobs.is_playing())
     {
         return Begun::Ended(Err(failure));
     }
@@ -335,8 +335,8 @@ fn is_last(blocks: &Blocks<'_>) -> bool {
 #[cold]
 fn without_its_part<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
     match code {
-        Some(code) if machine.sessions.numbers_refusals(to) => {
-            Err(machine.texts.refused(format_args!("{code}: what it needs is not configured here")))
+        Some(code) if machine.world.sessions.numbers_refusals(to) => {
+            Err(machine.world.texts.refused(format_args!("{code}: what it needs is not configured here")))
         }
         _ => Ok(Answer::Unknown),
     }
@@ -346,11 +346,11 @@ fn without_its_part<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: 
 #[cold]
 fn unknown<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
     match code {
-        Some(code) if machine.sessions.numbers_refusals(to) && <Features<P> as Moments<P>>::accepts(code) => {
+        Some(code) if machine.world.sessions.numbers_refusals(to) && <Features<P> as Moments<P>>::accepts(code) => {
             Ok(Answer::Ok)
         }
-        Some(code) if machine.sessions.numbers_refusals(to) => {
-            Err(machine.texts.refused(format_args!("{code} is not known here")))
+        Some(code) if machine.world.sessions.numbers_refusals(to) => {
+            Err(machine.world.texts.refused(format_args!("{code} is not known here")))
         }
         _ => Ok(Answer::Unknown),
     }

@@ -4,7 +4,6 @@
 //! concerns; a fatal one leaves the machine safe: nothing is wired, nothing moves or heats, but sessions and
 //! card work, so that the file can be mended over them.
 
-use base::Ports;
 use base::axes::{internal_motors, on_board_motors};
 use base::failure::about_file;
 use base::grbl::framing;
@@ -17,6 +16,7 @@ use base::safe_file;
 use base::safety::Event;
 use base::sessions::{Recipient, Reply, Sessions};
 use base::supervisor::{DriverTrouble, MOTOR_SUPPLY_OFF};
+use base::{Ports, World};
 use config::{BoardId, Diagnostic, MachineConfig, Reader, Summary};
 use events::{Event as Happened, Text};
 use heapless::Vec;
@@ -159,14 +159,14 @@ pub(crate) fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
     machine.record(&what_came_of(&read));
     let usable = read.summary.is_ok_and(|summary| summary.is_usable());
     if usable {
-        let Machine { config, sessions, .. } = machine;
+        let Machine { world: World { config, sessions, .. }, .. } = machine;
         tell_what_is_off(config, &mut Reply::new(sessions, Recipient::All));
     }
     if usable && start_parts(machine) {
         Features::<P>::read_files(machine);
         load_settings(machine);
         Features::<P>::started(machine, true);
-        machine.jobs.queue_boot_file(machine.config);
+        machine.jobs.queue_boot_file(machine.world.config);
     } else {
         Features::<P>::started(machine, false);
         machine.safety.apply(Event::ConfigurationFails);
@@ -176,15 +176,16 @@ pub(crate) fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
         ));
     }
     if !read.summary.is_ok_and(Summary::is_complete) {
-        machine.sessions.notice = CONFIG_NOTICE;
+        machine.world.sessions.notice = CONFIG_NOTICE;
     }
-    for id in machine.sessions.ids() {
+    for id in machine.world.sessions.ids() {
         // A session that has opened meanwhile is greeted at the first look.
-        if machine.sessions.is_visited_anew(&machine.ports, id) || !machine.ports.inbox(id).is_open() {
+        if machine.world.sessions.is_visited_anew(&machine.world.ports, id) || !machine.world.ports.inbox(id).is_open()
+        {
             continue;
         }
-        let greeting = machine.ports.profile(id).greeting;
-        if let Some(session) = machine.sessions.get_mut(id) {
+        let greeting = machine.world.ports.profile(id).greeting;
+        if let Some(session) = machine.world.sessions.get_mut(id) {
             session.greet(greeting);
         }
     }
@@ -192,30 +193,30 @@ pub(crate) fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
 
 /// Starts every part. False when a part cannot work: then nothing may.
 fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let now = machine.ports.now();
-    machine.safety.limits.configure(machine.config, now);
+    let now = machine.world.ports.now();
+    machine.safety.limits.configure(machine.world.config, now);
     let configured = configure_motion(machine);
-    let Machine { ports, config, sessions, .. } = machine;
+    let Machine { world: World { ports, config, sessions, .. }, .. } = machine;
     leveling::configure(ports, config, &mut Reply::new(sessions, Recipient::All));
     if !(configured & configure_heat(machine) & wire(machine)) {
         return false;
     }
     Features::<P>::wired(machine);
-    let levels = machine.ports.inputs();
-    for output in machine.outputs.start(machine.config, levels) {
+    let levels = machine.world.ports.inputs();
+    for output in machine.outputs.start(machine.world.config, levels) {
         // A switch takes any value.
-        let _ = machine.ports.heat(|heat| heat.apply(output));
+        let _ = machine.world.ports.heat(|heat| heat.apply(output));
     }
-    machine.ports.heat(HeatControl::enable_outputs);
-    machine.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
+    machine.world.ports.heat(HeatControl::enable_outputs);
+    machine.world.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
     await_supply_reading(machine);
     configure_drivers(machine);
     true
 }
 
 fn configure_motion<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let configured = match motion_config(machine.config) {
-        Ok(config) => machine.ports.motion(|motion| motion.configure(config)),
+    let configured = match motion_config(machine.world.config) {
+        Ok(config) => machine.world.ports.motion(|motion| motion.configure(config)),
         Err(solution) => {
             machine.announce(format_args!(
                 "ERROR: config.ini: the geometry of arm_solution {solution:?} fits no machine\n"
@@ -230,8 +231,9 @@ fn configure_motion<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 }
 
 fn configure_heat<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let config = machine.config;
+    let config = machine.world.config;
     let all_fit = machine
+        .world
         .ports
         .heat(|heat| config.temperatures.iter().all(|heater| heat.add(HeaterSettings::from(heater)).is_some()));
     if !all_fit {
@@ -241,7 +243,7 @@ fn configure_heat<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 }
 
 fn wire<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let Machine { ports, config, sessions, .. } = machine;
+    let Machine { world: World { ports, config, sessions, .. }, .. } = machine;
     let mut report = |text: &str| sessions.say(Recipient::All, format_args!("ERROR: config.ini: {text}\n"));
     ports.wire(config, &mut report)
 }
@@ -249,46 +251,48 @@ fn wire<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 /// Lets the motor supply's monitor give its first reading: drivers without supply are not to be called
 /// silent.
 fn await_supply_reading<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !machine.config.voltages.iter().any(|monitor| monitor.name == "vmotor") {
+    if !machine.world.config.voltages.iter().any(|monitor| monitor.name == "vmotor") {
         return;
     }
-    let since = machine.ports.now();
-    while machine.ports.voltage("vmotor").is_none() && machine.ports.now().since(since) < SUPPLY_READING_TIMEOUT {
-        machine.ports.report_alive();
-        machine.ports.rest(Wake::Any);
+    let since = machine.world.ports.now();
+    while machine.world.ports.voltage("vmotor").is_none()
+        && machine.world.ports.now().since(since) < SUPPLY_READING_TIMEOUT
+    {
+        machine.world.ports.report_alive();
+        machine.world.ports.rest(Wake::Any);
     }
 }
 
 /// Writes the drivers' registers and currents. Without motor supply they cannot answer; the supervisor does
 /// it when the supply comes.
 fn configure_drivers<P: Ports>(machine: &mut Machine<'_, P>) {
-    let internal = internal_motors(machine.config);
-    let check = machine.config.motors.check_driver_errors;
-    let on_board = on_board_motors(machine.config);
-    machine.ports.supervisor(|supervisor| supervisor.configure(on_board, internal & !on_board, check));
-    let supplied = machine.ports.voltage("vmotor").is_none_or(|volts| volts >= MOTOR_SUPPLY_OFF);
+    let internal = internal_motors(machine.world.config);
+    let check = machine.world.config.motors.check_driver_errors;
+    let on_board = on_board_motors(machine.world.config);
+    machine.world.ports.supervisor(|supervisor| supervisor.configure(on_board, internal & !on_board, check));
+    let supplied = machine.world.ports.voltage("vmotor").is_none_or(|volts| volts >= MOTOR_SUPPLY_OFF);
     let awake = if supplied { internal } else { internal & !on_board };
     for motor in Actuator::of_bits(awake) {
-        let current = machine.config.actuators[motor].current;
-        let set = machine.ports.drivers(|drivers| {
+        let current = machine.world.config.actuators[motor].current;
+        let set = machine.world.ports.drivers(|drivers| {
             drivers.initialise(motor)?;
             current.map_or(Ok(None), |amps| drivers.set_current(motor, amps).map(Some))
         });
         if set.is_err() {
-            machine.ports.supervisor(|supervisor| supervisor.mark_told(motor, DriverTrouble::Silent));
+            machine.world.ports.supervisor(|supervisor| supervisor.mark_told(motor, DriverTrouble::Silent));
             machine.announce(format_args!(
                 "ERROR: motor driver {} does not answer, check its supply and wiring\n",
                 motor.name()
             ));
         }
     }
-    machine.ports.set_motor_power(true);
+    machine.world.ports.set_motor_power(true);
 }
 
 /// Has saved settings replayed once the machine listens. There need not be any.
 fn load_settings<P: Ports>(machine: &mut Machine<'_, P>) {
     program_files::load(machine);
-    if !machine.config.general.config_override {
+    if !machine.world.config.general.config_override {
         return;
     }
     let path = Path::try_from(OVERRIDE_PATH).unwrap_or_default();

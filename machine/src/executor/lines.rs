@@ -1,12 +1,12 @@
 //! Lines: the turns of their sources, their wholeness, and their kind: codes, a command of the console, an O
 //! word.
 
-use base::Ports;
 use base::failure::Answer;
 use base::own_frame::apart;
 use base::ports::Wake;
 use base::reason::Reason;
 use base::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
+use base::{Ports, World};
 use config::ButtonWord;
 use events::{Event, Text};
 use gcode::{Line, Refusal};
@@ -55,7 +55,7 @@ pub(crate) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         }
         return true;
     }
-    let path_is_full = machine.ports.motion(|motion| {
+    let path_is_full = machine.world.ports.motion(|motion| {
         let (used, size) = motion.queue_level();
         size > 0 && used >= size
     });
@@ -77,16 +77,18 @@ pub(crate) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bool {
     let Some(id) = out_of_turn::next_session(machine, path_is_full) else { return false };
     // A session that uploads a file waits for the card, and nobody else does.
-    if machine.files.uploads_from(id) && !machine.ports.is_ready() {
+    if machine.files.uploads_from(id) && !machine.world.ports.is_ready() {
         return false;
     }
     if path_is_full && rides(machine, id) {
-        if let Some(session) = machine.sessions.get_mut(id) {
+        if let Some(session) = machine.world.sessions.get_mut(id) {
             session.wait_for_room();
         }
         return true;
     }
-    let Some(line) = machine.sessions.get_mut(id).and_then(base::sessions::Session::take_line) else { return false };
+    let Some(line) = machine.world.sessions.get_mut(id).and_then(base::sessions::Session::take_line) else {
+        return false;
+    };
     if jogging::is_dropped(machine, id, &line) {
         machine.answered(id);
         return true;
@@ -98,7 +100,8 @@ fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bo
 
 /// Whether the session's line waits only for room in the look-ahead queue.
 fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
-    let Some((session, line)) = machine.sessions.get(id).and_then(|session| Some((session, session.waiting()?))) else {
+    let Some((session, line)) = machine.world.sessions.get(id).and_then(|session| Some((session, session.waiting()?)))
+    else {
         return false;
     };
     if machine.files.takes_lines_of(id) {
@@ -120,22 +123,22 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
     if Features::<P>::take_session_line(machine, id, line) {
         return;
     }
-    let Some(session) = machine.sessions.get_mut(id) else { return };
+    let Some(session) = machine.world.sessions.get_mut(id) else { return };
     let may_operate = session.rights == Rights::Operate;
     session.decoder.counts_from_before = session.dialect == Dialect::Smoothie;
     match session.decoder.decode(line) {
         Ok(_) if !may_operate => {
             let text = format_args!("this session may ask, and stop the machine, no more");
-            machine.sessions.refuse(to, Reason::Locked, text);
+            machine.world.sessions.refuse(to, Reason::Locked, text);
             machine.answered(id);
         }
         Ok(decoded) if machine.files.uploads_from(id) && !matches!(decoded, Line::Console(_)) => {
-            if let Some(closed) = machine.files.end_upload(&decoded, &mut machine.ports) {
+            if let Some(closed) = machine.files.end_upload(&decoded, &mut machine.world.ports) {
                 let kept = card::kept(machine).map_err(NotSaved::Card);
-                let Machine { files, sessions, .. } = machine;
+                let Machine { files, world: World { sessions, .. }, .. } = machine;
                 files.upload_ended(closed.and(kept), &mut Reply::new(sessions, to));
             } else {
-                let Machine { files, ports, sessions, .. } = machine;
+                let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
                 let is_stored = files.upload_line(line, ports, &mut Reply::new(sessions, to));
                 if is_stored && !Features::<P>::answer_in_upload(machine, decoded, to) {
                     machine.say(to, format_args!("ok\n"));
@@ -158,12 +161,12 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
 
 /// Runs the next line of the file being played. False when there is none.
 fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    machine.jobs.open_boot_file(machine.texts, machine.config, &mut machine.ports);
+    machine.jobs.open_boot_file(machine.world.texts, machine.world.config, &mut machine.world.ports);
     if !machine.jobs.is_playing() || !matches!(machine.safety.state(), State::Idle | State::Run | State::Check) {
         return false;
     }
     let to = machine.jobs.echo();
-    if !machine.sessions.have_taken_most(to) {
+    if !machine.world.sessions.have_taken_most(to) {
         return false;
     }
     let has_begun = machine.jobs.begun() > 0 || machine.safety.state() == State::Check;
@@ -171,7 +174,7 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         return false;
     }
     if machine.jobs.scripts().is_some_and(Scripts::take_before)
-        && suspend::start_unless_empty(machine, &machine.config.player.before_job_gcode)
+        && suspend::start_unless_empty(machine, &machine.world.config.player.before_job_gcode)
     {
         return true;
     }
@@ -185,11 +188,11 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         }
     }
     // A log about to fill its block needs the card.
-    if machine.logs.are_nearly_full() && !machine.ports.is_ready() {
+    if machine.logs.are_nearly_full() && !machine.world.ports.is_ready() {
         return false;
     }
     let mut line = LineBytes::new();
-    match machine.jobs.next_line(&mut machine.ports, &mut line) {
+    match machine.jobs.next_line(&mut machine.world.ports, &mut line) {
         Next::Line => {
             if let Some((command, source)) = job_control::due_before(machine, &line) {
                 run_own_line(machine, command.as_bytes(), source);
@@ -265,7 +268,7 @@ fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
         return;
     }
     let mut line = LineBytes::new();
-    match machine.jobs.next_line(&mut machine.ports, &mut line) {
+    match machine.jobs.next_line(&mut machine.world.ports, &mut line) {
         Next::Line => {
             fast_forward::at_line(machine);
             let height = machine.program.modal().work(machine.program.position())[units::Axis::Z];
@@ -297,12 +300,12 @@ fn echo<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient) {
 /// Ends a job whose file has been read, once its last moves are made. False while they go on, so that
 /// sessions are heard.
 fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    machine.ports.motion(motion::Motion::flush);
-    if !machine.ports.motion(|motion| motion.is_idle()) {
+    machine.world.ports.motion(motion::Motion::flush);
+    if !machine.world.ports.motion(|motion| motion.is_idle()) {
         return false;
     }
     if machine.jobs.scripts().is_some_and(Scripts::take_after)
-        && suspend::start_unless_empty(machine, &machine.config.player.after_job_gcode)
+        && suspend::start_unless_empty(machine, &machine.world.config.player.after_job_gcode)
     {
         return true;
     }
@@ -316,10 +319,10 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     ignored_codes::say(machine);
     program_logs::close(machine);
     Features::<P>::job_ends(machine, true, if tells_date { to } else { Recipient::Nobody });
-    machine.jobs.close(&mut machine.ports);
+    machine.jobs.close(&mut machine.world.ports);
     machine.say(to, format_args!("Done printing file\n"));
     if tells_date {
-        let date = machine.ports.date();
+        let date = machine.world.ports.date();
         machine.say(to, format_args!("Print stopped at: {date}\n"));
     }
     job_control::after_job(machine);
@@ -328,14 +331,14 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
 
 /// Runs the command of an input switch that changed. False when there is none.
 fn run_switch<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let Machine { outputs, config, .. } = machine;
+    let Machine { outputs, world: World { config, .. }, .. } = machine;
     let command = outputs.take_command(config);
     let line = match &command {
         Some(command) => Some(command.as_str()),
         None => Features::<P>::take_line(machine),
     };
     let Some(line) = line else {
-        let Some(line) = machine.buttons.take_line(machine.config) else { return false };
+        let Some(line) = machine.buttons.take_line(machine.world.config) else { return false };
         run_button(machine, &line);
         return true;
     };
@@ -354,9 +357,9 @@ fn run_button<P: Ports>(machine: &mut Machine<'_, P>, line: &str) {
         _ => line,
     };
     let source = Source::new(machine, Recipient::Nobody, Origin::Switch);
-    machine.sessions.button_stop = Some(false);
+    machine.world.sessions.button_stop = Some(false);
     run_own_line(machine, line.as_bytes(), source);
-    machine.sessions.button_stop = None;
+    machine.world.sessions.button_stop = None;
 }
 
 /// Runs a line that comes from the machine itself.
@@ -366,7 +369,7 @@ fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], source: Sou
         Err(Refusal::Resend { .. }) => {
             // A wrong checksum means a damaged file.
             let text = core::str::from_utf8(line).unwrap_or("(not text)");
-            let why = machine.texts.refused(format_args!("checksum does not match: {text}"));
+            let why = machine.world.texts.refused(format_args!("checksum does not match: {text}"));
             machine.refuse(source.to, why);
         }
         Err(refusal) => say_refusal(machine, refusal, line, source.to),

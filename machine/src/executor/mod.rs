@@ -75,10 +75,10 @@ pub fn run<P: Ports>(mut ports: P, lasting: &mut Lasting) -> Infallible {
     apart(|| boot::start(&mut machine, read));
     loop {
         machine.serve();
-        let since = machine.ports.now();
+        let since = machine.world.ports.now();
         if lines::run_next(&mut machine) {
             let mut left = LINES_IN_A_ROW - 1;
-            while left > 0 && machine.ports.now().since(since) < SERVE_AFTER && lines::run_next(&mut machine) {
+            while left > 0 && machine.world.ports.now().since(since) < SERVE_AFTER && lines::run_next(&mut machine) {
                 left -= 1;
             }
         } else if !Features::<P>::idle(&mut machine) {

@@ -37,7 +37,7 @@ pub(crate) fn command_of<'a, P: Ports>(machine: &mut Machine<'_, P>, line: &Line
 /// Has the codes of a command by name carried out next.
 fn start<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>, source: Source) -> Named<'static> {
     let mut codes = CodeLine::new();
-    let names = PartNames { config: machine.config, dialect: source.dialect };
+    let names = PartNames { config: machine.world.config, dialect: source.dialect };
     match extended::translate(command, &names, &mut codes) {
         Ok(Asked::Codes) => {
             // Both buffers have the same room.
@@ -56,7 +56,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>, source:
             }
             Named::Ended(Ok(Answer::PassedOver))
         }
-        Err(fault) => Named::Ended(Err(machine.texts.refused(format_args!("{} {fault}", command.name())))),
+        Err(fault) => Named::Ended(Err(machine.world.texts.refused(format_args!("{} {fault}", command.name())))),
     }
 }
 

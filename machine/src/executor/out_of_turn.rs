@@ -4,11 +4,11 @@
 //! A line is ended as a halt ends it: each of its waits returns `Halted`, and so do those of everything it
 //! has started. Motion comes to rest before any other line is read.
 
-use base::Ports;
 use base::failure::Failure;
 use base::program_setup;
 use base::reason::Alarm;
 use base::sessions::{Recipient, SessionId};
+use base::{Ports, World};
 use config::ButtonWord;
 use gcode::{Blocks, Code, Letter, Line};
 use jobs::player::line_numbers::decoder_expecting;
@@ -84,7 +84,7 @@ pub(crate) fn ask_for_inputs<P: Ports>(machine: &mut Machine<'_, P>) {
     } else if sends(108) {
         end_wait(machine);
     }
-    let dialect = program_setup::own_dialect(machine.config);
+    let dialect = program_setup::own_dialect(machine.world.config);
     let of_input = |line: &str| match ButtonWord::of(line) {
         Some(_) => Some(Ends::Wait),
         None => {
@@ -108,7 +108,7 @@ fn code_of(line: &str) -> Option<u16> {
 
 /// Returns the lines that inputs have sent and that have not been carried out.
 fn inputs<'m, P: Ports>(machine: &'m Machine<'_, P>) -> impl Iterator<Item = &'m str> {
-    let Machine { outputs, buttons, config, .. } = machine;
+    let Machine { outputs, buttons, world: World { config, .. }, .. } = machine;
     let wished = Features::<P>::line(machine);
     outputs
         .commands(config)
@@ -120,7 +120,7 @@ fn inputs<'m, P: Ports>(machine: &'m Machine<'_, P>) -> impl Iterator<Item = &'m
 /// Returns the session whose turn it is.
 pub(crate) fn next_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> Option<SessionId> {
     match machine.urgent.first() {
-        None => machine.sessions.next_ready(path_is_full),
+        None => machine.world.sessions.next_ready(path_is_full),
         Some(Requester::Session(first)) => take_first(machine, first),
         Some(Requester::Input) => {
             if inputs(machine).next().is_none() {
@@ -134,7 +134,7 @@ pub(crate) fn next_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full:
 /// Returns the session whose line comes before all others, if that can be read.
 #[cold]
 fn take_first<P: Ports>(machine: &mut Machine<'_, P>, first: SessionId) -> Option<SessionId> {
-    let session = machine.sessions.get(first).filter(|session| session.waiting().is_some());
+    let session = machine.world.sessions.get(first).filter(|session| session.waiting().is_some());
     let is_ready = session.is_some_and(|session| session.is_ready(false));
     if is_ready || session.is_none() {
         machine.urgent.asked = None;
@@ -157,7 +157,7 @@ pub(crate) fn quick_stop<P: Ports>(machine: &mut Machine<'_, P>) {
     }
     if machine.jobs.is_playing() {
         machine.announce(format_args!("// NOTE stopped (M410): M24 goes on with the next line, abort ends the job\n"));
-        machine.sessions.tell_hosts("paused", Recipient::Nobody);
+        machine.world.sessions.tell_hosts("paused", Recipient::Nobody);
     }
     end_everything(machine);
 }

@@ -3,9 +3,9 @@
 
 use core::fmt::Write as _;
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::paths::Path;
+use base::{Ports, World};
 use gcode::{FlowLine, FlowWord};
 use jobs::player::Listeners;
 use program::Next;
@@ -22,7 +22,7 @@ pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'
     let (here, after) = machine.jobs.places();
     match machine.program.flow_line(line, here, after) {
         Ok(next) => go_on(machine, next),
-        Err(fault) => Err(machine.texts.refused(format_args!("{fault}"))),
+        Err(fault) => Err(machine.world.texts.refused(format_args!("{fault}"))),
     }
 }
 
@@ -36,19 +36,19 @@ fn run_elsewhere<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, so
         return Err(Failure::refused(&"the name is too long"));
     }
     let path = machine.files.absolute(&name);
-    let now = machine.ports.now();
+    let now = machine.world.ports.now();
     machine.jobs.open(
-        machine.texts,
+        machine.world.texts,
         &path,
         Listeners { tells_end: source.to, ..Listeners::default() },
-        &mut machine.ports,
+        &mut machine.world.ports,
         now,
     )?;
     let called = machine.program.flow_line(line, Default::default(), Default::default());
     if let Err(fault) = called {
         end(machine);
-        machine.jobs.close(&mut machine.ports);
-        return Err(machine.texts.refused(format_args!("{fault}")));
+        machine.jobs.close(&mut machine.world.ports);
+        return Err(machine.world.texts.refused(format_args!("{fault}")));
     }
     machine.program.enter_file();
     Ok(Answer::Ok)
@@ -62,7 +62,7 @@ pub(crate) fn call<P: Ports>(machine: &mut Machine<'_, P>, number: u32, times: u
     let (_, after) = machine.jobs.places();
     match machine.program.call(number, times, after) {
         Ok(next) => go_on(machine, next),
-        Err(fault) => Err(machine.texts.refused(format_args!("{fault}"))),
+        Err(fault) => Err(machine.world.texts.refused(format_args!("{fault}"))),
     }
 }
 
@@ -76,10 +76,10 @@ pub(crate) fn end_call<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
 }
 
 fn go_on<P: Ports>(machine: &mut Machine<'_, P>, next: Next) -> Outcome {
-    let Machine { jobs, ports, program, .. } = machine;
+    let Machine { jobs, program, world: World { ports, .. }, .. } = machine;
     match next {
         Next::Following => {}
-        Next::At(place) => jobs.go_to(place, ports).map_err(|error| machine.texts.because(error.text()))?,
+        Next::At(place) => jobs.go_to(place, ports).map_err(|error| machine.world.texts.because(error.text()))?,
         Next::FirstOf(name) if jobs.call_file(&name, ports)? => program.enter_file(),
         Next::FirstOf(_) => program.search_sub(),
         Next::Returned if jobs.return_from_file(ports) => {}
@@ -93,5 +93,5 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, next: Next) -> Outcome {
 pub(crate) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
     program_logs::close(machine);
     machine.program.end_program();
-    machine.jobs.end_program(&mut machine.ports);
+    machine.jobs.end_program(&mut machine.world.ports);
 }

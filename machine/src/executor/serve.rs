@@ -1,7 +1,6 @@
 //! Service at every waiting point, however deep in a sequence: sessions are heard, questions answered, faults
 //! seen, outputs flushed. Never waits.
 
-use base::Ports;
 use base::failure::Outcome;
 use base::own_frame::apart;
 use base::ports::{Disk, InputLevels};
@@ -9,6 +8,7 @@ use base::reason::Alarm;
 use base::safety::{Event, Hit};
 use base::sessions::{Listing, Recipient, Rights, SessionId, Visitor};
 use base::supervisor::{DriverTrouble, Supervisor, SupervisorEvent};
+use base::{Ports, World};
 use config::HomingDirection;
 use events::{Event as Happened, Text};
 use gcode::{Line, realtime::Realtime};
@@ -51,11 +51,11 @@ impl<P: Ports> Served for P {
 
 /// Serves sessions, inputs and outputs once.
 fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
-    let now = machine.ports.now();
-    machine.ports.report_alive();
-    machine.ports.heat(|heat| heat.executor_alive(now));
+    let now = machine.world.ports.now();
+    machine.world.ports.report_alive();
+    machine.world.ports.heat(|heat| heat.executor_alive(now));
     let mut session = 0;
-    while session < machine.sessions.count() {
+    while session < machine.world.sessions.count() {
         machine.serve_session(SessionId(session));
         session += 1;
     }
@@ -74,20 +74,20 @@ fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     }
     Features::<P>::each_turn(machine);
     out_of_turn::follow(machine);
-    machine.sessions.flush(&mut machine.ports, now);
+    machine.world.sessions.flush(&mut machine.world.ports, now);
 }
 
 impl<P: Ports> Machine<'_, P> {
     fn serve_session(&mut self, id: SessionId) {
         // Mostly nothing is new, and every line comes through here.
-        let session = self.sessions.get(id);
-        if !session.is_some_and(|session| session.wants_service(self.ports.inbox(id))) {
+        let session = self.world.sessions.get(id);
+        if !session.is_some_and(|session| session.wants_service(self.world.ports.inbox(id))) {
             return;
         }
-        if self.sessions.is_visited_anew(&self.ports, id) {
+        if self.world.sessions.is_visited_anew(&self.world.ports, id) {
             apart(|| self.follow_visitor(id));
         }
-        if self.ports.inbox(id).has_news() {
+        if self.world.ports.inbox(id).has_news() {
             self.serve_requests(id);
             self.gather(id);
         }
@@ -98,7 +98,7 @@ impl<P: Ports> Machine<'_, P> {
 
     /// Follows sessions that come and go: a newcomer has asked for nothing of the one before.
     fn follow_visitor(&mut self, id: SessionId) {
-        let Self { sessions, ports, files, jobs, .. } = self;
+        let Self { files, jobs, world: World { sessions, ports, .. }, .. } = self;
         let (visitor, listing) = sessions.follow_visitor(ports, id);
         let has_left = match visitor {
             Visitor::Left => true,
@@ -131,21 +131,21 @@ impl<P: Ports> Machine<'_, P> {
         let to = Recipient::Session(id);
         loop {
             // A question needs room for its answer; requests that stop the machine need none.
-            let request = self.ports.inbox(id).take_request();
+            let request = self.world.ports.inbox(id).take_request();
             let Some(request) = request else { return };
             match request {
                 Realtime::Status
-                    if !self.sessions.get(id).is_some_and(base::sessions::Session::has_room_for_status) =>
+                    if !self.world.sessions.get(id).is_some_and(base::sessions::Session::has_room_for_status) =>
                 {
                     // A status request is the least urgent, so nothing else waits behind it.
-                    self.ports.inbox(id).request(Realtime::Status);
+                    self.world.ports.inbox(id).request(Realtime::Status);
                     return;
                 }
                 request if Features::<P>::take_request(self, request, id) => {}
                 Realtime::Status => functions::report_status(self, to),
                 Realtime::Emergency => self.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n")),
                 Realtime::Abort => {
-                    if let Some(session) = self.sessions.get_mut(id) {
+                    if let Some(session) = self.world.sessions.get_mut(id) {
                         session.clear_line();
                     }
                     self.abort();
@@ -155,7 +155,7 @@ impl<P: Ports> Machine<'_, P> {
                 Realtime::Stop | Realtime::Resume | Realtime::EndWait if !self.may_operate(id) => {}
                 Realtime::Stop if self.safety.is_halted() => self.unlock(to),
                 Realtime::Stop | Realtime::JogCancel => {
-                    if let Some(session) = self.sessions.get_mut(id) {
+                    if let Some(session) = self.world.sessions.get_mut(id) {
                         session.stop_requested = true;
                     }
                     jogging::cancel(self, id);
@@ -173,18 +173,18 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     fn may_operate(&self, id: SessionId) -> bool {
-        self.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate)
+        self.world.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate)
     }
 
     fn gather(&mut self, id: SessionId) {
-        let Self { sessions, ports, .. } = self;
+        let Self { world: World { sessions, ports, .. }, .. } = self;
         let Some(session) = sessions.get_mut(id) else { return };
         session.gather(ports.inbox(id));
     }
 
     /// Answers each line that was lost, so that a sender that counts answers stays in step.
     fn answer_lost(&mut self, id: SessionId) {
-        let Some(session) = self.sessions.get_mut(id) else { return };
+        let Some(session) = self.world.sessions.get_mut(id) else { return };
         while let Some((error, why)) = session.take_lost() {
             let asked = gcode::Refusal::Resend { expected: session.decoder.expected() };
             match session.decoder.can_resend() && !session.numbers_refusals() {
@@ -196,7 +196,7 @@ impl<P: Ports> Machine<'_, P> {
 
     /// Answers a line that is a question now, whatever the machine waits for.
     fn answer_question(&mut self, id: SessionId) {
-        let Some(session) = self.sessions.get_mut(id) else { return };
+        let Some(session) = self.world.sessions.get_mut(id) else { return };
         let may_operate = session.rights == Rights::Operate;
         // A copy: only the line of a question is read here.
         let mut decoder = session.decoder;
@@ -211,7 +211,7 @@ impl<P: Ports> Machine<'_, P> {
         }
         let line = line.clone();
         let (to, mut asks) = (Recipient::Session(id), None);
-        let dialect = self.sessions.dialect_of(to);
+        let dialect = self.world.sessions.dialect_of(to);
         let is_answered = apart(|| {
             let decoded = decoder.decode(&line).ok();
             asks = decoded.as_ref().and_then(|line| out_of_turn::of_line(line, dialect));
@@ -222,7 +222,7 @@ impl<P: Ports> Machine<'_, P> {
             }
         });
         out_of_turn::ask(self, Requester::Session(id), asks.filter(|_| may_operate));
-        if let Some(session) = self.sessions.get_mut(id).filter(|_| is_answered) {
+        if let Some(session) = self.world.sessions.get_mut(id).filter(|_| is_answered) {
             session.decoder = decoder;
             session.drop_line();
         }
@@ -238,9 +238,9 @@ impl<P: Ports> Machine<'_, P> {
         self.watch_reset(now);
         self.watch_halt(now);
         crate::machine::card::watch(self);
-        let levels = self.ports.inputs();
+        let levels = self.world.ports.inputs();
         if self.safety.state() != State::Invalid {
-            let has_lines = self.outputs.look(levels, self.config, now) | self.watch_buttons(levels, now);
+            let has_lines = self.outputs.look(levels, self.world.config, now) | self.watch_buttons(levels, now);
             if has_lines || Features::<P>::line(self).is_some() {
                 out_of_turn::ask_for_inputs(self);
             }
@@ -250,7 +250,7 @@ impl<P: Ports> Machine<'_, P> {
         Features::<P>::each_10_ms(self, now);
         program_io::say_spindle(self);
         let is_idle = self.safety.state() == State::Idle;
-        self.axes.watch_standstill(&mut self.ports, self.config, is_idle, now);
+        self.axes.watch_standstill(&mut self.world.ports, self.world.config, is_idle, now);
         self.watch_frame();
         self.watch_flow(now);
         self.watch_turning(now);
@@ -260,12 +260,12 @@ impl<P: Ports> Machine<'_, P> {
     /// Watches the button box: urgent lines act now, others wait for their turn. Returns whether one has
     /// come.
     fn watch_buttons(&mut self, levels: InputLevels, now: Micros) -> bool {
-        let urgent = self.buttons.look(levels, self.config, now);
+        let urgent = self.buttons.look(levels, self.world.config, now);
         if urgent.kill {
             self.halt(Alarm::Abort, format_args!("ALARM: Kill button pressed - reset, $X or M999 to clear HALT\n"));
         }
         if urgent.stop_jog
-            && let Some(stop) = &mut self.sessions.button_stop
+            && let Some(stop) = &mut self.world.sessions.button_stop
         {
             *stop = true;
         }
@@ -274,29 +274,29 @@ impl<P: Ports> Machine<'_, P> {
 
     /// Tells the watch over drivers which motors turn slowly.
     fn watch_turning(&mut self, now: Micros) {
-        let made = self.ports.motion(|motion| motion.steps_made(&motion.steps()));
-        let microsteps = |motor: Actuator| self.config.actuators[motor].microsteps;
+        let made = self.world.ports.motion(|motion| motion.steps_made(&motion.steps()));
+        let microsteps = |motor: Actuator| self.world.config.actuators[motor].microsteps;
         if let Some(slow) = self.polls.slow_turning.look(now, &made, microsteps) {
-            self.ports.supervisor(|supervisor| supervisor.set_slow(slow, now));
+            self.world.ports.supervisor(|supervisor| supervisor.set_slow(slow, now));
         }
     }
 
     /// Tells heaters the flow of filament.
     fn watch_flow(&mut self, now: Micros) {
-        if now < self.polls.flow.due() || !self.ports.heat(|heat| heat.wants_flow()) {
+        if now < self.polls.flow.due() || !self.world.ports.heat(|heat| heat.wants_flow()) {
             return;
         }
         let Some(tool) = self.program.tools().active().map(|tool| &tool.settings) else { return };
-        let pushed = self.ports.motion(|motion| motion.live_position())[tool.axis];
+        let pushed = self.world.ports.motion(|motion| motion.live_position())[tool.axis];
         let flow = self.polls.flow.look(now, (tool.id, pushed), tool.filament_diameter);
-        self.ports.heat(|heat| heat.set_flow(tool.id, flow, now));
+        self.world.ports.heat(|heat| heat.set_flow(tool.id, flow, now));
     }
 
     /// Reads the frame's temperature, and sets the Z offset for it.
     fn watch_frame(&mut self) {
         let Some(sensor) = self.thermal.sensor() else { return };
         let is_homed = self.axes.homed().has(Axis::Z);
-        let reading = self.ports.heat(|heat| heat.heater(sensor).and_then(|heater| heater.reading()));
+        let reading = self.world.ports.heat(|heat| heat.heater(sensor).and_then(|heater| heater.reading()));
         let celsius = reading.map(|celsius| f64::from(celsius.0));
         let offset = self.thermal.read(celsius, POLL_PERIOD.seconds(), is_homed);
         // On the way back to a job the offset is as it was there.
@@ -306,17 +306,18 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     fn watch_heat(&mut self) {
-        if let Some((heater, target, why)) = self.ports.heat(HeatControl::take_refusal) {
-            let text = TargetRefusal { config: self.config, heater, target, why };
+        if let Some((heater, target, why)) = self.world.ports.heat(HeatControl::take_refusal) {
+            let text = TargetRefusal { config: self.world.config, heater, target, why };
             self.announce(format_args!("error:{text}\n"));
         }
-        if let Some((sensor, words)) = self.ports.heat(HeatControl::take_chip_fault) {
-            let name = self.config.temperatures.get(sensor.index()).map_or("", |controller| controller.name.as_str());
+        if let Some((sensor, words)) = self.world.ports.heat(HeatControl::take_chip_fault) {
+            let name =
+                self.world.config.temperatures.get(sensor.index()).map_or("", |controller| controller.name.as_str());
             self.announce(format_args!("WARNING: {name}: {words}\n"));
             self.record(&Happened::Warned(Text::new(format_args!("{name}: {words}"))));
         }
-        let Some(fault) = self.ports.heat(HeatControl::take_fault) else { return };
-        let text = HeatFaultText { config: self.config, fault };
+        let Some(fault) = self.world.ports.heat(HeatControl::take_fault) else { return };
+        let text = HeatFaultText { config: self.world.config, fault };
         if self.safety.is_halted() {
             // The outputs are off already; a person must hear that the fault persists.
             self.record(&Happened::Warned(Text::new(format_args!("{text}"))));
@@ -326,7 +327,7 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     fn watch_supervisor(&mut self) {
-        while let Some(event) = self.ports.supervisor(Supervisor::take_event) {
+        while let Some(event) = self.world.ports.supervisor(Supervisor::take_event) {
             match event {
                 SupervisorEvent::MotorSupplyLost => supplies::motor_supply_lost(self),
                 SupervisorEvent::MotorSupplyReturned => {
@@ -344,7 +345,7 @@ impl<P: Ports> Machine<'_, P> {
                     if trouble == DriverTrouble::Reset {
                         self.axes.lose_current(motor);
                     }
-                    let halts = trouble.is_fatal() && self.config.motors.halt_on_driver_alarm;
+                    let halts = trouble.is_fatal() && self.world.config.motors.halt_on_driver_alarm;
                     if halts && !self.safety.is_halted() {
                         self.halt(Alarm::Abort, format_args!("ERROR: motor driver {letter}: {text}\n"));
                     } else {
@@ -361,17 +362,18 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         let moving = !matches!(self.safety.state(), State::Idle | State::Suspended | State::Check);
-        let levels = self.ports.inputs();
+        let levels = self.world.ports.inputs();
         // Only a search uses the machine's place, so it is read only then.
         let is_searching = self.safety.limits.is_searching();
-        let here = if is_searching { self.ports.motion(|motion| motion.live_position()) } else { PerAxis::default() };
-        let Self { safety, ports, .. } = self;
+        let here =
+            if is_searching { self.world.ports.motion(|motion| motion.live_position()) } else { PerAxis::default() };
+        let Self { safety, world: World { ports, .. }, .. } = self;
         let hit = safety.limits.poll(levels, moving, ports.latch(), now, || here);
         if safety.limits.take_all_clear() {
             self.announce(format_args!("// NOTICE hard limits are now enabled\n"));
         }
         let Some(Hit(index)) = hit else { return };
-        let stop = self.config.endstops.get(index);
+        let stop = self.world.config.endstops.get(index);
         let name = stop.map_or("?", |stop| stop.name.as_str());
         let letter = stop.and_then(|stop| stop.axis).map_or('?', |axis| axis.letter());
         let end = match stop.map(|stop| stop.homing_direction) {
@@ -389,8 +391,8 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     fn watch_step_times(&mut self, now: Micros) {
-        let feed_late = self.ports.motion(|motion| motion.counters().late);
-        let times = self.ports.step_times();
+        let feed_late = self.world.ports.motion(|motion| motion.counters().late);
+        let times = self.world.ports.step_times();
         let Some(news) = self.safety.step_times.poll(times, feed_late, now) else { return };
         if news.halts() {
             self.halt(Alarm::Abort, format_args!("{news}\n"));
@@ -407,20 +409,20 @@ impl<P: Ports> Machine<'_, P> {
         self.polls.led_due = now.plus(LED_PERIOD);
         self.polls.led_phase = self.polls.led_phase.wrapping_add(1);
         let phase = self.polls.led_phase;
-        self.ports.set_led(0, phase & 1 == 0);
+        self.world.ports.set_led(0, phase & 1 == 0);
         let playing = match self.safety.state() {
             // The light changes about every 300 ms.
             State::Alarm | State::Invalid | State::Sleep => (phase / 3) & 1 == 0,
             State::Idle => false,
             _ => true,
         };
-        self.ports.set_led(1, playing);
-        let hot = self.ports.heat(|heat| heat.any_hot());
-        self.ports.set_led(2, hot);
-        self.ports.set_led(3, self.jobs.is_open());
+        self.world.ports.set_led(1, playing);
+        let hot = self.world.ports.heat(|heat| heat.any_hot());
+        self.world.ports.set_led(2, hot);
+        self.world.ports.set_led(3, self.jobs.is_open());
         // The disk's lamp blinks as often.
-        let is_lent = self.ports.disk() == Disk::Lent;
-        self.ports.set_disk_lamp(is_lent && (phase / 3) & 1 == 0);
+        let is_lent = self.world.ports.disk() == Disk::Lent;
+        self.world.ports.set_disk_lamp(is_lent && (phase / 3) & 1 == 0);
     }
 }
 

@@ -1,9 +1,9 @@
 //! The work that lines have started: scripts and files of saved settings, line by line, and their sequels.
 
-use base::Ports;
 use base::failure::{Answer, Failure, FailureKind, Outcome, short};
 use base::ports::StorageError;
 use base::sessions::{LineBytes, Recipient};
+use base::{Ports, World};
 use gcode::{Blocks, Gathered};
 use procedures::probing::{stow_after, touch_cartesian_grid};
 use program::{LeftHole, ScriptModes};
@@ -131,7 +131,7 @@ fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
             machine.announce(format_args!("// WARNING {text}: {error}: passed over\n"));
             Ok(Answer::Ok)
         }
-        Err(error) => Err(machine.texts.refused(format_args!("{text}: {error}"))),
+        Err(error) => Err(machine.world.texts.refused(format_args!("{text}: {error}"))),
     };
     if let Err(failure) = outcome {
         fail(machine, failure);
@@ -153,13 +153,13 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then<<P as Featured>::Ste
                 return Err(failure);
             }
             // The second script undoes the first one's work, however leveling ended.
-            let [_, after] = &machine.config.probe_gcode;
-            let ended = leveled.map_err(|failure| machine.texts.kept(failure));
+            let [_, after] = &machine.world.config.probe_gcode;
+            let ended = leveled.map_err(|failure| machine.world.texts.kept(failure));
             start_script(machine, after, Then::Ended(ended))?;
         }
         Then::Ended(how) => {
             machine.standstill()?;
-            return how.map_err(|kept| machine.texts.taken_up(&kept));
+            return how.map_err(|kept| machine.world.texts.taken_up(&kept));
         }
         Then::Suspended => {
             machine.standstill()?;
@@ -223,7 +223,7 @@ enum Piece {
 
 /// Reads the next line of the file of settings.
 fn next_line<P: Ports>(machine: &mut Machine<'_, P>) -> Piece {
-    let Machine { frames, ports, .. } = machine;
+    let Machine { frames, world: World { ports, .. }, .. } = machine;
     let Some(Frame::Replay(replay)) = frames.top() else { return Piece::End };
     let whole = |line: &[u8]| LineBytes::from_slice(line).map_or(Piece::TooLong, Piece::Line);
     while !replay.at_end {
@@ -284,7 +284,7 @@ fn replay_line<P: Ports>(machine: &mut Machine<'_, P>, line: &LineBytes) {
 pub(crate) fn settings_line_ended<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome) {
     machine.polls.settings_problem = match outcome {
         Ok(Answer::Unknown) => Some(short(format_args!("nobody knows the saved setting"))),
-        Err(why) if why.is_refusal() => Some(machine.texts.copy_of(why)),
+        Err(why) if why.is_refusal() => Some(machine.world.texts.copy_of(why)),
         Err(failure) => return fail(machine, failure),
         Ok(_) => None,
     };
@@ -298,7 +298,7 @@ fn warn_of<P: Ports>(machine: &mut Machine<'_, P>, line: &str) {
 
 fn end_replay<P: Ports>(machine: &mut Machine<'_, P>, replay: Replay, ended: Result<(), &str>) {
     // The file was only read: a failing close loses nothing.
-    let _ = machine.ports.close(replay.file);
+    let _ = machine.world.ports.close(replay.file);
     machine.program.count_in_inches(replay.inches);
     let (path, to) = (replay.path, replay.asked);
     match ended {

@@ -10,11 +10,11 @@ use crate::machine::operator_pauses;
 /// Begins a tool change; the rest of its line waits for the end.
 pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcome {
     machine.standstill()?;
-    if machine.config.tool_change.before_gcode.is_empty() {
+    if machine.world.config.tool_change.before_gcode.is_empty() {
         put_in(machine, tool)?;
         return Ok(Answer::Ok);
     }
-    let script = &machine.config.tool_change.before_gcode;
+    let script = &machine.world.config.tool_change.before_gcode;
     let fits = machine.frames.push(Frame::ToolChange(tool)) && machine.frames.push_script(script);
     if !fits {
         return Err(without_end());
@@ -24,11 +24,11 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Outcom
 
 /// Has the operator put the tool in, or take out the one that is there (0); then runs the second script.
 pub(crate) fn put_in<P: Ports>(machine: &mut Machine<'_, P>, tool: u32) -> Result<(), Failure> {
-    let script = &machine.config.tool_change.after_gcode;
+    let script = &machine.world.config.tool_change.after_gcode;
     if !script.is_empty() && !machine.frames.push_script(script) {
         return Err(without_end());
     }
-    if !machine.config.tool_change.prompt {
+    if !machine.world.config.tool_change.prompt {
         return Ok(());
     }
     // The script may have moved to the place of the change.

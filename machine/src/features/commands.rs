@@ -1,6 +1,5 @@
 //! Console commands: `help`, `version`, `ls`, `$G` and the like.
 
-use base::Ports;
 use base::failure::{Answer, Failure, FailureKind, Outcome, Texts, short};
 use base::motors;
 use base::needs::needs;
@@ -8,6 +7,7 @@ use base::own_frame::apart;
 use base::ports::{DateTime, Disk, StorageError};
 use base::sessions::ConsoleKind;
 use base::sessions::{Listing, Recipient, Reply, SessionId};
+use base::{Ports, World};
 use gcode::Blocks;
 use jobs::files::{self, listings};
 use parts::heat_codes;
@@ -58,7 +58,7 @@ pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipi
     if matches!(word, "m23" | "m32" | "m117") {
         return Ok(Answer::Ok);
     }
-    let Some(info) = find(word) else { return Err(unknown(machine.texts, line, word)) };
+    let Some(info) = find(word) else { return Err(unknown(machine.world.texts, line, word)) };
     if asks_for_help(arguments) {
         machine.say(to, format_args!("{} {} - {}\n", info.word, info.takes, info.help));
         return Ok(Answer::Ok);
@@ -124,10 +124,10 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         "ls" | "cat" | "config-get" => return Some(apart(|| list(machine, word, arguments, to))),
         "progress" => {
             return Some(apart(|| {
-                let now = machine.ports.now();
+                let now = machine.world.ports.now();
                 machine.follow_job();
                 let time_left = forecast::time_left(machine);
-                let Machine { jobs, sessions, .. } = machine;
+                let Machine { jobs, world: World { sessions, .. }, .. } = machine;
                 jobs.progress_command(arguments, now, &time_left, &mut Reply::new(sessions, to));
                 Ok(Answer::Ok)
             }));
@@ -142,7 +142,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &st
         "reset" => {
             machine.say(to, format_args!("Reset will occur in 1 second\n"));
             machine.record(&events::Event::ResetAsked);
-            machine.ports.request_reset();
+            machine.world.ports.request_reset();
             return Some(Ok(Answer::Ok));
         }
         "dialect" => return Some(apart(|| speak(machine, arguments, to))),
@@ -165,7 +165,7 @@ fn echo<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
             end = "";
             rest
         } else if let Some(rest) = text.strip_prefix("-1 ") {
-            let uart = &machine.config.uart;
+            let uart = &machine.world.config.uart;
             if !uart.enable {
                 return Err(Failure::refused(&"echo -1: [uart console] is not enabled"));
             }
@@ -182,22 +182,22 @@ fn echo<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
 
 /// Sets or tells the dialect of a console: `dialect [name]`.
 fn speak<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
-    let is_grbl = machine.config.general.grbl_mode;
+    let is_grbl = machine.world.config.general.grbl_mode;
     let known = Dialect::named(name).filter(|dialect| !is_grbl && *dialect != Dialect::Grbl);
-    match (known, to.session().and_then(|id| machine.sessions.get_mut(id))) {
+    match (known, to.session().and_then(|id| machine.world.sessions.get_mut(id))) {
         _ if name.is_empty() => {}
         (Some(dialect), Some(session)) => session.dialect = dialect,
         _ if is_grbl => return Err(Failure::refused(&"with grbl_mode every console speaks GRBL's dialect")),
         _ => return Err(Failure::refused(&"a console speaks smoothie, marlin, reprapfirmware or klipper")),
     }
-    let spoken = machine.sessions.dialect_of(to);
+    let spoken = machine.world.sessions.dialect_of(to);
     machine.say(to, format_args!("this console speaks {}'s dialect\n", spoken.name()));
     Ok(Answer::Ok)
 }
 
 fn report<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Option<Outcome> {
     let took = machine.config_took;
-    let Machine { ports, program, outputs, sessions, config, .. } = machine;
+    let Machine { program, outputs, world: World { ports, sessions, config, .. }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     match word {
         "version" => reports::version(ports, config, reply),
@@ -215,8 +215,8 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, t
             reports::thermistors(reply);
             return Some(Ok(Answer::Ok));
         }
-        "calc_thermistor" => return Some(reports::thermistor_coefficients(machine.texts, arguments, reply)),
-        "setregs" => return Some(motors::set_registers(machine.texts, ports, config, arguments, reply)),
+        "calc_thermistor" => return Some(reports::thermistor_coefficients(machine.world.texts, arguments, reply)),
+        "setregs" => return Some(motors::set_registers(machine.world.texts, ports, config, arguments, reply)),
         "$S" => outputs.report(config, arguments, reply),
         "$#" => {
             reports::offsets(program, arguments.trim_start_matches('-').starts_with('v'), reply);
@@ -230,14 +230,14 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, t
 
 /// Tells a value: `get pos|wcs|state|status|mode|steps|temp|volts`.
 fn get<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let (progress, dialect) = (functions::job_progress(machine), machine.sessions.dialect_of(to));
-    let Machine { ports, program, safety, outputs, sessions, config, .. } = machine;
+    let (progress, dialect) = (functions::job_progress(machine), machine.world.sessions.dialect_of(to));
+    let Machine { program, safety, outputs, world: World { ports, sessions, config, .. }, .. } = machine;
     let of = Status { mode: safety.mode(), program, config, dialect, progress };
     reports::get(ports, &of, outputs, arguments, &mut Reply::new(sessions, to))
 }
 
 fn file_command<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Option<Outcome> {
-    let Machine { ports, files, sessions, .. } = machine;
+    let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     match word {
         "rm" => Some(files.remove_command(arguments, ports, reply)),
@@ -247,13 +247,13 @@ fn file_command<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &
 }
 
 fn list<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
-    let now = machine.ports.now();
-    let Machine { ports, files, sessions, .. } = machine;
+    let now = machine.world.ports.now();
+    let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     let listing = match word {
         "ls" => listings::directory(files, arguments),
         "cat" => listings::file(files, arguments, now, ports, reply),
-        _ => listings::section(machine.texts, arguments, ports, reply),
+        _ => listings::section(machine.world.texts, arguments, ports, reply),
     }?;
     match listing {
         Some(listing) => long_answers::begin(machine, listing, to),
@@ -273,7 +273,7 @@ fn help<P: Ports>(machine: &mut Machine<'_, P>, about: &str, to: Recipient) -> O
         machine.say(to, format_args!("{} {} - {}\n", row.name, row.takes, row.help));
         return Ok(Answer::Ok);
     }
-    let dialect = machine.sessions.dialect_of(to);
+    let dialect = machine.world.sessions.dialect_of(to);
     let block = Blocks::new(about.as_bytes()).next().and_then(Result::ok);
     let row = block.as_ref().filter(|block| block.code.is_some()).and_then(|block| machine.program.row(block, dialect));
     match row {
@@ -281,21 +281,21 @@ fn help<P: Ports>(machine: &mut Machine<'_, P>, about: &str, to: Recipient) -> O
             machine.say(to, format_args!("{about} - {}\n", row.help));
             Ok(Answer::Ok)
         }
-        None => Err(machine.texts.refused(format_args!("nothing is known of {about}"))),
+        None => Err(machine.world.texts.refused(format_args!("nothing is known of {about}"))),
     }
 }
 
 fn play<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
-    if machine.ports.disk() != Disk::Kept {
-        return Err(machine.texts.because(StorageError::Lent.text()));
+    needs(machine.world.texts, machine.world.config, Part::Player, machine.jobs.is_playing())?;
+    if machine.world.ports.disk() != Disk::Kept {
+        return Err(machine.world.texts.because(StorageError::Lent.text()));
     }
     let forced = arguments.strip_prefix("--force ").or_else(|| arguments.strip_suffix(" --force"));
     let (arguments, from) = play_from::split(forced.unwrap_or(arguments))?;
     let was_open = machine.jobs.is_open();
-    let now = machine.ports.now();
-    let Machine { ports, files, jobs, sessions, .. } = machine;
-    let played = jobs.play_command(machine.texts, files, arguments, now, ports, &mut Reply::new(sessions, to));
+    let now = machine.world.ports.now();
+    let Machine { files, jobs, world: World { ports, sessions, .. }, .. } = machine;
+    let played = jobs.play_command(machine.world.texts, files, arguments, now, ports, &mut Reply::new(sessions, to));
     if forced.is_some() && !was_open {
         jobs.force();
     }
@@ -323,14 +323,14 @@ fn receive<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, 
         return Err(Failure::refused(&"only a console can send a file"));
     }
     long_answers::sender_is_there(machine, to)?;
-    let now = machine.ports.now();
-    let Machine { files, ports, sessions, .. } = machine;
+    let now = machine.world.ports.now();
+    let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     match word {
         "ry" => files.transfers.receive(!arguments.is_empty(), now, reply),
         _ => {
             let path = files.absolute(arguments);
-            files.transfers.receive_plain(machine.texts, arguments.trim_matches('"'), path, ports, reply)
+            files.transfers.receive_plain(machine.world.texts, arguments.trim_matches('"'), path, ports, reply)
         }
     }?;
     long_answers::begin_transfer(machine, to)
@@ -340,9 +340,9 @@ fn receive<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, 
 /// that holds its sender back.
 fn receive_counted<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     long_answers::sender_is_there(machine, to)?;
-    let now = machine.ports.now();
-    let kind = to.session().map(|id| machine.ports.profile(id).kind);
-    let Machine { files, ports, sessions, .. } = machine;
+    let now = machine.world.ports.now();
+    let kind = to.session().map(|id| machine.world.ports.profile(id).kind);
+    let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     let (name, size) = arguments.rsplit_once([' ', '\t']).unwrap_or((arguments, ""));
     let begun = match size.parse() {
@@ -365,12 +365,12 @@ fn receive_counted<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: 
 
 fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     if arguments.is_empty() {
-        let date = machine.ports.date();
+        let date = machine.world.ports.date();
         machine.say(to, format_args!("{date}\n"));
         return Ok(Answer::Ok);
     }
     let date = DateTime::parse(arguments).ok_or_else(|| Failure::refused(&"write date YYMMDDhhmmss"))?;
-    if machine.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused(&"the clock does not run")) }
+    if machine.world.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused(&"the clock does not run")) }
 }
 
 /// Runs a command that takes time.
@@ -397,7 +397,7 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
         "$J" => apart(|| {
             let e_axis = machine.program.tools().active().map(|tool| tool.settings.axis);
             let done = jog::jog(&mut MachineHands::new(machine, to), arguments, e_axis);
-            let position = machine.ports.motion(|motion| motion.commanded_position());
+            let position = machine.world.ports.motion(|motion| motion.commanded_position());
             machine.program.resynchronise(position);
             done
         }),
@@ -422,8 +422,8 @@ fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to:
 }
 
 fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let Machine { outputs, sessions, config, ports, .. } = machine;
-    let change = outputs.switch_command(machine.texts, config, arguments, &mut Reply::new(sessions, to))?;
+    let Machine { outputs, world: World { sessions, config, ports, .. }, .. } = machine;
+    let change = outputs.switch_command(machine.world.texts, config, arguments, &mut Reply::new(sessions, to))?;
     if let Some(output) = change {
         // A switch takes any value.
         let _ = ports.heat(|heat| heat.apply(output));
@@ -433,7 +433,7 @@ fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient
 
 /// Probes with G30's words, also where G30 means something else (`$P`).
 fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipient) -> Outcome {
-    if !machine.config.probe.enable {
+    if !machine.world.config.probe.enable {
         return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));
     }
     let text = short(format_args!("G30 P1 {words}"));
@@ -441,6 +441,6 @@ fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipient) -> 
     if !matches!((blocks.next(), blocks.next()), (Some(Ok(_)), None)) {
         return Err(Failure::refused(&"$P takes the words of G30"));
     }
-    let dialect = machine.sessions.dialect_of(to);
+    let dialect = machine.world.sessions.dialect_of(to);
     P::run_text(machine, text.as_str(), dialect, to)
 }

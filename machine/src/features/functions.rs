@@ -3,11 +3,11 @@
 //! Functions that only say or set something never wait, and questions among them are answered at any waiting
 //! point. The others are sequences.
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::motors;
 use base::own_frame::apart;
 use base::sessions::{Listing, Periodic, Recipient, Reply};
+use base::{Ports, World};
 use events::{Event, Text};
 use gcode::{Blocks, Code};
 use jobs::files::{self, listings};
@@ -168,26 +168,28 @@ fn set_standing<P: Ports>(
     if setting == Standing::HomeOffsetsFromHere && words.has('T') {
         return apart(|| autotune::tune_model(&mut MachineHands::new(machine, to), words));
     }
-    let Machine { ports, program, sessions, axes, config, tuning, .. } = machine;
+    let Machine { program, axes, tuning, world: World { ports, sessions, config, .. }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     match setting {
-        Standing::Microsteps => motors::microsteps(machine.texts, ports, config, words, reply),
-        Standing::DriverRegister => motors::write_register(machine.texts, ports, config, words, reply),
+        Standing::Microsteps => motors::microsteps(machine.world.texts, ports, config, words, reply),
+        Standing::DriverRegister => motors::write_register(machine.world.texts, ports, config, words, reply),
         Standing::StealthThresholds => {
-            driver_codes::stealth_thresholds(machine.texts, ports, config, tuning, words, reply)
+            driver_codes::stealth_thresholds(machine.world.texts, ports, config, tuning, words, reply)
         }
-        Standing::StealthMode => driver_codes::stealth_mode(machine.texts, ports, config, tuning, words, reply),
+        Standing::StealthMode => driver_codes::stealth_mode(machine.world.texts, ports, config, tuning, words, reply),
         Standing::MotorPositions => {
-            arms::motor_positions(machine.texts, ports, words).inspect(|_| machine.declare_homed(words.axes()))
+            arms::motor_positions(machine.world.texts, ports, words).inspect(|_| machine.declare_homed(words.axes()))
         }
         Standing::HomeOffsetsFromHere => {
-            arms::home_offsets_from_here(machine.texts, ports, config, axes, tuning, words, reply)
+            arms::home_offsets_from_here(machine.world.texts, ports, config, axes, tuning, words, reply)
         }
-        Standing::StepsPerMm => motion_codes::steps_per_mm(machine.texts, ports, config, program.tools(), words, reply),
+        Standing::StepsPerMm => {
+            motion_codes::steps_per_mm(machine.world.texts, ports, config, program.tools(), words, reply)
+        }
         Standing::PressureAdvance => {
-            motion_codes::pressure_advance(machine.texts, ports, config, program.tools(), words, reply)
+            motion_codes::pressure_advance(machine.world.texts, ports, config, program.tools(), words, reply)
         }
-        Standing::InputShaping => motion_codes::input_shaping(machine.texts, ports, words, reply),
+        Standing::InputShaping => motion_codes::input_shaping(machine.world.texts, ports, words, reply),
         Standing::MotorsOff => {
             let extruder = program.tools().active().map(|tool| tool.settings.axis).filter(|_| words.has('E'));
             let named = extruder.map_or(words.axes(), |axis| words.axes().with(axis));
@@ -199,8 +201,18 @@ fn set_standing<P: Ports>(
 
 /// Carries out a function that sets something.
 fn set<P: Ports>(machine: &mut Machine<'_, P>, setting: Setting, words: &Words<'_>, to: Recipient) -> Outcome {
-    let now = machine.ports.now();
-    let Machine { ports, program, sessions, safety, axes, bed, tuning, config, thermal, phases, .. } = machine;
+    let now = machine.world.ports.now();
+    let Machine {
+        program,
+        safety,
+        axes,
+        bed,
+        tuning,
+        thermal,
+        phases,
+        world: World { ports, sessions, config, .. },
+        ..
+    } = machine;
     let reply = &mut Reply::new(sessions, to);
     match setting {
         Setting::SpeedFactor => {
@@ -208,9 +220,9 @@ fn set<P: Ports>(machine: &mut Machine<'_, P>, setting: Setting, words: &Words<'
             Ok(Answer::Ok)
         }
         Setting::ColdExtrusion => cold_extrusion::command(machine, words, to),
-        Setting::MotorsOn => axes.enable(machine.texts, ports, config, tuning, now).map(ok),
+        Setting::MotorsOn => axes.enable(machine.world.texts, ports, config, tuning, now).map(ok),
         Setting::AxisSpeeds => {
-            let set = motion_codes::axis_speeds(machine.texts, ports, config, program, words, reply);
+            let set = motion_codes::axis_speeds(machine.world.texts, ports, config, program, words, reply);
             set.map(|rate| {
                 if let Some(rate) = rate {
                     program.set_seek_rate(rate);
@@ -218,18 +230,22 @@ fn set<P: Ports>(machine: &mut Machine<'_, P>, setting: Setting, words: &Words<'
                 Answer::Ok
             })
         }
-        Setting::MotorSpeeds => motion_codes::motor_speeds(machine.texts, ports, config, program.tools(), words, reply),
-        Setting::Accelerations => motion_codes::accelerations(machine.texts, ports, config, program.tools(), words),
-        Setting::CornerSettings => motion_codes::corner_settings(machine.texts, ports, words),
-        Setting::Jerk => motion_codes::jerk(machine.texts, ports, words),
+        Setting::MotorSpeeds => {
+            motion_codes::motor_speeds(machine.world.texts, ports, config, program.tools(), words, reply)
+        }
+        Setting::Accelerations => {
+            motion_codes::accelerations(machine.world.texts, ports, config, program.tools(), words)
+        }
+        Setting::CornerSettings => motion_codes::corner_settings(machine.world.texts, ports, words),
+        Setting::Jerk => motion_codes::jerk(machine.world.texts, ports, words),
         Setting::Trims => arms::trims(tuning, words, reply).map(ok),
         Setting::HomeOffsets => arms::home_offsets(tuning, words, reply).map(ok),
         Setting::EndstopPhase => {
-            endstop_phase::endstop_phase(machine.texts, ports, config, phases, tuning, words, reply)
+            endstop_phase::endstop_phase(machine.world.texts, ports, config, phases, tuning, words, reply)
         }
         Setting::SoftEndstops => motion_codes::soft_endstops(&mut safety.travel, config, tuning, words, reply),
         Setting::MotorMilliamps | Setting::MotorAmps => {
-            motors::motor_currents(machine.texts, ports, config, axes, tuning, words, reply)
+            motors::motor_currents(machine.world.texts, ports, config, axes, tuning, words, reply)
         }
         Setting::ProbeSettings => probing::probe_settings(tuning, words, reply),
         Setting::ThermalAdjust => thermal.command(words, reply),
@@ -237,14 +253,16 @@ fn set<P: Ports>(machine: &mut Machine<'_, P>, setting: Setting, words: &Words<'
         Setting::ProbeOffset => leveling::probe_offset(bed, words, reply),
         Setting::AxisTwist => leveling::axis_twist(bed, words, reply),
         Setting::MarlinProbeOffset => leveling::marlin_probe_offset(bed, words, reply),
-        Setting::MaximumTemperature => heat_codes::maximum_temperature(machine.texts, ports, config, words, reply),
-        Setting::PidGains => heat_codes::pid_gains(machine.texts, ports, config, words, reply),
-        Setting::HeaterModel => heat_codes::heater_model(machine.texts, ports, config, words, reply),
-        Setting::Sensor => heat_codes::sensors(machine.texts, ports, config, tuning, words, reply),
-        Setting::DriverChopper => motors::describe_choppers(machine.texts, ports, config, words, reply),
-        Setting::DriverOption => motors::driver_option(machine.texts, ports, config, tuning, words, reply),
-        Setting::ForgetDriverTroubles => driver_codes::forget_told(machine.texts, ports, config, words),
-        Setting::HomingThresholds => driver_codes::homing_thresholds(machine.texts, config, tuning, words, reply),
+        Setting::MaximumTemperature => {
+            heat_codes::maximum_temperature(machine.world.texts, ports, config, words, reply)
+        }
+        Setting::PidGains => heat_codes::pid_gains(machine.world.texts, ports, config, words, reply),
+        Setting::HeaterModel => heat_codes::heater_model(machine.world.texts, ports, config, words, reply),
+        Setting::Sensor => heat_codes::sensors(machine.world.texts, ports, config, tuning, words, reply),
+        Setting::DriverChopper => motors::describe_choppers(machine.world.texts, ports, config, words, reply),
+        Setting::DriverOption => motors::driver_option(machine.world.texts, ports, config, tuning, words, reply),
+        Setting::ForgetDriverTroubles => driver_codes::forget_told(machine.world.texts, ports, config, words),
+        Setting::HomingThresholds => driver_codes::homing_thresholds(machine.world.texts, config, tuning, words, reply),
     }
 }
 
@@ -254,15 +272,13 @@ const fn ok((): ()) -> Answer {
 
 /// Carries out a function that says something.
 fn report<P: Ports>(machine: &mut Machine<'_, P>, asked: Report, words: &Words<'_>, to: Recipient) -> Outcome {
-    let dialect = machine.sessions.dialect_of(to);
+    let dialect = machine.world.sessions.dialect_of(to);
     let Machine {
-        ports,
         program,
-        sessions,
         axes,
         tuning,
-        config,
         features: States { filament, filament_width, .. },
+        world: World { ports, sessions, config, .. },
         ..
     } = machine;
     let reply = &mut Reply::new(sessions, to);
@@ -290,8 +306,10 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, asked: Report, words: &Words<'
             arms::report_homing(config, axes, reply);
             Ok(Answer::Ok)
         }
-        Report::FilamentDiameter => reports::filament_diameter(machine.texts, config, program.tools(), words, reply),
-        Report::FlowFactor => reports::flow_factor(machine.texts, config, program.tools(), words, reply),
+        Report::FilamentDiameter => {
+            reports::filament_diameter(machine.world.texts, config, program.tools(), words, reply)
+        }
+        Report::FlowFactor => reports::flow_factor(machine.world.texts, config, program.tools(), words, reply),
         Report::SayToAll => {
             let (prefix, text) = program::said_by_m118(words.text().unwrap_or(""));
             sessions.say(Recipient::All, format_args!("{prefix}{text}\n"));
@@ -322,10 +340,16 @@ fn file_or_job<P: Ports>(
     words: &Words<'_>,
     to: Recipient,
 ) -> Outcome {
-    let now = machine.ports.now();
-    let dialect = machine.sessions.dialect_of(to);
+    let now = machine.world.ports.now();
+    let dialect = machine.world.sessions.dialect_of(to);
     let Machine {
-        ports, sessions, files, jobs, config, program, bed, features: States { journal, filament, .. }, ..
+        files,
+        jobs,
+        program,
+        bed,
+        features: States { journal, filament, .. },
+        world: World { ports, sessions, config, .. },
+        ..
     } = machine;
     let reply = &mut Reply::new(sessions, to);
     let name = words.text();
@@ -339,21 +363,21 @@ fn file_or_job<P: Ports>(
         FileFunction::ReportJob if words.has('S') => periodic_reports::command(machine, Periodic::Job, words, to),
         FileFunction::ReportJob => {
             let time_left = forecast::time_left(machine);
-            machine.jobs.say_bytes(&time_left, &mut Reply::new(machine.sessions, to));
+            machine.jobs.say_bytes(&time_left, &mut Reply::new(machine.world.sessions, to));
             Ok(Answer::Ok)
         }
         FileFunction::ReportProgress => {
             let time_left = forecast::time_left(machine);
-            machine.jobs.say_progress(&time_left, &mut Reply::new(machine.sessions, to));
+            machine.jobs.say_progress(&time_left, &mut Reply::new(machine.world.sessions, to));
             Ok(Answer::Ok)
         }
         FileFunction::LoadSettings => settings_file::load(machine, words.text(), to),
         FileFunction::LabelObject => objects::label(machine, words.text().unwrap_or(""), to),
         FileFunction::Mount => {
-            let mounted = files::commands::mount(machine.texts, ports, reply);
+            let mounted = files::commands::mount(machine.world.texts, ports, reply);
             let news = match &mounted {
                 Err(why) if why.is_refusal() => {
-                    Event::CardFailed(Text::new(format_args!("{}", machine.texts.of(*why))))
+                    Event::CardFailed(Text::new(format_args!("{}", machine.world.texts.of(*why))))
                 }
                 _ => Event::CardMounted,
             };
@@ -362,7 +386,7 @@ fn file_or_job<P: Ports>(
         }
         FileFunction::SelectFile | FileFunction::StartFile => {
             let was_open = jobs.is_open();
-            let selected = jobs.select(machine.texts, name, asked == FileFunction::StartFile, now, ports, reply);
+            let selected = jobs.select(machine.world.texts, name, asked == FileFunction::StartFile, now, ports, reply);
             if was_open && selected.is_ok() {
                 // Loops and subroutines of a paused job are none of the next job's.
                 program.end_program();
@@ -372,11 +396,11 @@ fn file_or_job<P: Ports>(
         }
         // A job that has not begun is suspended before its first move instead.
         FileFunction::StartJob if jobs.begun() > 0 && filament.is_missing(config).is_some() => {
-            filament.must_be_there(machine.texts, config).map(|()| Answer::Ok)
+            filament.must_be_there(machine.world.texts, config).map(|()| Answer::Ok)
         }
         FileFunction::StartJob => {
             let is_back = jobs.begun() > 0 && !jobs.is_playing();
-            let started = jobs.start(machine.texts, ports, reply);
+            let started = jobs.start(machine.world.texts, ports, reply);
             if is_back && started.is_ok() {
                 reply.tell_hosts("resumed");
             }
@@ -394,7 +418,7 @@ fn file_or_job<P: Ports>(
             &"M26 S: play file --from byte N begins there, with modes and E as the file has them by then",
         )),
         FileFunction::RestartJob => {
-            let restarted = jobs.restart(machine.texts, ports);
+            let restarted = jobs.restart(machine.world.texts, ports);
             if restarted.is_ok() {
                 program.end_program();
             }
@@ -413,8 +437,8 @@ fn file_or_job<P: Ports>(
         },
         FileFunction::EndUpload => Ok(Answer::Ok),
         FileFunction::RemoveFile => files.remove(name.unwrap_or(""), ports, reply),
-        FileFunction::DeleteGrid => leveling::delete(machine.texts, config, ports, bed, words, reply),
-        FileFunction::ForgetSettings => settings_file::forget(machine.texts, ports, reply, dialect),
+        FileFunction::DeleteGrid => leveling::delete(machine.world.texts, config, ports, bed, words, reply),
+        FileFunction::ForgetSettings => settings_file::forget(machine.world.texts, ports, reply, dialect),
     }
 }
 
@@ -424,8 +448,8 @@ fn file_or_job<P: Ports>(
 /// there.
 #[inline(never)]
 pub(crate) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
-    let (progress, dialect) = (job_progress(machine), machine.sessions.dialect_of(to));
-    let Machine { ports, program, safety, sessions, config, .. } = machine;
+    let (progress, dialect) = (job_progress(machine), machine.world.sessions.dialect_of(to));
+    let Machine { program, safety, world: World { ports, sessions, config, .. }, .. } = machine;
     let of = Status { mode: safety.mode(), program, config, dialect, progress };
     reports::status(ports, &of, &mut Reply::new(sessions, to));
 }
@@ -433,13 +457,13 @@ pub(crate) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, to: Recipien
 /// Returns seconds and percent of the job, when there is one.
 pub(crate) fn job_progress<P: Ports>(machine: &mut Machine<'_, P>) -> Option<(u64, u64)> {
     machine.follow_job();
-    machine.jobs.progress(machine.ports.now())
+    machine.jobs.progress(machine.world.ports.now())
 }
 
 /// Answers a line that is one question. False for every other line.
 pub(crate) fn answer<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Blocks<'_>, to: Recipient) -> bool {
     let (Some(Ok(block)), None) = (blocks.next(), blocks.next()) else { return false };
-    let Some((row, function, words)) = machine.program.question(&block, machine.sessions.dialect_of(to)) else {
+    let Some((row, function, words)) = machine.program.question(&block, machine.world.sessions.dialect_of(to)) else {
         return false;
     };
     if !row.states.has(machine.safety.state()) {

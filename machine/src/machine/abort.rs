@@ -18,7 +18,7 @@ pub(crate) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Ou
     machine.safety.apply(Event::Unsuspend);
     let suspended = machine.jobs.cancel_suspend();
     if suspended || machine.jobs.is_open() {
-        machine.sessions.tell_hosts("cancel", to);
+        machine.world.sessions.tell_hosts("cancel", to);
     }
     if suspended {
         machine.say(to, format_args!("Suspend cleared\n"));
@@ -30,7 +30,7 @@ pub(crate) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Ou
         machine.program.end_program();
     }
     Features::<P>::job_ends(machine, false, Recipient::Nobody);
-    if !machine.jobs.close(&mut machine.ports) {
+    if !machine.jobs.close(&mut machine.world.ports) {
         if !suspended {
             machine.say(to, format_args!("Not currently playing\n"));
         }
@@ -46,7 +46,7 @@ pub(crate) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Ou
     let _ = machine.standstill();
     machine.resynchronise();
     if !machine.safety.is_halted() {
-        suspend::start_unless_empty(machine, &machine.config.player.after_abort_gcode);
+        suspend::start_unless_empty(machine, &machine.world.config.player.after_abort_gcode);
     }
     Ok(Answer::Ok)
 }
@@ -54,7 +54,7 @@ pub(crate) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Ou
 /// Brakes the motors, and drops all that is queued.
 pub(crate) fn drop_queued<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.outputs.changes_were_dropped();
-    machine.ports.motion(motion::Motion::stop);
-    machine.ports.heat(HeatControl::drop_effects);
+    machine.world.ports.motion(motion::Motion::stop);
+    machine.world.ports.heat(HeatControl::drop_effects);
     Features::<P>::drop_effects(machine);
 }

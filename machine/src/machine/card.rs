@@ -17,7 +17,7 @@ use crate::machine::Machine;
 pub(crate) fn at_rest<P: Ports>(machine: &mut Machine<'_, P>) {
     loop {
         machine.wait(Wake::Any).whatever_happens();
-        if machine.ports.is_ready() {
+        if machine.world.ports.is_ready() {
             return;
         }
     }
@@ -28,7 +28,7 @@ pub(crate) fn at_rest<P: Ports>(machine: &mut Machine<'_, P>) {
 /// # Errors
 /// When something was not written, with the reason.
 pub(crate) fn kept<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
-    while !machine.ports.is_kept()? {
+    while !machine.world.ports.is_kept()? {
         machine.wait(Wake::Any).whatever_happens();
     }
     Ok(())
@@ -40,11 +40,11 @@ pub(crate) fn kept<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Storage
 /// Those of the card; the file is the old one then.
 pub(crate) fn finish<P: Ports>(machine: &mut Machine<'_, P>, draft: Draft<P>) -> Result<(), StorageError> {
     at_rest(machine);
-    let mut replacing = draft.close(&mut machine.ports)?;
+    let mut replacing = draft.close(&mut machine.world.ports)?;
     loop {
         machine.wait(Wake::Any).whatever_happens();
         at_rest(machine);
-        if replacing.step(&mut machine.ports)? {
+        if replacing.step(&mut machine.world.ports)? {
             return kept(machine);
         }
     }
@@ -52,14 +52,14 @@ pub(crate) fn finish<P: Ports>(machine: &mut Machine<'_, P>, draft: Draft<P>) ->
 
 /// Says what has happened to the card by itself, and finds the volume of one that was put in.
 pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Some(event) = machine.ports.take_event() else { return };
+    let Some(event) = machine.world.ports.take_event() else { return };
     if matches!(event, CardEvent::Removed { .. }) {
         // A computer that had the card has it no longer.
-        machine.ports.revoke_card();
-        machine.ports.forget_card();
+        machine.world.ports.revoke_card();
+        machine.world.ports.forget_card();
     }
     match event {
-        CardEvent::Inserted => match machine.ports.mount() {
+        CardEvent::Inserted => match machine.world.ports.mount() {
             Ok(()) => machine.announce(format_args!("// NOTICE an SD card was put in\n")),
             // A card lent to a computer is none of the machine's.
             Err(StorageError::Lent) => {}

@@ -35,18 +35,24 @@ pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> 
     let output = match effect {
         Effect::Target { heater, target } => {
             if target > thermal::OFF_BELOW {
-                needs(machine.texts, machine.config, Part::Heater(heater), is_playing)?;
-                heat_codes::check_target(machine.texts, &mut machine.ports, machine.config, heater, target)?;
-                if !machine.ports.supervisor(|supervisor| supervisor.fet_supply_on()) {
+                needs(machine.world.texts, machine.world.config, Part::Heater(heater), is_playing)?;
+                heat_codes::check_target(
+                    machine.world.texts,
+                    &mut machine.world.ports,
+                    machine.world.config,
+                    heater,
+                    target,
+                )?;
+                if !machine.world.ports.supervisor(|supervisor| supervisor.fet_supply_on()) {
                     return Err(heat_codes::no_heater_supply());
                 }
             }
             Some(Output::Target(heater, target))
         }
         Effect::Switch { switch, on, value } => {
-            Outputs::check(machine.texts, machine.config, switch, on, value, is_playing)?;
+            Outputs::check(machine.world.texts, machine.world.config, switch, on, value, is_playing)?;
             program_io::tell_beyond(machine, switch, value);
-            machine.outputs.turn(machine.config, switch, on, value)
+            machine.outputs.turn(machine.world.config, switch, on, value)
         }
         Effect::Arm { rule, armed } => {
             Features::<P>::arm(machine, rule, armed);
@@ -68,7 +74,7 @@ pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> 
 fn settle<P: Ports>(machine: &mut Machine<'_, P>, switch: SwitchId) -> Result<(), Failure> {
     let is_on = machine.outputs.is_on(switch);
     let delay = |switch: &config::SwitchConfig| if is_on { switch.on_delay } else { switch.off_delay };
-    let delay = machine.config.switches.get(switch.index()).map_or(Micros(0), delay);
+    let delay = machine.world.config.switches.get(switch.index()).map_or(Micros(0), delay);
     if delay == Micros(0) || machine.safety.is_halted() {
         return Ok(());
     }
@@ -80,24 +86,24 @@ fn settle<P: Ports>(machine: &mut Machine<'_, P>, switch: SwitchId) -> Result<()
 /// nothing waits.
 fn ride<P: Ports>(machine: &mut Machine<'_, P>, output: Output) -> Result<(), Failure> {
     loop {
-        let is_idle = machine.ports.motion(|motion| motion.is_idle());
+        let is_idle = machine.world.ports.motion(|motion| motion.is_idle());
         // On a halted machine nothing is on its way any more, and off must not wait for the motors to stand.
-        if machine.safety.is_halted() || is_idle && machine.ports.heat(|heat| !heat.has_effects()) {
-            let applied = machine.ports.heat(|heat| heat.apply(output));
+        if machine.safety.is_halted() || is_idle && machine.world.ports.heat(|heat| !heat.has_effects()) {
+            let applied = machine.world.ports.heat(|heat| heat.apply(output));
             return applied.map_err(|why| match output {
                 Output::Target(heater, target) => {
-                    TargetRefusal { config: machine.config, heater, target, why }.failure(machine.texts)
+                    TargetRefusal { config: machine.world.config, heater, target, why }.failure(machine.world.texts)
                 }
                 _ => Failure::HALTED,
             });
         }
-        match machine.ports.motion(motion::Motion::mark) {
-            Ok(mark) => match machine.ports.heat(|heat| heat.ride(mark, output)) {
+        match machine.world.ports.motion(motion::Motion::mark) {
+            Ok(mark) => match machine.world.ports.heat(|heat| heat.ride(mark, output)) {
                 Ok(()) => return Ok(()),
                 Err(Full) => machine.wait(Wake::Any).unless_halted()?,
             },
             Err(Refusal::Full | Refusal::Stopping) => machine.wait(Wake::Any).unless_halted()?,
-            Err(refusal) => return Err(machine.texts.refused(format_args!("{refusal}"))),
+            Err(refusal) => return Err(machine.world.texts.refused(format_args!("{refusal}"))),
         }
     }
 }

@@ -38,16 +38,16 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until) -> Res
 
 /// Keeps settings of motion that a file may change while it is read over, in case the job does not go on.
 pub(crate) fn keep<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.set_before = machine.ports.motion(|motion| motion.config().copied());
+    machine.set_before = machine.world.ports.motion(|motion| motion.config().copied());
 }
 
 /// Puts limits, steps and filters back as before the file was read over: the job does not go on.
 pub(crate) fn put_back<P: Ports>(machine: &mut Machine<'_, P>) {
     if let Some(before) = machine.set_before.take() {
         // The old values were in force, so neither is refused. A halted machine's steps are not configured.
-        let _ = machine.ports.motion(|motion| motion.set_limits(before.limits));
+        let _ = machine.world.ports.motion(|motion| motion.set_limits(before.limits));
         if !machine.safety.is_halted() {
-            let _ = machine.ports.motion(|motion| motion.configure(before));
+            let _ = machine.world.ports.motion(|motion| motion.configure(before));
         }
     }
 }
@@ -104,7 +104,7 @@ pub(crate) fn pass_over<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<
         Action::HeatAndWait { heater, target, .. } => passed.note_target(heater, target),
         Action::ProbeDown(_) | Action::ProbeAlong(_) | Action::AwaitInput(_) => passed.has_asked = true,
         Action::Home(axes) => {
-            let place = homing::ends_at(machine.config, &machine.tuning, axes, machine.program.position());
+            let place = homing::ends_at(machine.world.config, &machine.tuning, axes, machine.program.position());
             machine.program.resynchronise(place);
         }
         Action::SetPosition { ref to, .. } => {

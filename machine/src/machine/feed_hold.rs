@@ -22,7 +22,7 @@ impl<P: Ports> Machine<'_, P> {
             return false;
         }
         if !was_held {
-            self.ports.motion(motion::Motion::hold);
+            self.world.ports.motion(motion::Motion::hold);
         }
         true
     }
@@ -42,14 +42,14 @@ impl<P: Ports> Machine<'_, P> {
         self.outputs.stop_spindle(false);
         program_io::say_spindle(self);
         Features::<P>::goes_on(self, from);
-        self.ports.motion(motion::Motion::resume);
+        self.world.ports.motion(motion::Motion::resume);
     }
 
     /// Ends the job's wait for the operator. False when it did not wait.
     pub(crate) fn operator_is_done(&mut self) -> bool {
         let waited = self.jobs.operator_is_done();
         if waited {
-            self.sessions.tell_hosts("resumed", Recipient::Nobody);
+            self.world.sessions.tell_hosts("resumed", Recipient::Nobody);
         }
         waited
     }

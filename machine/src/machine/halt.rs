@@ -34,8 +34,8 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     fn release_motors(&mut self) {
-        self.axes.disable_all(&mut self.ports, self.config);
-        self.ports.set_motor_power(false);
+        self.axes.disable_all(&mut self.world.ports, self.world.config);
+        self.world.ports.set_motor_power(false);
     }
 
     /// Halts, but lets standing motors keep their current: an axis that would fall without it stays.
@@ -45,20 +45,20 @@ impl<P: Ports> Machine<'_, P> {
     }
 
     fn halt_at_once(&mut self, alarm: Alarm, why: Arguments<'_>) {
-        let now = self.ports.now();
+        let now = self.world.ports.now();
         if self.safety.halt(now) {
             self.record(&Happened::Halted(Text::new(why)));
             self.stop_everything();
             self.announce(why);
             Features::<P>::halts(self);
-            self.sessions.alarm(alarm);
+            self.world.sessions.alarm(alarm);
             self.drop_job();
         }
     }
 
     /// Switches everything off until a reset.
     pub(crate) fn sleep(&mut self) -> Result<(), Failure> {
-        let now = self.ports.now();
+        let now = self.world.ports.now();
         if !self.safety.sleep(now) {
             return Err(Failure::refused(&"the machine sleeps from standstill only: wait, or stop it"));
         }
@@ -70,7 +70,7 @@ impl<P: Ports> Machine<'_, P> {
     /// Drops a held job (Ctrl-X in a complete hold): the motors stand and keep their current and place, so
     /// the rest is dropped without an alarm. The machine is halted for a moment, to end all waits.
     pub(crate) fn drop_held(&mut self) {
-        let now = self.ports.now();
+        let now = self.world.ports.now();
         if self.safety.begin_reset(now) {
             self.stop_everything();
             self.drop_job();
@@ -82,24 +82,24 @@ impl<P: Ports> Machine<'_, P> {
         if !self.safety.is_resetting() || !self.frames.is_empty() {
             return;
         }
-        if self.ports.motion(|motion| motion.is_idle()) && self.safety.finish_reset(now) {
-            self.ports.heat(HeatControl::release);
-            self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
+        if self.world.ports.motion(|motion| motion.is_idle()) && self.safety.finish_reset(now) {
+            self.world.ports.heat(HeatControl::release);
+            self.world.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
             Features::<P>::rests(self);
             self.resynchronise();
         }
     }
 
     fn stop_everything(&mut self) {
-        self.ports.heat(HeatControl::halt);
+        self.world.ports.heat(HeatControl::halt);
         Features::<P>::drop_effects(self);
-        self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(false));
-        self.ports.motion(motion::Motion::stop);
-        for output in self.outputs.halt(self.config) {
+        self.world.ports.supervisor(|supervisor| supervisor.expect_fet_supply(false));
+        self.world.ports.motion(motion::Motion::stop);
+        for output in self.outputs.halt(self.world.config) {
             // A switch takes any value.
-            let _ = self.ports.heat(|heat| heat.apply(output));
+            let _ = self.world.ports.heat(|heat| heat.apply(output));
         }
-        self.ports.run_heat_now();
+        self.world.ports.run_heat_now();
         Features::<P>::stops(self);
         self.program.halt();
     }
@@ -109,13 +109,13 @@ impl<P: Ports> Machine<'_, P> {
         if self.safety.is_halted() {
             return;
         }
-        self.ports.heat(HeatControl::halt);
+        self.world.ports.heat(HeatControl::halt);
         Features::<P>::drop_effects(self);
-        for output in self.outputs.halt(self.config) {
+        for output in self.outputs.halt(self.world.config) {
             // A switch takes any value.
-            let _ = self.ports.heat(|heat| heat.apply(output));
+            let _ = self.world.ports.heat(|heat| heat.apply(output));
         }
-        self.ports.heat(HeatControl::release);
+        self.world.ports.heat(HeatControl::release);
     }
 
     /// Ends a file being played and a suspended job at a halt.
@@ -126,17 +126,17 @@ impl<P: Ports> Machine<'_, P> {
         if self.jobs.is_open() {
             self.record(&Happened::JobEnded { complete: false, line: self.jobs.line() });
         }
-        self.jobs.close(&mut self.ports);
+        self.jobs.close(&mut self.world.ports);
         if self.jobs.cancel_suspend() {
             self.announce(format_args!("// NOTE Suspend cleared due to HALT\n"));
         }
-        self.files.spoil_upload(&mut self.ports);
+        self.files.spoil_upload(&mut self.world.ports);
     }
 
     /// Ends an alarm, as soon as the motors stand still.
     pub(crate) fn release(&mut self) {
         self.safety.want_release();
-        let now = self.ports.now();
+        let now = self.world.ports.now();
         self.watch_halt(now);
         self.finish_release();
     }
@@ -149,11 +149,11 @@ impl<P: Ports> Machine<'_, P> {
             State::Sleep => "the machine sleeps: Ctrl-X wakes it",
             _ => {
                 self.release();
-                let is_grbl = self.sessions.dialect_of(to) == Dialect::Grbl;
+                let is_grbl = self.world.sessions.dialect_of(to) == Dialect::Grbl;
                 return self.say(to, format_args!("[{}Caution: Unlocked]\n", if is_grbl { "MSG:" } else { "" }));
             }
         };
-        self.sessions.refuse(to, Reason::Locked, format_args!("{locked}"));
+        self.world.sessions.refuse(to, Reason::Locked, format_args!("{locked}"));
     }
 
     /// Waits for a release that was asked for while motion still came to rest.
@@ -169,18 +169,18 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         self.record(&Happened::Released);
-        self.ports.heat(HeatControl::release);
-        self.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
-        self.ports.set_motor_power(true);
+        self.world.ports.heat(HeatControl::release);
+        self.world.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
+        self.world.ports.set_motor_power(true);
     }
 
     /// Brings a halt to its end: motors without current once they stand still.
     pub(crate) fn watch_halt(&mut self, now: Micros) {
-        let idle = self.ports.motion(|motion| motion.is_idle());
+        let idle = self.world.ports.motion(|motion| motion.is_idle());
         match self.safety.watch_stop(now, idle) {
             Stopping::Wait => return,
             Stopping::Cut => {
-                self.ports.motion(motion::Motion::abort);
+                self.world.ports.motion(motion::Motion::abort);
                 self.axes.forget_all_homed();
                 Features::<P>::rests(self);
                 return;
@@ -197,11 +197,11 @@ impl<P: Ports> Machine<'_, P> {
 
     /// Looks at the kill button.
     pub(crate) fn watch_kill_button(&mut self, now: Micros) {
-        let settings = self.config.kill_button;
+        let settings = self.world.config.kill_button;
         if !settings.enable || settings.pin.is_none() {
             return;
         }
-        let pressed = self.ports.inputs().is_active(base::ports::Input::Kill);
+        let pressed = self.world.ports.inputs().is_active(base::ports::Input::Kill);
         let is_halted = self.safety.is_halted();
         match self.safety.kill_button.look(&settings, pressed, is_halted, now) {
             Press::Nothing => {}

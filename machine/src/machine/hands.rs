@@ -2,7 +2,6 @@
 
 use core::fmt::Arguments;
 
-use base::Ports;
 use base::axes::Axes;
 use base::bed::Bed;
 use base::failure::{Failure, Texts};
@@ -16,6 +15,7 @@ use base::sessions::{Recipient, Reply};
 use base::supervisor::Supervisor;
 use base::tuning::Tuning;
 use base::wait::Waited;
+use base::{Ports, World};
 use config::MachineConfig;
 use motion::{Latch, Mode, Motion};
 use procedures::endstop_phase::{EndstopPhases, PhaseHands};
@@ -46,11 +46,11 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
     type Ports = P;
 
     fn config(&self) -> &'c MachineConfig {
-        self.machine.config
+        self.machine.world.config
     }
 
     fn texts(&self) -> &'c Texts {
-        self.machine.texts
+        self.machine.world.texts
     }
 
     fn tuning(&mut self) -> &mut Tuning {
@@ -62,7 +62,7 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
     }
 
     fn drivers<R>(&mut self, f: impl FnOnce(&mut <Self::Ports as DriversPort>::Drivers) -> R) -> R {
-        self.machine.ports.drivers(f)
+        self.machine.world.ports.drivers(f)
     }
 
     fn axes(&mut self) -> &mut Axes {
@@ -70,27 +70,27 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
     }
 
     fn now(&self) -> Micros {
-        self.machine.ports.now()
+        self.machine.world.ports.now()
     }
 
     fn voltage(&mut self, name: &str) -> Option<Volts> {
-        self.machine.ports.voltage(name)
+        self.machine.world.ports.voltage(name)
     }
 
     fn motion<R>(&mut self, f: impl FnOnce(&mut Motion) -> R) -> R {
-        self.machine.ports.motion(f)
+        self.machine.world.ports.motion(f)
     }
 
     fn heat<R>(&mut self, f: impl FnOnce(&mut HeatControl) -> R) -> R {
-        self.machine.ports.heat(f)
+        self.machine.world.ports.heat(f)
     }
 
     fn supervisor<R>(&mut self, f: impl FnOnce(&mut Supervisor) -> R) -> R {
-        self.machine.ports.supervisor(f)
+        self.machine.world.ports.supervisor(f)
     }
 
     fn latch(&self) -> &Latch {
-        self.machine.ports.latch()
+        self.machine.world.ports.latch()
     }
 
     fn watch_stalls(&mut self, yes: bool) {
@@ -98,11 +98,11 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
     }
 
     fn inputs(&self) -> InputLevels {
-        self.machine.ports.inputs()
+        self.machine.world.ports.inputs()
     }
 
     fn storage(&mut self) -> &mut Self::Ports {
-        &mut self.machine.ports
+        &mut self.machine.world.ports
     }
 
     fn state(&self) -> State {
@@ -110,7 +110,7 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
     }
 
     fn speaks_grbl(&self) -> bool {
-        self.machine.sessions.dialect_of(self.to) == Dialect::Grbl
+        self.machine.world.sessions.dialect_of(self.to) == Dialect::Grbl
     }
 
     fn is_playing(&self) -> bool {
@@ -122,28 +122,28 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
     }
 
     fn say(&mut self, text: Arguments<'_>) {
-        self.machine.sessions.say(self.to, text);
+        self.machine.world.sessions.say(self.to, text);
     }
 
     fn report(&mut self, text: Arguments<'_>) {
         let to = if self.to == Recipient::Nobody { Recipient::All } else { self.to };
-        self.machine.sessions.say(to, text);
+        self.machine.world.sessions.say(to, text);
     }
 
     fn announce(&mut self, text: Arguments<'_>) {
-        self.machine.sessions.say(Recipient::All, text);
+        self.machine.world.sessions.say(Recipient::All, text);
     }
 
     fn reply(&mut self) -> Reply<'_> {
-        Reply::new(self.machine.sessions, self.to)
+        Reply::new(self.machine.world.sessions, self.to)
     }
 
     fn stop_requested(&mut self) -> bool {
-        self.machine.sessions.take_stop(self.to)
+        self.machine.world.sessions.take_stop(self.to)
     }
 
     fn can_be_stopped(&self) -> bool {
-        self.to.session().is_some() || self.machine.sessions.button_stop.is_some()
+        self.to.session().is_some() || self.machine.world.sessions.button_stop.is_some()
     }
 
     fn wait(&mut self, wake: Wake) -> Waited {
@@ -152,7 +152,7 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
 
     fn read_ahead(&mut self, file: FileHandle) {
         if !self.machine.jobs.is_open() {
-            self.machine.ports.read_ahead(file);
+            self.machine.world.ports.read_ahead(file);
         }
     }
 
@@ -232,7 +232,7 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
 
     fn suspend_limits(&mut self) {
         let now = self.now();
-        let Machine { safety, ports, .. } = &mut *self.machine;
+        let Machine { safety, world: World { ports, .. }, .. } = &mut *self.machine;
         safety.limits.suspend(ports.latch(), now);
     }
 
@@ -242,7 +242,7 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
 
     fn search_ends(&mut self) {
         let now = self.now();
-        let Machine { safety, ports, .. } = &mut *self.machine;
+        let Machine { safety, world: World { ports, .. }, .. } = &mut *self.machine;
         safety.limits.search_ends(ports.latch(), now);
     }
 
@@ -251,7 +251,7 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
     }
 
     fn end_suspension_without_place(&mut self) {
-        let Machine { jobs, axes, safety, sessions, .. } = &mut *self.machine;
+        let Machine { jobs, axes, safety, world: World { sessions, .. }, .. } = &mut *self.machine;
         let [strayed, comes_back] = axes.strayed();
         if jobs.is_suspended() && !jobs.is_open() && strayed != comes_back {
             safety.apply(Event::Unsuspend);
@@ -272,7 +272,7 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
     }
 
     fn is_let_go(&mut self) -> bool {
-        self.stop_requested() || self.machine.sessions.has_left(self.to)
+        self.stop_requested() || self.machine.world.sessions.has_left(self.to)
     }
 
     fn may_go_over(&mut self, [x, y]: [f64; 2]) -> Result<(), Failure> {

@@ -21,7 +21,7 @@ pub(crate) type Switches = [Option<(bool, Option<f32>)>];
 pub(crate) fn heat<P: Ports>(machine: &mut Machine<'_, P>, targets: &[Celsius], to: Recipient) -> Result<(), Failure> {
     for tools in [false, true] {
         for (id, target) in HeaterId::all().zip(targets) {
-            let Some(heater) = machine.config.temperatures.get(id.index()) else { continue };
+            let Some(heater) = machine.world.config.temperatures.get(id.index()) else { continue };
             if *target <= thermal::OFF_BELOW || heater.designator.starts_with('T') != tools {
                 continue;
             }
@@ -37,7 +37,7 @@ pub(crate) fn heat<P: Ports>(machine: &mut Machine<'_, P>, targets: &[Celsius], 
 pub(crate) fn cool<P: Ports>(machine: &mut Machine<'_, P>) {
     for id in HeaterId::all() {
         // Switching off is never refused.
-        let _ = machine.ports.heat(|heat| heat.set_target(id, Celsius(0.0)));
+        let _ = machine.world.ports.heat(|heat| heat.set_target(id, Celsius(0.0)));
     }
 }
 
@@ -45,9 +45,9 @@ pub(crate) fn cool<P: Ports>(machine: &mut Machine<'_, P>) {
 pub(crate) fn switch<P: Ports>(machine: &mut Machine<'_, P>, switches: &Switches) {
     for (index, told) in switches.iter().enumerate() {
         let Some((on, value)) = *told else { continue };
-        if let Some(output) = machine.outputs.turn(machine.config, SwitchId(index as u8), on, value) {
+        if let Some(output) = machine.outputs.turn(machine.world.config, SwitchId(index as u8), on, value) {
             // A switch takes any value.
-            let _ = machine.ports.heat(|heat| heat.apply(output));
+            let _ = machine.world.ports.heat(|heat| heat.apply(output));
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::machine::suspend;
 
 /// Homes these axes, or all where none is named.
 pub(crate) fn home<P: Ports>(machine: &mut Machine<'_, P>, named: AxisSet, to: Recipient) -> Outcome {
-    let script = machine.config.homing.gcode.as_str();
+    let script = machine.world.config.homing.gcode.as_str();
     // Within the script G28 is homing itself.
     if named.is_empty() && !script.is_empty() && !machine.frames.run_script(script) {
         return suspend::start_script(machine, script, Then::Ended(Ok(())));

@@ -1,9 +1,9 @@
 //! Codes of a file that are not carried out.
 
-use base::Ports;
 use base::failure::{Answer, Outcome};
 use base::needs::{cannot_level, makes_another_part};
 use base::sessions::Recipient;
+use base::{Ports, World};
 use gcode::Block;
 use jobs::player::Name;
 use program::{CodeInfo, Dialect};
@@ -16,7 +16,7 @@ use crate::machine::Machine;
 pub(crate) fn settle<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, dialect: Dialect) -> Outcome {
     let Some(code) = block.code else { return Ok(Answer::Unknown) };
     let row = machine.program.row(block, dialect);
-    if let Some(failure) = makes_another_part(machine.texts, row, block) {
+    if let Some(failure) = makes_another_part(machine.world.texts, row, block) {
         return Err(failure);
     }
     count(machine, Name::Code(code));
@@ -26,7 +26,7 @@ pub(crate) fn settle<P: Ports>(machine: &mut Machine<'_, P>, block: &Block<'_>, 
 /// Decides whether the job goes on after a code that levels the bed, which this machine cannot.
 #[cold]
 pub(crate) fn goes_on_unleveled<P: Ports>(machine: &mut Machine<'_, P>, row: &CodeInfo) -> bool {
-    let goes_on = !machine.config.player.unleveled_pauses && cannot_level(machine.config, row);
+    let goes_on = !machine.world.config.player.unleveled_pauses && cannot_level(machine.world.config, row);
     if goes_on {
         count(machine, Name::Code(row.code));
     }
@@ -42,7 +42,7 @@ pub(crate) fn count<P: Ports>(machine: &mut Machine<'_, P>, name: Name) {
 
 /// Tells once which codes of the job were not carried out.
 pub(crate) fn say<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Machine { jobs, sessions, .. } = machine;
+    let Machine { jobs, world: World { sessions, .. }, .. } = machine;
     if let Some(noted) = jobs.noted().filter(|noted| !noted.passed_over.is_empty()) {
         sessions.say(Recipient::All, format_args!("// NOTE not carried out: {}\n", noted.passed_over));
     }

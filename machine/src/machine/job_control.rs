@@ -1,9 +1,9 @@
 //! Pauses that a job makes by itself, and the queue of jobs.
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::needs::needs;
 use base::sessions::{Recipient, Reply};
+use base::{Ports, World};
 use gcode::Extended;
 use jobs::player::{Listeners, Tower, parse_pause};
 use program::Part;
@@ -34,7 +34,7 @@ pub(crate) fn pause<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
             return Err(parse_pause("").err().unwrap_or(Failure::HALTED));
         }
     }
-    let Machine { jobs, sessions, .. } = machine;
+    let Machine { jobs, world: World { sessions, .. }, .. } = machine;
     let mut reply = Reply::new(sessions, to);
     for (place, command) in jobs.pauses.iter() {
         reply.say(format_args!("{place}: {command}\n"));
@@ -57,7 +57,7 @@ pub(crate) fn due_before<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) ->
         return None;
     }
     let height = machine.program.modal().work(machine.program.position())[Axis::Z];
-    let Machine { jobs, ports, .. } = machine;
+    let Machine { jobs, world: World { ports, .. }, .. } = machine;
     let command = match jobs.take_pause(line, height, ports) {
         Some((place, command)) => {
             machine.announce(format_args!("// NOTE the job pauses at {place}: {command}\n"));
@@ -74,7 +74,7 @@ pub(crate) fn due_before<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) ->
 
 /// Runs `TUNING_TOWER`, for the job that is played or comes next.
 pub(crate) fn tower<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>) -> Outcome {
-    machine.jobs.tower = Some(Tower::new(machine.texts, command)?);
+    machine.jobs.tower = Some(Tower::new(machine.world.texts, command)?);
     Ok(Answer::Ok)
 }
 
@@ -83,19 +83,19 @@ pub(crate) fn queue<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
     if arguments.trim() == "next" {
         return play_next(machine, to);
     }
-    let Machine { jobs, files, ports, sessions, .. } = machine;
+    let Machine { jobs, files, world: World { ports, sessions, .. }, .. } = machine;
     let absolute = |name: &str| files.absolute(name);
-    jobs.queue.command(machine.texts, arguments, absolute, ports, &mut Reply::new(sessions, to))?;
+    jobs.queue.command(machine.world.texts, arguments, absolute, ports, &mut Reply::new(sessions, to))?;
     Ok(Answer::Ok)
 }
 
 fn play_next<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
+    needs(machine.world.texts, machine.world.config, Part::Player, machine.jobs.is_playing())?;
     let next = machine.jobs.queue.next().cloned();
     let path = next.ok_or_else(|| Failure::refused(&"no file waits: queue add file"))?;
-    let now = machine.ports.now();
+    let now = machine.world.ports.now();
     let listeners = Listeners { tells_end: to, ..Listeners::default() };
-    let size = machine.jobs.open(machine.texts, &path, listeners, &mut machine.ports, now)?;
+    let size = machine.jobs.open(machine.world.texts, &path, listeners, &mut machine.world.ports, now)?;
     machine.jobs.queue.take();
     machine.say(to, format_args!("Playing {path}\n  File size {size}\n"));
     Ok(Answer::Ok)
@@ -104,12 +104,12 @@ fn play_next<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
 /// Begins the next job after the end of one, or tells which is next.
 pub(crate) fn after_job<P: Ports>(machine: &mut Machine<'_, P>) {
     let Some(next) = machine.jobs.queue.next().cloned() else { return };
-    if !machine.config.player.queue_auto {
+    if !machine.world.config.player.queue_auto {
         return machine.announce(format_args!("// NOTE {next} is next: clear the bed, then queue next\n"));
     }
     if let Err(why) = play_next(machine, Recipient::All)
         && why.is_refusal()
     {
-        machine.announce(format_args!("// WARNING {next} was not begun: {}\n", machine.texts.of(why)));
+        machine.announce(format_args!("// WARNING {next} was not begun: {}\n", machine.world.texts.of(why)));
     }
 }

@@ -1,15 +1,15 @@
 //! Jogs that are let go of: planned, under way, or waiting in a session.
 
-use base::Ports;
 use base::safety::Event;
 use base::sessions::SessionId;
+use base::{Ports, World};
 use program::{Dialect, State};
 
 use super::Machine;
 
 /// Whether a line is a jog that its sender has let go of since: it is answered, for the count, and not begun.
 pub(crate) fn is_dropped<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &[u8]) -> bool {
-    let Some(session) = machine.sessions.get_mut(id).filter(|session| session.let_go_behind_line()) else {
+    let Some(session) = machine.world.sessions.get_mut(id).filter(|session| session.let_go_behind_line()) else {
         return false;
     };
     let is_jog = line.trim_ascii_start().get(..2).is_some_and(|word| word.eq_ignore_ascii_case(b"$J"));
@@ -23,7 +23,7 @@ pub(crate) fn is_dropped<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, 
 
 /// Cancels jogs (0x85, Ctrl-Y, and `!` while jogging): brakes, and drops those that wait, planned or not.
 pub(crate) fn cancel<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    let Machine { sessions, ports, .. } = machine;
+    let Machine { world: World { sessions, ports, .. }, .. } = machine;
     if let Some(session) = sessions.get_mut(id) {
         session.drop_jogs(ports.inbox(id));
     }
@@ -33,5 +33,5 @@ pub(crate) fn cancel<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     if machine.safety.state() != State::Jog {
         machine.safety.apply(Event::Resume);
     }
-    machine.ports.motion(motion::Motion::stop);
+    machine.world.ports.motion(motion::Motion::stop);
 }

@@ -35,7 +35,6 @@ pub(crate) mod source;
 pub(crate) mod supplies;
 pub(crate) mod suspend;
 
-use base::Ports;
 use base::axes::Axes;
 use base::bed::Bed;
 use base::failure::{Answer, Failure, Outcome, Texts};
@@ -47,6 +46,7 @@ use base::safety::{Event, Safety};
 use base::sessions::{Recipient, SessionId, Sessions};
 use base::tuning::Tuning;
 use base::wait::Waited;
+use base::{Ports, World};
 use config::MachineConfig;
 use events::Event as Happened;
 use jobs::files::Files;
@@ -73,16 +73,12 @@ use crate::machine::poll_state::Polls;
 
 /// The machine, as the owners of its parts.
 pub(crate) struct Machine<'c, P: Ports> {
-    pub(crate) ports: P,
-    /// Configuration as it was read.
-    pub(crate) config: &'c MachineConfig,
+    /// Ports, configuration, texts of failures and sessions.
+    pub(crate) world: World<'c, P>,
     /// Time of reading the configuration, from the card's mounting on.
     pub(crate) config_took: Micros,
     /// Interpreter of codes and modes.
     pub(crate) program: Interpreter,
-    /// Texts of failure messages.
-    pub(crate) texts: &'c Texts,
-    pub(crate) sessions: &'c mut Sessions,
     /// Whether the machine may move.
     pub(crate) safety: Safety,
     pub(crate) axes: Axes,
@@ -146,12 +142,9 @@ impl<'c, P: Ports> Machine<'c, P> {
     ) -> Self {
         let homes = |axis: &Axis| config.homing_endstop(*axis).is_some();
         Self {
-            ports,
-            config,
+            world: World { ports, config, texts, sessions },
             config_took,
             program: Interpreter::new(base::program_setup::setup(config)),
-            texts,
-            sessions,
             safety: Safety::default(),
             axes: Axes::new(config),
             phases: EndstopPhases::default(),
@@ -190,29 +183,29 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Says something to one recipient.
     pub(crate) fn say(&mut self, to: Recipient, text: core::fmt::Arguments<'_>) {
-        self.sessions.say(to, text);
+        self.world.say(to, text);
     }
 
     /// Says something to every session.
     pub(crate) fn announce(&mut self, text: core::fmt::Arguments<'_>) {
-        self.sessions.say(Recipient::All, text);
+        self.world.announce(text);
     }
 
     /// Refuses a recipient's request, with the text of a failure.
     pub(crate) fn refuse(&mut self, to: Recipient, why: Failure) {
-        self.sessions.refuse(to, why.reason, format_args!("{}", self.texts.of(why)));
+        self.world.refuse(to, why);
     }
 
     /// Notes that a line of a session has been answered.
     pub(crate) fn answered(&mut self, id: SessionId) {
-        if let Some(session) = self.sessions.get_mut(id) {
+        if let Some(session) = self.world.sessions.get_mut(id) {
             session.answered();
         }
     }
 
     /// Keeps an event, in the ring that survives a reset.
     pub(crate) fn record(&self, event: &Happened) {
-        self.ports.events().record(self.ports.now(), event);
+        self.world.record(event);
     }
 
     // --- waiting ---
@@ -225,7 +218,7 @@ impl<'c, P: Ports> Machine<'c, P> {
     /// Gives the processor to everybody else: the look ahead has its turn, and then there is rest.
     pub(crate) fn rest(&mut self, wake: Wake) {
         let has_more = self.forecaster.take_turn();
-        self.ports.rest(if has_more { Wake::AtOnce } else { wake });
+        self.world.ports.rest(if has_more { Wake::AtOnce } else { wake });
     }
 
     /// Makes one turn of a wait: serves everybody, and rests. All waiting is made of such turns.
@@ -257,8 +250,8 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Waits until everything queued has been executed. Homing, probing and jogging keep their state.
     pub(crate) fn standstill(&mut self) -> Result<(), Failure> {
-        self.ports.motion(motion::Motion::flush);
-        while !self.ports.motion(|motion| motion.is_idle()) {
+        self.world.ports.motion(motion::Motion::flush);
+        while !self.world.ports.motion(|motion| motion.is_idle()) {
             self.wait(Wake::Time).unless_halted()?;
         }
         self.drained();
@@ -267,8 +260,8 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Waits for a length of time, whatever moves.
     pub(crate) fn wait_for(&mut self, time: Micros) -> Result<(), Failure> {
-        let since = self.ports.now();
-        while self.ports.now().since(since) < time {
+        let since = self.world.ports.now();
+        while self.world.ports.now().since(since) < time {
             self.wait(Wake::Time).unless_halted()?;
         }
         Ok(())
@@ -276,7 +269,7 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Waits until a recipient has taken most of what was said. A session that takes nothing is forgotten.
     pub(crate) fn drain(&mut self, who: Recipient) {
-        while !self.sessions.have_taken_most(who) {
+        while !self.world.sessions.have_taken_most(who) {
             self.wait(Wake::Any).whatever_happens();
         }
     }
@@ -297,13 +290,13 @@ impl<'c, P: Ports> Machine<'c, P> {
     // --- moving ---
 
     pub(crate) fn enable_motors(&mut self) -> Result<(), Failure> {
-        let now = self.ports.now();
-        self.axes.enable(self.texts, &mut self.ports, self.config, &self.tuning, now)
+        let now = self.world.ports.now();
+        self.axes.enable(self.world.texts, &mut self.world.ports, self.world.config, &self.tuning, now)
     }
 
     /// Whether moves are taken: where the configuration asks for it, only once the machine is homed.
     pub(crate) fn may_move(&self) -> Result<(), Failure> {
-        if self.config.motion.must_be_homed && !self.facts().all_homed() {
+        if self.world.config.motion.must_be_homed && !self.facts().all_homed() {
             return Err(Failure::alarm(&"Must be homed before moving"));
         }
         Ok(())
@@ -311,7 +304,7 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Returns the travel that axes may be commanded within.
     pub(crate) fn travel(&mut self) -> &Travel {
-        self.safety.travel.up_to_date(self.config, &self.tuning)
+        self.safety.travel.up_to_date(self.world.config, &self.tuning)
     }
 
     /// Whether a place is within the travel, so that a straight move there leaves it nowhere.
@@ -323,21 +316,23 @@ impl<'c, P: Ports> Machine<'c, P> {
     /// Whether a straight move stays within the travel.
     pub(crate) fn stays_within(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Failure> {
         let homed = self.axes.homed();
-        self.travel().check(from, to, homed).map_err(|out| out.failure(self.texts, self.config))
+        self.travel().check(from, to, homed).map_err(|out| out.failure(self.world.texts, self.world.config))
     }
 
     /// Whether a curve that goes this far along the axes stays within the travel.
     pub(crate) fn curve_stays_within(&mut self, from: &PerAxis<f64>, bounds: &Bounds) -> Result<(), Failure> {
         let homed = self.axes.homed();
-        self.travel().check_bounds(from, bounds, homed).map_err(|out| out.failure(self.texts, self.config))
+        self.travel().check_bounds(from, bounds, homed).map_err(|out| out.failure(self.world.texts, self.world.config))
     }
 
     /// The same for the moves that a block makes from here on, behind its first: it is carried out whole, or
     /// not at all.
     pub(crate) fn rest_stays_within(&mut self, first: &PerAxis<f64>) -> Result<(), Failure> {
-        let (travel, mut from) = (self.safety.travel.up_to_date(self.config, &self.tuning), *first);
+        let (travel, mut from) = (self.safety.travel.up_to_date(self.world.config, &self.tuning), *first);
         for to in &self.program.moves_to_come() {
-            travel.check(&from, to, self.axes.homed()).map_err(|out| out.failure(self.texts, self.config))?;
+            travel
+                .check(&from, to, self.axes.homed())
+                .map_err(|out| out.failure(self.world.texts, self.world.config))?;
             from = *to;
         }
         Ok(())
@@ -352,7 +347,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             self.enable_motors()?;
         }
         loop {
-            match self.ports.motion(|motion| motion.submit(request)) {
+            match self.world.ports.motion(|motion| motion.submit(request)) {
                 Ok(()) => break,
                 Err(Refusal::Full | Refusal::Stopping) => {
                     self.cut.has_line_behind = true;
@@ -361,13 +356,17 @@ impl<'c, P: Ports> Machine<'c, P> {
                     waited.unless_halted()?;
                 }
                 Err(Refusal::NoFeedRate) => {
-                    return Err(self.texts.alarm(format_args!("Undefined feed rate")).with_reason(Reason::FeedRate));
+                    return Err(self
+                        .world
+                        .texts
+                        .alarm(format_args!("Undefined feed rate"))
+                        .with_reason(Reason::FeedRate));
                 }
-                Err(refusal @ Refusal::Unreachable) if !halts_out_of_reach(self.config) => {
-                    return Err(self.texts.refused(format_args!("{refusal}")).with_reason(Reason::Target));
+                Err(refusal @ Refusal::Unreachable) if !halts_out_of_reach(self.world.config) => {
+                    return Err(self.world.texts.refused(format_args!("{refusal}")).with_reason(Reason::Target));
                 }
                 Err(refusal) => {
-                    return Err(self.texts.alarm(format_args!("{refusal}")).with_reason(Reason::Target));
+                    return Err(self.world.texts.alarm(format_args!("{refusal}")).with_reason(Reason::Target));
                 }
             }
         }
@@ -395,13 +394,13 @@ impl<'c, P: Ports> Machine<'c, P> {
     /// Has the program go on from where the machine is, after a stop that ended somewhere else than
     /// commanded.
     pub(crate) fn resynchronise(&mut self) {
-        let position = self.ports.motion(|motion| motion.commanded_position());
+        let position = self.world.ports.motion(|motion| motion.commanded_position());
         self.program.resynchronise(position);
     }
 
     /// Has the program go on from where the machine is, after something that ends from standstill.
     pub(crate) fn resynchronise_if_still(&mut self) {
-        if self.ports.motion(|motion| motion.is_idle()) {
+        if self.world.ports.motion(|motion| motion.is_idle()) {
             self.resynchronise();
         }
     }
@@ -420,7 +419,7 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Follows the planner's state where nothing else says the machine's.
     pub(crate) fn follow_motion(&mut self) {
-        let idle = self.ports.motion(|motion| motion.is_idle());
+        let idle = self.world.ports.motion(|motion| motion.is_idle());
         let state = self.safety.state();
         if idle {
             self.drained();
@@ -431,7 +430,7 @@ impl<'c, P: Ports> Machine<'c, P> {
 
     /// Tells the jobs which of their moves the motors make: none while they rest.
     pub(crate) fn follow_job(&mut self) {
-        let executing = self.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
+        let executing = self.world.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
         self.jobs.executing(executing);
     }
 }

@@ -19,7 +19,7 @@ use crate::machine::moments::{Features, Moments as _};
 
 /// Returns a move of the program in motion's terms, without its curve.
 pub(crate) fn in_motions_terms<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> motion::Move {
-    let (ports, part) = (&mut machine.ports, machine.jobs.objects.part());
+    let (ports, part) = (&mut machine.world.ports, machine.jobs.objects.part());
     // A tap, and a move under M49, have their own speed alone.
     let factors =
         if machine.feed_waits.is_some() { [1.0; 2] } else { program::speed_factor::of_moves(&machine.program) };
@@ -40,7 +40,7 @@ pub(crate) fn take_at_once<P: Ports>(machine: &mut Machine<'_, P>, request: &Mov
         return false;
     }
     let own = in_motions_terms(machine, request);
-    let is_taken = machine.ports.motion(|motion| motion.submit(&own)).is_ok();
+    let is_taken = machine.world.ports.motion(|motion| motion.submit(&own)).is_ok();
     if is_taken {
         machine.safety.apply(Event::Started);
     }
@@ -49,7 +49,7 @@ pub(crate) fn take_at_once<P: Ports>(machine: &mut Machine<'_, P>, request: &Mov
 
 /// Submits a move of the program.
 pub(crate) fn submit<P: Ports>(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
-    let from = machine.ports.motion(|motion| motion.commanded_position());
+    let from = machine.world.ports.motion(|motion| motion.commanded_position());
     let own = in_motions_terms(machine, request);
     let drawn = apart(|| drawing::draw(&mut Drawing(machine), from, request, own))?;
     for piece in drawn {
@@ -65,7 +65,7 @@ impl<P: Ports> Draws for Drawing<'_, '_, P> {
     type Failure = Failure;
 
     fn config(&self) -> &MachineConfig {
-        self.0.config
+        self.0.world.config
     }
 
     fn program(&self) -> &Interpreter {
@@ -77,11 +77,11 @@ impl<P: Ports> Draws for Drawing<'_, '_, P> {
     }
 
     fn bends(&mut self) -> bool {
-        self.0.ports.motion(|motion| motion.config().is_some_and(|config| !config.kinematics.is_linear()))
+        self.0.world.ports.motion(|motion| motion.config().is_some_and(|config| !config.kinematics.is_linear()))
     }
 
     fn wrong(&mut self, what: Arguments<'_>) -> Failure {
-        self.0.texts.alarm(what).with_reason(Reason::Target)
+        self.0.world.texts.alarm(what).with_reason(Reason::Target)
     }
 
     fn line_may_be(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Failure> {

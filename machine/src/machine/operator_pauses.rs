@@ -80,9 +80,9 @@ fn wait_for<P: Ports>(
     time: Micros,
     ends: fn(&mut Asked) -> bool,
 ) -> Result<bool, Failure> {
-    let since = machine.ports.now();
+    let since = machine.world.ports.now();
     machine.urgent.begin_wait();
-    while machine.ports.now().since(since) < time {
+    while machine.world.ports.now().since(since) < time {
         machine.wait(Wake::Time).unless_halted()?;
         if ends(&mut machine.urgent) {
             return Ok(true);
@@ -95,7 +95,7 @@ fn wait_for<P: Ports>(
 pub(crate) fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Arguments<'_>) -> Outcome {
     if machine.jobs.is_playing() {
         machine.announce(format_args!("// {what}: ~ or M24 goes on, abort ends the job\n"));
-        machine.sessions.tell_hosts("paused", Recipient::Nobody);
+        machine.world.sessions.tell_hosts("paused", Recipient::Nobody);
         let modes = ScriptModes::beside(&machine.program);
         if !machine.frames.push(Frame::Operator(modes)) {
             return Err(Failure::refused(&"scripts start each other without end"));

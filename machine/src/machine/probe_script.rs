@@ -43,7 +43,7 @@ fn refused(texts: &Texts, key: &str, block: &Block<'_>, why: Arguments<'_>) -> F
 
 fn lines<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {
     for block in script.split('|').flat_map(|line| Blocks::new(line.as_bytes())) {
-        let block = block.map_err(|error| machine.texts.refused(format_args!("[zprobe] {key}: {error}")))?;
+        let block = block.map_err(|error| machine.world.texts.refused(format_args!("[zprobe] {key}: {error}")))?;
         run_block(machine, key, &block)?;
     }
     Ok(())
@@ -51,17 +51,17 @@ fn lines<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Res
 
 fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_>) -> Result<(), Failure> {
     let Some(row) = machine.program.row(block, Dialect::Smoothie) else {
-        return Err(refused(machine.texts, key, block, format_args!("is not known here")));
+        return Err(refused(machine.world.texts, key, block, format_args!("is not known here")));
     };
     let (facts, is_playing) = (machine.facts(), machine.jobs.is_playing());
     let meaning = machine.program.run(block, row, facts, Dialect::Smoothie);
-    let meaning = meaning.map_err(|fault| failure_of(machine.texts, machine.config, &fault, is_playing))?;
+    let meaning = meaning.map_err(|fault| failure_of(machine.world.texts, machine.world.config, &fault, is_playing))?;
     while let Some(effect) = machine.program.next_effect() {
         switch(machine, key, block, effect)?;
     }
     let mut next = match meaning {
         Meaning::Nothing | Meaning::PassedOver => None,
-        Meaning::Unknown => return Err(refused(machine.texts, key, block, format_args!("is not known here"))),
+        Meaning::Unknown => return Err(refused(machine.world.texts, key, block, format_args!("is not known here"))),
         Meaning::Action(action) => Some(action),
     };
     while let Some(action) = next {
@@ -110,7 +110,7 @@ fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_
             | Action::Acceleration(_)
             | Action::Function(..) => {
                 return Err(refused(
-                    machine.texts,
+                    machine.world.texts,
                     key,
                     block,
                     format_args!("is none of moves, waits, modes and switches"),
@@ -125,12 +125,12 @@ fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_
 /// Turns a switch, once earlier moves have been made.
 fn switch<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_>, effect: Effect) -> Result<(), Failure> {
     let Effect::Switch { switch, on, value } = effect else {
-        return Err(refused(machine.texts, key, block, format_args!("heats: a probe's script does not")));
+        return Err(refused(machine.world.texts, key, block, format_args!("heats: a probe's script does not")));
     };
-    Outputs::check(machine.texts, machine.config, switch, on, value, machine.jobs.is_playing())?;
+    Outputs::check(machine.world.texts, machine.world.config, switch, on, value, machine.jobs.is_playing())?;
     machine.standstill()?;
-    if let Some(output) = machine.outputs.turn(machine.config, switch, on, value) {
-        machine.ports.heat(|heat| heat.apply(output)).map_err(|_| Failure::HALTED)?;
+    if let Some(output) = machine.outputs.turn(machine.world.config, switch, on, value) {
+        machine.world.ports.heat(|heat| heat.apply(output)).map_err(|_| Failure::HALTED)?;
     }
     Ok(())
 }

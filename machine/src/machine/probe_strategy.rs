@@ -16,7 +16,7 @@ use crate::machine::suspend;
 pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, code: Code, to: Recipient) -> Outcome {
     match probing::prepare(&mut MachineHands::new(machine, to), words, code)? {
         Some(plan) => {
-            let [before, _] = &machine.config.probe_gcode;
+            let [before, _] = &machine.world.config.probe_gcode;
             suspend::start_script(machine, before, Then::TouchGrid(plan, to))
         }
         None => {

@@ -1,9 +1,9 @@
 //! Values that programs keep over a power cycle, read at boot and written when they have changed: see
 //! [`jobs::files::program_files`].
 
-use base::Ports;
 use base::failure::{Answer, Outcome};
 use base::ports::{StorageError, Wake};
+use base::{Ports, World};
 use jobs::files::program_files::{
     PARAMETERS, Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools,
 };
@@ -16,7 +16,7 @@ const MOST_SAID: u32 = 5;
 
 /// Reads parameters and tools at boot. There need not be any.
 pub(crate) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
-    match load_parameters(&mut machine.ports, &mut machine.program) {
+    match load_parameters(&mut machine.world.ports, &mut machine.program) {
         Ok(0) | Err(StorageError::NotFound | StorageError::NoCard) => {}
         Ok(bad) => {
             machine.announce(format_args!("WARNING: {PARAMETERS}: {bad} lines are no parameters and were left out\n"));
@@ -33,12 +33,12 @@ pub(crate) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
 pub(crate) fn reload_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     match read_tools(machine) {
         Ok(()) => Ok(Answer::Ok),
-        Err(error) => Err(machine.texts.about_file(TOOLS, error.text())),
+        Err(error) => Err(machine.world.texts.about_file(TOOLS, error.text())),
     }
 }
 
 fn read_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
-    let Machine { ports, program, sessions, .. } = machine;
+    let Machine { program, world: World { ports, sessions, .. }, .. } = machine;
     let mut flaws = 0;
     let read = load_tools(ports, program, |line, flaw| {
         flaws += 1;
@@ -84,11 +84,11 @@ pub(crate) fn save<P: Ports>(machine: &mut Machine<'_, P>) {
 
 fn write_parameters<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
     card::at_rest(machine);
-    let mut saving = SavingParameters::begin(&mut machine.ports)?;
+    let mut saving = SavingParameters::begin(&mut machine.world.ports)?;
     loop {
         machine.wait(Wake::Any).whatever_happens();
         card::at_rest(machine);
-        if saving.step(&mut machine.ports, &machine.program)? == Progress::Done {
+        if saving.step(&mut machine.world.ports, &machine.program)? == Progress::Done {
             return card::kept(machine);
         }
     }
@@ -96,11 +96,11 @@ fn write_parameters<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Storag
 
 fn write_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
     card::at_rest(machine);
-    let mut saving = SavingTools::begin(&mut machine.ports, &machine.program)?;
+    let mut saving = SavingTools::begin(&mut machine.world.ports, &machine.program)?;
     loop {
         machine.wait(Wake::Any).whatever_happens();
         card::at_rest(machine);
-        if saving.step(&mut machine.ports, &machine.program)? == Progress::Done {
+        if saving.step(&mut machine.world.ports, &machine.program)? == Progress::Done {
             return card::kept(machine);
         }
     }

@@ -32,8 +32,8 @@ pub(crate) fn enable_overrides<P: Ports>(
             set_feed(machine, factor);
         }
         (false, None) => {
-            let factors = machine.ports.motion(|motion| motion.overrides());
-            machine.ports.motion(|motion| motion.set_overrides(1.0, factors.rapid));
+            let factors = machine.world.ports.motion(|motion| motion.overrides());
+            machine.world.ports.motion(|motion| motion.set_overrides(1.0, factors.rapid));
             machine.feed_waits = Some(factors.feed);
         }
         _ => {}
@@ -42,14 +42,14 @@ pub(crate) fn enable_overrides<P: Ports>(
     say_spindle(machine);
     // Holding from standstill acts before the next move; a session that aborts then is heard.
     if machine.hold.let_act(hold) && machine.safety.apply(Event::Started) && machine.safety.apply(Event::Hold) {
-        machine.ports.motion(motion::Motion::hold);
+        machine.world.ports.motion(motion::Motion::hold);
     }
     Ok(())
 }
 
 /// Returns the operator's factor of feed rates, whether it counts or not.
 pub(crate) fn feed<P: Ports>(machine: &mut Machine<'_, P>) -> f64 {
-    machine.feed_waits.unwrap_or_else(|| machine.ports.motion(|motion| motion.overrides().feed))
+    machine.feed_waits.unwrap_or_else(|| machine.world.ports.motion(|motion| motion.overrides().feed))
 }
 
 /// Sets the operator's factor of feed rates.
@@ -58,7 +58,7 @@ pub(crate) fn set_feed<P: Ports>(machine: &mut Machine<'_, P>, factor: f64) {
         machine.feed_waits = Some(factor);
         return;
     }
-    machine.ports.motion(|motion| {
+    machine.world.ports.motion(|motion| {
         let rapid = motion.overrides().rapid;
         motion.set_overrides(factor, rapid);
     });
@@ -76,9 +76,9 @@ pub(crate) fn speed_factor<P: Ports>(machine: &mut Machine<'_, P>, words: &Words
         Some(factor) if is_beside => {
             let own = factor.clamp(0.1, 10.0) / machine.program.modal().speed_factor;
             set_feed(machine, own);
-            if !machine.config.motion.compliant_seek_rate {
-                let feed = machine.ports.motion(|motion| motion.overrides().feed);
-                machine.ports.motion(|motion| motion.set_overrides(feed, own));
+            if !machine.world.config.motion.compliant_seek_rate {
+                let feed = machine.world.ports.motion(|motion| motion.overrides().feed);
+                machine.world.ports.motion(|motion| motion.set_overrides(feed, own));
             }
         }
         _ => motion_codes::set_speed_factor(&mut machine.program, words),
@@ -106,7 +106,7 @@ pub(crate) fn overrides_count_again<P: Ports>(machine: &mut Machine<'_, P>) {
 pub(crate) fn reset_overrides<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.feed_waits = None;
     machine.hold = Hold::Acts;
-    machine.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
+    machine.world.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
     program::speed_factor::set(&mut machine.program, 1.0);
     machine.outputs.let_override_count(true);
     machine.outputs.override_spindle(100.0);
@@ -124,7 +124,7 @@ pub(crate) fn await_input<P: Ports>(machine: &mut Machine<'_, P>, wait: AwaitInp
 }
 
 fn is_on<P: Ports>(machine: &Machine<'_, P>, wait: AwaitInput) -> bool {
-    machine.ports.inputs().is_active(Input::Switch(wait.input.0))
+    machine.world.ports.inputs().is_active(Input::Switch(wait.input.0))
 }
 
 /// Waits for the level of an input; none when it did not come in time.
@@ -133,7 +133,7 @@ fn await_event<P: Ports>(
     wait: AwaitInput,
     event: InputEvent,
 ) -> Result<Option<bool>, Failure> {
-    let (since, mut before) = (machine.ports.now(), is_on(machine, wait));
+    let (since, mut before) = (machine.world.ports.now(), is_on(machine, wait));
     loop {
         let now = is_on(machine, wait);
         let came = match event {
@@ -146,7 +146,7 @@ fn await_event<P: Ports>(
         if came {
             return Ok(Some(now));
         }
-        if machine.ports.now().since(since) >= wait.patience {
+        if machine.world.ports.now().since(since) >= wait.patience {
             return Ok(None);
         }
         before = now;
@@ -156,16 +156,16 @@ fn await_event<P: Ports>(
 
 /// Has the spindle turn as the operator wants it. Changes that ride on motion come first.
 pub(crate) fn say_spindle<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.ports.heat(|heat| heat.has_effects()) {
+    if machine.world.ports.heat(|heat| heat.has_effects()) {
         return;
     }
-    let change = machine.outputs.take_override(machine.config);
+    let change = machine.outputs.take_override(machine.world.config);
     apply(machine, change);
 }
 
 /// Tells of an S that the spindle cannot turn with: once in a job, and otherwise not the same twice.
 pub(crate) fn tell_beyond<P: Ports>(machine: &mut Machine<'_, P>, switch: SwitchId, s: Option<f32>) {
-    let Some(beyond) = outputs::beyond(machine.config, switch, s) else { return };
+    let Some(beyond) = outputs::beyond(machine.world.config, switch, s) else { return };
     let is_news = match machine.jobs.noted() {
         Some(noted) => !core::mem::replace(&mut noted.told_speed, true),
         None => machine.outputs.is_news(&beyond),
@@ -179,6 +179,6 @@ pub(crate) fn tell_beyond<P: Ports>(machine: &mut Machine<'_, P>, switch: Switch
 pub(crate) fn apply<P: Ports>(machine: &mut Machine<'_, P>, change: Option<Output>) {
     if let Some(output) = change {
         // A switch takes any value.
-        let _ = machine.ports.heat(|heat| heat.apply(output));
+        let _ = machine.world.ports.heat(|heat| heat.apply(output));
     }
 }

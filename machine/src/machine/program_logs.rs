@@ -2,8 +2,8 @@
 
 use core::fmt::Write as _;
 
-use base::Ports;
 use base::failure::{Failure, Texts};
+use base::{Ports, World};
 use gcode::{Parameter, Parameters as _};
 use jobs::files::logs::LogFlaw;
 use program::Remark;
@@ -18,23 +18,24 @@ const LINE: usize = 256;
 /// # Errors
 /// The fault of the file, by its name.
 pub(crate) fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, remark: &Remark<'_>) -> Result<(), Failure> {
-    let Machine { logs, files, ports, program, .. } = machine;
+    let Machine { logs, files, program, world: World { ports, .. }, .. } = machine;
     match *remark {
         Remark::OpenLog { name, appends } => {
-            logs.text.open(&files.absolute(name), appends, ports).map_err(|flaw| named(machine.texts, name, flaw))
+            logs.text.open(&files.absolute(name), appends, ports).map_err(|flaw| named(machine.world.texts, name, flaw))
         }
-        Remark::OpenProbe(name) => {
-            logs.contacts.open(&files.absolute(name), false, ports).map_err(|flaw| named(machine.texts, name, flaw))
-        }
+        Remark::OpenProbe(name) => logs
+            .contacts
+            .open(&files.absolute(name), false, ports)
+            .map_err(|flaw| named(machine.world.texts, name, flaw)),
         Remark::Log(text) if logs.text.is_open() => {
             let mut line = heapless::String::<LINE>::new();
             // Text that does not fit is cut.
             let _ = program::write_values(program, text, &mut line);
-            logs.text.write_line(&line, ports).map_err(|flaw| named(machine.texts, "the log file", flaw))
+            logs.text.write_line(&line, ports).map_err(|flaw| named(machine.world.texts, "the log file", flaw))
         }
-        Remark::CloseLog => logs.text.close(ports).map_err(|flaw| named(machine.texts, "the log file", flaw)),
+        Remark::CloseLog => logs.text.close(ports).map_err(|flaw| named(machine.world.texts, "the log file", flaw)),
         Remark::CloseProbe => {
-            logs.contacts.close(ports).map_err(|flaw| named(machine.texts, "the file of contacts", flaw))
+            logs.contacts.close(ports).map_err(|flaw| named(machine.world.texts, "the file of contacts", flaw))
         }
         _ => Ok(()),
     }
@@ -56,7 +57,7 @@ pub(crate) fn contact_found<P: Ports>(machine: &mut Machine<'_, P>) {
         // Nine numbers fit in a line.
         let _ = write!(line, "{blank}{value:.6}");
     }
-    let Machine { logs, ports, .. } = machine;
+    let Machine { logs, world: World { ports, .. }, .. } = machine;
     if let Err(flaw) = logs.contacts.write_line(&line, ports) {
         machine.announce(format_args!("WARNING: a contact was not written down: {}\n", flaw.text()));
     }
@@ -64,7 +65,7 @@ pub(crate) fn contact_found<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Closes the logs of a program that has ended, or will not go on.
 pub(crate) fn close<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Machine { logs, ports, .. } = machine;
+    let Machine { logs, world: World { ports, .. }, .. } = machine;
     if let Err(flaw) = logs.close(ports) {
         machine.announce(format_args!("WARNING: what the program wrote is not all on the card: {}\n", flaw.text()));
     }

@@ -35,9 +35,9 @@ impl Source {
     /// in the machine's own, whatever consoles speak.
     pub fn new<P: Ports>(machine: &Machine<'_, P>, to: Recipient, origin: Origin) -> Self {
         let dialect = match origin {
-            Origin::Job => machine.jobs.dialect().unwrap_or_else(|| program_setup::dialect(machine.config)),
-            Origin::Session => machine.sessions.dialect_of(to),
-            Origin::Switch | Origin::Settings | Origin::Startup(_) => program_setup::own_dialect(machine.config),
+            Origin::Job => machine.jobs.dialect().unwrap_or_else(|| program_setup::dialect(machine.world.config)),
+            Origin::Session => machine.world.sessions.dialect_of(to),
+            Origin::Switch | Origin::Settings | Origin::Startup(_) => program_setup::own_dialect(machine.world.config),
         };
         Self { origin, to, dialect }
     }

@@ -20,7 +20,7 @@ pub(crate) fn motor_supply_lost<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Handles the loss of the heater supply, which a heater's guard would only notice minutes later.
 pub(crate) fn fet_supply_lost<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.ports.heat(|heat| heat.any_on()) {
+    if machine.world.ports.heat(|heat| heat.any_on()) {
         machine.halt(Alarm::Abort, format_args!("ERROR: heater supply lost while heating (vfet below 6 V)\n"));
     } else {
         machine.announce(format_args!("WARNING: heater supply is off (vfet below 6 V), heaters and fans do nothing\n"));

@@ -49,11 +49,11 @@ pub(crate) fn is_already<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) 
 /// # Errors
 /// Without a card for jobs, and when the machine halts.
 pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
-    needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
+    needs(machine.world.texts, machine.world.config, Part::Player, machine.jobs.is_playing())?;
     machine.announce(format_args!("// Suspending print, waiting for queue to empty...\n"));
     // A host that prints must stop; a host that only follows the file must know.
     let is_file = machine.jobs.set_paused(true);
-    machine.sessions.tell_hosts(if is_file { "paused" } else { "pause" }, Recipient::Nobody);
+    machine.world.sessions.tell_hosts(if is_file { "paused" } else { "pause" }, Recipient::Nobody);
     // The sender stops when it has its answer, and the file has stopped already.
     machine.say(to, format_args!("ok\n"));
     machine.announce(format_args!("// Waiting for queue to empty (Host must stop sending)...\n"));
@@ -68,7 +68,7 @@ pub(crate) fn keep<P: Ports>(
     targets: [Celsius; units::MAX_HEATERS],
     change: Option<FilamentChangeConfig>,
 ) {
-    let position = machine.ports.motion(|motion| motion.commanded_position());
+    let position = machine.world.ports.motion(|motion| motion.commanded_position());
     let kept = machine.program.keep();
     machine.jobs.suspend(Suspended { position, kept, targets, change, stall: None });
     machine.axes.keep_place(AxisSet::NONE);
@@ -78,7 +78,7 @@ pub(crate) fn keep<P: Ports>(
 
 /// Returns the targets of heaters in the order of the configuration; 0 for heaters that are off.
 pub(crate) fn targets<P: Ports>(machine: &mut Machine<'_, P>) -> [Celsius; units::MAX_HEATERS] {
-    machine.ports.heat(|heat| {
+    machine.world.ports.heat(|heat| {
         let mut targets = [Celsius(0.0); units::MAX_HEATERS];
         targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target());
         targets
@@ -87,11 +87,11 @@ pub(crate) fn targets<P: Ports>(machine: &mut Machine<'_, P>) -> [Celsius; units
 
 /// Has the job wait for a person: heaters off, unless they are to stay on, and the script for that.
 pub(crate) fn rest<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay: bool) -> Outcome {
-    let player = &machine.config.player;
+    let player = &machine.world.config.player;
     if !(heaters_stay || player.leave_heaters_on_suspend) {
         // Switching off is never refused.
         for id in HeaterId::all() {
-            let _ = machine.ports.heat(|heat| heat.set_target(id, Celsius(0.0)));
+            let _ = machine.world.ports.heat(|heat| heat.set_target(id, Celsius(0.0)));
         }
     }
     start_script(machine, player.after_suspend_gcode.as_str(), Then::Suspended).map(|_| Answer::Said)
@@ -103,16 +103,16 @@ pub(crate) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
         machine.say(to, format_args!("Not suspended\n"));
         return Ok(Answer::Ok);
     };
-    needs(machine.texts, machine.config, Part::Player, machine.jobs.is_playing())?;
+    needs(machine.world.texts, machine.world.config, Part::Player, machine.jobs.is_playing())?;
     Features::<P>::may_resume(machine)?;
     let homes_itself = machine.jobs.stalled_job().map_or(AxisSet::NONE, |stall| stall.lost);
-    if machine.config.player.before_resume_gcode.is_empty() {
+    if machine.world.config.player.before_resume_gcode.is_empty() {
         knows_the_place(machine, homes_itself)?;
     }
     machine.announce(format_args!("// resuming print...\n"));
     let heated = || HeaterId::all().zip(targets).filter(|(_, target)| target.0 > 0.0);
     for (id, target) in heated() {
-        heat_codes::set_target(machine.texts, &mut machine.ports, machine.config, id, target)?;
+        heat_codes::set_target(machine.world.texts, &mut machine.world.ports, machine.world.config, id, target)?;
     }
     if heated().next().is_some() {
         machine.announce(format_args!("// Waiting for heaters...\n"));
@@ -121,7 +121,7 @@ pub(crate) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
         heat_codes::wait_for_temperature(&mut MachineHands::new(machine, to), id)?;
     }
     Features::<P>::before_going_back(machine)?;
-    let script = machine.config.player.before_resume_gcode.as_str();
+    let script = machine.world.config.player.before_resume_gcode.as_str();
     if !script.is_empty() {
         machine.announce(format_args!("// Executing before resume gcode...\n"));
     }
@@ -137,7 +137,7 @@ fn knows_the_place<P: Ports>(machine: &Machine<'_, P>, but: AxisSet) -> Result<(
     } else {
         "it was not homed when the job was suspended: abort ends the job"
     };
-    Err(machine.texts.refused(format_args!("{axis} is not where it reads: {what_to_do}")))
+    Err(machine.world.texts.refused(format_args!("{axis} is not where it reads: {what_to_do}")))
 }
 
 /// Goes back to the job's place of the work, with the modes of the program as they were. Offsets that were
@@ -147,7 +147,7 @@ pub(crate) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
     let Some(Suspended { position: was, kept, .. }) = machine.jobs.suspended() else { return Ok(()) };
     let other_tool = program::take_up_tool(&mut machine.program, kept);
     let position = program::same_work_place(&mut machine.program, kept, was);
-    let mut from = machine.ports.motion(|motion| motion.commanded_position());
+    let mut from = machine.world.ports.motion(|motion| motion.commanded_position());
     let mut target = from;
     Axis::PRIMARY.into_iter().for_each(|axis| target[axis] = position[axis]);
     machine.stays_within(&from, &target)?;
@@ -197,7 +197,7 @@ pub(crate) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
     machine.announce(format_args!("// Resuming print\n"));
     machine.record(&Happened::JobResumed { line: machine.jobs.line() });
     let is_file = machine.jobs.set_paused(false);
-    machine.sessions.tell_hosts(if is_file { "resumed" } else { "resume" }, Recipient::Nobody);
+    machine.world.sessions.tell_hosts(if is_file { "resumed" } else { "resume" }, Recipient::Nobody);
     Ok(())
 }
 
@@ -223,8 +223,8 @@ pub(crate) fn begin_replay<P: Ports>(
     asked: Recipient,
     by_load: bool,
 ) -> Result<(), StorageError> {
-    safe_file::settle(&mut machine.ports, path)?;
-    let file = machine.ports.open(path, OpenMode::Read)?;
+    safe_file::settle(&mut machine.world.ports, path)?;
+    let file = machine.world.ports.open(path, OpenMode::Read)?;
     let replay = Replay {
         file,
         path: path.clone(),

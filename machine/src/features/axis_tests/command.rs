@@ -193,7 +193,7 @@ impl Figure {
 /// When the words are not understood, leave the travel or are refused as the codes are; while a file is
 /// played.
 pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let test = parse(arguments).map_err(|error| machine.texts.refused(format_args!("{error}")))?;
+    let test = parse(arguments).map_err(|error| machine.world.texts.refused(format_args!("{error}")))?;
     if machine.jobs.is_playing() {
         return Err(Failure::refused(&"a file is being played: abort it first"));
     }
@@ -223,15 +223,15 @@ pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: R
 /// Draws a figure; Ctrl-Y brakes and ends it.
 fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recipient) -> Result<(), Failure> {
     let mm = 1.0 / machine.program.modal().in_program_units(1.0);
-    let from = machine.ports.motion(|motion| motion.commanded_position());
+    let from = machine.world.ports.motion(|motion| motion.commanded_position());
     for reach in figure.reach(mm) {
         machine.stays_within(&from, &PerAxis(Axis::ALL.map(|axis| from[axis] + reach[axis])))?;
     }
-    let dialect = machine.sessions.dialect_of(to);
+    let dialect = machine.world.sessions.dialect_of(to);
     let (mut number, mut stopped) = (0, false);
     loop {
         if MachineHands::new(machine, to).stop_requested() {
-            machine.ports.motion(motion::Motion::stop);
+            machine.world.ports.motion(motion::Motion::stop);
             stopped = true;
         }
         match figure.line(number).filter(|_| !stopped) {
@@ -239,9 +239,9 @@ fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recipient) 
                 P::run_text(machine, &line, dialect, to)?;
                 number += 1;
             }
-            None if machine.ports.motion(|motion| motion.is_idle()) => break,
+            None if machine.world.ports.motion(|motion| motion.is_idle()) => break,
             None => {
-                machine.ports.motion(motion::Motion::flush);
+                machine.world.ports.motion(motion::Motion::flush);
                 machine.wait(Wake::Any).unless_halted()?;
             }
         }
@@ -254,7 +254,7 @@ fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recipient) 
 
 /// Makes one motor's steps as a move of its axis.
 fn step<P: Ports>(machine: &mut Machine<'_, P>, steps: &Steps, to: Recipient) -> Result<(), Failure> {
-    let config = machine.ports.motion(|motion| motion.config().copied());
+    let config = machine.world.ports.motion(|motion| motion.config().copied());
     let config = config.ok_or_else(|| Failure::refused(&"motion is not configured"))?;
     let motor = Actuator::from_index(steps.axis as usize).and_then(|motor| config.actuators[motor]);
     let per_mm = motor.ok_or_else(|| Failure::refused(&"axis is out of range"))?.steps_per_mm;
@@ -266,7 +266,7 @@ fn step<P: Ports>(machine: &mut Machine<'_, P>, steps: &Steps, to: Recipient) ->
         false => (steps.count, steps.rate),
     };
     let (count, letter) = (libm::round(count), steps.axis.letter());
-    let from = machine.ports.motion(|motion| motion.commanded_position());
+    let from = machine.world.ports.motion(|motion| motion.commanded_position());
     let mut target = from;
     target[steps.axis] += count / per_mm;
     machine.stays_within(&from, &target)?;

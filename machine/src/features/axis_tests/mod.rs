@@ -38,7 +38,7 @@ pub(crate) struct Speed {
 }
 
 fn is_alone<P: Ports>(machine: &Machine<'_, P>, axis: Axis) -> Result<(), Failure> {
-    if procedures::arms::homes_by_motor(machine.config) && AxisSet::PRIMARY.has(axis) {
+    if procedures::arms::homes_by_motor(machine.world.config) && AxisSet::PRIMARY.has(axis) {
         return Err(Failure::refused(&"towers and arms home together: no axis can be looked at alone"));
     }
     Ok(())
@@ -61,7 +61,7 @@ pub(crate) fn endstop<P: Ports>(
 pub(crate) fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Recipient) -> Result<(), Failure> {
     is_alone(machine, test.axis)?;
     endstop(machine, test.axis, 2, to)?;
-    let from = machine.ports.motion(|motion| motion.commanded_position());
+    let from = machine.world.ports.motion(|motion| motion.commanded_position());
     let mut target = from;
     target[test.axis] += test.way;
     machine.stays_within(&from, &target)?;
@@ -79,14 +79,14 @@ pub(crate) fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Re
     machine.resynchronise_if_still();
     let off = off?;
     let letter = test.axis.letter();
-    let motor = Actuator::from_index(test.axis as usize).map(|motor| &machine.config.actuators[motor]);
+    let motor = Actuator::from_index(test.axis as usize).map(|motor| &machine.world.config.actuators[motor]);
     let turn = motor.map_or(0.0, |motor| FULL_STEPS_LOST * f64::from(motor.microsteps.max(1)) / motor.steps_per_mm);
     if libm::fabs(off) < turn / 2.0 {
         machine.say(to, format_args!("{letter} is where it was, within {:.3} mm: no step was lost\n", libm::fabs(off)));
         return Ok(());
     }
     let steps = libm::round(off / turn) * FULL_STEPS_LOST;
-    Err(machine.texts.refused(format_args!(
+    Err(machine.world.texts.refused(format_args!(
         "{letter} is {off:.3} mm off: {} full steps were lost: less speed or acceleration, or more current",
         libm::fabs(steps)
     )))
@@ -113,7 +113,7 @@ pub(crate) struct Sweep {
 /// Shakes an axis and says at which frequency: input shaping belongs where the frame rings loudest, or a pen
 /// on the bed draws widest. Filters are off meanwhile, or there would be nothing to hear.
 pub(crate) fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, to: Recipient) -> Result<(), Failure> {
-    let here = machine.ports.motion(|motion| motion.commanded_position());
+    let here = machine.world.ports.motion(|motion| motion.commanded_position());
     // The lowest frequency has the widest way.
     let widest = way_at(test.from.min(test.to));
     let mut reach = here;
@@ -125,7 +125,7 @@ pub(crate) fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, to: Re
     let motor = Actuator::from_index(test.axis as usize).and_then(|motor| limits.actuator_acceleration[motor]);
     if let Some(most) = motor.filter(|most| most.0 < needed) {
         let letter = test.axis.letter();
-        return Err(machine.texts.refused(format_args!(
+        return Err(machine.world.texts.refused(format_args!(
             "test sweep: this needs {needed} mm/s2, and motor {letter} may take {}: M204 {letter} changes it",
             most.0
         )));

@@ -36,21 +36,21 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     fn rests(machine: &mut Machine<'_, P>) {
-        let written = machine.features.brown_out.stands(&mut machine.ports);
+        let written = machine.features.brown_out.stands(&mut machine.world.ports);
         not_written(machine, written);
     }
 }
 
 /// Looks at one of the supplies.
 fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    if now < machine.features.brown_out.due || machine.config.voltages.is_empty() {
+    if now < machine.features.brown_out.due || machine.world.config.voltages.is_empty() {
         return;
     }
     machine.features.brown_out.due = now.plus(Micros(PERIOD.0 / 2));
     let of_heaters = machine.features.brown_out.heaters_turn;
     machine.features.brown_out.heaters_turn = !of_heaters;
     let name = if of_heaters { "vfet" } else { "vmotor" };
-    let Some(volts) = machine.ports.voltage_now(name) else { return };
+    let Some(volts) = machine.world.ports.voltage_now(name) else { return };
     let least = least(machine, of_heaters);
     let supply =
         if of_heaters { &mut machine.features.brown_out.heaters } else { &mut machine.features.brown_out.motors };
@@ -58,16 +58,16 @@ fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     if falls_now && is_at_work(machine) {
         falls(machine, of_heaters, volts, usual);
     }
-    machine.features.brown_out.look_after_note(&mut machine.ports);
+    machine.features.brown_out.look_after_note(&mut machine.world.ports);
 }
 
 /// Returns the voltage below which the supply falls; none: a share of its usual voltage counts.
 fn least<P: Ports>(machine: &Machine<'_, P>, of_heaters: bool) -> Option<Volts> {
-    let noted = machine.config.player.power_loss.motor_volts;
+    let noted = machine.world.config.player.power_loss.motor_volts;
     if noted > 0.0 && !of_heaters && machine.features.journal.is_noting() {
         return Some(Volts(noted));
     }
-    machine.config.system.brown_out_volts
+    machine.world.config.system.brown_out_volts
 }
 
 /// Whether there is something that the fall is to end: heat, or motion, or a job that waits.
@@ -76,8 +76,8 @@ fn is_at_work<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     if machine.safety.is_halted() || state == State::Check {
         return false;
     }
-    let moves = !machine.ports.motion(|motion| motion.is_idle());
-    moves || machine.jobs.is_open() || machine.ports.heat(|heat| heat.any_on())
+    let moves = !machine.world.ports.motion(|motion| motion.is_idle());
+    moves || machine.jobs.is_open() || machine.world.ports.heat(|heat| heat.any_on())
 }
 
 fn falls<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool, volts: Volts, usual: Volts) {
@@ -97,7 +97,7 @@ fn falls<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool, volts: Volts,
     if machine.features.journal.is_noting() {
         machine.features.brown_out.to_keep = Some(event);
     } else {
-        let written = machine.features.brown_out.keep(&mut machine.ports, event.as_str());
+        let written = machine.features.brown_out.keep(&mut machine.world.ports, event.as_str());
         not_written(machine, written);
     }
 }
@@ -107,14 +107,14 @@ fn gone<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool) {
     let is_told = |supervisor: &mut Supervisor| {
         if of_heaters { !supervisor.fet_supply_on() } else { !supervisor.motor_supply_on() }
     };
-    if machine.ports.supervisor(is_told) {
+    if machine.world.ports.supervisor(is_told) {
         return;
     }
     if of_heaters {
-        machine.ports.supervisor(Supervisor::fet_supply_is_lost);
+        machine.world.ports.supervisor(Supervisor::fet_supply_is_lost);
         supplies::fet_supply_lost(machine);
     } else {
-        machine.ports.supervisor(Supervisor::motor_supply_is_lost);
+        machine.world.ports.supervisor(Supervisor::motor_supply_is_lost);
         supplies::motor_supply_lost(machine);
     }
 }
@@ -122,7 +122,7 @@ fn gone<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool) {
 /// Returns the text of a brown-out that the next start tells.
 fn event<P: Ports>(machine: &Machine<'_, P>, what: &str) -> ShortText {
     let mut event = ShortText::NONE;
-    let date = machine.ports.date();
+    let date = machine.world.ports.date();
     // Text that does not fit is cut. A clock that nobody has set gives no date.
     let _ = if date.year > DateTime::UNSET.year { write!(event, "{date}: {what}") } else { write!(event, "{what}") };
     if let Some(path) = machine.jobs.path() {
@@ -139,8 +139,8 @@ fn not_written<P: Ports>(machine: &mut Machine<'_, P>, written: Result<(), Stora
 
 /// Tells at boot of a brown-out that nobody has been told of yet.
 pub(crate) fn tell<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Some(event) = news(&mut machine.ports) else { return };
+    let Some(event) = news(&mut machine.world.ports) else { return };
     machine.announce(format_args!("WARNING: when the machine was on last: {event}\n"));
-    let written = told(&mut machine.ports, event.as_str());
+    let written = told(&mut machine.world.ports, event.as_str());
     not_written(machine, written);
 }

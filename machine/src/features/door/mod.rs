@@ -60,24 +60,24 @@ fn opens<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Whether there is a door contact that says open.
 pub(crate) fn is_open<P: Ports>(machine: &Machine<'_, P>) -> bool {
-    machine.config.safety_door.enable && machine.ports.inputs().is_active(Input::Door)
+    machine.world.config.safety_door.enable && machine.world.ports.inputs().is_active(Input::Door)
 }
 
 /// Stops outputs behind an open door: nothing turns or burns while somebody reaches in; also nothing that the
 /// path, until it stood, had turned on since the door opened.
 pub(crate) fn stop_what_is_behind<P: Ports>(machine: &mut Machine<'_, P>) {
-    let outputs = machine.outputs.door_opens(machine.config);
+    let outputs = machine.outputs.door_opens(machine.world.config);
     give(machine, outputs);
 }
 
 /// Lets the machine go on, once the door is closed and somebody has said so.
 pub(crate) fn let_go_on<P: Ports>(machine: &mut Machine<'_, P>) {
-    let outputs = machine.outputs.door_closes(machine.config);
+    let outputs = machine.outputs.door_closes(machine.world.config);
     give(machine, outputs);
 }
 
 fn give<P: Ports>(machine: &mut Machine<'_, P>, outputs: Changes) {
-    machine.ports.heat(|heat| {
+    machine.world.ports.heat(|heat| {
         for output in outputs {
             // A switch takes any value.
             let _ = heat.apply(output);

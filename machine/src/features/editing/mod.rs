@@ -3,7 +3,6 @@
 //! Until `%c` every line of that console is the editor's. The file that is read stays as it is; when the
 //! console goes away before the end, the new one is deleted.
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::hands::Hands as _;
 use base::own_frame::apart;
@@ -11,6 +10,7 @@ use base::paths::words;
 use base::ports::{OpenMode, Storage, StorageError, Wake};
 use base::reason::Reason;
 use base::sessions::{LineBytes, Recipient, SessionId};
+use base::{Ports, World};
 use jobs::files::editing::Editing;
 use jobs::files::editor::{Step, shown};
 use jobs::files::editor_commands::{Command, HELP, What, parse};
@@ -43,7 +43,7 @@ impl<P: Ports> Moments<P> for Feature {
 /// When another file is being edited, or one of both cannot be opened.
 pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let Recipient::Session(id) = to else { return Err(Failure::refused(&"only a console can edit a file")) };
-    let Machine { files, ports, .. } = machine;
+    let Machine { files, world: World { ports, .. }, .. } = machine;
     if files.editing.is_some() {
         return Err(Failure::refused(&"another file is being edited"));
     }
@@ -55,7 +55,7 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
     if input.eq_ignore_ascii_case(&output) {
         return Err(Failure::refused(&"Need unique input file and output file"));
     }
-    let cannot = |name: &str, error: StorageError| machine.texts.about_file(name, error.text());
+    let cannot = |name: &str, error: StorageError| machine.world.texts.about_file(name, error.text());
     let source = ports.open(&input, OpenMode::Read).map_err(|error| cannot(from, error))?;
     let target = ports.open(&output, OpenMode::Write).map_err(|error| {
         // The source was only opened to be read.
@@ -82,7 +82,7 @@ pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, li
     };
     match outcome {
         Ok(()) => machine.say(to, format_args!("ok\n")),
-        Err(why) => machine.sessions.refuse(to, Reason::default(), format_args!("{why}")),
+        Err(why) => machine.world.sessions.refuse(to, Reason::default(), format_args!("{why}")),
     }
     machine.answered(id);
 }
@@ -199,7 +199,7 @@ fn once<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recip
 }
 
 fn read_more<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
-    let Machine { files, ports, .. } = machine;
+    let Machine { files, world: World { ports, .. }, .. } = machine;
     let Some(editing) = files.editing.as_mut() else { return Ok(()) };
     let mut block = [0; BLOCK];
     let count = ports.read(editing.input, &mut block).map_err(StorageError::text)?;
@@ -210,7 +210,7 @@ fn read_more<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
 /// Writes the beginning of the piece, which then cannot be gone back to.
 #[inline(never)]
 fn make_room<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
-    let Machine { files, ports, .. } = machine;
+    let Machine { files, world: World { ports, .. }, .. } = machine;
     let Some(editing) = files.editing.as_mut() else { return Ok(()) };
     let beginning = editing.editor.beginning();
     let count = beginning.len();
@@ -238,7 +238,7 @@ fn end<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
         copied = copy_on(machine);
         machine.wait(Wake::Any).whatever_happens();
     }
-    let Machine { files, ports, .. } = machine;
+    let Machine { files, world: World { ports, .. }, .. } = machine;
     let Some(editing) = files.editing.take() else { return Ok(()) };
     ports.inbox(editing.from).set_text(false);
     editing.close(ports, copied.map(drop)).map_err(StorageError::text)
@@ -246,7 +246,7 @@ fn end<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
 
 /// Writes the editor's text, and has the editor read on. False at the end of the file.
 fn copy_on<P: Ports>(machine: &mut Machine<'_, P>) -> Result<bool, StorageError> {
-    let Machine { files, ports, .. } = machine;
+    let Machine { files, world: World { ports, .. }, .. } = machine;
     let Some(editing) = files.editing.as_mut() else { return Ok(false) };
     let text = editing.editor.rest();
     let count = text.len();

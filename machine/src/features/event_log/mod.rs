@@ -6,9 +6,9 @@
 
 pub(crate) mod recorded;
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::sessions::{Listing, Recipient, Reply};
+use base::{Ports, World};
 use events::{Event, Text};
 use program::State;
 use units::{Axis, HeaterId, MAX_HEATERS, Micros};
@@ -36,7 +36,7 @@ impl<P: Ports> Moments<P> for Feature {
         to: Recipient,
     ) -> Option<Result<bool, Failure>> {
         let Listing::Events { next, end } = listing else { return None };
-        let Machine { ports, sessions, .. } = machine;
+        let Machine { world: World { ports, sessions, .. }, .. } = machine;
         Some(Ok(piece(ports, next, *end, &mut Reply::new(sessions, to))))
     }
 }
@@ -61,7 +61,7 @@ pub(crate) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
 
 fn follow_targets<P: Ports>(machine: &mut Machine<'_, P>) {
     let mut targets = [0; MAX_HEATERS];
-    machine.ports.heat(|heat| {
+    machine.world.ports.heat(|heat| {
         targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target().0 as i16);
     });
     if targets == machine.features.recorded.targets {
@@ -69,7 +69,8 @@ fn follow_targets<P: Ports>(machine: &mut Machine<'_, P>) {
     }
     for (id, target) in HeaterId::all().zip(targets) {
         let recorded = machine.features.recorded.targets.get(id.index()).copied();
-        if let (true, Some(controller)) = (recorded != Some(target), machine.config.temperatures.get(id.index())) {
+        if let (true, Some(controller)) = (recorded != Some(target), machine.world.config.temperatures.get(id.index()))
+        {
             let heater = Text::from(controller.name.as_str());
             machine.record(&Event::Target { heater, celsius: f32::from(target) });
         }
@@ -100,7 +101,7 @@ pub(crate) fn tell<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: 
         count => count.parse().map_err(|_| Failure::refused(&"events takes a number, or all"))?,
     };
     follow(machine);
-    let entries = machine.ports.events().last(count);
+    let entries = machine.world.ports.events().last(count);
     let (next, end) = entries.span();
     long_answers::begin(machine, Listing::Events { next, end }, to)
 }
@@ -120,7 +121,7 @@ pub(crate) fn piece<P: Ports>(ports: &P, next: &mut u32, end: u32, reply: &mut R
 
 /// Tells the last events for `break`, where no debugger stops for it.
 pub(crate) fn tell_last<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Answer {
-    let Machine { ports, sessions, .. } = machine;
+    let Machine { world: World { ports, sessions, .. }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     reply.say(format_args!("no debugger is attached\n"));
     for entry in ports.events().last(TOLD_AT_A_BREAK) {
@@ -134,7 +135,7 @@ pub(crate) fn stop_for_debugger<P: Ports>(machine: &mut Machine<'_, P>, to: Reci
     if machine.safety.state() != State::Idle && !machine.safety.is_halted() {
         return Err(Failure::refused(&"the machine moves: stop it first"));
     }
-    if machine.ports.stop_for_debugger() {
+    if machine.world.ports.stop_for_debugger() {
         return Ok(Answer::Ok);
     }
     Ok(tell_last(machine, to))

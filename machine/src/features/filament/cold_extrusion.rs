@@ -1,8 +1,8 @@
 //! Cold extrusion: an extruder stands while its nozzle is colder than `min_extrude_temp` or M302 says.
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::sessions::{Recipient, Reply};
+use base::{Ports, World};
 use program::{Move, Words};
 
 use crate::machine::Machine;
@@ -13,13 +13,13 @@ pub(crate) fn may_extrude<P: Ports>(machine: &mut Machine<'_, P>, request: &Move
         return Ok(());
     }
     let Some(axis) = machine.program.tools().active().map(|tool| tool.settings.axis) else { return Ok(()) };
-    let fed = request.target[axis] - machine.ports.motion(|motion| motion.commanded_position())[axis];
+    let fed = request.target[axis] - machine.world.ports.motion(|motion| motion.commanded_position())[axis];
     may_feed(machine, fed)
 }
 
 /// Whether the extruder in use is warm enough to feed so many mm of filament, less than 0 to draw back.
 pub(crate) fn may_feed<P: Ports>(machine: &mut Machine<'_, P>, fed: f64) -> Result<(), Failure> {
-    let Machine { program, ports, config, tuning, texts, .. } = machine;
+    let Machine { program, tuning, world: World { ports, config, texts, .. }, .. } = machine;
     let Some(tool) = program.tools().active().map(|tool| &tool.settings) else { return Ok(()) };
     let [least, least_back] = tuning.least_warm.get(usize::from(tool.id.0)).copied().unwrap_or_default();
     let least = if fed < 0.0 { least_back } else { least };
@@ -33,7 +33,7 @@ pub(crate) fn may_feed<P: Ports>(machine: &mut Machine<'_, P>, fed: f64) -> Resu
 
 /// Sets how warm all nozzles must be (M302); without words tells it of the nozzle in use.
 pub(crate) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
-    let Machine { tuning, config, program, sessions, .. } = machine;
+    let Machine { tuning, program, world: World { config, sessions, .. }, .. } = machine;
     if !words.is_bare() {
         tuning.set_least_warm(config, words);
         return Ok(Answer::Ok);

@@ -2,11 +2,11 @@
 
 pub(crate) mod cold_extrusion;
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::hands::Hands as _;
 use base::sessions::{Recipient, Reply};
 use base::tuning::Tuning;
+use base::{Ports, World};
 use config::FilamentChangeConfig;
 use motion::Mode;
 use parts::filament::{News, Use, WidthNews};
@@ -29,7 +29,7 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
-        if machine.config.filament_detector.enable || machine.config.filament_width.enable {
+        if machine.world.config.filament_detector.enable || machine.world.config.filament_width.enable {
             watch(machine, now);
         }
     }
@@ -43,11 +43,11 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     fn hold_moves_back(machine: &Machine<'_, P>) -> bool {
-        machine.config.filament_width.enable && is_planned_ahead(machine)
+        machine.world.config.filament_width.enable && is_planned_ahead(machine)
     }
 
     fn block_begins(machine: &mut Machine<'_, P>, _source: Source) {
-        if machine.config.filament_width.enable {
+        if machine.world.config.filament_width.enable {
             correct_flow(machine);
         }
     }
@@ -58,7 +58,7 @@ impl<P: Ports> Moments<P> for Feature {
 
     fn job_may_begin(machine: &mut Machine<'_, P>) -> bool {
         // With a detector about to ask, the job is suspended before its first move.
-        !machine.features.filament.is_about_to_ask(machine.config)
+        !machine.features.filament.is_about_to_ask(machine.world.config)
     }
 
     fn suspend(machine: &mut Machine<'_, P>, heaters_stay: bool, words: &Words<'_>, to: Recipient) -> Option<Outcome> {
@@ -66,7 +66,7 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     fn may_resume(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-        machine.features.filament.must_be_there(machine.texts, machine.config)
+        machine.features.filament.must_be_there(machine.world.texts, machine.world.config)
     }
 
     fn before_going_back(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
@@ -91,8 +91,8 @@ impl<P: Ports> Moments<P> for Feature {
 
 /// Counts the pulses of the filament's wheel, where there is one.
 fn count<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.config.filament_detector.wheel_pin().is_some() {
-        let levels = machine.ports.inputs();
+    if machine.world.config.filament_detector.wheel_pin().is_some() {
+        let levels = machine.world.ports.inputs();
         machine.features.filament.count(levels);
     }
 }
@@ -107,10 +107,11 @@ fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
         State::Run => Use::Moves,
         _ => Use::Idle,
     };
-    if machine.config.filament_width.enable {
+    if machine.world.config.filament_width.enable {
         measure(machine, using, now);
     }
-    let Machine { ports, config, tuning, program, features: States { filament, .. }, .. } = machine;
+    let Machine { tuning, program, features: States { filament, .. }, world: World { ports, config, .. }, .. } =
+        machine;
     let levels = ports.inputs();
     let axis = program.tools().active().map(|tool| tool.settings.axis);
     let extruder = || axis.map(|axis| (axis, ports.motion(|motion| motion.live_position())[axis]));
@@ -128,8 +129,8 @@ fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 fn measure<P: Ports>(machine: &mut Machine<'_, P>, using: Use, now: Micros) {
     let sensor = machine.tuning.filament_width;
     let Some(axis) = measured_tool(machine).map(|tool| tool.settings.axis) else { return };
-    let readings = machine.ports.heat(|heat| heat.filament_width());
-    let pushed = machine.ports.motion(|motion| motion.live_position())[axis];
+    let readings = machine.world.ports.heat(|heat| heat.filament_width());
+    let pushed = machine.world.ports.motion(|motion| motion.live_position())[axis];
     let news = machine.features.filament_width.look(&sensor, readings, pushed, now);
     machine.features.filament.note_width(machine.features.filament_width.trouble());
     match news {
@@ -146,7 +147,7 @@ fn measure<P: Ports>(machine: &mut Machine<'_, P>, using: Use, now: Micros) {
 
 /// Returns the extruder whose filament is measured.
 fn measured_tool<'m, P: Ports>(machine: &'m Machine<'_, P>) -> Option<&'m Tool> {
-    machine.program.tools().all().iter().find(|tool| tool.settings.id == machine.config.filament_width.tool)
+    machine.program.tools().all().iter().find(|tool| tool.settings.id == machine.world.config.filament_width.tool)
 }
 
 /// Scales what is extruded from here on to the filament that will be at the nozzle then: more for thinner
@@ -221,7 +222,9 @@ fn change_filament<P: Ports>(
         let left = leave(machine, lengths);
         machine.resynchronise_if_still();
         match left {
-            Err(why) if why.is_refusal() => machine.announce(format_args!("// WARNING {}\n", machine.texts.of(why))),
+            Err(why) if why.is_refusal() => {
+                machine.announce(format_args!("// WARNING {}\n", machine.world.texts.of(why)))
+            }
             left => left?,
         }
     }
@@ -256,7 +259,7 @@ fn change<P: Ports>(machine: &Machine<'_, P>, words: &Words<'_>) -> Result<Chang
     for (place, letter) in lengths.park.iter_mut().zip(['X', 'Y']) {
         *place = words.get(letter).map(Mm).or(*place);
     }
-    let heater = tool.and_then(|tool| machine.config.heater_with(tool));
+    let heater = tool.and_then(|tool| machine.world.config.heater_with(tool));
     let goes_on_with = heater.zip(words.get('R').map(|celsius| Celsius(celsius as f32)));
     Ok(Change { lengths, goes_on_with })
 }
@@ -266,7 +269,7 @@ fn unless_cold<P: Ports>(machine: &mut Machine<'_, P>, change: FilamentChangeCon
     let feeds = [change.retract, change.unload, change.load, change.purge].iter().any(|length| length.0 > 0.0);
     match cold_extrusion::may_feed(machine, -1.0) {
         Err(why) if feeds => {
-            machine.announce(format_args!("// WARNING {}: M600 leaves the filament in\n", machine.texts.of(why)));
+            machine.announce(format_args!("// WARNING {}: M600 leaves the filament in\n", machine.world.texts.of(why)));
             let nothing = Mm(0.0);
             FilamentChangeConfig { retract: nothing, unload: nothing, load: nothing, purge: nothing, ..change }
         }
@@ -290,7 +293,7 @@ fn leave<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) 
 }
 
 fn park<P: Ports>(machine: &mut Machine<'_, P>, change: &FilamentChangeConfig) -> Result<(), Failure> {
-    let from = machine.ports.motion(|motion| motion.commanded_position());
+    let from = machine.world.ports.motion(|motion| motion.commanded_position());
     let mut above = from;
     above[Axis::Z] += change.lift.0;
     if change.lift.0 > 0.0 {
@@ -372,7 +375,7 @@ pub(crate) fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool, lengt
     let length = length.map_or(if loads { change.load } else { change.unload }, Mm);
     if length.0 == 0.0 {
         let text = if loads { "M701: how far? Give L, or set M603 L" } else { "M702: how far? Give U, or set M603 U" };
-        return Err(machine.texts.because(text));
+        return Err(machine.world.texts.because(text));
     }
     cold_extrusion::may_feed(machine, if loads { length.0 } else { -length.0 })?;
     if loads {

@@ -6,12 +6,12 @@
 
 use core::fmt::Arguments;
 
-use base::Ports;
 use base::clock_time::Clock;
 use base::failure::{Failure, Outcome};
 use base::paths::Path;
 use base::ports::{FileHandle, OpenMode, Storage, StorageError};
 use base::sessions::{Listing, Recipient, Reply};
+use base::{Ports, World};
 use config::JobPreflight;
 use jobs::player::{FileLines, Lookup, PausePlace, Planned, Step, TOO_DEEP, TimeLeft, sub_path};
 use motion::Tag;
@@ -76,7 +76,7 @@ pub(crate) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Reci
     }
     let forecast = machine.forecast;
     if forecast.is_under_way() {
-        return Err(machine.texts.because(match forecast.purpose() {
+        return Err(machine.world.texts.because(match forecast.purpose() {
             Purpose::Job => "the file that is played is still looked at: ask again in a moment",
             Purpose::Check => "a file is being looked at already",
         }));
@@ -88,7 +88,7 @@ pub(crate) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Reci
 
 /// Begins the forecast of a job that is about to begin, which waits for it if so configured.
 pub(crate) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) -> JobStart {
-    let waits = matches!(machine.config.player.preflight, JobPreflight::Travel | JobPreflight::Refuse);
+    let waits = matches!(machine.world.config.player.preflight, JobPreflight::Travel | JobPreflight::Refuse);
     start(machine, waits && !machine.jobs.is_forced())
 }
 
@@ -101,7 +101,7 @@ pub(crate) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>) {
 fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> JobStart {
     let forecast = machine.forecast;
     if machine.forecast_files.holds && machine.forecast_files.job == machine.jobs.count() {
-        return match (machine.config.player.preflight, forecast.is_under_way()) {
+        return match (machine.world.config.player.preflight, forecast.is_under_way()) {
             (JobPreflight::Travel, _) => looked_at_for_a_while(machine, forecast),
             (_, true) => {
                 tell_how_far(machine, forecast);
@@ -112,13 +112,13 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> JobStart {
     }
     forecast.forget_course();
     let Some(path) = machine.jobs.path().cloned() else { return JobStart::Now };
-    if machine.config.player.preflight == JobPreflight::Off {
+    if machine.world.config.player.preflight == JobPreflight::Off {
         return JobStart::Now;
     }
     let dialect = machine.jobs.dialect();
     match begin(machine, &path, Purpose::Job, dialect) {
-        Err(why) if why.is_refusal() && holds && machine.config.player.preflight == JobPreflight::Refuse => {
-            return refuse(machine, format_args!("{}", machine.texts.of(why)));
+        Err(why) if why.is_refusal() && holds && machine.world.config.player.preflight == JobPreflight::Refuse => {
+            return refuse(machine, format_args!("{}", machine.world.texts.of(why)));
         }
         // A file that cannot be read twice is played all the same.
         Err(_) => return JobStart::Now,
@@ -126,9 +126,9 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> JobStart {
     }
     (machine.forecast_files.job, machine.forecast_files.holds) = (machine.jobs.count(), holds);
     if holds {
-        let now = machine.ports.now();
+        let now = machine.world.ports.now();
         (machine.forecast_files.waits_since, machine.forecast_files.told_at) = (now, now);
-        if machine.config.player.preflight == JobPreflight::Travel {
+        if machine.world.config.player.preflight == JobPreflight::Travel {
             return JobStart::Later;
         }
         let size = u64::from(machine.forecast_files.size).div_ceil(1_024);
@@ -142,7 +142,7 @@ fn start<P: Ports>(machine: &mut Machine<'_, P>, holds: bool) -> JobStart {
 
 /// Tells now and then how far the look is that the job waits for, and its remaining time at that pace.
 fn tell_how_far<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) {
-    let (now, since) = (machine.ports.now(), machine.forecast_files.waits_since);
+    let (now, since) = (machine.world.ports.now(), machine.forecast_files.waits_since);
     let (waited, told) = (now.since(since), machine.forecast_files.told_at.since(since));
     if waited < TOLD_FIRST || waited.0 < 2 * told.0 {
         return;
@@ -169,8 +169,8 @@ fn looked_at_for_a_while<P: Ports>(machine: &mut Machine<'_, P>, forecast: &Shar
         forecast.forget();
         return refuse(machine, format_args!("{why}"));
     }
-    let waited = machine.ports.now().since(machine.forecast_files.waits_since);
-    if forecast.is_under_way() && waited < machine.config.player.preflight_wait {
+    let waited = machine.world.ports.now().since(machine.forecast_files.waits_since);
+    if forecast.is_under_way() && waited < machine.world.config.player.preflight_wait {
         return JobStart::Later;
     }
     machine.forecast_files.holds = false;
@@ -198,7 +198,7 @@ fn looked_at<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) 
 
 fn refuse<P: Ports>(machine: &mut Machine<'_, P>, why: Arguments<'_>) -> JobStart {
     let to = machine.jobs.tells_end();
-    machine.jobs.close(&mut machine.ports);
+    machine.jobs.close(&mut machine.world.ports);
     machine.announce(format_args!("error:the job was not begun: {why}; play --force file begins it all the same\n"));
     // Listeners for the end of the job need not wait any longer.
     if to != Recipient::Nobody {
@@ -213,20 +213,20 @@ fn begin<P: Ports>(
     purpose: Purpose,
     dialect: Option<Dialect>,
 ) -> Result<(), Failure> {
-    let Machine { ports, forecast_files: files, forecaster, forecast, .. } = machine;
+    let Machine { forecast_files: files, forecaster, forecast, world: World { ports, .. }, .. } = machine;
     forecast.forget();
     let can_look = ports.motion(|motion| forecaster.stand_as(motion));
     files.close(ports);
-    let failed = |error: StorageError| machine.texts.about_file(path, error.text());
+    let failed = |error: StorageError| machine.world.texts.about_file(path, error.text());
     let file = ports.open(path, OpenMode::Beside).map_err(failed)?;
     let size = ports.size(file).map_err(failed)?;
-    let forced = base::program_setup::file_dialect(machine.config).or(dialect);
+    let forced = base::program_setup::file_dialect(machine.world.config).or(dialect);
     let lookup = forced.is_none().then(|| Lookup::new(size));
     // A check leaves everything known of the job.
     let (job, made) = (files.job, files.made);
     *files =
         ForecastFiles { path: path.clone(), file: Some(file), size, lookup, job, made, ..ForecastFiles::default() };
-    let (targets, most_celsius) = machine.ports.heat(|heat| {
+    let (targets, most_celsius) = machine.world.ports.heat(|heat| {
         let mut targets = [Celsius(0.0); MAX_HEATERS];
         targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target());
         let mut most = [Celsius(0.0); MAX_HEATERS];
@@ -263,7 +263,7 @@ pub(crate) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
             // Findings of the last turn are still untold.
             warn(machine, forecast);
         }
-        let Machine { ports, forecast_files: files, .. } = machine;
+        let Machine { forecast_files: files, world: World { ports, .. }, .. } = machine;
         return files.close(ports);
     }
     if !is_heard(machine, forecast.purpose()) {
@@ -271,8 +271,8 @@ pub(crate) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     }
     warn(machine, forecast);
     let is_read = machine.jobs.is_read();
-    let may_run = machine.ports.motion(|motion| is_read || motion.queue_level().0 == 0 || motion.is_full());
-    let Machine { ports, forecast_files: files, forecaster, .. } = machine;
+    let may_run = machine.world.ports.motion(|motion| is_read || motion.queue_level().0 == 0 || motion.is_full());
+    let Machine { forecast_files: files, forecaster, world: World { ports, .. }, .. } = machine;
     if let Some(lookup) = &mut files.lookup {
         forecast.allow(false);
         if may_run && look(lookup, files.file, forecast, *forecaster, ports).is_some() {
@@ -300,7 +300,7 @@ fn warn<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) {
         // A line of a subroutine's own file may come again.
         let comes = finding.sub.is_some() || finding.line > machine.jobs.line();
         let holds = machine.forecast_files.holds;
-        let waits_for_all = holds && machine.config.player.preflight == JobPreflight::Refuse;
+        let waits_for_all = holds && machine.world.config.player.preflight == JobPreflight::Refuse;
         // A bed without leveling is told beside the findings that stop the job.
         let stops_it = finding.kind != Kind::Unleveled;
         machine.forecast_files.warned += u32::from(stops_it);
@@ -308,7 +308,7 @@ fn warn<P: Ports>(machine: &mut Machine<'_, P>, forecast: &SharedForecast) {
         let is_news = holds || comes;
         // Lines behind a first finding are judged as if its move had been made.
         let most = if waits_for_all { MOST_WARNINGS } else { 1 };
-        if machine.config.player.preflight == JobPreflight::Time
+        if machine.world.config.player.preflight == JobPreflight::Time
             || stops_it && machine.forecast_files.warned > most
             || !is_news
         {
@@ -335,9 +335,10 @@ fn is_heard<P: Ports>(machine: &Machine<'_, P>, purpose: Purpose) -> bool {
     match purpose {
         Purpose::Job => machine.jobs.is_open(),
         Purpose::Check => machine
+            .world
             .sessions
             .ids()
-            .filter_map(|id| machine.sessions.get(id))
+            .filter_map(|id| machine.world.sessions.get(id))
             .any(|session| matches!(session.listing, Some(Listing::Check { .. }))),
     }
 }
@@ -417,8 +418,8 @@ pub(crate) fn check_piece<P: Ports>(
     if forecast.purpose() != Purpose::Check {
         return Err(Failure::refused(&"broken off: a job has begun"));
     }
-    let config = machine.config;
-    let reply = &mut Reply::new(machine.sessions, to);
+    let config = machine.world.config;
+    let reply = &mut Reply::new(machine.world.sessions, to);
     if let Some(finding) = forecast.take_finding() {
         reply.say(format_args!("{finding}\n"));
         return Ok(true);
@@ -426,7 +427,7 @@ pub(crate) fn check_piece<P: Ports>(
     match forecast.stage() {
         Stage::Ready | Stage::Running => Ok(true),
         Stage::Free => Err(Failure::refused(&"broken off")),
-        Stage::Failed(why) => Err(machine.texts.because(why)),
+        Stage::Failed(why) => Err(machine.world.texts.because(why)),
         Stage::Done => {
             if *line == 0 && forecast.missed() > 0 {
                 reply.say(format_args!("and {} more\n", forecast.missed()));
@@ -448,7 +449,7 @@ pub(crate) fn time_left<P: Ports>(machine: &mut Machine<'_, P>) -> TimeLeft {
     follow(machine);
     let (made, since) = machine.forecast_files.made;
     let (waited, now) =
-        (machine.ports.now().since(since), machine.ports.motion(|motion| motion.overrides().feed) as f32);
+        (machine.world.ports.now().since(since), machine.world.ports.motion(|motion| motion.overrides().feed) as f32);
     let is_its = machine.forecast_files.job == machine.jobs.count();
     let planned = forecast.course(|course| {
         let factor = now / course.factor_at(made);
@@ -463,7 +464,7 @@ pub(crate) fn time_left<P: Ports>(machine: &mut Machine<'_, P>) -> TimeLeft {
 
 /// Notes the line of the job that is made.
 pub(crate) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
-    let (made, now) = (made(machine), machine.ports.now());
+    let (made, now) = (made(machine), machine.world.ports.now());
     if machine.forecast_files.made.0 != made {
         machine.forecast_files.made = (made, now);
     }
@@ -471,6 +472,6 @@ pub(crate) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Returns the number of the job's lines that have been made.
 fn made<P: Ports>(machine: &mut Machine<'_, P>) -> u32 {
-    let tag = machine.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
+    let tag = machine.world.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
     tag.filter(|tag| *tag != Tag::NONE).and_then(|tag| machine.jobs.made(tag)).unwrap_or_else(|| machine.jobs.begun())
 }

@@ -1,12 +1,12 @@
 //! GRBL's commands: lines that begin with `$`, and the bytes that act at once.
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::grbl::framing::LOCKED;
 use base::motion_config::motion_config;
 use base::reason::Reason;
 use base::safety::Event;
 use base::sessions::{Listing, Recipient, Reply, Rights, SessionId, Sessions};
+use base::{Ports, World};
 use gcode::realtime::Realtime;
 use gcode::{Blocks, Refusal};
 use jobs::files::listings;
@@ -30,7 +30,7 @@ use crate::machine::settings_file;
 pub(crate) fn owns<P: Ports>(machine: &Machine<'_, P>, line: &str, to: Recipient) -> bool {
     let is_jog = line.strip_prefix("$J ").is_some_and(|words| !words.trim_start().starts_with('='));
     let is_ours = is_jog || matches!(line.split_once([' ', '\t']).map_or(line, |(word, _)| word), "$P" | "$S");
-    line.starts_with('$') && !is_ours && machine.sessions.dialect_of(to) == Dialect::Grbl
+    line.starts_with('$') && !is_ours && machine.world.sessions.dialect_of(to) == Dialect::Grbl
 }
 
 /// Carries out a line that began with `$`, which has been taken off.
@@ -38,7 +38,7 @@ pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Rec
     machine.follow_motion();
     if let Some(words) = command.strip_prefix("J=") {
         let modal = machine.program.modal().clone();
-        let jog = jog::read(machine.texts, words, &modal)?;
+        let jog = jog::read(machine.world.texts, words, &modal)?;
         let jogged = jog::jog(&mut MachineHands::new(machine, to), &jog, &modal);
         machine.resynchronise();
         return jogged.map(|()| Answer::Ok);
@@ -70,8 +70,8 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipie
         }
         "$" => list(machine, to)?,
         "G" | "#" | "N" | "I" => report(machine, command, to),
-        "I+" if machine.config.general.grblhal => report(machine, command, to),
-        "EA" | "EE" | "EG" | "ES" if machine.config.general.grblhal => {
+        "I+" if machine.world.config.general.grblhal => report(machine, command, to),
+        "EA" | "EE" | "EG" | "ES" if machine.world.config.general.grblhal => {
             let Some(list) = hal::list_named(command) else { return Ok(Answer::Ok) };
             return long_answers::begin(machine, Listing::Enumeration { list, line: 0 }, to);
         }
@@ -89,8 +89,10 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipie
 
 /// Reports modes, offsets, startup lines or the build: `$G`, `$#`, `$N`, `$I`.
 fn report<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) {
-    let (queue, version) = (machine.ports.motion(|motion| motion.queue_level().1), machine.ports.board().version);
-    let Machine { program, outputs, sessions, config, features: States { grbl, .. }, .. } = machine;
+    let (queue, version) =
+        (machine.world.ports.motion(|motion| motion.queue_level().1), machine.world.ports.board().version);
+    let Machine { program, outputs, features: States { grbl, .. }, world: World { sessions, config, .. }, .. } =
+        machine;
     let reply = &mut Reply::new(sessions, to);
     match what {
         "G" => reports::modal(config, program, outputs, reply),
@@ -118,11 +120,18 @@ pub(crate) fn tell_all<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
 /// Sends GRBL's status report (`?`).
 pub(crate) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     machine.follow_job();
-    let line = machine.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
+    let line = machine.world.ports.motion(|motion| (!motion.is_idle()).then(|| motion.passed().tag));
     let line = line.and_then(|tag| machine.jobs.line_of(tag));
     let homed = [machine.axes.homed(), machine.can_home];
     let Machine {
-        ports, program, safety, sessions, config, tuning, outputs, jobs, features: States { grbl, .. }, ..
+        program,
+        safety,
+        tuning,
+        outputs,
+        jobs,
+        features: States { grbl, .. },
+        world: World { ports, sessions, config, .. },
+        ..
     } = machine;
     let room = ports.inbox(id).room();
     let Some(told) = grbl.told.get_mut(usize::from(id.0)) else { return };
@@ -149,9 +158,9 @@ fn with_sources<P: Ports, R>(
     machine: &mut Machine<'_, P>,
     f: impl FnOnce(&Sources<'_>, &mut Sessions) -> R,
 ) -> Result<R, Failure> {
-    let motion = machine.ports.motion(|motion| motion.config().copied());
+    let motion = machine.world.ports.motion(|motion| motion.config().copied());
     let motion = motion.ok_or_else(|| Failure::refused(&"motion is not configured").with_reason(Reason::Locked))?;
-    let Machine { safety, sessions, config, tuning, features: States { grbl, .. }, .. } = machine;
+    let Machine { safety, tuning, features: States { grbl, .. }, world: World { sessions, config, .. }, .. } = machine;
     let travel = safety.travel.up_to_date(config, tuning);
     let (soft_limits, ends) = (travel.is_on(config), travel.ends());
     Ok(f(&Sources { motion: &motion, config, own: &grbl.own, soft_limits, ends: &ends }, sessions))
@@ -172,7 +181,7 @@ fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Rec
     may_set(machine)?;
     let setting = Setting::of(number)
         .ok_or_else(|| Failure::refused(&"there is no such setting").with_reason(Reason::Statement))?;
-    let texts = machine.texts;
+    let texts = machine.world.texts;
     let change = with_sources(machine, |of, _| setting.change(texts, value, of))??;
     match change {
         Change::Nothing => {}
@@ -212,16 +221,16 @@ fn save<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Fai
     {
         return Err(why.with_reason(Reason::Storage));
     }
-    if !machine.config.general.config_override {
+    if !machine.world.config.general.config_override {
         machine.say(to, format_args!("saved, but [general] config-override is off: the next reset forgets it\n"));
     }
     Ok(())
 }
 
 fn save_own<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-    let Machine { ports, features: States { grbl, .. }, .. } = machine;
+    let Machine { features: States { grbl, .. }, world: World { ports, .. }, .. } = machine;
     stored::write(ports, &grbl.own)
-        .map_err(|error| machine.texts.about_file(stored::PATH, error.text()).with_reason(Reason::Storage))
+        .map_err(|error| machine.world.texts.about_file(stored::PATH, error.text()).with_reason(Reason::Storage))
 }
 
 /// Stores a startup line, looked through, for the next boot or reset (`$N0=`, `$N1=`); or a text (`$I=`).
@@ -247,7 +256,7 @@ fn look_through<P: Ports>(machine: &Machine<'_, P>, text: &str) -> Result<(), Fa
     for block in Blocks::new(text.as_bytes()) {
         let block = block.map_err(|error| {
             let number = Reason::of_refusal(&Refusal::Syntax(error));
-            machine.texts.refused(format_args!("{error}")).with_reason(number)
+            machine.world.texts.refused(format_args!("{error}")).with_reason(number)
         })?;
         let is_known = machine.program.row(&block, Dialect::Grbl).is_some()
             || block.code.is_some_and(crate::features::grbl::accepts);
@@ -288,9 +297,9 @@ fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) ->
 /// Puts steps and limits back as `config.ini` has them.
 fn restore_motion<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     machine.standstill()?;
-    let config = motion_config(machine.config).map_err(|_| Failure::refused(&"the geometry fits no machine"))?;
-    let configured = machine.ports.motion(|motion| motion.configure(config));
-    configured.map_err(|error| machine.texts.refused(format_args!("{error}")))
+    let config = motion_config(machine.world.config).map_err(|_| Failure::refused(&"the geometry fits no machine"))?;
+    let configured = machine.world.ports.motion(|motion| motion.configure(config));
+    configured.map_err(|error| machine.world.texts.refused(format_args!("{error}")))
 }
 
 // --- the rest ---
@@ -326,7 +335,7 @@ fn home<P: Ports>(machine: &mut Machine<'_, P>, axes: &str, to: Recipient) -> Ou
 
 /// Whether the machine jogs, for a session of this dialect: then only jogs are taken.
 pub(crate) fn jogs<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> bool {
-    if machine.safety.state() != State::Jog || machine.sessions.dialect_of(to) != Dialect::Grbl {
+    if machine.safety.state() != State::Jog || machine.world.sessions.dialect_of(to) != Dialect::Grbl {
         return false;
     }
     machine.follow_motion();
@@ -337,7 +346,7 @@ pub(crate) fn jogs<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> boo
 /// or a hold has come to rest.
 pub(crate) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     machine.follow_motion();
-    let Machine { sessions, ports, .. } = machine;
+    let Machine { world: World { sessions, ports, .. }, .. } = machine;
     if let Some(session) = sessions.get_mut(id) {
         session.reset(ports.inbox(id));
         if let Some(listing) = session.listing.take() {
@@ -346,7 +355,7 @@ pub(crate) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     }
     machine.safety.apply(Event::CheckEnds);
     let stands = matches!(machine.safety.state(), State::Idle | State::Alarm | State::Invalid);
-    if stands && machine.frames.is_empty() && !machine.jobs.is_playing() && !machine.sessions.are_busy() {
+    if stands && machine.frames.is_empty() && !machine.jobs.is_playing() && !machine.world.sessions.are_busy() {
         machine.stop_outputs();
     } else if rests_in_hold(machine) {
         machine.drop_held();
@@ -358,7 +367,7 @@ pub(crate) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     program_io::reset_overrides(machine);
     startup::begin(machine);
     let halted = machine.safety.is_halted() && !machine.safety.is_resetting();
-    if let Some(session) = machine.sessions.get_mut(id) {
+    if let Some(session) = machine.world.sessions.get_mut(id) {
         let banner = session.grbl_banner;
         session.announce(format_args!("{banner}{}", if halted { LOCKED } else { "" }));
     }
@@ -369,16 +378,16 @@ fn rests_in_hold<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let mode = machine.safety.mode();
     mode.state() == State::Hold
         && matches!(mode.interrupted(), State::Run | State::Jog)
-        && machine.ports.motion(|motion| motion.state() == motion::State::Held || motion.is_idle())
+        && machine.world.ports.motion(|motion| motion.state() == motion::State::Held || motion.is_idle())
 }
 
 /// Carries out a byte that changes an override or an output.
 pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, id: SessionId) {
-    let operates = machine.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate);
+    let operates = machine.world.sessions.get(id).is_some_and(|session| session.rights == Rights::Operate);
     if !operates || machine.safety.is_halted() {
         return;
     }
-    let factors = machine.ports.motion(|motion| motion.overrides());
+    let factors = machine.world.ports.motion(|motion| motion.overrides());
     match request {
         Realtime::FeedReset | Realtime::FeedUp10 | Realtime::FeedDown10 | Realtime::FeedUp1 | Realtime::FeedDown1 => {
             let percent = overrides::changed(libm::round(program_io::feed(machine) * 100.0), request);
@@ -386,7 +395,7 @@ pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, 
         }
         Realtime::RapidFull | Realtime::RapidHalf | Realtime::RapidQuarter => {
             let rapid = overrides::rapid(request) / 100.0;
-            machine.ports.motion(|motion| motion.set_overrides(factors.feed, rapid));
+            machine.world.ports.motion(|motion| motion.set_overrides(factors.feed, rapid));
         }
         Realtime::SpindleStop => {
             // The spindle stops only in a hold: a tool that stands must not be moved on.
@@ -397,7 +406,7 @@ pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, 
         Realtime::Flood | Realtime::Mist => {
             let code = if request == Realtime::Flood { 8 } else { 7 };
             if matches!(machine.safety.state(), State::Idle | State::Run | State::Hold | State::Suspended) {
-                let change = machine.outputs.turn_over(machine.config, code);
+                let change = machine.outputs.turn_over(machine.world.config, code);
                 program_io::apply(machine, change);
             }
         }

@@ -43,13 +43,13 @@ impl<P: Ports> Moments<P> for Feature {
 
     fn take_request(machine: &mut Machine<'_, P>, request: Realtime, id: SessionId) -> bool {
         let to = Recipient::Session(id);
-        let is_grbl = machine.sessions.dialect_of(to) == Dialect::Grbl;
+        let is_grbl = machine.world.sessions.dialect_of(to) == Dialect::Grbl;
         match request {
             Realtime::Status if is_grbl => commands::report_status(machine, id),
-            Realtime::StatusInFull if !machine.config.general.grblhal => {}
+            Realtime::StatusInFull if !machine.world.config.general.grblhal => {}
             Realtime::StatusInFull => {
                 commands::tell_all(machine, id);
-                machine.ports.inbox(id).request(Realtime::Status);
+                machine.world.ports.inbox(id).request(Realtime::Status);
             }
             Realtime::Abort if is_grbl => commands::reset(machine, id),
             Realtime::Hold if commands::jogs(machine, to) => jogging::cancel(machine, id),
@@ -71,7 +71,7 @@ impl<P: Ports> Moments<P> for Feature {
     fn refuse_codes(machine: &mut Machine<'_, P>, to: Recipient) -> bool {
         let jogs = commands::jogs(machine, to);
         if jogs {
-            machine.sessions.refuse(to, Reason::Locked, format_args!("a jog is under way: 0x85 ends it"));
+            machine.world.sessions.refuse(to, Reason::Locked, format_args!("a jog is under way: 0x85 ends it"));
         }
         jogs
     }
@@ -87,7 +87,7 @@ impl<P: Ports> Moments<P> for Feature {
     ) -> Option<Result<bool, Failure>> {
         let Listing::Enumeration { list, line } = listing else { return None };
         *line += 1;
-        Some(Ok(hal::list_line(*list, *line - 1, &mut Reply::new(machine.sessions, to))))
+        Some(Ok(hal::list_line(*list, *line - 1, &mut Reply::new(machine.world.sessions, to))))
     }
 
     fn startup_line_ended(machine: &mut Machine<'_, P>, number: u8, outcome: &Outcome) {

@@ -1,9 +1,9 @@
 //! Startup lines (`$N0`, `$N1`): run at boot behind the saved settings, and after a reset.
 
-use base::Ports;
 use base::failure::Outcome;
 use base::reason::Reason;
 use base::sessions::Recipient;
+use base::{Ports, World};
 use program::{Dialect, State};
 
 use super::stored;
@@ -13,11 +13,11 @@ use crate::machine::frames::Frame;
 
 /// Reads the stored settings of GRBL's dialect at boot, and has its startup lines run.
 pub(crate) fn read<P: Ports>(machine: &mut Machine<'_, P>) {
-    match stored::read(&mut machine.ports) {
+    match stored::read(&mut machine.world.ports) {
         Ok(own) => machine.features.grbl.own = own,
         Err(error) => machine.announce(format_args!("ERROR: {}: {}\n", stored::PATH, error.text())),
     }
-    if base::program_setup::dialect(machine.config) == Dialect::Grbl {
+    if base::program_setup::dialect(machine.world.config) == Dialect::Grbl {
         begin(machine);
     }
 }
@@ -33,7 +33,7 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Says a startup line that has ended, with its answer.
 pub(crate) fn ended<P: Ports>(machine: &mut Machine<'_, P>, number: u8, outcome: &Outcome) {
-    let Machine { sessions, features: States { grbl, .. }, .. } = machine;
+    let Machine { features: States { grbl, .. }, world: World { sessions, .. }, .. } = machine;
     let Some(text) = grbl.own.startup.get(usize::from(number)) else { return };
     match outcome {
         Ok(_) => sessions.say(Recipient::All, format_args!(">{text}:ok\n")),

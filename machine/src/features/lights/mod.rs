@@ -1,9 +1,9 @@
 //! Strips of lights: codes change their colours where the path has come to; colours to be shown are looked at
 //! some twenty times a second, and sent when they are new.
 
-use base::Ports;
 use base::failure::Failure;
 use base::ports::Wake;
+use base::{Ports, World};
 use motion::Refusal;
 use parts::lights::Condition;
 use program::{LightChange, State};
@@ -49,7 +49,7 @@ impl<P: Ports> Moments<P> for Feature {
 
 /// Sets up the strips of lights, at boot behind the wiring.
 pub(crate) fn configure<P: Ports>(machine: &mut Machine<'_, P>) {
-    for strip in &machine.config.led_strips {
+    for strip in &machine.world.config.led_strips {
         // The configuration has counted the lights.
         let _fits = machine.features.strips.add(strip.lights(), strip.initial);
     }
@@ -61,15 +61,16 @@ fn change<P: Ports>(machine: &mut Machine<'_, P>, change: &LightChange) -> Resul
     loop {
         let waits = change.rides && !machine.safety.is_halted();
         take_reached(machine);
-        let is_still = machine.ports.motion(|motion| motion.is_idle()) && machine.features.riding_lights.is_empty();
+        let is_still =
+            machine.world.ports.motion(|motion| motion.is_idle()) && machine.features.riding_lights.is_empty();
         if !waits || is_still {
             machine.features.strips.change(change);
             return Ok(());
         }
-        match machine.ports.motion(motion::Motion::mark) {
+        match machine.world.ports.motion(motion::Motion::mark) {
             Ok(mark) if machine.features.riding_lights.wait(mark, *change).is_ok() => return Ok(()),
             Ok(_) | Err(Refusal::Full | Refusal::Stopping) => machine.wait(Wake::Any).unless_halted()?,
-            Err(refusal) => return Err(machine.texts.refused(format_args!("{refusal}"))),
+            Err(refusal) => return Err(machine.world.texts.refused(format_args!("{refusal}"))),
         }
     }
 }
@@ -79,7 +80,7 @@ fn take_reached<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.features.riding_lights.is_empty() {
         return;
     }
-    let reached = machine.ports.heat(|heat| heat.reached());
+    let reached = machine.world.ports.heat(|heat| heat.reached());
     while let Some(change) = machine.features.riding_lights.reached(reached) {
         machine.features.strips.change(&change);
     }
@@ -87,14 +88,14 @@ fn take_reached<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Looks at the strips of lights, and sends new colours.
 pub(crate) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    if machine.config.led_strips.is_empty() {
+    if machine.world.config.led_strips.is_empty() {
         return;
     }
     if machine.features.lights.is_due(now) {
         let condition = condition(machine);
         take_reached(machine);
         let changed = machine.features.strips.take_changed();
-        machine.features.lights.look(&machine.config.led_strips, condition, changed, now);
+        machine.features.lights.look(&machine.world.config.led_strips, condition, changed, now);
     }
     while let Some(place) = machine.features.lights.next() {
         if !send(machine, place) {
@@ -106,7 +107,7 @@ pub(crate) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 
 /// Sends the colours of a strip. False when they cannot be sent yet.
 fn send<P: Ports>(machine: &mut Machine<'_, P>, place: usize) -> bool {
-    let Machine { config, ports, features: States { lights, strips, .. }, .. } = machine;
+    let Machine { features: States { lights, strips, .. }, world: World { config, ports, .. }, .. } = machine;
     let config = *config;
     let Some(strip) = config.led_strips.get(place) else { return true };
     if !strip.is_of_switches() {
@@ -133,7 +134,7 @@ fn condition<P: Ports>(machine: &mut Machine<'_, P>) -> Condition {
     if machine.jobs.waits_for_operator() {
         return Condition::Waits;
     }
-    if let Some(share) = machine.ports.heat(warming) {
+    if let Some(share) = machine.world.ports.heat(warming) {
         return Condition::Heats(share);
     }
     match machine.jobs.share() {

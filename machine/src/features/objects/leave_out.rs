@@ -3,10 +3,10 @@
 //!
 //! Every waiting point serves it, so that moves are dropped at once, whatever the executor waits for.
 
-use base::Ports;
 use base::failure::Failure;
 use base::ports::Wake;
 use base::sessions::{Recipient, Reply};
+use base::{Ports, World};
 use motion::{State as Motion, Waiting};
 use program::State;
 use program::objects::TakenOut;
@@ -20,11 +20,11 @@ use crate::machine::moves;
 #[cold]
 pub(crate) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     let (part, state, stands) =
-        machine.ports.motion(|motion| (motion.part_now(), motion.state(), motion.is_held_still()));
+        machine.world.ports.motion(|motion| (motion.part_now(), motion.state(), motion.is_held_still()));
     let is_cut = part.is_some_and(|part| machine.jobs.objects.is_cut(part));
     match state {
         Motion::Running if is_cut && !machine.cut.has_line_behind && machine.hold.acts() => {
-            machine.ports.motion(motion::Motion::hold);
+            machine.world.ports.motion(motion::Motion::hold);
             machine.cut.brakes = true;
         }
         // Somebody lets the machine go on, or has stopped it all.
@@ -42,7 +42,7 @@ pub(crate) fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Finds moves still waiting that are to be left out.
 pub(crate) fn find_rest<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Machine { jobs, ports, .. } = machine;
+    let Machine { jobs, world: World { ports, .. }, .. } = machine;
     ports.motion(|motion| jobs.objects.has_cut_but(motion.waiting().map(|waiting| waiting.request.part)));
 }
 
@@ -62,7 +62,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>) {
     find_rest(machine);
     let is_held = matches!(machine.safety.state(), State::Hold | State::Door);
     let brakes = core::mem::take(&mut machine.cut.brakes);
-    machine.ports.motion(|motion| match motion.state() {
+    machine.world.ports.motion(|motion| match motion.state() {
         Motion::Held if brakes && !is_held => motion.resume(),
         // The operator holds the machine.
         Motion::Running if is_held => motion.hold(),
@@ -72,7 +72,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Drops the moves left out on whose way the machine stands, up to a move that is not left out.
 fn drop_moves<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Machine { ports, jobs, program, .. } = machine;
+    let Machine { jobs, program, world: World { ports, .. }, .. } = machine;
     let (here, taken_out, dropped, next) = ports.motion(|motion| {
         let here = motion.held_at();
         let (mut taken_out, mut dropped) = (TakenOut::from(here), 0);
@@ -87,7 +87,7 @@ fn drop_moves<P: Ports>(machine: &mut Machine<'_, P>) {
     });
     match next {
         None => {
-            machine.ports.motion(motion::Motion::stop);
+            machine.world.ports.motion(motion::Motion::stop);
             program::objects::stay(&mut machine.program, taken_out);
         }
         Some(next) => go_round(machine, &taken_out, dropped, &next, here),
@@ -117,10 +117,10 @@ fn go_round<P: Ports>(
     }
     Features::<P>::extruders_count_anew(machine);
     leaves_for_heights(machine, moves.iter().map(|step| step.target[Axis::Z]));
-    if let Err(refusal) = machine.ports.motion(|motion| motion.go_round(dropped, from, &moves)) {
+    if let Err(refusal) = machine.world.ports.motion(|motion| motion.go_round(dropped, from, &moves)) {
         machine.announce(format_args!("error:the way round the object that is left out: {refusal}\n"));
         machine.resynchronise();
-        let Machine { jobs, sessions, .. } = machine;
+        let Machine { jobs, world: World { sessions, .. }, .. } = machine;
         jobs.pause_at_this_line("comes behind moves that were dropped", &mut Reply::new(sessions, Recipient::All));
     }
 }

@@ -3,10 +3,10 @@
 
 pub(crate) mod leave_out;
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::own_frame::apart;
 use base::sessions::{Recipient, Reply};
+use base::{Ports, World};
 use jobs::player::By;
 use motion::Tag;
 use program::Move;
@@ -62,9 +62,12 @@ pub(crate) fn begin_block<P: Ports>(machine: &mut Machine<'_, P>, source: Source
 /// Labels lines with an object, or leaves one out (M486).
 pub(crate) fn label<P: Ports>(machine: &mut Machine<'_, P>, text: &str, to: Recipient) -> Outcome {
     let is_of_file = to == Recipient::Nobody && machine.tag != Tag::NONE;
-    let by =
-        if is_of_file { By::File } else { By::Person(machine.ports.motion(|motion| motion.part_now().unwrap_or(0))) };
-    let Machine { jobs, sessions, program, .. } = machine;
+    let by = if is_of_file {
+        By::File
+    } else {
+        By::Person(machine.world.ports.motion(|motion| motion.part_now().unwrap_or(0)))
+    };
+    let Machine { jobs, program, world: World { sessions, .. }, .. } = machine;
     let labelled = jobs.objects.label(text, by, &mut Reply::new(sessions, to));
     program::objects::leave_out(program, jobs.objects.is_left_out());
     if jobs.objects.is_cutting() {
@@ -73,7 +76,7 @@ pub(crate) fn label<P: Ports>(machine: &mut Machine<'_, P>, text: &str, to: Reci
     if by != By::File {
         Features::<P>::objects_change(machine);
     }
-    labelled.map(|()| Answer::Ok).map_err(|error| machine.texts.refused(format_args!("{error}")))
+    labelled.map(|()| Answer::Ok).map_err(|error| machine.world.texts.refused(format_args!("{error}")))
 }
 
 /// Ends leaving out at the end of a print: the program is where the machine is.
@@ -100,8 +103,8 @@ pub(crate) fn is_left_out<P: Ports>(machine: &mut Machine<'_, P>, request: &Move
         // Extruders count from here as the file does.
         machine.standstill()?;
         Features::<P>::extruders_count_anew(machine);
-        let set = machine.ports.motion(|motion| motion.set_position(back.place));
-        set.map_err(|refusal| machine.texts.alarm(format_args!("{refusal}")))?;
+        let set = machine.world.ports.motion(|motion| motion.set_position(back.place));
+        set.map_err(|refusal| machine.world.texts.alarm(format_args!("{refusal}")))?;
     }
     Ok(false)
 }

@@ -1,9 +1,9 @@
 //! Sends the reports that sessions get without asking: temperatures (M155), progress of the file (M27 S), and
 //! `busy` while a line is in work (M113).
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::sessions::{Listing, Periodic, Recipient, Reply};
+use base::{Ports, World};
 use gcode::{Code, Line};
 use parts::heat_codes;
 use program::{Dialect, State, Words};
@@ -39,8 +39,8 @@ pub(crate) fn command<P: Ports>(
     words: &Words<'_>,
     to: Recipient,
 ) -> Outcome {
-    let now = machine.ports.now();
-    let Some(session) = to.session().and_then(|id| machine.sessions.get_mut(id)) else { return Ok(Answer::Ok) };
+    let now = machine.world.ports.now();
+    let Some(session) = to.session().and_then(|id| machine.world.sessions.get_mut(id)) else { return Ok(Answer::Ok) };
     if session.dialect == Dialect::Grbl {
         return Err(Failure::refused(&"senders of GRBL's dialect ask with ?"));
     }
@@ -60,7 +60,7 @@ pub(crate) fn answers_in_upload<P: Ports>(machine: &mut Machine<'_, P>, line: Li
     let Line::Code(mut blocks) = line else { return false };
     let asks = blocks.next().and_then(Result::ok).is_some_and(|block| block.is(Code::m(M105)));
     if asks {
-        let Machine { ports, config, sessions, .. } = machine;
+        let Machine { world: World { ports, config, sessions, .. }, .. } = machine;
         heat_codes::report_temperatures(ports, config, M105, ("ok ", &mut Reply::new(sessions, to)));
     }
     asks
@@ -72,9 +72,9 @@ pub(crate) fn tell<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
         return;
     }
     machine.polls.reports_due = now.plus(PERIOD);
-    for id in machine.sessions.ids() {
+    for id in machine.world.sessions.ids() {
         let to = Recipient::Session(id);
-        let Some(session) = machine.sessions.get_mut(id) else { continue };
+        let Some(session) = machine.world.sessions.get_mut(id) else { continue };
         let [temperatures, job, busy] = session.take_due(now);
         let sends_file = machine.files.takes_lines_of(id) || matches!(session.listing, Some(Listing::Transfer));
         if sends_file || !session.has_room_for_listing() {
@@ -85,12 +85,12 @@ pub(crate) fn tell<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
             session.say(format_args!("echo:busy: {}\n", if is_held { "paused for user" } else { "processing" }));
         }
         if temperatures {
-            let Machine { ports, config, sessions, .. } = machine;
+            let Machine { world: World { ports, config, sessions, .. }, .. } = machine;
             heat_codes::report_temperatures(ports, config, M105, ("", &mut Reply::new(sessions, to)));
         }
         if job {
             let time_left = forecast::time_left(machine);
-            let Machine { jobs, sessions, .. } = machine;
+            let Machine { jobs, world: World { sessions, .. }, .. } = machine;
             jobs.say_bytes(&time_left, &mut Reply::new(sessions, to));
         }
     }

@@ -51,7 +51,7 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, until: Until, to: Re
     let begun = start(machine, until, to);
     if begun.is_err() {
         fast_forward::put_back(machine);
-        machine.jobs.close(&mut machine.ports);
+        machine.jobs.close(&mut machine.world.ports);
     }
     begun
 }
@@ -89,7 +89,7 @@ pub(crate) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Re
     let mut has_heated = false;
     let done = go_there(machine, to, &mut has_heated);
     if done.is_err_and(|failure| failure.is_refusal()) {
-        machine.jobs.close(&mut machine.ports);
+        machine.jobs.close(&mut machine.world.ports);
         fast_forward::put_back(machine);
         if has_heated {
             heat_restoring::cool(machine);
@@ -107,7 +107,7 @@ fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_heated: &
     }
     let (kept, place, line) = (machine.program.keep(), *machine.program.position(), machine.jobs.line() + 1);
     // The tool's place, with the file's count of filament.
-    let mut here = machine.ports.motion(|motion| motion.commanded_position());
+    let mut here = machine.world.ports.motion(|motion| motion.commanded_position());
     for axis in Axis::ALL.into_iter().filter(|axis| machine.program.tools().uses(*axis)) {
         here[axis] = place[axis];
     }

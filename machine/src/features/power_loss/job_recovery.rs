@@ -6,10 +6,10 @@
 //! moves: bed, nozzle, up, X and Y to their switches, the configuration's script, back over the part, and
 //! down.
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::hands::Hands as _;
 use base::sessions::Recipient;
+use base::{Ports, World};
 use config::HomingDirection;
 use jobs::journal::{Doing, Found, Offer, Recovery, Step, find, forget, machine_value};
 use jobs::player::{Listeners, Scripts};
@@ -47,13 +47,13 @@ const SLOWLY: MmPerSecond = MmPerSecond(5.0);
 
 /// Says at boot which job can go on, and what that would do.
 pub(crate) fn say_offer<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.config.player.power_loss.enable
-        && let Err(error) = jobs::journal::prepare(&mut machine.ports, P::report_alive)
+    if machine.world.config.player.power_loss.enable
+        && let Err(error) = jobs::journal::prepare(&mut machine.world.ports, P::report_alive)
     {
         machine.announce(format_args!("// WARNING there will be no journal of jobs: {}\n", error.text()));
     }
-    machine.features.journal.stood_at = machine.ports.motion(|motion| motion.live_position());
-    match find(&mut machine.ports) {
+    machine.features.journal.stood_at = machine.world.ports.motion(|motion| motion.live_position());
+    match find(&mut machine.world.ports) {
         Ok(Found::Offer(offer)) => {
             machine.features.journal.has_offer = true;
             say(machine, &offer, Recipient::All);
@@ -67,7 +67,7 @@ pub(crate) fn say_offer<P: Ports>(machine: &mut Machine<'_, P>) {
 
 fn say<P: Ports>(machine: &mut Machine<'_, P>, offer: &Offer, to: Recipient) {
     let (file, entry) = (&offer.file, &offer.entry);
-    let settings = &machine.config.player.power_loss;
+    let settings = &machine.world.config.player.power_loss;
     let (lift, sag) = (settings.lift, settings.sag);
     machine.say(
         to,
@@ -92,14 +92,14 @@ pub(crate) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>,
     if machine.jobs.is_open() || machine.jobs.is_suspended() {
         return Err(Failure::refused(&"a job is under way: abort ends it"));
     }
-    let failed = |error: base::ports::StorageError| machine.texts.about_file(jobs::journal::PATH, error.text());
-    let offer = match find(&mut machine.ports).map_err(failed)? {
+    let failed = |error: base::ports::StorageError| machine.world.texts.about_file(jobs::journal::PATH, error.text());
+    let offer = match find(&mut machine.world.ports).map_err(failed)? {
         Found::Offer(offer) => offer,
         Found::Broken => return Err(Failure::refused(&"the journal is damaged: the job cannot be gone on with")),
         Found::Nothing => return Err(Failure::refused(&"no job was interrupted on this card")),
     };
     if words.has('C') {
-        forget(&offer, &mut machine.ports).map_err(failed)?;
+        forget(&offer, &mut machine.world.ports).map_err(failed)?;
         machine.features.journal.has_offer = false;
         machine.say(to, format_args!("{} is not gone on with\n", offer.file.path));
         return Ok(Answer::Ok);
@@ -113,16 +113,17 @@ pub(crate) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>,
 }
 
 fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, to: Recipient) -> Outcome {
-    let now = machine.ports.now();
+    let now = machine.world.ports.now();
     let listeners = Listeners { tells_end: to, ..Listeners::default() };
-    machine.jobs.open(machine.texts, &offer.file.path, listeners, &mut machine.ports, now)?;
-    let Machine { jobs, ports, .. } = machine;
+    machine.jobs.open(machine.world.texts, &offer.file.path, listeners, &mut machine.world.ports, now)?;
+    let Machine { jobs, world: World { ports, .. }, .. } = machine;
     let _begun_before = (jobs.take_new(), jobs.scripts().map(Scripts::take_before));
-    let failed = |error: base::ports::StorageError| machine.texts.about_file(&offer.file.path, error.text());
+    let failed = |error: base::ports::StorageError| machine.world.texts.about_file(&offer.file.path, error.text());
     let file = machine_value(ports).and_then(|value| jobs.played_file(value, ports)).map_err(failed)?;
     let is_same = (file.size, file.written, file.check) == (offer.file.size, offer.file.written, offer.file.check);
     if !is_same {
         return Err(machine
+            .world
             .texts
             .refused(format_args!("{} is not the file that was played: M1000 C forgets the job", offer.file.path)));
     }
@@ -131,7 +132,7 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
             &"config.ini or the saved settings are not those the job was begun with: put them back, or M1000 C forgets the job",
         ));
     }
-    let bed = machine.ports.motion(|motion| motion.compensation().bed());
+    let bed = machine.world.ports.motion(|motion| motion.compensation().bed());
     let (made, frame) = (offer.entry.made, offer.entry.frame);
     let has_mesh = offer.entry.has_mesh != 0;
     if has_mesh && bed == Bed::Flat {
@@ -139,7 +140,7 @@ fn begin<P: Ports>(machine: &mut Machine<'_, P>, offer: Offer, z: Option<f64>, t
             &"the job was made with the bed's mesh: M375 loads it as M374 has saved it, then M1000",
         ));
     }
-    let here = machine.ports.motion(|motion| motion.commanded_position());
+    let here = machine.world.ports.motion(|motion| motion.commanded_position());
     let before = program::beginning(&mut machine.program);
     let before = before.ok_or_else(|| Failure::refused(&OTHER_MODES))?;
     fast_forward::keep(machine);
@@ -173,7 +174,7 @@ fn read_up_to<P: Ports>(machine: &mut Machine<'_, P>, lines: u32, then: Step, to
     }
     // The offset of the entry counts: the offset at the job's beginning is another temperature's.
     machine.program.set_thermal_z(recovery.offer.entry.thermal_z);
-    machine.jobs.read_again(&mut machine.ports).map_err(|error| machine.texts.because(error.text()))?;
+    machine.jobs.read_again(&mut machine.world.ports).map_err(|error| machine.world.texts.because(error.text()))?;
     if let Some(dialect) = dialect.and_then(|place| Dialect::ALL.get(place)) {
         machine.jobs.read_as(*dialect);
     }
@@ -195,8 +196,8 @@ fn read_on<P: Ports>(machine: &mut Machine<'_, P>, until: Until, then: Step, to:
 /// Gives up the recovery: the program and its modes are as before the request, and the offer stays.
 pub(crate) fn give_up<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.passed = None;
-    machine.features.journal.close(&mut machine.ports);
-    machine.jobs.close(&mut machine.ports);
+    machine.features.journal.close(&mut machine.world.ports);
+    machine.jobs.close(&mut machine.world.ports);
     if let Some(mut recovery) = machine.features.recovery.take() {
         fast_forward::put_back(machine);
         // The modes from before are the program's own.
@@ -269,7 +270,7 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     let is_lost = |axis: Axis| entry.strayed & 1 << axis as u8 != 0 && !machine.features.journal.strayed.has(axis);
     let known = machine.axes.homed().or(machine.can_home);
     if let Some(axis) = [Axis::X, Axis::Y].into_iter().find(|axis| is_lost(*axis) && !known.has(*axis)) {
-        return Err(machine.texts.refused(format_args!(
+        return Err(machine.world.texts.refused(format_args!(
             "{} was moved after the job and has no switch: M1000 C forgets the job",
             axis.letter()
         )));
@@ -290,7 +291,7 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
         ));
     }
     if most - least >= NEAR_Z && !is_told && !up {
-        return Err(machine.texts.refused(format_args!(
+        return Err(machine.world.texts.refused(format_args!(
             "Z may be anywhere from {least:.2} to {most:.2}: measure it, then M1000 Z with where the tool stands"
         )));
     }
@@ -306,14 +307,14 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
 
 /// Whether Z homes by going up, away from the part.
 fn homes_upwards<P: Ports>(machine: &Machine<'_, P>) -> bool {
-    let stop = machine.config.homing_endstop(Axis::Z);
+    let stop = machine.world.config.homing_endstop(Axis::Z);
     stop.is_some_and(|stop| stop.homing_direction == HomingDirection::ToMax)
 }
 
 fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
     let passed = arrived(machine)?;
     let (kept, place) = (machine.program.keep(), *machine.program.position());
-    let Machine { jobs, ports, features: States { recovery, journal, .. }, .. } = machine;
+    let Machine { jobs, features: States { recovery, journal, .. }, world: World { ports, .. }, .. } = machine;
     let Some(recovery) = recovery else { return Err(Failure::HALTED) };
     if Axis::PRIMARY.into_iter().any(|axis| (place[axis] - recovery.place[axis]).abs() > SAME_Z) {
         return Err(Failure::refused(
@@ -323,14 +324,14 @@ fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     (recovery.kept, recovery.place, recovery.switches) = (Some(kept), place, passed.switches);
     recovery.has_heated = true;
     jobs.objects.set_left_out(recovery.offer.entry.left_out);
-    journal.go_on(&recovery.offer, ports).map_err(|error| machine.texts.because(error.text()))?;
+    journal.go_on(&recovery.offer, ports).map_err(|error| machine.world.texts.because(error.text()))?;
     let entry = recovery.offer.entry;
     heat_restoring::heat(machine, &entry.targets.map(|target| Celsius(target as f32)), to)?;
     lift(machine, &entry.position, to)?;
     // The script moves from the tool's place, not from the file's.
     machine.standstill()?;
     machine.resynchronise();
-    let script = machine.config.player.power_loss.gcode.as_str();
+    let script = machine.world.config.player.power_loss.gcode.as_str();
     if !script.is_empty() {
         journal::note(machine, Heights::Any, false);
     }
@@ -340,10 +341,10 @@ fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
 /// Lifts the tool clear of everything that stands on the bed; then homes X and Y, and Z where that is
 /// upwards.
 fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> Result<(), Failure> {
-    let sag = machine.config.player.power_loss.sag;
+    let sag = machine.world.config.player.power_loss.sag;
     let Some(recovery) = &machine.features.recovery else { return Err(Failure::HALTED) };
     let (z, z_is_told, is_blind, highest) = (recovery.z, recovery.z_is_told, recovery.goes_up_blind, recovery.highest);
-    let mut here = machine.ports.motion(|motion| motion.commanded_position());
+    let mut here = machine.world.ports.motion(|motion| motion.commanded_position());
     let homed = machine.axes.homed();
     for axis in Axis::PRIMARY.into_iter().filter(|axis| !homed.has(*axis)) {
         // Somebody may have moved the axis by hand since.
@@ -369,7 +370,7 @@ fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> R
         homing::home(&mut MachineHands::new(machine, to), AxisSet::of(Axis::Z))?;
         journal::note(machine, Heights::Planned, false);
         // Towers and arms have homed together.
-        homes = if procedures::arms::homes_by_motor(machine.config) { AxisSet::NONE } else { homes };
+        homes = if procedures::arms::homes_by_motor(machine.world.config) { AxisSet::NONE } else { homes };
     } else if homes.is_empty() {
         machine.announce(format_args!("// WARNING X and Y have no switches: they are taken to be where they were\n"));
     }
@@ -403,7 +404,7 @@ fn go_up<P: Ports>(
 /// Returns the height that clears everything up to this height, mm.
 fn above<P: Ports>(machine: &mut Machine<'_, P>, highest: f64) -> f64 {
     let [_, most] = machine.travel().ends();
-    (highest + machine.config.player.power_loss.lift).min(most[Axis::Z])
+    (highest + machine.world.config.player.power_loss.lift).min(most[Axis::Z])
 }
 
 fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
@@ -412,7 +413,7 @@ fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     let (entry, mut place) = (recovery.offer.entry, recovery.place);
     // The frame's temperature differs from that at the entry.
     place[Axis::Z] += machine.thermal.offset() - entry.thermal_z;
-    let mut over = machine.ports.motion(|motion| motion.commanded_position());
+    let mut over = machine.world.ports.motion(|motion| motion.commanded_position());
     // Filament counts from here as in the file; and nothing has turned A, B or C since.
     Axis::ALL.into_iter().filter(|axis| !Axis::PRIMARY.contains(axis)).for_each(|axis| over[axis] = place[axis]);
     MachineHands::new(machine, to).set_position(over)?;
@@ -440,7 +441,7 @@ fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     // The job may go on within an object that was left out.
     program::objects::leave_out(&mut machine.program, machine.jobs.objects.is_left_out());
     let factor = entry.feed_factor / machine.program.modal().speed_factor;
-    machine.ports.motion(|motion| motion.set_overrides(factor, motion.overrides().rapid));
+    machine.world.ports.motion(|motion| motion.set_overrides(factor, motion.overrides().rapid));
     program::set_flow(&mut machine.program, &entry.flow);
     heat_restoring::switch(machine, &recovery.switches);
     (machine.features.recovery, machine.set_before) = (None, None);

@@ -1,10 +1,10 @@
 //! Journal entries of a job: every few seconds, before Z goes to another height, on arrival there, and where
 //! a halt comes to rest. One block at a time.
 
-use base::Ports;
 use base::brown_out;
 use base::failure::Failure;
 use base::ports::{OpenMode, StorageError, Wake};
+use base::{Ports, World};
 use jobs::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, machine_value, stray};
 use motion::compensation::Bed;
 use program::{BEGINNING_BYTES, State};
@@ -31,31 +31,31 @@ const LOOK_PERIOD: Micros = Micros::from_millis(20);
 /// Prepares the note of a brown-out for a job without a journal, if supplies are watched.
 fn note_of_brown_out<P: Ports>(machine: &mut Machine<'_, P>) {
     let is_looked_for =
-        !machine.config.voltages.is_empty() && machine.config.system.brown_out_volts != Some(Volts(0.0));
+        !machine.world.config.voltages.is_empty() && machine.world.config.system.brown_out_volts != Some(Volts(0.0));
     if machine.features.journal.is_on || !is_looked_for {
         return;
     }
     card::at_rest(machine);
-    if brown_out::is_prepared(&mut machine.ports) {
+    if brown_out::is_prepared(&mut machine.world.ports) {
         return;
     }
     card::at_rest(machine);
     // A card that takes no writes keeps no note.
-    let Ok(file) = machine.ports.open(brown_out::PATH, OpenMode::Write) else { return };
+    let Ok(file) = machine.world.ports.open(brown_out::PATH, OpenMode::Write) else { return };
     card::at_rest(machine);
     // The next job finds a block that was not written by its wrong size.
-    let _ = brown_out::prepare(&mut machine.ports, file);
+    let _ = brown_out::prepare(&mut machine.world.ports, file);
     card::at_rest(machine);
     // A failed close shows as a wrong size, too.
-    let _ = machine.ports.close(file);
+    let _ = machine.world.ports.close(file);
 }
 
 /// Begins the journal of a file that is about to be played: the first line has not been read.
 pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.features.journal.close(&mut machine.ports);
+    machine.features.journal.close(&mut machine.world.ports);
     // The boot file is no job, and a job that goes on after a power cut is noted already.
     let is_job = machine.features.recovery.is_none() && machine.safety.state() != State::Check;
-    if !is_job || machine.jobs.is_boot_file(machine.config) {
+    if !is_job || machine.jobs.is_boot_file(machine.world.config) {
         return;
     }
     // Everybody is served between the steps: each reads directories and tables.
@@ -73,28 +73,29 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     match make(machine) {
         Err(Failure::HALTED) => return,
         Err(why) if why.is_refusal() => {
-            return machine.announce(format_args!("// WARNING no journal of this job: {}\n", machine.texts.of(why)));
+            return machine
+                .announce(format_args!("// WARNING no journal of this job: {}\n", machine.world.texts.of(why)));
         }
         _ => {}
     }
     card::at_rest(machine);
-    let counted = machine.features.journal.count(&mut machine.ports);
+    let counted = machine.features.journal.count(&mut machine.world.ports);
     card::at_rest(machine);
-    let value = counted.and_then(|()| machine_value(&mut machine.ports));
+    let value = counted.and_then(|()| machine_value(&mut machine.world.ports));
     card::at_rest(machine);
-    let played = value.and_then(|value| machine.jobs.played_file(value, &mut machine.ports));
+    let played = value.and_then(|value| machine.jobs.played_file(value, &mut machine.world.ports));
     card::at_rest(machine);
     if !machine.jobs.is_open() {
         return;
     }
-    let Machine { ports, features: States { journal, .. }, .. } = machine;
+    let Machine { features: States { journal, .. }, world: World { ports, .. }, .. } = machine;
     let begun = match played {
         Ok(file) if PlayedFile::fits(&file.path) => journal.begin(&file, &beginning, ports),
         Ok(_) => return machine.announce(format_args!("// NOTE no journal of this job: its path is too long\n")),
         Err(error) => Err(error),
     };
-    let now = machine.ports.now();
-    machine.features.journal.due = now.plus(machine.config.player.power_loss.period);
+    let now = machine.world.ports.now();
+    machine.features.journal.due = now.plus(machine.world.config.player.power_loss.period);
     (machine.features.journal.halts, machine.features.journal.has_laid) = (false, false);
     if let Err(error) = begun {
         machine.announce(format_args!("// WARNING no journal of this job: {}\n", error.text()));
@@ -104,23 +105,23 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
 /// Makes the journal's file, where there is none: M413 may have switched it on, or the card is another one.
 /// Everybody is served between its blocks.
 fn make<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-    let failed = |error: StorageError| machine.texts.because(error.text());
+    let failed = |error: StorageError| machine.world.texts.because(error.text());
     card::at_rest(machine);
-    let Some(mut blank) = Blank::begin(&mut machine.ports).map_err(failed)? else { return Ok(()) };
+    let Some(mut blank) = Blank::begin(&mut machine.world.ports).map_err(failed)? else { return Ok(()) };
     machine.announce(format_args!("// NOTE the journal is made on the card, before the job begins\n"));
     let made = loop {
         if let Err(halted) = machine.wait(Wake::Any).unless_halted() {
             break Err(halted);
         }
         card::at_rest(machine);
-        match blank.write(&mut machine.ports) {
+        match blank.write(&mut machine.world.ports) {
             Ok(false) => {}
             Ok(true) => break Ok(()),
             Err(error) => break Err(failed(error)),
         }
     };
     card::at_rest(machine);
-    let made = made.and(blank.close(&mut machine.ports).map_err(failed));
+    let made = made.and(blank.close(&mut machine.world.ports).map_err(failed));
     card::at_rest(machine);
     made
 }
@@ -130,8 +131,8 @@ pub(crate) fn give_up_offer<P: Ports>(machine: &mut Machine<'_, P>) {
     if !core::mem::take(&mut machine.features.journal.has_offer) {
         return;
     }
-    if let Ok(Found::Offer(offer)) = find(&mut machine.ports)
-        && forget(&offer, &mut machine.ports).is_ok()
+    if let Ok(Found::Offer(offer)) = find(&mut machine.world.ports)
+        && forget(&offer, &mut machine.world.ports).is_ok()
     {
         machine.announce(format_args!("// NOTE {} is not gone on with any more\n", offer.file.path));
     }
@@ -146,20 +147,21 @@ fn watch_offer<P: Ports>(machine: &mut Machine<'_, P>) {
     {
         return;
     }
-    let (here, stood) = (machine.ports.motion(|motion| motion.live_position()), machine.features.journal.stood_at);
+    let (here, stood) =
+        (machine.world.ports.motion(|motion| motion.live_position()), machine.features.journal.stood_at);
     let is_away = |axis: &Axis| libm::fabs(here[*axis] - stood[*axis]) > UNNOTED;
     let strayed = AxisSet::collect(Axis::PRIMARY.into_iter().filter(is_away));
     if machine.features.journal.strayed.has_all(strayed) {
         return;
     }
-    if !machine.ports.is_ready() {
+    if !machine.world.ports.is_ready() {
         return;
     }
     machine.features.journal.strayed = machine.features.journal.strayed.or(strayed);
-    let Ok(Found::Offer(offer)) = find(&mut machine.ports) else { return };
+    let Ok(Found::Offer(offer)) = find(&mut machine.world.ports) else { return };
     let noted = offer.entry.strayed | bits(machine.features.journal.strayed);
     if noted != offer.entry.strayed
-        && let Err(error) = stray(&offer, noted, &mut machine.ports)
+        && let Err(error) = stray(&offer, noted, &mut machine.world.ports)
     {
         machine.announce(format_args!(
             "// WARNING the journal does not know that the machine was moved: {}\n",
@@ -175,7 +177,7 @@ fn bits(axes: AxisSet) -> u8 {
 
 /// Ends the journal of a job that is over.
 pub(crate) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.features.journal.end(&mut machine.ports);
+    machine.features.journal.end(&mut machine.world.ports);
 }
 
 /// State of the program that a session's line may change.
@@ -199,7 +201,7 @@ pub(crate) fn after_session<P: Ports>(machine: &mut Machine<'_, P>) {
     }
     machine.features.stalls.forget_beginning();
     if machine.features.journal.is_noting() {
-        machine.features.journal.end(&mut machine.ports);
+        machine.features.journal.end(&mut machine.world.ports);
         machine.announce(format_args!(
             "// NOTE a console has changed modes or offsets under the job: it cannot be gone on with after a power cut\n"
         ));
@@ -214,20 +216,20 @@ pub(crate) fn tick<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
         return;
     }
     if !machine.jobs.is_open() {
-        return machine.features.journal.end(&mut machine.ports);
+        return machine.features.journal.end(&mut machine.world.ports);
     }
     if now < machine.features.journal.look_due {
         return;
     }
     machine.features.journal.look_due = now.plus(LOOK_PERIOD);
-    let (is_elsewhere, period) = (look(machine), machine.config.player.power_loss.period);
+    let (is_elsewhere, period) = (look(machine), machine.world.config.player.power_loss.period);
     // A suspended job's file does not say where Z goes.
     let apart = if machine.jobs.is_suspended() { SUSPENDED_HEIGHT_PERIOD } else { HEIGHT_PERIOD };
     let is_elsewhere = is_elsewhere && now.plus(period) >= machine.features.journal.due.plus(apart);
     // A busy card takes the entry a look later.
     let is_due = machine.features.journal.has_laid && (now >= machine.features.journal.due || is_elsewhere);
-    if is_due && machine.ports.is_ready() {
-        machine.features.journal.due = now.plus(machine.config.player.power_loss.period);
+    if is_due && machine.world.ports.is_ready() {
+        machine.features.journal.due = now.plus(machine.world.config.player.power_loss.period);
         note(machine, Heights::Planned, false);
     }
 }
@@ -235,7 +237,8 @@ pub(crate) fn tick<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 /// Whether Z is about to leave the heights that were noted, or has come to rest at one of several. The first
 /// filament that is laid is worth an entry too: before that there is nothing to go on with.
 fn look<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let (place, ahead) = machine.ports.motion(|motion| (motion.live_position(), motion.range_ahead(Axis::Z, AHEAD_S)));
+    let (place, ahead) =
+        machine.world.ports.motion(|motion| (motion.live_position(), motion.range_ahead(Axis::Z, AHEAD_S)));
     let filament = machine.program.tools().active().map_or(0.0, |tool| place[tool.settings.axis]);
     let (before, z) = (machine.features.journal.look, place[Axis::Z]);
     machine.features.journal.look = Look { z, filament };
@@ -263,7 +266,7 @@ pub(crate) enum Heights {
 /// Notes the place of the job.
 pub(crate) fn note<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool) {
     let entry = entry(machine, heights, stands);
-    let Machine { ports, features: States { journal, .. }, .. } = machine;
+    let Machine { features: States { journal, .. }, world: World { ports, .. }, .. } = machine;
     match journal.note(entry, ports) {
         Ok(()) => (journal.stood_at, journal.strayed) = (PerAxis(entry.position), AxisSet::NONE),
         Err(error) => {
@@ -292,7 +295,7 @@ pub(crate) fn leaves_height<P: Ports>(machine: &mut Machine<'_, P>, [least, most
     if !is_kept(machine) {
         return;
     }
-    let here = machine.ports.motion(|motion| motion.live_position())[Axis::Z];
+    let here = machine.world.ports.motion(|motion| motion.live_position())[Axis::Z];
     let (least, most) = (here.min(least), here.max(most));
     if most - least > UNNOTED {
         note(machine, Heights::Between([least, most]), false);
@@ -301,8 +304,8 @@ pub(crate) fn leaves_height<P: Ports>(machine: &mut Machine<'_, P>, [least, most
 
 fn entry<P: Ports>(machine: &mut Machine<'_, P>, heights: Heights, stands: bool) -> Entry {
     let last = machine.features.journal.last;
-    let now = machine.ports.now();
-    let (tag, position, ahead, factors, bed) = machine.ports.motion(|motion| {
+    let now = machine.world.ports.now();
+    let (tag, position, ahead, factors, bed) = machine.world.ports.motion(|motion| {
         let tag = (!motion.is_idle()).then(|| motion.passed().tag);
         let ahead = motion.range_ahead(Axis::Z, AHEAD_S);
         (tag, motion.live_position(), ahead, motion.overrides(), motion.compensation().bed())
@@ -366,7 +369,7 @@ fn targets<P: Ports>(machine: &mut Machine<'_, P>, last: &Entry) -> [f64; units:
         targets.iter_mut().zip(&suspended.targets).for_each(|(to, target)| *to = f64::from(target.0));
     } else {
         targets = [0.0; units::MAX_HEATERS];
-        machine.ports.heat(|heat| {
+        machine.world.ports.heat(|heat| {
             targets.iter_mut().zip(heat.heaters()).for_each(|(to, (_, heater))| *to = f64::from(heater.target().0));
         });
     }
@@ -379,11 +382,11 @@ pub(crate) fn halts<P: Ports>(machine: &mut Machine<'_, P>) {
         return;
     }
     if !machine.features.journal.has_laid {
-        return machine.features.journal.end(&mut machine.ports);
+        return machine.features.journal.end(&mut machine.world.ports);
     }
     if machine.features.recovery.as_ref().is_some_and(|recovery| !recovery.is_placed) {
         // A recovery without a place has not moved: the entry that was noted stays.
-        return machine.features.journal.close(&mut machine.ports);
+        return machine.features.journal.close(&mut machine.world.ports);
     }
     if machine.features.recovery.is_none() && machine.jobs.is_open() {
         note(machine, Heights::Planned, false);
@@ -395,7 +398,7 @@ pub(crate) fn halts<P: Ports>(machine: &mut Machine<'_, P>) {
 pub(crate) fn stands<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.features.journal.is_noting() && machine.features.journal.halts {
         note(machine, Heights::Planned, true);
-        machine.features.journal.close(&mut machine.ports);
+        machine.features.journal.close(&mut machine.world.ports);
     }
     (machine.features.journal.halts, machine.features.recovery) = (false, None);
     crate::machine::fast_forward::put_back(machine);

@@ -73,18 +73,18 @@ pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     if !machine.features.stall_watch.is_due(now) {
         return;
     }
-    let config = machine.config;
+    let config = machine.world.config;
     // An axis without a switch stalls where it homes.
     let is_elsewhere =
         machine.polls.ignores_stalls || machine.safety.is_halted() || machine.safety.mode().is_in(State::Homing);
     if config.watched_for_stalls().next().is_none() {
         return machine.features.stall_watch.rest(now, SELDOM);
     }
-    let speeds = machine.ports.motion(|motion| motion.motor_speeds());
+    let speeds = machine.world.ports.motion(|motion| motion.motor_speeds());
     let Some(speeds) = speeds.filter(|_| !is_elsewhere) else {
         return machine.features.stall_watch.rest(now, SOON);
     };
-    let levels = machine.ports.inputs();
+    let levels = machine.world.ports.inputs();
     let mut sights = PerActuator::<Option<Sight>>::default();
     for (motor, pin) in config.watched_for_stalls() {
         let settings = &config.actuators[motor];
@@ -103,7 +103,7 @@ pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 }
 
 fn stalled<P: Ports>(machine: &mut Machine<'_, P>, motor: Actuator, now: Micros) {
-    let wanted = machine.config.on_stall(motor);
+    let wanted = machine.world.config.on_stall(motor);
     if wanted.keeps_job() && recovery::brake(machine, motor) {
         return machine.features.stall_watch.rest(now, TOLD);
     }

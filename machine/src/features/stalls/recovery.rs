@@ -44,7 +44,7 @@ pub(crate) enum Step {
 
 /// Keeps the state that a file about to be read begins with, in case a stall stops it.
 pub(crate) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) {
-    if is_wanted(machine.config) {
+    if is_wanted(machine.world.config) {
         let beginning = program::beginning(&mut machine.program);
         machine.features.stalls.keep_beginning(machine.jobs.count(), beginning);
     }
@@ -52,7 +52,7 @@ pub(crate) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Keeps the state that a file going on after a power cut began with.
 pub(crate) fn job_goes_on<P: Ports>(machine: &mut Machine<'_, P>, beginning: [u8; BEGINNING_BYTES]) {
-    if is_wanted(machine.config) {
+    if is_wanted(machine.world.config) {
         machine.features.stalls.keep_beginning(machine.jobs.count(), Some(beginning));
     }
 }
@@ -69,7 +69,7 @@ pub(crate) fn brake<P: Ports>(machine: &mut Machine<'_, P>, motor: Actuator) -> 
         return false;
     }
     machine.features.stalls.phase = Phase::Brakes(motor);
-    machine.ports.motion(motion::Motion::hold);
+    machine.world.ports.motion(motion::Motion::hold);
     let letter = letter(motor);
     machine.announce(format_args!(
         "WARNING: motor {letter} stalls: it hit something, or its load is too high; the job stops\n"
@@ -84,14 +84,14 @@ fn letter(motor: Actuator) -> char {
 /// Watches a machine that brakes because of a stall: when it stands, all waits for its moves end.
 pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     let Phase::Brakes(motor) = machine.features.stalls.phase else { return };
-    let (state, stands, under_way, at) = machine.ports.motion(|motion| {
+    let (state, stands, under_way, at) = machine.world.ports.motion(|motion| {
         let under_way = motion.waiting().next();
         (motion.state(), motion.is_held_still(), under_way, motion.held_at())
     });
-    let is_idle = machine.ports.motion(|motion| motion.is_idle());
+    let is_idle = machine.world.ports.motion(|motion| motion.is_idle());
     if !stands && !is_idle {
         if state == Motion::Running {
-            machine.ports.motion(motion::Motion::hold);
+            machine.world.ports.motion(motion::Motion::hold);
         }
         return;
     }
@@ -103,7 +103,7 @@ pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     let line = under_way.and_then(|waiting| machine.jobs.line_of(waiting.request.tag));
     let mut flow = [1.0; 3];
     flow.iter_mut().zip(machine.program.tools().all()).for_each(|(to, tool)| *to = tool.flow);
-    let lost = machine.config.motion.arm_solution.axes_of(motor).unwrap_or(AxisSet::PRIMARY);
+    let lost = machine.world.config.motion.arm_solution.axes_of(motor).unwrap_or(AxisSet::PRIMARY);
     let stopped = Stopped {
         motor,
         lost,
@@ -116,12 +116,12 @@ pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
     };
     machine.jobs.set_paused(true);
     machine.axes.forget_homed(lost);
-    let now = machine.ports.now();
+    let now = machine.world.ports.now();
     if machine.safety.begin_reset(now) {
         machine.features.stalls.phase = Phase::Stands(stopped);
         machine.cut = crate::machine::move_dropping::Cut::default();
-        machine.ports.motion(motion::Motion::stop);
-        machine.ports.heat(|heat| heat.drop_effects());
+        machine.world.ports.motion(motion::Motion::stop);
+        machine.world.ports.heat(|heat| heat.drop_effects());
         machine.features.riding_lights.clear();
         machine.program.halt();
     }
@@ -150,7 +150,7 @@ pub(crate) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: Step) -> Resul
     match looked {
         Ok(true) => get_over(machine, &stopped),
         Ok(false) => Ok(()),
-        Err(why) if why.is_refusal() => end_job(machine, &stopped, machine.texts.of(why)),
+        Err(why) if why.is_refusal() => end_job(machine, &stopped, machine.world.texts.of(why)),
         Err(failure) => Err(failure),
     }
 }
@@ -161,7 +161,7 @@ fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> R
         return Err(Failure::HALTED);
     }
     let [_, most] = machine.travel().ends();
-    let top = stopped.at[Axis::Z] + machine.config.motors.stall.lift.0;
+    let top = stopped.at[Axis::Z] + machine.world.config.motors.stall.lift.0;
     rise(machine, top.min(most[Axis::Z]))?;
     machine.resynchronise();
     if let Some(stall) = machine.jobs.stalled_job() {
@@ -176,7 +176,7 @@ fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> R
     if !program::begin_again(&mut machine.program, &mut beginning) {
         return Err(Failure::refused(&CHANGED));
     }
-    machine.jobs.read_again(&mut machine.ports).map_err(|error| machine.texts.because(error.text()))?;
+    machine.jobs.read_again(&mut machine.world.ports).map_err(|error| machine.world.texts.because(error.text()))?;
     if !machine.frames.push(Frame::Then(Then::Step(features::Step::Stalled(Step::Suspend)))) {
         return Err(Failure::refused(&"scripts start each other without end"));
     }
@@ -187,7 +187,7 @@ fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> R
 
 /// Lifts Z so high, where it is homed and lower.
 fn rise<P: Ports>(machine: &mut Machine<'_, P>, top: f64) -> Result<(), Failure> {
-    let mut up = machine.ports.motion(|motion| motion.commanded_position());
+    let mut up = machine.world.ports.motion(|motion| motion.commanded_position());
     if !machine.axes.homed().has(Axis::Z) || top <= up[Axis::Z] {
         return Ok(());
     }
@@ -237,17 +237,17 @@ fn is_between(from: &PerAxis<f64>, to: &PerAxis<f64>, place: &PerAxis<f64>) -> b
 fn above<P: Ports>(machine: &mut Machine<'_, P>, passed: &Passed, stopped: &Stopped) -> f64 {
     let [_, most] = machine.travel().ends();
     let highest = passed.z[1].max(stopped.at[Axis::Z]);
-    (highest + machine.config.motors.stall.lift.0).min(most[Axis::Z])
+    (highest + machine.world.config.motors.stall.lift.0).min(most[Axis::Z])
 }
 
 /// Has the suspended job go on by itself, where it may.
 fn get_over<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<(), Failure> {
     machine.features.stalls.rest();
-    let settings = &machine.config.motors.stall;
-    if machine.config.on_stall(stopped.motor) != OnStall::Recover {
+    let settings = &machine.world.config.motors.stall;
+    if machine.world.config.on_stall(stopped.motor) != OnStall::Recover {
         return pause(machine, stopped, "");
     }
-    let now = machine.ports.now();
+    let now = machine.world.ports.now();
     let Some(count) = machine.features.stalls.take_recovery(now, settings) else {
         let (most, minutes) = (settings.most, settings.time.seconds() / 60.0);
         let why =
@@ -263,7 +263,7 @@ fn get_over<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result
     match returned {
         Err(why) if why.has_text() => {
             machine.features.stalls.rest();
-            let why = short(format_args!("{}; ", machine.texts.of(why)));
+            let why = short(format_args!("{}; ", machine.world.texts.of(why)));
             pause(machine, stopped, why.as_str())
         }
         returned => returned,
@@ -282,7 +282,7 @@ pub(crate) fn rehome<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failu
         return Err(Failure::refused(&"Z is not homed, and is not homed onto a part: home it where that is safe"));
     }
     if let Some(axis) = lost.without(machine.can_home).axes().next() {
-        return Err(machine.texts.refused(format_args!("{} has nothing to home with: set it", axis.letter())));
+        return Err(machine.world.texts.refused(format_args!("{} has nothing to home with: set it", axis.letter())));
     }
     machine.features.stalls.phase = Phase::Returns;
     rise(machine, above)?;
@@ -336,7 +336,7 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: impl 
         "ERROR: the job ends at line {line}, where a motor stalled: {why}. Home, then play its file --from line {line}\n"
     ));
     Features::<P>::extruders_count_anew(machine);
-    machine.jobs.close(&mut machine.ports);
+    machine.jobs.close(&mut machine.world.ports);
     machine.resynchronise_if_still();
     suspend::rest(machine, false).map(drop)
 }

@@ -59,7 +59,7 @@ impl<P: Ports> Moments<P> for Feature {
 pub(crate) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
     let mut read_in = core::mem::take(&mut machine.jobs.statistics);
     let mut bad = 0;
-    let read = each_line(&mut machine.ports, STATISTICS_PATH, |_, line| {
+    let read = each_line(&mut machine.world.ports, STATISTICS_PATH, |_, line| {
         let line = line.and_then(|line| core::str::from_utf8(line).ok());
         bad += u32::from(!line.is_some_and(|line| read_in.read(line)));
     });
@@ -74,12 +74,12 @@ pub(crate) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
 
 /// Samples the place of the tool.
 pub(crate) fn sample<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    let moves = !machine.ports.motion(|motion| motion.is_idle());
+    let moves = !machine.world.ports.motion(|motion| motion.is_idle());
     let plays = machine.jobs.is_open() && machine.safety.state() != State::Check;
     if !moves && !plays {
         return machine.jobs.statistics.rest();
     }
-    let place = machine.ports.motion(|motion| motion.live_position());
+    let place = machine.world.ports.motion(|motion| motion.live_position());
     let extruders = AxisSet::collect(machine.program.tools().all().iter().map(|tool| tool.settings.axis));
     machine.jobs.statistics.sample(now, plays, moves, &place, extruders);
 }
@@ -90,10 +90,10 @@ pub(crate) fn count_heat<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
         return;
     }
     machine.features.heat_due = now.plus(HEAT_PERIOD);
-    let heats = machine.ports.heat(|heat| heat.any_on());
+    let heats = machine.world.ports.heat(|heat| heat.any_on());
     machine.jobs.statistics.heaters.heats(heats);
-    for (id, heater) in HeaterId::all().zip(&machine.config.temperatures) {
-        let work = machine.ports.heat(|heat| heat.take_work(id));
+    for (id, heater) in HeaterId::all().zip(&machine.world.config.temperatures) {
+        let work = machine.world.ports.heat(|heat| heat.take_work(id));
         machine.jobs.statistics.heaters.add(&heater.name, work);
     }
 }
@@ -141,7 +141,7 @@ pub(crate) fn told<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to
         let time = |s: f64| Duration(Micros((s * 1e6) as u64));
         machine
             .say(to, format_args!("heater {name}: on for {}, as much as {} at full power", time(on_s), time(full_s)));
-        if let Some(heater) = machine.config.temperatures.iter().find(|heater| heater.name == name) {
+        if let Some(heater) = machine.world.config.temperatures.iter().find(|heater| heater.name == name) {
             let kwh = full_s / 3.6e6 * f64::from(heater.model.power_w);
             machine.say(to, format_args!(", {kwh:.3} kWh with a heater_power of {} W", heater.model.power_w));
         }
@@ -168,7 +168,7 @@ fn write<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
     if write!(text, "{}", machine.jobs.statistics.life).is_err() {
         return Err(StorageError::Full);
     }
-    let ports = &mut machine.ports;
+    let ports = &mut machine.world.ports;
     let mut draft = Draft::begin(ports, STATISTICS_PATH)?;
     let hours = machine.jobs.statistics.heaters.lines();
     let written = draft.write(ports, text.as_bytes());

@@ -69,7 +69,7 @@ pub(crate) fn greet(running: &Running, reply: &mut Reply<'_>) {
 
 /// Records at the start how the firmware came to run, and sets the owner's policy.
 pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, is_configured: bool) {
-    let running = machine.ports.running();
+    let running = machine.world.ports.running();
     match running.arrival {
         Arrival::Known | Arrival::Probe => {}
         Arrival::Trial { start, by_usb, .. } => {
@@ -82,14 +82,14 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, is_configured: bool)
         machine.record(&Event::UpdateRefused(Text::from(why)));
     }
     if is_configured {
-        let policy = &machine.config.update;
+        let policy = &machine.world.config.update;
         // A policy that nobody can mean unlocks nothing.
         if policy.is_sound()
-            && let Err(why) = machine.ports.set_policy(policy.key.as_ref(), policy.locked)
+            && let Err(why) = machine.world.ports.set_policy(policy.key.as_ref(), policy.locked)
         {
             machine.announce(format_args!("ERROR: config.ini: [update] key: {why}\n"));
         }
-        machine.features.update.at_boot = machine.config.system.flash_on_boot;
+        machine.features.update.at_boot = machine.world.config.system.flash_on_boot;
     }
 }
 
@@ -97,14 +97,14 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, is_configured: bool)
 pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
     if !machine.features.update.is_confirmed && now >= CONFIRMED_AFTER {
         machine.features.update.is_confirmed = true;
-        let arrival = machine.ports.running().arrival;
-        machine.ports.confirm();
+        let arrival = machine.world.ports.running().arrival;
+        machine.world.ports.confirm();
         if matches!(arrival, Arrival::Trial { .. }) {
             machine.record(&Event::FirmwareConfirmed);
         }
     }
-    let may_leave = machine.config.system.dfu_enable && is_at_rest(machine).is_ok();
-    if machine.ports.take_download_request(may_leave) {
+    let may_leave = machine.world.config.system.dfu_enable && is_at_rest(machine).is_ok();
+    if machine.world.ports.take_download_request(may_leave) {
         machine.features.update.is_asked = true;
     }
 }
@@ -118,7 +118,7 @@ pub(crate) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         {
             machine.announce(format_args!(
                 "WARNING: the firmware download that a host asked for: {}\n",
-                machine.texts.of(why)
+                machine.world.texts.of(why)
             ));
         }
         return true;
@@ -145,7 +145,7 @@ pub(crate) fn command<P: Ports>(machine: &mut Machine<'_, P>, word: &str, to: Re
 fn flash<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     is_at_rest(machine)?;
     machine.say(to, format_args!("looking at {FILE}\n"));
-    let firmware = look_at_file(machine, to).map_err(|why| machine.texts.refused(format_args!("{why}")))?;
+    let firmware = look_at_file(machine, to).map_err(|why| machine.world.texts.refused(format_args!("{why}")))?;
     if firmware.runs {
         return Err(Failure::refused(&"flashme.bin is the firmware that runs"));
     }
@@ -160,18 +160,18 @@ fn download<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     is_at_rest(machine)?;
     // The boot stage has room for one image: without a copy to come back to it takes no other.
     keep_previous(machine, to).map_err(|error| {
-        machine.texts.refused(format_args!(
+        machine.world.texts.refused(format_args!(
             "this firmware cannot be kept on the card, so that it could come back: {}",
             error.text()
         ))
     })?;
     is_at_rest(machine)?;
-    if !machine.ports.ask_for_download() {
+    if !machine.world.ports.ask_for_download() {
         return Err(Failure::refused(&"this board has no firmware download over USB"));
     }
     machine.record(&Event::UpdateAsked(Text::from("over USB")));
     machine.say(to, format_args!("the board waits for firmware over USB in a second; RESET starts this one again\n"));
-    machine.ports.request_reset();
+    machine.world.ports.request_reset();
     Ok(Answer::Ok)
 }
 
@@ -180,10 +180,10 @@ fn is_at_rest<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     if machine.jobs.is_open() {
         return Err(Failure::refused(&"a job is under way: abort it first"));
     }
-    if !machine.ports.motion(|motion| motion.is_idle()) {
+    if !machine.world.ports.motion(|motion| motion.is_idle()) {
         return Err(Failure::refused(&"the machine moves: stop it first"));
     }
-    if machine.ports.heat(|heat| heat.any_on()) {
+    if machine.world.ports.heat(|heat| heat.any_on()) {
         return Err(Failure::refused(&"a heater is on: switch heaters off first"));
     }
     Ok(())
@@ -191,17 +191,17 @@ fn is_at_rest<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
 
 /// Installs the card's file at boot (`flash_on_boot`), unless it has failed or runs already.
 fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
-    match machine.ports.open(FILE, OpenMode::Read) {
+    match machine.world.ports.open(FILE, OpenMode::Read) {
         Ok(file) => {
             // The file was only looked for.
-            let _ = machine.ports.close(file);
+            let _ = machine.world.ports.close(file);
         }
         Err(_) => return,
     }
     if let Err(why) = is_at_rest(machine)
         && why.is_refusal()
     {
-        return machine.announce(format_args!("WARNING: {FILE} was not looked at: {}\n", machine.texts.of(why)));
+        return machine.announce(format_args!("WARNING: {FILE} was not looked at: {}\n", machine.world.texts.of(why)));
     }
     let to = Recipient::All;
     match look_at_file(machine, to) {
@@ -216,7 +216,7 @@ fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
             if let Err(why) = install(machine, &firmware, to)
                 && why.is_refusal()
             {
-                machine.announce(format_args!("ERROR: {FILE} was not installed: {}\n", machine.texts.of(why)));
+                machine.announce(format_args!("ERROR: {FILE} was not installed: {}\n", machine.world.texts.of(why)));
             }
         }
         Err(why) => machine.announce(format_args!("ERROR: {FILE} was not installed: {why}\n")),
@@ -224,10 +224,10 @@ fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 fn install<P: Ports>(machine: &mut Machine<'_, P>, firmware: &Firmware, to: Recipient) -> Result<(), Failure> {
-    keep_previous(machine, to).map_err(|error| machine.texts.about_file(PREVIOUS, error.text()))?;
+    keep_previous(machine, to).map_err(|error| machine.world.texts.about_file(PREVIOUS, error.text()))?;
     // Somebody may have begun something meanwhile.
     is_at_rest(machine)?;
-    if !machine.ports.ask_for_install(firmware.id) {
+    if !machine.world.ports.ask_for_install(firmware.id) {
         return Err(Failure::refused(&"the log of updates in flash takes no entry: install it with a debug probe"));
     }
     machine.record(&Event::UpdateAsked(Text::from(firmware.version.as_str())));
@@ -238,7 +238,7 @@ fn install<P: Ports>(machine: &mut Machine<'_, P>, firmware: &Firmware, to: Reci
             firmware.version
         ),
     );
-    machine.ports.request_reset();
+    machine.world.ports.request_reset();
     Ok(())
 }
 
@@ -258,16 +258,16 @@ fn look_at<P: Ports>(
     to: Recipient,
 ) -> Result<Result<Firmware, Flaw>, StorageError> {
     card::at_rest(machine);
-    let file = machine.ports.open(path, OpenMode::Read)?;
-    machine.ports.begin_look();
+    let file = machine.world.ports.open(path, OpenMode::Read)?;
+    machine.world.ports.begin_look();
     let read = read_through(&mut MachineHands::new(machine, to), file, u32::MAX, false, |ports, bytes| {
         ports.look(bytes);
         Ok(())
     });
     // The file was only read.
-    let _ = machine.ports.close(file);
+    let _ = machine.world.ports.close(file);
     match read {
-        Ok(true) => Ok(machine.ports.end_look()),
+        Ok(true) => Ok(machine.world.ports.end_look()),
         Ok(false) => Err(StorageError::Unsupported),
         Err(error) => Err(error),
     }
@@ -276,12 +276,12 @@ fn look_at<P: Ports>(
 /// Copies the running firmware to the card, unless it is there. The boot stage takes a copy by either name,
 /// and only a whole one; nothing is asked of it before the copy is kept.
 fn keep_previous<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), StorageError> {
-    let length = machine.ports.image_bytes();
+    let length = machine.world.ports.image_bytes();
     if length == 0 {
         return Ok(());
     }
     // Firmware on trial is not the one to come back to, where another has proved itself.
-    let is_on_trial = matches!(machine.ports.running().arrival, Arrival::Trial { .. });
+    let is_on_trial = matches!(machine.world.ports.running().arrival, Arrival::Trial { .. });
     if let Ok(Ok(previous)) = look_at(machine, PREVIOUS, to)
         && (previous.runs || is_on_trial && !previous.has_failed)
     {
@@ -289,10 +289,10 @@ fn keep_previous<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Resul
     }
     machine.say(to, format_args!("keeping the firmware that runs as firmware.previous\n"));
     card::at_rest(machine);
-    let file = machine.ports.open(DRAFT, OpenMode::Write)?;
+    let file = machine.world.ports.open(DRAFT, OpenMode::Write)?;
     let copied = copy_image(machine, file, length);
     card::at_rest(machine);
-    let closed = machine.ports.close(file);
+    let closed = machine.world.ports.close(file);
     copied.and(closed)?;
     card::kept(machine)?;
     card::at_rest(machine);
@@ -308,12 +308,12 @@ fn copy_image<P: Ports>(
     while at < length {
         let mut block = [0; BLOCK];
         let piece = block.get_mut(..(length - at).min(BLOCK as u32) as usize).unwrap_or_default();
-        if !machine.ports.read_image(at, piece) {
+        if !machine.world.ports.read_image(at, piece) {
             return Err(StorageError::Device);
         }
         at += piece.len() as u32;
         card::at_rest(machine);
-        Storage::write(&mut machine.ports, file, piece)?;
+        Storage::write(&mut machine.world.ports, file, piece)?;
         machine.wait(Wake::Any).whatever_happens();
     }
     Ok(())
@@ -321,12 +321,12 @@ fn copy_image<P: Ports>(
 
 /// Gives a file another name, in place of the file that has it.
 fn replace<P: Ports>(machine: &mut Machine<'_, P>, from: &str, to: &str) -> Result<(), StorageError> {
-    match machine.ports.remove(to) {
+    match machine.world.ports.remove(to) {
         Err(StorageError::NotFound) => {}
         removed => removed?,
     }
     card::at_rest(machine);
-    machine.ports.rename(from, to)?;
+    machine.world.ports.rename(from, to)?;
     card::kept(machine)
 }
 

@@ -28,13 +28,13 @@ impl<P: Ports> Moments<P> for Feature {
 
 /// Lends the card to the computer, or takes it back: `msc [off]`.
 pub(crate) fn msc<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let SystemConfig { msc_enable, .. } = machine.config.system;
+    let SystemConfig { msc_enable, .. } = machine.world.config.system;
     match arguments {
         _ if !msc_enable => Err(Failure::refused(&"MSC is disabled: [system] msc_enable")),
         "" => lend(machine, to),
-        "off" if machine.ports.disk() == Disk::Kept => Err(Failure::refused(&"no computer has the SD card")),
+        "off" if machine.world.ports.disk() == Disk::Kept => Err(Failure::refused(&"no computer has the SD card")),
         "off" => {
-            machine.ports.revoke_card();
+            machine.world.ports.revoke_card();
             Ok(Answer::Ok)
         }
         _ => Err(Failure::refused(&"write msc, or msc off")),
@@ -45,11 +45,11 @@ fn lend<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     if machine.jobs.is_open() {
         return Err(Failure::refused(&"a file is played: wait for its end, or abort it"));
     }
-    if machine.ports.disk() != Disk::Kept {
+    if machine.world.ports.disk() != Disk::Kept {
         return Err(Failure::refused(&HAS_IT));
     }
     loop {
-        match machine.ports.lend_card() {
+        match machine.world.ports.lend_card() {
             Ok(true) => break,
             Ok(false) => {
                 machine.wait(Wake::Any).whatever_happens();
@@ -58,7 +58,7 @@ fn lend<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
             Err(NotLent::Storage(StorageError::Busy)) => {
                 return Err(Failure::refused(&"files are open: end what writes or reads them"));
             }
-            Err(NotLent::Storage(error)) => return Err(machine.texts.because(error.text())),
+            Err(NotLent::Storage(error)) => return Err(machine.world.texts.because(error.text())),
         }
     }
     machine.say(to, format_args!("The computer has the SD card: eject it there to give it back\n"));
@@ -68,14 +68,14 @@ fn lend<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
 /// Takes the card back when the computer has ejected it, or has gone. The card may be another one by now, and
 /// its contents have changed.
 pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
-    let why = match machine.ports.disk() {
+    let why = match machine.world.ports.disk() {
         Disk::Kept | Disk::Lent => return,
         Disk::GivenBack => "given the SD card back",
         Disk::Gone => "gone: the machine has the SD card again",
     };
-    machine.ports.take_card_back();
+    machine.world.ports.take_card_back();
     machine.announce(format_args!("// NOTICE the computer has {why}\n"));
-    match machine.ports.mount() {
+    match machine.world.ports.mount() {
         // A missing card has been reported already.
         Ok(()) | Err(StorageError::NoCard | StorageError::NotResponding) => {}
         Err(error) => machine.announce(format_args!("WARNING: {}\n", error.text())),
