@@ -3,11 +3,76 @@
 
 use crate::state::States;
 
+/// What a console command asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the help texts of the rows say what each does")]
+pub enum Command {
+    Help,
+    Version,
+    Memory,
+    Modules,
+    Date,
+    List,
+    ChangeFolder,
+    Show,
+    Delete,
+    Move,
+    MakeFolder,
+    Copy,
+    Truncate,
+    Md5Sum,
+    Card,
+    Edit,
+    ReceiveByYmodem,
+    Receive,
+    ReceiveCounted,
+    Check,
+    Play,
+    Progress,
+    Abort,
+    Pause,
+    Queue,
+    Suspend,
+    Resume,
+    Get,
+    ShowSection,
+    SetSetting,
+    LoadSettings,
+    Preheat,
+    Switch,
+    Thermistors,
+    CalculateThermistor,
+    SetRegisters,
+    Test,
+    TuneDriver,
+    Gpio,
+    Break,
+    Events,
+    Flash,
+    Dfu,
+    Reset,
+    LendCard,
+    Dialect,
+    Echo,
+    Modes,
+    Offsets,
+    Home,
+    Unlock,
+    ModesWithoutOk,
+    Switches,
+    Jog,
+    Probe,
+    CheckMode,
+    Sleep,
+}
+
 /// Row of a console command.
 #[derive(Clone, Copy, Debug)]
 pub struct CommandInfo {
     /// Word that calls the command.
     pub word: &'static str,
+    /// What the command asks for.
+    pub does: Command,
     /// Arguments that may follow; empty for none.
     pub takes: &'static str,
     /// Help text of one line.
@@ -16,10 +81,14 @@ pub struct CommandInfo {
     pub states: States,
     /// Whether the command is a question, answered whatever the machine waits for.
     pub question: bool,
+    /// Whether the command reads or changes files, so that the card must be at rest before it.
+    pub needs_card: bool,
+    /// Whether the command moves or heats: check mode (`$C`) only reads it.
+    pub acts: bool,
 }
 
-const fn command(word: &'static str, takes: &'static str, help: &'static str) -> CommandInfo {
-    CommandInfo { word, takes, help, states: States::ALL, question: false }
+const fn command(word: &'static str, does: Command, takes: &'static str, help: &'static str) -> CommandInfo {
+    CommandInfo { word, does, takes, help, states: States::ALL, question: false, needs_card: false, acts: false }
 }
 
 impl CommandInfo {
@@ -32,85 +101,95 @@ impl CommandInfo {
         self.question = true;
         self
     }
+
+    const fn card(mut self) -> Self {
+        self.needs_card = true;
+        self
+    }
+
+    const fn acts(mut self) -> Self {
+        self.acts = true;
+        self
+    }
 }
 
 /// All commands, in the order in which `help` lists them.
 pub const COMMANDS: &[CommandInfo] = &[
-    command("help", "[command or code]", "list the commands; with one, say what it does").question(),
-    command("version", "", "firmware, board and clock").question(),
-    command("mem", "", "memory in use, and how long reading the configuration took").question(),
-    command("modules", "", "the parts that the configuration switches on").question(),
-    command("date", "[YYMMDDhhmmss]", "say or set date and time"),
-    command("ls", "[-1] [folder]", "list files with marks, dates and sizes; -1: names only"),
-    command("cd", "[folder]", "change the current folder; without one, to the card"),
-    command("cat", "[-d] file [lines]", "show a file, or its first lines; -d: in five seconds, with Ctrl-Z at its end"),
-    command("rm", "file ...", "delete files, or empty folders; quote names with blanks"),
-    command("mv", "from to", "rename or move"),
-    command("mkdir", "folder", "make a folder"),
-    command("cp", "from to", "copy a file"),
-    command("truncate", "file bytes", "keep the beginning of a file"),
-    command("md5sum", "file ...", "MD5 sums of files"),
-    command("card", "", "what the SD card is, how fast its bus is, what it has done, and how much of it is free"),
-    command("ed", "from to", "edit a file line by line into another one: %h lists commands, %c ends it"),
-    command("ry", "[silent]", "receive files by YModem; silent: say nothing beside"),
-    command("upload", "file", "what is sent is the file, up to Ctrl-D or Ctrl-Z; Ctrl-X cancels"),
-    command("dl", "file bytes", "what is sent is the file, so many bytes, whatever they are; over USB or the network"),
-    command("check", "file", "look through a file: what it asks of the machine, and how long it takes; nothing moves"),
-    command("play", "file [-v] [-p] [-t] [-f dialect] [--from line|layer|byte N] [--force]", "play a file, or the rest of it: show its lines, begin paused, tell its end; --force: whatever a look at it says")
-        .working(),
-    command("progress", "[-b]", "how far the file being played is; -b: in bytes").question(),
-    command("abort", "", "stop the file being played; heaters stay as they are"),
-    command("pause", "[at layer|line|height N [command] | next layer | list | clear]", "suspend the job, heaters on: now, or there")
-        .working(),
-    command("queue", "[add file [times] | next | remove place | clear]", "files to be played one after the other"),
-    command("suspend", "[h]", "pause the job so that filament can be changed; h: heaters stay on").working(),
-    command("resume", "", "go on with the suspended job").working(),
+    command("help", Command::Help, "[command or code]", "list the commands; with one, say what it does").question(),
+    command("version", Command::Version, "", "firmware, board and clock").question(),
+    command("mem", Command::Memory, "", "memory in use, and how long reading the configuration took").question(),
+    command("modules", Command::Modules, "", "the parts that the configuration switches on").question(),
+    command("date", Command::Date, "[YYMMDDhhmmss]", "say or set date and time"),
+    command("ls", Command::List, "[-1] [folder]", "list files with marks, dates and sizes; -1: names only"),
+    command("cd", Command::ChangeFolder, "[folder]", "change the current folder; without one, to the card").card(),
+    command("cat", Command::Show, "[-d] file [lines]", "show a file, or its first lines; -d: in five seconds, with Ctrl-Z at its end").card(),
+    command("rm", Command::Delete, "file ...", "delete files, or empty folders; quote names with blanks").card(),
+    command("mv", Command::Move, "from to", "rename or move").card(),
+    command("mkdir", Command::MakeFolder, "folder", "make a folder").card(),
+    command("cp", Command::Copy, "from to", "copy a file").card(),
+    command("truncate", Command::Truncate, "file bytes", "keep the beginning of a file").card(),
+    command("md5sum", Command::Md5Sum, "file ...", "MD5 sums of files").card(),
+    command("card", Command::Card, "", "what the SD card is, how fast its bus is, what it has done, and how much of it is free").card(),
+    command("ed", Command::Edit, "from to", "edit a file line by line into another one: %h lists commands, %c ends it").card(),
+    command("ry", Command::ReceiveByYmodem, "[silent]", "receive files by YModem; silent: say nothing beside"),
+    command("upload", Command::Receive, "file", "what is sent is the file, up to Ctrl-D or Ctrl-Z; Ctrl-X cancels").card(),
+    command("dl", Command::ReceiveCounted, "file bytes", "what is sent is the file, so many bytes, whatever they are; over USB or the network"),
+    command("check", Command::Check, "file", "look through a file: what it asks of the machine, and how long it takes; nothing moves").card(),
+    command("play", Command::Play, "file [-v] [-p] [-t] [-f dialect] [--from line|layer|byte N] [--force]", "play a file, or the rest of it: show its lines, begin paused, tell its end; --force: whatever a look at it says")
+        .working().card(),
+    command("progress", Command::Progress, "[-b]", "how far the file being played is; -b: in bytes").question(),
+    command("abort", Command::Abort, "", "stop the file being played; heaters stay as they are").card(),
+    command("pause", Command::Pause, "[at layer|line|height N [command] | next layer | list | clear]", "suspend the job, heaters on: now, or there")
+        .working().acts(),
+    command("queue", Command::Queue, "[add file [times] | next | remove place | clear]", "files to be played one after the other").card(),
+    command("suspend", Command::Suspend, "[h]", "pause the job so that filament can be changed; h: heaters stay on").working().acts(),
+    command("resume", Command::Resume, "", "go on with the suspended job").working().acts(),
     command(
-        "get",
+        "get", Command::Get,
         "pos|wcs|state|mode|status|steps|temp [name|chip]|volts [name]|fk x,y,z|ik x,y,z",
         "say what is; fk, ik: where motors put the tool, and where they stand for it",
     )
     .question(),
-    command("config-get", "\"section\"", "show a section of config.ini"),
+    command("config-get", Command::ShowSection, "\"section\"", "show a section of config.ini").card(),
     command(
-        "config-set",
+        "config-set", Command::SetSetting,
         "\"section\" key [=] [value]",
         "change a setting, or delete it; takes effect at the next reset",
-    ),
-    command("config-load", "file", "replay saved settings").working(),
-    command("load", "file", "replay saved settings").working(),
-    command("preheat", "[name|off]", "set every heater that has a preset of this name; without one, list them").working(),
-    command("switch", "[name [on|off|value]]", "list switches, look at one, or set it"),
-    command("thermistors", "", "sensors that are known by name").question(),
-    command("calc_thermistor", "T1,R1,T2,R2,T3,R3", "coefficients of a sensor from three points").question(),
-    command("setregs", "motor r1,r2,r3,r4,r5", "write all registers of a motor's driver, in hexadecimal"),
+    ).card(),
+    command("config-load", Command::LoadSettings, "file", "replay saved settings").working().card(),
+    command("load", Command::LoadSettings, "file", "replay saved settings").working().card(),
+    command("preheat", Command::Preheat, "[name|off]", "set every heater that has a preset of this name; without one, list them").working().acts(),
+    command("switch", Command::Switch, "[name [on|off|value]]", "list switches, look at one, or set it"),
+    command("thermistors", Command::Thermistors, "", "sensors that are known by name").question(),
+    command("calc_thermistor", Command::CalculateThermistor, "T1,R1,T2,R2,T3,R3", "coefficients of a sensor from three points").question(),
+    command("setregs", Command::SetRegisters, "motor r1,r2,r3,r4,r5", "write all registers of a motor's driver, in hexadecimal"),
     command(
-        "test",
+        "test", Command::Test,
         "jog axis distance times | square size times | circle radius times [feed] | raw axis steps rate | acc axis mm rate | endstop axis [times] | speed axis mm rate [times] | sweep axis Hz Hz [s] | backlash axis mm",
         "move back and forth, squares or circles, so many steps of one motor; how well an axis homes, whether it loses steps, where it rings, its backlash",
     )
-    .working(),
-    command("tune_driver", "axis [mm/s ...]", "measure which stallGuard threshold a motor is to have: its axis moves over its travel")
-        .working(),
-    command("gpio", "pin [in | out on|off [ms]]", "look at a pin that nothing uses, or drive it for a while").working(),
-    command("break", "", "stop for a debugger; without one, the last events"),
-    command("events", "[count|all]", "what happened lately, before the last reset too, oldest first").question(),
-    command("flash", "", "install the firmware in /sd/flashme.bin; this one is kept as firmware.previous"),
-    command("dfu", "", "restart the board to wait for firmware over USB (dfu-util)"),
-    command("reset", "", "restart the board in a second"),
-    command("msc", "[off]", "let the computer at the USB socket have the SD card as a disk, until it ejects it; off: take it back"),
-    command("dialect", "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),
-    command("echo", "[-n] [-1] text", "say it; -n: without a line end; -1: to the auxiliary UART").question(),
-    command("$G", "", "the modal state").question(),
-    command("$#", "[-v]", "offsets and the last probe").question(),
-    command("$H", "", "home").working(),
-    command("$X", "", "clear a halt").question(),
-    command("$I", "", "the modal state, without ok").question(),
-    command("$S", "[name ...]", "switches, without ok").question(),
-    command("$J", "[-c] axis distance ... [S scale | F rate]", "jog; -c: until Ctrl-Y").working(),
-    command("$P", "[words]", "probe as G30 does").working(),
-    command("$C", "", "check mode on or off: programs are read and nothing is carried out"),
-    command("$SLP", "", "sleep: everything off until Ctrl-X or a reset"),
+    .working().acts(),
+    command("tune_driver", Command::TuneDriver, "axis [mm/s ...]", "measure which stallGuard threshold a motor is to have: its axis moves over its travel")
+        .working().acts(),
+    command("gpio", Command::Gpio, "pin [in | out on|off [ms]]", "look at a pin that nothing uses, or drive it for a while").working().acts(),
+    command("break", Command::Break, "", "stop for a debugger; without one, the last events"),
+    command("events", Command::Events, "[count|all]", "what happened lately, before the last reset too, oldest first").question(),
+    command("flash", Command::Flash, "", "install the firmware in /sd/flashme.bin; this one is kept as firmware.previous").card(),
+    command("dfu", Command::Dfu, "", "restart the board to wait for firmware over USB (dfu-util)").card(),
+    command("reset", Command::Reset, "", "restart the board in a second"),
+    command("msc", Command::LendCard, "[off]", "let the computer at the USB socket have the SD card as a disk, until it ejects it; off: take it back"),
+    command("dialect", Command::Dialect, "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),
+    command("echo", Command::Echo, "[-n] [-1] text", "say it; -n: without a line end; -1: to the auxiliary UART").question(),
+    command("$G", Command::Modes, "", "the modal state").question(),
+    command("$#", Command::Offsets, "[-v]", "offsets and the last probe").question(),
+    command("$H", Command::Home, "", "home").working().acts(),
+    command("$X", Command::Unlock, "", "clear a halt").question(),
+    command("$I", Command::ModesWithoutOk, "", "the modal state, without ok").question(),
+    command("$S", Command::Switches, "[name ...]", "switches, without ok").question(),
+    command("$J", Command::Jog, "[-c] axis distance ... [S scale | F rate]", "jog; -c: until Ctrl-Y").working(),
+    command("$P", Command::Probe, "[words]", "probe as G30 does").working(),
+    command("$C", Command::CheckMode, "", "check mode on or off: programs are read and nothing is carried out"),
+    command("$SLP", Command::Sleep, "", "sleep: everything off until Ctrl-X or a reset"),
 ];
 
 /// Commands of Smoothieware v2 whose part of the machine is missing so far, with that part or a substitute.

@@ -196,10 +196,16 @@ const SYNCHRONOUS: &[&str] = &[
 /// The look ahead at a file, which has to be able to stop in the middle of a line.
 const FUTURES: &[&str] = &["preflight/src/"];
 
-/// Packages whose types are each in few files, and the folder of `machine` whose functions alone may take the
-/// whole of it.
+/// Packages whose types are each in few files.
 const GATHERED: &[&str] = &["machine", "program"];
-const EXECUTOR: (&str, &str) = ("machine", "executor/");
+
+/// Rooms of a package from the lowest to the highest: none names a file of a room above it.
+const ROOMS: (&str, &[&str]) = ("machine", &["machine/", "features/", "executor/"]);
+/// Room with a folder for each feature, and its files that the rooms of the core may name: the list of
+/// features, the tables that lead codes and commands to them.
+const FEATURES: (&str, &[&str]) = ("features/", &["features/mod.rs", "features/functions.rs", "features/commands.rs"]);
+/// Field with the state of all features, which only features touch.
+const STATE_OF_FEATURES: &str = ".features.";
 
 /// Runs every rule and reports all violations at once.
 pub fn check(root: &Path) -> Result<()> {
@@ -231,10 +237,28 @@ fn spread_faults(package: &Package, structure: &Structure) -> Vec<String> {
     if GATHERED.contains(&name) {
         faults.extend(structure.spread().map(|fault| format!("{name}: {fault}")));
     }
-    if name == EXECUTOR.0 {
-        let outside = structure.takers("Machine").iter().filter(|(file, _)| !file.starts_with(EXECUTOR.1));
-        faults.extend(outside.map(|(file, function)| format!("{name}/src/{file}: {function} takes the whole Machine")));
+    if name == ROOMS.0 {
+        faults.extend(room_faults(package, structure).into_iter().map(|fault| format!("{name}: {fault}")));
     }
+    faults
+}
+
+/// Arrows from a room to one above it, and features that the core names.
+fn room_faults(package: &Package, structure: &Structure) -> Vec<String> {
+    let level = |file: &str| ROOMS.1.iter().position(|room| file.starts_with(room));
+    let is_core = |file: &str| level(file).is_some() && !file.starts_with(FEATURES.0);
+    let mut faults = Vec::new();
+    for (from, to) in structure.arrows() {
+        let is_upwards = matches!((level(from), level(to)), (Some(from), Some(to)) if from < to);
+        let names_feature = is_core(from) && to.starts_with(FEATURES.0) && !FEATURES.1.contains(&to);
+        if is_upwards {
+            faults.push(format!("{from} names {to}, which stands above it"));
+        } else if names_feature {
+            faults.push(format!("{from} names a feature, {to}: have it act at a moment (machine/moments.rs)"));
+        }
+    }
+    let touch = package.files.iter().filter(|file| is_core(&file.name) && file.text.contains(STATE_OF_FEATURES));
+    faults.extend(touch.map(|file| format!("{} touches the state of a feature", file.name)));
     faults
 }
 
@@ -268,17 +292,31 @@ mod tests {
     }
 
     #[test]
-    fn who_may_not_take_the_whole_machine_is_named() {
+    fn a_core_that_names_a_feature_or_a_room_above_it_is_named() {
         let files = [
-            ("lib.rs", "mod executor; mod b;"),
-            ("executor/mod.rs", "pub struct Machine; fn f(machine: &mut Machine) {}"),
-            ("b.rs", "use crate::executor::Machine; fn g(machine: &Machine) {}"),
+            ("lib.rs", "mod machine; mod features; mod executor;"),
+            ("machine/mod.rs", "use crate::features::Door; pub struct Machine;"),
+            (
+                "machine/halt.rs",
+                "use super::Machine; fn halt(machine: &mut Machine) { machine.features.door.close(); }",
+            ),
+            ("features/mod.rs", "mod door; pub struct Door;"),
+            ("features/door.rs", "use crate::machine::Machine; use crate::executor::Lines; pub struct Hinge;"),
+            ("executor/mod.rs", "use crate::features::Door; use crate::features::door::Hinge; pub struct Lines;"),
         ];
         let found = |name: &str| {
             let package = Package::of(name, &files);
             spread_faults(&package, &Structure::read(&package))
         };
-        assert_eq!(found("machine"), ["machine/src/b.rs: g takes the whole Machine"]);
+        assert_eq!(
+            found("machine"),
+            [
+                "machine: executor/mod.rs names a feature, features/door.rs: have it act at a moment (machine/moments.rs)",
+                "machine: features/door.rs names executor/mod.rs, which stands above it",
+                "machine: machine/mod.rs names features/mod.rs, which stands above it",
+                "machine: machine/halt.rs touches the state of a feature",
+            ]
+        );
         assert!(found("motion").is_empty());
     }
 
