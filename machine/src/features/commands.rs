@@ -12,8 +12,7 @@ use gcode::Blocks;
 use jobs::files::{self, listings};
 use parts::heat_codes;
 use parts::reports::{self, Status};
-use procedures::jog;
-use program::commands::{CommandInfo, asks_for_help, find};
+use program::commands::{Command, CommandInfo, asks_for_help, find};
 use program::{Dialect, Part, State};
 
 use crate::features::axis_tests;
@@ -65,13 +64,15 @@ pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipi
     }
     may_run(machine, info)?;
     machine.wait_for_door(info.states)?;
-    if card::is_used_by_command(word) {
+    if info.needs_card {
         card::at_rest(machine);
     }
-    if let Some(outcome) = say_or_set(machine, word, arguments, to) {
-        return outcome;
+    // A pause at a place further on is set in a file that is read over.
+    let is_place = info.does == Command::Pause && !arguments.is_empty() && machine.passed.is_some();
+    if info.acts && machine.safety.state() == State::Check && !is_place {
+        return Ok(Answer::Ok);
     }
-    work(machine, word, arguments, to)
+    carry_out(machine, info.does, arguments, to)
 }
 
 fn unknown(texts: &Texts, line: &str, word: &str) -> Failure {
@@ -102,59 +103,81 @@ pub(crate) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Rec
     if asks_for_help(arguments) || !info.states.has(machine.safety.state()) {
         return false;
     }
-    match say_or_set(machine, word, arguments, to) {
-        Some(Ok(Answer::Ok)) => machine.say(to, format_args!("ok\n")),
-        Some(Ok(_)) => {}
-        Some(Err(text @ Failure { kind: FailureKind::Refused, .. })) => machine.refuse(to, text),
-        _ => return false,
+    match carry_out(machine, info.does, arguments, to) {
+        Ok(Answer::Ok) => machine.say(to, format_args!("ok\n")),
+        Ok(_) => {}
+        Err(text @ Failure { kind: FailureKind::Refused, .. }) => machine.refuse(to, text),
+        Err(_) => return false,
     }
     true
 }
 
-/// Runs a command that never waits; `None` for any other.
-fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Option<Outcome> {
-    match word {
-        "$X" => {
-            if machine.safety.is_halted() {
-                machine.unlock(to);
-            }
-            return Some(Ok(Answer::Ok));
+/// Carries a command out. Each has a stack frame of its own: commands wait, and much is called from there.
+fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
+    use Command as C;
+    match command {
+        C::Help
+        | C::Version
+        | C::Memory
+        | C::Modules
+        | C::Thermistors
+        | C::CalculateThermistor
+        | C::Modes
+        | C::ModesWithoutOk
+        | C::Offsets
+        | C::Switches => apart(|| report(machine, command, arguments, to)),
+        C::Get => apart(|| get(machine, arguments, to)),
+        C::Progress => apart(|| progress(machine, arguments, to)),
+        C::Date => apart(|| date(machine, arguments, to)),
+        C::Echo => apart(|| echo(machine, arguments, to)),
+        C::Dialect => apart(|| speak(machine, arguments, to)),
+        C::Break => apart(|| event_log::stop_for_debugger(machine, to)),
+        C::Events => apart(|| event_log::tell(machine, arguments, to)),
+        C::List | C::Show | C::ShowSection => apart(|| list(machine, command, arguments, to)),
+        C::Delete | C::Move | C::MakeFolder | C::ChangeFolder => {
+            apart(|| change_files(machine, command, arguments, to))
         }
-        "help" => return Some(apart(|| help(machine, arguments, to))),
-        "ls" | "cat" | "config-get" => return Some(apart(|| list(machine, word, arguments, to))),
-        "progress" => {
-            return Some(apart(|| {
-                let now = machine.world.ports.now();
-                machine.follow_job();
-                let time_left = forecast::time_left(machine);
-                let Machine { jobs, world: World { sessions, .. }, .. } = machine;
-                jobs.progress_command(arguments, now, &time_left, &mut Reply::new(sessions, to));
-                Ok(Answer::Ok)
-            }));
+        C::Copy | C::Truncate | C::Md5Sum => apart(|| copy(machine, command, arguments, to)),
+        C::Card => apart(|| files::card_facts::card(&mut MachineHands::new(machine, to))),
+        C::Edit => apart(|| editing::begin(machine, arguments, to)),
+        C::ReceiveByYmodem | C::Receive => apart(|| receive(machine, command, arguments, to)),
+        C::ReceiveCounted => apart(|| receive_counted(machine, arguments, to)),
+        C::LendCard => apart(|| usb_disk::msc(machine, arguments, to)),
+        C::SetSetting => apart(|| files::config_edit::config_set(&mut MachineHands::new(machine, to), arguments))
+            .map(|()| Answer::Said),
+        C::LoadSettings => apart(|| load(machine, arguments, to)),
+        C::Check => apart(|| forecast::check(machine, arguments, to)),
+        C::Play => apart(|| play(machine, arguments, to)),
+        C::Queue => apart(|| job_control::queue(machine, arguments, to)),
+        C::Pause => apart(|| job_control::pause(machine, arguments, to)),
+        C::Suspend => apart(|| suspend::suspend(machine, arguments.starts_with(['l', 'h']), to)),
+        C::Resume => suspend::resume(machine, to),
+        C::Abort => apart(|| abort::abort(machine, to)),
+        C::Preheat => apart(|| heat_codes::preheat(&mut MachineHands::new(machine, to), arguments)),
+        C::Switch => apart(|| switch(machine, arguments, to)),
+        C::SetRegisters => apart(|| set_registers(machine, arguments, to)),
+        C::Gpio => apart(|| parts::gpio::command(&mut MachineHands::new(machine, to), arguments)),
+        C::Test => apart(|| command::run(machine, arguments, to)),
+        C::TuneDriver => apart(|| axis_tests::tune_driver(machine, arguments, to)),
+        C::Home => apart(|| homing::home(machine, units::AxisSet::NONE, to)),
+        C::Jog => apart(|| jog(machine, arguments, to)),
+        C::Probe => apart(|| probe(machine, arguments, to)),
+        C::Unlock if machine.safety.is_halted() => {
+            machine.unlock(to);
+            Ok(Answer::Ok)
         }
-        "echo" => return Some(apart(|| echo(machine, arguments, to))),
-        "date" => return Some(apart(|| date(machine, arguments, to))),
-        "ed" => return Some(apart(|| editing::begin(machine, arguments, to))),
-        "ry" | "upload" => return Some(apart(|| receive(machine, word, arguments, to))),
-        "dl" => return Some(apart(|| receive_counted(machine, arguments, to))),
-        "break" => return Some(apart(|| event_log::stop_for_debugger(machine, to))),
-        "events" => return Some(apart(|| event_log::tell(machine, arguments, to))),
-        "reset" => {
+        C::Unlock => Ok(Answer::Ok),
+        C::CheckMode => apart(|| machine.check_mode(to)),
+        C::Sleep => machine.sleep().map(|()| Answer::Ok),
+        C::Flash => apart(|| update::flash(machine, to)),
+        C::Dfu => apart(|| update::download(machine, to)),
+        C::Reset => {
             machine.say(to, format_args!("Reset will occur in 1 second\n"));
             machine.record(&events::Event::ResetAsked);
             machine.world.ports.request_reset();
-            return Some(Ok(Answer::Ok));
+            Ok(Answer::Ok)
         }
-        "dialect" => return Some(apart(|| speak(machine, arguments, to))),
-        "$C" => return Some(apart(|| machine.check_mode(to))),
-        "$SLP" => return Some(machine.sleep().map(|()| Answer::Ok)),
-        "check" => return Some(apart(|| forecast::check(machine, arguments, to))),
-        "play" => return Some(apart(|| play(machine, arguments, to))),
-        "queue" => return Some(apart(|| job_control::queue(machine, arguments, to))),
-        "config-load" | "load" => return Some(apart(|| load(machine, arguments, to))),
-        _ => {}
     }
-    apart(|| report(machine, word, arguments, to)).or_else(|| apart(|| file_command(machine, word, arguments, to)))
 }
 
 /// Echoes text to the session that asks, or to the device at the auxiliary UART: `echo [-n] [-1] text`.
@@ -195,37 +218,49 @@ fn speak<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> O
     Ok(Answer::Ok)
 }
 
-fn report<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Option<Outcome> {
+/// Says what is. Some of these answers have no `ok`, as in Smoothieware.
+fn report<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
     let took = machine.config_took;
-    let Machine { program, outputs, world: World { ports, sessions, config, .. }, .. } = machine;
-    let reply = &mut Reply::new(sessions, to);
-    match word {
-        "version" => reports::version(ports, config, reply),
-        "mem" => reports::memory(ports, took, reply),
-        "$I" => reports::modal(config, program, outputs, reply),
-        "$G" => {
-            reports::modal(config, program, outputs, reply);
-            return Some(Ok(Answer::Ok));
-        }
-        "modules" => {
-            reports::modules(config, reply);
-            return Some(Ok(Answer::Said));
-        }
-        "thermistors" => {
-            reports::thermistors(reply);
-            return Some(Ok(Answer::Ok));
-        }
-        "calc_thermistor" => return Some(reports::thermistor_coefficients(machine.world.texts, arguments, reply)),
-        "setregs" => return Some(motors::set_registers(machine.world.texts, ports, config, arguments, reply)),
-        "$S" => outputs.report(config, arguments, reply),
-        "$#" => {
-            reports::offsets(program, arguments.trim_start_matches('-').starts_with('v'), reply);
-            return Some(Ok(Answer::Ok));
-        }
-        "get" => return Some(get(machine, arguments, to)),
-        _ => return None,
+    if command == Command::Help {
+        return help(machine, arguments, to);
     }
-    Some(Ok(Answer::Said))
+    let Machine { program, outputs, world: World { ports, sessions, config, texts }, .. } = machine;
+    let reply = &mut Reply::new(sessions, to);
+    match command {
+        Command::Version => reports::version(ports, config, reply),
+        Command::Memory => reports::memory(ports, took, reply),
+        Command::Modules => reports::modules(config, reply),
+        Command::ModesWithoutOk => reports::modal(config, program, outputs, reply),
+        Command::Switches => outputs.report(config, arguments, reply),
+        Command::CalculateThermistor => return reports::thermistor_coefficients(texts, arguments, reply),
+        Command::Thermistors => {
+            reports::thermistors(reply);
+            return Ok(Answer::Ok);
+        }
+        Command::Offsets => {
+            reports::offsets(program, arguments.trim_start_matches('-').starts_with('v'), reply);
+            return Ok(Answer::Ok);
+        }
+        _ => {
+            reports::modal(config, program, outputs, reply);
+            return Ok(Answer::Ok);
+        }
+    }
+    Ok(Answer::Said)
+}
+
+fn set_registers<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let World { ports, config, texts, sessions } = &mut machine.world;
+    motors::set_registers(texts, ports, config, arguments, &mut Reply::new(sessions, to))
+}
+
+fn progress<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let now = machine.world.ports.now();
+    machine.follow_job();
+    let time_left = forecast::time_left(machine);
+    let Machine { jobs, world, .. } = machine;
+    jobs.progress_command(arguments, now, &time_left, &mut world.reply(to));
+    Ok(Answer::Ok)
 }
 
 /// Tells a value: `get pos|wcs|state|status|mode|steps|temp|volts`.
@@ -236,23 +271,34 @@ fn get<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -
     reports::get(ports, &of, outputs, arguments, &mut Reply::new(sessions, to))
 }
 
-fn file_command<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Option<Outcome> {
+fn change_files<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
     let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
-    match word {
-        "rm" => Some(files.remove_command(arguments, ports, reply)),
-        "mv" | "mkdir" | "cd" => Some(files.directory_command(word, arguments, ports, reply)),
-        _ => None,
+    match command {
+        Command::Delete => files.remove_command(arguments, ports, reply),
+        Command::Move => files.directory_command("mv", arguments, ports, reply),
+        Command::MakeFolder => files.directory_command("mkdir", arguments, ports, reply),
+        _ => files.directory_command("cd", arguments, ports, reply),
     }
 }
 
-fn list<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
+fn copy<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
+    let directory = machine.files.directory().clone();
+    let hands = &mut MachineHands::new(machine, to);
+    match command {
+        Command::Copy => files::copying::copy(hands, &directory, arguments),
+        Command::Truncate => files::copying::truncate(hands, &directory, arguments),
+        _ => files::copying::md5sum(hands, &directory, arguments),
+    }
+}
+
+fn list<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
     let now = machine.world.ports.now();
     let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
-    let listing = match word {
-        "ls" => listings::directory(files, arguments),
-        "cat" => listings::file(files, arguments, now, ports, reply),
+    let listing = match command {
+        Command::List => listings::directory(files, arguments),
+        Command::Show => listings::file(files, arguments, now, ports, reply),
         _ => listings::section(machine.world.texts, arguments, ports, reply),
     }?;
     match listing {
@@ -318,7 +364,7 @@ fn load<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Ou
 }
 
 /// Takes the console's next bytes for a file (`ry` and `upload`).
-fn receive<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
+fn receive<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
     if to.session().is_none() {
         return Err(Failure::refused(&"only a console can send a file"));
     }
@@ -326,8 +372,8 @@ fn receive<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, 
     let now = machine.world.ports.now();
     let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
-    match word {
-        "ry" => files.transfers.receive(!arguments.is_empty(), now, reply),
+    match command {
+        Command::ReceiveByYmodem => files.transfers.receive(!arguments.is_empty(), now, reply),
         _ => {
             let path = files.absolute(arguments);
             files.transfers.receive_plain(machine.world.texts, arguments.trim_matches('"'), path, ports, reply)
@@ -373,52 +419,11 @@ fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
     if machine.world.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused(&"the clock does not run")) }
 }
 
-/// Runs a command that takes time.
-fn work<P: Ports>(machine: &mut Machine<'_, P>, word: &str, arguments: &str, to: Recipient) -> Outcome {
-    // Check mode only reads these commands, like their codes; but a pause at a place further on is set.
-    let is_place = word == "pause" && !arguments.is_empty() && machine.passed.is_some();
-    if machine.safety.state() == State::Check
-        && matches!(word, "pause" | "suspend" | "resume" | "preheat" | "$H" | "test" | "tune_driver" | "gpio")
-        && !is_place
-    {
-        return Ok(Answer::Ok);
-    }
-    // Each command has a stack frame of its own: commands wait, and much is called from there.
-    match word {
-        "abort" => apart(|| abort::abort(machine, to)),
-        "pause" => apart(|| job_control::pause(machine, arguments, to)),
-        "suspend" => apart(|| suspend::suspend(machine, arguments.starts_with(['l', 'h']), to)),
-        "resume" => suspend::resume(machine, to),
-        "switch" => apart(|| switch(machine, arguments, to)),
-        "preheat" => apart(|| heat_codes::preheat(&mut MachineHands::new(machine, to), arguments)),
-        "config-set" => apart(|| files::config_edit::config_set(&mut MachineHands::new(machine, to), arguments))
-            .map(|()| Answer::Said),
-        "$H" => apart(|| homing::home(machine, units::AxisSet::NONE, to)),
-        "$J" => apart(|| {
-            let e_axis = machine.program.tools().active().map(|tool| tool.settings.axis);
-            let done = jog::jog(&mut MachineHands::new(machine, to), arguments, e_axis);
-            let position = machine.world.ports.motion(|motion| motion.commanded_position());
-            machine.program.resynchronise(position);
-            done
-        }),
-        "$P" => apart(|| probe(machine, arguments, to)),
-        "test" => apart(|| command::run(machine, arguments, to)),
-        "tune_driver" => apart(|| axis_tests::tune_driver(machine, arguments, to)),
-        "gpio" => apart(|| parts::gpio::command(&mut MachineHands::new(machine, to), arguments)),
-        "flash" | "dfu" => apart(|| update::command(machine, word, to)),
-        "msc" => apart(|| usb_disk::msc(machine, arguments, to)),
-        "card" => apart(|| files::card_facts::card(&mut MachineHands::new(machine, to))),
-        "cp" | "truncate" | "md5sum" => apart(|| {
-            let directory = machine.files.directory().clone();
-            let hands = &mut MachineHands::new(machine, to);
-            match word {
-                "cp" => files::copying::copy(hands, &directory, arguments),
-                "truncate" => files::copying::truncate(hands, &directory, arguments),
-                _ => files::copying::md5sum(hands, &directory, arguments),
-            }
-        }),
-        _ => Ok(Answer::Unknown),
-    }
+fn jog<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let e_axis = machine.program.tools().active().map(|tool| tool.settings.axis);
+    let done = procedures::jog::jog(&mut MachineHands::new(machine, to), arguments, e_axis);
+    machine.resynchronise();
+    done
 }
 
 fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {

@@ -104,34 +104,6 @@ pub(crate) const fn is_used_by(function: Function) -> bool {
     }
 }
 
-/// Whether this command of the console reads or changes files.
-pub(crate) fn is_used_by_command(word: &str) -> bool {
-    matches!(
-        word,
-        "cat"
-            | "card"
-            | "rm"
-            | "mv"
-            | "mkdir"
-            | "cd"
-            | "ed"
-            | "upload"
-            | "play"
-            | "queue"
-            | "load"
-            | "config-load"
-            | "config-get"
-            | "config-set"
-            | "cp"
-            | "truncate"
-            | "md5sum"
-            | "abort"
-            | "check"
-            | "flash"
-            | "dfu"
-    )
-}
-
 /// Whether a long answer needs the card at rest: a directory is read, or a file that somebody sends is
 /// written.
 pub(crate) const fn is_used_by_answer(listing: &Listing) -> bool {

@@ -136,13 +136,8 @@ pub(crate) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     false
 }
 
-/// Runs the commands `flash` and `dfu`.
-pub(crate) fn command<P: Ports>(machine: &mut Machine<'_, P>, word: &str, to: Recipient) -> Outcome {
-    if word == "flash" { flash(machine, to) } else { download(machine, to) }
-}
-
 /// Has the boot stage install the file (`flash`).
-fn flash<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+pub(crate) fn flash<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     is_at_rest(machine)?;
     machine.say(to, format_args!("looking at {FILE}\n"));
     let firmware = look_at_file(machine, to).map_err(|why| machine.world.texts.refused(format_args!("{why}")))?;
@@ -156,7 +151,7 @@ fn flash<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
 ///
 /// # Errors
 /// The machine is not at rest, or the card does not take the firmware that runs.
-fn download<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+pub(crate) fn download<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     is_at_rest(machine)?;
     // The boot stage has room for one image: without a copy to come back to it takes no other.
     keep_previous(machine, to).map_err(|error| {
