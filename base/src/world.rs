@@ -57,8 +57,8 @@ impl<P> Ports for P where
 {
 }
 
-/// The world around the machine's parts: what it reaches through ports, how it is configured, and who hears of
-/// it.
+/// The world around the machine's parts: what it reaches through ports, how it is configured, and who hears
+/// of it.
 pub struct World<'c, P> {
     /// The world, as one machine sees it.
     pub ports: P,

@@ -18,7 +18,6 @@ use procedures::{alignment, arms, autotune, endstop_phase, leveling};
 use program::{FileFunction, Function, Report, Sequence, Setting, Standing, State, Words};
 use units::AxisSet;
 
-use crate::features::States;
 use crate::features::automatic_outputs;
 use crate::features::filament;
 use crate::features::filament::cold_extrusion;
@@ -26,6 +25,7 @@ use crate::features::forecast;
 use crate::features::objects;
 use crate::features::periodic_reports;
 use crate::features::power_loss::job_recovery;
+use crate::features::state::States;
 use crate::features::statistics;
 use crate::machine::Machine;
 use crate::machine::abort;

@@ -21,31 +21,22 @@ pub(crate) mod periodic_reports;
 pub(crate) mod play_from;
 pub(crate) mod power_loss;
 pub(crate) mod stalls;
+pub(crate) mod state;
 pub(crate) mod statistics;
 pub(crate) mod update;
 pub(crate) mod usb_disk;
 
 use base::Ports;
-use base::brown_out::BrownOut;
 use base::failure::{Failure, Outcome};
 use base::ports::Running;
 use base::sessions::{LineBytes, Listing, Recipient, Reply, SessionId};
-use base::stall_watch::StallWatch;
 use config::MachineConfig;
 use gcode::{Code, Line, realtime::Realtime};
-use jobs::journal::{Journal, Recovery};
 use jobs::player::StalledJob;
-use parts::fans::Fans;
-use parts::filament::{self as filament_parts, Filament};
-use parts::lights::LightShow;
-use parts::outputs::TemperatureSwitches;
-use parts::strips::Strips;
-use procedures::paper::Paper;
-use procedures::stall_recovery::StallRecovery;
 use program::{BEGINNING_BYTES, LightChange, Move, State, Words};
-use thermal::Effects;
-use thermal::surplus::SurplusWatch;
 use units::Micros;
+
+use state::{States, Step};
 
 use crate::machine::Machine;
 use crate::machine::moments::{Featured, JobBegins, JobStart, Moments, StartupLine};
@@ -266,83 +257,13 @@ features![
     editing,
 ];
 
-/// State of the features.
-pub(crate) struct States {
-    /// State that only GRBL's dialect has.
-    pub grbl: grbl::Grbl,
-    /// State that the ring of events has recorded.
-    pub recorded: event_log::recorded::Recorded,
-    /// Time of the next count of heaters' work, for the statistics.
-    pub heat_due: Micros,
-    /// Watch over falling supplies.
-    pub brown_out: BrownOut,
-    /// Looks at drivers that report stalls.
-    pub stall_watch: StallWatch,
-    /// Recovery after a stall has stopped the job.
-    pub stalls: StallRecovery,
-    /// The paper test that is under way.
-    pub paper: Paper,
-    /// Fans that run by themselves, and their tachometers.
-    pub fans: Fans,
-    /// Outputs switched by temperatures.
-    pub temperature_switches: TemperatureSwitches,
-    /// Watch whether heaters take the power that their models explain.
-    pub heat_surplus: SurplusWatch,
-    /// Colours that strips of lights are told to have, colours that wait for their places on the path, and
-    /// colours shown.
-    pub strips: Strips,
-    pub riding_lights: Effects<LightChange>,
-    pub lights: LightShow,
-    pub filament: Filament,
-    pub filament_width: filament_parts::Width,
-    /// Journal of the played job on the card.
-    pub journal: Journal,
-    /// Program's state before the line of a session that is carried out under a job that is noted.
-    pub before_session: Option<power_loss::journal::Standing>,
-    /// Job on its way back after a power cut.
-    pub recovery: Option<Recovery>,
-    /// Watch over firmware updates.
-    pub update: update::watch::Watch,
-}
-
-/// Step of a feature's sequence that waits for a script, or for lines read over.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Step {
-    /// A job goes on after a power cut; somebody hears of it.
-    Recover(jobs::journal::Step, Recipient),
-    /// A stall has stopped the job.
-    Stalled(stalls::recovery::Step),
-    /// The lines before the one that a job is to begin with have been read over.
-    PlayFrom(Recipient),
-}
-
 impl<P: Ports> Featured for P {
     type List = List;
     type States = States;
     type Step = Step;
 
     fn states(config: &MachineConfig) -> States {
-        States {
-            grbl: grbl::Grbl::default(),
-            recorded: event_log::recorded::Recorded::default(),
-            heat_due: Micros(0),
-            brown_out: BrownOut::default(),
-            stall_watch: StallWatch::default(),
-            stalls: StallRecovery::default(),
-            paper: Paper::default(),
-            fans: Fans::new(config),
-            temperature_switches: TemperatureSwitches::new(config),
-            heat_surplus: SurplusWatch::default(),
-            strips: Strips::new(),
-            riding_lights: Effects::new(),
-            lights: LightShow::default(),
-            filament: Filament::default(),
-            filament_width: filament_parts::Width::new(&config.filament_width),
-            journal: Journal::new(config.player.power_loss.enable),
-            before_session: None,
-            recovery: None,
-            update: update::watch::Watch::default(),
-        }
+        States::new(config)
     }
 
     fn go_on(machine: &mut Machine<'_, P>, step: Step) -> Result<(), Failure> {

@@ -9,7 +9,7 @@ use program::State;
 use thermal::HeatControl;
 use units::{Celsius, Micros, SwitchId};
 
-use crate::features::States;
+use crate::features::state::States;
 use crate::machine::Machine;
 use crate::machine::moments::Moments;
 use crate::machine::program_io::apply;

@@ -13,7 +13,7 @@ use parts::filament::{News, Use, WidthNews};
 use program::{Move, State, Tool, Words};
 use units::{Axis, Celsius, HeaterId, Micros, Mm, MmPerSecond};
 
-use crate::features::States;
+use crate::features::state::States;
 use crate::machine::Machine;
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::Moments;

@@ -13,10 +13,11 @@ use jobs::files::listings;
 use program::{Dialect, State};
 use units::{Axis, AxisSet};
 
-use crate::features::States;
 use crate::features::grbl::numbered_settings::{Change, Setting, Sources};
+use crate::features::grbl::state::{HELP, Own, Text};
 use crate::features::grbl::status::{self, Report};
-use crate::features::grbl::{HELP, Own, Text, hal, jog, overrides, reports, startup, stored};
+use crate::features::grbl::{hal, jog, overrides, reports, startup, stored};
+use crate::features::state::States;
 use crate::machine::Machine;
 use crate::machine::hands::MachineHands;
 use crate::machine::long_answers;
@@ -259,7 +260,7 @@ fn look_through<P: Ports>(machine: &Machine<'_, P>, text: &str) -> Result<(), Fa
             machine.world.texts.refused(format_args!("{error}")).with_reason(number)
         })?;
         let is_known = machine.program.row(&block, Dialect::Grbl).is_some()
-            || block.code.is_some_and(crate::features::grbl::accepts);
+            || block.code.is_some_and(crate::features::grbl::state::accepts);
         if !is_known {
             return Err(Failure::refused(&"a startup line has only known codes"));
         }

@@ -9,7 +9,7 @@ use config::{HomingDirection, MachineConfig};
 use motion::MotionConfig;
 use units::{Actuator, Axis, PerAxis};
 
-use super::Own;
+use crate::features::grbl::state::Own;
 
 /// Sources of the values.
 #[derive(Clone, Copy, Debug)]

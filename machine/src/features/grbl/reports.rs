@@ -6,7 +6,7 @@ use parts::outputs::Outputs;
 use program::{Interpreter, write_system_name};
 use units::Plane;
 
-use super::Own;
+use crate::features::grbl::state::Own;
 
 /// Millimetres in an inch.
 pub(super) const MM_PER_INCH: f64 = 25.4;

@@ -6,8 +6,8 @@ use base::sessions::Recipient;
 use base::{Ports, World};
 use program::{Dialect, State};
 
-use super::stored;
-use crate::features::States;
+use crate::features::grbl::stored;
+use crate::features::state::States;
 use crate::machine::Machine;
 use crate::machine::frames::Frame;
 

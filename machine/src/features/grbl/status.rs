@@ -14,10 +14,10 @@ use parts::reports::{Line, add, free_axes};
 use program::{Interpreter, State};
 use units::{Axis, AxisSet, PerAxis};
 
-use super::Own;
-use super::hal;
 use super::last_report::{Overrides, Told};
 use super::reports::{Length, MM_PER_INCH};
+use crate::features::grbl::hal;
+use crate::features::grbl::state::Own;
 
 /// Contents of a report, beside the state in the ports.
 #[derive(Clone, Copy, Debug)]

@@ -10,7 +10,7 @@ use program::{LightChange, State};
 use thermal::{HeatControl, OFF_BELOW};
 use units::{Micros, SwitchId};
 
-use crate::features::States;
+use crate::features::state::States;
 use crate::machine::Machine;
 use crate::machine::moments::Moments;
 use crate::machine::program_io::apply;

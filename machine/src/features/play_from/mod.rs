@@ -12,7 +12,7 @@ use jobs::player::Scripts;
 use motion::Mode;
 use units::{Axis, MmPerSecond};
 
-use crate::features::Step;
+use crate::features::state::Step;
 use crate::machine::Machine;
 use crate::machine::fast_forward;
 use crate::machine::fast_forward_record::Until;

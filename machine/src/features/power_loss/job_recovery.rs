@@ -19,10 +19,10 @@ use procedures::homing;
 use program::{Dialect, Words};
 use units::{Axis, AxisSet, Celsius, MmPerSecond, PerAxis};
 
-use crate::features;
-use crate::features::States;
 use crate::features::power_loss::journal;
 use crate::features::power_loss::journal::Heights;
+use crate::features::state;
+use crate::features::state::States;
 use crate::machine::Machine;
 use crate::machine::fast_forward;
 use crate::machine::fast_forward_record::{Passed, Until};
@@ -182,7 +182,7 @@ fn read_up_to<P: Ports>(machine: &mut Machine<'_, P>, lines: u32, then: Step, to
 }
 
 fn read_on<P: Ports>(machine: &mut Machine<'_, P>, until: Until, then: Step, to: Recipient) -> Outcome {
-    if !machine.frames.push(Frame::Then(Then::Step(features::Step::Recover(then, to)))) {
+    if !machine.frames.push(Frame::Then(Then::Step(state::Step::Recover(then, to)))) {
         return Err(Failure::refused(&"scripts start each other without end"));
     }
     fast_forward::begin(machine, until)?;
@@ -335,7 +335,7 @@ fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     if !script.is_empty() {
         journal::note(machine, Heights::Any, false);
     }
-    suspend::start_script(machine, script, Then::Step(features::Step::Recover(Step::GoBack, to))).map(drop)
+    suspend::start_script(machine, script, Then::Step(state::Step::Recover(Step::GoBack, to))).map(drop)
 }
 
 /// Lifts the tool clear of everything that stands on the bed; then homes X and Y, and Z where that is

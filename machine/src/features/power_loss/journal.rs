@@ -7,10 +7,10 @@ use base::ports::{OpenMode, StorageError, Wake};
 use base::{Ports, World};
 use jobs::journal::{Blank, Doing, Entry, Found, Look, PlayedFile, find, forget, machine_value, stray};
 use motion::compensation::Bed;
-use program::{BEGINNING_BYTES, State};
+use program::State;
 use units::{Axis, AxisSet, Micros, PerAxis, Volts};
 
-use crate::features::States;
+use crate::features::state::States;
 use crate::machine::Machine;
 use crate::machine::card;
 
@@ -179,9 +179,6 @@ fn bits(axes: AxisSet) -> u8 {
 pub(crate) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
     machine.features.journal.end(&mut machine.world.ports);
 }
-
-/// State of the program that a session's line may change.
-pub(crate) type Standing = ([u8; BEGINNING_BYTES], bool);
 
 /// Keeps that state before a session's line, under a job that is noted.
 pub(crate) fn before_session<P: Ports>(machine: &mut Machine<'_, P>) {

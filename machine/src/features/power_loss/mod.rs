@@ -2,6 +2,7 @@
 
 pub(crate) mod job_recovery;
 pub(crate) mod journal;
+pub(crate) mod standing;
 
 use base::Ports;
 use base::sessions::Recipient;

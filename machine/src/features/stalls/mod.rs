@@ -1,6 +1,7 @@
 //! Reactions to a motor that stalls while it moves.
 
 pub(crate) mod recovery;
+pub(crate) mod step;
 
 use base::Ports;
 use base::failure::Failure;

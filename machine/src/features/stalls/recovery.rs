@@ -20,7 +20,8 @@ use procedures::stall_recovery::{Phase, Stopped};
 use program::{BEGINNING_BYTES, State};
 use units::{Actuator, Axis, AxisSet, PerAxis};
 
-use crate::features;
+use crate::features::stalls::step::Step;
+use crate::features::state;
 use crate::machine::Machine;
 use crate::machine::fast_forward;
 use crate::machine::fast_forward_record::{Passed, Until};
@@ -32,15 +33,6 @@ use crate::machine::suspend;
 /// Distance within which the stop is on the way of a move, mm: corners are rounded.
 const ON_THE_WAY: f64 = 0.05;
 const CHANGED: &str = "modes or offsets were changed from a console, or are none that the file can be read again with";
-
-/// Step of the recovery after a stall has stopped a job.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Step {
-    /// Z rises, and the file is read up to where the job was.
-    Lift,
-    /// The job is suspended where it was, with Z raised and the file read.
-    Suspend,
-}
 
 /// Keeps the state that a file about to be read begins with, in case a stall stops it.
 pub(crate) fn job_begins<P: Ports>(machine: &mut Machine<'_, P>) {
@@ -133,7 +125,7 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>) {
     if !machine.safety.is_halted() && machine.frames.is_empty() {
         machine.features.stalls.phase = Phase::Looks(stopped);
         // There is room, as nothing else is on the stack.
-        let _ = machine.frames.push(Frame::Then(Then::Step(features::Step::Stalled(Step::Lift))));
+        let _ = machine.frames.push(Frame::Then(Then::Step(state::Step::Stalled(Step::Lift))));
     }
 }
 
@@ -177,7 +169,7 @@ fn lift_and_look<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> R
         return Err(Failure::refused(&CHANGED));
     }
     machine.jobs.read_again(&mut machine.world.ports).map_err(|error| machine.world.texts.because(error.text()))?;
-    if !machine.frames.push(Frame::Then(Then::Step(features::Step::Stalled(Step::Suspend)))) {
+    if !machine.frames.push(Frame::Then(Then::Step(state::Step::Stalled(Step::Suspend)))) {
         return Err(Failure::refused(&"scripts start each other without end"));
     }
     machine.announce(format_args!("// the file is read up to line {}, where the job was\n", stopped.line));

@@ -1,0 +1,6 @@
+//! What a session may change under a job that is noted.
+
+use program::BEGINNING_BYTES;
+
+/// State of the program that a session's line may change.
+pub(crate) type Standing = ([u8; BEGINNING_BYTES], bool);
