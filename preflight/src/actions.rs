@@ -5,16 +5,18 @@ use base::needs::needs;
 use base::own_frame::apart;
 use base::ports::MotionPort;
 use motion::{Latch, Motion};
+use parts::heat_codes::TargetRefusal;
 use parts::motion_codes;
 use parts::outputs::{self, Outputs};
 use procedures::arms::words as arms;
+use procedures::homing;
 use program::{Action, Effect, FileFunction, Function, Next, Part, Place, Sequence, Setting, Standing, Words};
-use thermal::OFF_BELOW;
+use thermal::{OFF_BELOW, TargetRefused};
 use units::{Axis, AxisSet, Celsius, HeaterId, PerAxis};
 
 use super::cost::Costs;
 use super::finding::Kind;
-use super::homing;
+use super::homing as homing_time;
 use super::lines::{Reading, Said};
 use super::setting_changes;
 
@@ -127,15 +129,13 @@ impl Reading<'_, '_> {
             .map_err(|failure| self.failed(Kind::Off, failure))?;
         let Some(settings) = config.heater(heater) else { return Ok(()) };
         let most = self.preflight.most_celsius.get(heater.index()).copied().unwrap_or(settings.max_temp);
-        let name = settings.name.as_str();
-        if settings.heater_pin.is_none() {
-            return Err(self.say(Kind::TooHot, short(format_args!("{name} is a sensor without a heater"))));
-        }
-        if target > most {
-            let text = format_args!("{name}: {:.1} C is above its max_temp {:.1} C", target.0, most.0);
-            return Err(self.say(Kind::TooHot, short(text)));
-        }
-        Ok(())
+        let why = match settings.heater_pin {
+            None => TargetRefused::HasNoHeater,
+            Some(_) if target > most => TargetRefused::AboveMaximum(most),
+            Some(_) => return Ok(()),
+        };
+        let refusal = TargetRefusal { config, heater, target, why };
+        Err(self.say(Kind::TooHot, short(format_args!("{refusal}"))))
     }
 
     /// Counts a wait for heat, whose duration nobody knows beforehand.
@@ -252,7 +252,8 @@ impl Reading<'_, '_> {
             Sequence::ArmSettings | Sequence::Skew if words.is_bare() => return Ok(()),
             Sequence::ArmSettings => {
                 self.standstill().await;
-                setting_changes::set_arms(texts, self.preflight, self.motion, words)?;
+                arms::set_arms(texts, self.motion, words)?;
+                arms::set_arm_tuning(&mut self.preflight.tuning, self.preflight.config, words);
             }
             Sequence::Skew => {
                 self.standstill().await;
@@ -329,12 +330,15 @@ impl Reading<'_, '_> {
     async fn home(&mut self, named: AxisSet) {
         self.standstill().await;
         let preflight = &mut *self.preflight;
-        let here = self.motion.commanded_position();
-        let homed = homing::foresee(preflight.config, &preflight.tuning, preflight.can_home, named, &here);
-        preflight.totals.homing_seconds += homed.seconds;
-        preflight.homed = preflight.homed.or(homed.axes);
-        self.listener.waited(preflight.begun, homed.seconds);
-        self.stand_at(homed.place);
+        let (config, here) = (preflight.config, self.motion.commanded_position());
+        let axes = homing::chosen(config, named);
+        let place = homing::ends_at(config, &preflight.tuning, named, &here);
+        let ways = PerAxis(Axis::ALL.map(|axis| libm::fabs(here[axis] - place[axis])));
+        let seconds = homing_time::seconds(config, axes, &ways);
+        preflight.totals.homing_seconds += seconds;
+        preflight.homed = preflight.homed.or(axes);
+        self.listener.waited(preflight.begun, seconds);
+        self.stand_at(place);
     }
 
     // --- time ---

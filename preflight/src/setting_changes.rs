@@ -3,9 +3,8 @@
 
 use base::failure::{Failure, ShortText, Texts, short};
 use config::{Leveling, MachineConfig};
-use motion::{GridShape, Motion, MotionConfig};
+use motion::{GridShape, Motion};
 use parts::heat_codes::named::maximum_of;
-use procedures::arms::words as arms;
 use procedures::leveling::{grid, words as leveling};
 use program::Words;
 
@@ -24,28 +23,6 @@ pub(super) fn set_maximum(texts: &Texts, preflight: &mut Preflight<'_>, words: &
     {
         *slot = most;
     }
-    Ok(())
-}
-
-/// Carries out M665: the parameters of the arms.
-///
-/// # Errors
-/// When the machine would refuse them.
-pub(super) fn set_arms(
-    texts: &Texts,
-    preflight: &mut Preflight<'_>,
-    motion: &mut Motion,
-    words: &Words<'_>,
-) -> Result<(), Failure> {
-    let own = motion.config().copied();
-    if let Some((own, kinematics)) = own.and_then(|own| Some((own, arms::arms_of(&own.kinematics, words)?))) {
-        let place = motion.commanded_position();
-        let motors = own.kinematics.actuators(&motion.compensation().motors(&place));
-        motion.configure(MotionConfig { kinematics, ..own }).map_err(|error| texts.refusal(error))?;
-        let place = motion.compensation().program(&kinematics.point(&motors));
-        motion.set_position(place).map_err(|error| texts.refusal(error))?;
-    }
-    arms::set_arm_tuning(&mut preflight.tuning, preflight.config, words);
     Ok(())
 }
 

@@ -17,7 +17,7 @@ use program::Words;
 use units::{Axis, AxisSet, PerAxis};
 
 use base::hands::Hands;
-use words::{arms_of, homes_by_tool, set_arm_tuning, set_home_offsets, set_trims};
+use words::{homes_by_tool, set_arm_tuning, set_arms, set_home_offsets, set_trims};
 
 /// Returns whether X, Y and Z home together, motor by motor.
 pub const fn homes_by_motor(config: &MachineConfig) -> bool {
@@ -44,11 +44,8 @@ pub fn delta_home(config: &MachineConfig, tuning: &Tuning) -> PerAxis<f64> {
 /// When motion refuses the geometry, or the machine halts.
 pub fn arm_settings<'c>(hands: &mut impl Hands<'c>, words: &Words<'_>) -> Result<(), Failure> {
     hands.standstill()?;
-    let motion_config = hands.motion_config()?;
-    if let Some(arms) = arms_of(&motion_config.kinematics, words) {
-        change_arms(hands, motion_config, arms)?;
-    }
-    let config = hands.config();
+    let (texts, config) = (hands.texts(), hands.config());
+    hands.motion(|motion| set_arms(texts, motion, words))?;
     set_arm_tuning(hands.tuning(), config, words);
     report_arms(hands, config, words);
     Ok(())
@@ -134,25 +131,6 @@ pub fn home_offsets_from_here(
     let [x, y, z] = Axis::PRIMARY.map(|axis| offset[axis]);
     reply.say(format_args!("// Homing Offset: X {x:5.3} Y {y:5.3} Z {z:5.3} will take effect next home\n"));
     Ok(Answer::Ok)
-}
-
-/// Changes the geometry: motors stay where they are, and the tool's place is computed anew. Allowed only
-/// while idle.
-///
-/// # Errors
-/// When motion refuses the geometry.
-pub fn change_arms<'c>(
-    hands: &mut impl Hands<'c>,
-    config: MotionConfig,
-    kinematics: Kinematics,
-) -> Result<(), Failure> {
-    let place = hands.position();
-    let motors = hands.motion(|motion| config.kinematics.actuators(&motion.compensation().motors(&place)));
-    hands
-        .motion(|motion| motion.configure(MotionConfig { kinematics, ..config }))
-        .map_err(|error| hands.texts().refusal(error))?;
-    let place = hands.motion(|motion| motion.compensation().program(&kinematics.point(&motors)));
-    hands.set_position(place)
 }
 
 /// Prints the settings of line segmentation for M503; M500 does not save them.

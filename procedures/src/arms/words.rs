@@ -1,9 +1,10 @@
 //! Changes that the words of M665, M666 and M206 make, kept apart so that a preflight without a machine can
 //! apply them too.
 
+use base::failure::{Failure, Texts};
 use base::tuning::Tuning;
 use config::MachineConfig;
-use motion::Kinematics;
+use motion::{Kinematics, Motion, MotionConfig};
 use program::Words;
 use units::Axis;
 
@@ -12,16 +13,38 @@ pub const fn homes_by_tool(config: &MachineConfig) -> bool {
     config.homing.delta || config.homing.scara
 }
 
-/// Returns the arms as M665 changes them, or `None` if it leaves them as they are.
-pub fn arms_of(kinematics: &Kinematics, words: &Words<'_>) -> Option<Kinematics> {
-    let before = kinematics.parameters();
-    let mut parameters = kinematics.parameters();
+/// Changes the arms by the words of M665. Allowed only while idle.
+///
+/// # Errors
+/// When motion is not configured, or refuses the geometry.
+pub fn set_arms(texts: &Texts, motion: &mut Motion, words: &Words<'_>) -> Result<(), Failure> {
+    let config = motion.config().ok_or_else(|| Failure::refused(&"motion is not configured"))?;
+    let before = config.kinematics.parameters();
+    let mut parameters = config.kinematics.parameters();
     for (letter, _) in before.iter() {
         if let Some(value) = words.get(letter) {
             parameters.set(letter, value);
         }
     }
-    (parameters != before).then(|| kinematics.with_parameters(&parameters))
+    if parameters == before {
+        Ok(())
+    } else {
+        change_arms(texts, motion, config.kinematics.with_parameters(&parameters))
+    }
+}
+
+/// Changes the geometry: motors stay where they are, and the tool's place is computed anew. Allowed only
+/// while idle.
+///
+/// # Errors
+/// When motion refuses the geometry.
+pub fn change_arms(texts: &Texts, motion: &mut Motion, kinematics: Kinematics) -> Result<(), Failure> {
+    let config = *motion.config().ok_or_else(|| Failure::refused(&"motion is not configured"))?;
+    let place = motion.commanded_position();
+    let motors = config.kinematics.actuators(&motion.compensation().motors(&place));
+    motion.configure(MotionConfig { kinematics, ..config }).map_err(|error| texts.refusal(error))?;
+    let place = motion.compensation().program(&kinematics.point(&motors));
+    motion.set_position(place).map_err(|refusal| texts.refused(format_args!("{refusal}")))
 }
 
 /// Sets the parameters of M665 that are not part of the arms.

@@ -137,8 +137,8 @@ pub fn stops_in_time(rate: MmPerSecond, limits: &Limits, axis: Axis) -> bool {
     overtravel::brakes_in_time(rate, limits, core::iter::once(axis))
 }
 
-/// Returns the axes to home of those named. Towers and arms home together.
-fn chosen(config: &MachineConfig, named: AxisSet) -> AxisSet {
+/// Returns the axes to home of those named, or all that can. Towers and arms home together.
+pub fn chosen(config: &MachineConfig, named: AxisSet) -> AxisSet {
     let able = homeable(config);
     let chosen = if named.is_empty() { able } else { named.and(able) };
     if are_motors(config, chosen) { chosen.or(able.and(AxisSet::PRIMARY)) } else { chosen }

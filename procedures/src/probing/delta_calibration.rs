@@ -172,9 +172,10 @@ fn scatter(belief: &Belief, touches: &[Ways], count: usize) -> f64 {
 /// Takes the machine for this geometry from now on. The distances of the carriages from their switches do not
 /// depend on the geometry; the tool's position follows from them, so Z is right before the next homing too.
 fn believe<'c>(hands: &mut impl ProbeHands<'c>, wanted: &Belief) -> Result<(), Failure> {
-    let (now, config, mut place) = (belief(hands)?, hands.motion_config()?, hands.position());
+    let (now, mut place) = (belief(hands)?, hands.position());
     let ways = now.ways_to(&hands.motion(|motion| motion.compensation().motors(&place)));
-    arms::change_arms(hands, config, wanted.kinematics)?;
+    let texts = hands.texts();
+    hands.motion(|motion| arms::words::change_arms(texts, motion, wanted.kinematics))?;
     hands.tuning().set_trim(wanted.trim);
     let tool = hands.motion(|motion| motion.compensation().program(&wanted.place(&ways)));
     Axis::PRIMARY.into_iter().for_each(|axis| place[axis] = tool[axis]);
