@@ -11,7 +11,7 @@ use base::sessions::Reply;
 use base::tuning::Tuning;
 use config::MachineConfig;
 use motion::{ConfigError, Limits, MotionConfig, Shaper, ShaperKind};
-use program::{Interpreter, Tools, Words};
+use program::{Interpreter, LimitCode, Tools, Words};
 use units::{Actuator, Axis, Mm, MmPerSecond, MmPerSecond2};
 
 /// Bounds of the speed factor (M220).
@@ -69,52 +69,202 @@ fn extruder_word(
     Ok(Actuator::from_index(axis as usize).map(|motor| (motor, value)))
 }
 
-/// M203: sets the greatest speeds of axes, of the tool along its path, of extruders' motors; without words
-/// prints them. Returns the rate of G0 where S sets it, which the program keeps.
+/// What the codes of limits change.
+pub struct Limited<'a, M> {
+    /// Texts of failures.
+    pub texts: &'a Texts,
+    /// Port to motion.
+    pub ports: &'a mut M,
+    /// Configuration of the machine.
+    pub config: &'a MachineConfig,
+    /// Program, which keeps the rate of G0 and the speed factor.
+    pub program: &'a mut Interpreter,
+    /// Settings that codes have changed.
+    pub tuning: &'a mut Tuning,
+    /// Ends of travel.
+    pub travel: &'a mut Travel,
+}
+
+/// Sets limits by the words of their code, on the machine and in a dry run alike.
 ///
 /// # Errors
 /// When there is no such extruder, or motion refuses the limits; nothing has changed then.
-pub fn axis_speeds(
-    texts: &Texts,
-    ports: &mut impl MotionPort,
-    config: &MachineConfig,
-    program: &Interpreter,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
-) -> Result<Option<MmPerSecond>, Failure> {
-    if words.is_bare() {
-        report_axis_speeds(&motion_config(ports)?.limits, program, reply);
-        return Ok(None);
+pub fn set_limit<M: MotionPort>(on: &mut Limited<'_, M>, code: LimitCode, words: &Words<'_>) -> Result<(), Failure> {
+    match code {
+        LimitCode::AxisSpeeds
+        | LimitCode::MotorSpeeds
+        | LimitCode::Accelerations
+        | LimitCode::Jerk
+        | LimitCode::CornerSettings => {
+            let mut limits = motion_config(on.ports)?.limits;
+            // Other codes have another meaning for E, or none.
+            let takes_extruder = !matches!(code, LimitCode::Jerk | LimitCode::CornerSettings);
+            let extruder = takes_extruder.then(|| extruder_word(on.texts, words, on.program.tools(), on.config));
+            let extruder = extruder.transpose()?.flatten();
+            change_limits(&mut limits, code, words, extruder);
+            set_limits(on.texts, on.ports, limits)?;
+            let rate = words.get('S').filter(|_| code == LimitCode::AxisSpeeds && on.config.motion.compliant_seek_rate);
+            if let Some(rate) = rate {
+                on.program.set_seek_rate(MmPerSecond(rate));
+            }
+        }
+        LimitCode::SpeedFactor => set_speed_factor(on.program, words),
+        LimitCode::SoftEndstops => {
+            if let Some(yes) = words.get('S') {
+                on.travel.switch(yes != 0.0);
+            }
+        }
+        LimitCode::Trims => set_trims(on.tuning, words),
+        LimitCode::HomeOffsets => set_home_offsets(on.tuning, words),
+        LimitCode::ColdExtrusion => on.tuning.set_least_warm(on.config, words),
     }
-    set_axis_speeds(texts, ports, config, program.tools(), words)
+    Ok(())
 }
 
-/// Sets the speeds of M203's words.
+/// Reports the limits of a code, where it reports them with these words.
 ///
 /// # Errors
-/// As [`axis_speeds`].
-pub fn set_axis_speeds(
-    texts: &Texts,
-    ports: &mut impl MotionPort,
-    config: &MachineConfig,
-    tools: &Tools,
+/// When motion is not configured.
+pub fn report_limit<M: MotionPort>(
+    on: &mut Limited<'_, M>,
+    code: LimitCode,
     words: &Words<'_>,
-) -> Result<Option<MmPerSecond>, Failure> {
-    let mut limits = motion_config(ports)?.limits;
-    for (axis, limit) in Axis::PRIMARY.into_iter().zip(&mut limits.axis_speed) {
-        if let Some(speed) = words.axis(axis) {
-            *limit = (speed > 0.0).then_some(MmPerSecond(speed));
+    reply: &mut Reply<'_>,
+) -> Result<(), Failure> {
+    match code {
+        LimitCode::AxisSpeeds if words.is_bare() => {
+            report_axis_speeds(&motion_config(on.ports)?.limits, on.program, reply);
+        }
+        LimitCode::MotorSpeeds if words.is_bare() => {
+            report_motor_speeds(&motion_config(on.ports)?.limits, on.config, on.program.tools(), reply);
+        }
+        LimitCode::SoftEndstops => report_travel(on.travel.up_to_date(on.config, on.tuning), on.config, reply),
+        LimitCode::Trims => {
+            let [x, y, z] = on.tuning.trim();
+            reply.say(format_args!("X: {x:5.4} Y: {y:5.4} Z: {z:5.4}\n"));
+        }
+        LimitCode::HomeOffsets => {
+            for axis in Axis::PRIMARY {
+                let mm = on.tuning.home_offset()[axis];
+                reply.say(format_args!("{}: {mm:5.3} ", axis.letter()));
+            }
+            reply.say(format_args!(" will take effect next home\n"));
+        }
+        LimitCode::ColdExtrusion if words.is_bare() => report_cold_extrusion(on.tuning, on.program.tools(), reply),
+        LimitCode::AxisSpeeds | LimitCode::MotorSpeeds | LimitCode::ColdExtrusion => {}
+        LimitCode::Accelerations | LimitCode::Jerk | LimitCode::CornerSettings | LimitCode::SpeedFactor => {}
+    }
+    Ok(())
+}
+
+/// Changes limits of motion by the words of a code, and the motor of an extruder by its word E.
+fn change_limits(limits: &mut Limits, code: LimitCode, words: &Words<'_>, extruder: Option<(Actuator, f64)>) {
+    let own = |acceleration: f64| (acceleration > 0.0).then_some(MmPerSecond2(acceleration));
+    match code {
+        // M203: the greatest speeds of axes, of the tool along its path, of extruders' motors.
+        LimitCode::AxisSpeeds => {
+            for (axis, limit) in Axis::PRIMARY.into_iter().zip(&mut limits.axis_speed) {
+                if let Some(speed) = words.axis(axis) {
+                    *limit = (speed > 0.0).then_some(MmPerSecond(speed));
+                }
+            }
+            // Beside E, P is the number of an extruder.
+            if let Some(speed) = words.get('P').filter(|_| !words.has('E') && !words.has('V')) {
+                limits.max_speed = (speed > NO_LIMIT).then_some(MmPerSecond(speed));
+            }
+            if let Some((motor, speed)) = extruder {
+                limits.actuator_rate[motor] = MmPerSecond(speed);
+            }
+        }
+        // M203.1: the greatest speeds of motors.
+        LimitCode::MotorSpeeds => {
+            for (axis, motor) in motors() {
+                let rate = &mut limits.actuator_rate[motor];
+                *rate = words.axis(axis).map_or(*rate, MmPerSecond);
+            }
+            if let Some((motor, speed)) = extruder {
+                limits.actuator_rate[motor] = MmPerSecond(speed);
+            }
+        }
+        // M204: the accelerations of axes and extruders.
+        LimitCode::Accelerations => {
+            if let Some(acceleration) = words.get('S') {
+                limits.acceleration = MmPerSecond2(if acceleration < 1.0 { 1.0 } else { acceleration });
+            }
+            for (axis, motor) in motors() {
+                if let Some(acceleration) = words.axis(axis) {
+                    limits.actuator_acceleration[motor] = own(acceleration);
+                }
+            }
+            if let Some((motor, acceleration)) = extruder {
+                limits.actuator_acceleration[motor] = own(acceleration);
+            }
+        }
+        LimitCode::Jerk | LimitCode::CornerSettings => change_corners(limits, code == LimitCode::Jerk, words),
+        LimitCode::SpeedFactor | LimitCode::SoftEndstops | LimitCode::Trims => {}
+        LimitCode::HomeOffsets | LimitCode::ColdExtrusion => {}
+    }
+}
+
+/// Changes the limits of corners: by M205's words junction deviation and least speed; by those of M205 and
+/// M566 of printers' firmwares the jerk of X and Y, taken as square corner velocity (speed kept through a
+/// right angle).
+fn change_corners(limits: &mut Limits, is_jerk: bool, words: &Words<'_>) {
+    let velocity = match (words.get('X'), words.get('Y')) {
+        _ if !is_jerk => None,
+        (Some(x), Some(y)) => Some(x.min(y)),
+        (x, y) => x.or(y),
+    };
+    if let Some(speed) = velocity {
+        limits.square_corner_velocity = Some(MmPerSecond(speed));
+    }
+    if let Some(deviation) = words.get(if is_jerk { 'J' } else { 'X' }) {
+        limits.junction_deviation = Mm(deviation);
+        // A junction deviation takes the place of a square corner velocity.
+        limits.square_corner_velocity = None;
+    }
+    if let Some(deviation) = words.get('Z').filter(|_| !is_jerk) {
+        limits.z_junction_deviation = (deviation >= 0.0).then_some(Mm(deviation));
+    }
+    if let Some(speed) = words.get('S').filter(|_| !is_jerk) {
+        limits.minimum_speed = MmPerSecond(speed);
+    }
+    if let Some(speed) = words.get('V') {
+        limits.square_corner_velocity = Some(MmPerSecond(speed));
+    }
+    if let Some(ratio) = words.get('C') {
+        limits.cruise_ratio = ratio;
+    }
+}
+
+/// M220: scales the speeds of moves read from now on, within a tenth and tenfold. B keeps the factor, R
+/// brings back the kept one.
+fn set_speed_factor(program: &mut Interpreter, words: &Words<'_>) {
+    if words.has('B') {
+        program::speed_factor::keep(program);
+    }
+    let kept = words.has('R').then(|| program.modal().kept_speed_factor);
+    if let Some(factor) = words.get('S').or(kept) {
+        program::speed_factor::set(program, factor.clamp(*FACTOR.start(), *FACTOR.end()));
+    }
+}
+
+/// M666: trims of the towers or arms, from the next homing on.
+fn set_trims(tuning: &mut Tuning, words: &Words<'_>) {
+    let mut trims = tuning.trim();
+    for (axis, trim) in Axis::PRIMARY.into_iter().zip(&mut trims) {
+        *trim = words.axis(axis).unwrap_or(*trim);
+    }
+    tuning.set_trim(trims);
+}
+
+/// M206: corrections of homing positions, from the next homing on.
+fn set_home_offsets(tuning: &mut Tuning, words: &Words<'_>) {
+    for axis in Axis::ALL {
+        if let Some(mm) = words.axis(axis) {
+            tuning.set_home_offset(axis, mm);
         }
     }
-    // Beside E, P is the number of an extruder.
-    if let Some(speed) = words.get('P').filter(|_| !words.has('E') && !words.has('V')) {
-        limits.max_speed = (speed > NO_LIMIT).then_some(MmPerSecond(speed));
-    }
-    if let Some((motor, speed)) = extruder_word(texts, words, tools, config)? {
-        limits.actuator_rate[motor] = MmPerSecond(speed);
-    }
-    set_limits(texts, ports, limits)?;
-    Ok(words.get('S').filter(|_| config.motion.compliant_seek_rate).map(MmPerSecond))
 }
 
 fn report_axis_speeds(limits: &Limits, program: &Interpreter, reply: &mut Reply<'_>) {
@@ -128,6 +278,15 @@ fn report_axis_speeds(limits: &Limits, program: &Interpreter, reply: &mut Reply<
     reply.say(format_args!("\n"));
 }
 
+fn report_motor_speeds(limits: &Limits, config: &MachineConfig, tools: &Tools, reply: &mut Reply<'_>) {
+    let own = motors().filter(|(axis, motor)| config.actuators[*motor].present && !tools.uses(*axis));
+    for (axis, motor) in own {
+        reply.say(format_args!(" {}:{:.6} ", axis.letter(), limits.actuator_rate[motor].0));
+    }
+    report_extruder(limits, tools, reply);
+    reply.say(format_args!("\n"));
+}
+
 fn report_extruder(limits: &Limits, tools: &Tools, reply: &mut Reply<'_>) {
     if let (Some(motor), Some(tool)) = (extruder_in_use(tools), tools.active()) {
         let flow = tool.settings.flow_limit.unwrap_or(0.0);
@@ -135,78 +294,26 @@ fn report_extruder(limits: &Limits, tools: &Tools, reply: &mut Reply<'_>) {
     }
 }
 
-/// M203.1: sets the greatest speeds of motors; without words prints them.
-///
-/// # Errors
-/// When motion refuses the limits; nothing has changed then.
-pub fn motor_speeds(
-    texts: &Texts,
-    ports: &mut impl MotionPort,
-    config: &MachineConfig,
-    tools: &Tools,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
-) -> Outcome {
-    if words.is_bare() {
-        let limits = motion_config(ports)?.limits;
-        let own = motors().filter(|(axis, motor)| config.actuators[*motor].present && !tools.uses(*axis));
-        for (axis, motor) in own {
-            reply.say(format_args!(" {}:{:.6} ", axis.letter(), limits.actuator_rate[motor].0));
-        }
-        report_extruder(&limits, tools, reply);
-        reply.say(format_args!("\n"));
-        return Ok(Answer::Ok);
-    }
-    set_motor_speeds(texts, ports, config, tools, words)
-}
-
-/// Sets the speeds of M203.1's words.
-///
-/// # Errors
-/// As [`motor_speeds`].
-pub fn set_motor_speeds(
-    texts: &Texts,
-    ports: &mut impl MotionPort,
-    config: &MachineConfig,
-    tools: &Tools,
-    words: &Words<'_>,
-) -> Outcome {
-    let mut limits = motion_config(ports)?.limits;
-    for (axis, motor) in motors() {
-        let rate = &mut limits.actuator_rate[motor];
-        *rate = words.axis(axis).map_or(*rate, MmPerSecond);
-    }
-    if let Some((motor, speed)) = extruder_word(texts, words, tools, config)? {
-        limits.actuator_rate[motor] = MmPerSecond(speed);
-    }
-    set_limits(texts, ports, limits)
-}
-
-/// M204: sets the accelerations of axes and extruders.
-///
-/// # Errors
-/// When there is no such extruder, or motion refuses the limits; nothing has changed then.
-pub fn accelerations(
-    texts: &Texts,
-    ports: &mut impl MotionPort,
-    config: &MachineConfig,
-    tools: &Tools,
-    words: &Words<'_>,
-) -> Outcome {
-    let mut limits = motion_config(ports)?.limits;
-    if let Some(acceleration) = words.get('S') {
-        limits.acceleration = MmPerSecond2(if acceleration < 1.0 { 1.0 } else { acceleration });
-    }
-    let own = |acceleration: f64| (acceleration > 0.0).then_some(MmPerSecond2(acceleration));
-    for (axis, motor) in motors() {
-        if let Some(acceleration) = words.axis(axis) {
-            limits.actuator_acceleration[motor] = own(acceleration);
+/// Reports the ends of travel (M211), as Marlin does.
+fn report_travel(travel: &Travel, config: &MachineConfig, reply: &mut Reply<'_>) {
+    reply.say(format_args!("Soft endstops: {}", if travel.is_on(config) { "On" } else { "Off" }));
+    for (name, ends) in ["Min", "Max"].into_iter().zip(travel.ends()) {
+        reply.say(format_args!("  {name}:"));
+        for axis in Axis::PRIMARY.into_iter().filter(|axis| ends[*axis].is_finite()) {
+            reply.say(format_args!(" {}{:.3}", axis.letter(), ends[axis]));
         }
     }
-    if let Some((motor, acceleration)) = extruder_word(texts, words, tools, config)? {
-        limits.actuator_acceleration[motor] = own(acceleration);
+    reply.say(format_args!("\n"));
+}
+
+/// Reports how warm the nozzle in use must be for extrusion (M302).
+fn report_cold_extrusion(tuning: &Tuning, tools: &Tools, reply: &mut Reply<'_>) {
+    let [least, back] = tuning.least_warm.get(usize::from(tools.active_id().0)).copied().unwrap_or_default();
+    if least > 0.0 || back > 0.0 {
+        reply.say(format_args!("Cold extrusion is refused below {least:.0} C, to draw back {back:.0} C\n"));
+    } else {
+        reply.say(format_args!("Cold extrusion is allowed\n"));
     }
-    set_limits(texts, ports, limits)
 }
 
 /// M204 of printers' firmwares: sets the acceleration of all moves.
@@ -217,95 +324,6 @@ pub fn acceleration(texts: &Texts, ports: &mut impl MotionPort, value: f64) -> O
     let mut limits = motion_config(ports)?.limits;
     limits.acceleration = MmPerSecond2(value);
     set_limits(texts, ports, limits)
-}
-
-/// M205 and M566 of printers' firmwares: take the jerk of X and Y as square corner velocity (speed kept
-/// through a right angle).
-///
-/// # Errors
-/// When motion refuses the limits; nothing has changed then.
-pub fn jerk(texts: &Texts, ports: &mut impl MotionPort, words: &Words<'_>) -> Outcome {
-    let mut limits = motion_config(ports)?.limits;
-    let jerk = match (words.get('X'), words.get('Y')) {
-        (Some(x), Some(y)) => Some(x.min(y)),
-        (x, y) => x.or(y),
-    };
-    if let Some(speed) = jerk {
-        limits.square_corner_velocity = Some(MmPerSecond(speed));
-    }
-    if let Some(deviation) = words.get('J') {
-        limits.junction_deviation = Mm(deviation);
-        limits.square_corner_velocity = None;
-    }
-    take_corner_words(&mut limits, words);
-    set_limits(texts, ports, limits)
-}
-
-/// Sets the limits of those words of M205 that are alike in every dialect.
-fn take_corner_words(limits: &mut Limits, words: &Words<'_>) {
-    if let Some(speed) = words.get('V') {
-        limits.square_corner_velocity = Some(MmPerSecond(speed));
-    }
-    if let Some(ratio) = words.get('C') {
-        limits.cruise_ratio = ratio;
-    }
-}
-
-/// M205: sets junction deviation and least speed.
-///
-/// # Errors
-/// When motion refuses the limits; nothing has changed then.
-pub fn corner_settings(texts: &Texts, ports: &mut impl MotionPort, words: &Words<'_>) -> Outcome {
-    let mut limits = motion_config(ports)?.limits;
-    if let Some(deviation) = words.get('X') {
-        limits.junction_deviation = Mm(deviation);
-        // A junction deviation takes the place of a square corner velocity.
-        limits.square_corner_velocity = None;
-    }
-    if let Some(deviation) = words.get('Z') {
-        limits.z_junction_deviation = (deviation >= 0.0).then_some(Mm(deviation));
-    }
-    if let Some(speed) = words.get('S') {
-        limits.minimum_speed = MmPerSecond(speed);
-    }
-    take_corner_words(&mut limits, words);
-    set_limits(texts, ports, limits)
-}
-
-/// M220: scales the speeds of moves read from now on, within a tenth and tenfold. B keeps the factor, R
-/// brings back the kept one.
-pub fn set_speed_factor(program: &mut Interpreter, words: &Words<'_>) {
-    if words.has('B') {
-        program::speed_factor::keep(program);
-    }
-    let kept = words.has('R').then(|| program.modal().kept_speed_factor);
-    if let Some(factor) = words.get('S').or(kept) {
-        program::speed_factor::set(program, factor.clamp(*FACTOR.start(), *FACTOR.end()));
-    }
-}
-
-/// M211: S0 takes the ends of travel away until the next reset, S1 gives them back; prints them, as Marlin
-/// does.
-pub fn soft_endstops(
-    travel: &mut Travel,
-    config: &MachineConfig,
-    tuning: &Tuning,
-    words: &Words<'_>,
-    reply: &mut Reply<'_>,
-) -> Outcome {
-    if let Some(on) = words.get('S') {
-        travel.switch(on != 0.0);
-    }
-    let travel = travel.up_to_date(config, tuning);
-    reply.say(format_args!("Soft endstops: {}", if travel.is_on(config) { "On" } else { "Off" }));
-    for (name, ends) in ["Min", "Max"].into_iter().zip(travel.ends()) {
-        reply.say(format_args!("  {name}:"));
-        for axis in Axis::PRIMARY.into_iter().filter(|axis| ends[*axis].is_finite()) {
-            reply.say(format_args!(" {}{:.3}", axis.letter(), ends[axis]));
-        }
-    }
-    reply.say(format_args!("\n"));
-    Ok(Answer::Ok)
 }
 
 /// M92: sets steps per mm, and prints them. The machine stands still.

@@ -6,11 +6,13 @@ use base::own_frame::apart;
 use base::ports::MotionPort;
 use motion::{Latch, Motion};
 use parts::heat_codes::TargetRefusal;
-use parts::motion_codes;
+use parts::motion_codes::{self, Limited};
 use parts::outputs::{self, Outputs};
-use procedures::arms::words as arms;
+use procedures::arms::words::{set_arm_tuning, set_arms};
 use procedures::homing;
-use program::{Action, Effect, FileFunction, Function, Next, Part, Place, Sequence, Setting, Standing, Words};
+use program::{
+    Action, Effect, FileFunction, Function, Geometry, LimitCode, Next, Part, Place, Sequence, Setting, Standing, Words,
+};
 use thermal::{OFF_BELOW, TargetRefused};
 use units::{Axis, AxisSet, Celsius, HeaterId, PerAxis};
 
@@ -19,6 +21,7 @@ use super::finding::Kind;
 use super::homing as homing_time;
 use super::lines::{Reading, Said};
 use super::setting_changes;
+use super::state::Preflight;
 
 /// Port to the motion object that makes no steps, for codes that set limits.
 struct Shadow<'m> {
@@ -154,20 +157,29 @@ impl Reading<'_, '_> {
 
     /// Follows those of the machine's functions that change where and how fast it may go.
     async fn function(&mut self, function: Function, words: &Words<'_>) -> Result<(), Said> {
+        if function.stands_first(words) {
+            self.standstill().await;
+        }
         let set = match function {
             Function::File(FileFunction::LabelObject) => {
                 self.listener.labelled(self.preflight.begun, words.text().unwrap_or(""));
                 Ok(())
             }
-            // Without words most functions only say what is set.
-            Function::Setting(_) | Function::Standing(_) if words.is_bare() => Ok(()),
-            Function::Setting(setting) => apart(|| self.set(setting, words)),
-            Function::Standing(Standing::StepsPerMm) => {
-                self.standstill().await;
-                apart(|| self.set_steps_per_mm(words))
+            // Without words these only say what is set.
+            Function::Limit(_) if words.is_bare() => Ok(()),
+            Function::Limit(code) => apart(|| self.set_limit(code, words)),
+            Function::Setting(Setting::MaximumTemperature) => {
+                setting_changes::set_maximum(self.preflight.texts, self.preflight, words)
             }
-            Function::Sequence(what) => self.sequence(what, words).await,
-            Function::Standing(_) | Function::Report(_) | Function::File(_) => Ok(()),
+            Function::Standing(Standing::StepsPerMm) => apart(|| self.set_steps_per_mm(words)),
+            Function::Geometry(what) => apart(|| self.geometry(what, words)),
+            Function::Sequence(Sequence::WaitForHeaters | Sequence::WaitForTargets) => {
+                self.preflight.totals.heat_waits += 1;
+                Ok(())
+            }
+            // Neither where nor how fast the machine goes; or it is measured, and only the job itself knows.
+            Function::Setting(_) | Function::Standing(_) | Function::Sequence(_) => Ok(()),
+            Function::Report(_) | Function::File(_) => Ok(()),
         };
         set.map_err(|failure| self.failed(Kind::Word, failure))
     }
@@ -178,118 +190,36 @@ impl Reading<'_, '_> {
         motion_codes::set_steps_per_mm(preflight.texts, shadow, preflight.config, preflight.program.tools(), words)
     }
 
-    /// Sets limits of speed, place or temperature.
-    fn set(&mut self, setting: Setting, words: &Words<'_>) -> Result<(), Failure> {
-        let Self { preflight, motion, .. } = self;
-        let (texts, config, tools) = (preflight.texts, preflight.config, preflight.program.tools());
-        let shadow = &mut Shadow { motion, latch: Latch::new() };
-        match setting {
-            Setting::AxisSpeeds => {
-                if let Some(rate) = motion_codes::set_axis_speeds(texts, shadow, config, tools, words)? {
-                    preflight.program.set_seek_rate(rate);
-                    preflight.asks_of_rapids = true;
-                }
+    fn set_limit(&mut self, code: LimitCode, words: &Words<'_>) -> Result<(), Failure> {
+        let Preflight { texts, config, program, tuning, travel, asks_of_rapids, .. } = &mut *self.preflight;
+        let ports = &mut Shadow { motion: self.motion, latch: Latch::new() };
+        motion_codes::set_limit(&mut Limited { texts, ports, config, program, tuning, travel }, code, words)?;
+        if words.has('S') {
+            *asks_of_rapids |= code == LimitCode::AxisSpeeds && config.motion.compliant_seek_rate;
+            if code == LimitCode::Accelerations {
+                self.acceleration_is_asked();
             }
-            Setting::MotorSpeeds => drop(motion_codes::set_motor_speeds(texts, shadow, config, tools, words)?),
-            Setting::Accelerations => {
-                motion_codes::accelerations(texts, shadow, config, tools, words)?;
-                if words.has('S') {
-                    self.acceleration_is_asked();
-                }
-            }
-            Setting::CornerSettings => drop(motion_codes::corner_settings(texts, shadow, words)?),
-            Setting::Jerk => drop(motion_codes::jerk(texts, shadow, words)?),
-            Setting::SpeedFactor => motion_codes::set_speed_factor(preflight.program, words),
-            Setting::SoftEndstops => {
-                if let Some(on) = words.get('S') {
-                    preflight.travel.switch(on != 0.0);
-                }
-            }
-            Setting::Trims => arms::set_trims(&mut preflight.tuning, words),
-            Setting::HomeOffsets => arms::set_home_offsets(&mut preflight.tuning, words),
-            Setting::MaximumTemperature => return setting_changes::set_maximum(texts, preflight, words),
-            Setting::ColdExtrusion => preflight.tuning.set_least_warm(config, words),
-            // Neither where nor how fast the machine may go.
-            Setting::MotorsOn
-            | Setting::EndstopPhase
-            | Setting::MotorMilliamps
-            | Setting::MotorAmps
-            | Setting::ProbeSettings
-            | Setting::ThermalAdjust
-            | Setting::ProbePoint
-            | Setting::ProbeOffset
-            | Setting::AxisTwist
-            | Setting::MarlinProbeOffset
-            | Setting::PidGains
-            | Setting::HeaterModel
-            | Setting::Sensor
-            | Setting::DriverChopper
-            | Setting::DriverOption
-            | Setting::ForgetDriverTroubles
-            | Setting::HomingThresholds => {}
         }
         Ok(())
     }
 
-    /// Follows a sequence that changes places, and waits of heaters.
-    async fn sequence(&mut self, what: Sequence, words: &Words<'_>) -> Result<(), Failure> {
-        let texts = self.preflight.texts;
+    /// Changes where places of the program lie.
+    fn geometry(&mut self, what: Geometry, words: &Words<'_>) -> Result<(), Failure> {
+        let Self { preflight, motion, .. } = self;
         match what {
-            Sequence::WaitForHeaters | Sequence::WaitForTargets => {
-                self.standstill().await;
-                self.preflight.totals.heat_waits += 1;
-                return Ok(());
+            Geometry::LoadGrid => preflight.loads_mesh = preflight.loads_mesh.or(Some(preflight.line)),
+            Geometry::FadeHeight => {
+                let (height, target) = preflight.fade;
+                preflight.fade = (words.as_length('H').or(height), words.as_length('T').or(target));
             }
-            Sequence::LoadGrid => {
-                self.preflight.loads_mesh = self.preflight.loads_mesh.or(Some(self.preflight.line));
-                return Ok(());
+            Geometry::ArmSettings => {
+                set_arms(preflight.texts, motion, words)?;
+                set_arm_tuning(&mut preflight.tuning, preflight.config, words);
             }
-            Sequence::FadeHeight => {
-                let (height, target) = self.preflight.fade;
-                self.preflight.fade = (words.as_length('H').or(height), words.as_length('T').or(target));
-                return Ok(());
-            }
-            Sequence::ArmSettings | Sequence::Skew if words.is_bare() => return Ok(()),
-            Sequence::ArmSettings => {
-                self.standstill().await;
-                arms::set_arms(texts, self.motion, words)?;
-                arms::set_arm_tuning(&mut self.preflight.tuning, self.preflight.config, words);
-            }
-            Sequence::Skew => {
-                self.standstill().await;
-                setting_changes::set_skew(texts, self.motion, words)?;
-            }
-            Sequence::BedPlane => {
-                self.standstill().await;
-                setting_changes::set_plane(texts, self.motion, words)?;
-            }
-            // Probing and homing end where they are measured to, which only the job itself knows.
-            Sequence::ProbeStrategy
-            | Sequence::MeasureBed
-            | Sequence::ProbeRepeatability
-            | Sequence::AlignZ
-            | Sequence::AlignSlave
-            | Sequence::BedScrews
-            | Sequence::PaperTest
-            | Sequence::DeployProbe
-            | Sequence::StowProbe
-            | Sequence::LevelingOff
-            | Sequence::SaveGrid
-            | Sequence::ListMeshes
-            | Sequence::UseGrid
-            | Sequence::MeshOffset
-            | Sequence::GridPoint
-            | Sequence::MeasuredPart
-            | Sequence::Statistics
-            | Sequence::AbortJob
-            | Sequence::Park
-            | Sequence::LoadFilament
-            | Sequence::UnloadFilament
-            | Sequence::TunePid
-            | Sequence::SaveSettings
-            | Sequence::GoOnWithJob => return Ok(()),
+            Geometry::Skew => setting_changes::set_skew(preflight.texts, motion, words)?,
+            Geometry::BedPlane => setting_changes::set_plane(preflight.texts, motion, words)?,
         }
-        self.preflight.program.resynchronise(self.motion.commanded_position());
+        preflight.program.resynchronise(motion.commanded_position());
         Ok(())
     }
 

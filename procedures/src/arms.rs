@@ -17,7 +17,7 @@ use program::Words;
 use units::{Axis, AxisSet, PerAxis};
 
 use base::hands::Hands;
-use words::{homes_by_tool, set_arm_tuning, set_arms, set_home_offsets, set_trims};
+use words::{homes_by_tool, set_arm_tuning, set_arms};
 
 /// Returns whether X, Y and Z home together, motor by motor.
 pub const fn homes_by_motor(config: &MachineConfig) -> bool {
@@ -138,31 +138,6 @@ pub fn say_line_cutting(tuning: &Tuning, reply: &mut Reply<'_>) {
     let (rate, length) = (tuning.lines.segments_per_second, tuning.lines.segment_length);
     let (rate, length) = (rate.unwrap_or(0.0), length.unwrap_or(0.0));
     reply.say(format_args!(";Not saved: pieces of a line a second, their length:\nM665 S{rate:.5} U{length:.5}\n"));
-}
-
-/// M666: sets trims of the towers or arms, from the next homing on.
-///
-/// # Errors
-/// None, as with every code that settles at once.
-pub fn trims(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) -> Result<(), Failure> {
-    set_trims(tuning, words);
-    let [x, y, z] = tuning.trim();
-    reply.say(format_args!("X: {x:5.4} Y: {y:5.4} Z: {z:5.4}\n"));
-    Ok(())
-}
-
-/// M206: corrects homing positions from the next homing on.
-///
-/// # Errors
-/// None, as with every code that settles at once.
-pub fn home_offsets(tuning: &mut Tuning, words: &Words<'_>, reply: &mut Reply<'_>) -> Result<(), Failure> {
-    set_home_offsets(tuning, words);
-    for axis in Axis::PRIMARY {
-        let mm = tuning.home_offset()[axis];
-        reply.say(format_args!("{}: {mm:5.3} ", axis.letter()));
-    }
-    reply.say(format_args!(" will take effect next home\n"));
-    Ok(())
 }
 
 /// G28.6: prints whether each axis that can home is homed.

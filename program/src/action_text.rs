@@ -14,10 +14,12 @@ impl fmt::Display for Function {
         let mut name = heapless::String::<32>::new();
         // The buffer holds every name.
         let _ = match self {
+            Self::Limit(function) => write!(name, "{function:?}"),
             Self::Setting(function) => write!(name, "{function:?}"),
             Self::Report(function) => write!(name, "{function:?}"),
             Self::File(function) => write!(name, "{function:?}"),
             Self::Standing(function) => write!(name, "{function:?}"),
+            Self::Geometry(function) => write!(name, "{function:?}"),
             Self::Sequence(function) => write!(name, "{function:?}"),
         };
         for (place, letter) in name.chars().enumerate() {

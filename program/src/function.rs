@@ -1,12 +1,17 @@
 //! Functions of the machine apart from motion, by name and by how they are carried out.
 //!
 //! The table of codes describes the words of each. A function's group says when it acts, so that whoever
-//! carries functions out has a match without a catch-all for each group.
+//! carries functions out has a match without a catch-all for each group. Facts about functions stand here
+//! too.
+
+use crate::words::Words;
 
 /// Function of the machine apart from motion, in its group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Function {
-    /// Sets something at once.
+    /// Sets at once how far or how fast the machine goes.
+    Limit(LimitCode),
+    /// Sets something else at once.
     Setting(Setting),
     /// Says something at once.
     Report(Report),
@@ -14,11 +19,85 @@ pub enum Function {
     File(FileFunction),
     /// Needs motors that stand.
     Standing(Standing),
+    /// Changes where the program's places lie.
+    Geometry(Geometry),
     /// Takes time.
     Sequence(Sequence),
 }
 
-/// Functions that set something and say what is set. They are carried out at once, and never wait.
+impl Function {
+    /// Whether the motors stand first where the words change anything.
+    #[must_use]
+    pub fn stands_first(self, words: &Words<'_>) -> bool {
+        match self {
+            Self::Limit(_) | Self::Setting(_) | Self::Report(_) | Self::File(_) => false,
+            Self::Standing(Standing::PressureAdvance) => words.has('K') || words.has('S') || words.has('W'),
+            Self::Standing(
+                Standing::StepsPerMm | Standing::Microsteps | Standing::StealthThresholds | Standing::InputShaping,
+            ) => !words.is_bare(),
+            Self::Standing(
+                Standing::StealthMode
+                | Standing::MotorsOff
+                | Standing::MotorPositions
+                | Standing::HomeOffsetsFromHere
+                | Standing::DriverRegister,
+            ) => true,
+            Self::Sequence(
+                Sequence::Statistics
+                | Sequence::SaveSettings
+                | Sequence::SaveGrid
+                | Sequence::ListMeshes
+                | Sequence::AbortJob
+                | Sequence::GoOnWithJob,
+            ) => false,
+            Self::Geometry(_) | Self::Sequence(_) => true,
+        }
+    }
+
+    /// Whether the function reads or changes files of the card.
+    #[must_use]
+    pub const fn needs_card(self) -> bool {
+        use {FileFunction as F, Geometry as G, Sequence as S};
+        match self {
+            Self::File(file) => matches!(
+                file,
+                F::SelectFile
+                    | F::StartFile
+                    | F::StartJob
+                    | F::Upload
+                    | F::RemoveFile
+                    | F::LoadSettings
+                    | F::ForgetSettings
+                    | F::DeleteGrid
+            ),
+            Self::Geometry(what) => matches!(what, G::LoadGrid | G::Skew),
+            Self::Sequence(what) => {
+                matches!(what, S::SaveSettings | S::SaveGrid | S::ListMeshes | S::UseGrid | S::GoOnWithJob)
+            }
+            Self::Limit(_) | Self::Setting(_) | Self::Report(_) | Self::Standing(_) => false,
+        }
+    }
+}
+
+/// Functions that set how far or how fast the machine goes, and say what is set. They are carried out at once
+/// and never wait; a dry run carries them out as well.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the table of codes says what each does")]
+pub enum LimitCode {
+    AxisSpeeds,
+    MotorSpeeds,
+    Accelerations,
+    Jerk,
+    CornerSettings,
+    SpeedFactor,
+    HomeOffsets,
+    SoftEndstops,
+    Trims,
+    /// M302: lowest nozzle temperature for extrusion.
+    ColdExtrusion,
+}
+
+/// Functions that set something else and say what is set. They are carried out at once, and never wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs, reason = "the table of codes says what each does")]
 pub enum Setting {
@@ -30,17 +109,8 @@ pub enum Setting {
     /// M851: probe offset with Marlin's sign convention.
     MarlinProbeOffset,
     MotorsOn,
-    AxisSpeeds,
-    MotorSpeeds,
-    Accelerations,
-    Jerk,
-    CornerSettings,
-    SpeedFactor,
-    HomeOffsets,
     /// M875: motor phases at the end stops.
     EndstopPhase,
-    SoftEndstops,
-    Trims,
     MotorMilliamps,
     MotorAmps,
     DriverChopper,
@@ -55,8 +125,6 @@ pub enum Setting {
     PidGains,
     HeaterModel,
     Sensor,
-    /// M302: lowest nozzle temperature for extrusion.
-    ColdExtrusion,
 }
 
 /// Functions that say something, or set what later answers and flows depend on. They never wait.
@@ -132,6 +200,18 @@ pub enum Standing {
     HomeOffsetsFromHere,
 }
 
+/// Functions that change where places of the program lie, all but what is measured for it: a dry run carries
+/// them out as well.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the table of codes says what each does")]
+pub enum Geometry {
+    LoadGrid,
+    FadeHeight,
+    BedPlane,
+    Skew,
+    ArmSettings,
+}
+
 /// Functions that take time: they move, heat, write long files, or count on all that came before having been
 /// made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,18 +227,13 @@ pub enum Sequence {
     StowProbe,
     LevelingOff,
     SaveGrid,
-    LoadGrid,
     ListMeshes,
     UseGrid,
-    FadeHeight,
     MeshOffset,
     MeasureBed,
     GridPoint,
-    BedPlane,
     /// M851.1 to M851.5: find the bed's height by hand with a sheet of paper.
     PaperTest,
-    Skew,
-    ArmSettings,
     /// M665.1 to M665.3: calibration by distances measured on a printed part.
     MeasuredPart,
     AlignSlave,

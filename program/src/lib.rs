@@ -70,7 +70,7 @@ pub use dialect::{Dialect, Dialects};
 pub use fault::{Fault, Part, Problem};
 pub use file_start::{BEGINNING_BYTES, begin_again, beginning, set_flow, standing};
 pub use flow::{Flow, FlowFault, FlowProblem, Next, Place};
-pub use function::{FileFunction, Function, Report, Sequence, Setting, Standing};
+pub use function::{FileFunction, Function, Geometry, LimitCode, Report, Sequence, Setting, Standing};
 pub use interpreter::{Interpreter, Kept};
 pub use lights::{LightChange, Lights};
 pub use meaning::objects;

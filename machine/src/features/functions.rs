@@ -4,6 +4,7 @@
 //! point. The others are sequences.
 
 use base::failure::{Answer, Failure, Outcome};
+use base::hands::Hands;
 use base::motors;
 use base::own_frame::apart;
 use base::sessions::{Listing, Periodic, Recipient, Reply};
@@ -11,16 +12,16 @@ use base::{Ports, World};
 use events::{Event, Text};
 use gcode::{Blocks, Code};
 use jobs::files::{self, listings};
+use parts::motion_codes::Limited;
 use parts::reports::{self, Status};
 use parts::{driver_codes, heat_codes, motion_codes};
 use procedures::probing::{self, ProbeHands};
 use procedures::{alignment, arms, autotune, endstop_phase, leveling};
-use program::{FileFunction, Function, Report, Sequence, Setting, Standing, State, Words};
+use program::{FileFunction, Function, Geometry, LimitCode, Report, Sequence, Setting, Standing, State, Words};
 use units::AxisSet;
 
 use crate::features::automatic_outputs;
 use crate::features::filament;
-use crate::features::filament::cold_extrusion;
 use crate::features::forecast;
 use crate::features::objects;
 use crate::features::periodic_reports;
@@ -47,7 +48,7 @@ pub(crate) fn run<P: Ports>(
     if machine.passed.is_some() {
         return read_over(machine, function, &words);
     }
-    if card::is_used_by(function) {
+    if function.needs_card() {
         card::at_rest(machine);
     }
     if function == Function::File(FileFunction::Mount) {
@@ -64,19 +65,32 @@ pub(crate) fn run<P: Ports>(
                 suspend::resume(machine, to)
             }
         }
+        Function::Limit(code) => limit(machine, code, &words, to),
         Function::Setting(setting) => set(machine, setting, &words, to),
         Function::Report(asked) => apart(|| report(machine, asked, &words, to)),
         Function::File(asked) => apart(|| file_or_job(machine, asked, &words, to)),
-        Function::Standing(setting) if is_checking && stands_first(setting, &words) => Ok(Answer::Ok),
+        Function::Standing(_) if is_checking && function.stands_first(&words) => Ok(Answer::Ok),
         Function::Standing(setting) => {
-            if stands_first(setting, &words) {
+            if function.stands_first(&words) {
                 machine.standstill()?;
             }
             set_standing(machine, setting, &words, to)
         }
-        // Sequences move, heat, or count on having moved.
-        Function::Sequence(_) if is_checking => Ok(Answer::Ok),
+        // These move, heat, or count on having moved.
+        Function::Geometry(_) | Function::Sequence(_) if is_checking => Ok(Answer::Ok),
+        Function::Geometry(what) => apart(|| geometry(&mut MachineHands::new(machine, to), what, &words)),
         Function::Sequence(what) => sequence(machine, what, &words, to),
+    }
+}
+
+/// Changes where places of the program lie.
+fn geometry<'c>(hands: &mut impl Hands<'c>, what: Geometry, words: &Words<'_>) -> Outcome {
+    match what {
+        Geometry::LoadGrid => leveling::load(hands, words),
+        Geometry::FadeHeight => leveling::fade_height(hands, words.as_length('H'), words.as_length('T')),
+        Geometry::BedPlane => leveling::bed_plane(hands, words),
+        Geometry::Skew => leveling::skew(hands, words),
+        Geometry::ArmSettings => arms::arm_settings(hands, words).map(|()| Answer::Ok),
     }
 }
 
@@ -97,15 +111,10 @@ fn sequence<P: Ports>(machine: &mut Machine<'_, P>, what: Sequence, words: &Word
         Sequence::LevelingOff => apart(|| leveling::level_off(hands)),
         Sequence::SaveGrid => apart(|| leveling::save(hands, words)),
         Sequence::ListMeshes => apart(|| leveling::list(hands)),
-        Sequence::LoadGrid => apart(|| leveling::load(hands, words)),
         Sequence::UseGrid => apart(|| leveling::use_mesh(hands, words)),
-        Sequence::FadeHeight => apart(|| leveling::fade_height(hands, words.as_length('H'), words.as_length('T'))),
         Sequence::MeshOffset => apart(|| leveling::mesh_offset(hands, words)),
         Sequence::GridPoint => apart(|| leveling::grid_point(hands, words)),
-        Sequence::BedPlane => apart(|| leveling::bed_plane(hands, words)),
-        Sequence::Skew => apart(|| leveling::skew(hands, words)),
         Sequence::MeasuredPart => apart(|| probing::measured_part(hands, words)),
-        Sequence::ArmSettings => apart(|| arms::arm_settings(hands, words)).map(|()| Answer::Ok),
         Sequence::Statistics => apart(|| Ok(statistics::told(machine, words, to))),
         Sequence::AbortJob => apart(|| abort::abort(machine, to)),
         Sequence::Park => apart(|| filament::go_aside(machine, words)),
@@ -127,22 +136,6 @@ fn stowed<'c, H: ProbeHands<'c>>(hands: &mut H, probe: impl FnOnce(&mut H) -> Ou
     probing::stow_after(hands, ended)
 }
 
-/// Whether a function changes the meaning of every step or filter with these words, so that motion must stand
-/// first.
-fn stands_first(function: Standing, words: &Words<'_>) -> bool {
-    match function {
-        Standing::StepsPerMm | Standing::Microsteps | Standing::StealthThresholds | Standing::InputShaping => {
-            !words.is_bare()
-        }
-        Standing::PressureAdvance => words.has('K') || words.has('S') || words.has('W'),
-        Standing::StealthMode
-        | Standing::MotorsOff
-        | Standing::MotorPositions
-        | Standing::HomeOffsetsFromHere
-        | Standing::DriverRegister => true,
-    }
-}
-
 /// Carries out a function that a fast-forward reads over: settings of speeds, motors, filters, gains and
 /// objects count from there on too.
 #[cold]
@@ -152,9 +145,11 @@ fn read_over<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: 
         Function::File(FileFunction::LabelObject) => objects::label(machine, words.text().unwrap_or(""), nobody),
         Function::Setting(Setting::MotorsOn) | Function::Standing(Standing::MotorsOff) => Ok(Answer::Ok),
         Function::Standing(Standing::HomeOffsetsFromHere) if words.has('T') => Ok(Answer::Ok),
+        Function::Limit(code) => limit(machine, code, words, nobody),
         Function::Setting(setting) => set(machine, setting, words, nobody),
         Function::Standing(setting) => set_standing(machine, setting, words, nobody),
-        Function::Report(_) | Function::File(_) | Function::Sequence(_) => Ok(Answer::Ok),
+        Function::Report(_) | Function::File(_) => Ok(Answer::Ok),
+        Function::Geometry(_) | Function::Sequence(_) => Ok(Answer::Ok),
     }
 }
 
@@ -199,51 +194,29 @@ fn set_standing<P: Ports>(
     }
 }
 
+/// Carries out a function that sets limits.
+fn limit<P: Ports>(machine: &mut Machine<'_, P>, code: LimitCode, words: &Words<'_>, to: Recipient) -> Outcome {
+    if code == LimitCode::SpeedFactor && program_io::speed_factor(machine, words, to) {
+        return Ok(Answer::Ok);
+    }
+    let Machine { program, safety, tuning, world: World { ports, sessions, config, texts }, .. } = machine;
+    let on = &mut Limited { texts, ports, config, program, tuning, travel: &mut safety.travel };
+    if !words.is_bare() {
+        motion_codes::set_limit(on, code, words)?;
+    }
+    motion_codes::report_limit(on, code, words, &mut Reply::new(sessions, to)).map(ok)
+}
+
 /// Carries out a function that sets something.
 fn set<P: Ports>(machine: &mut Machine<'_, P>, setting: Setting, words: &Words<'_>, to: Recipient) -> Outcome {
     let now = machine.world.ports.now();
-    let Machine {
-        program,
-        safety,
-        axes,
-        bed,
-        tuning,
-        thermal,
-        phases,
-        world: World { ports, sessions, config, .. },
-        ..
-    } = machine;
+    let Machine { axes, bed, tuning, thermal, phases, world: World { ports, sessions, config, .. }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
     match setting {
-        Setting::SpeedFactor => {
-            program_io::speed_factor(machine, words, to);
-            Ok(Answer::Ok)
-        }
-        Setting::ColdExtrusion => cold_extrusion::command(machine, words, to),
         Setting::MotorsOn => axes.enable(machine.world.texts, ports, config, tuning, now).map(ok),
-        Setting::AxisSpeeds => {
-            let set = motion_codes::axis_speeds(machine.world.texts, ports, config, program, words, reply);
-            set.map(|rate| {
-                if let Some(rate) = rate {
-                    program.set_seek_rate(rate);
-                }
-                Answer::Ok
-            })
-        }
-        Setting::MotorSpeeds => {
-            motion_codes::motor_speeds(machine.world.texts, ports, config, program.tools(), words, reply)
-        }
-        Setting::Accelerations => {
-            motion_codes::accelerations(machine.world.texts, ports, config, program.tools(), words)
-        }
-        Setting::CornerSettings => motion_codes::corner_settings(machine.world.texts, ports, words),
-        Setting::Jerk => motion_codes::jerk(machine.world.texts, ports, words),
-        Setting::Trims => arms::trims(tuning, words, reply).map(ok),
-        Setting::HomeOffsets => arms::home_offsets(tuning, words, reply).map(ok),
         Setting::EndstopPhase => {
             endstop_phase::endstop_phase(machine.world.texts, ports, config, phases, tuning, words, reply)
         }
-        Setting::SoftEndstops => motion_codes::soft_endstops(&mut safety.travel, config, tuning, words, reply),
         Setting::MotorMilliamps | Setting::MotorAmps => {
             motors::motor_currents(machine.world.texts, ports, config, axes, tuning, words, reply)
         }
@@ -471,10 +444,11 @@ pub(crate) fn answer<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Blocks<
     }
     let outcome = match function {
         Function::File(FileFunction::StartJob) if machine.jobs.is_suspended() => return false,
+        Function::Limit(code) => limit(machine, code, &words, to),
         Function::Setting(setting) => set(machine, setting, &words, to),
         Function::Report(asked) => apart(|| report(machine, asked, &words, to)),
         Function::File(asked) => apart(|| file_or_job(machine, asked, &words, to)),
-        Function::Standing(_) | Function::Sequence(_) => return false,
+        Function::Standing(_) | Function::Geometry(_) | Function::Sequence(_) => return false,
     };
     match outcome {
         Ok(Answer::Said) => true,

@@ -7,7 +7,6 @@ use base::Ports;
 use base::ports::{CardEvent, StorageError, Wake};
 use base::safe_file::Draft;
 use base::sessions::Listing;
-use program::{FileFunction, Function, Sequence};
 
 use crate::machine::Machine;
 
@@ -78,29 +77,6 @@ pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
             khz / 1_000,
             khz % 1_000 / 100
         )),
-    }
-}
-
-/// Whether this function reads or changes files.
-pub(crate) const fn is_used_by(function: Function) -> bool {
-    use {FileFunction as F, Sequence as S};
-    match function {
-        Function::File(file) => matches!(
-            file,
-            F::SelectFile
-                | F::StartFile
-                | F::StartJob
-                | F::Upload
-                | F::RemoveFile
-                | F::LoadSettings
-                | F::ForgetSettings
-                | F::DeleteGrid
-        ),
-        Function::Sequence(what) => matches!(
-            what,
-            S::SaveSettings | S::SaveGrid | S::LoadGrid | S::ListMeshes | S::UseGrid | S::Skew | S::GoOnWithJob
-        ),
-        Function::Setting(_) | Function::Report(_) | Function::Standing(_) => false,
     }
 }
 

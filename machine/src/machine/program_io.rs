@@ -5,7 +5,6 @@ use base::failure::{Answer, Failure, Outcome};
 use base::ports::{Input, Wake};
 use base::safety::Event;
 use base::sessions::Recipient;
-use parts::motion_codes;
 use parts::outputs;
 use program::{AwaitInput, InputEvent, Words};
 use thermal::Output;
@@ -64,9 +63,9 @@ pub(crate) fn set_feed<P: Ports>(machine: &mut Machine<'_, P>, factor: f64) {
     });
 }
 
-/// Sets the speed factor (M220): in a program, for lines read from now on; from a console beside a job that
-/// is played, for all that the job still makes, at once. Without words tells it.
-pub(crate) fn speed_factor<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) {
+/// Reports the speed factor (M220 without words); sets it from a console beside a job that is played, at once
+/// for all that the job still makes. False: it is the program's, for lines read from now on.
+pub(crate) fn speed_factor<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> bool {
     let is_beside = machine.jobs.is_open() && machine.jobs.made(machine.tag).is_none();
     match words.get('S') {
         _ if words.is_bare() => {
@@ -81,8 +80,9 @@ pub(crate) fn speed_factor<P: Ports>(machine: &mut Machine<'_, P>, words: &Words
                 machine.world.ports.motion(|motion| motion.set_overrides(feed, own));
             }
         }
-        _ => motion_codes::set_speed_factor(&mut machine.program, words),
+        _ => return false,
     }
+    true
 }
 
 /// Lets holds act again after a tap that does not go on: a hold that has waited for it comes too late.

@@ -1,12 +1,10 @@
-//! Changes that the words of M665, M666 and M206 make, kept apart so that a preflight without a machine can
-//! apply them too.
+//! Changes that the words of M665 make, kept apart so that a preflight without a machine can apply them too.
 
 use base::failure::{Failure, Texts};
 use base::tuning::Tuning;
 use config::MachineConfig;
 use motion::{Kinematics, Motion, MotionConfig};
 use program::Words;
-use units::Axis;
 
 /// Returns whether the homing position of Z is a place of the tool, which M665 changes.
 pub const fn homes_by_tool(config: &MachineConfig) -> bool {
@@ -51,24 +49,6 @@ pub fn change_arms(texts: &Texts, motion: &mut Motion, kinematics: Kinematics) -
 pub fn set_arm_tuning(tuning: &mut Tuning, config: &MachineConfig, words: &Words<'_>) {
     set_home_height(tuning, config, words);
     set_line_cutting(tuning, words);
-}
-
-/// Applies the words of M666, without a report of the trims.
-pub fn set_trims(tuning: &mut Tuning, words: &Words<'_>) {
-    let mut trims = tuning.trim();
-    for (axis, trim) in Axis::PRIMARY.into_iter().zip(&mut trims) {
-        *trim = words.axis(axis).unwrap_or(*trim);
-    }
-    tuning.set_trim(trims);
-}
-
-/// Applies the words of M206, without a report of the offsets.
-pub fn set_home_offsets(tuning: &mut Tuning, words: &Words<'_>) {
-    for axis in Axis::ALL {
-        if let Some(mm) = words.axis(axis) {
-            tuning.set_home_offset(axis, mm);
-        }
-    }
 }
 
 fn set_home_height(tuning: &mut Tuning, config: &MachineConfig, words: &Words<'_>) {

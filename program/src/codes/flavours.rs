@@ -8,7 +8,7 @@ use gcode::Code;
 use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
 use crate::dialect::{Dialect, Dialects};
 use crate::fault::Part;
-use crate::function::{Function, Report, Sequence, Setting, Standing};
+use crate::function::{Function, Geometry, LimitCode, Report, Sequence, Setting, Standing};
 use crate::meaning::{lights, modes, printers, spindle};
 use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
@@ -191,7 +191,7 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
         CodeInfo::either(
             Code::m(203),
             printers::axis_speeds,
-            Function::Setting(Setting::AxisSpeeds),
+            Function::Limit(LimitCode::AxisSpeeds),
             "greatest speeds of axes, a minute",
         )
         .takes(SPEEDS),
@@ -202,7 +202,7 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
     ),
     reads(
         Dialects::PRINTERS,
-        CodeInfo::asks(Code::m(205), Function::Setting(Setting::Jerk), "speed changes allowed in corners").takes(JERK),
+        CodeInfo::asks(Code::m(205), Function::Limit(LimitCode::Jerk), "speed changes allowed in corners").takes(JERK),
     ),
     reads(MARLIN.with(Dialect::RepRapFirmware), sets_up(Code::m(206), "refused: shifts the work at once")),
     reads(REPRAP, sets_up(Code::m(208), "refused: the travel of axes")),
@@ -235,7 +235,7 @@ pub static READ_OTHERWISE: &[Otherwise] = &[
         CodeInfo::either(
             Code::m(665),
             printers::by_its_letters,
-            Function::Sequence(Sequence::ArmSettings),
+            Function::Geometry(Geometry::ArmSettings),
             "geometry of a delta",
         )
         .takes(&[word('L', Unit::Mm, "length of the rods"), word('R', Unit::Mm, "radius of the delta")]),

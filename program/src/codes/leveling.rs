@@ -4,7 +4,7 @@ use gcode::Code;
 
 use super::row::{CodeInfo, Waits};
 use crate::fault::Part;
-use crate::function::{FileFunction, Function, Report, Sequence, Setting, Standing};
+use crate::function::{FileFunction, Function, Geometry, LimitCode, Report, Sequence, Setting, Standing};
 use crate::meaning::{homing, offsets, probing};
 use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
@@ -153,7 +153,7 @@ pub const ROWS: &[CodeInfo] = &[
         .states(super::row::EVERYWHERE_BUT_INVALID),
     CodeInfo::asks(
         Code::m(206),
-        Function::Setting(Setting::HomeOffsets),
+        Function::Limit(LimitCode::HomeOffsets),
         "correct homing positions, from the next homing on",
     )
     .takes(PLACES),
@@ -175,7 +175,7 @@ pub const ROWS: &[CodeInfo] = &[
     .differs("knows no T"),
     CodeInfo::asks(
         Code::m(211),
-        Function::Setting(Setting::SoftEndstops),
+        Function::Limit(LimitCode::SoftEndstops),
         "the ends of travel that moves are held against; says them",
     )
     .takes(&[word('S', Unit::Flag, "0: moves are not held against them; until the next reset")])
@@ -195,7 +195,7 @@ pub const ROWS: &[CodeInfo] = &[
     )
     .waits(Waits::Result)
     .differs("not known"),
-    leveling(Code::m(375), Function::Sequence(Sequence::LoadGrid), "load the saved mesh and level by it")
+    leveling(Code::m(375), Function::Geometry(Geometry::LoadGrid), "load the saved mesh and level by it")
         .levels()
         .takes(MESH)
         .differs(ONE_MESH),
@@ -206,7 +206,7 @@ pub const ROWS: &[CodeInfo] = &[
         "show the bed as a map, and say what it needs",
     )
     .differs("not known"),
-    leveling(Code::m(376), Function::Sequence(Sequence::FadeHeight), "where the mesh has faded; without words, say it")
+    leveling(Code::m(376), Function::Geometry(Geometry::FadeHeight), "where the mesh has faded; without words, say it")
         .takes(&[
             word('H', Unit::Length, "from Z0 up to this height; 0: it does not fade").bounds(&AtLeast(0.0)),
             word('T', Unit::Length, "there so much of the correction is left, the same everywhere"),
@@ -240,7 +240,7 @@ pub const ROWS: &[CodeInfo] = &[
     ),
     leveling(
         Code::m(561),
-        Function::Sequence(Sequence::BedPlane),
+        Function::Geometry(Geometry::BedPlane),
         "level by the plane A X + B Y + C Z + D = 0; without words, no leveling",
     )
     .takes(&[
@@ -305,7 +305,7 @@ pub const ROWS: &[CodeInfo] = &[
         word('R', Unit::Flag, "forget all places first"),
     ])
     .differs("not known"),
-    leveling(Code::m(852), Function::Sequence(Sequence::Skew), "skew factors")
+    leveling(Code::m(852), Function::Geometry(Geometry::Skew), "skew factors")
         .takes(&[
             word('I', Unit::Number, "X and Y"),
             word('J', Unit::Number, "X and Z"),
@@ -318,18 +318,18 @@ pub const ROWS: &[CodeInfo] = &[
         .differs("not known"),
     CodeInfo::asks(
         Code::m(852).sub(1),
-        Function::Sequence(Sequence::Skew),
+        Function::Geometry(Geometry::Skew),
         "say the skew factor of a measured square, and change nothing",
     )
     .takes(SQUARE)
     .differs("not known"),
-    leveling(Code::m(852).sub(2), Function::Sequence(Sequence::Skew), "save the skew factors to the card")
+    leveling(Code::m(852).sub(2), Function::Geometry(Geometry::Skew), "save the skew factors to the card")
         .takes(PROFILE)
         .differs("not known"),
-    leveling(Code::m(852).sub(3), Function::Sequence(Sequence::Skew), "load saved skew factors")
+    leveling(Code::m(852).sub(3), Function::Geometry(Geometry::Skew), "load saved skew factors")
         .takes(PROFILE)
         .differs("not known"),
-    leveling(Code::m(852).sub(4), Function::Sequence(Sequence::Skew), "delete saved skew factors")
+    leveling(Code::m(852).sub(4), Function::Geometry(Geometry::Skew), "delete saved skew factors")
         .takes(PROFILE)
         .differs("not known"),
     CodeInfo::asks(

@@ -3,7 +3,7 @@
 use gcode::Code;
 
 use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Waits};
-use crate::function::{Function, Report, Sequence, Setting, Standing};
+use crate::function::{Function, Geometry, LimitCode, Report, Sequence, Setting, Standing};
 use crate::meaning::{extruders, printers};
 use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
@@ -44,7 +44,7 @@ pub const ROWS: &[CodeInfo] = &[
     CodeInfo::either(
         Code::m(203),
         extruders::flow_limit,
-        Function::Setting(Setting::AxisSpeeds),
+        Function::Limit(LimitCode::AxisSpeeds),
         "greatest speeds of axes; without words, say them",
     )
     .takes(&[
@@ -58,7 +58,7 @@ pub const ROWS: &[CodeInfo] = &[
     ]),
     CodeInfo::asks(
         Code::m(203).sub(1),
-        Function::Setting(Setting::MotorSpeeds),
+        Function::Limit(LimitCode::MotorSpeeds),
         "greatest speeds of motors; without words, say them",
     )
     .takes(by_axis!(
@@ -67,14 +67,14 @@ pub const ROWS: &[CodeInfo] = &[
         word('E', Unit::MmPerSecond, "of an extruder's motor"),
         TOOL_WORD
     )),
-    CodeInfo::asks(Code::m(204), Function::Setting(Setting::Accelerations), "accelerations").takes(by_axis!(
+    CodeInfo::asks(Code::m(204), Function::Limit(LimitCode::Accelerations), "accelerations").takes(by_axis!(
         Unit::MmPerSecond2,
         "of this motor; 0: as S",
         word('S', Unit::MmPerSecond2, "where a motor has none of its own"),
         word('E', Unit::MmPerSecond2, "of an extruder's motor"),
         TOOL_WORD
     )),
-    CodeInfo::asks(Code::m(205), Function::Setting(Setting::CornerSettings), "junction deviation and least speed")
+    CodeInfo::asks(Code::m(205), Function::Limit(LimitCode::CornerSettings), "junction deviation and least speed")
         .takes(&[
             word('X', Unit::Mm, "junction deviation; sets square_corner_velocity aside"),
             word('Z', Unit::Mm, "the same for moves of Z alone; below 0: as X"),
@@ -86,7 +86,7 @@ pub const ROWS: &[CodeInfo] = &[
         ]),
     CodeInfo::asks(
         Code::m(220),
-        Function::Setting(Setting::SpeedFactor),
+        Function::Limit(LimitCode::SpeedFactor),
         "scale the speeds of what follows; typed beside a job, of all it makes, at once",
     )
     .takes(&[
@@ -94,7 +94,7 @@ pub const ROWS: &[CodeInfo] = &[
         word('B', Unit::Flag, "keep the factor for R"),
         word('R', Unit::Flag, "back to what was kept"),
     ]),
-    CodeInfo::asks(Code::m(665), Function::Sequence(Sequence::ArmSettings), "geometry of arms")
+    CodeInfo::asks(Code::m(665), Function::Geometry(Geometry::ArmSettings), "geometry of arms")
         .takes(by_axis!(
             Unit::Number,
             "as arm_solution says",
@@ -160,7 +160,7 @@ pub const ROWS: &[CodeInfo] = &[
     ])
     .waits(Waits::Standstill)
     .differs("not known"),
-    CodeInfo::asks(Code::m(666), Function::Setting(Setting::Trims), "trims of towers or arms, from the next homing on")
+    CodeInfo::asks(Code::m(666), Function::Limit(LimitCode::Trims), "trims of towers or arms, from the next homing on")
         .takes(&[word('X', Unit::Mm, "by motor"), word('Y', Unit::Mm, "by motor"), word('Z', Unit::Mm, "by motor")]),
     CodeInfo::asks(Code::m(900), Function::Standing(Standing::PressureAdvance), "pressure advance; without K, say it")
         .takes(&[

@@ -5,7 +5,7 @@
 use gcode::Code;
 
 use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Waits};
-use crate::function::{FileFunction, Function, Report, Sequence, Setting, Standing};
+use crate::function::{FileFunction, Function, LimitCode, Report, Sequence, Setting, Standing};
 use crate::meaning::{lights, printers};
 use crate::word::Bounds::{AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
@@ -32,7 +32,7 @@ pub const ROWS: &[CodeInfo] = &[
     ])
     .waits(Waits::Result)
     .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(201), Function::Setting(Setting::Accelerations), "greatest accelerations of axes")
+    CodeInfo::asks(Code::m(201), Function::Limit(LimitCode::Accelerations), "greatest accelerations of axes")
         .takes(BY_AXIS)
         .differs(NOT_KNOWN),
     CodeInfo::means(
@@ -84,7 +84,7 @@ pub const ROWS: &[CodeInfo] = &[
     .takes(&[word('X', Unit::Length, "so far beside it"), word('Y', Unit::Length, "so far beside it")])
     .waits(Waits::Standstill)
     .differs(NOT_KNOWN),
-    CodeInfo::asks(Code::m(566), Function::Setting(Setting::Jerk), "speed changes allowed in corners")
+    CodeInfo::asks(Code::m(566), Function::Limit(LimitCode::Jerk), "speed changes allowed in corners")
         .takes(&[
             word('X', Unit::MmPerMinute, "of this axis; the lesser of X and Y is the square corner velocity"),
             word('Y', Unit::MmPerMinute, "of this axis; the lesser of X and Y is the square corner velocity"),
@@ -176,7 +176,7 @@ pub const ROWS: &[CodeInfo] = &[
     quiet(300, "sound a tone"),
     CodeInfo::asks(
         Code::m(302),
-        Function::Setting(Setting::ColdExtrusion),
+        Function::Limit(LimitCode::ColdExtrusion),
         "how warm a nozzle must be to extrude; without words, say it",
     )
     .takes(&[

@@ -7,7 +7,7 @@ use crate::action::{Action, Effect};
 use crate::context::{Context, Meaning, NOTHING};
 use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
-use crate::function::{FileFunction, Function, Sequence, Setting};
+use crate::function::{FileFunction, Function, Geometry, LimitCode, Sequence};
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, heat, offsets, program};
 use crate::word::{Unit, WordInfo, word};
@@ -37,7 +37,7 @@ pub(crate) fn level<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Me
     if context.dialect == Dialect::RepRapFirmware {
         return match what {
             0.0 => as_code(Function::Sequence(Sequence::ProbeStrategy), Code::g(31)),
-            1.0 => with_words(Function::Sequence(Sequence::LoadGrid)),
+            1.0 => with_words(Function::Geometry(Geometry::LoadGrid)),
             2.0 => as_code(Function::Sequence(Sequence::LevelingOff), Code::m(370)),
             3.0 => with_words(Function::Sequence(Sequence::SaveGrid)),
             _ => Ok(Meaning::PassedOver),
@@ -47,7 +47,7 @@ pub(crate) fn level<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Me
     match () {
         () if words.has('D') => as_code(Function::Sequence(Sequence::LevelingOff), Code::m(370)),
         () if has_all("XYWH") || has_all("LRFB") => with_words(Function::Sequence(Sequence::MeasureBed)),
-        () if words.has('L') => as_code(Function::Sequence(Sequence::LoadGrid), Code::m(375)),
+        () if words.has('L') => as_code(Function::Geometry(Geometry::LoadGrid), Code::m(375)),
         // Prusa's later steps (more points, filling in, putting into force) are already done.
         () if phase != 1.0 || words.has('C') || words.has('A') && !words.has('P') => NOTHING,
         () => as_code(Function::Sequence(Sequence::ProbeStrategy), Code::g(31)),
@@ -154,7 +154,7 @@ pub(crate) fn end_job<'b>(program: &mut Interpreter, context: &Context<'b>) -> R
 pub(crate) fn axis_speeds<'b>(_: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {
     let by_second = context.words.get('S') == Some(1.0);
     let words = context.words.read_as(if by_second { SPEEDS_A_SECOND } else { SPEEDS });
-    Ok(Meaning::Action(Action::Function(Function::Setting(Setting::AxisSpeeds), words)))
+    Ok(Meaning::Action(Action::Function(Function::Limit(LimitCode::AxisSpeeds), words)))
 }
 
 /// Prusa's M601: suspends as M600.1 does, ignoring all words.

@@ -1,9 +1,8 @@
 //! Cold extrusion: an extruder stands while its nozzle is colder than `min_extrude_temp` or M302 says.
 
-use base::failure::{Answer, Failure, Outcome};
-use base::sessions::{Recipient, Reply};
+use base::failure::Failure;
 use base::{Ports, World};
-use program::{Move, Words};
+use program::Move;
 
 use crate::machine::Machine;
 
@@ -29,20 +28,4 @@ pub(crate) fn may_feed<P: Ports>(machine: &mut Machine<'_, P>, fed: f64) -> Resu
         Some(reading) if reading.0 >= least => Ok(()),
         _ => Err(texts.refused(format_args!("{} is below {least:.0} C: wait with M109, or M302 P1", settings.name))),
     }
-}
-
-/// Sets how warm all nozzles must be (M302); without words tells it of the nozzle in use.
-pub(crate) fn command<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
-    let Machine { tuning, program, world: World { config, sessions, .. }, .. } = machine;
-    if !words.is_bare() {
-        tuning.set_least_warm(config, words);
-        return Ok(Answer::Ok);
-    }
-    let [least, back] = tuning.least_warm.get(usize::from(program.tools().active_id().0)).copied().unwrap_or_default();
-    let mut reply = Reply::new(sessions, to);
-    match least > 0.0 || back > 0.0 {
-        true => reply.say(format_args!("Cold extrusion is refused below {least:.0} C, to draw back {back:.0} C\n")),
-        false => reply.say(format_args!("Cold extrusion is allowed\n")),
-    }
-    Ok(Answer::Ok)
 }
