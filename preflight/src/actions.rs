@@ -10,11 +10,13 @@ use parts::motion_codes::{self, Limited};
 use parts::outputs::{self, Outputs};
 use procedures::arms::words::{set_arm_tuning, set_arms};
 use procedures::homing;
+use program::dry_run::{self, DryRun};
 use program::{
-    Action, Effect, FileFunction, Function, Geometry, LimitCode, Next, Part, Place, Sequence, Setting, Standing, Words,
+    Action, Effect, FileFunction, Function, Geometry, LimitCode, Move, Next, Part, Place, Sequence, Setting, Standing,
+    Words,
 };
 use thermal::{OFF_BELOW, TargetRefused};
-use units::{Axis, AxisSet, Celsius, HeaterId, PerAxis};
+use units::{Axis, AxisSet, Celsius, HeaterId, Micros, PerAxis};
 
 use super::cost::Costs;
 use super::finding::Kind;
@@ -40,60 +42,15 @@ impl MotionPort for Shadow<'_> {
 }
 
 impl Reading<'_, '_> {
-    pub(super) async fn action(&mut self, action: &Action<'_>, next: &mut Next) -> Result<(), Said> {
-        match *action {
-            Action::Move(ref request) => return self.movement(request).await,
-            Action::Effect(effect) => return self.effect(effect),
-            Action::Dwell(time) | Action::Pause { time: Some(time), .. } => {
-                self.standstill().await;
-                self.wait(time.0 as f64 * 1e-6);
-            }
-            Action::HeatAndWait { heater, target, .. } => {
-                self.standstill().await;
-                self.waits_for(heater, target);
-                return self.target(heater, target);
-            }
-            Action::Home(axes) => self.home(axes).await,
-            Action::SetPosition { ref to, homed } => self.set_position(to, homed).await,
-            Action::ForgetHoming(axes) => self.preflight.homed = self.preflight.homed.without(axes),
-            Action::Acceleration(value) => {
-                let set = motion_codes::acceleration(self.preflight.texts, &mut self.shadow(), value);
-                set.map_err(|failure| self.failed(Kind::Word, failure))?;
-                self.acceleration_is_asked();
-            }
-            Action::Function(function, ref words) => return self.function(function, words).await,
-            Action::EndProgram => {
-                self.standstill().await;
-                self.preflight.program.end_program();
-                self.preflight.has_ended = true;
-            }
-            Action::Call { number, times } => match self.preflight.program.call(number, times, self.after) {
-                Ok(place) => *next = place,
-                Err(fault) => return Err(self.say(Kind::Flow, short(format_args!("{fault}")))),
-            },
-            Action::Return => {
-                *next = self.preflight.program.end_call().unwrap_or(Next::At(Place::default()));
-                if *next == Next::At(Place::default()) {
-                    // M99 of the main program begins it anew, for ever.
-                    self.preflight.has_ended = true;
-                }
-            }
-            Action::Finish | Action::Overrides { .. } | Action::Orient { .. } => self.standstill().await,
-            Action::ProbeDown(_) | Action::ProbeAlong(_) | Action::AwaitInput(_) => {
-                self.standstill().await;
-                self.unforeseen();
-            }
-            Action::Pause { time: None, .. }
-            | Action::ChangeTool(_)
-            | Action::Suspend { .. }
-            | Action::RetractByHand => {
-                self.standstill().await;
-            }
-            Action::Halt => return Err(self.say(Kind::Unforeseen, short(format_args!("M112 halts the machine")))),
-            Action::Release | Action::Resume | Action::Message(_) | Action::Note(_) => {}
-            Action::RigidTap { .. } | Action::SurfaceSpeed(_) | Action::ReadTools | Action::Keep => {}
+    /// Follows an action, and moves in turns.
+    pub(super) async fn action(&mut self, action: &Action<'_>) -> Result<(), Said> {
+        if let Action::Move(request) = action {
+            return self.movement(request).await;
         }
-        Ok(())
+        if action.stands_first() {
+            self.standstill().await;
+        }
+        dry_run::carry_out(self, action)
     }
 
     /// Follows an output that changes along the path.
@@ -151,45 +108,6 @@ impl Reading<'_, '_> {
         }
     }
 
-    fn shadow(&mut self) -> Shadow<'_> {
-        Shadow { motion: self.motion, latch: Latch::new() }
-    }
-
-    /// Follows those of the machine's functions that change where and how fast it may go.
-    async fn function(&mut self, function: Function, words: &Words<'_>) -> Result<(), Said> {
-        if function.stands_first(words) {
-            self.standstill().await;
-        }
-        let set = match function {
-            Function::File(FileFunction::LabelObject) => {
-                self.listener.labelled(self.preflight.begun, words.text().unwrap_or(""));
-                Ok(())
-            }
-            // Without words these only say what is set.
-            Function::Limit(_) if words.is_bare() => Ok(()),
-            Function::Limit(code) => apart(|| self.set_limit(code, words)),
-            Function::Setting(Setting::MaximumTemperature) => {
-                setting_changes::set_maximum(self.preflight.texts, self.preflight, words)
-            }
-            Function::Standing(Standing::StepsPerMm) => apart(|| self.set_steps_per_mm(words)),
-            Function::Geometry(what) => apart(|| self.geometry(what, words)),
-            Function::Sequence(Sequence::WaitForHeaters | Sequence::WaitForTargets) => {
-                self.preflight.totals.heat_waits += 1;
-                Ok(())
-            }
-            // Neither where nor how fast the machine goes; or it is measured, and only the job itself knows.
-            Function::Setting(_) | Function::Standing(_) | Function::Sequence(_) => Ok(()),
-            Function::Report(_) | Function::File(_) => Ok(()),
-        };
-        set.map_err(|failure| self.failed(Kind::Word, failure))
-    }
-
-    fn set_steps_per_mm(&mut self, words: &Words<'_>) -> Result<(), Failure> {
-        let Self { preflight, motion, .. } = self;
-        let shadow = &mut Shadow { motion, latch: Latch::new() };
-        motion_codes::set_steps_per_mm(preflight.texts, shadow, preflight.config, preflight.program.tools(), words)
-    }
-
     fn set_limit(&mut self, code: LimitCode, words: &Words<'_>) -> Result<(), Failure> {
         let Preflight { texts, config, program, tuning, travel, asks_of_rapids, .. } = &mut *self.preflight;
         let ports = &mut Shadow { motion: self.motion, latch: Latch::new() };
@@ -201,6 +119,12 @@ impl Reading<'_, '_> {
             }
         }
         Ok(())
+    }
+
+    fn set_steps_per_mm(&mut self, words: &Words<'_>) -> Result<(), Failure> {
+        let Self { preflight, motion, .. } = self;
+        let shadow = &mut Shadow { motion, latch: Latch::new() };
+        motion_codes::set_steps_per_mm(preflight.texts, shadow, preflight.config, preflight.program.tools(), words)
     }
 
     /// Changes where places of the program lie.
@@ -228,47 +152,12 @@ impl Reading<'_, '_> {
         self.preflight.asked_acceleration = self.motion.config().map(|config| config.limits.acceleration.get());
     }
 
-    /// Notes that the rest of the file depends on results that only the job has.
-    fn unforeseen(&mut self) {
-        if !core::mem::replace(&mut self.preflight.once.unforeseen, true) {
-            let text = "what is found here decides what follows: it is looked at as if nothing had been found";
-            self.say(Kind::Unforeseen, short(format_args!("{text}")));
-        }
-    }
-
-    // --- places ---
-
-    async fn set_position(&mut self, to: &PerAxis<Option<f64>>, homed: bool) {
-        self.standstill().await;
-        let mut position = self.motion.commanded_position();
-        let named = AxisSet::collect(Axis::ALL.into_iter().filter(|axis| to[*axis].is_some()));
-        named.axes().for_each(|axis| position[axis] = to[axis].unwrap_or(position[axis]));
-        self.stand_at(position);
-        if homed {
-            self.preflight.homed = self.preflight.homed.or(named);
-        }
-    }
-
     /// Sets the place where the machine stands now.
     fn stand_at(&mut self, position: PerAxis<f64>) {
         // The machine refuses a place that steps cannot count; then the old place stays.
         let _ = self.motion.set_position(position);
         let position = self.motion.commanded_position();
         self.preflight.program.resynchronise(position);
-    }
-
-    async fn home(&mut self, named: AxisSet) {
-        self.standstill().await;
-        let preflight = &mut *self.preflight;
-        let (config, here) = (preflight.config, self.motion.commanded_position());
-        let axes = homing::chosen(config, named);
-        let place = homing::ends_at(config, &preflight.tuning, named, &here);
-        let ways = PerAxis(Axis::ALL.map(|axis| libm::fabs(here[axis] - place[axis])));
-        let seconds = homing_time::seconds(config, axes, &ways);
-        preflight.totals.homing_seconds += seconds;
-        preflight.homed = preflight.homed.or(axes);
-        self.listener.waited(preflight.begun, seconds);
-        self.stand_at(place);
     }
 
     // --- time ---
@@ -309,5 +198,119 @@ impl Reading<'_, '_> {
         totals.ramp_seconds += passage.ramp_seconds;
         self.listener.passed(&passage, self.motion);
         true
+    }
+}
+
+impl DryRun for Reading<'_, '_> {
+    type Outcome = Result<(), Said>;
+
+    fn nothing(&mut self) -> Result<(), Said> {
+        Ok(())
+    }
+
+    // Moves are made in turns: see `Reading::action`.
+    fn moves(&mut self, _request: &Move) -> Result<(), Said> {
+        Ok(())
+    }
+
+    fn changes(&mut self, effect: Effect) -> Result<(), Said> {
+        self.effect(effect)
+    }
+
+    fn heats(&mut self, heater: HeaterId, target: Celsius) -> Result<(), Said> {
+        self.waits_for(heater, target);
+        self.target(heater, target)
+    }
+
+    fn waits(&mut self, time: Micros) {
+        self.wait(time.0 as f64 * 1e-6);
+    }
+
+    fn homes(&mut self, named: AxisSet) {
+        let preflight = &mut *self.preflight;
+        let (config, here) = (preflight.config, self.motion.commanded_position());
+        let axes = homing::chosen(config, named);
+        let place = homing::ends_at(config, &preflight.tuning, named, &here);
+        let ways = PerAxis(Axis::ALL.map(|axis| libm::fabs(here[axis] - place[axis])));
+        let seconds = homing_time::seconds(config, axes, &ways);
+        preflight.totals.homing_seconds += seconds;
+        preflight.homed = preflight.homed.or(axes);
+        self.listener.waited(preflight.begun, seconds);
+        self.stand_at(place);
+    }
+
+    fn stands_at(&mut self, to: &PerAxis<Option<f64>>, homed: bool) {
+        let mut position = self.motion.commanded_position();
+        let named = AxisSet::collect(Axis::ALL.into_iter().filter(|axis| to[*axis].is_some()));
+        named.axes().for_each(|axis| position[axis] = to[axis].unwrap_or(position[axis]));
+        self.stand_at(position);
+        if homed {
+            self.preflight.homed = self.preflight.homed.or(named);
+        }
+    }
+
+    fn forgets_homing(&mut self, axes: AxisSet) {
+        self.preflight.homed = self.preflight.homed.without(axes);
+    }
+
+    fn asks(&mut self) {
+        if !core::mem::replace(&mut self.preflight.once.unforeseen, true) {
+            let text = "what is found here decides what follows: it is looked at as if nothing had been found";
+            self.say(Kind::Unforeseen, short(format_args!("{text}")));
+        }
+    }
+
+    fn accelerates(&mut self, value: f64) -> Result<(), Said> {
+        let shadow = &mut Shadow { motion: self.motion, latch: Latch::new() };
+        let set = motion_codes::acceleration(self.preflight.texts, shadow, value);
+        set.map_err(|failure| self.failed(Kind::Word, failure))?;
+        self.acceleration_is_asked();
+        Ok(())
+    }
+
+    fn runs(&mut self, function: Function, words: &Words<'_>) -> Result<(), Said> {
+        let done = match function {
+            Function::File(FileFunction::LabelObject) => {
+                self.listener.labelled(self.preflight.begun, words.text().unwrap_or(""));
+                Ok(())
+            }
+            // Without words these only say what is set.
+            Function::Limit(_) if words.is_bare() => Ok(()),
+            Function::Limit(code) => apart(|| self.set_limit(code, words)),
+            Function::Setting(Setting::MaximumTemperature) => setting_changes::set_maximum(self.preflight, words),
+            Function::Standing(Standing::StepsPerMm) => apart(|| self.set_steps_per_mm(words)),
+            Function::Geometry(what) => apart(|| self.geometry(what, words)),
+            Function::Sequence(Sequence::WaitForHeaters | Sequence::WaitForTargets) => {
+                self.preflight.totals.heat_waits += 1;
+                Ok(())
+            }
+            // Neither where nor how fast the machine goes; or it is measured, and only the job itself knows.
+            Function::Setting(_) | Function::Standing(_) | Function::Sequence(_) => Ok(()),
+            Function::Report(_) | Function::File(_) => Ok(()),
+        };
+        done.map_err(|failure| self.failed(Kind::Word, failure))
+    }
+
+    fn calls(&mut self, number: u32, times: u32) -> Result<(), Said> {
+        let called = self.preflight.program.call(number, times, self.after);
+        self.next = called.map_err(|fault| self.say(Kind::Flow, short(format_args!("{fault}"))))?;
+        Ok(())
+    }
+
+    fn returns(&mut self) -> Result<(), Said> {
+        self.next = self.preflight.program.end_call().unwrap_or(Next::At(Place::default()));
+        // M99 of the main program begins it anew, for ever.
+        self.preflight.has_ended |= self.next == Next::At(Place::default());
+        Ok(())
+    }
+
+    fn ends(&mut self) -> Result<(), Said> {
+        self.preflight.program.end_program();
+        self.preflight.has_ended = true;
+        Ok(())
+    }
+
+    fn halts(&mut self) -> Result<(), Said> {
+        Err(self.say(Kind::Unforeseen, short(format_args!("M112 halts the machine"))))
     }
 }

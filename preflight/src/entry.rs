@@ -73,7 +73,9 @@ impl Preflight<'_> {
         self.begun = self.begun.saturating_add(u32::from(!is_comment(line)));
         self.program.at_line(self.line);
         self.turn().await;
-        let next = Reading { preflight: self, motion, listener, after }.line(line, here).await;
+        let mut reading = Reading { preflight: self, motion, listener, after, next: Next::Following };
+        reading.line(line, here).await;
+        let next = reading.next;
         if let Next::FirstOf(name) = &next {
             self.called.clone_from(name);
         }
@@ -99,7 +101,7 @@ impl Preflight<'_> {
 
     /// Ends the file: the last moves are made.
     pub async fn end(&mut self, motion: &mut Motion, listener: &mut dyn Listener) {
-        let mut reading = Reading { preflight: self, motion, listener, after: Place::default() };
+        let mut reading = Reading { preflight: self, motion, listener, after: Place::default(), next: Next::Following };
         reading.standstill().await;
         reading.end_of_file();
     }

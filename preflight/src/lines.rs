@@ -18,6 +18,8 @@ pub(super) struct Reading<'p, 'c> {
     pub listener: &'p mut dyn Listener,
     /// Place at which the next line begins.
     pub after: Place,
+    /// Line that is read next.
+    pub next: Next,
 }
 
 /// Mark that the rest of a line is not looked at, as its fault has been said.
@@ -71,35 +73,33 @@ impl Reading<'_, '_> {
     // --- lines ---
 
     /// Reads a whole line.
-    pub async fn line(&mut self, line: &[u8], here: Place) -> Next {
+    pub async fn line(&mut self, line: &[u8], here: Place) {
         let text = line.trim_ascii_start();
         if text.first() == Some(&b'%') && core::mem::replace(&mut self.preflight.has_begun, true) {
             // The second `%` ends the program (NIST RS-274/NGC, 3.3).
             self.preflight.has_ended = true;
-            return Next::Following;
+            return;
         }
         let passes_over = self.preflight.program.flow().passes_over();
         match decoder_expecting(line).decode(line) {
             Ok(Line::Flow(flow)) => match self.preflight.program.flow_line(&flow, here, self.after) {
                 Ok(next) => {
-                    let _ = self.what_follows().await;
-                    next
+                    self.next = next;
+                    let _said = self.what_follows().await;
                 }
                 Err(fault) => {
                     self.say(Kind::Flow, short(format_args!("{fault}")));
-                    Next::Following
                 }
             },
-            _ if passes_over => Next::Following,
+            _ if passes_over => {}
             Ok(Line::Code(blocks)) => self.codes(blocks).await,
             Ok(Line::Extended(command)) => self.named(&command).await,
-            Ok(Line::Blank | Line::Console(_)) => Next::Following,
-            Err(refusal) => {
-                match refusal {
-                    Refusal::Resend { .. } => self.say(Kind::Damage, short(format_args!("checksum does not match"))),
-                    Refusal::Syntax(error) => self.unreadable(error),
-                };
-                Next::Following
+            Ok(Line::Blank | Line::Console(_)) => {}
+            Err(Refusal::Resend { .. }) => {
+                self.say(Kind::Damage, short(format_args!("checksum does not match")));
+            }
+            Err(Refusal::Syntax(error)) => {
+                self.unreadable(error);
             }
         }
     }
@@ -111,45 +111,68 @@ impl Reading<'_, '_> {
         }
     }
 
-    async fn named(&mut self, command: &gcode::Extended<'_>) -> Next {
+    async fn named(&mut self, command: &gcode::Extended<'_>) {
         let mut codes = program::extended::CodeLine::new();
         let names = PartNames { config: self.preflight.config, dialect: self.preflight.dialect };
         match program::extended::translate(command, &names, &mut codes) {
             Ok(program::extended::Asked::Codes) => self.codes(Blocks::new(codes.as_bytes())).await,
-            Ok(_) => Next::Following,
+            Ok(_) => {}
             Err(fault) => {
                 self.say(Kind::Unknown, short(format_args!("{} {fault}", command.name())));
-                Next::Following
             }
         }
     }
 
-    async fn codes(&mut self, mut blocks: Blocks<'_>) -> Next {
-        let mut next = Next::Following;
-        if self.preflight.dialect.orders_lines() && self.in_order(&blocks, &mut next).await {
-            return next;
+    /// Reads the codes of a line; those behind a fault are left.
+    async fn codes(&mut self, blocks: Blocks<'_>) {
+        let read = match self.in_order(&blocks).await {
+            Some(read) => read,
+            None => self.as_written(blocks).await,
+        };
+        let ended = read.is_ok().then(|| self.preflight.program.end_line());
+        match ended {
+            Some(Ok(())) => {}
+            Some(Err(fault)) => {
+                self.wrong(&fault);
+            }
+            None => self.preflight.program.drop_line(),
         }
+    }
+
+    async fn as_written(&mut self, mut blocks: Blocks<'_>) -> Result<(), Said> {
         blocks.set_stops_say(self.preflight.dialect.stops_say());
         let mut block = Block::new(None, 0);
         loop {
             let read = blocks.read(&mut block, self.preflight.program);
-            let _remark = blocks.take_remark();
-            match read {
-                Ok(true) => {}
-                Ok(false) => break,
-                Err(error) => {
-                    self.unreadable(error);
-                    self.preflight.program.drop_line();
-                    return next;
-                }
+            if !read.map_err(|error| self.unreadable(error))? {
+                return Ok(());
             }
-            if self.block(&block, &mut next).await.is_err() {
-                self.preflight.program.drop_line();
-                return next;
+            self.block(&block).await?;
+        }
+    }
+
+    /// Reads a line whose codes have an order of their own; `None` when it is not read so.
+    async fn in_order(&mut self, blocks: &Blocks<'_>) -> Option<Result<(), Said>> {
+        if !self.preflight.dialect.orders_lines() {
+            return None;
+        }
+        let (mut ahead, mut whole) = (blocks.clone(), WholeLine::default());
+        let read = ahead.read_whole(&mut whole, self.preflight.program);
+        let Some(parts) = read.ok().and_then(|()| program::arrange(&whole)) else {
+            self.preflight.program.drop_line();
+            return None;
+        };
+        let parts = match parts {
+            Ok(parts) => parts,
+            Err(fault) => return Some(Err(self.wrong(&fault))),
+        };
+        for part in &parts {
+            let block = whole.part(part.code, |letter| part.takes(letter)).clone();
+            if let Err(said) = self.block(&block).await {
+                return Some(Err(said));
             }
         }
-        self.end_line();
-        next
+        Some(Ok(()))
     }
 
     /// Reports a line that cannot be read: a slip, or bytes that no text has.
@@ -158,42 +181,9 @@ impl Reading<'_, '_> {
         self.say(kind, short(format_args!("{error}")))
     }
 
-    fn end_line(&mut self) {
-        if let Err(fault) = self.preflight.program.end_line() {
-            self.wrong(&fault);
-        }
-    }
-
-    /// Reads a line whose codes have an order of their own; false when it is not read so.
-    async fn in_order(&mut self, blocks: &Blocks<'_>, next: &mut Next) -> bool {
-        let (mut ahead, mut whole) = (blocks.clone(), WholeLine::default());
-        let read = ahead.read_whole(&mut whole, self.preflight.program);
-        let Some(parts) = read.ok().and_then(|()| program::arrange(&whole)) else {
-            self.preflight.program.drop_line();
-            return false;
-        };
-        match parts {
-            Ok(parts) => {
-                for part in &parts {
-                    let block = whole.part(part.code, |letter| part.takes(letter)).clone();
-                    if self.block(&block, next).await.is_err() {
-                        self.preflight.program.drop_line();
-                        return true;
-                    }
-                }
-                self.end_line();
-            }
-            Err(fault) => {
-                self.wrong(&fault);
-                self.preflight.program.drop_line();
-            }
-        }
-        true
-    }
-
-    async fn block(&mut self, block: &Block<'_>, next: &mut Next) -> Result<(), Said> {
+    async fn block(&mut self, block: &Block<'_>) -> Result<(), Said> {
         let dialect: Dialect = self.preflight.dialect;
-        let Some(row) = self.preflight.program.row(block, dialect) else { return self.not_done(block) };
+        let Some(row) = self.preflight.program.row(block, dialect) else { return self.not_done(None, block) };
         if let Some(part) = row.part
             && let Err(failure) = needs(self.preflight.texts, self.preflight.config, part, true)
         {
@@ -211,30 +201,35 @@ impl Reading<'_, '_> {
         };
         let is_rapid = self.preflight.program.modal().motion == MotionMode::Rapid;
         self.preflight.asks_of_rapids |= is_rapid && block.has('F');
+        if matches!(meaning, Meaning::PassedOver | Meaning::Unknown) {
+            self.effects()?;
+            return self.not_done(Some(row), block);
+        }
+        self.effects()?;
+        if let Meaning::Action(action) = meaning {
+            self.action(&action).await?;
+        }
+        self.actions().await
+    }
+
+    fn effects(&mut self) -> Result<(), Said> {
         while let Some(effect) = self.preflight.program.next_effect() {
             self.effect(effect)?;
         }
-        match meaning {
-            Meaning::Nothing => {}
-            Meaning::PassedOver | Meaning::Unknown => return self.not_done(block),
-            Meaning::Action(action) => self.action(&action, next).await?,
-        }
+        Ok(())
+    }
+
+    async fn actions(&mut self) -> Result<(), Said> {
         while let Some(action) = self.preflight.program.next_action() {
-            self.action(&action, next).await?;
+            self.action(&action).await?;
         }
         Ok(())
     }
 
     /// Carries out the effects and actions that are left at the end of a subroutine (M73).
-    pub async fn what_follows(&mut self) -> Result<(), Said> {
-        while let Some(effect) = self.preflight.program.next_effect() {
-            self.effect(effect)?;
-        }
-        let mut next = Next::Following;
-        while let Some(action) = self.preflight.program.next_action() {
-            self.action(&action, &mut next).await?;
-        }
-        Ok(())
+    async fn what_follows(&mut self) -> Result<(), Said> {
+        self.effects()?;
+        self.actions().await
     }
 
     /// Reports a code that levels the bed, which this machine cannot.
@@ -250,14 +245,12 @@ impl Reading<'_, '_> {
     }
 
     /// Reports a code that is not carried out.
-    fn not_done(&mut self, block: &Block<'_>) -> Result<(), Said> {
-        let row = self.preflight.program.row(block, self.preflight.dialect);
+    fn not_done(&mut self, row: Option<&CodeInfo>, block: &Block<'_>) -> Result<(), Said> {
+        let Some(code) = block.code else { return Ok(()) };
         if let Some(failure) = makes_another_part(self.preflight.texts, row, block) {
             return Err(self.failed(Kind::Unknown, failure));
         }
-        if let Some(code) = block.code {
-            self.say(Kind::PassedOver, short(format_args!("{code} is passed over: the part is the same without")));
-        }
+        self.say(Kind::PassedOver, short(format_args!("{code} is passed over: the part is the same without")));
         Ok(())
     }
 }

@@ -17,8 +17,8 @@ const SAME_SIZE: f64 = 1e-3;
 ///
 /// # Errors
 /// When the machine would refuse it.
-pub(super) fn set_maximum(texts: &Texts, preflight: &mut Preflight<'_>, words: &Words<'_>) -> Result<(), Failure> {
-    if let Some((heater, most)) = maximum_of(texts, preflight.config, words)?
+pub(super) fn set_maximum(preflight: &mut Preflight<'_>, words: &Words<'_>) -> Result<(), Failure> {
+    if let Some((heater, most)) = maximum_of(preflight.texts, preflight.config, words)?
         && let Some(slot) = preflight.most_celsius.get_mut(heater.index())
     {
         *slot = most;

@@ -127,6 +127,24 @@ pub enum Action<'b> {
     Function(Function, Words<'b>),
 }
 
+impl Action<'_> {
+    /// Whether the motors stand first.
+    #[must_use]
+    pub fn stands_first(&self) -> bool {
+        match self {
+            Self::Dwell(_) | Self::HeatAndWait { .. } | Self::Finish | Self::EndProgram => true,
+            Self::Home(_) | Self::SetPosition { .. } | Self::ProbeDown(_) | Self::ProbeAlong(_) => true,
+            Self::Suspend { .. } | Self::Pause { .. } | Self::ChangeTool(_) | Self::RetractByHand => true,
+            Self::Overrides { .. } | Self::AwaitInput(_) | Self::RigidTap { .. } | Self::Orient { .. } => true,
+            Self::Function(function, words) => function.stands_first(words),
+            Self::Move(_) | Self::Effect(_) | Self::Acceleration(_) | Self::SurfaceSpeed(_) => false,
+            Self::ForgetHoming(_) | Self::Call { .. } | Self::Return | Self::Resume => false,
+            Self::Halt | Self::Release | Self::Message(_) | Self::Note(_) => false,
+            Self::ReadTools | Self::Keep => false,
+        }
+    }
+}
+
 /// A wait for an input (M66, M226).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AwaitInput {

@@ -54,6 +54,32 @@ impl Function {
         }
     }
 
+    /// Whether check mode (`$C`) carries the function out: whatever neither needs standing motors nor takes
+    /// time.
+    #[must_use]
+    pub fn counts_in_check_mode(self, words: &Words<'_>) -> bool {
+        match self {
+            Self::Limit(_) | Self::Setting(_) | Self::Report(_) | Self::File(_) => true,
+            Self::Standing(_) => !self.stands_first(words),
+            Self::Geometry(_) | Self::Sequence(_) => false,
+        }
+    }
+
+    /// Whether a job that begins in the middle of its file needs the function of a line before: settings of
+    /// limits, motors, filters and gains, and labels of objects.
+    #[must_use]
+    pub fn counts_in_fast_forward(self, words: &Words<'_>) -> bool {
+        match self {
+            Self::Setting(setting) => setting != Setting::MotorsOn,
+            // M306 T measures a heater.
+            Self::Standing(Standing::HomeOffsetsFromHere) => !words.has('T'),
+            Self::Standing(setting) => setting != Standing::MotorsOff,
+            Self::File(function) => function == FileFunction::LabelObject,
+            Self::Limit(_) => true,
+            Self::Report(_) | Self::Geometry(_) | Self::Sequence(_) => false,
+        }
+    }
+
     /// Whether the function reads or changes files of the card.
     #[must_use]
     pub const fn needs_card(self) -> bool {

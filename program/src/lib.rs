@@ -23,6 +23,7 @@ mod cycle;
 mod cycles;
 mod dialect;
 mod dispatch;
+pub mod dry_run;
 pub mod extended;
 mod fault;
 mod file_start;

@@ -43,7 +43,7 @@ const LESS_TESTED: &[(&str, usize)] = &[
 /// Packages that are tests themselves.
 const ARE_TESTS: &[&str] = &["scenarios", "on-target", "fuzz", "fuzz-engine"];
 /// Functions that take the whole `Machine`.
-const TAKERS: (usize, usize) = (433, 60);
+const TAKERS: (usize, usize) = (432, 60);
 
 /// Figures of a package, each with the places that count.
 #[derive(Debug)]

@@ -3,7 +3,6 @@
 use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::needs::{failure_of, needs};
-use base::reason::Alarm;
 use base::sessions::Recipient;
 use gcode::Blocks;
 use parts::heat_codes;
@@ -12,12 +11,12 @@ use program::{Action, Dialect, Fault, Meaning, Part, ProbeAlong, ProbeDown};
 use units::{Celsius, PerAxis};
 
 use super::bore_retract;
+use super::dry_run;
 use super::program_flow;
 use super::tool_change;
 use crate::features::functions;
 use crate::machine::Machine;
 use crate::machine::effects;
-use crate::machine::fast_forward;
 use crate::machine::halt;
 use crate::machine::hands::MachineHands;
 use crate::machine::homing;
@@ -78,12 +77,7 @@ pub(crate) fn what_returned<P: Ports>(machine: &mut Machine<'_, P>, to: Recipien
 
 fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
     if machine.safety.state() == State::Check {
-        if let Some(outcome) = fast_forward::pass_over(machine, action) {
-            return outcome;
-        }
-        if !is_checked(machine, action) {
-            return Ok(Answer::Ok);
-        }
+        return dry_run::carry_out(machine, action, to);
     }
     match *action {
         Action::Move(ref request) => {
@@ -98,20 +92,14 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
             operator_pauses::dwell(machine, time)?;
         }
         Action::Finish => machine.standstill()?,
-        Action::Halt => machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n")),
+        Action::Halt => halt::emergency_stop(machine),
         Action::Release => halt::clear_halt(machine, to),
         Action::Message(_) => {}
         Action::Acceleration(value) => {
             return motion_codes::acceleration(machine.world.texts, &mut machine.world.ports, value);
         }
         Action::Call { number, times } => return program_flow::call(machine, number, times),
-        Action::Return => {
-            let ended = program_flow::end_call(machine)?;
-            while let Some(what) = machine.program.next_effect() {
-                effects::change(machine, what)?;
-            }
-            return Ok(ended);
-        }
+        Action::Return => return program_flow::end_call(machine),
         Action::ReadTools => return program_files::reload_tools(machine),
         // Motion stops for overrides and goes on from the same place: a drilling cycle in progress stays.
         Action::Overrides { feed, spindle, hold } => {
@@ -140,7 +128,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         Action::HeatAndWait { heater, target, cools } => {
             return stand(machine, |machine| heat_and_wait(machine, (heater, target, cools), to));
         }
-        Action::EndProgram => return stand(machine, |machine| end_program(machine)),
+        Action::EndProgram => return stand(machine, program_flow::end_program),
         Action::Pause { why, time, text } => {
             return stand(machine, |machine| operator_pauses::pause(machine, why, time, text));
         }
@@ -159,23 +147,6 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
     Ok(Answer::Ok)
 }
 
-/// Whether an action is carried out although nothing is to move or heat: actions that concern only the
-/// program and its files, and messages.
-const fn is_checked<P: Ports>(machine: &Machine<'_, P>, action: &Action<'_>) -> bool {
-    match action {
-        Action::Halt | Action::Note(_) | Action::Function(..) => true,
-        Action::Call { .. } | Action::Return | Action::EndProgram => true,
-        Action::Acceleration(_) => machine.passed.is_some(),
-        Action::Move(_) | Action::Dwell(_) | Action::Effect(_) | Action::HeatAndWait { .. } => false,
-        Action::Home(_) | Action::SetPosition { .. } | Action::ForgetHoming(_) => false,
-        Action::ProbeDown(_) | Action::ProbeAlong(_) | Action::AwaitInput(_) => false,
-        Action::Finish | Action::Release | Action::Suspend { .. } | Action::Resume => false,
-        Action::Message(_) | Action::Pause { .. } | Action::ChangeTool(_) | Action::Overrides { .. } => false,
-        Action::RetractByHand | Action::RigidTap { .. } | Action::Orient { .. } | Action::SurfaceSpeed(_) => false,
-        Action::ReadTools | Action::Keep => false,
-    }
-}
-
 /// Carries out an action that begins from standstill, or ends somewhere that only the machine knows. Each has
 /// a stack frame of its own: much is called from there.
 #[inline(never)]
@@ -184,10 +155,8 @@ fn stand<'c, P: Ports>(
     carry_out: impl FnOnce(&mut Machine<'c, P>) -> Outcome,
 ) -> Outcome {
     let done = carry_out(machine);
-    // Homing, probing and scripts may have ended anywhere. Check mode moves nothing.
-    if machine.safety.state() != State::Check {
-        machine.resynchronise_if_still();
-    }
+    // Homing, probing and scripts may have ended anywhere.
+    machine.resynchronise_if_still();
     done
 }
 
@@ -234,16 +203,5 @@ fn set_position<P: Ports>(machine: &mut Machine<'_, P>, to: &PerAxis<Option<f64>
         machine.declare_homed(named);
     }
     machine.axes.stray(named);
-    Ok(Answer::Ok)
-}
-
-/// Ends the program (M2): speeds are as programmed again.
-fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
-    if !machine.safety.is_halted() {
-        machine.standstill()?;
-        program_io::reset_overrides(machine);
-    }
-    program_flow::end(machine);
-    program_files::save(machine);
     Ok(Answer::Ok)
 }

@@ -10,6 +10,7 @@ pub(crate) mod answers;
 pub(crate) mod blocks;
 pub(crate) mod boot;
 pub(crate) mod bore_retract;
+pub(crate) mod dry_run;
 pub(crate) mod lines;
 pub(crate) mod named_commands;
 pub(crate) mod out_of_turn;

@@ -11,6 +11,9 @@ use jobs::player::Listeners;
 use program::Next;
 
 use crate::machine::Machine;
+use crate::machine::effects;
+use crate::machine::program_files;
+use crate::machine::program_io;
 use crate::machine::program_logs;
 use crate::machine::source::{Origin, Source};
 
@@ -66,13 +69,28 @@ pub(crate) fn call<P: Ports>(machine: &mut Machine<'_, P>, number: u32, times: u
     }
 }
 
-/// Returns from a subroutine (M99).
+/// Returns from a subroutine (M99), and carries out the effects that this has.
 pub(crate) fn end_call<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     if !machine.jobs.is_playing() {
         return Err(Failure::refused(&"M99 works in files that are played"));
     }
     let next = machine.program.end_call().unwrap_or(Next::At(program::Place::default()));
-    go_on(machine, next)
+    let ended = go_on(machine, next)?;
+    while let Some(what) = machine.program.next_effect() {
+        effects::change(machine, what)?;
+    }
+    Ok(ended)
+}
+
+/// Ends the program (M2): speeds are as programmed again.
+pub(crate) fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
+    if !machine.safety.is_halted() {
+        machine.standstill()?;
+        program_io::reset_overrides(machine);
+    }
+    end(machine);
+    program_files::save(machine);
+    Ok(Answer::Ok)
 }
 
 fn go_on<P: Ports>(machine: &mut Machine<'_, P>, next: Next) -> Outcome {

@@ -17,7 +17,7 @@ use parts::reports::{self, Status};
 use parts::{driver_codes, heat_codes, motion_codes};
 use procedures::probing::{self, ProbeHands};
 use procedures::{alignment, arms, autotune, endstop_phase, leveling};
-use program::{FileFunction, Function, Geometry, LimitCode, Report, Sequence, Setting, Standing, State, Words};
+use program::{FileFunction, Function, Geometry, LimitCode, Report, Sequence, Setting, Standing, Words};
 use units::AxisSet;
 
 use crate::features::automatic_outputs;
@@ -45,9 +45,6 @@ pub(crate) fn run<P: Ports>(
     words: Words<'_>,
     to: Recipient,
 ) -> Outcome {
-    if machine.passed.is_some() {
-        return read_over(machine, function, &words);
-    }
     if function.needs_card() {
         card::at_rest(machine);
     }
@@ -55,21 +52,13 @@ pub(crate) fn run<P: Ports>(
         // Looking for the card forgets writes that wait. A failure among those has been told.
         let _ = card::kept(machine);
     }
-    let is_checking = machine.safety.state() == State::Check;
     match function {
         // A suspended job goes on from where it stopped.
-        Function::File(FileFunction::StartJob) if machine.jobs.is_suspended() => {
-            if is_checking {
-                Ok(Answer::Ok)
-            } else {
-                suspend::resume(machine, to)
-            }
-        }
+        Function::File(FileFunction::StartJob) if machine.jobs.is_suspended() => suspend::resume(machine, to),
         Function::Limit(code) => limit(machine, code, &words, to),
         Function::Setting(setting) => set(machine, setting, &words, to),
         Function::Report(asked) => apart(|| report(machine, asked, &words, to)),
         Function::File(asked) => apart(|| file_or_job(machine, asked, &words, to)),
-        Function::Standing(_) if is_checking && function.stands_first(&words) => Ok(Answer::Ok),
         Function::Standing(setting) => {
             if function.stands_first(&words) {
                 machine.standstill()?;
@@ -77,7 +66,6 @@ pub(crate) fn run<P: Ports>(
             set_standing(machine, setting, &words, to)
         }
         // These move, heat, or count on having moved.
-        Function::Geometry(_) | Function::Sequence(_) if is_checking => Ok(Answer::Ok),
         Function::Geometry(what) => apart(|| geometry(&mut MachineHands::new(machine, to), what, &words)),
         Function::Sequence(what) => sequence(machine, what, &words, to),
     }
@@ -134,23 +122,6 @@ fn sequence<P: Ports>(machine: &mut Machine<'_, P>, what: Sequence, words: &Word
 fn stowed<'c, H: ProbeHands<'c>>(hands: &mut H, probe: impl FnOnce(&mut H) -> Outcome) -> Outcome {
     let ended = apart(|| probe(hands));
     probing::stow_after(hands, ended)
-}
-
-/// Carries out a function that a fast-forward reads over: settings of speeds, motors, filters, gains and
-/// objects count from there on too.
-#[cold]
-fn read_over<P: Ports>(machine: &mut Machine<'_, P>, function: Function, words: &Words<'_>) -> Outcome {
-    let nobody = Recipient::Nobody;
-    match function {
-        Function::File(FileFunction::LabelObject) => objects::label(machine, words.text().unwrap_or(""), nobody),
-        Function::Setting(Setting::MotorsOn) | Function::Standing(Standing::MotorsOff) => Ok(Answer::Ok),
-        Function::Standing(Standing::HomeOffsetsFromHere) if words.has('T') => Ok(Answer::Ok),
-        Function::Limit(code) => limit(machine, code, words, nobody),
-        Function::Setting(setting) => set(machine, setting, words, nobody),
-        Function::Standing(setting) => set_standing(machine, setting, words, nobody),
-        Function::Report(_) | Function::File(_) => Ok(Answer::Ok),
-        Function::Geometry(_) | Function::Sequence(_) => Ok(Answer::Ok),
-    }
 }
 
 /// Carries out a function that needs standstill.

@@ -14,20 +14,14 @@ use thermal::{Full, Output};
 use units::{Micros, SwitchId};
 
 use crate::machine::Machine;
+use crate::machine::fast_forward;
 use crate::machine::moments::{Features, Moments as _};
 use crate::machine::program_io;
 
 /// Carries out an effect when its line is read: outputs then change where the path has come to that line.
 pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {
     if machine.safety.state() == State::Check {
-        if let Some(passed) = &mut machine.passed {
-            passed.note(effect);
-            match effect {
-                Effect::Arm { rule, armed } => Features::<P>::arm(machine, rule, armed),
-                Effect::Light(change) => Features::<P>::pass_light(machine, &change),
-                _ => {}
-            }
-        }
+        fast_forward::follow(machine, effect);
         return Ok(());
     }
     let is_playing = machine.jobs.is_playing();

@@ -9,15 +9,14 @@
 //! frame below comes next.
 
 use base::Ports;
-use base::failure::{Answer, Failure, Outcome};
+use base::failure::Failure;
 use base::safety::Event;
-use procedures::homing;
-use program::Action;
+use program::Effect;
 
 use crate::machine::Machine;
 use crate::machine::fast_forward_record::{Passed, Until};
 use crate::machine::frames::Frame;
-use crate::machine::program_io;
+use crate::machine::moments::{Features, Moments as _};
 
 /// Reads the job's lines up to a place, once this frame's turn comes. The frame below finds the result by
 /// [`take`].
@@ -52,11 +51,6 @@ pub(crate) fn put_back<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Takes the result of the fast-forward. The program stands where the file does, the machine anywhere.
-pub(crate) fn take<P: Ports>(machine: &mut Machine<'_, P>) -> Option<Passed> {
-    machine.passed.take()
-}
-
 /// Returns whether the fast-forward has come to its place, and ends it then.
 pub(crate) fn is_there<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let (begun, (_, next), layer) = (machine.jobs.begun(), machine.jobs.places(), machine.jobs.layers().current);
@@ -85,43 +79,17 @@ pub(crate) fn at_line<P: Ports>(machine: &mut Machine<'_, P>) {
     }
 }
 
-/// Reads over an action, as far as the program, the job or the planner keeps its effect. `None`: none of them
-/// does, and it is carried out as in check mode.
-pub(crate) fn pass_over<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>) -> Option<Outcome> {
-    let passed = machine.passed.as_mut()?;
-    match *action {
-        // The flow of the program, and its end, are as in the file.
-        Action::Call { .. }
-        | Action::Return
-        | Action::Halt
-        | Action::EndProgram
-        | Action::Acceleration(_)
-        | Action::Function(..) => {
-            return None;
-        }
-        Action::Effect(what) => passed.note(what),
-        Action::Move(ref request) => passed.go(request),
-        Action::HeatAndWait { heater, target, .. } => passed.note_target(heater, target),
-        Action::ProbeDown(_) | Action::ProbeAlong(_) | Action::AwaitInput(_) => passed.has_asked = true,
-        Action::Home(axes) => {
-            let place = homing::ends_at(machine.world.config, &machine.tuning, axes, machine.program.position());
-            machine.program.resynchronise(place);
-        }
-        Action::SetPosition { ref to, .. } => {
-            let mut place = *machine.program.position();
-            units::Axis::ALL.into_iter().for_each(|axis| place[axis] = to[axis].unwrap_or(place[axis]));
-            machine.program.resynchronise(place);
-        }
-        Action::Overrides { feed, spindle, hold } => {
-            let enabled = program_io::enable_overrides(machine, feed, spindle, hold);
-            return Some(enabled.map(|()| Answer::Ok));
-        }
-        // Nothing of these lasts.
-        Action::Dwell(_) | Action::Finish | Action::Pause { .. } | Action::RetractByHand => {}
-        Action::Message(_) | Action::Note(_) | Action::Keep | Action::ReadTools => {}
-        Action::Suspend { .. } | Action::Resume | Action::Release => {}
-        Action::ForgetHoming(_) | Action::ChangeTool(_) => {}
-        Action::RigidTap { .. } | Action::Orient { .. } | Action::SurfaceSpeed(_) => {}
+/// Follows an effect in check mode, or reads it over.
+#[cold]
+pub(crate) fn follow<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) {
+    let Some(passed) = &mut machine.passed else { return };
+    match effect {
+        Effect::Target { heater, target } => passed.note_target(heater, target),
+        Effect::Switch { switch, on, value } => passed.note_switch(switch, on, value),
+        // Rules act later, when a temperature passes their threshold, and lights harm nobody: both are set as
+        // they are read.
+        Effect::Arm { rule, armed } => Features::<P>::arm(machine, rule, armed),
+        Effect::Light(change) => Features::<P>::pass_light(machine, &change),
+        Effect::Ignored { .. } => {}
     }
-    Some(Ok(Answer::Ok))
 }

@@ -1,7 +1,8 @@
 //! Record of the lines that a fast-forward ([`super::fast_forward`]) has read over.
 
+use base::failure::Failure;
 use config::{MAX_SWITCHES, MAX_TEMPERATURES};
-use program::{Effect, Move, Place, Rate};
+use program::{Move, Place, Rate};
 use units::{Axis, Celsius, HeaterId, MmPerSecond, PerAxis, SwitchId};
 
 /// End of a fast-forward: behind a line, so that the next line read is the first to be carried out.
@@ -74,20 +75,18 @@ impl Passed {
         }
     }
 
-    /// Notes an effect that is read over.
-    pub fn note(&mut self, effect: Effect) {
-        match effect {
-            Effect::Target { heater, target } => self.note_target(heater, target),
-            Effect::Switch { switch: SwitchId(place), on, value } => {
-                if let Some(last) = self.switches.get_mut(usize::from(place)) {
-                    *last = Some((on, value));
-                }
+    /// Returns the record, if its fast-forward came to its place and asked nothing on the way. Then the
+    /// program stands where the file does, and the machine anywhere.
+    ///
+    /// # Errors
+    /// `ends_before`; or that it asked.
+    pub fn arrived(passed: Option<Self>, ends_before: &'static &'static str) -> Result<Self, Failure> {
+        match passed.filter(|passed| passed.has_arrived) {
+            None => Err(Failure::refused(ends_before)),
+            Some(Self { has_asked: true, .. }) => {
+                Err(Failure::refused(&"the file probes or reads inputs before: what follows depends on what it finds"))
             }
-            // An armed effect acts later, when a temperature passes its threshold: it was armed as it was
-            // read.
-            Effect::Arm { .. } => {}
-            // Lights are set as they are read.
-            Effect::Light(_) | Effect::Ignored { .. } => {}
+            Some(passed) => Ok(passed),
         }
     }
 
@@ -102,6 +101,13 @@ impl Passed {
             .map(|axis| (request.target[axis] - from[axis]) * (request.target[axis] - from[axis]));
         if speed > 0.0 {
             self.seconds += libm::sqrt(squares.sum()) / speed;
+        }
+    }
+
+    /// Notes a state of a switch that is read over.
+    pub fn note_switch(&mut self, switch: SwitchId, on: bool, value: Option<f32>) {
+        if let Some(last) = self.switches.get_mut(switch.index()) {
+            *last = Some((on, value));
         }
     }
 

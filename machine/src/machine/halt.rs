@@ -229,6 +229,11 @@ impl<P: Ports> Machine<'_, P> {
     }
 }
 
+/// Halts at M112.
+pub(crate) fn emergency_stop<P: Ports>(machine: &mut Machine<'_, P>) {
+    machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n"));
+}
+
 /// Releases a halt, and waits until that is done (M999).
 pub(crate) fn clear_halt<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
     if machine.safety.state() != State::Alarm {

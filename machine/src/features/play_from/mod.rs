@@ -15,7 +15,7 @@ use units::{Axis, MmPerSecond};
 use crate::features::state::Step;
 use crate::machine::Machine;
 use crate::machine::fast_forward;
-use crate::machine::fast_forward_record::Until;
+use crate::machine::fast_forward_record::{Passed, Until};
 use crate::machine::frames::{Frame, Then};
 use crate::machine::hands::MachineHands;
 use crate::machine::heat_restoring;
@@ -25,6 +25,7 @@ use crate::machine::moments::{Features, JobBegins, Moments as _};
 const LIFT: f64 = 5.0;
 /// Speed down to the place, mm/s.
 const DOWN: MmPerSecond = MmPerSecond(10.0);
+const ENDS_BEFORE: &str = "the file ends before this place, or marks no layers";
 const USAGE: &str = "play takes: file --from line N, layer N or byte N";
 
 /// Splits the arguments of `play` into those before `--from` and the place to begin at.
@@ -100,11 +101,7 @@ pub(crate) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Re
 }
 
 fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_heated: &mut bool) -> Result<(), Failure> {
-    let passed = fast_forward::take(machine).filter(|passed| passed.has_arrived);
-    let passed = passed.ok_or_else(|| Failure::refused(&"the file ends before this place, or marks no layers"))?;
-    if passed.has_asked {
-        return Err(Failure::refused(&"the file probes or reads inputs before: what follows depends on what it finds"));
-    }
+    let passed = Passed::arrived(machine.passed.take(), &ENDS_BEFORE)?;
     let (kept, place, line) = (machine.program.keep(), *machine.program.position(), machine.jobs.line() + 1);
     // The tool's place, with the file's count of filament.
     let mut here = machine.world.ports.motion(|motion| motion.commanded_position());

@@ -42,6 +42,7 @@ const UNNOTICED_S: f64 = 1.0;
 /// Greatest difference of equal places, mm: corners are rounded, and the feed is ahead of the motors.
 const SAME_PLACE: f64 = 3.0;
 const OTHER_MODES: &str = "modes are in force that the job did not begin with: reset, then M1000";
+const ENDS_BEFORE: &str = "the file ends before the line that was made";
 /// Speed down onto the part, mm/s.
 const SLOWLY: MmPerSecond = MmPerSecond(5.0);
 
@@ -228,18 +229,8 @@ pub(crate) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, step: Step, to: Reci
     done
 }
 
-/// Returns the record of the lines read over, if the fast-forward came to its place.
-fn arrived<P: Ports>(machine: &mut Machine<'_, P>) -> Result<Passed, Failure> {
-    let passed = fast_forward::take(machine).filter(|passed| passed.has_arrived);
-    let passed = passed.ok_or_else(|| Failure::refused(&"the file ends before the line that was made"))?;
-    if passed.has_asked {
-        return Err(Failure::refused(&"the file probes or reads inputs: what follows depends on what it found then"));
-    }
-    Ok(passed)
-}
-
 fn compare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    let passed = arrived(machine)?;
+    let passed = Passed::arrived(machine.passed.take(), &ENDS_BEFORE)?;
     let Some(recovery) = &mut machine.features.recovery else { return Err(Failure::HALTED) };
     let (from, end, was) = (passed.line_began_at, *machine.program.position(), recovery.offer.entry.position);
     // An arc may go beyond its ends.
@@ -262,7 +253,7 @@ fn compare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
 
 fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     // The file may end within that time.
-    let passed = fast_forward::take(machine).ok_or(Failure::HALTED)?;
+    let passed = machine.passed.take().ok_or(Failure::HALTED)?;
     let up = homes_upwards(machine);
     let Some(recovery) = &mut machine.features.recovery else { return Err(Failure::HALTED) };
     let entry = &recovery.offer.entry;
@@ -312,7 +303,7 @@ fn homes_upwards<P: Ports>(machine: &Machine<'_, P>) -> bool {
 }
 
 fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
-    let passed = arrived(machine)?;
+    let passed = Passed::arrived(machine.passed.take(), &ENDS_BEFORE)?;
     let (kept, place) = (machine.program.keep(), *machine.program.position());
     let Machine { jobs, features: States { recovery, journal, .. }, world: World { ports, .. }, .. } = machine;
     let Some(recovery) = recovery else { return Err(Failure::HALTED) };

@@ -191,11 +191,7 @@ fn rise<P: Ports>(machine: &mut Machine<'_, P>, top: f64) -> Result<(), Failure>
 
 /// Suspends the job where the program stands after the reading.
 fn found<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<(), Failure> {
-    let passed = fast_forward::take(machine).filter(|passed| passed.has_arrived);
-    let passed = passed.ok_or_else(|| Failure::refused(&"the file ends before the line that was under way"))?;
-    if passed.has_asked {
-        return Err(Failure::refused(&"the file probes or reads inputs: what follows depends on what it found then"));
-    }
+    let passed = Passed::arrived(machine.passed.take(), &"the file ends before the line that was under way")?;
     machine.program.set_thermal_z(machine.thermal.offset());
     machine.jobs.objects.set_left_out(stopped.left_out);
     program::objects::leave_out(&mut machine.program, machine.jobs.objects.is_left_out());
