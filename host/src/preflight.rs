@@ -122,12 +122,12 @@ fn as_saved(options: &Options, preflight: &mut Preflight<'_>, motion: &mut Motio
 
 /// Files of subroutines beside the job, each read at its first call. The card does not tell capital letters
 /// from small ones, so neither does this reader.
-struct Subs {
+pub(crate) struct Subs {
     files: Vec<(PathBuf, OnceCell<io::Result<Vec<u8>>>)>,
 }
 
 impl Subs {
-    fn beside(job: &Path) -> Result<Self> {
+    pub(crate) fn beside(job: &Path) -> Result<Self> {
         let folder = job.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let entries = fs::read_dir(folder).with_context(|| format!("cannot read {}", folder.display()))?;
         let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
@@ -135,14 +135,14 @@ impl Subs {
         Ok(Self { files: paths.filter(is_sub).map(|path| (path, OnceCell::new())).collect() })
     }
 
-    fn text(&self, name: &str) -> Option<&[u8]> {
+    pub(crate) fn text(&self, name: &str) -> Option<&[u8]> {
         let is_it = |path: &Path| path.file_stem().is_some_and(|stem| stem.eq_ignore_ascii_case(name));
         let (path, text) = self.files.iter().find(|(path, _)| is_it(path))?;
         text.get_or_init(|| fs::read(path)).as_ref().ok().map(Vec::as_slice)
     }
 
     /// Fails unless every file that was asked for could be read.
-    fn check(&self) -> Result<()> {
+    pub(crate) fn check(&self) -> Result<()> {
         for (path, text) in &self.files {
             if let Some(Err(error)) = text.get() {
                 bail!("cannot read {}: {error}", path.display());

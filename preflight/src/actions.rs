@@ -44,6 +44,9 @@ impl MotionPort for Shadow<'_> {
 impl Reading<'_, '_> {
     /// Follows an action, and moves in turns.
     pub(super) async fn action(&mut self, action: &Action<'_>) -> Result<(), Said> {
+        if !self.listener.acts(action).map_err(|what| self.say(Kind::Word, what))? {
+            return Ok(());
+        }
         if let Action::Move(request) = action {
             return self.movement(request).await;
         }

@@ -6,7 +6,7 @@ use base::program_setup::PartNames;
 use gcode::{Block, Blocks, Line, Refusal, SyntaxError, WholeLine};
 use jobs::player::line_numbers::decoder_expecting;
 use motion::Motion;
-use program::{CodeInfo, Dialect, Fault, Meaning, MotionMode, Next, Place, Problem};
+use program::{CodeInfo, Dialect, Fault, Meaning, MotionMode, Next, Place, Problem, Remark};
 
 use super::finding::{Kind, MOST_ALIKE, Severity};
 use super::state::{Listener, Preflight};
@@ -94,7 +94,12 @@ impl Reading<'_, '_> {
             _ if passes_over => {}
             Ok(Line::Code(blocks)) => self.codes(blocks).await,
             Ok(Line::Extended(command)) => self.named(&command).await,
-            Ok(Line::Blank | Line::Console(_)) => {}
+            Ok(Line::Blank) => {}
+            Ok(Line::Console(text)) => {
+                if let Err(what) = self.listener.commands(text) {
+                    self.say(Kind::Unknown, what);
+                }
+            }
             Err(Refusal::Resend { .. }) => {
                 self.say(Kind::Damage, short(format_args!("checksum does not match")));
             }
@@ -144,6 +149,7 @@ impl Reading<'_, '_> {
         let mut block = Block::new(None, 0);
         loop {
             let read = blocks.read(&mut block, self.preflight.program);
+            self.remark(blocks.take_remark());
             if !read.map_err(|error| self.unreadable(error))? {
                 return Ok(());
             }
@@ -162,6 +168,7 @@ impl Reading<'_, '_> {
             self.preflight.program.drop_line();
             return None;
         };
+        self.remark(ahead.take_remark());
         let parts = match parts {
             Ok(parts) => parts,
             Err(fault) => return Some(Err(self.wrong(&fault))),
@@ -173,6 +180,12 @@ impl Reading<'_, '_> {
             }
         }
         Some(Ok(()))
+    }
+
+    fn remark(&mut self, comment: Option<&[u8]>) {
+        if let Some(remark) = comment.and_then(Remark::read) {
+            self.listener.remarks(remark, self.preflight.program);
+        }
     }
 
     /// Reports a line that cannot be read: a slip, or bytes that no text has.
@@ -214,7 +227,9 @@ impl Reading<'_, '_> {
 
     fn effects(&mut self) -> Result<(), Said> {
         while let Some(effect) = self.preflight.program.next_effect() {
-            self.effect(effect)?;
+            if self.listener.acts_on_the_way(effect) {
+                self.effect(effect)?;
+            }
         }
         Ok(())
     }
@@ -247,6 +262,9 @@ impl Reading<'_, '_> {
     /// Reports a code that is not carried out.
     fn not_done(&mut self, row: Option<&CodeInfo>, block: &Block<'_>) -> Result<(), Said> {
         let Some(code) = block.code else { return Ok(()) };
+        if !self.listener.leaves_out(row, code).map_err(|what| self.say(Kind::Unknown, what))? {
+            return Ok(());
+        }
         if let Some(failure) = makes_another_part(self.preflight.texts, row, block) {
             return Err(self.failed(Kind::Unknown, failure));
         }

@@ -1,15 +1,16 @@
 //! A file on its way through a preflight: the program's state, and the totals so far.
 
-use base::failure::Texts;
+use base::failure::{ShortText, Texts};
 use base::motion_config::motion_config;
 use base::program_setup;
 use base::safety::travel::Travel;
 use base::tuning::Tuning;
 use config::MachineConfig;
+use gcode::Code;
 use jobs::player::MOST_CALLERS;
 use motion::{Motion, Passage, Tag};
 use procedures::leveling::words::configured as configured_skew;
-use program::{Dialect, Facts, Interpreter, copy_program};
+use program::{Action, CodeInfo, Dialect, Effect, Facts, Interpreter, Remark, copy_program};
 use units::{Axis, AxisSet, Celsius, MAX_HEATERS, MmPerSecond, PerAxis};
 
 use super::cost::Costs;
@@ -37,6 +38,43 @@ pub trait Listener {
 
     /// Hears that the machine waits for so many seconds at this line, counted as for `labelled`.
     fn waited(&mut self, _line: u32, _seconds: f64) {}
+
+    /// Whether what follows need not be read.
+    fn has_heard_enough(&self) -> bool {
+        false
+    }
+
+    /// Hears an action before it is followed. False: nothing is to come of it.
+    ///
+    /// # Errors
+    /// With what is wrong with it.
+    fn acts(&mut self, _action: &Action<'_>) -> Result<bool, ShortText> {
+        Ok(true)
+    }
+
+    /// Hears an effect that a code has beside its action. False: nothing is to come of it.
+    fn acts_on_the_way(&mut self, _effect: Effect) -> bool {
+        true
+    }
+
+    /// Hears a comment with a meaning.
+    fn remarks(&mut self, _remark: Remark<'_>, _program: &Interpreter) {}
+
+    /// Hears a command of the console.
+    ///
+    /// # Errors
+    /// With what is wrong with it.
+    fn commands(&mut self, _text: &str) -> Result<(), ShortText> {
+        Ok(())
+    }
+
+    /// Hears of a code that is not carried out, and of its row. False: nothing is to be said of it.
+    ///
+    /// # Errors
+    /// With what is wrong with it.
+    fn leaves_out(&mut self, _row: Option<&CodeInfo>, _code: Code) -> Result<bool, ShortText> {
+        Ok(true)
+    }
 }
 
 /// Totals of a file.
@@ -220,6 +258,15 @@ impl<'c> Preflight<'c> {
             has_ended: false,
             in_a_row: 0,
         }
+    }
+
+    /// Only interprets, by this program, on a machine that has all parts and is homed; the listener follows
+    /// the actions.
+    pub fn only_listens(&mut self, program: Interpreter, dialect: Dialect) {
+        (*self.program, self.dialect) = (program, dialect);
+        (self.homed, self.can_home) = (AxisSet::PRIMARY, AxisSet::PRIMARY);
+        // Nothing is without leveling.
+        self.reads_settings = true;
     }
 
     /// Sets the time of each standstill, seconds.

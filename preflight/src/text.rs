@@ -39,7 +39,7 @@ async fn read_on<'t>(
     let (mut text, mut place) = (text, Place::default());
     let mut callers = heapless::Vec::<(&[u8], Place), MOST_CALLERS>::new();
     while let Some(rest) = text.get(place.offset as usize..).filter(|rest| !rest.is_empty()) {
-        if preflight.has_ended() || preflight.is_endless(listener) {
+        if preflight.has_ended() || listener.has_heard_enough() || preflight.is_endless(listener) {
             break;
         }
         let end = rest.iter().position(|byte| *byte == b'\n').map_or(rest.len(), |end| end + 1);
