@@ -255,7 +255,35 @@ impl Session {
                 self.interpreter.resynchronise(here);
                 false
             }
-            _ => false,
+            Action::Dwell(_)
+            | Action::Effect(_)
+            | Action::Home(_)
+            | Action::ForgetHoming(_)
+            | Action::ProbeDown(_)
+            | Action::ProbeAlong(_)
+            | Action::Finish
+            | Action::EndProgram
+            | Action::Halt
+            | Action::Release
+            | Action::Resume
+            | Action::Message(_)
+            | Action::Return
+            | Action::ChangeTool(_)
+            | Action::RetractByHand
+            | Action::AwaitInput(_)
+            | Action::SurfaceSpeed(_)
+            | Action::ReadTools
+            | Action::Keep
+            | Action::Note(_)
+            | Action::Acceleration(_)
+            | Action::Function(..)
+            | Action::HeatAndWait { .. }
+            | Action::Suspend { .. }
+            | Action::Pause { .. }
+            | Action::Call { .. }
+            | Action::Overrides { .. }
+            | Action::RigidTap { .. }
+            | Action::Orient { .. } => false,
         }
     }
 }

@@ -187,66 +187,83 @@ pub struct HeatFaultText<'c> {
 
 impl fmt::Display for HeatFaultText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { config, fault } = self;
-        let name = config.heater(fault.heater).map_or("?", |heater| heater.designator.as_str());
-        match fault.cause {
+        let name = self.designator(self.fault.heater);
+        self.of_sensor(f, name).or_else(|| self.of_heater(f, name)).unwrap_or(Ok(()))
+    }
+}
+
+impl HeatFaultText<'_> {
+    fn designator(&self, heater: HeaterId) -> &str {
+        self.config.heater(heater).map_or("?", |heater| heater.designator.as_str())
+    }
+
+    /// Writes a fault of which the sensor is suspected; `None` for every other one.
+    fn of_sensor(&self, f: &mut fmt::Formatter<'_>, name: &str) -> Option<fmt::Result> {
+        Some(match self.fault.cause {
             HeatCause::NoReading(fault) => {
-                let part = fault.part().and_then(|part| config.heater(part)).map_or("", |part| part.name.as_str());
-                write!(
-                    f,
-                    "MINTEMP or MAXTEMP triggered on {name}: {part}{}{}",
-                    if part.is_empty() { "" } else { ": " },
-                    fault.message()
-                )
+                let part = fault.part().and_then(|part| self.config.heater(part)).map_or("", |part| &part.name);
+                let colon = if part.is_empty() { "" } else { ": " };
+                write!(f, "MINTEMP or MAXTEMP triggered on {name}: {part}{colon}{}", fault.message())
             }
-            HeatCause::BelowMinimum(celsius) | HeatCause::AboveMaximum(celsius) => write!(
+            HeatCause::BelowMinimum(Celsius(at)) | HeatCause::AboveMaximum(Celsius(at)) => {
+                write!(f, "MINTEMP or MAXTEMP triggered on {name}. Check your temperature sensors! (reads {at:.1})")
+            }
+            HeatCause::RisesTooFast(Celsius(by)) => write!(
                 f,
-                "MINTEMP or MAXTEMP triggered on {name}. Check your temperature sensors! (reads {:.1})",
-                celsius.0
+                "{name} reads {by:.0} C more than a second before: no heater warms so fast. Check its sensor's plug and wire"
             ),
-            HeatCause::RisesTooFast(by) => write!(
+            HeatCause::FallsTooFast(Celsius(by)) => write!(
                 f,
-                "{name} reads {:.0} C more than a second before: no heater warms so fast. Check its sensor's plug and wire",
-                by.0
-            ),
-            HeatCause::FallsTooFast(by) => write!(
-                f,
-                "{name} reads {:.0} C less than a second before: its sensor has come off or is shorting. TURN POWER OFF",
-                by.0
-            ),
-            HeatCause::FallsWhileDriven(by) => write!(
-                f,
-                "{name} cools by {:.0} C in 3 s at full output: its heater has failed, or its sensor slides out. TURN POWER OFF",
-                by.0
-            ),
-            HeatCause::Stalls => write!(
-                f,
-                "{name} stopped warming at full output: its sensor slides out, or its heater has failed. TURN POWER OFF"
+                "{name} reads {by:.0} C less than a second before: its sensor has come off or is shorting. TURN POWER OFF"
             ),
             HeatCause::Erratic => {
                 write!(f, "{name}: the reading jumps up and down: a loose contact, or noise on its wire")
             }
-            HeatCause::NoResponse(within, gain) => write!(
-                f,
-                "{name} was given full output for {} s and did not warm by {} C: check heater, supply, and that the sensor \
-             is on it",
-                within.seconds(),
-                gain.0
-            ),
-            HeatCause::Sinking(by) => write!(
-                f,
-                "{name} has sunk {:.0} C below its target: heater failing, sensor loose, or cooled too much",
-                by.0
-            ),
             HeatCause::Frozen(time) => write!(
                 f,
                 "{name} has read exactly the same for {} s while its output changed: its sensor or converter stands",
                 time.seconds()
             ),
             HeatCause::Swapped(other) => {
-                let other = config.heater(other).map_or("?", |heater| heater.designator.as_str());
+                let other = self.designator(other);
                 write!(f, "{name} warms the sensor of {other}, not its own: swap their heater or sensor plugs")
             }
+            HeatCause::FallsWhileDriven(_)
+            | HeatCause::Stalls
+            | HeatCause::NoResponse(..)
+            | HeatCause::Sinking(_)
+            | HeatCause::FullTooLong(_)
+            | HeatCause::HeldTooLong(_)
+            | HeatCause::DrivenWithoutTarget
+            | HeatCause::HeatingTooSlow
+            | HeatCause::DoesNotCool(_)
+            | HeatCause::Runaway(_)
+            | HeatCause::StuckOn(_)
+            | HeatCause::ExecutorSilent => return None,
+        })
+    }
+
+    /// Writes a fault of which heater or output is suspected; `None` for every other one.
+    fn of_heater(&self, f: &mut fmt::Formatter<'_>, name: &str) -> Option<fmt::Result> {
+        Some(match self.fault.cause {
+            HeatCause::FallsWhileDriven(Celsius(by)) => write!(
+                f,
+                "{name} cools by {by:.0} C in 3 s at full output: its heater has failed, or its sensor slides out. TURN POWER OFF"
+            ),
+            HeatCause::Stalls => write!(
+                f,
+                "{name} stopped warming at full output: its sensor slides out, or its heater has failed. TURN POWER OFF"
+            ),
+            HeatCause::NoResponse(within, Celsius(gain)) => write!(
+                f,
+                "{name} was given full output for {} s and did not warm by {gain} C: check heater, supply, and that the \
+                 sensor is on it",
+                within.seconds()
+            ),
+            HeatCause::Sinking(Celsius(by)) => write!(
+                f,
+                "{name} has sunk {by:.0} C below its target: heater failing, sensor loose, or cooled too much"
+            ),
             HeatCause::FullTooLong(limit) => write!(
                 f,
                 "{name} was at full output for {} s, its full_power_timeout: it is too weak for its target",
@@ -262,27 +279,31 @@ impl fmt::Display for HeatFaultText<'_> {
                 f,
                 "Temperature took too long to be reached on {name}, HALT asserted, TURN POWER OFF IMMEDIATELY"
             ),
-            HeatCause::DoesNotCool(at) => write!(
+            HeatCause::DoesNotCool(Celsius(at)) => write!(
                 f,
-                "{name} stays at {:.0} C without being heated: its MOSFET or relay conducts. TURN POWER OFF IMMEDIATELY",
-                at.0
+                "{name} stays at {at:.0} C without being heated: its MOSFET or relay conducts. TURN POWER OFF IMMEDIATELY"
             ),
-            HeatCause::Runaway(by) => write!(
+            HeatCause::Runaway(Celsius(by)) => write!(
                 f,
-                "Temperature runaway on {name} (delta temp {:.6}), HALT asserted, TURN POWER OFF IMMEDIATELY",
-                by.0
+                "Temperature runaway on {name} (delta temp {by:.6}), HALT asserted, TURN POWER OFF IMMEDIATELY"
             ),
-            HeatCause::StuckOn(by) => write!(
+            HeatCause::StuckOn(Celsius(by)) => write!(
                 f,
-                "{name} is switched off and has warmed by {:.0} C: its MOSFET or relay conducts. TURN POWER OFF IMMEDIATELY",
-                by.0
+                "{name} is switched off and has warmed by {by:.0} C: its MOSFET or relay conducts. TURN POWER OFF IMMEDIATELY"
             ),
-            HeatCause::ExecutorSilent => write!(
-                f,
-                "the controller did not answer for {} s while {name} was on",
-                thermal::EXECUTOR_TIMEOUT.seconds()
-            ),
-        }
+            HeatCause::ExecutorSilent => {
+                let seconds = thermal::EXECUTOR_TIMEOUT.seconds();
+                write!(f, "the controller did not answer for {seconds} s while {name} was on")
+            }
+            HeatCause::NoReading(_)
+            | HeatCause::BelowMinimum(_)
+            | HeatCause::AboveMaximum(_)
+            | HeatCause::RisesTooFast(_)
+            | HeatCause::FallsTooFast(_)
+            | HeatCause::Erratic
+            | HeatCause::Frozen(_)
+            | HeatCause::Swapped(_) => return None,
+        })
     }
 }
 

@@ -126,25 +126,7 @@ fn driver(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &ActuatorConfi
     };
     let Some(chip) = checks.config.driver(actuator) else { return };
     if !chip.present {
-        let reason = format_args!("the motor's driver has no entry in [{section}]");
-        let (other, family) = match motor.driver {
-            DriverKind::Tmc2590 => ("tmc2660", &checks.config.tmc2660),
-            _ => ("tmc2590", &checks.config.tmc2590),
-        };
-        if family.axes[actuator].present {
-            if Path::named(ACTUATOR, place, "driver").is_some_and(|path| checks.ledger.span(path).is_some()) {
-                let fix = format_args!("there is one in [{other}]: write driver = {other} if the board has those");
-                return checks.error((ACTUATOR, place, "driver"), reason, fix);
-            }
-            let fix = format_args!(
-                "there is one in [{other}]: for a board with those check with --board {other}, for this one write \
-                 [{section}] {}.sense_resistor",
-                actuator.name()
-            );
-            return checks.error((ACTUATOR, place, "driver"), reason, fix);
-        }
-        let fix = format_args!("write [{section}] {}.sense_resistor, or driver = external", actuator.name());
-        return checks.error((ACTUATOR, place, "driver"), reason, fix);
+        return missing_chip(checks, section, actuator, motor.driver);
     }
     if chip.is_assumed {
         let (milliohms, most) = (chip.sense_resistor.get() * 1e3, chip.max_current.get());
@@ -156,17 +138,38 @@ fn driver(checks: &mut Checks<'_, '_>, actuator: Actuator, motor: &ActuatorConfi
         checks.warn((ACTUATOR, place, "driver"), reason, fix);
     }
     if chip.spi_cs_pin.is_none() {
-        checks.error(
-            (section, place, "spi_cs_pin"),
-            format_args!("the driver needs a chip select"),
-            format_args!("write one"),
-        );
+        let reason = format_args!("the driver needs a chip select");
+        checks.error((section, place, "spi_cs_pin"), reason, format_args!("write one"));
     }
     if chip.spi_cs_pin.is_some_and(|pin| pin.inverted) {
         let reason = format_args!("a chip select is active low by itself");
         checks.error((section, place, "spi_cs_pin"), reason, format_args!("delete the !"));
     }
     current(checks, section, actuator, motor, chip, sense_volts);
+}
+
+/// Reports that the file does not describe the chip that drives a motor.
+fn missing_chip(checks: &mut Checks<'_, '_>, section: &str, actuator: Actuator, driver: DriverKind) {
+    let at = (ACTUATOR, actuator as usize, "driver");
+    let reason = format_args!("the motor's driver has no entry in [{section}]");
+    let (other, family) = match driver {
+        DriverKind::Tmc2590 => ("tmc2660", &checks.config.tmc2660),
+        _ => ("tmc2590", &checks.config.tmc2590),
+    };
+    if !family.axes[actuator].present {
+        let fix = format_args!("write [{section}] {}.sense_resistor, or driver = external", actuator.name());
+        return checks.error(at, reason, fix);
+    }
+    if Path::named(ACTUATOR, at.1, at.2).is_some_and(|path| checks.ledger.span(path).is_some()) {
+        let fix = format_args!("there is one in [{other}]: write driver = {other} if the board has those");
+        return checks.error(at, reason, fix);
+    }
+    let fix = format_args!(
+        "there is one in [{other}]: for a board with those check with --board {other}, for this one write \
+         [{section}] {}.sense_resistor",
+        actuator.name()
+    );
+    checks.error(at, reason, fix);
 }
 
 fn current(
