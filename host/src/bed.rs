@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail};
-use config::{BoardId, MeshInterpolation};
+use config::BoardId;
 use motion::{GridShape, Interpolation, Motion};
 use procedures::leveling::findings::{Means, sentence};
 use procedures::leveling::form::Form;
@@ -72,12 +72,7 @@ fn of_machine(options: &Options) -> Result<(Means, Interpolation)> {
     if !summary.is_usable() {
         bail!("{} has errors; see: velvet check {0}", path.display());
     }
-    let interpolation = match config.leveling.mesh.interpolation {
-        MeshInterpolation::Spline => Interpolation::Spline,
-        MeshInterpolation::Bilinear => Interpolation::Bilinear,
-        MeshInterpolation::Lagrange => Interpolation::Lagrange,
-    };
-    Ok((map::means(&config), interpolation))
+    Ok((map::means(&config), config.leveling.mesh.interpolation))
 }
 
 impl Mesh {

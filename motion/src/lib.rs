@@ -55,8 +55,7 @@ pub mod trigger;
 pub use arithmetic::use_square_root;
 pub(crate) use arithmetic::{greatest, least, square_root};
 pub use compensation::{
-    Compensation, CompensationError, Fade, GridShape, Interpolation, MOST_OF_POLYNOMIAL, MOST_SIDE, Plane, Skew,
-    Surface,
+    Compensation, CompensationError, Fade, GridShape, Interpolation, MOST_SIDE, Plane, Skew, Surface,
 };
 pub use config::{ActuatorConfig, ConfigError, Limits, MotionConfig};
 pub use feed::StepFeed;

@@ -76,7 +76,7 @@ pub(super) fn level_by(
     motion.draft().iter_mut().zip(heights).for_each(|(to, height)| *to = *height);
     let (height, target) = preflight.fade;
     let fade = leveling::fade_up_to(&config.leveling, height, target);
-    let between = leveling::interpolation(config.leveling.mesh.interpolation);
+    let between = config.leveling.mesh.interpolation;
     let levelled = keeping_the_place(texts, motion, |motion| {
         motion.level_by_draft(shape, between, fade).map_err(|error| texts.refusal(error))
     });

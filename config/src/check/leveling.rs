@@ -54,7 +54,7 @@ fn mesh(checks: &mut Checks<'_, '_>) {
         _ => &[],
     };
     let most = mesh.interpolation.most_points();
-    if let Some((section, key, count)) = counts.iter().find(|(_, _, count)| *count > most) {
+    if let Some((section, key, count)) = counts.iter().find(|(_, _, count)| usize::from(*count) > most) {
         let reason =
             format_args!("the interpolation that [bed mesh] asks for takes at most {most} points: here are {count}");
         checks.error((section, 0, key), reason, format_args!("write {most} or less, or interpolation = spline"));

@@ -1,10 +1,12 @@
 //! The leveling strategies, `[bed mesh]` and `[skew correction]`.
 
 use crate::names::Command;
+use crate::setting::Words;
 use crate::setting::build::{ANY, NOT_NEGATIVE, bool, integer, number, numbers, places, text, word};
 use crate::setting::declare::{settings, words};
+use crate::setting::field::word_field;
 use heapless::Vec;
-use units::Mm;
+use units::{Interpolation, Mm};
 
 words! {
     /// Method of bed leveling.
@@ -144,31 +146,7 @@ settings! {
 /// Greatest number of regions of a bed that must not be touched.
 pub const MAX_FAULTY: usize = 8;
 
-words! {
-    /// Interpolation between the points of a bed mesh.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-    pub enum MeshInterpolation {
-        /// Smooth surface through the points.
-        #[default]
-        Spline = "spline",
-        /// Straight lines between the points.
-        Bilinear = "bilinear",
-        /// Lagrange polynomial through all points of a line.
-        Lagrange = "lagrange",
-    }
-}
-
-impl MeshInterpolation {
-    /// Returns the greatest number of points along a side for this interpolation.
-    #[must_use]
-    pub const fn most_points(self) -> u8 {
-        match self {
-            Self::Spline => 50,
-            Self::Bilinear => 25,
-            Self::Lagrange => 6,
-        }
-    }
-}
+word_field!(Interpolation);
 
 settings! {
     /// What the grids of both strategies have in common. docs/leveling.md tells more.
@@ -176,7 +154,7 @@ settings! {
     pub struct MeshConfig {
         /// What lies between the points: a smooth surface, straight lines (25 points along a side at most),
         /// or one polynomial through all points of a line (6 at most).
-        interpolation: MeshInterpolation = word("spline", MeshInterpolation::WORDS)
+        interpolation: Interpolation = word("spline", &Words(Interpolation::WORDS))
             .klipper("[bed_mesh] algorithm").velvet();
         /// How far around the objects of a file the mesh goes that is measured for them alone. G31 D changes
         /// it.

@@ -1,8 +1,8 @@
 //! Uniform cubic B-splines along a line of a grid: the coefficients of the natural spline, the weights of
 //! coefficients at a place.
 
-use super::limits::MOST_SIDE;
 use crate::{greatest, least};
+use units::MOST_SIDE;
 
 /// Coefficients along a side: one more at each end.
 pub(super) const SIDE: usize = MOST_SIDE + 2;

@@ -1,7 +1,7 @@
 //! Limits of what a compensation may be, and the error of one beyond them.
 
-/// Most points along X or Y.
-pub const MOST_SIDE: usize = 50;
+use units::MOST_SIDE;
+
 /// Most points of a grid.
 pub const MOST_POINTS: usize = MOST_SIDE * MOST_SIDE;
 /// The least distance of points, mm.

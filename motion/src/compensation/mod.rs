@@ -22,11 +22,11 @@ mod surface;
 mod tests;
 
 pub use fade::Fade;
-pub use interpolation::{Interpolation, MOST_OF_POLYNOMIAL};
 pub(crate) use lift::{Lift, Over};
-pub use limits::{CompensationError, LEAST_STEP, MOST_HEIGHT, MOST_POINTS, MOST_SIDE, MOST_SKEW, MOST_SLOPE};
+pub use limits::{CompensationError, LEAST_STEP, MOST_HEIGHT, MOST_POINTS, MOST_SKEW, MOST_SLOPE};
 pub use skew::Skew;
 pub use surface::{GridShape, Height, Surface};
+pub use units::{Interpolation, MOST_SIDE};
 
 use units::{Axis, PerAxis};
 

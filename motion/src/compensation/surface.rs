@@ -11,9 +11,10 @@
 //! continues the slope, so that the surface turns without a kink and lies flat three fine grid distances on.
 
 use super::{
-    Fade, Interpolation,
+    Fade, Interpolation, MOST_SIDE,
     b_spline::{SIDE, Weights, cell, natural},
-    limits::{CompensationError, LEAST_STEP, MOST_HEIGHT, MOST_POINTS, MOST_SIDE, MOST_SLOPE},
+    interpolation,
+    limits::{CompensationError, LEAST_STEP, MOST_HEIGHT, MOST_POINTS, MOST_SLOPE},
 };
 use crate::{greatest, least};
 
@@ -201,7 +202,7 @@ impl Surface {
     /// rows of coefficients along X.
     fn fit(&mut self, of: Of) {
         let ([nx, ny], [sx, sy]) = (self.shape.count, self.shape.step);
-        let finer = [self.interpolation.finer(nx, sx), self.interpolation.finer(ny, sy)];
+        let finer = [(nx, sx), (ny, sy)].map(|(count, step)| interpolation::finer(self.interpolation, count, step));
         let heights = if of == Of::Draft { &self.draft } else { &self.heights };
         let mut line = [0.0; SIDE];
         let (mut wide, mut deep) = (nx, ny);
@@ -209,7 +210,7 @@ impl Surface {
             for (to, height) in line.iter_mut().skip(1).zip(heights.iter().skip(row * nx).take(nx)) {
                 *to = f64::from(*height);
             }
-            wide = self.interpolation.refine(&mut line, nx, finer[0]);
+            wide = interpolation::refine(self.interpolation, &mut line, nx, finer[0]);
             if let Some(coefficients) = self.coefficients.get_mut(row + 1) {
                 *coefficients = line;
             }
@@ -218,7 +219,7 @@ impl Surface {
             for (to, row) in line.iter_mut().zip(&self.coefficients) {
                 *to = row.get(column).copied().unwrap_or(0.0);
             }
-            deep = self.interpolation.refine(&mut line, ny, finer[1]);
+            deep = interpolation::refine(self.interpolation, &mut line, ny, finer[1]);
             natural(&mut line, deep);
             for (row, value) in self.coefficients.iter_mut().zip(line) {
                 if let Some(to) = row.get_mut(column) {

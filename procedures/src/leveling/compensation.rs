@@ -8,7 +8,7 @@ use motion::{CompensationError, Fade, GridShape, Mode, Motion};
 use program::Words;
 use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis};
 
-use super::words::{fade_up_to, interpolation};
+use super::words::fade_up_to;
 use base::hands::Hands;
 
 /// Greatest speed at which the tool follows a change of compensation.
@@ -90,7 +90,7 @@ pub fn level_off<'c>(hands: &mut impl Hands<'c>) -> Outcome {
 /// Levels by the heights in the motion object's draft, which were measured at the points of `shape`.
 pub fn adopt_grid<'c>(hands: &mut impl Hands<'c>, shape: &GridShape) -> Outcome {
     let (leveling, bed) = (&hands.config().leveling, *hands.bed());
-    let (fade, between) = (fade(leveling, &bed), interpolation(leveling.mesh.interpolation));
+    let (fade, between) = (fade(leveling, &bed), leveling.mesh.interpolation);
     let there = moved(shape, bed.mesh_offset, -1.0);
     let adopted = recompensate(hands, |motion| motion.level_by_draft(&there, between, fade))?;
     (hands.bed().mesh_name, hands.bed().mesh_waits) = (MeshName::default(), None);

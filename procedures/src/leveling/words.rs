@@ -2,8 +2,8 @@
 //! use them too.
 
 use base::failure::{Failure, Texts};
-use config::{Leveling, LevelingConfig, MeshInterpolation};
-use motion::{Fade, Interpolation, Plane, Skew};
+use config::{Leveling, LevelingConfig};
+use motion::{Fade, Plane, Skew};
 use program::Words;
 
 /// Resolution of skew factors, parts of one, so that they are saved exactly.
@@ -97,22 +97,3 @@ pub fn fade_up_to(leveling: &LevelingConfig, height: Option<f64>, target: Option
     let fade = Fade { start: leveling.grid.fade_start.0, end: leveling.grid.fade_end.0, target };
     (is_meant && fade.end > fade.start).then_some(fade)
 }
-
-/// Returns motion's interpolation for the configured one.
-pub const fn interpolation(configured: MeshInterpolation) -> Interpolation {
-    match configured {
-        MeshInterpolation::Spline => Interpolation::Spline,
-        MeshInterpolation::Bilinear => Interpolation::Bilinear,
-        MeshInterpolation::Lagrange => Interpolation::Lagrange,
-    }
-}
-
-// The configuration is checked for what motion takes.
-const _: () = {
-    let all = [MeshInterpolation::Spline, MeshInterpolation::Bilinear, MeshInterpolation::Lagrange];
-    let mut place = 0;
-    while place < all.len() {
-        assert!(all[place].most_points() as usize == interpolation(all[place]).most_points());
-        place += 1;
-    }
-};
