@@ -1,6 +1,6 @@
 //! Translates the configuration of the program to `program`'s own types.
 
-use config::{FileDialect, MachineConfig, OutputKind, OutputPin, PrinterDialect, ServoConfig, SwitchConfig};
+use config::{MachineConfig, OutputKind, OutputPin, ServoConfig, SwitchConfig};
 use gcode::Code;
 use program::extended::NamedSwitch;
 use program::{
@@ -8,36 +8,6 @@ use program::{
     StripSetup, ToolSettings,
 };
 use units::{Axis, SwitchId};
-
-/// Returns the dialect of lines of the machine's own: saved settings, configured scripts.
-#[must_use]
-pub const fn own_dialect(config: &MachineConfig) -> Dialect {
-    if config.general.grbl_mode { Dialect::Grbl } else { Dialect::Smoothie }
-}
-
-/// Returns the dialect of sessions that have none of their own, and of files that do not say theirs.
-#[must_use]
-pub const fn dialect(config: &MachineConfig) -> Dialect {
-    match config.general.dialect {
-        PrinterDialect::Marlin if !config.general.grbl_mode => Dialect::Marlin,
-        PrinterDialect::RepRapFirmware if !config.general.grbl_mode => Dialect::RepRapFirmware,
-        PrinterDialect::Klipper if !config.general.grbl_mode => Dialect::Klipper,
-        _ => own_dialect(config),
-    }
-}
-
-/// Returns the dialect of every file that is played; `None`: the dialect that the file says.
-#[must_use]
-pub const fn file_dialect(config: &MachineConfig) -> Option<Dialect> {
-    match config.player.dialect {
-        FileDialect::Auto => None,
-        FileDialect::Smoothie => Some(Dialect::Smoothie),
-        FileDialect::Marlin => Some(Dialect::Marlin),
-        FileDialect::RepRapFirmware => Some(Dialect::RepRapFirmware),
-        FileDialect::Klipper => Some(Dialect::Klipper),
-        FileDialect::Grbl => Some(Dialect::Grbl),
-    }
-}
 
 /// Names of the machine's parts in commands by name: as in the configuration, and as Klipper's for parts that
 /// every printer has.

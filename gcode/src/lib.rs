@@ -12,6 +12,7 @@
 mod block;
 mod code_number;
 mod decoder;
+mod dialect;
 mod error;
 pub mod expression;
 mod extended;
@@ -26,6 +27,7 @@ mod whole_line;
 
 pub use block::{Block, Code, Letter, NO_TOOL, WORD_LETTERS, letter_bit};
 pub use decoder::{Decoder, Line, Refusal, checksum_of};
+pub use dialect::{Dialect, Dialects, ExtruderFollows};
 pub use error::{Problem, SyntaxError};
 pub use expression::{NoParameters, Parameter, Parameters};
 pub use extended::{Extended, KeyValues};

@@ -236,7 +236,7 @@ impl<'c> Preflight<'c> {
             travel: Travel::default(),
             homed: AxisSet::NONE,
             can_home: AxisSet::collect(Axis::ALL.into_iter().filter(homes)),
-            dialect: program_setup::dialect(config),
+            dialect: config.general.usual_dialect(),
             targets: [Celsius(0.0); MAX_HEATERS],
             most_celsius: [Celsius(0.0); MAX_HEATERS],
             fade: (None, None),
@@ -301,8 +301,8 @@ impl<'c> Preflight<'c> {
 
     /// Sets the dialect, by the one that the file states.
     pub fn read_as(&mut self, dialect: Option<Dialect>) {
-        let forced = program_setup::file_dialect(self.config);
-        self.dialect = forced.or(dialect).unwrap_or(program_setup::dialect(self.config));
+        let forced = self.config.player.dialect;
+        self.dialect = forced.or(dialect).unwrap_or(self.config.general.usual_dialect());
     }
 
     /// Whether the program has ended before its file does.

@@ -3,10 +3,10 @@
 use units::AxisSet;
 
 use crate::action::Action;
-use crate::dialect::Dialect;
 use crate::fault::Fault;
 use crate::function::Function;
 use crate::words::Words;
+use gcode::Dialect;
 
 /// Facts about the machine that the meaning of a block depends on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

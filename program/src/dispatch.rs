@@ -9,7 +9,6 @@ use crate::auxiliary::Spindle;
 use crate::claims::{Claim, MOST_CLAIMS};
 use crate::codes::{self, CodeInfo, Handler};
 use crate::context::{Context, Facts, Meaning, NOTHING};
-use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::function::Function;
 use crate::interpreter::Interpreter;
@@ -17,6 +16,7 @@ use crate::meaning::{extruders, heat};
 use crate::setup::PulseSetup;
 use crate::words::Words;
 use crate::words_not_taken;
+use gcode::Dialect;
 
 impl Interpreter {
     /// Returns the row that says how a block is read and where the block may run; `None` when the code is

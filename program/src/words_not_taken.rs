@@ -4,10 +4,10 @@ use gcode::Letter;
 
 use crate::action::Effect;
 use crate::codes::{CodeInfo, Handler};
-use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::words::Words;
+use gcode::Dialect;
 
 /// Letters that give a G-code's target, manner or extrusion in some firmware: R is a restore point of
 /// RepRapFirmware, H how its G1 stops, U to W are axes, T is a tool.

@@ -5,6 +5,7 @@ use crate::pin::Pin;
 use crate::setting::build::{bool, integer, number, pin, text, word};
 use crate::setting::declare::{settings, words};
 use crate::setting::{PinRole, Words};
+use gcode::Dialect;
 use units::{Micros, Volts};
 
 /// Kind of board the image runs on; decides the default driver chip.
@@ -39,25 +40,30 @@ settings! {
         "config-override" config_override: bool = bool("false").derived("as grbl_mode");
         /// What consoles speak, and files that do not say it, without grbl_mode (docs/dialects.md). The
         /// command `dialect` changes it for one console.
-        dialect: PrinterDialect = word("smoothie", PrinterDialect::WORDS).velvet();
+        dialect: Dialect = word("smoothie", OF_CONSOLES)
+            .velvet() => |word: usize| DIALECTS.get(word).copied().unwrap_or_default();
     }
 }
 
-words! {
-    /// G-code dialect of a printer's console.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-    pub enum PrinterDialect {
-        /// Dialect of Smoothieware consoles.
-        #[default]
-        Smoothie = "smoothie",
-        /// Dialect of Marlin consoles.
-        Marlin = "marlin",
-        /// Dialect of RepRapFirmware consoles.
-        RepRapFirmware = "reprapfirmware",
-        /// Dialect of Klipper consoles.
-        Klipper = "klipper",
+impl General {
+    /// Returns the dialect of lines of the machine's own: saved settings, configured scripts.
+    #[must_use]
+    pub const fn own_dialect(&self) -> Dialect {
+        if self.grbl_mode { Dialect::Grbl } else { Dialect::Smoothie }
+    }
+
+    /// Returns the dialect of sessions that have none of their own, and of files that do not say theirs.
+    #[must_use]
+    pub const fn usual_dialect(&self) -> Dialect {
+        if self.grbl_mode { Dialect::Grbl } else { self.dialect }
     }
 }
+
+/// Dialects of consoles and of files, in the order of their words.
+const DIALECTS: [Dialect; 5] =
+    [Dialect::Smoothie, Dialect::Marlin, Dialect::RepRapFirmware, Dialect::Klipper, Dialect::Grbl];
+const OF_CONSOLES: &Words = &Words(&["smoothie", "marlin", "reprapfirmware", "klipper"]);
+const OF_FILES: &Words = &Words(&["auto", "smoothie", "marlin", "reprapfirmware", "klipper", "grbl"]);
 
 settings! {
     /// Canned cycles G73 and G81 to G89.
@@ -238,7 +244,8 @@ settings! {
         /// so.
         queue_auto: bool = bool("false").velvet();
         /// What files are written in. auto: what their slicer says in them, else as grbl_mode says.
-        dialect: FileDialect = word("auto", FileDialect::WORDS).velvet();
+        dialect: Option<Dialect> = word("auto", OF_FILES)
+            .velvet() => |word: usize| DIALECTS.get(word.checked_sub(1)?).copied();
         /// A look ahead at the file of a job. time: only for the time left; warn: the job pauses before a
         /// line that leaves the travel; travel: it is not begun when such a line is found within
         /// preflight_wait, and pauses before one that is found later; refuse: the whole file is looked at
@@ -303,26 +310,6 @@ settings! {
         prompt: bool = bool("true").velvet();
         /// A line executed once it has been changed. Underscores stand for blanks.
         after_gcode: Command = text("", 96).velvet() => spaced;
-    }
-}
-
-words! {
-    /// Dialect of G-code files.
-    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-    pub enum FileDialect {
-        /// Dialect named in the file itself; otherwise that of the consoles.
-        #[default]
-        Auto = "auto",
-        /// Dialect of Smoothieware files.
-        Smoothie = "smoothie",
-        /// Dialect of Marlin files.
-        Marlin = "marlin",
-        /// Dialect of RepRapFirmware files.
-        RepRapFirmware = "reprapfirmware",
-        /// Dialect of Klipper files.
-        Klipper = "klipper",
-        /// Dialect of GRBL files.
-        Grbl = "grbl",
     }
 }
 

@@ -52,7 +52,7 @@ pub(crate) fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions, conf
     let summary = apart(|| read_file(ports, config, &mut findings));
     let took = ports.now().since(since);
     let banner = <Features<P> as Moments<P>>::banner(config).unwrap_or(framing::BANNER);
-    sessions.set_dialect(ports, base::program_setup::dialect(config), banner);
+    sessions.set_dialect(ports, config.general.usual_dialect(), banner);
     if let Err(why) = apart(|| ports.connect(&config.system)) {
         sessions.say(Recipient::All, format_args!("ERROR: USB does not work: {why}\n"));
     }

@@ -5,7 +5,6 @@
 //! has started. Motion comes to rest before any other line is read.
 
 use base::failure::Failure;
-use base::program_setup;
 use base::reason::Alarm;
 use base::sessions::{Recipient, SessionId};
 use base::{Ports, World};
@@ -84,7 +83,7 @@ pub(crate) fn ask_for_inputs<P: Ports>(machine: &mut Machine<'_, P>) {
     } else if sends(108) {
         end_wait(machine);
     }
-    let dialect = program_setup::own_dialect(machine.world.config);
+    let dialect = machine.world.config.general.own_dialect();
     let of_input = |line: &str| match ButtonWord::of(line) {
         Some(_) => Some(Ends::Wait),
         None => {

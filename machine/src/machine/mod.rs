@@ -155,7 +155,7 @@ impl<'c, P: Ports> Machine<'c, P> {
             outputs: Outputs::new(&config.switches),
             buttons: Buttons::new(config),
             features: P::states(config),
-            jobs: Jobs::new(base::program_setup::file_dialect(config)),
+            jobs: Jobs::new(config.player.dialect),
             files: Files::default(),
             logs: Logs::default(),
             tuning: Tuning::new(config),

@@ -1,7 +1,6 @@
 //! Source of a line, recipient of its answers, and the dialect it is read in.
 
 use base::Ports;
-use base::program_setup;
 use base::sessions::Recipient;
 use program::Dialect;
 
@@ -35,9 +34,9 @@ impl Source {
     /// in the machine's own, whatever consoles speak.
     pub fn new<P: Ports>(machine: &Machine<'_, P>, to: Recipient, origin: Origin) -> Self {
         let dialect = match origin {
-            Origin::Job => machine.jobs.dialect().unwrap_or_else(|| program_setup::dialect(machine.world.config)),
+            Origin::Job => machine.jobs.dialect().unwrap_or_else(|| machine.world.config.general.usual_dialect()),
             Origin::Session => machine.world.sessions.dialect_of(to),
-            Origin::Switch | Origin::Settings | Origin::Startup(_) => program_setup::own_dialect(machine.world.config),
+            Origin::Switch | Origin::Settings | Origin::Startup(_) => machine.world.config.general.own_dialect(),
         };
         Self { origin, to, dialect }
     }

@@ -6,12 +6,12 @@
 use gcode::Code;
 
 use super::row::{CodeInfo, EVERYWHERE_BUT_INVALID, Group, Waits};
-use crate::dialect::{Dialect, Dialects};
 use crate::fault::Part;
 use crate::function::{Function, Geometry, LimitCode, Report, Sequence, Setting, Standing};
 use crate::meaning::{lights, modes, printers, spindle};
 use crate::word::Bounds::{Above, AtLeast, Whole, Within};
 use crate::word::{Unit, WordInfo, word};
+use gcode::{Dialect, Dialects};
 
 /// Row that applies to some dialects only.
 #[derive(Clone, Copy, Debug)]

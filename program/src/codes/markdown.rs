@@ -9,8 +9,8 @@ use std::vec::Vec;
 use super::varying::{Reading, VARYING, Varying};
 use super::{Bounds, CodeInfo, Otherwise, READ_OTHERWISE, TOPICS, WordInfo};
 use crate::commands::COMMANDS;
-use crate::dialect::{Dialect, Dialects};
 use crate::extended;
+use gcode::{Dialect, Dialects};
 
 /// Writes the tables of codes, a chapter for each topic, with a column for each dialect.
 ///

@@ -27,8 +27,8 @@ mod varying;
 use gcode::{Code, Letter};
 
 use crate::claims::Claim;
-use crate::dialect::Dialect;
 pub use crate::word::{Bounds, Doc, Unit, WordInfo};
+use gcode::Dialect;
 #[cfg(feature = "docs")]
 pub use markdown::{write_codes, write_commands, write_named, write_otherwise};
 pub(crate) use row::Handler;

@@ -5,7 +5,7 @@
 
 use gcode::Code;
 
-use crate::dialect::{Dialect, Dialects};
+use gcode::{Dialect, Dialects};
 
 /// How a dialect reads a code, against the text that begins the code's row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

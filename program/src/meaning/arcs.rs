@@ -4,10 +4,10 @@ use units::{Axis, Plane};
 
 use crate::action::{Centre, Shape};
 use crate::context::Context;
-use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::words::Words;
+use gcode::Dialect;
 
 /// Upper limit of P: no real program has more turns.
 const MOST_TURNS: f64 = 10_000.0;

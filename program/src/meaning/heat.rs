@@ -6,10 +6,10 @@ use units::{Celsius, HeaterId, ToolId};
 use crate::action::{Action, Effect};
 use crate::claims::Claim;
 use crate::context::{Context, Meaning, NOTHING};
-use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::function::{Function, Report};
 use crate::interpreter::Interpreter;
+use gcode::Dialect;
 
 /// Lowest number of temperature controls that are addressed whatever tool is selected.
 const ALWAYS_ACTIVE: ToolId = ToolId(250);

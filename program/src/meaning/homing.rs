@@ -4,12 +4,12 @@ use units::{Axis, AxisSet, PerAxis};
 
 use crate::action::Action;
 use crate::context::{Context, Meaning};
-use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::moves;
 use crate::meaning::probing;
 use crate::park::ParkPosition;
+use gcode::Dialect;
 
 /// Homes or parks (G28, G28.2); the dialect says which of the two codes homes.
 pub(crate) fn home_or_park<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {

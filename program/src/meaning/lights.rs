@@ -2,12 +2,12 @@
 
 use crate::action::Effect;
 use crate::context::{Context, Meaning, NOTHING};
-use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::lights::{LightChange, Lights};
 use crate::setup::StripSetup;
 use crate::words::Words;
+use gcode::Dialect;
 
 /// Letters of red, green and blue (U in both firmwares), white.
 const PARTS: [char; 4] = ['R', 'U', 'B', 'W'];

@@ -4,12 +4,12 @@ use units::{Axis, Micros, MmPerSecond, PerAxis};
 
 use crate::action::{Action, Rate, Shape};
 use crate::context::{Context, Meaning, NOTHING};
-use crate::dialect::Dialect;
 use crate::fault::{Fault, Part, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{arcs, extruders, feed_modes, spindle, splines};
 use crate::modal::{FeedMode, MotionMode};
 use crate::words::Words;
+use gcode::Dialect;
 
 /// Longest dwell, s: a day.
 pub(crate) const LONGEST_DWELL: f64 = 86_400.0;

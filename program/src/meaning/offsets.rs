@@ -4,12 +4,12 @@ use units::{Axis, PerAxis, Plane};
 
 use crate::action::{Action, Corner};
 use crate::context::{Context, Meaning, NOTHING};
-use crate::dialect::{Dialect, ExtruderFollows};
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, tool_table};
 use crate::modal::COORDINATE_SYSTEMS;
 use crate::parameters;
+use gcode::{Dialect, ExtruderFollows};
 
 /// G17, G18, G19: selects the plane.
 pub(crate) fn plane<'b>(program: &mut Interpreter, context: &Context<'b>) -> Result<Meaning<'b>, Fault> {

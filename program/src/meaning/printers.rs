@@ -5,13 +5,13 @@ use units::{Axis, Celsius, HeaterId};
 
 use crate::action::{Action, Effect};
 use crate::context::{Context, Meaning, NOTHING};
-use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::function::{FileFunction, Function, Geometry, LimitCode, Sequence};
 use crate::interpreter::Interpreter;
 use crate::meaning::{extruders, heat, offsets, program};
 use crate::word::{Unit, WordInfo, word};
 use crate::words::Words;
+use gcode::Dialect;
 
 macro_rules! speeds {
     ($unit:expr) => {

@@ -4,12 +4,12 @@ use units::{Axis, MmPerSecond, PerAxis};
 
 use crate::action::{Action, Contact, ProbeAlong, ProbeDown};
 use crate::context::{Context, Meaning, NOTHING};
-use crate::dialect::Dialect;
 use crate::fault::{Fault, Problem};
 use crate::interpreter::Interpreter;
 use crate::meaning::moves;
 use crate::modal::{FeedMode, MotionMode};
 use crate::words::Words;
+use gcode::Dialect;
 
 /// G30: probes for the bed and returns to the start; with Z or L stays at the contact, and Z makes that
 /// height read as given.

@@ -220,7 +220,7 @@ fn begin<P: Ports>(
     let failed = |error: StorageError| machine.world.texts.about_file(path, error.text());
     let file = ports.open(path, OpenMode::Beside).map_err(failed)?;
     let size = ports.size(file).map_err(failed)?;
-    let forced = base::program_setup::file_dialect(machine.world.config).or(dialect);
+    let forced = machine.world.config.player.dialect.or(dialect);
     let lookup = forced.is_none().then(|| Lookup::new(size));
     // A check leaves everything known of the job.
     let (job, made) = (files.job, files.made);

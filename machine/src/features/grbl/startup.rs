@@ -17,7 +17,7 @@ pub(crate) fn read<P: Ports>(machine: &mut Machine<'_, P>) {
         Ok(own) => machine.features.grbl.own = own,
         Err(error) => machine.announce(format_args!("ERROR: {}: {}\n", stored::PATH, error.text())),
     }
-    if base::program_setup::dialect(machine.world.config) == Dialect::Grbl {
+    if machine.world.config.general.usual_dialect() == Dialect::Grbl {
         begin(machine);
     }
 }

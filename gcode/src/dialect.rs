@@ -63,7 +63,8 @@ impl Dialect {
     }
 
     /// Returns the unit of G4 P, seconds.
-    pub(crate) const fn dwell_unit(self) -> f64 {
+    #[must_use]
+    pub const fn dwell_unit(self) -> f64 {
         match self {
             Self::Grbl => 1.0,
             _ => 1e-3,
@@ -71,7 +72,8 @@ impl Dialect {
     }
 
     /// Whether this subcode of G28 parks; of G28 and G28.2, the other one homes.
-    pub(crate) const fn parks(self, subcode: u8) -> bool {
+    #[must_use]
+    pub const fn parks(self, subcode: u8) -> bool {
         match self {
             Self::Grbl => subcode == 0,
             _ => subcode == 2,
@@ -80,7 +82,8 @@ impl Dialect {
 
     /// Returns the words that G28 takes: axes, and in Marlin how to home (L, O, R; Prusa's W), which changes
     /// nothing here.
-    pub(crate) const fn homing_words(self) -> &'static str {
+    #[must_use]
+    pub const fn homing_words(self) -> &'static str {
         match self {
             Self::Marlin => "XYZABCLNOPRSW",
             _ => "XYZABC",
@@ -89,7 +92,8 @@ impl Dialect {
 
     /// Returns how G90 and G91 affect the extruder's coordinates. Sources: "E: places or distances" in
     /// `docs/dialects.md`.
-    pub(crate) const fn extruder_follows(self) -> ExtruderFollows {
+    #[must_use]
+    pub const fn extruder_follows(self) -> ExtruderFollows {
         match self {
             Self::Smoothie | Self::Grbl | Self::Marlin => ExtruderFollows::TheLast,
             Self::RepRapFirmware => ExtruderFollows::Nothing,
@@ -105,34 +109,40 @@ impl Dialect {
     }
 
     /// Whether S of M106 up to 1 is a share of full speed.
-    pub(crate) const fn takes_shares(self) -> bool {
+    #[must_use]
+    pub const fn takes_shares(self) -> bool {
         matches!(self, Self::RepRapFirmware)
     }
 
     /// Whether M109 S and M190 S also wait until a heater has cooled to its target.
-    pub(crate) const fn waits_for_cooling(self) -> bool {
+    #[must_use]
+    pub const fn waits_for_cooling(self) -> bool {
         matches!(self, Self::Klipper)
     }
 
     /// Whether the dialect belongs to printer firmware other than Smoothieware.
     #[inline]
-    pub(crate) const fn is_other_printers(self) -> bool {
+    #[must_use]
+    pub const fn is_other_printers(self) -> bool {
         matches!(self, Self::Marlin | Self::RepRapFirmware | Self::Klipper)
     }
 
     /// Whether the table of codes has other readings for this dialect.
     #[inline]
-    pub(crate) const fn reads_otherwise(self) -> bool {
+    #[must_use]
+    pub const fn reads_otherwise(self) -> bool {
         !matches!(self, Self::Smoothie)
     }
 
     /// Whether F on a line of G0 sets the rate of G0; otherwise F sets the rate of G1, as everywhere.
-    pub(crate) const fn seeks_by_f(self) -> bool {
+    #[must_use]
+    pub const fn seeks_by_f(self) -> bool {
         !matches!(self, Self::Grbl)
     }
 
     /// Whether G90 and G91 apply to the words of G38; otherwise the words are distances.
-    pub(crate) const fn probes_by_distance_mode(self) -> bool {
+    #[must_use]
+    pub const fn probes_by_distance_mode(self) -> bool {
         matches!(self, Self::Grbl)
     }
 
@@ -144,22 +154,26 @@ impl Dialect {
 
     /// Whether the words of a parking code give an intermediate position, as G90 and G91 say; otherwise a
     /// distance to move first.
-    pub(crate) const fn parks_by_a_place(self) -> bool {
+    #[must_use]
+    pub const fn parks_by_a_place(self) -> bool {
         matches!(self, Self::Grbl)
     }
 
     /// Whether G10 L2 replaces an offset in G91 too; otherwise G10 L2 adds to the offset in G91.
-    pub(crate) const fn replaces_offsets(self) -> bool {
+    #[must_use]
+    pub const fn replaces_offsets(self) -> bool {
         matches!(self, Self::Grbl)
     }
 
     /// Whether G80 behind a cycle of G99 returns to the height before the series.
-    pub(crate) const fn returns_at_g80(self) -> bool {
+    #[must_use]
+    pub const fn returns_at_g80(self) -> bool {
         matches!(self, Self::Smoothie)
     }
 
     /// Whether G81 and G82 peck when Q is given, as G83 does, and G81 dwells when P is given, as G82 does.
-    pub(crate) const fn drills_by_words(self) -> bool {
+    #[must_use]
+    pub const fn drills_by_words(self) -> bool {
         matches!(self, Self::Smoothie)
     }
 
@@ -170,24 +184,27 @@ impl Dialect {
     }
 
     /// Whether M30 ends the program; otherwise M30 removes a file, or does nothing.
-    pub(crate) const fn ends_by_m30(self) -> bool {
+    #[must_use]
+    pub const fn ends_by_m30(self) -> bool {
         matches!(self, Self::Grbl)
     }
 
     /// Whether the end of a program stops spindle and coolant and selects G17; otherwise they stay.
-    pub(crate) const fn stops_spindle_at_end(self) -> bool {
+    #[must_use]
+    pub const fn stops_spindle_at_end(self) -> bool {
         matches!(self, Self::Grbl)
     }
 
     /// Whether M20 lists the card.
-    pub(crate) const fn lists_by_m20(self) -> bool {
+    #[must_use]
+    pub const fn lists_by_m20(self) -> bool {
         !matches!(self, Self::Grbl)
     }
 }
 
 /// Codes that decide whether E is a position or a distance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ExtruderFollows {
+pub enum ExtruderFollows {
     /// Only M82 and M83 decide.
     Nothing,
     /// The last of G90, G91, M82 and M83 decides.
