@@ -2,9 +2,7 @@
 
 use config::{ArmSolution, InputShaperConfig, MachineConfig};
 use motion::geometry::{ArcSettings, LineSettings};
-use motion::kinematics::{
-    CoreXz, Deltesian, Generic, LinearDelta, LinearDeltaGeometry, MOST_ANCHORS, Morgan, RotaryDelta, Winch,
-};
+use motion::kinematics::{CoreXz, Generic, LinearDelta, MOST_ANCHORS, Winch};
 use motion::{ActuatorConfig, FilterConfig, Kinematics, Limits, MotionConfig, PressureAdvance, Shaper};
 use units::{Actuator, MmPerSecond, PerActuator, STEP_CLOCK_HZ, Ticks};
 
@@ -46,43 +44,16 @@ pub fn kinematics(config: &MachineConfig) -> Option<Kinematics> {
         ArmSolution::HybridCoreXz => Kinematics::HybridCoreXz,
         ArmSolution::Lathe => Kinematics::Lathe,
         ArmSolution::Polar => Kinematics::Polar,
-        ArmSolution::LinearDelta => Kinematics::LinearDelta(LinearDelta::new(LinearDeltaGeometry {
-            arm_length: arms.linear_delta.arm_length,
-            arm_offset: arms.linear_delta.arm_offset,
-            arm_radius: arms.linear_delta.arm_radius,
-            tower_offset: arms.linear_delta.tower_offset,
-            tower_angle: arms.linear_delta.tower_angle,
-        })),
-        ArmSolution::RotaryDelta => Kinematics::RotaryDelta(rotary_delta(&arms.rotary_delta)),
-        ArmSolution::Morgan => {
-            let [arm1, arm2] = arms.morgan.length;
-            let (tower, scaling, cosine) = (arms.morgan.offset, arms.morgan.scaling, arms.morgan.undefined);
-            Kinematics::Morgan(Morgan { arm1, arm2, tower, scaling, cosine })
-        }
-        ArmSolution::Deltesian => {
-            let (arm_length, arm_x_length) = (arms.deltesian.arm_length, arms.deltesian.arm_x_length);
-            Kinematics::Deltesian(Deltesian { arm_length, arm_x_length })
-        }
+        ArmSolution::LinearDelta => Kinematics::LinearDelta(LinearDelta::new(arms.linear_delta)),
+        ArmSolution::RotaryDelta => Kinematics::RotaryDelta(arms.rotary_delta),
+        ArmSolution::Morgan => Kinematics::Morgan(arms.morgan),
+        ArmSolution::Deltesian => Kinematics::Deltesian(arms.deltesian),
         ArmSolution::Generic => Kinematics::Generic(Generic::new(arms.generic)?),
         ArmSolution::Winch => {
             let anchors: heapless::Vec<_, MOST_ANCHORS> = arms.anchors.iter().map_while(|anchor| *anchor).collect();
             Kinematics::Winch(Winch::new(&anchors)?)
         }
     })
-}
-
-fn rotary_delta(arms: &config::RotaryDeltaArms) -> RotaryDelta {
-    RotaryDelta {
-        effector: arms.e,
-        base: arms.f,
-        rod: arms.re,
-        arm: arms.rf,
-        z_offset: arms.z_offset,
-        effector_offset: arms.ee_offs,
-        tool_offset: arms.tool_offset,
-        angles: [arms.min_angle, arms.max_angle],
-        mirror_xy: arms.mirror_xy,
-    }
 }
 
 /// Returns the filters: input shaping and pressure advance.
@@ -153,8 +124,8 @@ fn limits(config: &MachineConfig) -> Limits {
 pub const fn halts_out_of_reach(config: &MachineConfig) -> bool {
     let arms = &config.motion.arms;
     match config.motion.arm_solution {
-        ArmSolution::LinearDelta => arms.linear_delta.halt_on_error,
-        ArmSolution::RotaryDelta => arms.rotary_delta.halt_on_error,
+        ArmSolution::LinearDelta => arms.linear_delta_halts,
+        ArmSolution::RotaryDelta => arms.rotary_delta_halts,
         _ => true,
     }
 }

@@ -5,6 +5,7 @@
 //! the G-code interpreter. The crate does no I/O and knows nothing of G-code, configuration or hardware.
 #![cfg_attr(not(test), no_std)]
 
+mod arms;
 mod axis;
 mod axis_set;
 mod colour;
@@ -19,6 +20,7 @@ mod thermocouple;
 mod time;
 mod tool;
 
+pub use arms::{Deltesian, LinearDeltaGeometry, Morgan, RotaryDelta};
 pub use axis::{Actuator, Axis, MAX_ACTUATORS, MAX_AXES, PerActuator, PerAxis};
 pub use axis_set::AxisSet;
 pub use colour::{Colour, ColourOrder};

@@ -3,20 +3,25 @@
 
 use crate::setting::build::{ANY, POSITIVE, bool, number, numbers};
 use crate::setting::declare::settings;
+use units::{Deltesian, LinearDeltaGeometry, Morgan, RotaryDelta};
 
 /// The geometry of every arm solution; only that of `arm_solution` counts.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Arms {
     /// Section `[linear delta]`: rods and towers.
-    pub linear_delta: LinearDeltaArms,
+    pub linear_delta: LinearDeltaGeometry,
+    /// Whether a linear delta halts on a place out of reach; otherwise the move is refused.
+    pub linear_delta_halts: bool,
     /// Section `[rotary delta]`: arms and plates.
-    pub rotary_delta: RotaryDeltaArms,
+    pub rotary_delta: RotaryDelta,
+    /// Whether a rotary delta halts on a place out of reach; otherwise the move is refused.
+    pub rotary_delta_halts: bool,
     /// Section `[morgan scara]`: links and tower.
-    pub morgan: MorganArms,
+    pub morgan: Morgan,
     /// Reductions `x_reduction` and `z_reduction` of `[corexz]`.
     pub corexz: [f64; 2],
     /// Section `[deltesian]`: rods and towers.
-    pub deltesian: DeltesianArms,
+    pub deltesian: Deltesian,
     /// Section `[generic cartesian]`: contribution of a millimetre of X, Y and Z to alpha, beta and gamma.
     pub generic: [[f64; 3]; 3],
     /// Section `[winch]`: exit points of the ropes of alpha and so on.
@@ -25,113 +30,103 @@ pub struct Arms {
 
 settings! {
     /// Geometry of a delta with three towers.
-    #[derive(Clone, Copy, Debug, Default)]
-    pub struct LinearDeltaArms {
+    rows LinearDeltaArms of LinearDeltaGeometry {
         /// Diagonal rod length.
-        arm_length: f64 = number("250", POSITIVE).unit("mm").klipper("[stepper_<axis>] arm_length").v1("arm_length");
+        "arm_length" arm_length = number("250", POSITIVE).unit("mm").klipper("[stepper_<axis>] arm_length").v1("arm_length");
         /// Horizontal distance between rod joints when centred.
-        arm_radius: f64 = number("124", POSITIVE).unit("mm").klipper("[printer] delta_radius").v1("arm_radius");
-        /// Added to each tower's radius.
-        tower_offset: [f64; 3];
+        "arm_radius" arm_radius = number("124", POSITIVE).unit("mm").klipper("[printer] delta_radius").v1("arm_radius");
         /// Radial offset of tower 1 (X, at 210 degrees).
         "delta_tower1_offset" tower_offset[0] = number("0", ANY).unit("mm").v1("delta_tower1_offset");
         /// Radial offset of tower 2 (Y, at 330 degrees).
         "delta_tower2_offset" tower_offset[1] = number("0", ANY).unit("mm").v1("delta_tower2_offset");
         /// Radial offset of tower 3 (Z, at 90 degrees).
         "delta_tower3_offset" tower_offset[2] = number("0", ANY).unit("mm").v1("delta_tower3_offset");
-        /// Added to each tower's angle.
-        tower_angle: [f64; 3];
         /// Angular offset of tower 1.
         "delta_tower1_angle" tower_angle[0] = number("0", ANY).unit("deg").v1("delta_tower1_angle");
         /// Angular offset of tower 2.
         "delta_tower2_angle" tower_angle[1] = number("0", ANY).unit("deg").v1("delta_tower2_angle");
         /// Angular offset of tower 3.
         "delta_tower3_angle" tower_angle[2] = number("0", ANY).unit("deg").v1("delta_tower3_angle");
-        /// Added to the length of each tower's rod.
-        arm_offset: [f64; 3];
         /// Added to arm_length for the rods of tower 1.
         "delta_arm1_offset" arm_offset[0] = number("0", ANY).unit("mm").klipper("[stepper_a] arm_length").velvet();
         /// Added to arm_length for the rods of tower 2.
         "delta_arm2_offset" arm_offset[1] = number("0", ANY).unit("mm").klipper("[stepper_b] arm_length").velvet();
         /// Added to arm_length for the rods of tower 3.
         "delta_arm3_offset" arm_offset[2] = number("0", ANY).unit("mm").klipper("[stepper_c] arm_length").velvet();
+    }
+}
+
+settings! {
+    /// Places that a delta with three towers cannot reach.
+    rows LinearDeltaHalt of Arms {
         /// Halts on a position the arms cannot reach; otherwise the move is refused and the machine goes on.
-        halt_on_error: bool = bool("true");
+        "halt_on_error" linear_delta_halts = bool("true");
     }
 }
 
 settings! {
     /// Geometry of a delta with three shoulder motors.
-    #[derive(Clone, Copy, Debug, Default)]
-    pub struct RotaryDeltaArms {
+    rows RotaryDeltaArms of RotaryDelta {
         /// End effector length.
-        "delta_e" e: f64 = number("131.636", POSITIVE).unit("mm").v1("delta_e");
+        "delta_e" effector = number("131.636", POSITIVE).unit("mm").v1("delta_e");
         /// Base length.
-        "delta_f" f: f64 = number("190.526", POSITIVE).unit("mm").v1("delta_f");
+        "delta_f" base = number("190.526", POSITIVE).unit("mm").v1("delta_f");
         /// Rod length.
-        "delta_re" re: f64 = number("270", POSITIVE).unit("mm").v1("delta_re");
+        "delta_re" rod = number("270", POSITIVE).unit("mm").v1("delta_re");
         /// Upper arm length.
-        "delta_rf" rf: f64 = number("90", POSITIVE).unit("mm").v1("delta_rf");
+        "delta_rf" arm = number("90", POSITIVE).unit("mm").v1("delta_rf");
         /// Distance from the arm shafts to the bed.
-        "delta_z_offset" z_offset: f64 = number("290.7", ANY).unit("mm").v1("delta_z_offset");
+        "delta_z_offset" z_offset = number("290.7", ANY).unit("mm").v1("delta_z_offset");
         /// Joint plane to effector bottom.
-        "delta_ee_offs" ee_offs: f64 = number("15", ANY).unit("mm").v1("delta_ee_offs");
+        "delta_ee_offs" effector_offset = number("15", ANY).unit("mm").v1("delta_ee_offs");
         /// Joint plane to tool tip.
-        "delta_tool_offset" tool_offset: f64 = number("30.5", ANY).unit("mm").v1("delta_tool_offset");
+        "delta_tool_offset" tool_offset = number("30.5", ANY).unit("mm").v1("delta_tool_offset");
         /// Lowest allowed arm angle once homed.
-        min_angle: f64 = number("-45", ANY).unit("deg");
+        "min_angle" angles[0] = number("-45", ANY).unit("deg");
         /// Highest allowed arm angle once homed.
-        max_angle: f64 = number("70", ANY).unit("deg");
+        "max_angle" angles[1] = number("70", ANY).unit("deg");
         /// Negates X and Y.
-        "delta_mirror_xy" mirror_xy: bool = bool("true").v1("delta_mirror_xy");
+        "delta_mirror_xy" mirror_xy = bool("true").v1("delta_mirror_xy");
+    }
+}
+
+settings! {
+    /// Places that a delta with three shoulders cannot reach.
+    rows RotaryDeltaHalt of Arms {
         /// Halts on a position or an angle the arms cannot reach; otherwise the move is refused.
-        halt_on_error: bool = bool("true");
+        "halt_on_error" rotary_delta_halts = bool("true");
     }
 }
 
 settings! {
     /// Geometry of a two-link arm.
-    #[derive(Clone, Copy, Debug, Default)]
-    pub struct MorganArms {
-        /// Lengths of inner and outer link.
-        length: [f64; 2];
+    rows MorganArms of Morgan {
         /// Inner arm length.
-        "arm1_length" length[0] = number("150", POSITIVE).unit("mm").v1("arm1_length");
+        "arm1_length" arm1 = number("150", POSITIVE).unit("mm").v1("arm1_length");
         /// Outer arm length.
-        "arm2_length" length[1] = number("150", POSITIVE).unit("mm").v1("arm2_length");
-        /// Position of the tower relative to the bed's origin.
-        offset: [f64; 2];
+        "arm2_length" arm2 = number("150", POSITIVE).unit("mm").v1("arm2_length");
         /// X from the bed origin to the tower.
-        "morgan_offset_x" offset[0] = number("100", ANY).unit("mm").v1("morgan_offset_x");
+        "morgan_offset_x" tower[0] = number("100", ANY).unit("mm").v1("morgan_offset_x");
         /// Y from the bed origin to the tower.
-        "morgan_offset_y" offset[1] = number("-60", ANY).unit("mm").v1("morgan_offset_y");
-        /// Scale corrections of X and Y.
-        scaling: [f64; 2];
+        "morgan_offset_y" tower[1] = number("-60", ANY).unit("mm").v1("morgan_offset_y");
         /// X calibration scale.
         "morgan_scaling_x" scaling[0] = number("1", ANY).v1("axis_scaling_x");
         /// Y calibration scale.
         "morgan_scaling_y" scaling[1] = number("1", ANY).v1("axis_scaling_y");
-        /// Limits of the elbow's cosine, folded and stretched.
-        undefined: [f64; 2];
         /// Limit of the elbow cosine near the tower.
-        "morgan_undefined_min" undefined[0] = number("0.95", ANY).v1("morgan_undefined_min");
+        "morgan_undefined_min" cosine[0] = number("0.95", ANY).v1("morgan_undefined_min");
         /// Limit of the elbow cosine at full reach.
-        "morgan_undefined_max" undefined[1] = number("0.95", ANY).v1("morgan_undefined_max");
+        "morgan_undefined_max" cosine[1] = number("0.95", ANY).v1("morgan_undefined_max");
     }
 }
 
 settings! {
     /// Geometry of two vertical towers, left (alpha) and right (beta), over a bed that gamma moves in Y.
-    #[derive(Clone, Copy, Debug, Default)]
-    pub struct DeltesianArms {
-        /// Lengths of the diagonal rods.
-        arm_length: [f64; 2];
+    rows DeltesianArms of Deltesian {
         /// Diagonal rod on the left.
         "left_arm_length" arm_length[0] = number("250", POSITIVE).unit("mm").velvet();
         /// Diagonal rod on the right.
         "right_arm_length" arm_length[1] = number("250", POSITIVE).unit("mm").velvet();
-        /// Distance in X between tower and tool in the middle.
-        arm_x_length: [f64; 2];
         /// Distance in X of the left rod's joints at X 0.
         "left_arm_x_length" arm_x_length[0] = number("124", POSITIVE).unit("mm").velvet();
         /// Distance in X of the right rod's joints at X 0.

@@ -9,7 +9,7 @@
 
 use units::{Actuator, PerActuator, PerAxis};
 
-use super::{Kinematics, morgan::Morgan, polar, rotary_delta::RotaryDelta, space::Axes, winch::Winch};
+use super::{Kinematics, Morgan, RotaryDelta, morgan, polar, space::Axes, winch::Winch};
 use crate::{
     compensation::{Lift, Over},
     greatest, least,
@@ -145,7 +145,7 @@ fn add_eighths(places: &mut Places) {
 }
 
 fn add_tower(places: &mut Places, arm: &Morgan, start: Axes, way: Axes) {
-    places.add(arm.nearest(start, way));
+    places.add(morgan::nearest(arm, start, way));
 }
 
 fn add_anchors(places: &mut Places, ropes: &Winch, start: Axes, way: Axes, length: f64) {

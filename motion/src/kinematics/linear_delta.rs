@@ -6,6 +6,8 @@
 //! greatest at one of the ends. So the ends of a move bound both. The places all three rods can reach are the
 //! intersection of three discs, which is convex: a line between two of them stays inside.
 
+use units::LinearDeltaGeometry;
+
 use super::{
     space::{Axes, LEAST_CLEARANCE, Motors, TINY},
     spheres,
@@ -18,33 +20,6 @@ const TOWERS: [f64; 3] = [210.0, 330.0, 90.0];
 
 /// Letters of M665: arm length, arm radius, radius of each tower, angle of each tower, length of each rod.
 const LETTERS: [char; 11] = ['L', 'R', 'A', 'B', 'C', 'D', 'E', 'H', 'I', 'J', 'K'];
-
-/// Configured geometry of a linear delta.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LinearDeltaGeometry {
-    /// Length of the rods, mm.
-    pub arm_length: f64,
-    /// Added to the length of each tower's rod, mm.
-    pub arm_offset: [f64; 3],
-    /// Horizontal distance of a rod's joints with the tool in the middle, mm.
-    pub arm_radius: f64,
-    /// Added to the radius of each tower, mm.
-    pub tower_offset: [f64; 3],
-    /// Added to the angle of each tower, degrees.
-    pub tower_angle: [f64; 3],
-}
-
-impl Default for LinearDeltaGeometry {
-    fn default() -> Self {
-        Self {
-            arm_length: 250.0,
-            arm_offset: [0.0; 3],
-            arm_radius: 124.0,
-            tower_offset: [0.0; 3],
-            tower_angle: [0.0; 3],
-        }
-    }
-}
 
 /// A tower and its rod.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -26,13 +26,11 @@ mod spheres;
 pub(crate) mod tests;
 mod winch;
 
-pub use deltesian::Deltesian;
 pub(crate) use line::Strain;
 pub use linear::{CoreXz, Generic};
-pub use linear_delta::{LinearDelta, LinearDeltaGeometry};
-pub use morgan::Morgan;
+pub use linear_delta::LinearDelta;
 pub use parameters::Parameters;
-pub use rotary_delta::RotaryDelta;
+pub use units::{Deltesian, LinearDeltaGeometry, Morgan, RotaryDelta};
 pub use winch::{MOST_ANCHORS, Winch};
 
 use units::{Actuator, Axis, AxisSet, PerActuator, PerAxis};
@@ -100,9 +98,9 @@ impl Kinematics {
         let [alpha, beta, gamma] = match self {
             Self::Cartesian => axes,
             Self::LinearDelta(delta) => delta.motors(axes),
-            Self::RotaryDelta(delta) => delta.motors(axes),
-            Self::Morgan(arm) => arm.motors(axes),
-            Self::Deltesian(towers) => towers.motors(axes),
+            Self::RotaryDelta(delta) => rotary_delta::motors(delta, axes),
+            Self::Morgan(arm) => morgan::motors(arm, axes),
+            Self::Deltesian(towers) => deltesian::motors(towers, axes),
             Self::Polar => polar::motors(axes),
             Self::Winch(ropes) => {
                 let mut motors = point.0;
@@ -122,9 +120,9 @@ impl Kinematics {
         let [alpha, beta, gamma] = match self {
             Self::Cartesian => speed,
             Self::LinearDelta(delta) => delta.velocities(axes, speed),
-            Self::RotaryDelta(delta) => delta.velocities(axes, speed),
-            Self::Morgan(arm) => arm.velocities(axes, speed),
-            Self::Deltesian(towers) => towers.velocities(axes, speed),
+            Self::RotaryDelta(delta) => rotary_delta::velocities(delta, axes, speed),
+            Self::Morgan(arm) => morgan::velocities(arm, axes, speed),
+            Self::Deltesian(towers) => deltesian::velocities(towers, axes, speed),
             Self::Polar => polar::velocities(axes, speed),
             Self::Winch(ropes) => {
                 let mut motors = velocity.0;
@@ -150,9 +148,9 @@ impl Kinematics {
             Self::Lathe => [alpha, 0.0, beta],
             Self::Generic(map) => map.axes(motors),
             Self::LinearDelta(delta) => delta.axes(motors),
-            Self::RotaryDelta(delta) => delta.axes(motors),
-            Self::Morgan(arm) => arm.axes(motors),
-            Self::Deltesian(towers) => towers.axes(motors),
+            Self::RotaryDelta(delta) => rotary_delta::axes(delta, motors),
+            Self::Morgan(arm) => morgan::axes(arm, motors),
+            Self::Deltesian(towers) => deltesian::axes(towers, motors),
             Self::Polar => polar::axes(motors),
             Self::Winch(ropes) => ropes.axes(&actuators.0),
         };
@@ -252,9 +250,9 @@ impl Kinematics {
         let axes = [x, y, z];
         match self {
             Self::LinearDelta(delta) => delta.clearance(axes),
-            Self::RotaryDelta(delta) => delta.clearance(axes),
-            Self::Morgan(arm) => arm.clearance(axes),
-            Self::Deltesian(towers) => towers.clearance(axes),
+            Self::RotaryDelta(delta) => rotary_delta::clearance(delta, axes),
+            Self::Morgan(arm) => morgan::clearance(arm, axes),
+            Self::Deltesian(towers) => deltesian::clearance(towers, axes),
             Self::Polar => polar::clearance(axes),
             Self::Winch(ropes) => ropes.clearance(axes),
             _ => f64::INFINITY,
@@ -267,8 +265,8 @@ impl Kinematics {
         let [x, y, z, ..] = point.0;
         let axes = [x, y, z];
         let is_allowed = match self {
-            Self::RotaryDelta(delta) => delta.is_within_angles(axes),
-            Self::Morgan(arm) => arm.is_within_limits(axes),
+            Self::RotaryDelta(delta) => rotary_delta::is_within_angles(delta, axes),
+            Self::Morgan(arm) => morgan::is_within_limits(arm, axes),
             _ => true,
         };
         // A NaN compares false, so it is refused.
@@ -281,9 +279,9 @@ impl Kinematics {
         match self {
             Self::CoreXz(gearing) => libm::fabs(gearing.x) > 1e-6 && libm::fabs(gearing.z) > 1e-6,
             Self::LinearDelta(delta) => delta.is_sound(),
-            Self::RotaryDelta(delta) => delta.is_sound(),
-            Self::Morgan(arm) => arm.is_sound(),
-            Self::Deltesian(towers) => towers.is_sound(),
+            Self::RotaryDelta(delta) => rotary_delta::is_sound(delta),
+            Self::Morgan(arm) => morgan::is_sound(arm),
+            Self::Deltesian(towers) => deltesian::is_sound(towers),
             _ => true,
         }
     }

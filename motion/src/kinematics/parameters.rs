@@ -1,6 +1,6 @@
 //! The parameters of a geometry by their letters, as M665 sets and prints them.
 
-use super::{Kinematics, LinearDelta, Morgan};
+use super::{Kinematics, LinearDelta, morgan, rotary_delta};
 
 /// Parameters of a geometry at most.
 const MOST: usize = 11;
@@ -37,8 +37,8 @@ impl Kinematics {
     pub fn parameters(&self) -> Parameters {
         match self {
             Self::LinearDelta(delta) => Parameters::of(delta.parameters()),
-            Self::RotaryDelta(delta) => Parameters::of(delta.parameters()),
-            Self::Morgan(arm) => Parameters::of(arm.parameters()),
+            Self::RotaryDelta(delta) => Parameters::of(rotary_delta::parameters(delta)),
+            Self::Morgan(arm) => Parameters::of(morgan::parameters(arm)),
             _ => Parameters::default(),
         }
     }
@@ -50,8 +50,8 @@ impl Kinematics {
         let [a, b, c, d, e, f, g, h, ..] = all;
         match self {
             Self::LinearDelta(_) => Self::LinearDelta(LinearDelta::with_parameters(all)),
-            Self::RotaryDelta(delta) => Self::RotaryDelta(delta.with_parameters([a, b, c, d, e, f, g])),
-            Self::Morgan(_) => Self::Morgan(Morgan::with_parameters([a, b, c, d, e, f, g, h])),
+            Self::RotaryDelta(delta) => Self::RotaryDelta(rotary_delta::with_parameters(*delta, [a, b, c, d, e, f, g])),
+            Self::Morgan(_) => Self::Morgan(morgan::with_parameters([a, b, c, d, e, f, g, h])),
             other => *other,
         }
     }

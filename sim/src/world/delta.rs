@@ -1,6 +1,6 @@
 //! The tool position of a linear delta, held by three pairs of diagonal rods.
 
-use config::LinearDeltaArms;
+use units::LinearDeltaGeometry;
 
 /// The frame of a delta as it was built.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,7 +15,7 @@ impl DeltaFrame {
     /// Makes the frame of its drawing: towers at 210, 330 and 90 degrees, each as far off as its own
     /// figures have it.
     #[must_use]
-    pub fn of(arms: &LinearDeltaArms) -> Self {
+    pub fn of(arms: &LinearDeltaGeometry) -> Self {
         let towers_mm = std::array::from_fn(|n| {
             let angle = ([210.0, 330.0, 90.0][n] + arms.tower_angle[n]).to_radians();
             let radius = arms.arm_radius + arms.tower_offset[n];
@@ -63,8 +63,8 @@ mod tests {
 
     #[test]
     fn every_rod_spans_its_length() {
-        let even = LinearDeltaArms { arm_length: 250.0, arm_radius: 124.0, ..LinearDeltaArms::default() };
-        let crooked = LinearDeltaArms {
+        let even = LinearDeltaGeometry { arm_length: 250.0, arm_radius: 124.0, ..LinearDeltaGeometry::default() };
+        let crooked = LinearDeltaGeometry {
             arm_offset: [0.8, -0.5, 0.1],
             tower_offset: [0.4, 0.0, -0.7],
             tower_angle: [0.6, -0.4, 0.0],
