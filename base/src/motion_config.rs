@@ -1,7 +1,6 @@
 //! Translates the configuration of motion to `motion`'s own types.
 
 use config::{ArmSolution, InputShaperConfig, MachineConfig};
-use motion::geometry::{ArcSettings, LineSettings};
 use motion::kinematics::{CoreXz, Generic, LinearDelta, MOST_ANCHORS, Winch};
 use motion::{ActuatorConfig, FilterConfig, Kinematics, Limits, MotionConfig, PressureAdvance, Shaper};
 use units::{Actuator, MmPerSecond, PerActuator, STEP_CLOCK_HZ, Ticks};
@@ -60,7 +59,7 @@ pub fn kinematics(config: &MachineConfig) -> Option<Kinematics> {
 fn filters(config: &MachineConfig) -> FilterConfig {
     let mut filters = FilterConfig { shapers: config.input_shapers.map(shaper), ..FilterConfig::NONE };
     for extruder in &config.extruders {
-        if let Some(slot) = filters.advance.get_mut(usize::from(extruder.tool_id.0)) {
+        if let Some(slot) = filters.advance.get_mut(usize::from(extruder.tool.id.0)) {
             *slot = Some(PressureAdvance {
                 factor: extruder.pressure_advance_s,
                 smooth_time: extruder.pressure_advance_smooth_time_s,
@@ -127,24 +126,6 @@ pub const fn halts_out_of_reach(config: &MachineConfig) -> bool {
         ArmSolution::LinearDelta => arms.linear_delta_halts,
         ArmSolution::RotaryDelta => arms.rotary_delta_halts,
         _ => true,
-    }
-}
-
-/// Returns how straight moves are divided into segments; a move that names neither X nor Y may be left whole.
-#[must_use]
-pub fn line_settings(config: &MachineConfig) -> LineSettings {
-    LineSettings {
-        segment_length: config.motion.mm_per_line_segment.map(|mm| mm.0),
-        segments_per_second: config.motion.segments_per_second,
-    }
-}
-
-/// Returns how arcs are divided into segments, if they are to be.
-#[must_use]
-pub fn arc_settings(config: &MachineConfig) -> ArcSettings {
-    ArcSettings {
-        segment_length: config.motion.mm_per_arc_segment.map_or(0.0, |mm| mm.0),
-        max_error: config.motion.mm_max_arc_error.map_or(0.0, |mm| mm.0),
     }
 }
 

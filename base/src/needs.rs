@@ -40,7 +40,7 @@ fn section_of(config: &MachineConfig, part: Part) -> (&'static str, &str) {
         Part::Laser => ("laser", ""),
         Part::Player => ("player", ""),
         Part::Extruder(id) => {
-            let named = config.extruders.iter().find(|extruder| extruder.tool_id == id);
+            let named = config.extruders.iter().find(|extruder| extruder.tool.id == id);
             ("extruder", named.map_or("", |extruder| extruder.name.as_str()))
         }
         Part::Heater(id) => ("temperature control", config.heater(id).map_or("", |heater| heater.name.as_str())),
@@ -89,7 +89,7 @@ pub fn failure_of(texts: &Texts, config: &MachineConfig, fault: &Fault, is_playi
 /// Says that no extruder has this number, and lists the extruders.
 fn no_such_tool(config: &MachineConfig, word: f64) -> ShortText {
     let mut extruders: Vec<(ToolId, &str), MAX_EXTRUDERS> =
-        config.extruders.iter().map(|extruder| (extruder.tool_id, extruder.name.as_str())).collect();
+        config.extruders.iter().map(|extruder| (extruder.tool.id, extruder.name.as_str())).collect();
     units::sort_short(&mut extruders, |(one, _), (other, _)| one.cmp(other));
     let mut text = short(format_args!("no extruder has tool_id {word}; there are"));
     for (place, (id, name)) in extruders.iter().enumerate() {
@@ -139,7 +139,11 @@ mod tests {
         assert!(config.off.push(off).is_ok());
         for (name, id) in [("second", 1), ("first", 0)] {
             let name = name.try_into().unwrap();
-            let extruder = config::ExtruderConfig { name, tool_id: ToolId(id), ..config::ExtruderConfig::default() };
+            let extruder = config::ExtruderConfig {
+                name,
+                tool: units::ToolSettings { id: ToolId(id), ..Default::default() },
+                ..config::ExtruderConfig::default()
+            };
             assert!(config.extruders.push(extruder).is_ok());
         }
         config

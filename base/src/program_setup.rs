@@ -1,13 +1,12 @@
 //! Translates the configuration of the program to `program`'s own types.
 
-use config::{MachineConfig, OutputKind, OutputPin, ServoConfig, SwitchConfig};
+use config::{MachineConfig, OutputKind, OutputPin, SwitchConfig};
 use gcode::Code;
 use program::extended::NamedSwitch;
 use program::{
-    Claim, Claims, CycleSetup, Dialect, HeaterSetup, IoKind, IoSetup, PulseSetup, ServoSetup, Setup, SpindleSetup,
-    StripSetup, ToolSettings,
+    Claim, Claims, Dialect, HeaterSetup, IoKind, IoSetup, PulseSetup, Setup, SpindleSetup, StripSetup, ToolSettings,
 };
-use units::{Axis, SwitchId};
+use units::SwitchId;
 
 /// Names of the machine's parts in commands by name: as in the configuration, and as Klipper's for parts that
 /// every printer has.
@@ -93,7 +92,7 @@ pub fn setup(config: &MachineConfig) -> Setup {
         // No machine here has a spindle that says where it is, or whose speed follows the radius.
         spindle: SpindleSetup::default(),
         g30_parks: config.motion.nist_g30,
-        cycles: CycleSetup { is_off: !config.cycles.enable, dwell_in_ms: config.cycles.dwell_in_ms },
+        cycles: config.cycles,
     }
 }
 
@@ -101,8 +100,7 @@ pub fn setup(config: &MachineConfig) -> Setup {
 fn pulses(config: &MachineConfig, place: usize, switch: &SwitchConfig) -> Option<PulseSetup> {
     let Some(OutputPin::Pwm(pwm)) = switch.output_pin.filter(|_| switch.max_rpm == 0.0) else { return None };
     let hertz = (*config.pwm_frequency_hz.get(usize::from(pwm.timer).checked_sub(1)?)?)?;
-    let ServoConfig { max_angle, pulse_us } = switch.servo;
-    let servo = (max_angle > 0.0).then_some(ServoSetup { max_angle, pulse_us });
+    let servo = (switch.servo.max_angle > 0.0).then_some(switch.servo);
     Some(PulseSetup { switch: SwitchId(place as u8), percent_per_us: hertz as f32 / 1e4, servo })
 }
 
@@ -121,25 +119,7 @@ fn strip(strip: &config::LedStripConfig) -> StripSetup {
 }
 
 fn tool(config: &MachineConfig, extruder: &config::ExtruderConfig) -> ToolSettings {
-    let axis = match extruder.tool_id.0 {
-        0 => Axis::A,
-        1 => Axis::B,
-        _ => Axis::C,
-    };
-    ToolSettings {
-        id: extruder.tool_id,
-        axis,
-        offset: extruder.offset.map(|mm| mm.0),
-        filament_diameter: extruder.filament_diameter.map(|mm| mm.0).filter(|mm| *mm > 0.01),
-        retract_length: extruder.retract_length.0,
-        retract_rate: extruder.retract_rate,
-        recover_length: extruder.recover_length.0,
-        recover_rate: extruder.recover_rate,
-        z_lift: extruder.z_lift.0,
-        z_lift_rate: extruder.z_lift_rate,
-        flow_limit: None,
-        is_off: config.off("extruder", &extruder.name).is_some(),
-    }
+    ToolSettings { is_off: config.off("extruder", &extruder.name).is_some(), ..extruder.tool.clone() }
 }
 
 /// Returns the codes that heaters and output switches listen to. The configuration has checked that they can

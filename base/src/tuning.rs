@@ -11,7 +11,6 @@ use motion::geometry::LineSettings;
 use program::Words;
 use units::{Amps, Axis, PerActuator, PerAxis};
 
-use crate::motion_config::line_settings;
 use crate::ports::ChopperFit;
 use crate::ports::{Input, InputLevels};
 
@@ -90,7 +89,7 @@ struct Home {
 fn least_warm(config: &MachineConfig) -> [[f32; 2]; program::MAX_TOOLS] {
     let mut least = [[0.0; 2]; program::MAX_TOOLS];
     for extruder in &config.extruders {
-        if let Some(least) = least.get_mut(usize::from(extruder.tool_id.0)) {
+        if let Some(least) = least.get_mut(usize::from(extruder.tool.id.0)) {
             *least = [extruder.min_extrude_temp.0; 2];
         }
     }
@@ -123,7 +122,7 @@ impl Tuning {
             choppers: PerActuator::default(),
             stealth_thresholds: PerActuator::default(),
             homing_thresholds: PerActuator::default(),
-            lines: line_settings(config),
+            lines: config.motion.lines,
             thermistors: [None; units::MAX_HEATERS],
             filament: config.filament_detector,
             filament_width: config.filament_width,

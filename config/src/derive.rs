@@ -76,7 +76,7 @@ fn kinematics(config: &mut MachineConfig, written: Written) {
     }
     if !written("motion control", 0, "delta_segments_per_second") {
         let is_delta = matches!(arm, ArmSolution::LinearDelta | ArmSolution::RotaryDelta);
-        config.motion.segments_per_second = is_delta.then_some(DELTA_SEGMENTS_PER_SECOND);
+        config.motion.lines.segments_per_second = is_delta.then_some(DELTA_SEGMENTS_PER_SECOND);
     }
     let homing = &mut config.homing;
     for (key, flag, by) in [

@@ -61,7 +61,7 @@ fn the_delta_sample_homes_its_towers_upwards() {
     let (config, ..) = read(DELTA, BoardId::Prime2590);
     assert_eq!(config.motion.arm_solution, ArmSolution::LinearDelta);
     assert!(config.homing.delta && config.homing.move_to_origin && config.motion.must_be_homed);
-    assert_eq!(config.motion.segments_per_second, Some(100.0));
+    assert_eq!(config.motion.lines.segments_per_second, Some(100.0));
     assert_eq!(config.motion.arms.linear_delta.arm_length, 250.0);
     assert_eq!(config.homing_endstop(Axis::Z).unwrap().homing_position.0, 250.0);
 }

@@ -305,7 +305,7 @@ fn a_delta_is_at_home_on_the_board_of_its_drivers() {
     let [(Severity::Warning, told)] = told.as_slice() else { panic!("{told:#?}") };
     assert!(told.contains(lines), "{told}");
     assert!(config.homing.delta && config.homing.move_to_origin);
-    assert!(config.homing_endstop(Axis::Z).is_some() && config.motion.segments_per_second == Some(120.0));
+    assert!(config.homing_endstop(Axis::Z).is_some() && config.motion.lines.segments_per_second == Some(120.0));
     let (_, summary, told) = read(&text, BoardId::Prime2590);
     assert!(!summary.is_usable(), "its drivers are others");
     let drivers = told.iter().filter(|(_, told)| told.contains("check with --board tmc2660")).count();

@@ -8,7 +8,6 @@
 
 use core::fmt::Arguments;
 
-use base::motion_config::arc_settings;
 use base::own_frame::apart;
 use config::MachineConfig;
 use motion::geometry::{
@@ -186,7 +185,7 @@ impl<D: Draws> Drawing<'_, D> {
 
     fn arc(&mut self, arc: Arc, column: u16) -> Result<Pieces, D::Failure> {
         self.by.curve_may_be(&self.from, &arc.bounds())?;
-        let settings = arc_settings(self.by.config());
+        let settings = self.by.config().motion.arcs;
         if settings.cut() {
             let chords = Chords::new(arc, &settings).map_err(|error| self.bad_arc(&error, column))?;
             return Ok(Pieces::Chords(chords));

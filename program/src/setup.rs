@@ -1,7 +1,9 @@
 //! Facts about the machine that the interpreter gets at start-up.
 
 use heapless::Vec;
-use units::{Axis, Celsius, MmPerSecond, SwitchId, ToolId};
+use units::{Celsius, MmPerSecond, SwitchId, ToolId};
+
+pub use units::{CycleSetup, ServoSetup, ToolSettings};
 
 use crate::claims::Claims;
 use crate::tools::MAX_TOOLS;
@@ -75,15 +77,6 @@ pub struct PulseSetup {
     pub servo: Option<ServoSetup>,
 }
 
-/// Servo, turned from 0 to the greatest angle by pulses from the least to the widest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ServoSetup {
-    /// Greatest angle of the servo, degrees.
-    pub max_angle: f32,
-    /// Pulse widths at angle 0 and at the greatest angle, microseconds.
-    pub pulse_us: [f32; 2],
-}
-
 impl PulseSetup {
     /// Returns the percent for S: an angle of a servo, or a pulse width if S exceeds every angle; S of every
     /// other output is percent.
@@ -133,15 +126,6 @@ pub struct SpindleSetup {
     pub has_speed_control: bool,
 }
 
-/// Settings of canned cycles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CycleSetup {
-    /// Whether canned cycles are switched off.
-    pub is_off: bool,
-    /// Whether P is in milliseconds instead of seconds.
-    pub dwell_in_ms: bool,
-}
-
 /// Temperature control, as codes address it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HeaterSetup {
@@ -149,33 +133,4 @@ pub struct HeaterSetup {
     pub id: ToolId,
     /// Temperatures that targets 1 and 2 stand for.
     pub presets: [Celsius; 2],
-}
-
-/// Settings of an extruder that codes can change.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ToolSettings {
-    /// Tool number of the extruder.
-    pub id: ToolId,
-    /// Axis of the extruder's motor.
-    pub axis: Axis,
-    /// Offset of the nozzle from tool 0, X Y Z in mm.
-    pub offset: [f64; 3],
-    /// Diameter of the filament, mm, if E counts in mm3.
-    pub filament_diameter: Option<f64>,
-    /// Length that G10 retracts, mm.
-    pub retract_length: f64,
-    /// Rate of the retraction.
-    pub retract_rate: MmPerSecond,
-    /// Length that G11 pushes beyond the retraction, mm.
-    pub recover_length: f64,
-    /// Rate of the recovery.
-    pub recover_rate: MmPerSecond,
-    /// Lift of Z after a retraction, mm.
-    pub z_lift: f64,
-    /// Rate of the lift.
-    pub z_lift_rate: MmPerSecond,
-    /// Greatest flow of G1 if E counts in mm3, mm3/s (M203 V).
-    pub flow_limit: Option<f64>,
-    /// Whether an error in the configuration keeps the extruder off.
-    pub is_off: bool,
 }

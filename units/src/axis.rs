@@ -9,9 +9,10 @@ pub const MAX_AXES: usize = 6;
 pub const MAX_ACTUATORS: usize = 6;
 
 /// A coordinate of the machine. X Y Z are Cartesian millimetres; A B C are auxiliary (filament, rotary).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[allow(missing_docs, reason = "the letters are the meaning")]
 pub enum Axis {
+    #[default]
     X,
     Y,
     Z,

@@ -51,7 +51,7 @@ fn width(checks: &mut Checks<'_, '_>) {
         let reason = format_args!("the filament width sensor has no input");
         checks.error((WIDTH, 0, "adc_pin"), reason, format_args!("write adc_pin, ADC1_4 to ADC1_6 on the header"));
     }
-    if !config.extruders.iter().any(|extruder| extruder.tool_id == sensor.tool) {
+    if !config.extruders.iter().any(|extruder| extruder.tool.id == sensor.tool) {
         let reason = format_args!("there is no extruder with tool_id {}", sensor.tool.0);
         checks.error((WIDTH, 0, "tool_id"), reason, format_args!("write that of the extruder it measures for"));
     }

@@ -11,7 +11,7 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
         match motor {
             Some((actuator, motor)) if !motor.present => {
                 let reason =
-                    format_args!("tool {} turns motor {}, which is not there", extruder.tool_id, actuator.name());
+                    format_args!("tool {} turns motor {}, which is not there", extruder.tool.id, actuator.name());
                 checks.error(
                     (EXTRUDER, place, "tool_id"),
                     reason,
@@ -20,14 +20,14 @@ pub(super) fn check(checks: &mut Checks<'_, '_>) {
             }
             Some((actuator, motor)) if motor.slaved_to.is_some() => {
                 let reason =
-                    format_args!("tool {} turns motor {}, which is a slave", extruder.tool_id, actuator.name());
+                    format_args!("tool {} turns motor {}, which is a slave", extruder.tool.id, actuator.name());
                 checks.error((EXTRUDER, place, "tool_id"), reason, format_args!("use a motor of its own"));
             }
             _ => {}
         }
         let mut earlier = config.extruders.iter().enumerate().take(place);
-        if let Some((twin, other)) = earlier.find(|(_, other)| other.enable && other.tool_id == extruder.tool_id) {
-            let reason = format_args!("'{}' has tool_id {} as well", other.name, extruder.tool_id);
+        if let Some((twin, other)) = earlier.find(|(_, other)| other.enable && other.tool.id == extruder.tool.id) {
+            let reason = format_args!("'{}' has tool_id {} as well", other.name, extruder.tool.id);
             let fix = format_args!("give each its own, 0 to 2");
             checks.error_of_both((EXTRUDER, place, "tool_id"), twin, reason, fix);
         }

@@ -14,7 +14,7 @@ pub use crate::sections::*;
 use crate::off::{MAX_OFF, OffModule};
 use crate::pin::Pin;
 use heapless::Vec;
-use units::{Actuator, Axis, PerActuator};
+use units::{Actuator, Axis, CycleSetup, PerActuator};
 pub use units::{HeaterId, ToolId};
 
 /// A machine, completely described. Instances are in order of name, as Smoothieware visits them.
@@ -113,7 +113,7 @@ pub struct MachineConfig {
     /// Section `[filament change]`: M600, M701 and M702.
     pub filament_change: FilamentChangeConfig,
     /// Section `[drillingcycles]`: canned cycles.
-    pub cycles: CyclesConfig,
+    pub cycles: CycleSetup,
     /// Parts that stay off because of an error in the file; see [`MachineConfig::off`].
     pub off: Vec<OffModule, MAX_OFF>,
 }

@@ -253,7 +253,7 @@ pub const SECTIONS: &[Section] = &[
         Instance,
         list!("switch", switches),
         SwitchConfig: |c, i| c.switches.get_mut(i),
-        ServoConfig: |c, i| c.switches.get_mut(i).map(|switch| &mut switch.servo),
+        Servo: |c, i| c.switches.get_mut(i).map(|switch| &mut switch.servo),
         SwitchHalt: |c, i| c.switches.get_mut(i),
     ),
     section!(
@@ -326,7 +326,7 @@ pub const SECTIONS: &[Section] = &[
     section!("generic cartesian", Machine, Form::Plain, GenericCartesian: |c, _| Some(&mut c.motion.arms)),
     section!("winch", Machine, Form::Plain, Winch: |c, _| Some(&mut c.motion.arms)),
     section!("laser", Section, Form::Plain, Laser: |_, _| None),
-    section!("drillingcycles", Section, Form::Plain, CyclesConfig: |c, _| Some(&mut c.cycles)),
+    section!("drillingcycles", Section, Form::Plain, Cycles: |c, _| Some(&mut c.cycles)),
     section!("filament detector", Section, Form::Plain, FilamentDetectorConfig: |c, _| Some(&mut c.filament_detector)),
     section!("filament width sensor", Section, Form::Plain, FilamentWidthConfig: |c, _| Some(&mut c.filament_width)),
     section!("filament change", Section, Form::Plain, FilamentChangeConfig: |c, _| Some(&mut c.filament_change)),

@@ -3,7 +3,7 @@
 use crate::names::Name;
 use crate::setting::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, number};
 use crate::setting::declare::settings;
-use units::{Actuator, Celsius, Mm, MmPerSecond, ToolId};
+use units::{Actuator, Axis, Celsius, MmPerSecond, ToolId, ToolSettings};
 
 /// Greatest number of extruders: actuators delta, epsilon and zeta.
 pub const MAX_EXTRUDERS: usize = 3;
@@ -17,41 +17,41 @@ settings! {
         /// There is such an extruder.
         enable: bool = bool("false").v1("extruder.<name>.enable");
         /// Tool number; also picks the motor.
-        tool_id: ToolId = integer("0", &(0, 2));
-        /// Tool offset in X, Y and Z.
-        offset: [Mm; 3];
+        "tool_id" = integer("0", &(0, 2)) => ExtruderConfig::set_tool_id;
+        /// What codes can change of the extruder.
+        tool: ToolSettings;
         /// Part of the tool offset while this tool is selected. G10 L1 changes it.
-        "x_offset" offset[0] = number("0", ANY).unit("mm").v1("extruder.<name>.x_offset");
+        "x_offset" tool.offset[0] = number("0", ANY).unit("mm").v1("extruder.<name>.x_offset");
         /// Part of the tool offset while this tool is selected. G10 L1 changes it.
-        "y_offset" offset[1] = number("0", ANY).unit("mm").v1("extruder.<name>.y_offset");
+        "y_offset" tool.offset[1] = number("0", ANY).unit("mm").v1("extruder.<name>.y_offset");
         /// Part of the tool offset while this tool is selected. G10 L1 changes it.
-        "z_offset" offset[2] = number("0", ANY).unit("mm").v1("extruder.<name>.z_offset");
+        "z_offset" tool.offset[2] = number("0", ANY).unit("mm").v1("extruder.<name>.z_offset");
         /// Makes E count cubic millimetres of filament this thick; 0: millimetres of filament. M200 D changes
         /// it.
-        filament_diameter: Option<Mm> = number("0", NOT_NEGATIVE)
+        "filament_diameter" tool.filament_diameter = number("0", NOT_NEGATIVE)
             .klipper("[extruder] filament_diameter").unit("mm").typical(&(1.0, 4.0))
-            .v1("extruder.<name>.filament_diameter") => |v: f64| (v > 0.01).then_some(Mm(v));
+            .v1("extruder.<name>.filament_diameter") => |v: f64| (v > 0.01).then_some(v);
         /// Filament that G10 pulls back. M207 S changes it.
-        retract_length: Mm = number("3", NOT_NEGATIVE)
+        "retract_length" tool.retract_length = number("3", NOT_NEGATIVE)
             .klipper("[firmware_retraction] retract_length").unit("mm").typical(&(0.1, 50.0))
             .v1("extruder.<name>.retract_length");
         /// Speed of the G10 pull. M207 F changes it.
-        "retract_feedrate" retract_rate: MmPerSecond = number("45", POSITIVE)
+        "retract_feedrate" tool.retract_rate = number("45", POSITIVE)
             .klipper("[firmware_retraction] retract_speed").unit("mm/s").typical(&(1.0, 200.0))
             .v1("extruder.<name>.retract_feedrate");
         /// Filament that G11 pushes beyond the retracted length. M208 S changes it.
-        "retract_recover_length" recover_length: Mm = number("0", ANY)
+        "retract_recover_length" tool.recover_length = number("0", ANY)
             .klipper("[firmware_retraction] unretract_extra_length").unit("mm")
             .v1("extruder.<name>.retract_recover_length");
         /// Speed of the G11 push. M208 F changes it.
-        "retract_recover_feedrate" recover_rate: MmPerSecond = number("30", POSITIVE)
+        "retract_recover_feedrate" tool.recover_rate = number("30", POSITIVE)
             .klipper("[firmware_retraction] unretract_speed").unit("mm/s").typical(&(1.0, 200.0))
             .v1("extruder.<name>.retract_recover_feedrate");
         /// Z hop of G10, undone by G11; 0 for none. M207 Z changes it.
-        "retract_zlift_length" z_lift: Mm = number("0", ANY)
-            .unit("mm").v1("extruder.<name>.retract_zlift_length") => |v: f64| Mm(if v > 0.0 { v } else { 0.0 });
+        "retract_zlift_length" tool.z_lift = number("0", ANY)
+            .unit("mm").v1("extruder.<name>.retract_zlift_length") => |v: f64| if v > 0.0 { v } else { 0.0 };
         /// Speed of the hop; the only rate here in mm/min. M207 Q changes it.
-        "retract_zlift_feedrate" z_lift_rate: MmPerSecond = number("6000", POSITIVE)
+        "retract_zlift_feedrate" tool.z_lift_rate = number("6000", POSITIVE)
             .unit("mm/min").typical(&(60.0, 60_000.0)).v1("extruder.<name>.retract_zlift_feedrate")
             => MmPerSecond::from_per_minute;
         /// Colder than this it does not turn: a line that asks for it is refused, and a file waits there; 0:
@@ -69,9 +69,18 @@ settings! {
 }
 
 impl ExtruderConfig {
+    fn set_tool_id(&mut self, id: i64) {
+        self.tool.id = ToolId(id as u8);
+        self.tool.axis = match id {
+            0 => Axis::A,
+            1 => Axis::B,
+            _ => Axis::C,
+        };
+    }
+
     /// Returns the motor of the extruder: delta for tool 0, epsilon for 1, zeta for 2.
     #[must_use]
     pub const fn actuator(&self) -> Option<Actuator> {
-        Actuator::from_index(3 + self.tool_id.0 as usize)
+        Actuator::from_index(3 + self.tool.id.0 as usize)
     }
 }

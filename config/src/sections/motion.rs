@@ -5,7 +5,9 @@ use crate::setting::build::{ANY, NOT_NEGATIVE, POSITIVE, bool, integer, number, 
 use crate::setting::declare::settings;
 use crate::setting::field::word_field;
 use crate::setting::{Support, Words};
-use units::{Actuator, Axis, AxisSet, Micros, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3, ShaperKind};
+use units::{
+    Actuator, ArcSettings, Axis, AxisSet, LineSettings, Micros, Mm, MmPerSecond, MmPerSecond2, MmPerSecond3, ShaperKind,
+};
 
 /// Kinematics: relation of actuators to Cartesian axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -74,24 +76,27 @@ settings! {
         /// F always sets the speed of G1; G0 keeps default_seek_rate, which M203 S changes, and M220 and M121
         /// do not.
         compliant_seek_rate: bool = bool("false");
+        /// How straight moves are cut.
+        lines: LineSettings;
+        /// How arcs are cut.
+        arcs: ArcSettings;
         /// Longest piece a straight move is cut into; 0: it is not cut. Velvet evaluates the kinematics all
         /// along the path, so only a bed correction could need this.
-        mm_per_line_segment: Option<Mm> = number("0", NOT_NEGATIVE)
-            .unit("mm").v1("mm_per_line_segment") => |v: f64| (v >= 1e-4).then_some(Mm(v));
+        "mm_per_line_segment" lines.segment_length = number("0", NOT_NEGATIVE)
+            .unit("mm").v1("mm_per_line_segment") => |v: f64| (v >= 1e-4).then_some(v);
         /// Pieces per second a straight move is cut into, stronger than mm_per_line_segment; 0: it is not
         /// cut. Lines are exact without; each piece has the speed that its own part of the way allows.
-        "delta_segments_per_second" segments_per_second: Option<f64> = number("0", NOT_NEGATIVE)
+        "delta_segments_per_second" lines.segments_per_second = number("0", NOT_NEGATIVE)
             .derived("100 for the two deltas, else 0").unit("1/s").v1("delta_segments_per_second")
             => |v: f64| (v > 1.0).then_some(v);
         /// Above zero: arcs are cut into chords of this length, or of that of mm_max_arc_error if it is
         /// longer.
-        mm_per_arc_segment: Option<Mm> = number("0", NOT_NEGATIVE)
-            .klipper("[gcode_arcs] resolution").unit("mm").v1("mm_per_arc_segment")
-            => |v: f64| (v > 0.0).then_some(Mm(v));
+        "mm_per_arc_segment" arcs.segment_length = number("0", NOT_NEGATIVE)
+            .klipper("[gcode_arcs] resolution").unit("mm").v1("mm_per_arc_segment");
         /// Above zero: arcs are cut into chords that leave them by this at most. With 0 here and in
         /// mm_per_arc_segment arcs are exact.
-        mm_max_arc_error: Option<Mm> = number("0", NOT_NEGATIVE)
-            .unit("mm").typical(&(0.0001, 1.0)).v1("mm_max_arc_error") => |v: f64| (v > 0.0).then_some(Mm(v));
+        "mm_max_arc_error" arcs.max_error = number("0", NOT_NEGATIVE)
+            .unit("mm").typical(&(0.0001, 1.0)).v1("mm_max_arc_error");
         /// Kept for old configurations: every corner of an arc that is cut is computed exactly.
         arc_correction: u16 = integer("5", &(0, 1_000))
             .v1("arc_correction").support(&Support::Needless { why: "every point of an arc is computed exactly" });

@@ -7,7 +7,7 @@ use crate::setting::build::{bool, command, integer, number, pin, text, voltage, 
 use crate::setting::declare::{settings, words};
 use crate::setting::{ByName, PinRole, Support};
 use gcode::Code;
-use units::{Duty, Micros};
+use units::{Duty, Micros, ServoSetup};
 
 /// Greatest number of switches.
 pub const MAX_SWITCHES: usize = 16;
@@ -42,14 +42,11 @@ words! {
 
 settings! {
     /// A servo on a timer.
-    #[derive(Clone, Copy, Debug, Default, PartialEq)]
-    pub struct ServoConfig {
+    rows Servo of ServoSetup {
         /// hwpwm: it turns a servo, and S is an angle up to this, or the width of its pulses in us. 0: S is
         /// percent.
-        "servo_max_angle" max_angle: f32 = number("0", &(0.0, 720.0))
+        "servo_max_angle" max_angle = number("0", &(0.0, 720.0))
             .unit("degree").klipper("[servo <name>] maximum_servo_angle").velvet();
-        /// Pulse width at angle 0 and at the greatest angle, microseconds.
-        pulse_us: [f32; 2];
         /// Width of the servo's pulses at angle 0; they are never less wide.
         "servo_min_us" pulse_us[0] = number("1000", &(100.0, 10_000.0))
             .unit("us").klipper("[servo <name>] minimum_pulse_width").velvet();
@@ -119,7 +116,7 @@ settings! {
         /// may turn the other way.
         off_delay: Micros = number("0", &(0.0, 60.0)).unit("s").velvet();
         /// Servo on the hardware PWM output, with S an angle.
-        servo: ServoConfig;
+        servo: ServoSetup;
         rows SwitchHalt:
         /// State in a fault of the firmware itself.
         failsafe_set_to: bool = bool("false")

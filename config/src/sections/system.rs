@@ -6,7 +6,7 @@ use crate::setting::build::{bool, integer, number, pin, text, word};
 use crate::setting::declare::{settings, words};
 use crate::setting::{PinRole, Words};
 use gcode::Dialect;
-use units::{Micros, Volts};
+use units::{CycleSetup, Micros, Volts};
 
 /// Kind of board the image runs on; decides the default driver chip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,12 +67,11 @@ const OF_FILES: &Words = &Words(&["auto", "smoothie", "marlin", "reprapfirmware"
 
 settings! {
     /// Canned cycles G73 and G81 to G89.
-    #[derive(Clone, Copy, Debug, Default)]
-    pub struct CyclesConfig {
+    rows Cycles of CycleSetup {
         /// Understand canned cycles; else they are refused.
-        enable: bool = bool("true").v1("drillingcycles.enable");
+        "enable" is_off = bool("true").v1("drillingcycles.enable") => |enable: bool| !enable;
         /// Unit of a cycle's P word: S for seconds, P for milliseconds.
-        "dwell_units" dwell_in_ms: bool = word("S", &Words(&["S", "P"])).v1("drillingcycles.dwell_units");
+        "dwell_units" dwell_in_ms = word("S", &Words(&["S", "P"])).v1("drillingcycles.dwell_units");
     }
 }
 

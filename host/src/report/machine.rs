@@ -54,7 +54,7 @@ impl Machine {
             keeps_seek: config.motion.compliant_seek_rate,
         };
         let max_speed = config.motion.axis_max_speed.map(|limit| limit.map_or(f64::INFINITY, |limit| limit.0));
-        let extruders = config.extruders.iter().filter_map(|tool| Some((tool.tool_id.0, tool.actuator()?))).collect();
+        let extruders = config.extruders.iter().filter_map(|tool| Some((tool.tool.id.0, tool.actuator()?))).collect();
         let shaped = motion.is_some_and(|motion| motion.filters.shapers.iter().any(Option::is_some));
         Self { steps_per_mm, kinematics, beginning, max_speed, direction_setup_ns, shaped, extruders }
     }

@@ -210,7 +210,7 @@ fn write_extruder(text: &mut Text, motion: &MotionConfig, tool: &Tool, config: &
         writeln!(text, ";E max flow mm3/s:\nM203 V{} P{id}", Value(most, 4))?;
     }
     let advance = motion.filters.advance.get(advance_of(settings.axis)).copied().flatten();
-    let configured = config.extruders.iter().find(|extruder| extruder.tool_id == id);
+    let configured = config.extruders.iter().find(|extruder| extruder.tool.id == id);
     let has_configured = configured.is_some_and(|extruder| extruder.pressure_advance_s > 0.0);
     // Zero is saved only where the configuration has another value.
     if let Some(advance) = advance.filter(|advance| advance.factor > 0.0 || has_configured) {

@@ -4,28 +4,11 @@
 //! `mm_max_arc_error` = e: for radius r, `2 sqrt(e (2 r - e))`. Every corner is computed from its angle, so
 //! rounding cannot add up.
 
-use units::PerAxis;
+use units::{ArcSettings, PerAxis};
 
 use crate::square_root;
 
 use super::arc::{Arc, ArcError};
-
-/// Fineness of the chords of arcs.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ArcSettings {
-    /// Least chord length, mm (`mm_per_arc_segment`); zero: not given.
-    pub segment_length: f64,
-    /// Greatest distance between chord and arc, mm (`mm_max_arc_error`); zero: not given.
-    pub max_error: f64,
-}
-
-impl ArcSettings {
-    /// Whether arcs are cut at all.
-    #[must_use]
-    pub fn cut(&self) -> bool {
-        self.segment_length > 0.0 || self.max_error > 0.0
-    }
-}
 
 /// Most chords of an arc: a bound for nonsense settings.
 const MOST_CHORDS: f64 = 1e6;

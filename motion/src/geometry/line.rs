@@ -1,27 +1,9 @@
 //! Cutting a straight move into equal pieces, for leveling and for kinematics that bend lines.
 
-use units::{Axis, MmPerSecond, PerAxis};
+use units::{Axis, LineSettings, MmPerSecond, PerAxis};
 
 use crate::planner::SMALLEST;
 use crate::square_root;
-
-/// Conditions and fineness of the cutting of straight moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LineSettings {
-    /// Greatest length of a piece, mm (`mm_per_line_segment`). `None`: not cut by length.
-    pub segment_length: Option<f64>,
-    /// Pieces per second of motion (`delta_segments_per_second`); takes precedence over the length. `None`:
-    /// not by time.
-    pub segments_per_second: Option<f64>,
-}
-
-impl LineSettings {
-    /// Whether they cut anything.
-    #[must_use]
-    pub const fn cut(&self) -> bool {
-        self.segment_length.is_some() || self.segments_per_second.is_some()
-    }
-}
 
 /// Moves of X Y Z shorter than this, mm, are one piece.
 const SHORTEST: f64 = 0.000_01;

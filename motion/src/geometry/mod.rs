@@ -10,8 +10,8 @@ mod nurbs;
 mod spline;
 
 pub use arc::{Arc, ArcError, ArcParts, ArcShape, MOST_TURNS};
-pub use chords::{ArcSettings, Chords};
-pub use line::{Line, LineSettings};
+pub use chords::Chords;
+pub use line::Line;
 pub use nurbs::{ControlPoint, MOST_POINTS, Nurbs, ORDERS};
 pub use spline::{Bezier, ParametricCurve, SplineMoves};
-pub use units::Plane;
+pub use units::{ArcSettings, LineSettings, Plane};

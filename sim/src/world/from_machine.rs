@@ -334,7 +334,7 @@ fn filament_sensor(machine: &MachineConfig) -> Option<FilamentSensorConfig> {
         inputs[place] = wiring::THERMISTORS.get(usize::from(input.0)).map(AnalogInput::of);
     }
     let count = inputs.iter().flatten().count() as f64;
-    let motor = machine.extruders.iter().find(|extruder| extruder.tool_id == sensor.tool)?.actuator()?;
+    let motor = machine.extruders.iter().find(|extruder| extruder.tool.id == sensor.tool)?.actuator()?;
     let volts = if sensor.mm_per_volt > 0.0 {
         [0.0, 1.0 / sensor.mm_per_volt]
     } else {

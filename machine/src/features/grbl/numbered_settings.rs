@@ -161,7 +161,7 @@ pub(crate) const ROWS: &[Row] = &[
         12,
         3,
         "arc tolerance, mm: 0, arcs are exact",
-        |of, _| of.config.motion.mm_max_arc_error.map_or(0.0, |error| error.0),
+        |of, _| of.config.motion.arcs.max_error,
         Write::Config("[motion control] mm_max_arc_error"),
     ),
     row(13, 0, "reports in inches", |of, _| flag(of.own.inches), Write::Own(|own, value| own.inches = value != 0.0)),
