@@ -9,8 +9,9 @@ fn git(arguments: &[&str]) -> Option<String> {
 }
 
 fn main() {
-    // Here rather than in `.cargo/config.toml`, so that a caller's RUSTFLAGS cannot lose them.
-    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x", "-Timage.x"] {
+    // Here rather than in `.cargo/config.toml`, so that a caller's RUSTFLAGS cannot lose them. Functions of
+    // equal code are one in the image: nothing compares the addresses of functions.
+    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x", "-Timage.x", "--icf=all"] {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
     println!("cargo:rustc-link-search={}", env!("CARGO_MANIFEST_DIR"));
