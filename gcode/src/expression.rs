@@ -171,14 +171,10 @@ impl<'l, 'p> Reader<'l, 'p> {
             self.at += 1;
             return Ok(None);
         }
-        let first = self.rest().first().map(u8::to_ascii_uppercase);
-        for (text, operator) in &Operator::ALL {
-            if text.as_bytes().first() == first.as_ref() && starts_with(self.rest(), text) {
-                self.at += text.len();
-                return Ok(Some(*operator));
-            }
-        }
-        Err(self.error(self.at, Problem::Expected(b']')))
+        let (operator, length) =
+            Operator::at_start(self.rest()).ok_or_else(|| self.error(self.at, Problem::Expected(b']')))?;
+        self.at += length;
+        Ok(Some(operator))
     }
 
     fn parameter_value(&mut self) -> Result<f64, SyntaxError> {
@@ -288,24 +284,29 @@ enum Operator {
 }
 
 impl Operator {
-    /// Operators as written; longer ones before those they begin with.
-    const ALL: [(&'static str, Self); 15] = [
-        ("**", Self::Power),
-        ("*", Self::Times),
-        ("/", Self::Over),
-        ("MOD", Self::Modulo),
-        ("+", Self::Plus),
-        ("-", Self::Minus),
-        ("EQ", Self::Equal),
-        ("NE", Self::NotEqual),
-        ("GT", Self::Greater),
-        ("GE", Self::GreaterOrEqual),
-        ("LT", Self::Less),
-        ("LE", Self::LessOrEqual),
-        ("AND", Self::And),
-        ("OR", Self::Or),
-        ("XOR", Self::ExclusiveOr),
-    ];
+    /// Returns the operator that a text begins with, in either case, and its length: quicker than a search.
+    fn at_start(text: &[u8]) -> Option<(Self, usize)> {
+        let letter = |at: usize| text.get(at).map_or(0, u8::to_ascii_uppercase);
+        Some(match (letter(0), letter(1)) {
+            (b'*', b'*') => (Self::Power, 2),
+            (b'*', _) => (Self::Times, 1),
+            (b'/', _) => (Self::Over, 1),
+            (b'+', _) => (Self::Plus, 1),
+            (b'-', _) => (Self::Minus, 1),
+            (b'E', b'Q') => (Self::Equal, 2),
+            (b'N', b'E') => (Self::NotEqual, 2),
+            (b'G', b'T') => (Self::Greater, 2),
+            (b'G', b'E') => (Self::GreaterOrEqual, 2),
+            (b'L', b'T') => (Self::Less, 2),
+            (b'L', b'E') => (Self::LessOrEqual, 2),
+            (b'O', b'R') => (Self::Or, 2),
+            (b'A', b'N') if letter(2) == b'D' => (Self::And, 3),
+            (b'M', b'O') if letter(2) == b'D' => (Self::Modulo, 3),
+            (b'X', b'O') if letter(2) == b'R' => (Self::ExclusiveOr, 3),
+            _ => return None,
+        })
+    }
+
     /// Number of different ranks.
     const RANKS: usize = 5;
 

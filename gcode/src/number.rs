@@ -34,24 +34,16 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<(f64, usize), Flaw> {
     let sign = usize::from(negative || bytes.first() == Some(&b'+'));
     let text = bytes.get(sign..).unwrap_or(&[]);
     // The mantissa is not used if more digits than fit are read.
-    let mut mantissa = 0_u32;
-    let mut length = 0;
-    let mut point_at = None;
-    for &byte in text {
-        let digit = byte.wrapping_sub(b'0');
-        if digit < 10 {
-            mantissa = mantissa.wrapping_mul(10).wrapping_add(u32::from(digit));
-        } else if byte != b'.' {
-            break;
-        } else if point_at.is_some() {
+    let (mut mantissa, whole) = digits_behind(0, text);
+    let (mut length, mut decimals) = (whole, 0);
+    if text.get(whole) == Some(&b'.') {
+        (mantissa, decimals) = digits_behind(mantissa, text.get(whole + 1..).unwrap_or(&[]));
+        length += 1 + decimals;
+        if text.get(length) == Some(&b'.') {
             return Err(Flaw::SecondPoint);
-        } else {
-            point_at = Some(length);
         }
-        length += 1;
     }
-    let digits = length - usize::from(point_at.is_some());
-    let decimals = point_at.map_or(0, |at| length - at - 1);
+    let digits = whole + decimals;
     let magnitude = match POWERS_OF_TEN.get(decimals) {
         _ if digits == 0 => return Err(Flaw::NoDigits),
         // The M7 converts 32 bits in one instruction, 64 in a library call.
@@ -59,6 +51,22 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<(f64, usize), Flaw> {
         _ => long(text.get(..length).unwrap_or(&[]), decimals).ok_or(Flaw::NoDigits)?,
     };
     Ok((if negative { -magnitude } else { magnitude }, sign + length))
+}
+
+/// The digits at the start of `bytes` put behind those of a mantissa, which may wrap, and how many there are.
+/// A loop of its own for each side of the point takes a third of the instructions of one that looks for it.
+#[inline(always)]
+fn digits_behind(mut mantissa: u32, bytes: &[u8]) -> (u32, usize) {
+    let mut length = 0;
+    for &byte in bytes {
+        let digit = byte.wrapping_sub(b'0');
+        if digit >= 10 {
+            break;
+        }
+        mantissa = mantissa.wrapping_mul(10).wrapping_add(u32::from(digit));
+        length += 1;
+    }
+    (mantissa, length)
 }
 
 /// A number of many digits.
