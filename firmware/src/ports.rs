@@ -327,6 +327,7 @@ where
         Console::ALL.len() as u8
     }
 
+    #[inline]
     fn inbox(&self, session: SessionId) -> &Inbox {
         Console::of(session).unwrap_or(Console::Debug).inbox()
     }

@@ -349,6 +349,7 @@ impl Inbox {
     }
 
     /// Returns how often a peer came or went: even while a peer is there.
+    #[inline]
     pub fn visits(&self) -> u32 {
         self.visits.load(Ordering::Acquire)
     }
@@ -445,6 +446,7 @@ impl Inbox {
 
     /// Returns whether anything waits to be taken: bytes, requests or the news of lost lines.
     #[must_use]
+    #[inline(always)]
     pub fn has_news(&self) -> bool {
         self.taken.load(Ordering::Relaxed) != self.received.load(Ordering::Acquire)
             || self.requests.load(Ordering::Relaxed) != 0

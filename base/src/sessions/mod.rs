@@ -167,7 +167,8 @@ impl Sessions {
     /// Returns the session that is next to have its line carried out. With `path_is_full` sessions whose line
     /// waits for room in the look-ahead queue are passed over.
     pub fn next_ready(&mut self, path_is_full: bool) -> Option<SessionId> {
-        if !self.sessions.iter().take(self.count).any(|session| session.is_ready(path_is_full)) {
+        // Mostly nobody has a line, and each line of a file comes through here twice.
+        if !self.sessions.iter().take(self.count).any(Session::has_line) {
             return None;
         }
         for step in 0..self.count {
@@ -258,6 +259,9 @@ impl Sessions {
     /// [`LISTENER_TIMEOUT`] is dropped, but on a transport that knows that a peer is there.
     pub fn flush(&mut self, consoles: &mut impl Consoles, now: Micros) {
         for (index, session) in self.sessions.iter_mut().take(self.count).enumerate() {
+            if session.has_nothing_to_say(now) {
+                continue;
+            }
             let id = SessionId(index as u8);
             if session.visits() != consoles.inbox(id).visits() {
                 session.drop_output();

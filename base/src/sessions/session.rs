@@ -165,6 +165,7 @@ impl Session {
 
     /// Returns whether there is anything to do for the session beside its line and its output.
     #[must_use]
+    #[inline(always)]
     pub fn wants_service(&self, inbox: &Inbox) -> bool {
         inbox.has_news()
             || self.visits != inbox.visits()
@@ -219,6 +220,12 @@ impl Session {
     #[must_use]
     pub fn waiting(&self) -> Option<&[u8]> {
         self.line.as_deref()
+    }
+
+    /// Returns whether a whole line waits.
+    #[inline(always)]
+    pub(super) const fn has_line(&self) -> bool {
+        self.line.is_some()
     }
 
     /// Returns whether the line can be carried out: it is whole, the one before has been answered, and there
@@ -396,10 +403,19 @@ impl Session {
         self.is_stuck
     }
 
+    /// Returns whether no output waits; then everything has been taken by now.
+    #[inline(always)]
+    pub(super) fn has_nothing_to_say(&mut self, now: Micros) -> bool {
+        let is_silent = self.output.bytes.is_empty();
+        if is_silent {
+            (self.taken_at, self.is_stuck) = (now, false);
+        }
+        is_silent
+    }
+
     /// Hands output on; output not taken for `timeout` is dropped, unless a peer is known to be there.
     pub(super) fn flush(&mut self, now: Micros, timeout: Micros, mut take: impl FnMut(&[u8]) -> usize) {
-        if self.output.bytes.is_empty() {
-            (self.taken_at, self.is_stuck) = (now, false);
+        if self.has_nothing_to_say(now) {
             return;
         }
         // Two rounds, for the ring's two halves.
