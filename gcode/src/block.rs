@@ -165,6 +165,17 @@ impl<'a> Block<'a> {
         self.word(index).map(|word| word.value)
     }
 
+    /// The number of a word by its letter in upper case, read in place: every move has some of these.
+    #[must_use]
+    #[inline(always)]
+    pub fn coordinate(&self, letter: char) -> Option<f64> {
+        if self.valued & letter_bit(letter) == 0 {
+            return None;
+        }
+        let index = (letter as usize).wrapping_sub('@' as usize);
+        self.words.get(usize::from(*self.places.0.get(index)?)).map(|word| word.value)
+    }
+
     /// The word of a letter that is written.
     #[inline]
     fn word(&self, index: usize) -> Option<&Word> {

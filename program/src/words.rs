@@ -90,6 +90,14 @@ impl<'b> Words<'b> {
         Some(if self.lengths == Lengths::PLAIN { value } else { self.lengths.mm(letter, value) })
     }
 
+    /// Returns the same in place, of X, Y and Z: every move has some of them.
+    #[inline(always)]
+    pub(crate) fn coordinate(&self, letter: char) -> Option<f64> {
+        debug_assert!(self.known(letter).is_none_or(|word| word.unit == Unit::Length), "{letter}");
+        let value = self.block.coordinate(letter)?;
+        Some(if self.lengths == Lengths::PLAIN { value } else { self.lengths.mm(letter, value) })
+    }
+
     /// Returns a plain number, for words that the row reads as numbers.
     #[must_use]
     pub(crate) fn number(&self, letter: char) -> Option<f64> {

@@ -160,8 +160,10 @@ fn take_feed(program: &mut Interpreter, context: &Context<'_>) -> Result<(), Fau
 pub(crate) fn target_of(program: &Interpreter, context: &Context<'_>) -> Result<(PerAxis<f64>, Option<f64>), Fault> {
     let words = &context.words;
     let mut target = program.position;
-    for axis in Axis::PRIMARY {
-        if let Some(mm) = words.length(axis.letter()) {
+    // One by one, as letters known beforehand are found without a search.
+    let xyz = [words.coordinate('X'), words.coordinate('Y'), words.coordinate('Z')];
+    for (axis, word) in Axis::PRIMARY.into_iter().zip(xyz) {
+        if let Some(mm) = word {
             target[axis] = program.modal.machine(axis, mm, program.position[axis]);
         }
     }
