@@ -54,6 +54,8 @@ const SENSORS: Interrupt = Interrupt::LPTIM3;
 // and is pended.
 #[rtic::app(device = stm32h7xx_hal::pac, peripherals = true)]
 mod app {
+    use core::mem::MaybeUninit;
+
     use base::sessions::Intake;
     use base::tasks::{FEED_PERIOD_US, FeedTask, HEAT_PERIOD_US};
     use base::watchdog::Reporter;
@@ -90,11 +92,17 @@ mod app {
     static mut BLOCKS: BlockRing = BlockRing::new();
 
     /// Creates the one motion object.
-    const fn motion() -> Motion {
+    fn motion() -> Motion {
         let (blocks, store) = (&raw mut BLOCKS, &raw mut STORE);
-        // SAFETY: called once, for the initial value of the one motion object; the statics have no other
-        // user.
+        // SAFETY: called once, by `init`; the statics have no other user.
         unsafe { Motion::new(&mut *blocks, &mut *store) }
+    }
+
+    /// Makes an object at its place. An initial value would lie in flash, and it is nearly all zeros; `init`
+    /// itself would keep a copy on its stack.
+    #[inline(never)]
+    fn made<T>(place: &'static mut MaybeUninit<T>, make: fn() -> T) -> &'static mut T {
+        place.write(make())
     }
 
     #[shared]
@@ -120,9 +128,12 @@ mod app {
         flash: Option<BoardFlash>,
     }
 
-    // Large objects are made in place: on its way through a return value each would lie on the stack twice.
-    #[init(local = [motion: Motion = motion(), heat: HeatControl = HeatControl::new()])]
+    #[init(local = [
+        motion: MaybeUninit<Motion> = MaybeUninit::uninit(),
+        heat: MaybeUninit<HeatControl> = MaybeUninit::uninit(),
+    ])]
     fn init(cx: init::Context) -> (Shared, Local) {
+        let (motion, heat) = (made(cx.local.motion, motion), made(cx.local.heat, HeatControl::new));
         motion::use_square_root(&bsp_prime::fpu::SQUARE_ROOT);
         let board = match Board::take(cx.core, cx.device) {
             Ok(board) => board,
@@ -158,8 +169,8 @@ mod app {
             disk_lamp: None,
         };
         let shared = Shared {
-            motion: cx.local.motion,
-            heat: Heat::new(cx.local.heat, board.thermistors, board.guards.fets, board.guards.fets_power, board.pwm),
+            motion,
+            heat: Heat::new(heat, board.thermistors, board.guards.fets, board.guards.fets_power, board.pwm),
             slow: Slow::new(board.supplies),
             triggers: TriggerInputs::default(),
             card: board.sd.into_service(),
