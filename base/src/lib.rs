@@ -1,10 +1,12 @@
 //! Foundation of all parts of the machine: the world as ports, sessions, safety, failures and their texts,
 //! axes and motors, settings that codes change, and [`hands`], the machine as a sequence may use it.
-#![cfg_attr(not(test), no_std)]
+#![cfg_attr(not(any(test, feature = "bench")), no_std)]
 #![forbid(unsafe_code)]
 
 pub mod axes;
 pub mod bed;
+#[cfg(any(test, feature = "bench"))]
+pub mod bench;
 pub mod brown_out;
 pub mod clock_time;
 pub mod failure;

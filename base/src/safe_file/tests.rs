@@ -1,137 +1,14 @@
 //! Power cuts on a card that loses everything after its n-th write.
 
 use super::*;
-use crate::ports::{DirectoryEntry, LIST_CHUNK};
-use std::collections::BTreeMap;
-use std::string::{String as Text, ToString};
+use crate::bench::Card;
+use std::string::ToString;
 use std::vec::Vec as List;
 
 const FILE: &str = "/sd/settings of a machine.ini";
 const DRAFT_FILE: &str = "/sd/draft-settings of a machine.ini";
 const NEW_FILE: &str = "/sd/new-settings of a machine.ini";
 const PREVIOUS_FILE: &str = "/sd/previous-settings of a machine.ini";
-
-/// Card with files in memory. Every change of the card costs a write; after the last one nothing reaches the
-/// card any more.
-#[derive(Clone, Default)]
-struct Card {
-    read_only: Option<&'static str>,
-    /// Name that cannot be given to a file.
-    no_room_for: Option<&'static str>,
-    files: BTreeMap<Text, List<u8>>,
-    open: List<Option<(Text, usize)>>,
-    writes_left: Option<usize>,
-    writes: usize,
-}
-
-impl Card {
-    fn spend(&mut self) -> Result<(), StorageError> {
-        if self.writes_left == Some(0) {
-            return Err(StorageError::NotResponding);
-        }
-        self.writes_left = self.writes_left.map(|left| left - 1);
-        self.writes += 1;
-        Ok(())
-    }
-
-    fn place(&mut self, file: FileHandle) -> Result<&mut (Text, usize), StorageError> {
-        self.open.get_mut(usize::from(file.0)).and_then(Option::as_mut).ok_or(StorageError::NotFound)
-    }
-
-    /// Returns the card after a restart.
-    fn rebooted(&self) -> Self {
-        Self { files: self.files.clone(), ..Self::default() }
-    }
-}
-
-impl Storage for Card {
-    fn mount(&mut self) -> Result<(), StorageError> {
-        Ok(())
-    }
-
-    fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
-        match mode {
-            OpenMode::Read if !self.files.contains_key(path) => return Err(StorageError::NotFound),
-            OpenMode::Read => {}
-            _ if self.read_only == Some(path) => return Err(StorageError::ReadOnly),
-            OpenMode::Append if self.files.contains_key(path) => {}
-            _ => {
-                self.spend()?;
-                self.files.insert(path.to_string(), List::new());
-            }
-        }
-        self.open.push(Some((path.to_string(), 0)));
-        Ok(FileHandle(self.open.len() as u8 - 1))
-    }
-
-    fn read(&mut self, file: FileHandle, buffer: &mut [u8]) -> Result<usize, StorageError> {
-        let (path, at) = self.place(file)?.clone();
-        let content = self.files.get(&path).ok_or(StorageError::NotFound)?;
-        // A read never goes beyond the end of a block, as on a card.
-        let count = buffer.len().min(content.len() - at).min(BLOCK - at % BLOCK);
-        buffer[..count].copy_from_slice(&content[at..at + count]);
-        self.place(file)?.1 += count;
-        Ok(count)
-    }
-
-    fn write(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
-        let path = self.place(file)?.0.clone();
-        // Half a block may be there when the power goes.
-        let half = bytes.len() / 2;
-        let content =
-            |card: &mut Self, bytes: &[u8]| card.files.entry(path.clone()).or_default().extend_from_slice(bytes);
-        self.spend()?;
-        content(self, &bytes[..half]);
-        self.spend()?;
-        content(self, &bytes[half..]);
-        Ok(())
-    }
-
-    fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
-        self.place(file)?.1 = offset_bytes as usize;
-        Ok(())
-    }
-
-    fn size(&mut self, file: FileHandle) -> Result<u32, StorageError> {
-        let path = self.place(file)?.0.clone();
-        Ok(self.files[&path].len() as u32)
-    }
-
-    fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
-        self.spend()?;
-        self.open[usize::from(file.0)].take().map(drop).ok_or(StorageError::NotFound)
-    }
-
-    fn list(&mut self, _: &str, _: usize, _: &mut Vec<DirectoryEntry, LIST_CHUNK>) -> Result<(), StorageError> {
-        Err(StorageError::Unsupported)
-    }
-
-    fn remove(&mut self, path: &str) -> Result<(), StorageError> {
-        self.spend()?;
-        self.files.remove(path).map(drop).ok_or(StorageError::NotFound)
-    }
-
-    fn make_directory(&mut self, _: &str) -> Result<(), StorageError> {
-        Err(StorageError::Unsupported)
-    }
-
-    /// Neither name is lost on the way: that is the storage's promise.
-    fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
-        if self.no_room_for == Some(to) {
-            return Err(StorageError::Full);
-        }
-        if self.files.contains_key(to) {
-            return Err(StorageError::Exists);
-        }
-        if !self.files.contains_key(from) {
-            return Err(StorageError::NotFound);
-        }
-        self.spend()?;
-        let content = self.files.remove(from).unwrap_or_default();
-        self.files.insert(to.to_string(), content);
-        Ok(())
-    }
-}
 
 fn save(card: &mut Card, content: &[u8]) -> Result<(), StorageError> {
     let mut draft = Draft::begin(card, FILE)?;

@@ -82,7 +82,7 @@ impl Files {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::bench::{Card, Desk};
+    use base::bench::{Card, Desk};
 
     /// Returns the text printed by a command.
     fn said(files: &mut Files, card: &mut Card, command: &str, arguments: &str) -> String {

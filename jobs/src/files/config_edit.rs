@@ -237,7 +237,7 @@ impl<'e, S: Storage> Rewrite<'e, S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::bench::Card;
+    use base::bench::Card;
 
     fn edited(config: &str, section: &str, key: &str, value: Option<&str>) -> String {
         let mut card = Card::with(&[(CONFIG_PATH, config)]);

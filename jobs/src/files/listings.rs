@@ -302,7 +302,7 @@ fn show_setting(line: &[u8], begins: bool, section: &str, inside: &mut bool, rep
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::bench::{Card, Desk};
+    use base::bench::{Card, Desk};
 
     type Text = std::string::String;
 

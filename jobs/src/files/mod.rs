@@ -15,9 +15,6 @@ mod transfer;
 mod upload;
 mod ymodem;
 
-#[cfg(test)]
-pub(crate) mod bench;
-
 use base::paths::{CARD, Path, absolute};
 use base::ports::{Storage, StorageError};
 use base::sessions::SessionId;

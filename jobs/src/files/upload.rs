@@ -157,7 +157,7 @@ fn ends_upload(line: &Line<'_>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::bench::{Card, Desk};
+    use base::bench::{Card, Desk};
     use gcode::Decoder;
 
     const ME: SessionId = SessionId(0);

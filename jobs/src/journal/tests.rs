@@ -1,5 +1,5 @@
 use super::*;
-use crate::files::bench::Card;
+use base::bench::Card;
 
 fn played(size: u32) -> PlayedFile {
     PlayedFile { path: Path::try_from("/sd/a.g").unwrap(), size, ..PlayedFile::default() }

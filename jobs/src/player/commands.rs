@@ -256,7 +256,7 @@ fn split_options(arguments: &str) -> (&str, &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::bench::{Card, Desk};
+    use base::bench::{Card, Desk};
     use base::ports::PATH_BYTES;
     use base::sessions::SessionId;
 

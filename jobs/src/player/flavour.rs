@@ -183,8 +183,8 @@ fn said_by(line: &[u8]) -> Option<Said> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::bench::Card;
     use crate::player::{Jobs, Listeners};
+    use base::bench::Card;
     use base::ports::OpenMode;
     use base::sessions::LineBytes;
 

@@ -265,7 +265,7 @@ pub fn is_comment(line: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::bench::Card;
+    use base::bench::Card;
     use base::ports::OpenMode;
 
     fn open(card: &mut Card, text: &str) -> FileLines {

@@ -283,7 +283,7 @@ fn sum(name: &str) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::bench::Desk;
+    use base::bench::Desk;
 
     fn told(texts: &[&str]) -> (Objects, std::string::String) {
         let (mut objects, mut desk) = (Objects::default(), Desk::new());

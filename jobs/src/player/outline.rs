@@ -112,7 +112,7 @@ impl Outline {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::bench::Card;
+    use base::bench::Card;
     use base::ports::OpenMode;
     use proptest::prelude::*;
 

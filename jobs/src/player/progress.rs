@@ -248,8 +248,8 @@ impl Jobs {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::bench::{Card, Desk};
     use crate::player::{Listeners, Next};
+    use base::bench::{Card, Desk};
     use base::sessions::LineBytes;
 
     const NOW: Micros = Micros::from_seconds(35);

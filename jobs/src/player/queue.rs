@@ -96,7 +96,7 @@ impl Queue {
 mod tests {
     use super::*;
     use crate::files::Files;
-    use crate::files::bench::{Card, Desk};
+    use base::bench::{Card, Desk};
 
     struct Table {
         queue: Queue,

@@ -1,5 +1,5 @@
 use super::*;
-use crate::files::bench::{Card, Desk};
+use base::bench::{Card, Desk};
 
 const ME: Recipient = Recipient::Session(SessionId(0));
 

@@ -1,48 +1,90 @@
-//! Test doubles for files and jobs: a card in memory, and sessions that listen.
+//! Card with files in memory, which may fail, fill up, or lose everything after its n-th write.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::string::{String, ToString};
-use std::vec::Vec;
 
-use base::ports::{
+use units::Micros;
+
+use crate::ports::{
     Calendar, Clock, DateTime, DirectoryEntry, FileAttributes, FileHandle, FileTime, LIST_CHUNK, OpenMode, Storage,
     StorageError,
 };
-use base::sessions::{Consoles, SessionProfile};
-use base::sessions::{Inbox, Recipient, Reply, SessionId, Sessions};
+
+/// Bytes of a block: a read never goes beyond the end of one.
+const BLOCK: usize = 512;
 
 /// Card with files in memory.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Card {
-    files: BTreeMap<String, Vec<u8>>,
-    directories: BTreeSet<String>,
-    open: Vec<Option<(String, usize)>>,
+    /// Files by name.
+    pub files: BTreeMap<String, Vec<u8>>,
+    pub(crate) directories: BTreeSet<String>,
+    pub(crate) open: Vec<Option<(String, usize)>>,
     /// Whether reading fails from now on.
     pub fails: bool,
     /// Whether nothing more fits on the card.
     pub is_full: bool,
+    /// File that cannot be changed.
+    pub read_only: Option<&'static str>,
+    /// Name that cannot be given to a file.
+    pub no_room_for: Option<&'static str>,
+    /// Changes that still reach the card; none: all of them.
+    pub writes_left: Option<usize>,
+    /// Number of changes so far.
+    pub writes: usize,
 }
 
 impl Card {
+    /// Makes a card with these texts in files.
+    #[must_use]
     pub fn with(files: &[(&str, &str)]) -> Self {
         let files = files.iter().map(|(path, text)| (path.to_string(), text.as_bytes().to_vec())).collect();
         Self { files, ..Self::default() }
     }
 
+    /// Puts a file on the card.
     pub fn put(&mut self, path: &str, content: &[u8]) {
         self.files.insert(path.to_string(), content.to_vec());
     }
 
+    /// Returns the text in a file.
+    #[must_use]
     pub fn text(&self, path: &str) -> &str {
-        core::str::from_utf8(&self.files[path]).unwrap()
+        core::str::from_utf8(&self.files[path]).expect("a text")
     }
 
+    /// Returns the number of files that are open.
+    #[must_use]
     pub fn open_files(&self) -> usize {
         self.open.iter().flatten().count()
     }
 
+    /// Returns the card after a restart.
+    #[must_use]
+    pub fn rebooted(&self) -> Self {
+        Self { files: self.files.clone(), directories: self.directories.clone(), ..Self::default() }
+    }
+
+    fn spend(&mut self) -> Result<(), StorageError> {
+        if self.writes_left == Some(0) {
+            return Err(StorageError::NotResponding);
+        }
+        self.writes_left = self.writes_left.map(|left| left - 1);
+        self.writes += 1;
+        Ok(())
+    }
+
     fn place(&mut self, file: FileHandle) -> Result<&mut (String, usize), StorageError> {
         self.open.get_mut(usize::from(file.0)).and_then(Option::as_mut).ok_or(StorageError::NotFound)
+    }
+
+    /// Writes bytes at the file's offset.
+    fn put_down(&mut self, file: FileHandle, bytes: &[u8]) -> Result<(), StorageError> {
+        let (path, at) = self.place(file)?.clone();
+        let content = self.files.entry(path).or_default();
+        let overwritten = content.len().min(at + bytes.len());
+        content.splice(at..overwritten, bytes.iter().copied());
+        self.place(file)?.1 += bytes.len();
+        Ok(())
     }
 }
 
@@ -52,13 +94,20 @@ impl Storage for Card {
     }
 
     fn open(&mut self, path: &str, mode: OpenMode) -> Result<FileHandle, StorageError> {
-        match mode {
-            OpenMode::Read | OpenMode::Beside if !self.files.contains_key(path) => return Err(StorageError::NotFound),
-            OpenMode::Write => drop(self.files.insert(path.to_string(), Vec::new())),
-            OpenMode::Read | OpenMode::Beside | OpenMode::Append => {}
+        let reads = matches!(mode, OpenMode::Read | OpenMode::Beside);
+        let exists = self.files.contains_key(path);
+        if reads && !exists {
+            return Err(StorageError::NotFound);
+        }
+        if !reads && self.read_only == Some(path) {
+            return Err(StorageError::ReadOnly);
         }
         if mode != OpenMode::Beside && self.open.iter().flatten().any(|(open, _)| open == path) {
             return Err(StorageError::Busy);
+        }
+        if mode == OpenMode::Write || mode == OpenMode::Append && !exists {
+            self.spend()?;
+            self.put(path, b"");
         }
         let end = if mode == OpenMode::Append { self.files.get(path).map_or(0, Vec::len) } else { 0 };
         self.open.push(Some((path.to_string(), end)));
@@ -70,8 +119,9 @@ impl Storage for Card {
             return Err(StorageError::Device);
         }
         let (path, at) = self.place(file)?.clone();
-        let rest = &self.files[&path][at..];
-        let count = buffer.len().min(rest.len());
+        let content = self.files.get(&path).ok_or(StorageError::NotFound)?;
+        let rest = content.get(at..).unwrap_or(&[]);
+        let count = buffer.len().min(rest.len()).min(BLOCK - at % BLOCK);
         buffer[..count].copy_from_slice(&rest[..count]);
         self.place(file)?.1 += count;
         Ok(count)
@@ -81,12 +131,12 @@ impl Storage for Card {
         if self.is_full {
             return Err(StorageError::Full);
         }
-        let (path, at) = self.place(file)?.clone();
-        let content = self.files.entry(path).or_default();
-        let overwritten = content.len().min(at + bytes.len());
-        content.splice(at..overwritten, bytes.iter().copied());
-        self.place(file)?.1 += bytes.len();
-        Ok(())
+        // Half of it may be there when the power goes.
+        let (first, second) = bytes.split_at(bytes.len() / 2);
+        self.spend()?;
+        self.put_down(file, first)?;
+        self.spend()?;
+        self.put_down(file, second)
     }
 
     fn seek(&mut self, file: FileHandle, offset_bytes: u32) -> Result<(), StorageError> {
@@ -100,6 +150,7 @@ impl Storage for Card {
     }
 
     fn close(&mut self, file: FileHandle) -> Result<(), StorageError> {
+        self.spend()?;
         self.open[usize::from(file.0)].take().map(drop).ok_or(StorageError::NotFound)
     }
 
@@ -118,18 +169,19 @@ impl Storage for Card {
         let files = self.files.iter().filter_map(|(name, content)| Some((below(name)?, Some(content.len() as u32))));
         for (name, size) in directories.chain(files).skip(skip).take(LIST_CHUNK) {
             let entry = DirectoryEntry {
-                name: name.as_str().try_into().unwrap(),
+                name: name.as_str().try_into().expect("a name that fits"),
                 size_bytes: size.unwrap_or(0),
                 is_directory: size.is_none(),
                 attributes: FileAttributes::default(),
                 written: FileTime::NO_CLOCK,
             };
-            entries.push(entry).unwrap();
+            entries.push(entry).expect("room for a chunk");
         }
         Ok(())
     }
 
     fn remove(&mut self, path: &str) -> Result<(), StorageError> {
+        self.spend()?;
         self.files.remove(path).map(drop).ok_or(StorageError::NotFound)
     }
 
@@ -137,11 +189,19 @@ impl Storage for Card {
         if self.directories.insert(path.to_string()) { Ok(()) } else { Err(StorageError::Exists) }
     }
 
+    /// Neither name is lost on the way: that is the storage's promise.
     fn rename(&mut self, from: &str, to: &str) -> Result<(), StorageError> {
+        if self.no_room_for == Some(to) {
+            return Err(StorageError::Full);
+        }
         if self.files.contains_key(to) {
             return Err(StorageError::Exists);
         }
-        let content = self.files.remove(from).ok_or(StorageError::NotFound)?;
+        if !self.files.contains_key(from) {
+            return Err(StorageError::NotFound);
+        }
+        self.spend()?;
+        let content = self.files.remove(from).unwrap_or_default();
         self.files.insert(to.to_string(), content);
         Ok(())
     }
@@ -158,59 +218,7 @@ impl Calendar for Card {
 }
 
 impl Clock for Card {
-    fn now(&self) -> units::Micros {
-        units::Micros(0)
-    }
-}
-
-/// Two sessions, of which the first one asks.
-pub struct Desk {
-    pub sessions: Sessions,
-    line: Line,
-}
-
-/// Other ends of the two sessions' lines.
-struct Line {
-    inboxes: [Inbox; 2],
-    output: [Vec<u8>; 2],
-}
-
-impl Consoles for Line {
-    fn sessions(&self) -> u8 {
-        2
-    }
-
-    fn inbox(&self, session: SessionId) -> &Inbox {
-        &self.inboxes[usize::from(session.0)]
-    }
-
-    fn profile(&self, _: SessionId) -> SessionProfile {
-        SessionProfile::SERIAL
-    }
-
-    fn write(&mut self, session: SessionId, bytes: &[u8]) -> usize {
-        self.output[usize::from(session.0)].extend(bytes);
-        bytes.len()
-    }
-}
-
-impl Desk {
-    pub fn new() -> Self {
-        let line = Line { inboxes: [Inbox::new(), Inbox::new()], output: [Vec::new(), Vec::new()] };
-        let mut sessions = Sessions::new();
-        sessions.configure(&line);
-        Self { sessions, line }
-    }
-
-    /// Takes the text sent to the first session since the last call.
-    pub fn heard(&mut self) -> String {
-        self.sessions.flush(&mut self.line, units::Micros(0));
-        String::from_utf8(std::mem::take(&mut self.line.output[0])).unwrap()
-    }
-
-    /// Returns the text that `says` sends to the first session.
-    pub fn hears(&mut self, says: impl FnOnce(&mut Reply<'_>)) -> String {
-        says(&mut Reply::new(&mut self.sessions, Recipient::Session(SessionId(0))));
-        self.heard()
+    fn now(&self) -> Micros {
+        Micros(0)
     }
 }
