@@ -6,6 +6,8 @@
 pub mod alignment;
 pub mod arms;
 pub mod autotune;
+#[cfg(test)]
+mod bench;
 pub mod driver_tuning;
 pub mod endstop_phase;
 pub mod homing;

@@ -34,7 +34,7 @@ const TESTS: usize = 10;
 const LESS_TESTED: &[(&str, usize)] = &[
     ("board-facts", 4),
     ("program", 4),
-    ("procedures", 6),
+    ("procedures", 8),
     ("preflight", 2),
     ("machine", 0),
     ("bsp-prime", 2),

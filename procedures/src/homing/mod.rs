@@ -290,3 +290,6 @@ fn leave_limits<'c>(hands: &mut impl PhaseHands<'c>, chosen: AxisSet) -> Result<
     hands.go(target, rate, Mode::Feed)?;
     hands.standstill()
 }
+
+#[cfg(test)]
+mod tests;
