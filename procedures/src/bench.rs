@@ -1,7 +1,8 @@
-//! Machines for the tests of sequences: straight axes with switches.
+//! Machines for the tests of sequences: straight axes with switches, a probe over a bed.
 
 use base::bench::BenchHands;
 use base::ports::Input;
+use units::Actuator;
 
 use crate::endstop_phase::{EndstopPhases, PhaseHands};
 use crate::paper::{Paper, PaperHands};
@@ -12,7 +13,7 @@ use crate::probing::{DeltaRecords, Deployment, ProbeHands};
 pub struct Kept {
     phases: EndstopPhases,
     delta: DeltaRecords,
-    deployment: Deployment,
+    pub deployment: Deployment,
     paper: Paper,
 }
 
@@ -103,4 +104,23 @@ pub fn machine(more: &str, switches: [f64; 3]) -> Bench {
         bench.world.wire_input(Input::Endstop(index as u8), move |motors| motors.0[index] <= place);
     }
     bench
+}
+
+/// Settings of a probe.
+pub const PROBE: &str = "\
+[zprobe]
+enable = true
+probe_pin = PG1
+slow_feedrate = 4
+fast_feedrate = 20
+return_feedrate = 20
+max_travel = 40
+probe_height = 3
+";
+
+/// Wires the probe to a bed with this height at each X and Y, mm.
+pub fn put_bed(bench: &mut Bench, height: impl Fn(f64, f64) -> f64 + 'static) {
+    bench.world.wire_input(Input::Probe, move |motors| {
+        motors[Actuator::Gamma] <= height(motors[Actuator::Alpha], motors[Actuator::Beta])
+    });
 }

@@ -21,6 +21,8 @@ mod probe_settings;
 mod repeatability;
 mod search;
 mod strategy;
+#[cfg(test)]
+mod tests;
 mod three_point;
 mod to_contact;
 
