@@ -78,4 +78,14 @@ mod tests {
         assert_eq!([1_000, 1_400].map(|now| dated.at(Micros(now))), [reading; 2]);
         assert_eq!(dated.at(Micros(1_401)), SensorReading::Missing);
     }
+
+    #[test]
+    fn every_output_has_a_bit_of_its_own() {
+        let heaters = (0..MAX_HEATERS).map(heater_bit);
+        let bits = heaters.chain((0..MAX_SWITCHES).map(switch_bit)).fold(0_u32, |bits, bit| {
+            assert_eq!((bits & bit, bit.count_ones()), (0, 1), "{bit:#x}");
+            bits | bit
+        });
+        assert_eq!(bits.count_ones() as usize, MAX_HEATERS + MAX_SWITCHES);
+    }
 }

@@ -123,3 +123,65 @@ impl Model {
         self.felt += felt * dt;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HOTEND: ModelSettings =
+        ModelSettings { power_w: 40.0, capacity: 12.0, loss: 0.09, fan_loss: 0.05, late_s: 3.0, filament_heat: 0.0015 };
+
+    /// Controls a heater that is as the model says for ten minutes, in these surroundings; returns the law,
+    /// the last reading, and the furthest that it went beyond its target.
+    fn controlled(around: Surroundings, unmodelled_w: f32) -> (Model, f32, f32) {
+        let target = 200.0;
+        let mut law = Model::new(HOTEND, Duty::FULL);
+        let (mut body, mut felt, mut over) = (AIR_C, AIR_C, 0.0_f32);
+        law.start(Celsius(felt));
+        for _ in 0..600 * 20 {
+            let duty = law.update(target, felt, 0.05, around);
+            let loss = HOTEND.loss + HOTEND.fan_loss * around.fan + HOTEND.filament_heat * around.flow;
+            let watts = f32::from(duty.0) / 255.0 * HOTEND.power_w - loss * (body - AIR_C) - unmodelled_w;
+            body += watts / HOTEND.capacity * 0.05;
+            felt += (body - felt) / HOTEND.late_s * 0.05;
+            over = over.max(felt - target);
+        }
+        (law, felt, over)
+    }
+
+    #[test]
+    fn a_heater_that_is_as_its_model_settles_without_overshoot_and_without_surplus() {
+        for (fan, flow) in [(0.0, 0.0), (1.0, 0.0), (0.5, 8.0)] {
+            let (law, felt, over) = controlled(Surroundings { fan, flow }, 0.0);
+            assert!((felt - 200.0).abs() < 0.3 && over < 2.0, "settles at {felt}, {over} beyond");
+            let surplus = law.surplus().expect("a loss that is known");
+            assert!(surplus.abs() < 0.02, "{surplus} with fan {fan} and flow {flow}");
+        }
+    }
+
+    #[test]
+    fn heat_that_the_model_does_not_know_is_found_as_surplus() {
+        let known_w = HOTEND.loss * (200.0 - AIR_C);
+        for watts in [-3.0, 2.0, 6.0] {
+            let (law, felt, _) = controlled(Surroundings::default(), watts);
+            let surplus = law.surplus().expect("a loss that is known");
+            assert!((felt - 200.0).abs() < 0.3 && (surplus - watts / known_w).abs() < 0.03, "{watts} W: {surplus}");
+        }
+    }
+
+    #[test]
+    fn a_model_that_divides_by_nothing_is_not_used() {
+        assert!(HOTEND.is_usable());
+        for wrong in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+            assert!(!ModelSettings { power_w: wrong, ..HOTEND }.is_usable());
+            assert!(!ModelSettings { capacity: wrong, ..HOTEND }.is_usable());
+            assert!(!ModelSettings { late_s: wrong, ..HOTEND }.is_usable());
+        }
+        for wrong in [-0.1, f32::NAN] {
+            assert!(!ModelSettings { loss: wrong, ..HOTEND }.is_usable());
+            assert!(!ModelSettings { fan_loss: wrong, ..HOTEND }.is_usable());
+            assert!(!ModelSettings { filament_heat: wrong, ..HOTEND }.is_usable());
+        }
+        assert!(ModelSettings { loss: 0.0, fan_loss: 0.0, filament_heat: 0.0, ..HOTEND }.is_usable());
+    }
+}

@@ -339,4 +339,16 @@ mod tests {
         assert_eq!(test.answer(Celsius(100.0)), Some(Err(TestFailed::NoLine)));
         assert_eq!(test.update(Celsius(100.0), Celsius(50.0), PERIOD), Duty::OFF);
     }
+
+    #[test]
+    fn gains_do_not_depend_on_how_far_the_output_goes() {
+        // At half the output the same heater warms half as fast.
+        let whole = Answer { rise: 4.0, loss: 0.01, late_s: 3.0, holds: 0.4 };
+        let half = Answer { rise: 2.0, ..whole };
+        let (of_whole, of_half) = (whole.gains(Duty(200)), half.gains(Duty(100)));
+        assert_eq!(of_whole, of_half);
+        // The gain is 0.45 of a step's rise over the delay.
+        assert!((of_whole.p - 0.45 / (4.0 / 200.0 * 3.0)).abs() < 1e-4, "{of_whole:?}");
+        assert!((of_whole.i - of_whole.p / 24.0).abs() < 1e-5 && (of_whole.d - of_whole.p * 1.5).abs() < 1e-4);
+    }
 }

@@ -250,3 +250,54 @@ fn a_halted_machine_goes_on_watching() {
     }
     assert!(matches!(oven.control.take_fault(), Some(HeatFault { cause: HeatCause::StuckOn(_), .. })));
 }
+
+#[test]
+fn a_new_maximum_holds_at_once_and_only_for_a_heater_that_there_is() {
+    let mut oven = Oven::new();
+    assert!(!oven.control.set_maximum(HeaterId::all().nth(3).unwrap(), Celsius(90.0)));
+    assert!(oven.control.set_maximum(oven.block, Celsius(90.0)));
+    assert!(oven.control.set_target(oven.block, Celsius(91.0)).is_err());
+    assert_eq!(oven.control.set_target(oven.block, Celsius(80.0)), Ok(()));
+    oven.run(2.0, |_| counts(95.0));
+    assert!(matches!(oven.control.take_fault().map(|fault| fault.cause), Some(HeatCause::AboveMaximum(_))));
+}
+
+#[test]
+fn a_switch_gives_what_it_was_set_to() {
+    let mut control = HeatControl::new();
+    control.enable_outputs();
+    assert_eq!((control.given(0), control.given(1)), (0.0, 0.0));
+    control.set_switch(1, Duty(51));
+    assert!((control.given(1) - 0.2).abs() < 1e-6 && control.given(0) == 0.0);
+    control.set_pwm(0, 0.75);
+    assert_eq!((control.given(0), control.take_pwm_change()), (0.75, Some((0, 0.75))));
+    assert_eq!(control.take_pwm_change(), None);
+}
+
+#[test]
+fn a_surplus_is_known_only_at_the_target_of_a_heater_with_a_model() {
+    let model = crate::model::ModelSettings {
+        power_w: 40.0,
+        capacity: 10.0,
+        loss: 10.0 / 120.0,
+        fan_loss: 0.0,
+        late_s: 3.0,
+        filament_heat: 0.0,
+    };
+    let mut oven = Oven::new();
+    oven.control = HeatControl::new();
+    let settings = HeaterSettings { law: LawSettings::Model(model), ..settings() };
+    oven.block = oven.control.add(settings).unwrap();
+    oven.control.enable_outputs();
+    let surplus = |oven: &Oven| oven.control.heater(oven.block).unwrap().surplus();
+    assert_eq!(surplus(&oven), None, "off");
+    oven.control.set_target(oven.block, Celsius(200.0)).unwrap();
+    oven.run(20.0, counts);
+    assert_eq!(surplus(&oven), None, "on its way");
+    oven.run(400.0, counts);
+    let found = surplus(&oven).expect("at its target");
+    // The model's air is three degrees warmer than the oven's.
+    assert!(found > 0.0 && found < 0.05, "{found}");
+    oven.control.set_target(oven.block, Celsius(0.0)).unwrap();
+    assert_eq!(surplus(&oven), None, "off again");
+}

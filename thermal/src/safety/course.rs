@@ -214,4 +214,37 @@ mod tests {
         });
         assert!(matches!(fault, Some(HeatCause::DoesNotCool(_))), "{fault:?}");
     }
+
+    /// Returns the first fault of a heater that is asked for 40 C and reads the same all the time.
+    fn stays_at(celsius: f32, beside_warmer: bool) -> Option<HeatCause> {
+        let mut course = Course::default();
+        (0..400).find_map(|second| {
+            let look = Look {
+                now: Micros::from_seconds(second),
+                reading: Some(Celsius(celsius)),
+                target: Celsius(40.0),
+                beside_warmer,
+                ..Look::default()
+            };
+            course.check(&LIMITS, &look).err()
+        })
+    }
+
+    #[test]
+    fn from_sixty_degrees_on_a_heater_must_cool() {
+        assert_eq!(stays_at(60.0, false), Some(HeatCause::DoesNotCool(Celsius(60.0))));
+        assert_eq!(stays_at(59.9, false), None, "so warm a room keeps it");
+        assert_eq!(stays_at(60.0, true), None, "a neighbour does");
+    }
+
+    #[test]
+    fn the_limits_of_the_range_are_within_it() {
+        for (reading, after) in [(60.0, 6), (60.1, 0), (20.0, 6), (19.9, 0)] {
+            let judged =
+                (0..RUNAWAY_CHECKS).try_fold(0, |so_far, _| judge(&LIMITS, Celsius(reading), Celsius(40.0), so_far));
+            assert_eq!(judged.is_ok(), after == 6, "{reading}");
+        }
+        let off = CourseLimits { range: Celsius(0.0), ..LIMITS };
+        assert_eq!(judge(&off, Celsius(400.0), Celsius(40.0), RUNAWAY_CHECKS), Ok(0), "0 disables it");
+    }
 }

@@ -118,3 +118,56 @@ impl ReadingLaw {
         self.jumps >= JUMPS
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: ReadingLimits =
+        ReadingLimits { min: Celsius(5.0), max: Celsius(280.0), rise_per_s: 30.0, fall_per_s: 15.0 };
+
+    /// Looks at these readings, one each quarter of a second, with the heater on; returns the first fault.
+    fn fault(readings: impl Iterator<Item = f32>) -> Option<HeatCause> {
+        let mut law = ReadingLaw::default();
+        readings.enumerate().find_map(|(place, reading)| {
+            let now = Micros::from_millis(250 * (place as u64 + 1));
+            let look = Look { now, reading: Some(Celsius(reading)), target: Celsius(200.0), ..Look::default() };
+            law.check(&LIMITS, &look).err()
+        })
+    }
+
+    #[test]
+    fn the_limits_themselves_are_believed_and_nothing_beyond() {
+        for (reading, cause) in [
+            (5.0, None),
+            (4.99, Some(HeatCause::BelowMinimum(Celsius(4.99)))),
+            (280.0, None),
+            (280.01, Some(HeatCause::AboveMaximum(Celsius(280.01)))),
+        ] {
+            assert_eq!(fault((0..30).map(|_| reading)), cause);
+        }
+    }
+
+    #[test]
+    fn a_heater_may_change_at_its_greatest_rate_and_no_faster() {
+        let at = |per_s: f32| fault((0..20).map(move |quarter| 100.0 + per_s * quarter as f32 / 4.0));
+        assert_eq!((at(30.0), at(-15.0)), (None, None));
+        assert_eq!(at(32.0), Some(HeatCause::RisesTooFast(Celsius(32.0))));
+        assert_eq!(at(-16.0), Some(HeatCause::FallsTooFast(Celsius(16.0))));
+    }
+
+    #[test]
+    fn a_sensor_has_longer_before_its_first_reading_than_after() {
+        let silent_from = |first: usize| {
+            let mut law = ReadingLaw::default();
+            (0..60).find(|look| {
+                let now = Micros::from_millis(50 * (*look as u64 + 1));
+                let reading = (*look < first).then_some(Celsius(100.0));
+                let fault = reading.is_none().then_some(SensorFault::SILENT);
+                law.check(&LIMITS, &Look { now, reading, fault, target: Celsius(200.0), ..Look::default() }).is_err()
+            })
+        };
+        assert_eq!(silent_from(0), Some(19));
+        assert_eq!(silent_from(10), Some(13));
+    }
+}

@@ -163,3 +163,51 @@ impl Response {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: ResponseLimits =
+        ResponseLimits { band: Celsius(5.0), gain: Celsius(2.0), within: Micros::from_seconds(60), sinking: 120.0 };
+
+    /// Runs a heater at full output towards 100 C, with its reading after so many seconds; returns the first
+    /// fault and its second.
+    fn driven(limits: ResponseLimits, reads: impl Fn(f32) -> f32) -> Option<(f32, HeatCause)> {
+        let mut response = Response::default();
+        (0..400 * 20).find_map(|look| {
+            let second = look as f32 * 0.05;
+            let reading = Some(Celsius(reads(second)));
+            let look = Look { reading, target: Celsius(100.0), driven: 1.0, ..Look::default() };
+            Some((second, response.check(&limits, 1.0, &look).err()?))
+        })
+    }
+
+    #[test]
+    fn a_slow_heater_that_suddenly_does_not_warm_any_more_stalls() {
+        let (at, cause) = driven(LIMITS, |second| 20.0 + second.min(30.0)).expect("a fault");
+        assert!(cause == HeatCause::Stalls && (33.0..39.0).contains(&at), "{cause:?} after {at} s");
+        // A quick heater has fans and filament that hold it up.
+        let quick = ResponseLimits { within: Micros::from_seconds(20), ..LIMITS };
+        let (at, cause) = driven(quick, |second| 20.0 + second.min(30.0)).expect("a fault");
+        assert!(matches!(cause, HeatCause::NoResponse(..)) && at > 45.0, "{cause:?} after {at} s");
+    }
+
+    #[test]
+    fn a_heater_that_warms_by_its_gain_in_time_is_sound_until_it_is_there() {
+        for gain_in_s in [20.0, 55.0] {
+            let reads = move |second: f32| (20.0 + 2.0 * second / gain_in_s).min(99.0);
+            assert_eq!(driven(LIMITS, reads), None, "2 C in {gain_in_s} s");
+        }
+        let (at, cause) = driven(LIMITS, |second| 20.0 + 2.0 * second / 75.0).expect("a fault");
+        assert!(matches!(cause, HeatCause::NoResponse(..)) && (59.0..62.0).contains(&at), "{cause:?} after {at} s");
+    }
+
+    #[test]
+    fn near_its_target_a_heater_at_full_output_must_still_warm() {
+        // 3 C are missing, within the band: only the look at full output sees it.
+        let (at, cause) = driven(LIMITS, |second| (20.0 + 2.0 * second).min(97.0)).expect("a fault");
+        assert!(matches!(cause, HeatCause::NoResponse(..) | HeatCause::Stalls), "{cause:?} after {at} s");
+        assert_eq!(driven(ResponseLimits { within: Micros(0), ..LIMITS }, |_| 97.0), None, "0 disables it");
+    }
+}

@@ -46,3 +46,36 @@ impl Warmed {
         judged && other.from.is_some() && other.rise > OTHER && other.effort_s < OTHER_EFFORT * self.effort_s
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns the warming of a heater at this share of output after so many looks, from 20 C to this reading.
+    fn warmed(looks: u32, driven: f32, reading: f32) -> Warmed {
+        let mut warmed = Warmed::default();
+        warmed.note(&Look { reading: Some(Celsius(20.0)), ..Look::default() }, true, 0.5);
+        let look = Look { reading: Some(Celsius(reading)), driven, ..Look::default() };
+        (0..looks).for_each(|_| warmed.note(&look, false, 0.5));
+        warmed
+    }
+
+    #[test]
+    fn a_heater_is_judged_after_five_seconds_at_its_full_output() {
+        for (looks, judged) in [(99, false), (101, true)] {
+            // Full output of this heater is half of the time.
+            let (driven, other) = (warmed(looks, 0.5, 21.0), warmed(looks, 0.0, 30.0));
+            assert_eq!(driven.instead(&other), judged, "{looks} looks");
+            assert!(!other.instead(&driven));
+        }
+    }
+
+    #[test]
+    fn a_heater_that_warms_its_own_sensor_or_a_neighbour_that_heats_too_is_sound() {
+        let other = warmed(200, 0.0, 30.0);
+        assert!(!warmed(200, 0.5, 22.5).instead(&other));
+        assert!(!warmed(200, 0.5, 21.0).instead(&warmed(200, 0.1, 30.0)));
+        assert!(!warmed(200, 0.5, 21.0).instead(&warmed(200, 0.0, 27.5)));
+        assert!(!Warmed::default().instead(&other), "nothing is known from before");
+    }
+}
