@@ -217,3 +217,80 @@ impl Axes {
         self.resting &= !motor.bit();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::{BenchHands, THREE_MOTORS};
+    use crate::hands::Hands;
+
+    const X: AxisSet = AxisSet::of(Axis::X);
+
+    /// A machine of three motors, one with a driver on the board.
+    fn machine() -> BenchHands<()> {
+        BenchHands::new(THREE_MOTORS)
+    }
+
+    #[test]
+    fn motors_on_the_board_are_those_with_a_chip() {
+        let bench = machine();
+        assert_eq!(on_board_motors(bench.config()), Actuator::Alpha.bit());
+        assert_eq!(internal_motors(bench.config()), Actuator::Alpha.bit());
+    }
+
+    #[test]
+    fn motors_get_their_current_once_and_lose_it_axis_by_axis() {
+        let mut bench = machine();
+        assert!(!bench.motors.has_any_on() && !bench.motors.are_enabled());
+        bench.enable_motors().unwrap();
+        assert!(bench.world.motor_power && bench.motors.has_any_on() && bench.motors.are_enabled());
+        assert_eq!(bench.world.bank.enabled, 0b111);
+        bench.motors.mark_homed(AxisSet::PRIMARY);
+        bench.motors.disable(&mut bench.world, X);
+        assert_eq!((bench.world.bank.enabled, bench.motors.homed()), (0b110, AxisSet::PRIMARY.without(X)));
+        assert!(bench.motors.has_any_on() && !bench.motors.are_enabled());
+        let config = bench.config();
+        bench.motors.disable_all(&mut bench.world, config);
+        assert_eq!((bench.world.bank.enabled, bench.motors.has_any_on()), (0, false));
+        assert_eq!(bench.motors.homed(), AxisSet::PRIMARY.without(X), "they were standing");
+    }
+
+    #[test]
+    fn a_driver_that_does_not_answer_and_a_supply_that_is_off_are_alarms() {
+        let mut bench = machine();
+        bench.world.bank.fault = Some(DriverFault::Silent);
+        let failure = bench.enable_motors().unwrap_err();
+        assert!(failure.is_alarm() && bench.text_of(failure).contains("motor driver alpha does not answer"));
+        bench.world.bank.fault = Some(DriverFault::External);
+        bench.enable_motors().unwrap();
+        let mut bench = machine();
+        bench.world.watch.motor_supply_is_lost();
+        let failure = bench.enable_motors().unwrap_err();
+        assert!(failure.is_alarm() && bench.text_of(failure).contains("motor supply is off"));
+        assert_eq!(bench.world.bank.enabled, 0);
+    }
+
+    #[test]
+    fn a_motor_that_lost_its_place_takes_the_axes_with_it_that_it_may_move() {
+        let mut axes = Axes::default();
+        let all = AxisSet::PRIMARY.with(Axis::A);
+        axes.mark_homed(all);
+        axes.lose_place(Actuator::Delta);
+        assert_eq!(axes.homed(), AxisSet::PRIMARY);
+        axes.mark_homed(all);
+        axes.lose_place(Actuator::Beta);
+        assert_eq!(axes.homed(), AxisSet::of(Axis::A));
+    }
+
+    #[test]
+    fn an_axis_reads_as_when_its_place_was_kept_once_it_is_homed_again() {
+        let mut axes = Axes::default();
+        axes.mark_homed(X);
+        axes.keep_place(AxisSet::NONE);
+        assert_eq!(axes.strayed(), [AxisSet::NONE; 2]);
+        axes.forget_all_homed();
+        assert_eq!(axes.strayed(), [AxisSet::PRIMARY, X], "Y and Z have no reading to come back to");
+        axes.mark_homed(AxisSet::PRIMARY);
+        assert_eq!(axes.strayed(), [AxisSet::PRIMARY.without(X), AxisSet::NONE]);
+    }
+}

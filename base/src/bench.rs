@@ -16,6 +16,28 @@ pub use drivers::BenchDrivers;
 pub use hands::BenchHands;
 pub use world::World;
 
+/// Settings of three motors, of which the first has a driver on the board.
+pub const THREE_MOTORS: &str = "\
+[actuator]
+alpha.steps_per_mm = 80
+alpha.step_pin = PD3
+alpha.dir_pin = PD4
+beta.steps_per_mm = 80
+beta.step_pin = PK2
+beta.dir_pin = PG2
+beta.driver = external
+gamma.steps_per_mm = 80
+gamma.step_pin = PG3
+gamma.dir_pin = PG4
+gamma.driver = external
+[tmc2590]
+alpha.spi_cs_pin = PJ13
+alpha.sense_resistor = 50
+alpha.max_current = 3000
+[current control]
+alpha.current = 1.2
+";
+
 /// Returns the words of a line, as the row of its code reads them.
 ///
 /// # Panics

@@ -367,3 +367,52 @@ pub fn not_set(texts: &Texts, motor: Actuator, fault: DriverFault) -> Failure {
     };
     texts.refused(format_args!("{}: {why}", motor.name()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::{BenchHands, Desk, THREE_MOTORS, words};
+    use crate::hands::Hands;
+
+    /// A machine with a driver of ours for X.
+    fn machine() -> BenchHands<()> {
+        BenchHands::new(THREE_MOTORS)
+    }
+
+    fn option(bench: &mut BenchHands<()>, line: &str) -> Outcome {
+        let mut desk = Desk::new();
+        let mut reply = Reply::new(&mut desk.sessions, crate::sessions::Recipient::All);
+        let (texts, config) = (bench.texts(), bench.config());
+        driver_option(texts, &mut bench.world, config, &mut bench.settings, &words(line), &mut reply)
+    }
+
+    #[test]
+    fn a_threshold_is_kept_for_what_it_was_set_for() {
+        let mut bench = machine();
+        assert_eq!(option(&mut bench, "M911.3 P0 S7 O5 Q1"), Ok(Answer::Ok));
+        let kept = bench.settings.stall_thresholds[Actuator::Alpha].expect("a threshold");
+        assert_eq!((kept.threshold, kept.filter), (5, true));
+        assert_eq!(bench.settings.homing_thresholds[Actuator::Alpha], None);
+        assert_eq!(option(&mut bench, "M911.3 P0 S9 O-3"), Ok(Answer::Ok));
+        assert_eq!(bench.settings.homing_thresholds[Actuator::Alpha], Some(-3));
+        assert_eq!(bench.settings.stall_thresholds[Actuator::Alpha].map(|kept| kept.threshold), Some(5));
+        assert!(option(&mut bench, "M911.3 P0 S9 O100").is_err(), "out of the chip's range");
+        assert_eq!(option(&mut bench, "M911.3 P0 S6 O9"), Ok(Answer::Ok));
+        assert_eq!(bench.settings.stall_thresholds[Actuator::Alpha].map(|kept| kept.threshold), Some(5));
+    }
+
+    #[test]
+    fn microsteps_scale_the_steps_where_asked() {
+        let mut bench = machine();
+        let mut desk = Desk::new();
+        let mut set = |line: &str| {
+            let (texts, config) = (bench.texts(), bench.config());
+            let mut reply = Reply::new(&mut desk.sessions, crate::sessions::Recipient::All);
+            let done = microsteps(texts, &mut bench.world, config, &words(line), &mut reply);
+            let own = bench.motion(|motion| motion.config().copied()).expect("a configuration");
+            done.map(|_| own.actuators[Actuator::Alpha].expect("a motor").steps_per_mm)
+        };
+        assert_eq!(set("M909 X16"), Ok(80.0));
+        assert!(set("M909 X0").is_err() && set("M909 X512").is_err() && set("M909 Y16").is_err());
+    }
+}

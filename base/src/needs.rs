@@ -132,6 +132,7 @@ pub fn tell_what_is_off(config: &MachineConfig, reply: &mut Reply<'_>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use gcode::Code;
 
     fn machine() -> MachineConfig {
         let mut config = MachineConfig::default();
@@ -179,5 +180,34 @@ mod tests {
         let failure = failure_of(&texts, &machine(), &Problem::NegativeFeedRate.alarm(3), false);
         assert_eq!(said(&texts, failure), (FailureKind::Alarm, "feed rate < 0, column 3".to_owned()));
         assert_eq!(failure.reason, Reason::Negative);
+    }
+
+    #[test]
+    fn a_file_goes_on_without_a_code_only_where_the_part_is_the_same() {
+        let texts = Texts::new();
+        let why = |code, s: Option<f64>| {
+            let block = Block::new(Some(code), 1);
+            let block = s.map_or_else(|| block.clone(), |s| block.clone().with('S', s));
+            let failure = makes_another_part(&texts, program::codes::find(code), &block)?;
+            Some(texts.of(failure).to_string())
+        };
+        assert!(why(Code::g(999), None).expect("a reason").contains("G999 is not known here"));
+        assert_eq!(why(Code::m(999), None), None, "an M-code that nobody knows");
+        assert!(why(Code::m(104), Some(100.0)).expect("a reason").contains("M104 is for a part"));
+        assert_eq!(why(Code::m(104), Some(0.0)), None, "off is as good as not there");
+        assert_eq!(makes_another_part(&texts, None, &Block::new(None, 1)), None);
+    }
+
+    #[test]
+    fn leveling_is_left_out_only_by_a_machine_that_has_none() {
+        let row = |code| program::codes::find(code).expect("a row");
+        let mut config = MachineConfig::default();
+        let levels = |config: &MachineConfig| [29, 32, 34].map(|number| cannot_level(config, row(Code::g(number))));
+        assert_eq!(levels(&config), [true; 3]);
+        assert!(!cannot_level(&config, row(Code::g(1))));
+        config.probe.enable = true;
+        assert_eq!(levels(&config), [false, false, true]);
+        config.z_alignment.motors.push([0.0; 2]).expect("room");
+        assert_eq!(levels(&config), [false; 3]);
     }
 }

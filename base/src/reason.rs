@@ -129,3 +129,29 @@ impl Reason {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_problem_that_grbl_numbers_has_its_own_reason() {
+        use Problem as P;
+        let (one, other) = (gcode::Code::g(1), gcode::Code::g(2));
+        for (problem, reason) in [
+            (P::NegativeFeedRate, Reason::Negative),
+            (P::MustSupply('X'), Reason::MissingWord),
+            (P::CoordinateSystem, Reason::CoordinateSystem),
+            (P::SameGroup(one, other), Reason::ModalGroup),
+            (P::AxesTwice(one, other), Reason::AxesTwice),
+            (P::WordTwice('X'), Reason::WordTwice),
+            (P::UnusedWord('X'), Reason::UnusedWord),
+            (P::NoFeedRate, Reason::FeedRate),
+            (P::NotHomed, Reason::NeedsHoming),
+            (P::ProbeNothing, Reason::NoAxes),
+            (P::ProbeNoWay, Reason::Target),
+        ] {
+            assert_eq!(Reason::of_problem(&problem), reason, "{problem:?}");
+        }
+    }
+}

@@ -118,4 +118,15 @@ mod tests {
         assert_eq!(seen(|ms| 200.0 + 10.0 * (ms % 150) as f32, |_| true), None, "it speeds up");
         assert_eq!(seen(|ms| if ms % 16 == 0 { 300.0 } else { 500.0 }, |_| true), None, "short moves");
     }
+
+    #[test]
+    fn a_look_is_due_each_millisecond_and_not_while_it_rests() {
+        let mut watch = StallWatch::default();
+        let at = Micros::from_millis(7);
+        assert!(watch.is_due(at));
+        watch.look(at, &PerActuator::default());
+        assert!(!watch.is_due(at.plus(Micros(999))) && watch.is_due(at.plus(Micros(1_000))));
+        watch.rest(at, Micros::from_millis(50));
+        assert!(!watch.is_due(at.plus(Micros::from_millis(49))) && watch.is_due(at.plus(Micros::from_millis(50))));
+    }
 }

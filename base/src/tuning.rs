@@ -205,3 +205,24 @@ impl Tuning {
         self.home.changes = self.home.changes.wrapping_add(1);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::words;
+
+    #[test]
+    fn nozzles_may_be_cold_when_that_is_allowed_and_have_their_limits_back() {
+        let config = MachineConfig::default();
+        let mut tuning = Tuning::new(&config);
+        assert!(!tuning.guards_cold);
+        tuning.set_least_warm(&config, &words("M302 S180 R150"));
+        assert!(tuning.guards_cold && tuning.least_warm.iter().all(|least| *least == [180.0, 150.0]));
+        tuning.set_least_warm(&config, &words("M302 P1"));
+        assert!(!tuning.guards_cold && tuning.least_warm.iter().flatten().all(|celsius| *celsius == 0.0));
+        tuning.set_least_warm(&config, &words("M302 P0"));
+        assert!(tuning.guards_cold && tuning.least_warm.iter().flatten().all(|celsius| *celsius == USUAL_LEAST_WARM));
+        tuning.set_least_warm(&config, &words("M302 S170"));
+        assert!(tuning.least_warm.iter().all(|least| *least == [170.0; 2]));
+    }
+}

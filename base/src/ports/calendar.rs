@@ -107,4 +107,17 @@ mod tests {
         assert_eq!(DateTime::UNSET.for_files(), FileTime::NO_CLOCK);
         assert_eq!(DateTime::parse("260102030405").unwrap().for_files().year, 2026);
     }
+
+    #[test]
+    fn the_last_of_each_part_is_a_date_and_the_next_is_none() {
+        for (last, next) in [
+            ("261231235959", "261331235959"),
+            ("260430235959", "260431235959"),
+            ("260228000000", "260229000000"),
+            ("260102235900", "260102236000"),
+            ("260102235959", "260102235960"),
+        ] {
+            assert!(DateTime::parse(last).is_some() && DateTime::parse(next).is_none(), "{last} {next}");
+        }
+    }
 }

@@ -325,3 +325,31 @@ pub trait Storage {
     /// quarter of a second. A board tells its watchdog.
     fn between_steps(&mut self) {}
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_error_has_words_of_its_own() {
+        use StorageError as E;
+        let errors = [
+            E::NotResponding,
+            E::NotFound,
+            E::Exists,
+            E::WrongKind,
+            E::BadPath,
+            E::Full,
+            E::DirectoryFull,
+            E::Busy,
+            E::ReadOnly,
+            E::Damaged,
+            E::TooManyOpen,
+            E::Unsupported,
+            E::Device,
+        ];
+        let texts: std::collections::BTreeSet<_> = errors.iter().map(|error| error.text()).collect();
+        assert_eq!(texts.len(), errors.len());
+        assert!(texts.iter().all(|text| text.len() > 8 && !text.ends_with('.')));
+    }
+}

@@ -165,4 +165,73 @@ mod tests {
             watch.guarding = update.unwrap_or(watch.guarding);
         }
     }
+
+    fn closed() -> InputLevels {
+        InputLevels::default().with(Input::Endstop(2))
+    }
+
+    /// Limits of X and Y that guard, and the latch.
+    fn guarding() -> (Limits, Latch) {
+        let text = "[endstops]\nx.enable = true\nx.pin = PD0\nx.axis = X\nx.limit_enable = true\n\
+                    y.enable = true\ny.pin = PD1\ny.axis = Y\ny.limit_enable = true\n\
+                    z.enable = true\nz.pin = PI0\nz.axis = Z\n\
+                    a.enable = true\na.pin = nc\na.axis = A\na.limit_enable = true\n";
+        let (config, _) = config::parse(text.as_bytes(), config::BoardId::Prime2590, &mut ());
+        assert_eq!(config.endstops.len(), 4);
+        let (mut limits, latch) = (Limits::default(), Latch::new());
+        limits.configure(&config, Micros(0));
+        let now = REARM_TIME;
+        assert_eq!(limits.poll(InputLevels::default(), false, &latch, now, PerAxis::default), None);
+        (limits, latch)
+    }
+
+    #[test]
+    fn only_switches_with_a_pin_that_are_limits_guard() {
+        let (limits, latch) = guarding();
+        assert!(limits.exist() && latch.armed() == 0b110, "{:#b}", latch.armed());
+        assert!(!Limits::default().exist());
+    }
+
+    #[test]
+    fn a_limit_that_closes_in_motion_is_a_hit_once() {
+        let (mut limits, latch) = guarding();
+        let now = Micros::from_millis(100);
+        assert_eq!(limits.poll(closed(), true, &latch, now, || unreachable!()), Some(Hit(2)));
+        assert_eq!((latch.armed(), limits.poll(closed(), true, &latch, now, || unreachable!())), (0, None));
+        assert!(!limits.take_all_clear());
+        let open = InputLevels::default();
+        limits.poll(open, false, &latch, now, || unreachable!());
+        limits.poll(open, false, &latch, now.plus(REARM_TIME), || unreachable!());
+        assert!(limits.take_all_clear() && !limits.take_all_clear(), "told once");
+    }
+
+    #[test]
+    fn a_limit_that_closes_at_standstill_is_no_hit_and_guards_no_more() {
+        let (mut limits, latch) = guarding();
+        assert_eq!(limits.poll(closed(), false, &latch, Micros::from_millis(100), || unreachable!()), None);
+        assert_eq!(latch.armed(), 0b010);
+    }
+
+    #[test]
+    fn a_search_may_go_a_little_past_a_limit_to_its_contact() {
+        let place = |mm: f64| {
+            let mut place = PerAxis::default();
+            place[Axis::Z] = mm;
+            place
+        };
+        let now = Micros::from_millis(100);
+        for (way, is_hit) in [(0.29, false), (-0.29, false), (0.31, true), (-0.31, true)] {
+            let (mut limits, latch) = guarding();
+            limits.search_begins();
+            latch.arm(Input::Probe.bit());
+            assert_eq!(limits.poll(closed(), true, &latch, now, || place(5.0)), None, "it has just closed");
+            assert_eq!(limits.poll(closed(), true, &latch, now, || place(5.0 + way)).is_some(), is_hit, "{way} mm");
+        }
+        let (mut limits, latch) = guarding();
+        limits.search_begins();
+        latch.disarm();
+        assert_eq!(limits.poll(closed(), true, &latch, now, || unreachable!()), None, "the contact has been found");
+        limits.search_ends(&latch, now);
+        assert_eq!((limits.is_searching(), latch.armed()), (false, 0));
+    }
 }

@@ -190,6 +190,8 @@ mod tests {
             let held = walk(&[begins, Event::Hold]);
             assert_eq!((held.state(), held.is_in(state)), (State::Hold, true));
             assert_eq!(walk(&[begins, Event::Hold, Event::Resume]).state(), state);
+            assert_eq!(walk(&[begins, Event::Hold, Event::DoorOpens]).state(), State::Door);
+            assert_eq!(walk(&[begins, Event::DoorOpens]).state(), State::Door);
             assert_eq!(walk(&[begins, Event::Hold, Event::DoorOpens, Event::Resume]).state(), state);
         }
     }

@@ -89,3 +89,36 @@ impl StepTimesWatch {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn times(late: u32, delayed: u32) -> StepTimes {
+        StepTimes { late, delayed, ..StepTimes::default() }
+    }
+
+    #[test]
+    fn late_steps_are_told_once_a_second_and_all_of_them() {
+        let mut watch = StepTimesWatch::default();
+        let at = |watch: &mut StepTimesWatch, late, ms| watch.poll(times(late, 0), 0, Micros::from_millis(ms));
+        assert_eq!(at(&mut watch, 0, 10), None);
+        assert_eq!(at(&mut watch, 3, 20), Some(Lateness::Late { count: 3, worst_us: 0.0 }));
+        assert_eq!(at(&mut watch, 5, 900), None, "within the second");
+        assert_eq!(at(&mut watch, 9, 1_020), Some(Lateness::Late { count: 6, worst_us: 0.0 }));
+        assert_eq!(at(&mut watch, 9, 5_000), None, "nothing new");
+    }
+
+    #[test]
+    fn a_step_that_may_be_lost_halts_at_once_and_once() {
+        let mut watch = StepTimesWatch::default();
+        let now = Micros::from_millis(1);
+        watch.poll(times(1, 0), 0, now);
+        let delayed = watch.poll(times(2, 1), 0, now).expect("news");
+        assert!(delayed.halts() && matches!(delayed, Lateness::Delayed { .. }));
+        let feed = watch.poll(times(2, 1), 1, now).expect("news");
+        assert!(feed.halts() && feed == Lateness::FeedCameLate);
+        assert_eq!(watch.poll(times(2, 1), 1, now), None);
+        assert!(!Lateness::Late { count: 1, worst_us: 0.3 }.halts());
+    }
+}

@@ -53,3 +53,40 @@ impl Periods {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn at(seconds: u64) -> Micros {
+        Micros::from_seconds(seconds)
+    }
+
+    #[test]
+    fn a_report_comes_each_period_and_no_other_with_it() {
+        for (place, what) in [Periodic::Temperatures, Periodic::Job].into_iter().enumerate() {
+            let mut periods = Periods::NONE;
+            periods.set(what, 3, at(10));
+            let mut due = [false; 3];
+            due[place] = true;
+            let took: Vec<_> = (10..20).map(|second| periods.take_due(Dialect::Smoothie, false, at(second))).collect();
+            for (second, taken) in took.into_iter().enumerate() {
+                let expected = if second > 0 && second % 3 == 0 { due } else { [false; 3] };
+                assert_eq!(taken, expected, "after {second} s");
+            }
+            periods.set(what, 0, at(20));
+            assert_eq!(periods.take_due(Dialect::Smoothie, false, at(90)), [false; 3], "0 is never");
+        }
+    }
+
+    #[test]
+    fn only_a_line_that_takes_long_is_busy() {
+        let mut periods = Periods::NONE;
+        let mut busy = |is_busy, second| periods.take_due(Dialect::Marlin, is_busy, at(second))[2];
+        assert!(!busy(false, 100) && !busy(true, 101));
+        assert!(busy(true, 102), "Marlin's hosts count on it");
+        assert!(!busy(false, 103) && !busy(true, 104));
+        let mut never = Periods::NONE;
+        assert!(!never.take_due(Dialect::Smoothie, true, at(900))[2]);
+    }
+}
