@@ -194,6 +194,8 @@ fn jog_pieces<'c>(hands: &mut impl Hands<'c>, piece: &PerAxis<f64>, rate: f64) -
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::machine;
+    use units::AxisSet;
 
     fn refusal(text: &str) -> String {
         let texts = Texts::new();
@@ -219,5 +221,61 @@ mod tests {
         assert_eq!(refusal("E1"), "bad axis E1");
         assert_eq!(refusal("X"), "no number after X");
         assert_eq!(refusal("F100"), "no delta jog specified");
+    }
+
+    #[test]
+    fn a_jog_goes_as_far_as_it_says_at_its_share_of_the_top_rate() {
+        for (text, x, z, seconds) in [("X10 F1200", 10.0, 0.0, 0.5), ("x-5 z2 S0.5", -5.0, 2.0, 0.36)] {
+            let mut bench = machine("", [-90.0; 3]);
+            assert_eq!(jog(&mut bench, text, None), Ok(Answer::Said));
+            assert_eq!(bench.state(), State::Jog);
+            let began = bench.now();
+            bench.standstill().unwrap();
+            let took = bench.now().since(began).0 as f64 / 1e6;
+            assert!((took - seconds).abs() < 0.1, "{text}: {took} s");
+            assert_eq!((bench.position()[Axis::X], bench.position()[Axis::Z]), (x, z));
+            assert_eq!(bench.state(), State::Idle);
+        }
+    }
+
+    #[test]
+    fn a_jog_ends_at_the_travel_of_what_is_homed_and_goes_nowhere_beyond() {
+        let mut bench = machine("", [-90.0; 3]);
+        bench.motors.mark_homed(AxisSet::PRIMARY);
+        assert_eq!(jog(&mut bench, "-r X500", None), Ok(Answer::Ok));
+        bench.standstill().unwrap();
+        let end = bench.travel().ends()[1][Axis::X];
+        assert!((bench.position()[Axis::X] - end).abs() < 1e-9 && end < 100.0, "{end}");
+        let failure = jog(&mut bench, "X1", None).unwrap_err();
+        assert!(failure.is_refusal(), "{}", bench.text_of(failure));
+        assert!((bench.position()[Axis::X] - end).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_cannot_move_is_not_jogged() {
+        let mut bench = machine("[motion control]\nmust_be_homed = true\n", [-90.0; 3]);
+        let failure = jog(&mut bench, "X1", None).unwrap_err();
+        assert!(failure.is_alarm() && bench.text_of(failure).contains("Must be homed"));
+        bench.motors.mark_homed(AxisSet::PRIMARY);
+        assert_eq!(jog(&mut bench, "X1", None), Ok(Answer::Said));
+        let failure = jog(&mut bench, "A1", None).unwrap_err();
+        assert_eq!(bench.text_of(failure), "axis out of range A");
+        let failure = jog(&mut bench, "X1 F0", None).unwrap_err();
+        assert_eq!(bench.text_of(failure), "the jog rate must be above zero");
+        bench.standstill().unwrap();
+        bench.halt(base::reason::Alarm::Abort, format_args!("ALARM\n"));
+        assert_eq!(jog(&mut bench, "X1", None), Err(Failure::HALTED));
+        assert_eq!(bench.position()[Axis::X], 1.0, "nothing of the others was made");
+    }
+
+    #[test]
+    fn a_continuous_jog_goes_on_until_it_is_let_go_and_stops_soon_after() {
+        let mut bench = machine("", [-900.0; 3]);
+        bench.later(units::Micros::from_millis(800), |bench| bench.stops = true);
+        assert_eq!(jog(&mut bench, "-c X1 F1800", None), Ok(Answer::Ok));
+        let x = bench.position()[Axis::X];
+        // 0.8 s at 30 mm/s, and what braking takes.
+        assert!((22.0..26.0).contains(&x), "{x}");
+        assert_eq!(bench.state(), State::Idle);
     }
 }
