@@ -179,3 +179,79 @@ fn digest<'c>(hands: &mut impl Hands<'c>, path: &Path) -> Result<Option<[u8; 16]
     let _ = hands.storage().close(file);
     Ok(read?.then(|| digest.finalize().into()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base::bench::{BenchHands, Card, THREE_MOTORS};
+
+    /// A machine with these files on its card.
+    fn with(files: &[(&str, &str)]) -> BenchHands<()> {
+        let mut bench = BenchHands::new(THREE_MOTORS);
+        bench.world.card = Card::with(files);
+        bench
+    }
+
+    #[test]
+    fn a_copy_is_the_file_and_leaves_nothing_open() {
+        // Longer than two blocks, and not a whole number of them.
+        let long = "G1 X10 Y20\n".repeat(120);
+        for text in ["", "G28\n", &long] {
+            let mut bench = with(&[("/sd/a.gcode", text), ("/sd/b.gcode", "an older one")]);
+            assert_eq!(copy(&mut bench, "/sd", "a.gcode /sd/b.gcode"), Ok(Answer::Ok));
+            assert_eq!((bench.world.card.text("/sd/b.gcode"), bench.world.card.text("/sd/a.gcode")), (text, text));
+            assert_eq!((bench.heard(), bench.world.card.open_files()), (String::new(), 0));
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_copied_is_said() {
+        let mut bench = with(&[("/sd/a.gcode", "G28\n")]);
+        let said = |bench: &mut BenchHands<()>, names: &str| {
+            assert_eq!(copy(bench, "/sd", names), Ok(Answer::Ok));
+            assert_eq!(bench.world.card.open_files(), 0);
+            bench.heard()
+        };
+        assert_eq!(said(&mut bench, "a.gcode"), "from and to files required\n");
+        assert_eq!(said(&mut bench, "none.gcode b.gcode"), "File none.gcode does not exist\n");
+        assert!(
+            said(&mut bench, "a.gcode a.gcode").starts_with("Could not copy a.gcode to a.gcode: the file is in use")
+        );
+        assert_eq!(bench.world.card.text("/sd/a.gcode"), "G28\n", "it was not emptied as its own copy");
+        bench.world.card.is_full = true;
+        assert!(said(&mut bench, "a.gcode b.gcode").contains("the SD card is full"));
+        bench.world.card.is_full = false;
+        bench.stops = true;
+        assert_eq!(said(&mut bench, "a.gcode b.gcode"), "stopped: b.gcode is not whole\n");
+    }
+
+    #[test]
+    fn a_file_keeps_its_beginning_or_all_of_it() {
+        let text = "0123456789".repeat(130);
+        for size in [1, 512, 700, 1_299, 5_000] {
+            let mut bench = with(&[("/sd/a.txt", &text)]);
+            assert_eq!(truncate(&mut bench, "/sd", &format!("a.txt {size}")), Ok(Answer::Ok));
+            assert_eq!(bench.world.card.text("/sd/a.txt"), &text[..size.min(1_300)]);
+            assert_eq!(bench.world.card.files.len(), 1, "nothing else stays");
+            assert!(bench.heard().contains(&format!("truncated to {size} bytes")));
+        }
+        let mut bench = with(&[("/sd/a.txt", &text)]);
+        for (words, said) in [("a.txt", "Usage"), ("a.txt 0", "size must be > 0"), ("b.txt 5", "does not exist")] {
+            truncate(&mut bench, "/sd", words).unwrap();
+            assert!(bench.heard().contains(said), "{words}");
+        }
+        bench.stops = true;
+        truncate(&mut bench, "/sd", "a.txt 700").unwrap();
+        assert_eq!((bench.world.card.text("/sd/a.txt"), bench.world.card.open_files()), (text.as_str(), 0));
+    }
+
+    #[test]
+    fn digests_are_those_of_the_standard() {
+        let mut bench = with(&[("/sd/abc", "abc"), ("/sd/empty", "")]);
+        assert_eq!(md5sum(&mut bench, "/sd", "abc none empty"), Ok(Answer::Said));
+        let said =
+            "900150983cd24fb0d6963f7d28e17f72 abc\nFile not found: none\nd41d8cd98f00b204e9800998ecf8427e empty\n";
+        assert_eq!(bench.heard(), said);
+        assert!(md5sum(&mut bench, "/sd", " ").is_err());
+    }
+}

@@ -163,6 +163,9 @@ impl Logs {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use base::bench::Card;
+    use base::paths::absolute;
+    use std::string::String;
 
     #[test]
     fn files_of_the_machine_itself_are_no_program_s() {
@@ -174,5 +177,33 @@ mod tests {
         for other in ["/sd/a.txt", "/sd/logs/config.ini", "/sd/config.ini-old", "/sd/new-part.txt"] {
             assert!(!is_own(other), "{other}");
         }
+    }
+
+    #[test]
+    fn a_log_holds_its_lines_in_order_when_it_is_closed() {
+        let mut card = Card::with(&[("/sd/a.txt", "before\n")]);
+        for (appends, beginning) in [(true, "before\n"), (false, "")] {
+            let mut log = Log::default();
+            log.open(&absolute("/sd", "a.txt"), appends, &mut card).unwrap();
+            assert!(log.is_open());
+            let lines: std::vec::Vec<String> = (0..200).map(|line| format!("X{line} Y{}", 2 * line)).collect();
+            lines.iter().for_each(|line| log.write_line(line, &mut card).unwrap());
+            log.close(&mut card).unwrap();
+            let text: String = lines.iter().map(|line| format!("{line}\n")).collect();
+            assert_eq!((card.text("/sd/a.txt"), card.open_files()), (format!("{beginning}{text}").as_str(), 0));
+            card.put("/sd/a.txt", b"before\n");
+        }
+    }
+
+    #[test]
+    fn a_card_that_refuses_closes_the_log_and_lines_without_a_log_are_nothing() {
+        let mut card = Card::default();
+        let mut log = Log::default();
+        assert!(log.write_line("x", &mut card).is_ok() && !log.is_open());
+        log.open(&absolute("/sd", "a.txt"), false, &mut card).unwrap();
+        card.is_full = true;
+        let refused = (0..200).find(|_| log.write_line("0123456789", &mut card).is_err());
+        assert!(refused.is_some_and(|line| line > 40), "a block is gathered first: {refused:?}");
+        assert_eq!((log.is_open(), card.open_files()), (false, 0));
     }
 }

@@ -305,4 +305,10 @@ mod tests {
             prop_assert!(Fields::read(&mut block).is_none());
         }
     }
+
+    #[test]
+    fn only_a_job_that_waits_waits() {
+        use Doing as D;
+        assert!(D::Waits.waits() && D::WaitsAnywhere.waits() && !D::Passes.waits() && !D::default().waits());
+    }
 }

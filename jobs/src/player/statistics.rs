@@ -228,4 +228,24 @@ mod tests {
             let _ = Statistics::default().read(&line);
         }
     }
+
+    #[test]
+    fn a_length_of_time_is_read_as_on_a_clock() {
+        for (seconds, text) in
+            [(0, "0:00:00"), (59, "0:00:59"), (60, "0:01:00"), (3_599, "0:59:59"), (360_061, "100:01:01")]
+        {
+            assert_eq!(Duration(Micros::from_seconds(seconds)).to_string(), text);
+        }
+    }
+
+    #[test]
+    fn a_line_that_is_no_figure_is_none_of_the_file() {
+        let mut statistics = Statistics::default();
+        for line in ["", "  ", "# what follows"] {
+            assert!(statistics.read(line), "{line}");
+        }
+        for line in ["x", "moving", "moving = -1", "moving = nan", "moving = inf", "moving = x", "nothing_known = 1"] {
+            assert!(!statistics.read(line), "{line}");
+        }
+    }
 }

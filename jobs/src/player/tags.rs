@@ -170,4 +170,13 @@ mod tests {
             prop_assert_eq!(reported.last().copied(), Some(steps.len() as u32));
         }
     }
+
+    #[test]
+    fn lines_are_counted_in_the_order_of_their_beginnings() {
+        let mut tags = Tags::default();
+        let given: Vec<Tag> = [7, 3, 9].into_iter().map(|line| tags.begin_line(line, 0)).collect();
+        assert_eq!(given.iter().map(|tag| tags.ordinal(*tag)).collect::<Vec<_>>(), [Some(1), Some(2), Some(3)]);
+        assert_eq!((tags.ordinal(Tag::NONE), tags.ordinal(of_number(3))), (None, None));
+        assert_eq!(tags.count(), 3);
+    }
 }
