@@ -146,3 +146,46 @@ pub fn homing_thresholds(
     }
     Ok(Answer::Ok)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base::bench::{BenchHands, Desk, words};
+    use base::hands::Hands;
+
+    /// Settings of three motors whose drivers nobody here knows.
+    const MOTORS: &str = "\
+[actuator]
+alpha.steps_per_mm = 80
+alpha.step_pin = PD3
+alpha.dir_pin = PD4
+alpha.driver = external
+beta.steps_per_mm = 80
+beta.step_pin = PK2
+beta.dir_pin = PG2
+beta.driver = external
+gamma.steps_per_mm = 80
+gamma.step_pin = PG3
+gamma.dir_pin = PG4
+gamma.driver = external
+";
+
+    #[test]
+    fn a_motor_is_driven_quietly_at_any_speed_or_never() {
+        let mut bench = BenchHands::<()>::new(MOTORS);
+        let mut desk = Desk::new();
+        let mut set = |bench: &mut BenchHands<()>, line: &str| {
+            let (texts, config) = (bench.texts(), bench.config());
+            let mut reply = Reply::new(&mut desk.sessions, base::sessions::Recipient::All);
+            stealth_mode(texts, &mut bench.world, config, &mut bench.settings, &words(line), &mut reply)
+        };
+        assert_eq!(set(&mut bench, "M569 S1 Y"), Ok(Answer::Ok));
+        assert_eq!(bench.settings.stealth_thresholds[Actuator::Beta], Some(ANY_SPEED));
+        assert_eq!(bench.settings.stealth_thresholds[Actuator::Alpha], None, "it was not named");
+        assert_eq!(set(&mut bench, "M569 S0 Y"), Ok(Answer::Ok));
+        assert_eq!(bench.settings.stealth_thresholds[Actuator::Beta], Some(0.0));
+        assert!(set(&mut bench, "M569 Y").is_err(), "S is missing");
+        assert_eq!(set(&mut bench, "M569 S1"), Ok(Answer::Ok));
+        assert_eq!(bench.settings.stealth_thresholds[Actuator::Alpha], None, "no driver here has stealthChop");
+    }
+}

@@ -208,4 +208,21 @@ mod tests {
         let told = [Colour { red: 200, green: 100, blue: 3, white: 255 }];
         assert_eq!(LightShow::default().bytes(0, &half, &told), [100, 50, 2, 128]);
     }
+
+    #[test]
+    fn a_single_light_turns_from_one_colour_into_the_other() {
+        let at = |condition| Look::of(condition, 1, Micros(0)).colour(0);
+        assert_eq!((at(Condition::Heats(0.0)), at(Condition::Heats(1.0))), (Some(COLD), Some(HEATED)));
+        assert_eq!((at(Condition::Makes(0.0)), at(Condition::Makes(1.0))), (Some(TO_MAKE), Some(MADE)));
+        let half = at(Condition::Makes(0.5));
+        assert!(half != Some(MADE) && half != Some(TO_MAKE), "{half:?}");
+    }
+
+    #[test]
+    fn a_bar_begins_with_one_light_and_is_whole_only_at_the_end() {
+        for (share, lit) in [(0.0, 1), (0.5, 3), (0.99, 4), (1.0, 5), (7.0, 5)] {
+            let look = Look::of(Condition::Makes(share), 5, Micros(0));
+            assert_eq!((0..5).filter(|light| look.colour(*light) == Some(MADE)).count(), lit, "{share}");
+        }
+    }
 }

@@ -193,4 +193,16 @@ mod tests {
         assert_eq!(thermal.read(Some(f64::NAN), 1.0, true), None);
         assert_eq!(thermal.read(Some(150.0), 1_000.0, true), Some(0.3), "no more than max_adjust");
     }
+
+    #[test]
+    fn after_a_power_loss_z_is_right_where_it_was_right_before() {
+        let mut thermal = thermal(-0.01);
+        thermal.read(Some(30.0), 0.1, false);
+        assert!((thermal.refer_to(Some(20.0)) - 0.1).abs() < 1e-12 && (thermal.offset() - 0.1).abs() < 1e-12);
+        assert!((thermal.refer_to(None) - 0.1).abs() < 1e-12, "nothing was kept");
+        assert_eq!(thermal.reference(), Some(20.0));
+        assert_eq!(thermal.refer_to(Some(-90.0)), 0.3, "no further than allowed");
+        thermal.homed();
+        assert_eq!((thermal.reference(), thermal.offset()), (Some(30.0), 0.0));
+    }
 }

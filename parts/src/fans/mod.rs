@@ -110,3 +110,26 @@ fn switch_of(config: &MachineConfig, fan: &FanConfig) -> Option<SwitchId> {
     let place = config.switches.iter().position(|switch| switch.name == fan.name)?;
     Some(SwitchId(place as u8))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base::bench::Desk;
+
+    #[test]
+    fn a_fan_is_reported_with_its_share_of_power() {
+        let mut config = MachineConfig::default();
+        for name in ["part", "back"] {
+            let name = name.try_into().unwrap();
+            config.switches.push(config::SwitchConfig { name, ..config::SwitchConfig::default() }).unwrap();
+        }
+        let fan = FanConfig { name: "back".try_into().unwrap(), ..FanConfig::default() };
+        config.fans.push(fan).unwrap_or_else(|_| panic!("room"));
+        let fans = Fans::new(&config);
+        let given = |id: SwitchId| if id == SwitchId(1) { 0.4 } else { 0.9 };
+        assert_eq!(Desk::new().hears(|reply| fans.report(&config, given, reply)), "back 40%\n");
+        let none = MachineConfig::default();
+        let said = Desk::new().hears(|reply| Fans::new(&none).report(&none, given, reply));
+        assert_eq!(said, "no fan is described: see [fan] in config.ini\n");
+    }
+}

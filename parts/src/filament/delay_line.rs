@@ -164,4 +164,22 @@ mod tests {
         assert_eq!(line.diameter(0.1, false), Some(f64::from(1.8_f32)));
         assert_eq!(line.diameter(-20.0, false), None);
     }
+
+    #[test]
+    fn filament_long_gone_is_as_thick_as_the_oldest_that_is_known() {
+        let mut line = DelayLine::new(50.0);
+        assert_eq!(line.diameter(0.0, true), None);
+        for step in 0..20_000 {
+            let at = f64::from(step) * 0.1;
+            line.add(at, Some(1.0 + at / 1_000.0));
+        }
+        let last = 2_000.0;
+        let oldest = line.diameter(0.0, false).expect("the oldest");
+        // As much is known as lies between sensor and nozzle, and not much more.
+        let reach = last - (oldest - 1.0) * 1_000.0;
+        assert!((50.0..200.0).contains(&reach), "{reach} mm");
+        assert_eq!(line.diameter(last - reach - 100.0, false), Some(oldest));
+        let newer = line.diameter(last - reach / 2.0, false).expect("a piece");
+        assert!((newer - (1.0 + (last - reach / 2.0) / 1_000.0)).abs() < 0.01, "{newer}");
+    }
 }

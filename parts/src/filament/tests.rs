@@ -112,3 +112,17 @@ proptest! {
         prop_assert!(finds(&ways, |_| 0.2));
     }
 }
+
+#[test]
+fn the_command_of_a_missing_filament_waits_until_it_is_taken_once() {
+    let (config, tuning) = detector(false);
+    let mut filament = Filament::default();
+    assert!(!filament.has_command() && filament.take_command(&tuning).is_none());
+    for look in 1..60 {
+        filament.look(level(true), &config, &tuning, Use::Plays, || None, Micros(look * 10_000));
+    }
+    assert!(filament.has_command());
+    let command = filament.take_command(&tuning).expect("a command");
+    assert_eq!(command.as_str(), if tuning.filament.leave_heaters_on { "M600.1" } else { "M600" });
+    assert!(!filament.has_command());
+}

@@ -156,3 +156,23 @@ fn a_toggle_changes_with_each_press() {
     }
     assert_eq!(commands.as_slice(), ["M25", "M24"]);
 }
+
+#[test]
+fn an_output_is_listed_with_its_pin_its_level_and_its_codes() {
+    let mut config = machine();
+    config.switches[0].output_pin = Some(config::OutputPin::Digital(config::Pin::new('E', 1)));
+    config.switches[0].input_on_command = Some(gcode::Code::m(106));
+    let outputs = Outputs::new(&config.switches);
+    let said = base::bench::Desk::new().hears(|reply| outputs.list(&config, reply));
+    let mut lines = said.lines();
+    assert_eq!(
+        (lines.next(), lines.next()),
+        (Some("fan:"), Some(" OUTPUT:PE1:0,sigmadeltapwm,INPUT_ON_COMMAND:M106,"))
+    );
+    assert!(said.contains("power:\n OUTPUT:nc,\n"), "{said}");
+    assert!(said.contains("OUTPUT_ON_COMMAND:M25,OUTPUT_OFF_COMMAND:M24,"), "{said}");
+    let mut outputs = outputs;
+    outputs.set(&config, POWER, true, 255.0);
+    let said = base::bench::Desk::new().hears(|reply| outputs.report(&config, "power", reply));
+    assert_eq!(said, "switch power is 1\n");
+}

@@ -136,3 +136,48 @@ fn volts(board: &mut impl Board, config: &MachineConfig, name: Option<&str>, rep
     units::sort_short(&mut names, Ord::cmp);
     names.iter().for_each(|name| say(name));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use base::bench::{BenchHands, Desk, THREE_MOTORS};
+    use base::hands::Hands;
+
+    /// Returns what `get temp` says of this name, on a machine whose heaters do not read.
+    fn temperatures_of(name: Option<&str>) -> String {
+        let mut bench = BenchHands::<()>::new(THREE_MOTORS);
+        let config = bench.config();
+        Desk::new().hears(|reply| temperatures(&mut bench.world, config, name, reply))
+    }
+
+    #[test]
+    fn who_asks_for_a_heater_that_there_is_not_is_told() {
+        assert_eq!(temperatures_of(Some("nozzle")), "nozzle is not a known temperature control\n");
+        assert_eq!((temperatures_of(None), temperatures_of(Some("chip"))), (String::new(), String::new()));
+    }
+
+    #[test]
+    fn a_supply_that_cannot_be_measured_is_infinite() {
+        let mut bench = BenchHands::<()>::new(THREE_MOTORS);
+        let config = bench.config();
+        let said =
+            |bench: &mut BenchHands<()>, name| Desk::new().hears(|reply| volts(&mut bench.world, config, name, reply));
+        assert_eq!(said(&mut bench, Some("vmotor")), "vmotor: 24.000000 v\n");
+        assert!(said(&mut bench, None).contains("vbat: 24.000000 v\n"));
+        bench.world.supply = None;
+        assert_eq!(said(&mut bench, Some("vmotor")), "vmotor: INF\n");
+    }
+
+    #[test]
+    fn kinematics_repeat_the_last_number() {
+        let mut bench = BenchHands::<()>::new(THREE_MOTORS);
+        let mut said = |numbers| {
+            let mut done = Ok(());
+            let text = Desk::new().hears(|reply| done = kinematics(&mut bench.world, true, numbers, reply));
+            done.map(|()| text)
+        };
+        assert_eq!(said(Some("1,2")).unwrap(), "cartesian= X 1.000000, Y 2.000000, Z 2.000000\n");
+        assert_eq!(said(Some("3")).unwrap(), "cartesian= X 3.000000, Y 3.000000, Z 3.000000\n");
+        assert!(said(None).is_err() && said(Some("1,x")).is_err());
+    }
+}
