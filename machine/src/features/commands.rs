@@ -15,7 +15,6 @@ use parts::reports::{self, Status};
 use program::commands::{Command, CommandInfo, asks_for_help, find};
 use program::{Dialect, Part, State};
 
-use crate::features::axis_tests;
 use crate::features::axis_tests::command;
 use crate::features::editing;
 use crate::features::event_log;
@@ -157,8 +156,8 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments
         C::Switch => apart(|| switch(machine, arguments, to)),
         C::SetRegisters => apart(|| set_registers(machine, arguments, to)),
         C::Gpio => apart(|| parts::gpio::command(&mut MachineHands::new(machine, to), arguments)),
-        C::Test => apart(|| command::run(machine, arguments, to)),
-        C::TuneDriver => apart(|| axis_tests::tune_driver(machine, arguments, to)),
+        C::Test => apart(|| command::run(&mut MachineHands::new(machine, to), arguments)),
+        C::TuneDriver => apart(|| tune_driver(machine, arguments, to)),
         C::Home => apart(|| homing::home(machine, units::AxisSet::NONE, to)),
         C::Jog => apart(|| jog(machine, arguments, to)),
         C::Probe => apart(|| probe(machine, arguments, to)),
@@ -417,6 +416,12 @@ fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
     }
     let date = DateTime::parse(arguments).ok_or_else(|| Failure::refused(&"write date YYMMDDhhmmss"))?;
     if machine.world.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused(&"the clock does not run")) }
+}
+
+fn tune_driver<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let tuned = procedures::driver_tuning::tune(&mut MachineHands::new(machine, to), arguments);
+    machine.resynchronise_if_still();
+    tuned
 }
 
 fn jog<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {

@@ -32,7 +32,7 @@ use crate::machine::program_logs;
 /// The machine in the hands of a sequence that a recipient asked for.
 pub(crate) struct MachineHands<'m, 'c, P: Ports> {
     pub(crate) machine: &'m mut Machine<'c, P>,
-    to: Recipient,
+    pub(crate) to: Recipient,
 }
 
 impl<'m, 'c, P: Ports> MachineHands<'m, 'c, P> {

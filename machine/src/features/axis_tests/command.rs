@@ -6,20 +6,14 @@
 
 use core::fmt::Write;
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
-use base::hands::Hands as _;
 use base::ports::Wake;
-use base::sessions::Recipient;
 use heapless::String;
 use motion::{Kinematics, Mode};
 use units::{Actuator, Axis, MmPerSecond, PerAxis};
 
 use crate::features::axis_tests;
-use crate::features::axis_tests::{APPROACHES, Speed, Sweep, TIMES};
-use crate::machine::Machine;
-use crate::machine::hands::MachineHands;
-use crate::machine::moments::Served as _;
+use crate::features::axis_tests::{APPROACHES, Speed, Sweep, TIMES, TestHands};
 
 /// A line of a figure.
 type Line = String<64>;
@@ -192,70 +186,67 @@ impl Figure {
 /// # Errors
 /// When the words are not understood, leave the travel or are refused as the codes are; while a file is
 /// played.
-pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let test = parse(arguments).map_err(|error| machine.world.texts.refused(format_args!("{error}")))?;
-    if machine.jobs.is_playing() {
+pub(crate) fn run<'c>(hands: &mut impl TestHands<'c>, arguments: &str) -> Outcome {
+    let test = parse(arguments).map_err(|error| hands.texts().refused(format_args!("{error}")))?;
+    if hands.is_playing() {
         return Err(Failure::refused(&"a file is being played: abort it first"));
     }
-    machine.standstill()?;
+    hands.standstill()?;
     match test {
         Test::Figure(figure) => {
-            let kept = machine.program.keep();
-            let drawn = draw(machine, &figure, to);
-            machine.program.come_back_to(kept);
+            let kept = hands.program().keep();
+            let drawn = draw(hands, &figure);
+            hands.program().come_back_to(kept);
             drawn?;
         }
-        Test::Steps(steps) => step(machine, &steps, to)?,
-        Test::Endstop(axis, count) => axis_tests::endstop(machine, axis, count, to)?,
-        Test::Sweep(sweep) => axis_tests::sweep(machine, &sweep, to)?,
+        Test::Steps(steps) => step(hands, &steps)?,
+        Test::Endstop(axis, count) => axis_tests::endstop(hands, axis, count)?,
+        Test::Sweep(sweep) => axis_tests::sweep(hands, &sweep)?,
         Test::Backlash(axis, distance) => {
-            let hands = &mut MachineHands::new(machine, to);
             let measured = procedures::probing::lost_motion(hands, axis, distance).map(|()| Answer::Ok);
             let measured = procedures::probing::stow_after(hands, measured).map(|_| ());
-            machine.resynchronise_if_still();
+            hands.resynchronise_if_still();
             measured?;
         }
-        Test::Speed(speed) => axis_tests::speed(machine, &speed, to)?,
+        Test::Speed(speed) => axis_tests::speed(hands, &speed)?,
     }
     Ok(Answer::Ok)
 }
 
 /// Draws a figure; Ctrl-Y brakes and ends it.
-fn draw<P: Ports>(machine: &mut Machine<'_, P>, figure: &Figure, to: Recipient) -> Result<(), Failure> {
-    let mm = 1.0 / machine.program.modal().in_program_units(1.0);
-    let from = machine.world.ports.motion(|motion| motion.commanded_position());
+fn draw<'c>(hands: &mut impl TestHands<'c>, figure: &Figure) -> Result<(), Failure> {
+    let mm = 1.0 / hands.program().modal().in_program_units(1.0);
+    let from = hands.position();
     for reach in figure.reach(mm) {
-        machine.stays_within(&from, &PerAxis(Axis::ALL.map(|axis| from[axis] + reach[axis])))?;
+        hands.stays_within(&from, &PerAxis(Axis::ALL.map(|axis| from[axis] + reach[axis])))?;
     }
-    let dialect = machine.world.sessions.dialect_of(to);
     let (mut number, mut stopped) = (0, false);
     loop {
-        if MachineHands::new(machine, to).stop_requested() {
-            machine.world.ports.motion(motion::Motion::stop);
+        if hands.stop_requested() {
+            hands.motion(motion::Motion::stop);
             stopped = true;
         }
         match figure.line(number).filter(|_| !stopped) {
             Some(line) => {
-                P::run_text(machine, &line, dialect, to)?;
+                hands.run_line(&line)?;
                 number += 1;
             }
-            None if machine.world.ports.motion(|motion| motion.is_idle()) => break,
+            None if hands.motion(|motion| motion.is_idle()) => break,
             None => {
-                machine.world.ports.motion(motion::Motion::flush);
-                machine.wait(Wake::Any).unless_halted()?;
+                hands.motion(motion::Motion::flush);
+                hands.wait(Wake::Any).unless_halted()?;
             }
         }
     }
     if stopped {
-        machine.resynchronise();
+        hands.resynchronise();
     }
     Ok(())
 }
 
 /// Makes one motor's steps as a move of its axis.
-fn step<P: Ports>(machine: &mut Machine<'_, P>, steps: &Steps, to: Recipient) -> Result<(), Failure> {
-    let config = machine.world.ports.motion(|motion| motion.config().copied());
-    let config = config.ok_or_else(|| Failure::refused(&"motion is not configured"))?;
+fn step<'c>(hands: &mut impl TestHands<'c>, steps: &Steps) -> Result<(), Failure> {
+    let config = hands.motion_config()?;
     let motor = Actuator::from_index(steps.axis as usize).and_then(|motor| config.actuators[motor]);
     let per_mm = motor.ok_or_else(|| Failure::refused(&"axis is out of range"))?.steps_per_mm;
     if config.kinematics != Kinematics::Cartesian && steps.axis as usize <= Axis::Z as usize {
@@ -266,15 +257,15 @@ fn step<P: Ports>(machine: &mut Machine<'_, P>, steps: &Steps, to: Recipient) ->
         false => (steps.count, steps.rate),
     };
     let (count, letter) = (libm::round(count), steps.axis.letter());
-    let from = machine.world.ports.motion(|motion| motion.commanded_position());
+    let from = hands.position();
     let mut target = from;
     target[steps.axis] += count / per_mm;
-    machine.stays_within(&from, &target)?;
+    hands.stays_within(&from, &target)?;
     let (shown, shown_rate) = (libm::fabs(count), libm::round(rate));
-    machine.say(to, format_args!("issuing {shown} steps at a rate of {shown_rate} steps/sec on the {letter} axis\n"));
-    let went = MachineHands::new(machine, to).go(target, MmPerSecond(rate / per_mm), Mode::Rapid);
-    let stood = machine.standstill();
-    machine.resynchronise();
+    hands.say(format_args!("issuing {shown} steps at a rate of {shown_rate} steps/sec on the {letter} axis\n"));
+    let went = hands.go(target, MmPerSecond(rate / per_mm), Mode::Rapid);
+    let stood = hands.standstill();
+    hands.resynchronise();
     went.and(stood)
 }
 

@@ -6,14 +6,15 @@ pub(crate) mod command;
 use base::Ports;
 use base::failure::{Failure, Outcome};
 use base::hands::Hands;
-use base::sessions::Recipient;
+use config::MachineConfig;
 use motion::{Limits, Mode};
-use procedures::driver_tuning;
 use procedures::homing;
+use procedures::probing::ProbeHands;
+use program::Interpreter;
 use units::{Actuator, Axis, AxisSet, MmPerSecond, MmPerSecond2, PerAxis};
 
-use crate::machine::Machine;
 use crate::machine::hands::MachineHands;
+use crate::machine::moments::Served as _;
 
 /// Number of approaches where none is given.
 pub(crate) const APPROACHES: u8 = 10;
@@ -37,35 +38,74 @@ pub(crate) struct Speed {
     pub times: u32,
 }
 
-fn is_alone<P: Ports>(machine: &Machine<'_, P>, axis: Axis) -> Result<(), Failure> {
-    if procedures::arms::homes_by_motor(machine.world.config) && AxisSet::PRIMARY.has(axis) {
+/// The machine in the hands of a test.
+pub(crate) trait TestHands<'c>: ProbeHands<'c> {
+    /// Returns the program, whose modes figures are drawn in.
+    fn program(&mut self) -> &mut Interpreter;
+
+    /// Runs a line of codes in the dialect of the recipient that asked.
+    ///
+    /// # Errors
+    /// Those of its codes.
+    fn run_line(&mut self, line: &str) -> Outcome;
+
+    /// Has the program go on from where the machine is.
+    fn resynchronise(&mut self) {
+        let position = self.position();
+        self.program().resynchronise(position);
+    }
+
+    /// Has the program go on from where the machine is, if the machine stands.
+    fn resynchronise_if_still(&mut self) {
+        if self.motion(|motion| motion.is_idle()) {
+            self.resynchronise();
+        }
+    }
+
+    /// Whether a straight move stays within the travel.
+    ///
+    /// # Errors
+    /// When it does not.
+    fn stays_within(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Failure> {
+        let homed = self.axes().homed();
+        let checked = self.travel().check(from, to, homed);
+        checked.map_err(|out| out.failure(self.texts(), self.config()))
+    }
+}
+
+impl<'c, P: Ports> TestHands<'c> for MachineHands<'_, 'c, P> {
+    fn program(&mut self) -> &mut Interpreter {
+        &mut self.machine.program
+    }
+
+    fn run_line(&mut self, line: &str) -> Outcome {
+        let dialect = self.machine.world.sessions.dialect_of(self.to);
+        P::run_text(self.machine, line, dialect, self.to)
+    }
+}
+
+fn is_alone(config: &MachineConfig, axis: Axis) -> Result<(), Failure> {
+    if procedures::arms::homes_by_motor(config) && AxisSet::PRIMARY.has(axis) {
         return Err(Failure::refused(&"towers and arms home together: no axis can be looked at alone"));
     }
     Ok(())
 }
 
 /// Homes the axis in so many approaches, and says how well they agree.
-pub(crate) fn endstop<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    axis: Axis,
-    count: u8,
-    to: Recipient,
-) -> Result<(), Failure> {
-    is_alone(machine, axis)?;
-    let homed = homing::measure(&mut MachineHands::new(machine, to), axis, count);
-    machine.resynchronise_if_still();
+pub(crate) fn endstop<'c>(hands: &mut impl TestHands<'c>, axis: Axis, count: u8) -> Result<(), Failure> {
+    is_alone(hands.config(), axis)?;
+    let homed = homing::measure(hands, axis, count);
+    hands.resynchronise_if_still();
     homed.map(drop)
 }
 
 /// Homes the axis, moves it back and forth, and homes it again: the difference of its place is the loss.
-pub(crate) fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Recipient) -> Result<(), Failure> {
-    is_alone(machine, test.axis)?;
-    endstop(machine, test.axis, 2, to)?;
-    let from = machine.world.ports.motion(|motion| motion.commanded_position());
+pub(crate) fn speed<'c>(hands: &mut impl TestHands<'c>, test: &Speed) -> Result<(), Failure> {
+    endstop(hands, test.axis, 2)?;
+    let from = hands.position();
     let mut target = from;
     target[test.axis] += test.way;
-    machine.stays_within(&from, &target)?;
-    let hands = &mut MachineHands::new(machine, to);
+    hands.stays_within(&from, &target)?;
     for _ in 0..test.times {
         hands.go(target, test.rate, Mode::Rapid)?;
         hands.go(from, test.rate, Mode::Rapid)?;
@@ -76,27 +116,20 @@ pub(crate) fn speed<P: Ports>(machine: &mut Machine<'_, P>, test: &Speed, to: Re
     }
     hands.standstill()?;
     let off = homing::measure(hands, test.axis, 2);
-    machine.resynchronise_if_still();
+    hands.resynchronise_if_still();
     let off = off?;
     let letter = test.axis.letter();
-    let motor = Actuator::from_index(test.axis as usize).map(|motor| &machine.world.config.actuators[motor]);
+    let motor = Actuator::from_index(test.axis as usize).map(|motor| &hands.config().actuators[motor]);
     let turn = motor.map_or(0.0, |motor| FULL_STEPS_LOST * f64::from(motor.microsteps.max(1)) / motor.steps_per_mm);
     if libm::fabs(off) < turn / 2.0 {
-        machine.say(to, format_args!("{letter} is where it was, within {:.3} mm: no step was lost\n", libm::fabs(off)));
+        hands.say(format_args!("{letter} is where it was, within {:.3} mm: no step was lost\n", libm::fabs(off)));
         return Ok(());
     }
     let steps = libm::round(off / turn) * FULL_STEPS_LOST;
-    Err(machine.world.texts.refused(format_args!(
+    Err(hands.texts().refused(format_args!(
         "{letter} is {off:.3} mm off: {} full steps were lost: less speed or acceleration, or more current",
         libm::fabs(steps)
     )))
-}
-
-/// `tune_driver`: measures which stallGuard threshold the motor of an axis is to have.
-pub(crate) fn tune_driver<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let tuned = driver_tuning::tune(&mut MachineHands::new(machine, to), arguments);
-    machine.resynchronise_if_still();
-    tuned
 }
 
 /// Shaking of an axis, from one frequency to another.
@@ -112,20 +145,19 @@ pub(crate) struct Sweep {
 
 /// Shakes an axis and says at which frequency: input shaping belongs where the frame rings loudest, or a pen
 /// on the bed draws widest. Filters are off meanwhile, or there would be nothing to hear.
-pub(crate) fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, to: Recipient) -> Result<(), Failure> {
-    let here = machine.world.ports.motion(|motion| motion.commanded_position());
+pub(crate) fn sweep<'c>(hands: &mut impl TestHands<'c>, test: &Sweep) -> Result<(), Failure> {
+    let here = hands.position();
     // The lowest frequency has the widest way.
     let widest = way_at(test.from.min(test.to));
     let mut reach = here;
     reach[test.axis] += widest;
-    machine.stays_within(&here, &reach)?;
-    let hands = &mut MachineHands::new(machine, to);
+    hands.stays_within(&here, &reach)?;
     let limits = hands.motion_config()?.limits;
     let needed = SWEEP_ACCELERATION * test.from.max(test.to);
     let motor = Actuator::from_index(test.axis as usize).and_then(|motor| limits.actuator_acceleration[motor]);
     if let Some(most) = motor.filter(|most| most.0 < needed) {
         let letter = test.axis.letter();
-        return Err(machine.world.texts.refused(format_args!(
+        return Err(hands.texts().refused(format_args!(
             "test sweep: this needs {needed} mm/s2, and motor {letter} may take {}: M204 {letter} changes it",
             most.0
         )));
@@ -137,7 +169,7 @@ pub(crate) fn sweep<P: Ports>(machine: &mut Machine<'_, P>, test: &Sweep, to: Re
     // The old limits come back, whatever happened.
     let restored = hands.motion(|motion| motion.set_limits(limits));
     debug_assert!(restored.is_ok(), "they were in force before");
-    machine.resynchronise_if_still();
+    hands.resynchronise_if_still();
     shaken
 }
 
