@@ -1,6 +1,6 @@
 //! Console commands: `help`, `version`, `ls`, `$G` and the like.
 
-use base::failure::{Answer, Failure, FailureKind, Outcome, Texts, short};
+use base::failure::{Answer, Failure, FailureKind, Outcome, ShortText, Texts, short};
 use base::motors;
 use base::needs::needs;
 use base::own_frame::apart;
@@ -8,12 +8,15 @@ use base::ports::{DateTime, Disk, StorageError};
 use base::sessions::ConsoleKind;
 use base::sessions::{Listing, Recipient, Reply, SessionId};
 use base::{Ports, World};
+use config::MachineConfig;
 use gcode::Blocks;
-use jobs::files::{self, listings};
+use jobs::files::{self, Files, listings};
+use jobs::player::Jobs;
 use parts::heat_codes;
+use parts::outputs::Outputs;
 use parts::reports::{self, Status};
 use program::commands::{Command, CommandInfo, asks_for_help, find};
-use program::{Dialect, Part, State};
+use program::{Dialect, Interpreter, Part, State};
 
 use crate::features::axis_tests::command;
 use crate::features::editing;
@@ -26,6 +29,7 @@ use crate::features::usb_disk;
 use crate::machine::Machine;
 use crate::machine::abort;
 use crate::machine::card;
+use crate::machine::fast_forward_record::Until;
 use crate::machine::hands::MachineHands;
 use crate::machine::homing;
 use crate::machine::job_control;
@@ -61,7 +65,7 @@ pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipi
         machine.say(to, format_args!("{} {} - {}\n", info.word, info.takes, info.help));
         return Ok(Answer::Ok);
     }
-    may_run(machine, info)?;
+    may_run(machine.safety.state(), info)?;
     machine.wait_for_door(info.states)?;
     if info.needs_card {
         card::at_rest(machine);
@@ -82,8 +86,7 @@ fn unknown(texts: &Texts, line: &str, word: &str) -> Failure {
     }
 }
 
-fn may_run<P: Ports>(machine: &Machine<'_, P>, info: &CommandInfo) -> Result<(), Failure> {
-    let state = machine.safety.state();
+fn may_run(state: State, info: &CommandInfo) -> Result<(), Failure> {
     match state {
         _ if info.states.has(state) => Ok(()),
         State::Invalid => Err(Failure::refused(&"the configuration has errors: mend config.ini and reset")),
@@ -127,40 +130,48 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments
         | C::Switches => apart(|| report(machine, command, arguments, to)),
         C::Get => apart(|| get(machine, arguments, to)),
         C::Progress => apart(|| progress(machine, arguments, to)),
-        C::Date => apart(|| date(machine, arguments, to)),
-        C::Echo => apart(|| echo(machine, arguments, to)),
-        C::Dialect => apart(|| speak(machine, arguments, to)),
+        C::Date => apart(|| date(&mut machine.world, arguments, to)),
+        C::Echo => apart(|| echo(&mut machine.world, arguments, to)),
+        C::Dialect => apart(|| speak(&mut machine.world, arguments, to)),
         C::Break => apart(|| event_log::stop_for_debugger(machine, to)),
         C::Events => apart(|| event_log::tell(machine, arguments, to)),
-        C::List | C::Show | C::ShowSection => apart(|| list(machine, command, arguments, to)),
+        C::List | C::Show | C::ShowSection => {
+            apart(|| list(&mut machine.world, &mut machine.files, command, arguments, to))
+        }
         C::Delete | C::Move | C::MakeFolder | C::ChangeFolder => {
-            apart(|| change_files(machine, command, arguments, to))
+            apart(|| change_files(&mut machine.world, &mut machine.files, command, arguments, to))
         }
         C::Copy | C::Truncate | C::Md5Sum => apart(|| copy(machine, command, arguments, to)),
         C::Card => apart(|| files::card_facts::card(&mut MachineHands::new(machine, to))),
         C::Edit => apart(|| editing::begin(machine, arguments, to)),
-        C::ReceiveByYmodem | C::Receive => apart(|| receive(machine, command, arguments, to)),
-        C::ReceiveCounted => apart(|| receive_counted(machine, arguments, to)),
+        C::ReceiveByYmodem | C::Receive => {
+            apart(|| receive(&mut machine.world, &mut machine.files, command, arguments, to))
+        }
+        C::ReceiveCounted => apart(|| receive_counted(&mut machine.world, &mut machine.files, arguments, to)),
         C::LendCard => apart(|| usb_disk::msc(machine, arguments, to)),
         C::SetSetting => apart(|| files::config_edit::config_set(&mut MachineHands::new(machine, to), arguments))
             .map(|()| Answer::Said),
         C::LoadSettings => apart(|| load(machine, arguments, to)),
         C::Check => apart(|| forecast::check(machine, arguments, to)),
-        C::Play => apart(|| play(machine, arguments, to)),
+        C::Play => play_file(machine, arguments, to),
         C::Queue => apart(|| job_control::queue(machine, arguments, to)),
         C::Pause => apart(|| job_control::pause(machine, arguments, to)),
         C::Suspend => apart(|| suspend::suspend(machine, arguments.starts_with(['l', 'h']), to)),
         C::Resume => suspend::resume(machine, to),
         C::Abort => apart(|| abort::abort(machine, to)),
         C::Preheat => apart(|| heat_codes::preheat(&mut MachineHands::new(machine, to), arguments)),
-        C::Switch => apart(|| switch(machine, arguments, to)),
-        C::SetRegisters => apart(|| set_registers(machine, arguments, to)),
+        C::Switch => apart(|| switch(&mut machine.world, &mut machine.outputs, arguments, to)),
+        C::SetRegisters => apart(|| set_registers(&mut machine.world, arguments, to)),
         C::Gpio => apart(|| parts::gpio::command(&mut MachineHands::new(machine, to), arguments)),
         C::Test => apart(|| command::run(&mut MachineHands::new(machine, to), arguments)),
         C::TuneDriver => apart(|| tune_driver(machine, arguments, to)),
         C::Home => apart(|| homing::home(machine, units::AxisSet::NONE, to)),
         C::Jog => apart(|| jog(machine, arguments, to)),
-        C::Probe => apart(|| probe(machine, arguments, to)),
+        C::Probe => apart(|| {
+            let line = probe_line(machine.world.config, arguments)?;
+            let dialect = machine.world.sessions.dialect_of(to);
+            P::run_text(machine, line.as_str(), dialect, to)
+        }),
         C::Unlock if machine.safety.is_halted() => {
             machine.unlock(to);
             Ok(Answer::Ok)
@@ -180,14 +191,14 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments
 }
 
 /// Echoes text to the session that asks, or to the device at the auxiliary UART: `echo [-n] [-1] text`.
-fn echo<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+fn echo<P: Ports>(world: &mut World<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let (mut text, mut end, mut heard_by) = (arguments, "\n", to);
     loop {
         text = if let Some(rest) = text.strip_prefix("-n ") {
             end = "";
             rest
         } else if let Some(rest) = text.strip_prefix("-1 ") {
-            let uart = &machine.world.config.uart;
+            let uart = &world.config.uart;
             if !uart.enable {
                 return Err(Failure::refused(&"echo -1: [uart console] is not enabled"));
             }
@@ -198,22 +209,22 @@ fn echo<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) 
             break;
         };
     }
-    machine.say(heard_by, format_args!("{text}{end}"));
+    world.say(heard_by, format_args!("{text}{end}"));
     Ok(Answer::Ok)
 }
 
 /// Sets or tells the dialect of a console: `dialect [name]`.
-fn speak<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
-    let is_grbl = machine.world.config.general.grbl_mode;
+fn speak<P: Ports>(world: &mut World<'_, P>, name: &str, to: Recipient) -> Outcome {
+    let is_grbl = world.config.general.grbl_mode;
     let known = Dialect::named(name).filter(|dialect| !is_grbl && *dialect != Dialect::Grbl);
-    match (known, to.session().and_then(|id| machine.world.sessions.get_mut(id))) {
+    match (known, to.session().and_then(|id| world.sessions.get_mut(id))) {
         _ if name.is_empty() => {}
         (Some(dialect), Some(session)) => session.dialect = dialect,
         _ if is_grbl => return Err(Failure::refused(&"with grbl_mode every console speaks GRBL's dialect")),
         _ => return Err(Failure::refused(&"a console speaks smoothie, marlin, reprapfirmware or klipper")),
     }
-    let spoken = machine.world.sessions.dialect_of(to);
-    machine.say(to, format_args!("this console speaks {}'s dialect\n", spoken.name()));
+    let spoken = world.sessions.dialect_of(to);
+    world.say(to, format_args!("this console speaks {}'s dialect\n", spoken.name()));
     Ok(Answer::Ok)
 }
 
@@ -221,7 +232,7 @@ fn speak<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> O
 fn report<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
     let took = machine.config_took;
     if command == Command::Help {
-        return help(machine, arguments, to);
+        return help(&mut machine.world, &machine.program, arguments, to);
     }
     let Machine { program, outputs, world: World { ports, sessions, config, texts }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
@@ -248,8 +259,11 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &
     Ok(Answer::Said)
 }
 
-fn set_registers<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let World { ports, config, texts, sessions } = &mut machine.world;
+fn set_registers<P: Ports>(
+    World { ports, config, texts, sessions }: &mut World<'_, P>,
+    arguments: &str,
+    to: Recipient,
+) -> Outcome {
     motors::set_registers(texts, ports, config, arguments, &mut Reply::new(sessions, to))
 }
 
@@ -270,8 +284,13 @@ fn get<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -
     reports::get(ports, &of, outputs, arguments, &mut Reply::new(sessions, to))
 }
 
-fn change_files<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
-    let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
+fn change_files<P: Ports>(
+    World { ports, sessions, .. }: &mut World<'_, P>,
+    files: &mut Files,
+    command: Command,
+    arguments: &str,
+    to: Recipient,
+) -> Outcome {
     let reply = &mut Reply::new(sessions, to);
     match command {
         Command::Delete => files.remove_command(arguments, ports, reply),
@@ -291,63 +310,72 @@ fn copy<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &st
     }
 }
 
-fn list<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
-    let now = machine.world.ports.now();
-    let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
+fn list<P: Ports>(
+    world: &mut World<'_, P>,
+    files: &mut Files,
+    command: Command,
+    arguments: &str,
+    to: Recipient,
+) -> Outcome {
+    let World { ports, sessions, texts, .. } = world;
+    let now = ports.now();
     let reply = &mut Reply::new(sessions, to);
     let listing = match command {
         Command::List => listings::directory(files, arguments),
         Command::Show => listings::file(files, arguments, now, ports, reply),
-        _ => listings::section(machine.world.texts, arguments, ports, reply),
+        _ => listings::section(texts, arguments, ports, reply),
     }?;
     match listing {
-        Some(listing) => long_answers::begin(machine, listing, to),
+        Some(listing) => long_answers::begin(world, listing, to),
         None => Ok(Answer::Said),
     }
 }
 
-fn help<P: Ports>(machine: &mut Machine<'_, P>, about: &str, to: Recipient) -> Outcome {
+fn help<P: Ports>(world: &mut World<'_, P>, program: &Interpreter, about: &str, to: Recipient) -> Outcome {
     if about.is_empty() {
-        return long_answers::begin(machine, Listing::Help { line: 0 }, to);
+        return long_answers::begin(world, Listing::Help { line: 0 }, to);
     }
     if let Some(info) = find(about) {
-        machine.say(to, format_args!("{} {} - {}\n", info.word, info.takes, info.help));
+        world.say(to, format_args!("{} {} - {}\n", info.word, info.takes, info.help));
         return Ok(Answer::Ok);
     }
     if let Some(row) = program::extended::find(about) {
-        machine.say(to, format_args!("{} {} - {}\n", row.name, row.takes, row.help));
+        world.say(to, format_args!("{} {} - {}\n", row.name, row.takes, row.help));
         return Ok(Answer::Ok);
     }
-    let dialect = machine.world.sessions.dialect_of(to);
+    let dialect = world.sessions.dialect_of(to);
     let block = Blocks::new(about.as_bytes()).next().and_then(Result::ok);
-    let row = block.as_ref().filter(|block| block.code.is_some()).and_then(|block| machine.program.row(block, dialect));
+    let row = block.as_ref().filter(|block| block.code.is_some()).and_then(|block| program.row(block, dialect));
     match row {
         Some(row) => {
-            machine.say(to, format_args!("{about} - {}\n", row.help));
+            world.say(to, format_args!("{about} - {}\n", row.help));
             Ok(Answer::Ok)
         }
-        None => Err(machine.world.texts.refused(format_args!("nothing is known of {about}"))),
+        None => Err(world.texts.refused(format_args!("nothing is known of {about}"))),
     }
 }
 
-fn play<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    needs(machine.world.texts, machine.world.config, Part::Player, machine.jobs.is_playing())?;
-    if machine.world.ports.disk() != Disk::Kept {
-        return Err(machine.world.texts.because(StorageError::Lent.text()));
+/// Opens a file to be played; returns the answer, and the place from which the job is to begin, if not from
+/// its first line.
+fn play<P: Ports>(
+    World { ports, sessions, config, texts }: &mut World<'_, P>,
+    jobs: &mut Jobs,
+    files: &mut Files,
+    arguments: &str,
+    to: Recipient,
+) -> Result<(Answer, Option<Until>), Failure> {
+    needs(texts, config, Part::Player, jobs.is_playing())?;
+    if ports.disk() != Disk::Kept {
+        return Err(texts.because(StorageError::Lent.text()));
     }
     let forced = arguments.strip_prefix("--force ").or_else(|| arguments.strip_suffix(" --force"));
     let (arguments, from) = play_from::split(forced.unwrap_or(arguments))?;
-    let was_open = machine.jobs.is_open();
-    let now = machine.world.ports.now();
-    let Machine { files, jobs, world: World { ports, sessions, .. }, .. } = machine;
-    let played = jobs.play_command(machine.world.texts, files, arguments, now, ports, &mut Reply::new(sessions, to));
+    let (was_open, now) = (jobs.is_open(), ports.now());
+    let played = jobs.play_command(texts, files, arguments, now, ports, &mut Reply::new(sessions, to));
     if forced.is_some() && !was_open {
         jobs.force();
     }
-    match from {
-        Some(until) if played.is_ok() && !was_open && machine.jobs.is_open() => play_from::begin(machine, until, to),
-        _ => played,
-    }
+    played.map(|answer| (answer, from.filter(|_| !was_open && jobs.is_open())))
 }
 
 fn load<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Outcome {
@@ -363,31 +391,37 @@ fn load<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Ou
 }
 
 /// Takes the console's next bytes for a file (`ry` and `upload`).
-fn receive<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
+fn receive<P: Ports>(
+    world: &mut World<'_, P>,
+    files: &mut Files,
+    command: Command,
+    arguments: &str,
+    to: Recipient,
+) -> Outcome {
     if to.session().is_none() {
         return Err(Failure::refused(&"only a console can send a file"));
     }
-    long_answers::sender_is_there(machine, to)?;
-    let now = machine.world.ports.now();
-    let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
+    long_answers::sender_is_there(world, to)?;
+    let World { ports, sessions, texts, .. } = world;
+    let now = ports.now();
     let reply = &mut Reply::new(sessions, to);
     match command {
         Command::ReceiveByYmodem => files.transfers.receive(!arguments.is_empty(), now, reply),
         _ => {
             let path = files.absolute(arguments);
-            files.transfers.receive_plain(machine.world.texts, arguments.trim_matches('"'), path, ports, reply)
+            files.transfers.receive_plain(texts, arguments.trim_matches('"'), path, ports, reply)
         }
     }?;
-    long_answers::begin_transfer(machine, to)
+    long_answers::begin_transfer(world, to)
 }
 
 /// Receives a file for programs, which look at how the answer begins: `dl file bytes`. Only on a transport
 /// that holds its sender back.
-fn receive_counted<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    long_answers::sender_is_there(machine, to)?;
-    let now = machine.world.ports.now();
-    let kind = to.session().map(|id| machine.world.ports.profile(id).kind);
-    let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
+fn receive_counted<P: Ports>(world: &mut World<'_, P>, files: &mut Files, arguments: &str, to: Recipient) -> Outcome {
+    long_answers::sender_is_there(world, to)?;
+    let World { ports, sessions, .. } = world;
+    let now = ports.now();
+    let kind = to.session().map(|id| ports.profile(id).kind);
     let reply = &mut Reply::new(sessions, to);
     let (name, size) = arguments.rsplit_once([' ', '\t']).unwrap_or((arguments, ""));
     let begun = match size.parse() {
@@ -400,7 +434,7 @@ fn receive_counted<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: 
         }
     };
     match begun {
-        Ok(()) => long_answers::begin_transfer(machine, to),
+        Ok(()) => long_answers::begin_transfer(world, to),
         Err(why) => {
             reply.say(format_args!("FAIL - {why}\n"));
             Ok(Answer::Said)
@@ -408,14 +442,22 @@ fn receive_counted<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: 
     }
 }
 
-fn date<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+fn date<P: Ports>(world: &mut World<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     if arguments.is_empty() {
-        let date = machine.world.ports.date();
-        machine.say(to, format_args!("{date}\n"));
+        let date = world.ports.date();
+        world.say(to, format_args!("{date}\n"));
         return Ok(Answer::Ok);
     }
     let date = DateTime::parse(arguments).ok_or_else(|| Failure::refused(&"write date YYMMDDhhmmss"))?;
-    if machine.world.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused(&"the clock does not run")) }
+    if world.ports.set_date(date) { Ok(Answer::Ok) } else { Err(Failure::refused(&"the clock does not run")) }
+}
+
+fn play_file<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+    let Machine { jobs, files, world, .. } = machine;
+    match apart(|| play(world, jobs, files, arguments, to)) {
+        Ok((_, Some(until))) => apart(|| play_from::begin(machine, until, to)),
+        played => played.map(|(answer, _)| answer),
+    }
 }
 
 fn tune_driver<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
@@ -431,9 +473,13 @@ fn jog<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -
     done
 }
 
-fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let Machine { outputs, world: World { sessions, config, ports, .. }, .. } = machine;
-    let change = outputs.switch_command(machine.world.texts, config, arguments, &mut Reply::new(sessions, to))?;
+fn switch<P: Ports>(
+    World { ports, sessions, config, texts }: &mut World<'_, P>,
+    outputs: &mut Outputs,
+    arguments: &str,
+    to: Recipient,
+) -> Outcome {
+    let change = outputs.switch_command(texts, config, arguments, &mut Reply::new(sessions, to))?;
     if let Some(output) = change {
         // A switch takes any value.
         let _ = ports.heat(|heat| heat.apply(output));
@@ -441,9 +487,9 @@ fn switch<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient
     Ok(Answer::Ok)
 }
 
-/// Probes with G30's words, also where G30 means something else (`$P`).
-fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipient) -> Outcome {
-    if !machine.world.config.probe.enable {
+/// Returns the line that probes with G30's words, also where G30 means something else (`$P`).
+fn probe_line(config: &MachineConfig, words: &str) -> Result<ShortText, Failure> {
+    if !config.probe.enable {
         return Err(Failure::refused(&"no probe is configured: [zprobe] enable"));
     }
     let text = short(format_args!("G30 P1 {words}"));
@@ -451,6 +497,5 @@ fn probe<P: Ports>(machine: &mut Machine<'_, P>, words: &str, to: Recipient) -> 
     if !matches!((blocks.next(), blocks.next()), (Some(Ok(_)), None)) {
         return Err(Failure::refused(&"$P takes the words of G30"));
     }
-    let dialect = machine.world.sessions.dialect_of(to);
-    P::run_text(machine, text.as_str(), dialect, to)
+    Ok(text)
 }

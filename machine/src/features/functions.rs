@@ -266,13 +266,13 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, asked: Report, words: &Words<'
         }
         Report::FilamentLengths => Ok(filament::lengths(tuning, words, reply)),
         Report::RetractSettings | Report::RecoverSettings => Ok(Answer::Ok),
-        Report::DriverStatus => long_answers::describe_drivers(machine, words, to),
-        Report::ShowMap => long_answers::begin(machine, Listing::Map { line: 0 }, to),
-        Report::ShowGrid => long_answers::begin(machine, Listing::Grid { row: 0 }, to),
+        Report::DriverStatus => long_answers::describe_drivers(&mut machine.world, words, to),
+        Report::ShowMap => long_answers::begin(&mut machine.world, Listing::Map { line: 0 }, to),
+        Report::ShowGrid => long_answers::begin(&mut machine.world, Listing::Grid { row: 0 }, to),
         Report::ShowSettings => {
             let loaded = if machine.settings_loaded { "config override loaded" } else { "No config override loaded" };
             machine.say(to, format_args!("// NOTE: {loaded}\n"));
-            long_answers::begin(machine, Listing::Settings { part: 0 }, to)
+            long_answers::begin(&mut machine.world, Listing::Settings { part: 0 }, to)
         }
     }
 }
@@ -300,7 +300,7 @@ fn file_or_job<P: Ports>(
     match asked {
         FileFunction::ListFiles => {
             machine.say(to, format_args!("Begin file list\n"));
-            long_answers::begin(machine, listings::card(), to)
+            long_answers::begin(&mut machine.world, listings::card(), to)
         }
         FileFunction::AutoReport => periodic_reports::command(machine, Periodic::Temperatures, words, to),
         FileFunction::Keepalive => periodic_reports::command(machine, Periodic::Busy, words, to),

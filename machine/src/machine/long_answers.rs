@@ -1,14 +1,17 @@
 //! Long answers: given piece by piece, as fast as a session takes them, beside everything else.
 
+use base::bed::Bed;
 use base::failure::{Answer, Failure, Outcome};
 use base::motors;
 use base::own_frame::apart;
 use base::sessions::{Listing, Recipient, Reply, SessionId};
+use base::tuning::Tuning;
 use base::{Ports, World};
-use jobs::files::{Progress, listings};
+use jobs::files::{Files, Progress, listings};
+use parts::z_thermal::Thermal;
 use procedures::arms;
 use procedures::leveling;
-use program::Words;
+use program::{Interpreter, Words};
 use units::Actuator;
 
 use crate::machine::Machine;
@@ -18,80 +21,83 @@ use crate::machine::saved_settings;
 
 /// Begins a long answer, given as fast as a session takes it, beside everything else. A file that is played
 /// has nobody to read one.
-pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, listing: Listing, to: Recipient) -> Outcome {
-    match to.session().and_then(|id| machine.world.sessions.get_mut(id)) {
+pub(crate) fn begin<P: Ports>(world: &mut World<'_, P>, listing: Listing, to: Recipient) -> Outcome {
+    match to.session().and_then(|id| world.sessions.get_mut(id)) {
         Some(session) => {
             session.listing = Some(listing);
             Ok(Answer::Said)
         }
         None => {
-            listings::close(&listing, &mut machine.world.ports);
+            listings::close(&listing, &mut world.ports);
             Ok(Answer::Ok)
         }
     }
 }
 
 /// Describes drivers one after the other (M911).
-pub(crate) fn describe_drivers<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
-    let motors = motors::named_drivers(machine.world.texts, words, machine.world.config)?;
-    if !machine.world.ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
-        machine.say(to, format_args!("VMOT is off\n"));
+pub(crate) fn describe_drivers<P: Ports>(world: &mut World<'_, P>, words: &Words<'_>, to: Recipient) -> Outcome {
+    let motors = motors::named_drivers(world.texts, words, world.config)?;
+    if !world.ports.supervisor(|supervisor| supervisor.motor_supply_on()) {
+        world.say(to, format_args!("VMOT is off\n"));
     }
-    begin(machine, Listing::Drivers { motors, all: !words.has('P') && words.axes().is_empty() }, to)
+    begin(world, Listing::Drivers { motors, all: !words.has('P') && words.axes().is_empty() }, to)
 }
 
 /// Gives the next piece of a long answer, when there is one and room for it.
 pub(crate) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    let Some(session) = machine.world.sessions.get_mut(id).filter(|session| session.has_room_for_listing()) else {
-        return;
-    };
-    let comes = match &session.listing {
-        Some(Listing::File { file, .. } | Listing::Section { file, .. }) => machine.world.ports.is_at_hand(*file),
-        Some(listing) if card::is_used_by_answer(listing) => machine.world.ports.is_ready(),
-        _ => true,
-    };
-    if !comes {
-        return;
-    }
-    let Some(session) = machine.world.sessions.get_mut(id) else { return };
-    let Some(mut listing) = session.listing.take() else { return };
+    let Some(mut listing) = take_next(&mut machine.world, id) else { return };
     let to = Recipient::Session(id);
     if matches!(listing, Listing::Transfer) {
-        return apart(|| continue_transfer(machine, id));
+        return apart(|| continue_transfer(&mut machine.world, &mut machine.files, id));
     }
-    if machine.world.sessions.take_stop(to) {
-        // A stopped listing still owes its ending.
-        listings::close(&listing, &mut machine.world.ports);
-        machine.say(to, format_args!("{}", listings::ending(&listing)));
-        return settle(machine, id);
-    }
-    let more = apart(|| piece(machine, &mut listing, to));
-    match more {
-        Ok(true) => {
-            if let Some(session) = machine.world.sessions.get_mut(id) {
-                session.listing = Some(listing);
+    // A stopped listing still owes its ending.
+    let more = match machine.world.sessions.take_stop(to) {
+        true => Ok(false),
+        false => apart(|| match Features::<P>::long_answer(machine, &mut listing, to) {
+            Some(piece) => piece,
+            None => {
+                let Machine { program, tuning, bed, thermal, world, .. } = machine;
+                piece(world, program, (tuning, thermal), bed, &mut listing, to)
             }
-        }
+        }),
+    };
+    let World { ports, sessions, texts, .. } = &mut machine.world;
+    let Some(session) = sessions.get_mut(id) else { return listings::close(&listing, ports) };
+    match more {
+        Ok(true) => session.listing = Some(listing),
         Ok(false) => {
-            listings::close(&listing, &mut machine.world.ports);
-            machine.say(to, format_args!("{}", listings::ending(&listing)));
+            listings::close(&listing, ports);
+            session.say(format_args!("{}", listings::ending(&listing)));
         }
         Err(failure) => {
-            listings::close(&listing, &mut machine.world.ports);
+            listings::close(&listing, ports);
             if failure.has_text() {
-                machine.refuse(to, failure);
+                session.refuse(failure.reason, format_args!("{}", texts.of(failure)));
             }
         }
     }
-    settle(machine, id);
+    session.settle();
+}
+
+/// Takes the long answer whose next piece is to be given, when there is room for it and the card has read it.
+fn take_next<P: Ports>(World { ports, sessions, .. }: &mut World<'_, P>, id: SessionId) -> Option<Listing> {
+    let session = sessions.get_mut(id).filter(|session| session.has_room_for_listing())?;
+    let comes = match &session.listing {
+        Some(Listing::File { file, .. } | Listing::Section { file, .. }) => ports.is_at_hand(*file),
+        Some(listing) if card::is_used_by_answer(listing) => ports.is_ready(),
+        _ => true,
+    };
+    if comes { session.listing.take() } else { None }
 }
 
 /// Refuses when the sender of a file has gone; bytes it has sent behind the file are dropped.
-pub(crate) fn sender_is_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
-    if !machine.world.sessions.has_left(to) {
+pub(crate) fn sender_is_there<P: Ports>(
+    World { sessions, ports, .. }: &mut World<'_, P>,
+    to: Recipient,
+) -> Result<(), Failure> {
+    if !sessions.has_left(to) {
         return Ok(());
     }
-    let Machine { world: World { sessions, ports, .. }, .. } = machine;
     if let Some((id, session)) = to.session().and_then(|id| Some((id, sessions.get_mut(id)?))) {
         session.forget_visit(ports.inbox(id));
         session.broke_off_file = true;
@@ -100,50 +106,44 @@ pub(crate) fn sender_is_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipi
 }
 
 /// Takes a console's bytes for a file from now on.
-pub(crate) fn begin_transfer<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
+pub(crate) fn begin_transfer<P: Ports>(world: &mut World<'_, P>, to: Recipient) -> Outcome {
     if let Recipient::Session(id) = to {
-        machine.world.ports.inbox(id).set_raw(true);
+        world.ports.inbox(id).set_raw(true);
     }
-    begin(machine, Listing::Transfer, to)
+    begin(world, Listing::Transfer, to)
 }
 
-fn continue_transfer<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    let to = Recipient::Session(id);
-    let now = machine.world.ports.now();
+fn continue_transfer<P: Ports>(World { ports, sessions, .. }: &mut World<'_, P>, files: &mut Files, id: SessionId) {
+    let now = ports.now();
     // A session that opens behind this look sends nothing of the file.
-    let end = machine.world.ports.inbox(id).received();
-    let is_his = !machine.world.sessions.is_visited_anew(&machine.world.ports, id);
-    let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
+    let end = ports.inbox(id).received();
+    let is_his = !sessions.is_visited_anew(ports, id);
     let directory = files.directory().clone();
-    let reply = &mut Reply::new(sessions, to);
+    let reply = &mut Reply::new(sessions, Recipient::Session(id));
     let progress =
         if is_his { files.transfers.go_on(&directory, (id, end), now, ports, reply) } else { Progress::Receiving };
     if progress != Progress::Receiving {
         ports.inbox(id).set_raw(false);
     }
+    let Some(session) = sessions.get_mut(id) else { return };
     if progress != Progress::Ended {
-        if let Some(session) = sessions.get_mut(id) {
-            session.listing = Some(Listing::Transfer);
-        }
+        session.listing = Some(Listing::Transfer);
         return;
     }
-    machine.say(to, format_args!("ok\n"));
-    settle(machine, id);
-}
-
-fn settle<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    if let Some(session) = machine.world.sessions.get_mut(id) {
-        session.settle();
-    }
+    session.say(format_args!("ok\n"));
+    session.settle();
 }
 
 /// Says one piece. True while there are more.
-fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Recipient) -> Result<bool, Failure> {
-    if let Some(piece) = Features::<P>::long_answer(machine, listing, to) {
-        return piece;
-    }
-    let now = machine.world.ports.now();
-    let Machine { program, tuning, bed, thermal, world: World { ports, sessions, config, .. }, .. } = machine;
+fn piece<P: Ports>(
+    World { ports, sessions, config, texts }: &mut World<'_, P>,
+    program: &Interpreter,
+    (tuning, thermal): (&Tuning, &Thermal),
+    bed: &Bed,
+    listing: &mut Listing,
+    to: Recipient,
+) -> Result<bool, Failure> {
+    let now = ports.now();
     let reply = &mut Reply::new(sessions, to);
     match listing {
         Listing::Settings { part } => {
@@ -177,6 +177,6 @@ fn piece<P: Ports>(machine: &mut Machine<'_, P>, listing: &mut Listing, to: Reci
             motors::describe_driver(ports, motor, *all, reply);
             Ok(*motors != 0)
         }
-        listing => listings::piece(machine.world.texts, listing, now, ports, reply),
+        listing => listings::piece(texts, listing, now, ports, reply),
     }
 }

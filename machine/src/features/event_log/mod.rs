@@ -103,7 +103,7 @@ pub(crate) fn tell<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: 
     follow(machine);
     let entries = machine.world.ports.events().last(count);
     let (next, end) = entries.span();
-    long_answers::begin(machine, Listing::Events { next, end }, to)
+    long_answers::begin(&mut machine.world, Listing::Events { next, end }, to)
 }
 
 /// Tells the next line of the answer. True while there are more.

@@ -83,7 +83,7 @@ pub(crate) fn check<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Reci
     }
     let path = machine.files.absolute(name.trim_matches('"'));
     begin(machine, &path, Purpose::Check, None)?;
-    long_answers::begin(machine, Listing::Check { line: 0 }, to)
+    long_answers::begin(&mut machine.world, Listing::Check { line: 0 }, to)
 }
 
 /// Begins the forecast of a job that is about to begin, which waits for it if so configured.

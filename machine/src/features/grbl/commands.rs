@@ -74,7 +74,7 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipie
         "I+" if machine.world.config.general.grblhal => report(machine, command, to),
         "EA" | "EE" | "EG" | "ES" if machine.world.config.general.grblhal => {
             let Some(list) = hal::list_named(command) else { return Ok(Answer::Ok) };
-            return long_answers::begin(machine, Listing::Enumeration { list, line: 0 }, to);
+            return long_answers::begin(&mut machine.world, Listing::Enumeration { list, line: 0 }, to);
         }
         _ => match command.split_once('=') {
             Some((key @ ("N0" | "N1" | "I"), text)) => store(machine, key, text)?,
