@@ -1,16 +1,20 @@
 //! GRBL's commands: lines that begin with `$`, and the bytes that act at once.
 
-use base::failure::{Answer, Failure, Outcome};
+use base::failure::{Answer, Failure, Outcome, Texts};
 use base::grbl::framing::LOCKED;
+use base::hands::Hands;
 use base::motion_config::motion_config;
+use base::ports::MotionPort;
 use base::reason::Reason;
-use base::safety::Event;
+use base::safety::{Event, Mode, Safety};
 use base::sessions::{Listing, Recipient, Reply, Rights, SessionId, Sessions};
+use base::tuning::Tuning;
 use base::{Ports, World};
 use gcode::realtime::Realtime;
 use gcode::{Blocks, Refusal};
 use jobs::files::listings;
-use program::{Dialect, State};
+use parts::outputs::Outputs;
+use program::{Dialect, Interpreter, State};
 use units::{Axis, AxisSet};
 
 use crate::features::grbl::numbered_settings::{Change, Setting, Sources};
@@ -28,10 +32,10 @@ use crate::machine::settings_file;
 
 /// Whether a line is a command of GRBL's own. GRBL has no `$P` and `$S`, and its jog is `$J=`: `$J` with a
 /// blank is Smoothieware's, whose pendants go on working.
-pub(crate) fn owns<P: Ports>(machine: &Machine<'_, P>, line: &str, to: Recipient) -> bool {
+pub(crate) fn owns(sessions: &Sessions, line: &str, to: Recipient) -> bool {
     let is_jog = line.strip_prefix("$J ").is_some_and(|words| !words.trim_start().starts_with('='));
     let is_ours = is_jog || matches!(line.split_once([' ', '\t']).map_or(line, |(word, _)| word), "$P" | "$S");
-    line.starts_with('$') && !is_ours && machine.world.sessions.dialect_of(to) == Dialect::Grbl
+    line.starts_with('$') && !is_ours && sessions.dialect_of(to) == Dialect::Grbl
 }
 
 /// Carries out a line that began with `$`, which has been taken off.
@@ -55,29 +59,30 @@ pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Rec
     {
         return set(machine, number, value, to);
     }
-    say_or_set(machine, command, to)
-}
-
-/// Runs a GRBL command that never waits.
-fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipient) -> Outcome {
+    let has_more = machine.world.config.general.grblhal;
+    let Machine { program, safety, tuning, outputs, features: States { grbl, .. }, world, .. } = machine;
     match command {
-        "" => machine.say(to, format_args!("{HELP}")),
-        "X" if machine.safety.is_halted() => machine.unlock(to),
+        "" => world.say(to, format_args!("{HELP}")),
+        "X" if safety.is_halted() => machine.unlock(to),
         "X" => {}
         "C" => return machine.check_mode(to).map_err(not_idle),
         "SLP" => {
             machine.sleep().map_err(not_idle)?;
             machine.say(to, format_args!("[MSG:Sleeping]\n"));
         }
-        "$" => list(machine, to)?,
-        "G" | "#" | "N" | "I" => report(machine, command, to),
-        "I+" if machine.world.config.general.grblhal => report(machine, command, to),
-        "EA" | "EE" | "EG" | "ES" if machine.world.config.general.grblhal => {
+        "$" => list(world, safety, tuning, &grbl.own, to)?,
+        "G" | "#" | "N" | "I" | "I+" if command != "I+" || has_more => {
+            report(world, program, outputs, &grbl.own, command, to);
+        }
+        "EA" | "EE" | "EG" | "ES" if has_more => {
             let Some(list) = hal::list_named(command) else { return Ok(Answer::Ok) };
-            return long_answers::begin(&mut machine.world, Listing::Enumeration { list, line: 0 }, to);
+            return long_answers::begin(world, Listing::Enumeration { list, line: 0 }, to);
         }
         _ => match command.split_once('=') {
-            Some((key @ ("N0" | "N1" | "I"), text)) => store(machine, key, text)?,
+            Some((key @ ("N0" | "N1" | "I"), text)) => {
+                may_set(safety.state())?;
+                store(world, program, &mut grbl.own, key, text)?;
+            }
             _ => {
                 return Err(
                     Failure::refused(&"this $ command is not known: $ lists them").with_reason(Reason::Statement)
@@ -89,32 +94,30 @@ fn say_or_set<P: Ports>(machine: &mut Machine<'_, P>, command: &str, to: Recipie
 }
 
 /// Reports modes, offsets, startup lines or the build: `$G`, `$#`, `$N`, `$I`.
-fn report<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) {
-    let (queue, version) =
-        (machine.world.ports.motion(|motion| motion.queue_level().1), machine.world.ports.board().version);
-    let Machine { program, outputs, features: States { grbl, .. }, world: World { sessions, config, .. }, .. } =
-        machine;
+fn report<P: Ports>(
+    world: &mut World<'_, P>,
+    program: &Interpreter,
+    outputs: &Outputs,
+    own: &Own,
+    what: &str,
+    to: Recipient,
+) {
+    let World { ports, sessions, config, .. } = world;
+    let (queue, version) = (ports.motion(|motion| motion.queue_level().1), ports.board().version);
     let reply = &mut Reply::new(sessions, to);
     match what {
         "G" => reports::modal(config, program, outputs, reply),
-        "#" => reports::offsets(&grbl.own, program, reply),
-        "N" => reports::startup(&grbl.own, reply),
+        "#" => reports::offsets(own, program, reply),
+        "N" => reports::startup(own, reply),
         _ if config.general.grblhal => {
-            reports::version(&grbl.own, reply);
+            reports::version(own, reply);
             hal::build(config, program, queue, reply);
             if what == "I+" {
                 hal::firmware(version, reply);
             }
             reports::short(version, reply);
         }
-        _ => reports::build(config, &grbl.own, version, queue, reply),
-    }
-}
-
-/// Has the next report to this session show every field (0x87).
-pub(crate) fn tell_all<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    if let Some(told) = machine.features.grbl.told.get_mut(usize::from(id.0)) {
-        told.wants_all = true;
+        _ => reports::build(config, own, version, queue, reply),
     }
 }
 
@@ -156,20 +159,28 @@ pub(crate) fn report_status<P: Ports>(machine: &mut Machine<'_, P>, id: SessionI
 
 /// Calls `f` with the sources that settings are read from.
 fn with_sources<P: Ports, R>(
-    machine: &mut Machine<'_, P>,
+    World { ports, config, sessions, .. }: &mut World<'_, P>,
+    safety: &mut Safety,
+    tuning: &Tuning,
+    own: &Own,
     f: impl FnOnce(&Sources<'_>, &mut Sessions) -> R,
 ) -> Result<R, Failure> {
-    let motion = machine.world.ports.motion(|motion| motion.config().copied());
+    let motion = ports.motion(|motion| motion.config().copied());
     let motion = motion.ok_or_else(|| Failure::refused(&"motion is not configured").with_reason(Reason::Locked))?;
-    let Machine { safety, tuning, features: States { grbl, .. }, world: World { sessions, config, .. }, .. } = machine;
     let travel = safety.travel.up_to_date(config, tuning);
     let (soft_limits, ends) = (travel.is_on(config), travel.ends());
-    Ok(f(&Sources { motion: &motion, config, own: &grbl.own, soft_limits, ends: &ends }, sessions))
+    Ok(f(&Sources { motion: &motion, config, own, soft_limits, ends: &ends }, sessions))
 }
 
 /// Lists all of GRBL's settings (`$$`).
-fn list<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Failure> {
-    with_sources(machine, |of, sessions| {
+fn list<P: Ports>(
+    world: &mut World<'_, P>,
+    safety: &mut Safety,
+    tuning: &Tuning,
+    own: &Own,
+    to: Recipient,
+) -> Result<(), Failure> {
+    with_sources(world, safety, tuning, own, |of, sessions| {
         for setting in Setting::all() {
             let (value, decimals) = setting.value(of);
             sessions.say(to, format_args!("${}={value:.decimals$}\n", setting.number()));
@@ -179,40 +190,38 @@ fn list<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Fai
 
 /// Sets a setting, which acts and is saved at once (`$n=value`).
 fn set<P: Ports>(machine: &mut Machine<'_, P>, number: u16, value: &str, to: Recipient) -> Outcome {
-    may_set(machine)?;
+    may_set(machine.safety.state())?;
     let setting = Setting::of(number)
         .ok_or_else(|| Failure::refused(&"there is no such setting").with_reason(Reason::Statement))?;
-    let texts = machine.world.texts;
-    let change = with_sources(machine, |of, _| setting.change(texts, value, of))??;
-    match change {
+    let Machine { safety, tuning, features: States { grbl, .. }, world, .. } = machine;
+    let texts = world.texts;
+    let change = with_sources(world, safety, tuning, &grbl.own, |of, _| setting.change(texts, value, of))??;
+    match &change {
         Change::Nothing => {}
         Change::Own(set, value) => {
-            set(&mut machine.features.grbl.own, value);
-            save_own(machine)?;
+            set(&mut grbl.own, *value);
+            save_own(world, &grbl.own)?;
         }
-        Change::Switch(code) => drop(run_code(machine, code.as_str())?),
-        Change::Code(code) => {
-            run_code(machine, code.as_str())?;
-            save(machine, to)?;
+        Change::Switch(code) | Change::Code(code) => {
+            // Numbers of the code are in mm.
+            let inches = machine.program.count_in_mm();
+            let outcome = P::run_text(machine, code.as_str(), Dialect::Grbl, Recipient::Nobody);
+            machine.program.count_in_inches(inches);
+            outcome?;
         }
+    }
+    if let Change::Code(_) = change {
+        save(machine, to)?;
     }
     Ok(Answer::Ok)
 }
 
 /// Refuses settings unless the machine does nothing.
-fn may_set<P: Ports>(machine: &Machine<'_, P>) -> Result<(), Failure> {
-    match machine.safety.state() {
+fn may_set(state: State) -> Result<(), Failure> {
+    match state {
         State::Idle | State::Alarm => Ok(()),
         _ => Err(Failure::refused(&"settings are changed from standstill").with_reason(Reason::NotIdle)),
     }
-}
-
-/// Runs the code that changes a setting, with numbers in mm.
-fn run_code<P: Ports>(machine: &mut Machine<'_, P>, code: &str) -> Outcome {
-    let inches = machine.program.count_in_mm();
-    let outcome = P::run_text(machine, code, Dialect::Grbl, Recipient::Nobody);
-    machine.program.count_in_inches(inches);
-    outcome
 }
 
 /// Saves what M500 saves.
@@ -228,38 +237,41 @@ fn save<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), Fai
     Ok(())
 }
 
-fn save_own<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-    let Machine { features: States { grbl, .. }, world: World { ports, .. }, .. } = machine;
-    stored::write(ports, &grbl.own)
-        .map_err(|error| machine.world.texts.about_file(stored::PATH, error.text()).with_reason(Reason::Storage))
+fn save_own<P: Ports>(world: &mut World<'_, P>, own: &Own) -> Result<(), Failure> {
+    stored::write(&mut world.ports, own)
+        .map_err(|error| world.texts.about_file(stored::PATH, error.text()).with_reason(Reason::Storage))
 }
 
 /// Stores a startup line, looked through, for the next boot or reset (`$N0=`, `$N1=`); or a text (`$I=`).
-fn store<P: Ports>(machine: &mut Machine<'_, P>, key: &str, text: &str) -> Result<(), Failure> {
-    may_set(machine)?;
+fn store<P: Ports>(
+    world: &mut World<'_, P>,
+    program: &Interpreter,
+    own: &mut Own,
+    key: &str,
+    text: &str,
+) -> Result<(), Failure> {
     let text = text.trim();
     let too_long = |_| Failure::refused(&"80 characters are kept at most").with_reason(Reason::StoredLength);
     let kept = Text::try_from(text).map_err(too_long)?;
     if key != "I" {
-        look_through(machine, text)?;
+        look_through(world.texts, program, text)?;
     }
-    let own = &mut machine.features.grbl.own;
     match key {
         "N0" => own.startup[0] = kept,
         "N1" => own.startup[1] = kept,
         _ => own.build = kept,
     }
-    save_own(machine)
+    save_own(world, own)
 }
 
 /// Refuses a startup line that cannot be read, or with codes that nobody knows.
-fn look_through<P: Ports>(machine: &Machine<'_, P>, text: &str) -> Result<(), Failure> {
+fn look_through(texts: &Texts, program: &Interpreter, text: &str) -> Result<(), Failure> {
     for block in Blocks::new(text.as_bytes()) {
         let block = block.map_err(|error| {
             let number = Reason::of_refusal(&Refusal::Syntax(error));
-            machine.world.texts.refused(format_args!("{error}")).with_reason(number)
+            texts.refused(format_args!("{error}")).with_reason(number)
         })?;
-        let is_known = machine.program.row(&block, Dialect::Grbl).is_some()
+        let is_known = program.row(&block, Dialect::Grbl).is_some()
             || block.code.is_some_and(crate::features::grbl::state::accepts);
         if !is_known {
             return Err(Failure::refused(&"a startup line has only known codes"));
@@ -270,21 +282,20 @@ fn look_through<P: Ports>(machine: &Machine<'_, P>, text: &str) -> Result<(), Fa
 
 /// Resets settings (`$RST=$`), offsets (`$RST=#`), or both and the startup lines (`$RST=*`).
 fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) -> Outcome {
-    may_set(machine)?;
+    may_set(machine.safety.state())?;
     if !matches!(what, "$" | "#" | "*") {
         return Err(
             Failure::refused(&"$RST=$ restores settings, $RST=# offsets, $RST=* all").with_reason(Reason::Statement)
         );
     }
     if what != "#" {
-        let fresh = if what == "*" {
-            Own::default()
-        } else {
-            Own { report_mask: 1, inches: false, ..machine.features.grbl.own.clone() }
-        };
-        machine.features.grbl.own = fresh;
-        save_own(machine)?;
-        restore_motion(machine)?;
+        let Machine { features: States { grbl, .. }, world, .. } = machine;
+        if what == "*" {
+            grbl.own = Own::default();
+        }
+        (grbl.own.report_mask, grbl.own.inches) = (1, false);
+        save_own(world, &grbl.own)?;
+        restore_motion(&mut MachineHands::new(machine, to))?;
     }
     if what != "$" {
         machine.program.clear_offsets();
@@ -296,11 +307,11 @@ fn restore<P: Ports>(machine: &mut Machine<'_, P>, what: &str, to: Recipient) ->
 }
 
 /// Puts steps and limits back as `config.ini` has them.
-fn restore_motion<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-    machine.standstill()?;
-    let config = motion_config(machine.world.config).map_err(|_| Failure::refused(&"the geometry fits no machine"))?;
-    let configured = machine.world.ports.motion(|motion| motion.configure(config));
-    configured.map_err(|error| machine.world.texts.refused(format_args!("{error}")))
+fn restore_motion<'c>(hands: &mut impl Hands<'c>) -> Result<(), Failure> {
+    hands.standstill()?;
+    let config = motion_config(hands.config()).map_err(|_| Failure::refused(&"the geometry fits no machine"))?;
+    let configured = hands.motion(|motion| motion.configure(config));
+    configured.map_err(|error| hands.texts().refused(format_args!("{error}")))
 }
 
 // --- the rest ---
@@ -358,7 +369,7 @@ pub(crate) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     let stands = matches!(machine.safety.state(), State::Idle | State::Alarm | State::Invalid);
     if stands && machine.frames.is_empty() && !machine.jobs.is_playing() && !machine.world.sessions.are_busy() {
         machine.stop_outputs();
-    } else if rests_in_hold(machine) {
+    } else if rests_in_hold(machine.safety.mode(), &mut machine.world.ports) {
         machine.drop_held();
     } else {
         machine.abort();
@@ -366,7 +377,7 @@ pub(crate) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     machine.program.reset();
     machine.resynchronise();
     program_io::reset_overrides(machine);
-    startup::begin(machine);
+    startup::begin(&machine.features.grbl.own, machine.safety.state(), &mut machine.frames);
     let halted = machine.safety.is_halted() && !machine.safety.is_resetting();
     if let Some(session) = machine.world.sessions.get_mut(id) {
         let banner = session.grbl_banner;
@@ -375,11 +386,10 @@ pub(crate) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
 }
 
 /// Whether a held program stands at a known place. (A search for a switch or the bed does not.)
-fn rests_in_hold<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let mode = machine.safety.mode();
+fn rests_in_hold(mode: Mode, ports: &mut impl MotionPort) -> bool {
     mode.state() == State::Hold
         && matches!(mode.interrupted(), State::Run | State::Jog)
-        && machine.world.ports.motion(|motion| motion.state() == motion::State::Held || motion.is_idle())
+        && ports.motion(|motion| motion.state() == motion::State::Held || motion.is_idle())
 }
 
 /// Carries out a byte that changes an override or an output.

@@ -14,6 +14,7 @@ use gcode::Code;
 use gcode::realtime::Realtime;
 use program::Dialect;
 
+use crate::features::States;
 use crate::machine::Machine;
 use crate::machine::jogging;
 use crate::machine::moments::{Moments, StartupLine};
@@ -39,7 +40,11 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     fn read_files(machine: &mut Machine<'_, P>) {
-        startup::read(machine);
+        let Machine { safety, frames, features: States { grbl, .. }, world, .. } = machine;
+        startup::read(world, &mut grbl.own);
+        if world.config.general.usual_dialect() == Dialect::Grbl {
+            startup::begin(&grbl.own, safety.state(), frames);
+        }
     }
 
     fn take_request(machine: &mut Machine<'_, P>, request: Realtime, id: SessionId) -> bool {
@@ -49,7 +54,9 @@ impl<P: Ports> Moments<P> for Feature {
             Realtime::Status if is_grbl => commands::report_status(machine, id),
             Realtime::StatusInFull if !machine.world.config.general.grblhal => {}
             Realtime::StatusInFull => {
-                commands::tell_all(machine, id);
+                if let Some(told) = machine.features.grbl.told.get_mut(usize::from(id.0)) {
+                    told.wants_all = true;
+                }
                 machine.world.ports.inbox(id).request(Realtime::Status);
             }
             Realtime::Abort if is_grbl => commands::reset(machine, id),
@@ -61,11 +68,11 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     fn owns_console_line(machine: &Machine<'_, P>, line: &str, to: Recipient) -> bool {
-        commands::owns(machine, line, to)
+        commands::owns(machine.world.sessions, line, to)
     }
 
     fn run_console_line(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Option<Outcome> {
-        let command = line.strip_prefix('$').filter(|_| commands::owns(machine, line, to))?;
+        let command = line.strip_prefix('$').filter(|_| commands::owns(machine.world.sessions, line, to))?;
         Some(commands::run(machine, command, to))
     }
 
@@ -92,7 +99,7 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     fn startup_line_ended(machine: &mut Machine<'_, P>, number: u8, outcome: &Outcome) {
-        startup::ended(machine, number, outcome);
+        startup::ended(machine.world.sessions, &machine.features.grbl.own, number, outcome);
     }
 
     fn startup_line(machine: &Machine<'_, P>, number: u8) -> Option<StartupLine> {
