@@ -7,25 +7,9 @@ use crate::state::States;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the help texts of the rows say what each does")]
 pub enum Command {
-    Help,
-    Version,
-    Memory,
-    Modules,
+    Tell(Told),
+    File(FileCommand),
     Date,
-    List,
-    ChangeFolder,
-    Show,
-    Delete,
-    Move,
-    MakeFolder,
-    Copy,
-    Truncate,
-    Md5Sum,
-    Card,
-    Edit,
-    ReceiveByYmodem,
-    Receive,
-    ReceiveCounted,
     Check,
     Play,
     Progress,
@@ -35,13 +19,9 @@ pub enum Command {
     Suspend,
     Resume,
     Get,
-    ShowSection,
-    SetSetting,
     LoadSettings,
     Preheat,
     Switch,
-    Thermistors,
-    CalculateThermistor,
     SetRegisters,
     Test,
     TuneDriver,
@@ -54,16 +34,50 @@ pub enum Command {
     LendCard,
     Dialect,
     Echo,
-    Modes,
-    Offsets,
     Home,
     Unlock,
-    ModesWithoutOk,
-    Switches,
     Jog,
     Probe,
     CheckMode,
     Sleep,
+}
+
+/// What a command says, and nothing more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the help texts of the rows say what each does")]
+pub enum Told {
+    Help,
+    Version,
+    Memory,
+    Modules,
+    Thermistors,
+    CalculateThermistor,
+    Modes,
+    ModesWithoutOk,
+    Offsets,
+    Switches,
+}
+
+/// What a command does with files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "the help texts of the rows say what each does")]
+pub enum FileCommand {
+    List,
+    Show,
+    ShowSection,
+    Delete,
+    Move,
+    MakeFolder,
+    ChangeFolder,
+    Copy,
+    Truncate,
+    Md5Sum,
+    Card,
+    Edit,
+    ReceiveByYmodem,
+    Receive,
+    ReceiveCounted,
+    SetSetting,
 }
 
 /// Row of a console command.
@@ -115,25 +129,25 @@ impl CommandInfo {
 
 /// All commands, in the order in which `help` lists them.
 pub const COMMANDS: &[CommandInfo] = &[
-    command("help", Command::Help, "[command or code]", "list the commands; with one, say what it does").question(),
-    command("version", Command::Version, "", "firmware, board and clock").question(),
-    command("mem", Command::Memory, "", "memory in use, and how long reading the configuration took").question(),
-    command("modules", Command::Modules, "", "the parts that the configuration switches on").question(),
+    command("help", Command::Tell(Told::Help), "[command or code]", "list the commands; with one, say what it does").question(),
+    command("version", Command::Tell(Told::Version), "", "firmware, board and clock").question(),
+    command("mem", Command::Tell(Told::Memory), "", "memory in use, and how long reading the configuration took").question(),
+    command("modules", Command::Tell(Told::Modules), "", "the parts that the configuration switches on").question(),
     command("date", Command::Date, "[YYMMDDhhmmss]", "say or set date and time"),
-    command("ls", Command::List, "[-1] [folder]", "list files with marks, dates and sizes; -1: names only"),
-    command("cd", Command::ChangeFolder, "[folder]", "change the current folder; without one, to the card").card(),
-    command("cat", Command::Show, "[-d] file [lines]", "show a file, or its first lines; -d: in five seconds, with Ctrl-Z at its end").card(),
-    command("rm", Command::Delete, "file ...", "delete files, or empty folders; quote names with blanks").card(),
-    command("mv", Command::Move, "from to", "rename or move").card(),
-    command("mkdir", Command::MakeFolder, "folder", "make a folder").card(),
-    command("cp", Command::Copy, "from to", "copy a file").card(),
-    command("truncate", Command::Truncate, "file bytes", "keep the beginning of a file").card(),
-    command("md5sum", Command::Md5Sum, "file ...", "MD5 sums of files").card(),
-    command("card", Command::Card, "", "what the SD card is, how fast its bus is, what it has done, and how much of it is free").card(),
-    command("ed", Command::Edit, "from to", "edit a file line by line into another one: %h lists commands, %c ends it").card(),
-    command("ry", Command::ReceiveByYmodem, "[silent]", "receive files by YModem; silent: say nothing beside"),
-    command("upload", Command::Receive, "file", "what is sent is the file, up to Ctrl-D or Ctrl-Z; Ctrl-X cancels").card(),
-    command("dl", Command::ReceiveCounted, "file bytes", "what is sent is the file, so many bytes, whatever they are; over USB or the network"),
+    command("ls", Command::File(FileCommand::List), "[-1] [folder]", "list files with marks, dates and sizes; -1: names only"),
+    command("cd", Command::File(FileCommand::ChangeFolder), "[folder]", "change the current folder; without one, to the card").card(),
+    command("cat", Command::File(FileCommand::Show), "[-d] file [lines]", "show a file, or its first lines; -d: in five seconds, with Ctrl-Z at its end").card(),
+    command("rm", Command::File(FileCommand::Delete), "file ...", "delete files, or empty folders; quote names with blanks").card(),
+    command("mv", Command::File(FileCommand::Move), "from to", "rename or move").card(),
+    command("mkdir", Command::File(FileCommand::MakeFolder), "folder", "make a folder").card(),
+    command("cp", Command::File(FileCommand::Copy), "from to", "copy a file").card(),
+    command("truncate", Command::File(FileCommand::Truncate), "file bytes", "keep the beginning of a file").card(),
+    command("md5sum", Command::File(FileCommand::Md5Sum), "file ...", "MD5 sums of files").card(),
+    command("card", Command::File(FileCommand::Card), "", "what the SD card is, how fast its bus is, what it has done, and how much of it is free").card(),
+    command("ed", Command::File(FileCommand::Edit), "from to", "edit a file line by line into another one: %h lists commands, %c ends it").card(),
+    command("ry", Command::File(FileCommand::ReceiveByYmodem), "[silent]", "receive files by YModem; silent: say nothing beside"),
+    command("upload", Command::File(FileCommand::Receive), "file", "what is sent is the file, up to Ctrl-D or Ctrl-Z; Ctrl-X cancels").card(),
+    command("dl", Command::File(FileCommand::ReceiveCounted), "file bytes", "what is sent is the file, so many bytes, whatever they are; over USB or the network"),
     command("check", Command::Check, "file", "look through a file: what it asks of the machine, and how long it takes; nothing moves").card(),
     command("play", Command::Play, "file [-v] [-p] [-t] [-f dialect] [--from line|layer|byte N] [--force]", "play a file, or the rest of it: show its lines, begin paused, tell its end; --force: whatever a look at it says")
         .working().card(),
@@ -150,9 +164,9 @@ pub const COMMANDS: &[CommandInfo] = &[
         "say what is; fk, ik: where motors put the tool, and where they stand for it",
     )
     .question(),
-    command("config-get", Command::ShowSection, "\"section\"", "show a section of config.ini").card(),
+    command("config-get", Command::File(FileCommand::ShowSection), "\"section\"", "show a section of config.ini").card(),
     command(
-        "config-set", Command::SetSetting,
+        "config-set", Command::File(FileCommand::SetSetting),
         "\"section\" key [=] [value]",
         "change a setting, or delete it; takes effect at the next reset",
     ).card(),
@@ -160,8 +174,8 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("load", Command::LoadSettings, "file", "replay saved settings").working().card(),
     command("preheat", Command::Preheat, "[name|off]", "set every heater that has a preset of this name; without one, list them").working().acts(),
     command("switch", Command::Switch, "[name [on|off|value]]", "list switches, look at one, or set it"),
-    command("thermistors", Command::Thermistors, "", "sensors that are known by name").question(),
-    command("calc_thermistor", Command::CalculateThermistor, "T1,R1,T2,R2,T3,R3", "coefficients of a sensor from three points").question(),
+    command("thermistors", Command::Tell(Told::Thermistors), "", "sensors that are known by name").question(),
+    command("calc_thermistor", Command::Tell(Told::CalculateThermistor), "T1,R1,T2,R2,T3,R3", "coefficients of a sensor from three points").question(),
     command("setregs", Command::SetRegisters, "motor r1,r2,r3,r4,r5", "write all registers of a motor's driver, in hexadecimal"),
     command(
         "test", Command::Test,
@@ -180,12 +194,12 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("msc", Command::LendCard, "[off]", "let the computer at the USB socket have the SD card as a disk, until it ejects it; off: take it back"),
     command("dialect", Command::Dialect, "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),
     command("echo", Command::Echo, "[-n] [-1] text", "say it; -n: without a line end; -1: to the auxiliary UART").question(),
-    command("$G", Command::Modes, "", "the modal state").question(),
-    command("$#", Command::Offsets, "[-v]", "offsets and the last probe").question(),
+    command("$G", Command::Tell(Told::Modes), "", "the modal state").question(),
+    command("$#", Command::Tell(Told::Offsets), "[-v]", "offsets and the last probe").question(),
     command("$H", Command::Home, "", "home").working().acts(),
     command("$X", Command::Unlock, "", "clear a halt").question(),
-    command("$I", Command::ModesWithoutOk, "", "the modal state, without ok").question(),
-    command("$S", Command::Switches, "[name ...]", "switches, without ok").question(),
+    command("$I", Command::Tell(Told::ModesWithoutOk), "", "the modal state, without ok").question(),
+    command("$S", Command::Tell(Told::Switches), "[name ...]", "switches, without ok").question(),
     command("$J", Command::Jog, "[-c] axis distance ... [S scale | F rate]", "jog; -c: until Ctrl-Y").working(),
     command("$P", Command::Probe, "[words]", "probe as G30 does").working(),
     command("$C", Command::CheckMode, "", "check mode on or off: programs are read and nothing is carried out"),
@@ -238,5 +252,35 @@ mod tests {
     fn only_a_lone_option_asks_for_help() {
         assert!(asks_for_help("-h") && asks_for_help("  -h "));
         assert!(!asks_for_help("") && !asks_for_help("-h file") && !asks_for_help("-help"));
+    }
+
+    #[test]
+    fn every_word_calls_one_command() {
+        for command in COMMANDS {
+            assert_eq!(COMMANDS.iter().filter(|other| other.word == command.word).count(), 1, "{}", command.word);
+            assert_eq!(find(command.word).map(|found| found.does), Some(command.does));
+        }
+        assert!(find("nonsense").is_none());
+    }
+
+    #[test]
+    fn a_question_runs_in_every_state_and_touches_neither_card_nor_machine() {
+        for command in COMMANDS.iter().filter(|command| command.question) {
+            let waits_for_something = command.acts || command.needs_card || command.states != States::ALL;
+            assert!(!waits_for_something, "{} is answered while the machine waits", command.word);
+        }
+    }
+
+    #[test]
+    fn what_moves_or_heats_runs_on_a_machine_that_works() {
+        for command in COMMANDS.iter().filter(|command| command.acts) {
+            assert_eq!(command.states, States::WORKING, "{}", command.word);
+        }
+    }
+
+    #[test]
+    fn a_missing_part_is_named_for_its_commands_alone() {
+        assert_eq!(waits_for("net"), Some("the network (not there yet)"));
+        assert!(COMMANDS.iter().all(|command| waits_for(command.word).is_none()));
     }
 }

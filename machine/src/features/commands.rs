@@ -5,22 +5,21 @@ use base::motors;
 use base::needs::needs;
 use base::own_frame::apart;
 use base::ports::{DateTime, Disk, StorageError};
-use base::sessions::ConsoleKind;
 use base::sessions::{Listing, Recipient, Reply, SessionId};
 use base::{Ports, World};
 use config::MachineConfig;
 use gcode::Blocks;
-use jobs::files::{self, Files, listings};
+use jobs::files::Files;
 use jobs::player::Jobs;
 use parts::heat_codes;
 use parts::outputs::Outputs;
 use parts::reports::{self, Status};
-use program::commands::{Command, CommandInfo, asks_for_help, find};
+use program::commands::{Command, CommandInfo, Told, asks_for_help, find};
 use program::{Dialect, Interpreter, Part, State};
 
 use crate::features::axis_tests::command;
-use crate::features::editing;
 use crate::features::event_log;
+use crate::features::file_commands;
 use crate::features::forecast;
 use crate::features::functions;
 use crate::features::play_from;
@@ -118,16 +117,8 @@ pub(crate) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Rec
 fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
     use Command as C;
     match command {
-        C::Help
-        | C::Version
-        | C::Memory
-        | C::Modules
-        | C::Thermistors
-        | C::CalculateThermistor
-        | C::Modes
-        | C::ModesWithoutOk
-        | C::Offsets
-        | C::Switches => apart(|| report(machine, command, arguments, to)),
+        C::Tell(told) => apart(|| tell(machine, told, arguments, to)),
+        C::File(file) => apart(|| file_commands::run(machine, file, arguments, to)),
         C::Get => apart(|| get(machine, arguments, to)),
         C::Progress => apart(|| progress(machine, arguments, to)),
         C::Date => apart(|| date(&mut machine.world, arguments, to)),
@@ -135,22 +126,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments
         C::Dialect => apart(|| speak(&mut machine.world, arguments, to)),
         C::Break => apart(|| event_log::stop_for_debugger(machine, to)),
         C::Events => apart(|| event_log::tell(machine, arguments, to)),
-        C::List | C::Show | C::ShowSection => {
-            apart(|| list(&mut machine.world, &mut machine.files, command, arguments, to))
-        }
-        C::Delete | C::Move | C::MakeFolder | C::ChangeFolder => {
-            apart(|| change_files(&mut machine.world, &mut machine.files, command, arguments, to))
-        }
-        C::Copy | C::Truncate | C::Md5Sum => apart(|| copy(machine, command, arguments, to)),
-        C::Card => apart(|| files::card_facts::card(&mut MachineHands::new(machine, to))),
-        C::Edit => apart(|| editing::begin(machine, arguments, to)),
-        C::ReceiveByYmodem | C::Receive => {
-            apart(|| receive(&mut machine.world, &mut machine.files, command, arguments, to))
-        }
-        C::ReceiveCounted => apart(|| receive_counted(&mut machine.world, &mut machine.files, arguments, to)),
         C::LendCard => apart(|| usb_disk::msc(machine, arguments, to)),
-        C::SetSetting => apart(|| files::config_edit::config_set(&mut MachineHands::new(machine, to), arguments))
-            .map(|()| Answer::Said),
         C::LoadSettings => apart(|| load(machine, arguments, to)),
         C::Check => apart(|| forecast::check(machine, arguments, to)),
         C::Play => play_file(machine, arguments, to),
@@ -229,29 +205,29 @@ fn speak<P: Ports>(world: &mut World<'_, P>, name: &str, to: Recipient) -> Outco
 }
 
 /// Says what is. Some of these answers have no `ok`, as in Smoothieware.
-fn report<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
+fn tell<P: Ports>(machine: &mut Machine<'_, P>, told: Told, arguments: &str, to: Recipient) -> Outcome {
     let took = machine.config_took;
-    if command == Command::Help {
+    if told == Told::Help {
         return help(&mut machine.world, &machine.program, arguments, to);
     }
     let Machine { program, outputs, world: World { ports, sessions, config, texts }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
-    match command {
-        Command::Version => reports::version(ports, config, reply),
-        Command::Memory => reports::memory(ports, took, reply),
-        Command::Modules => reports::modules(config, reply),
-        Command::ModesWithoutOk => reports::modal(config, program, outputs, reply),
-        Command::Switches => outputs.report(config, arguments, reply),
-        Command::CalculateThermistor => return reports::thermistor_coefficients(texts, arguments, reply),
-        Command::Thermistors => {
+    match told {
+        Told::Version => reports::version(ports, config, reply),
+        Told::Memory => reports::memory(ports, took, reply),
+        Told::Modules => reports::modules(config, reply),
+        Told::ModesWithoutOk => reports::modal(config, program, outputs, reply),
+        Told::Switches => outputs.report(config, arguments, reply),
+        Told::CalculateThermistor => return reports::thermistor_coefficients(texts, arguments, reply),
+        Told::Thermistors => {
             reports::thermistors(reply);
             return Ok(Answer::Ok);
         }
-        Command::Offsets => {
+        Told::Offsets => {
             reports::offsets(program, arguments.trim_start_matches('-').starts_with('v'), reply);
             return Ok(Answer::Ok);
         }
-        _ => {
+        Told::Help | Told::Modes => {
             reports::modal(config, program, outputs, reply);
             return Ok(Answer::Ok);
         }
@@ -282,53 +258,6 @@ fn get<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -
     let Machine { program, safety, outputs, world: World { ports, sessions, config, .. }, .. } = machine;
     let of = Status { mode: safety.mode(), program, config, dialect, progress };
     reports::get(ports, &of, outputs, arguments, &mut Reply::new(sessions, to))
-}
-
-fn change_files<P: Ports>(
-    World { ports, sessions, .. }: &mut World<'_, P>,
-    files: &mut Files,
-    command: Command,
-    arguments: &str,
-    to: Recipient,
-) -> Outcome {
-    let reply = &mut Reply::new(sessions, to);
-    match command {
-        Command::Delete => files.remove_command(arguments, ports, reply),
-        Command::Move => files.directory_command("mv", arguments, ports, reply),
-        Command::MakeFolder => files.directory_command("mkdir", arguments, ports, reply),
-        _ => files.directory_command("cd", arguments, ports, reply),
-    }
-}
-
-fn copy<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
-    let directory = machine.files.directory().clone();
-    let hands = &mut MachineHands::new(machine, to);
-    match command {
-        Command::Copy => files::copying::copy(hands, &directory, arguments),
-        Command::Truncate => files::copying::truncate(hands, &directory, arguments),
-        _ => files::copying::md5sum(hands, &directory, arguments),
-    }
-}
-
-fn list<P: Ports>(
-    world: &mut World<'_, P>,
-    files: &mut Files,
-    command: Command,
-    arguments: &str,
-    to: Recipient,
-) -> Outcome {
-    let World { ports, sessions, texts, .. } = world;
-    let now = ports.now();
-    let reply = &mut Reply::new(sessions, to);
-    let listing = match command {
-        Command::List => listings::directory(files, arguments),
-        Command::Show => listings::file(files, arguments, now, ports, reply),
-        _ => listings::section(texts, arguments, ports, reply),
-    }?;
-    match listing {
-        Some(listing) => long_answers::begin(world, listing, to),
-        None => Ok(Answer::Said),
-    }
 }
 
 fn help<P: Ports>(world: &mut World<'_, P>, program: &Interpreter, about: &str, to: Recipient) -> Outcome {
@@ -388,58 +317,6 @@ fn load<P: Ports>(machine: &mut Machine<'_, P>, name: &str, to: Recipient) -> Ou
         machine.say(to, format_args!("failed to load config override file {name}: {}\n", error.text()));
     }
     Ok(Answer::Ok)
-}
-
-/// Takes the console's next bytes for a file (`ry` and `upload`).
-fn receive<P: Ports>(
-    world: &mut World<'_, P>,
-    files: &mut Files,
-    command: Command,
-    arguments: &str,
-    to: Recipient,
-) -> Outcome {
-    if to.session().is_none() {
-        return Err(Failure::refused(&"only a console can send a file"));
-    }
-    long_answers::sender_is_there(world, to)?;
-    let World { ports, sessions, texts, .. } = world;
-    let now = ports.now();
-    let reply = &mut Reply::new(sessions, to);
-    match command {
-        Command::ReceiveByYmodem => files.transfers.receive(!arguments.is_empty(), now, reply),
-        _ => {
-            let path = files.absolute(arguments);
-            files.transfers.receive_plain(texts, arguments.trim_matches('"'), path, ports, reply)
-        }
-    }?;
-    long_answers::begin_transfer(world, to)
-}
-
-/// Receives a file for programs, which look at how the answer begins: `dl file bytes`. Only on a transport
-/// that holds its sender back.
-fn receive_counted<P: Ports>(world: &mut World<'_, P>, files: &mut Files, arguments: &str, to: Recipient) -> Outcome {
-    long_answers::sender_is_there(world, to)?;
-    let World { ports, sessions, .. } = world;
-    let now = ports.now();
-    let kind = to.session().map(|id| ports.profile(id).kind);
-    let reply = &mut Reply::new(sessions, to);
-    let (name, size) = arguments.rsplit_once([' ', '\t']).unwrap_or((arguments, ""));
-    let begun = match size.parse() {
-        _ if name.trim().is_empty() || size.is_empty() => Err("Usage dl filename size"),
-        _ if !matches!(kind, Some(ConsoleKind::Usb | ConsoleKind::Network)) => Err("download only allowed over USB"),
-        Err(_) | Ok(0) => Err("file size is bad"),
-        Ok(size) => {
-            let path = files.absolute(name.trim());
-            files.transfers.receive_counted(path, size, now, ports, reply)
-        }
-    };
-    match begun {
-        Ok(()) => long_answers::begin_transfer(world, to),
-        Err(why) => {
-            reply.say(format_args!("FAIL - {why}\n"));
-            Ok(Answer::Said)
-        }
-    }
 }
 
 fn date<P: Ports>(world: &mut World<'_, P>, arguments: &str, to: Recipient) -> Outcome {

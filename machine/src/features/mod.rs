@@ -11,6 +11,7 @@ pub(crate) mod door;
 pub(crate) mod editing;
 pub(crate) mod event_log;
 pub(crate) mod filament;
+pub(crate) mod file_commands;
 pub(crate) mod forecast;
 pub(crate) mod functions;
 pub(crate) mod grbl;
