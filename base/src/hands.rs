@@ -97,6 +97,9 @@ pub trait Hands<'c> {
     /// Whether a file is being played and not paused.
     fn is_playing(&self) -> bool;
 
+    /// Whether a file is open as the job, played or paused.
+    fn has_job(&self) -> bool;
+
     /// Returns the rectangle around the outlines of the job's objects, least and greatest X and Y; objects
     /// that are left out do not count.
     fn objects_area(&self) -> Option<[[f64; 2]; 2]>;
@@ -269,6 +272,9 @@ pub trait Hands<'c> {
 
     /// Has Z of a contact at this height of the machine read as given from now on, both in mm.
     fn read_contact(&mut self, machine_z: f64, reads: f64);
+
+    /// Stores the result of waiting for an input, `#5399`.
+    fn set_input_result(&mut self, result: f64);
 
     /// Stores the end of a search along a line, and whether it found its contact.
     fn set_last_probe(&mut self, place: [f64; 3], found: bool);

@@ -61,6 +61,8 @@ pub struct BenchHands<X> {
     pub contact: Option<(f64, f64)>,
     /// End of the last search along a line, and whether it found something.
     pub last_probe: Option<([f64; 3], bool)>,
+    /// Result of the last wait for an input.
+    pub input_result: Option<f64>,
     /// Alarm of the last halt.
     pub alarm: Option<Alarm>,
     /// Whether stalls are watched.
@@ -110,6 +112,7 @@ impl<X: Default> BenchHands<X> {
             probe_script: None,
             contact: None,
             last_probe: None,
+            input_result: None,
             alarm: None,
             watches_stalls: true,
             texts: Box::leak(Box::new(Texts::new())),
@@ -251,6 +254,10 @@ impl<X> Hands<'static> for BenchHands<X> {
     }
 
     fn is_playing(&self) -> bool {
+        self.plays
+    }
+
+    fn has_job(&self) -> bool {
         self.plays
     }
 
@@ -425,6 +432,10 @@ impl<X> Hands<'static> for BenchHands<X> {
 
     fn read_contact(&mut self, machine_z: f64, reads: f64) {
         self.contact = Some((machine_z, reads));
+    }
+
+    fn set_input_result(&mut self, result: f64) {
+        self.input_result = Some(result);
     }
 
     fn set_last_probe(&mut self, place: [f64; 3], found: bool) {

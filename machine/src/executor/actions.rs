@@ -19,6 +19,7 @@ use crate::machine::Machine;
 use crate::machine::effects;
 use crate::machine::halt;
 use crate::machine::hands::MachineHands;
+use crate::machine::hold::Hold;
 use crate::machine::homing;
 use crate::machine::moments::{Features, Moments as _};
 use crate::machine::moves;
@@ -41,7 +42,11 @@ pub(crate) fn carry_out_all<P: Ports>(machine: &mut Machine<'_, P>, first: &Acti
             Ok(now) => answer = now,
             Err(failure) => {
                 // A hole that was being tapped does not go on either.
-                program_io::let_hold_act_again(machine);
+                if machine.hold != Hold::Acts {
+                    // A hold that has waited for the tap comes too late.
+                    let Machine { world, program, outputs, hold, feed_waits, .. } = &mut *machine;
+                    program_io::overrides_count_again(&mut world.ports, program, outputs, hold, feed_waits);
+                }
                 return Err(failure);
             }
         }
@@ -133,7 +138,9 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
             return stand(machine, |machine| operator_pauses::pause(machine, why, time, text));
         }
         Action::ChangeTool(tool) => return stand(machine, |machine| tool_change::begin(machine, tool)),
-        Action::AwaitInput(wait) => return stand(machine, |machine| program_io::await_input(machine, wait)),
+        Action::AwaitInput(wait) => {
+            return stand(machine, |machine| program_io::await_input(&mut MachineHands::new(machine, to), wait));
+        }
         Action::Suspend { heaters_stay, words } => {
             return stand(machine, |machine| {
                 Features::<P>::suspend(machine, heaters_stay, &words, to).unwrap_or(Ok(Answer::Unknown))

@@ -89,7 +89,7 @@ fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bo
     let Some(line) = machine.world.sessions.get_mut(id).and_then(base::sessions::Session::take_line) else {
         return false;
     };
-    if jogging::is_dropped(machine, id, &line) {
+    if jogging::is_dropped(machine.world.sessions, id, &line) {
         machine.answered(id);
         return true;
     }

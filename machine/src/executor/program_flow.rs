@@ -86,7 +86,8 @@ pub(crate) fn end_call<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
 pub(crate) fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     if !machine.safety.is_halted() {
         machine.standstill()?;
-        program_io::reset_overrides(machine);
+        let Machine { world, program, outputs, hold, feed_waits, .. } = &mut *machine;
+        program_io::reset_overrides(&mut world.ports, program, outputs, hold, feed_waits);
     }
     end(machine);
     program_files::save(machine);

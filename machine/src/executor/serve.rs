@@ -158,7 +158,7 @@ impl<P: Ports> Machine<'_, P> {
                     if let Some(session) = self.world.sessions.get_mut(id) {
                         session.stop_requested = true;
                     }
-                    jogging::cancel(self, id);
+                    jogging::cancel(&mut self.world, &mut self.safety, id);
                 }
                 Realtime::Hold => {
                     self.feed_hold(Event::Hold);
@@ -237,7 +237,7 @@ impl<P: Ports> Machine<'_, P> {
         self.watch_step_times(now);
         self.watch_reset(now);
         self.watch_halt(now);
-        crate::machine::card::watch(self);
+        crate::machine::card::watch(&mut self.world);
         let levels = self.world.ports.inputs();
         if self.safety.state() != State::Invalid {
             let has_lines = self.outputs.look(levels, self.world.config, now) | self.watch_buttons(levels, now);
@@ -248,7 +248,7 @@ impl<P: Ports> Machine<'_, P> {
         self.follow_motion();
         self.follow_job();
         Features::<P>::each_10_ms(self, now);
-        program_io::say_spindle(self);
+        program_io::say_spindle(&mut self.world, &mut self.outputs);
         let is_idle = self.safety.state() == State::Idle;
         self.axes.watch_standstill(&mut self.world.ports, self.world.config, is_idle, now);
         self.watch_frame();
@@ -329,11 +329,20 @@ impl<P: Ports> Machine<'_, P> {
     fn watch_supervisor(&mut self) {
         while let Some(event) = self.world.ports.supervisor(Supervisor::take_event) {
             match event {
-                SupervisorEvent::MotorSupplyLost => supplies::motor_supply_lost(self),
+                SupervisorEvent::MotorSupplyLost => {
+                    let Self { world, axes, phases, safety, .. } = self;
+                    if let Some(why) = supplies::motor_supply_lost(world, axes, phases, safety) {
+                        self.halt(Alarm::Abort, format_args!("{why}"));
+                    }
+                }
                 SupervisorEvent::MotorSupplyReturned => {
                     self.announce(format_args!("// NOTICE motor supply is on, HOME before moving\n"));
                 }
-                SupervisorEvent::FetSupplyLost => supplies::fet_supply_lost(self),
+                SupervisorEvent::FetSupplyLost => {
+                    if let Some(why) = supplies::fet_supply_lost(&mut self.world) {
+                        self.halt(Alarm::Abort, format_args!("{why}"));
+                    }
+                }
                 SupervisorEvent::FetSupplyReturned => self.announce(format_args!("// NOTICE heater supply is on\n")),
                 SupervisorEvent::Driver(motor, trouble) => {
                     let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());

@@ -103,7 +103,9 @@ fn sequence<P: Ports>(machine: &mut Machine<'_, P>, what: Sequence, words: &Word
         Sequence::MeshOffset => apart(|| leveling::mesh_offset(hands, words)),
         Sequence::GridPoint => apart(|| leveling::grid_point(hands, words)),
         Sequence::MeasuredPart => apart(|| probing::measured_part(hands, words)),
-        Sequence::Statistics => apart(|| Ok(statistics::told(machine, words, to))),
+        Sequence::Statistics => {
+            apart(|| Ok(statistics::told(&mut machine.world, &mut machine.jobs.statistics, words, to)))
+        }
         Sequence::AbortJob => apart(|| abort::abort(machine, to)),
         Sequence::Park => apart(|| filament::go_aside(machine, words)),
         Sequence::LoadFilament => apart(|| filament::by_hand(machine, true, words.get('L'))),
@@ -167,8 +169,12 @@ fn set_standing<P: Ports>(
 
 /// Carries out a function that sets limits.
 fn limit<P: Ports>(machine: &mut Machine<'_, P>, code: LimitCode, words: &Words<'_>, to: Recipient) -> Outcome {
-    if code == LimitCode::SpeedFactor && program_io::speed_factor(machine, words, to) {
-        return Ok(Answer::Ok);
+    if code == LimitCode::SpeedFactor {
+        let is_beside = machine.jobs.is_open() && machine.jobs.made(machine.tag).is_none();
+        let Machine { world, program, feed_waits, .. } = &mut *machine;
+        if program_io::speed_factor(world, program, feed_waits, is_beside, words, to) {
+            return Ok(Answer::Ok);
+        }
     }
     let Machine { program, safety, tuning, world: World { ports, sessions, config, texts }, .. } = machine;
     let on = &mut Limited { texts, ports, config, program, tuning, travel: &mut safety.travel };
@@ -229,7 +235,7 @@ fn report<P: Ports>(machine: &mut Machine<'_, P>, asked: Report, words: &Words<'
     let code = words.code();
     match asked {
         Report::ReportFans => {
-            automatic_outputs::report_fans(machine, to);
+            automatic_outputs::report_fans(&mut machine.world, &machine.features.fans, to);
             Ok(Answer::Ok)
         }
         Report::ReportTemperatures => {
@@ -302,9 +308,11 @@ fn file_or_job<P: Ports>(
             machine.say(to, format_args!("Begin file list\n"));
             long_answers::begin(&mut machine.world, listings::card(), to)
         }
-        FileFunction::AutoReport => periodic_reports::command(machine, Periodic::Temperatures, words, to),
-        FileFunction::Keepalive => periodic_reports::command(machine, Periodic::Busy, words, to),
-        FileFunction::ReportJob if words.has('S') => periodic_reports::command(machine, Periodic::Job, words, to),
+        FileFunction::AutoReport => periodic_reports::command(&mut machine.world, Periodic::Temperatures, words, to),
+        FileFunction::Keepalive => periodic_reports::command(&mut machine.world, Periodic::Busy, words, to),
+        FileFunction::ReportJob if words.has('S') => {
+            periodic_reports::command(&mut machine.world, Periodic::Job, words, to)
+        }
         FileFunction::ReportJob => {
             let time_left = forecast::time_left(machine);
             machine.jobs.say_bytes(&time_left, &mut Reply::new(machine.world.sessions, to));

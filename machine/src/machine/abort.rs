@@ -26,7 +26,8 @@ pub(crate) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Ou
     ignored_codes::say(machine);
     if machine.jobs.is_open() {
         program_logs::close(machine);
-        program_io::overrides_count_again(machine);
+        let Machine { world, program, outputs, hold, feed_waits, .. } = &mut *machine;
+        program_io::overrides_count_again(&mut world.ports, program, outputs, hold, feed_waits);
         machine.program.end_program();
     }
     Features::<P>::job_ends(machine, false, Recipient::Nobody);

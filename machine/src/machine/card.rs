@@ -3,10 +3,10 @@
 //! A card that writes may take a quarter of a second for a block. Every change of files comes here first;
 //! once the card is at rest the change's own reads are short, and its writes go into a queue.
 
-use base::Ports;
 use base::ports::{CardEvent, StorageError, Wake};
 use base::safe_file::Draft;
 use base::sessions::Listing;
+use base::{Ports, World};
 
 use crate::machine::Machine;
 
@@ -50,29 +50,29 @@ pub(crate) fn finish<P: Ports>(machine: &mut Machine<'_, P>, draft: Draft<P>) ->
 }
 
 /// Says what has happened to the card by itself, and finds the volume of one that was put in.
-pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Some(event) = machine.world.ports.take_event() else { return };
+pub(crate) fn watch<P: Ports>(world: &mut World<'_, P>) {
+    let Some(event) = world.ports.take_event() else { return };
     if matches!(event, CardEvent::Removed { .. }) {
         // A computer that had the card has it no longer.
-        machine.world.ports.revoke_card();
-        machine.world.ports.forget_card();
+        world.ports.revoke_card();
+        world.ports.forget_card();
     }
     match event {
-        CardEvent::Inserted => match machine.world.ports.mount() {
-            Ok(()) => machine.announce(format_args!("// NOTICE an SD card was put in\n")),
+        CardEvent::Inserted => match world.ports.mount() {
+            Ok(()) => world.announce(format_args!("// NOTICE an SD card was put in\n")),
             // A card lent to a computer is none of the machine's.
             Err(StorageError::Lent) => {}
-            Err(error) => machine.announce(format_args!("WARNING: {}\n", error.text())),
+            Err(error) => world.announce(format_args!("WARNING: {}\n", error.text())),
         },
-        CardEvent::Removed { loses: false } => machine.announce(format_args!("// NOTICE the SD card was taken out\n")),
-        CardEvent::Removed { loses: true } => machine.announce(format_args!(
+        CardEvent::Removed { loses: false } => world.announce(format_args!("// NOTICE the SD card was taken out\n")),
+        CardEvent::Removed { loses: true } => world.announce(format_args!(
             "WARNING: the SD card was taken out, or has failed, before all was written: the last changes are lost\n"
         )),
-        CardEvent::WriteFailed(error) => machine.announce(format_args!(
+        CardEvent::WriteFailed(error) => world.announce(format_args!(
             "WARNING: the SD card could not be written, the last changes are lost: {}\n",
             error.text()
         )),
-        CardEvent::Slower(khz) => machine.announce(format_args!(
+        CardEvent::Slower(khz) => world.announce(format_args!(
             "// NOTICE much from the SD card arrives damaged, its bus is set to {}.{} MHz: clean its contacts\n",
             khz / 1_000,
             khz % 1_000 / 100

@@ -45,7 +45,8 @@ pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> 
         }
         Effect::Switch { switch, on, value } => {
             Outputs::check(machine.world.texts, machine.world.config, switch, on, value, is_playing)?;
-            program_io::tell_beyond(machine, switch, value);
+            let Machine { world, jobs, outputs, .. } = &mut *machine;
+            program_io::tell_beyond(world, jobs, outputs, switch, value);
             machine.outputs.turn(machine.world.config, switch, on, value)
         }
         Effect::Arm { rule, armed } => {

@@ -40,7 +40,7 @@ impl<P: Ports> Machine<'_, P> {
             return;
         }
         self.outputs.stop_spindle(false);
-        program_io::say_spindle(self);
+        program_io::say_spindle(&mut self.world, &mut self.outputs);
         Features::<P>::goes_on(self, from);
         self.world.ports.motion(motion::Motion::resume);
     }

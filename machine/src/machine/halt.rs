@@ -122,7 +122,8 @@ impl<P: Ports> Machine<'_, P> {
     fn drop_job(&mut self) {
         Features::<P>::job_is_dropped(self);
         program_logs::close(self);
-        program_io::overrides_count_again(self);
+        let Machine { world, program, outputs, hold, feed_waits, .. } = &mut *self;
+        program_io::overrides_count_again(&mut world.ports, program, outputs, hold, feed_waits);
         if self.jobs.is_open() {
             self.record(&Happened::JobEnded { complete: false, line: self.jobs.line() });
         }

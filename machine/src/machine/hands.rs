@@ -117,6 +117,10 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
         self.machine.jobs.is_playing()
     }
 
+    fn has_job(&self) -> bool {
+        self.machine.jobs.is_open()
+    }
+
     fn objects_area(&self) -> Option<[[f64; 2]; 2]> {
         self.machine.jobs.objects.area()
     }
@@ -262,6 +266,10 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
 
     fn read_contact(&mut self, machine_z: f64, reads: f64) {
         self.machine.program.read_contact(machine_z, reads);
+    }
+
+    fn set_input_result(&mut self, result: f64) {
+        self.machine.program.set_input_result(result);
     }
 
     fn set_last_probe(&mut self, place: [f64; 3], found: bool) {

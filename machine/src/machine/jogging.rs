@@ -1,15 +1,13 @@
 //! Jogs that are let go of: planned, under way, or waiting in a session.
 
-use base::safety::Event;
-use base::sessions::SessionId;
+use base::safety::{Event, Safety};
+use base::sessions::{SessionId, Sessions};
 use base::{Ports, World};
 use program::{Dialect, State};
 
-use super::Machine;
-
 /// Whether a line is a jog that its sender has let go of since: it is answered, for the count, and not begun.
-pub(crate) fn is_dropped<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &[u8]) -> bool {
-    let Some(session) = machine.world.sessions.get_mut(id).filter(|session| session.let_go_behind_line()) else {
+pub(crate) fn is_dropped(sessions: &mut Sessions, id: SessionId, line: &[u8]) -> bool {
+    let Some(session) = sessions.get_mut(id).filter(|session| session.let_go_behind_line()) else {
         return false;
     };
     let is_jog = line.trim_ascii_start().get(..2).is_some_and(|word| word.eq_ignore_ascii_case(b"$J"));
@@ -22,16 +20,15 @@ pub(crate) fn is_dropped<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, 
 }
 
 /// Cancels jogs (0x85, Ctrl-Y, and `!` while jogging): brakes, and drops those that wait, planned or not.
-pub(crate) fn cancel<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
-    let Machine { world: World { sessions, ports, .. }, .. } = machine;
+pub(crate) fn cancel<P: Ports>(World { ports, sessions, .. }: &mut World<'_, P>, safety: &mut Safety, id: SessionId) {
     if let Some(session) = sessions.get_mut(id) {
         session.drop_jogs(ports.inbox(id));
     }
-    if !machine.safety.mode().is_in(State::Jog) {
+    if !safety.mode().is_in(State::Jog) {
         return;
     }
-    if machine.safety.state() != State::Jog {
-        machine.safety.apply(Event::Resume);
+    if safety.state() != State::Jog {
+        safety.apply(Event::Resume);
     }
-    machine.world.ports.motion(motion::Motion::stop);
+    ports.motion(motion::Motion::stop);
 }

@@ -1,12 +1,14 @@
 //! Requests of a program to switches and to the operator's overrides: M48 to M51, M66, M226.
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
-use base::ports::{Input, Wake};
+use base::hands::Hands;
+use base::ports::{Input, InputLevels, Wake};
 use base::safety::Event;
 use base::sessions::Recipient;
-use parts::outputs;
-use program::{AwaitInput, InputEvent, Words};
+use base::{Ports, World};
+use jobs::player::Jobs;
+use parts::outputs::{self, Outputs};
+use program::{AwaitInput, InputEvent, Interpreter, Words};
 use thermal::Output;
 use units::SwitchId;
 
@@ -28,7 +30,7 @@ pub(crate) fn enable_overrides<P: Ports>(
     match (feed, machine.feed_waits) {
         (true, Some(factor)) => {
             machine.feed_waits = None;
-            set_feed(machine, factor);
+            set_feed(&mut machine.world.ports, &mut machine.feed_waits, factor);
         }
         (false, None) => {
             let factors = machine.world.ports.motion(|motion| motion.overrides());
@@ -38,7 +40,7 @@ pub(crate) fn enable_overrides<P: Ports>(
         _ => {}
     }
     machine.outputs.let_override_count(spindle);
-    say_spindle(machine);
+    say_spindle(&mut machine.world, &mut machine.outputs);
     // Holding from standstill acts before the next move; a session that aborts then is heard.
     if machine.hold.let_act(hold) && machine.safety.apply(Event::Started) && machine.safety.apply(Event::Hold) {
         machine.world.ports.motion(motion::Motion::hold);
@@ -47,17 +49,17 @@ pub(crate) fn enable_overrides<P: Ports>(
 }
 
 /// Returns the operator's factor of feed rates, whether it counts or not.
-pub(crate) fn feed<P: Ports>(machine: &mut Machine<'_, P>) -> f64 {
-    machine.feed_waits.unwrap_or_else(|| machine.world.ports.motion(|motion| motion.overrides().feed))
+pub(crate) fn feed<P: Ports>(ports: &mut P, waits: Option<f64>) -> f64 {
+    waits.unwrap_or_else(|| ports.motion(|motion| motion.overrides().feed))
 }
 
 /// Sets the operator's factor of feed rates.
-pub(crate) fn set_feed<P: Ports>(machine: &mut Machine<'_, P>, factor: f64) {
-    if machine.feed_waits.is_some() {
-        machine.feed_waits = Some(factor);
+pub(crate) fn set_feed<P: Ports>(ports: &mut P, waits: &mut Option<f64>, factor: f64) {
+    if waits.is_some() {
+        *waits = Some(factor);
         return;
     }
-    machine.world.ports.motion(|motion| {
+    ports.motion(|motion| {
         let rapid = motion.overrides().rapid;
         motion.set_overrides(factor, rapid);
     });
@@ -65,19 +67,24 @@ pub(crate) fn set_feed<P: Ports>(machine: &mut Machine<'_, P>, factor: f64) {
 
 /// Reports the speed factor (M220 without words); sets it from a console beside a job that is played, at once
 /// for all that the job still makes. False: it is the program's, for lines read from now on.
-pub(crate) fn speed_factor<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> bool {
-    let is_beside = machine.jobs.is_open() && machine.jobs.made(machine.tag).is_none();
+pub(crate) fn speed_factor<P: Ports>(
+    world: &mut World<'_, P>,
+    program: &Interpreter,
+    feed_waits: &mut Option<f64>,
+    is_beside: bool,
+    words: &Words<'_>,
+    to: Recipient,
+) -> bool {
     match words.get('S') {
         _ if words.is_bare() => {
-            let percent = machine.program.modal().speed_factor * feed(machine) * 100.0;
-            machine.say(to, format_args!("Speed factor at {percent:6.2} %\n"));
+            let percent = program.modal().speed_factor * feed(&mut world.ports, *feed_waits) * 100.0;
+            world.say(to, format_args!("Speed factor at {percent:6.2} %\n"));
         }
         Some(factor) if is_beside => {
-            let own = factor.clamp(0.1, 10.0) / machine.program.modal().speed_factor;
-            set_feed(machine, own);
-            if !machine.world.config.motion.compliant_seek_rate {
-                let feed = machine.world.ports.motion(|motion| motion.overrides().feed);
-                machine.world.ports.motion(|motion| motion.set_overrides(feed, own));
+            let own = factor.clamp(0.1, 10.0) / program.modal().speed_factor;
+            set_feed(&mut world.ports, feed_waits, own);
+            if !world.config.motion.compliant_seek_rate {
+                world.ports.motion(|motion| motion.set_overrides(motion.overrides().feed, own));
             }
         }
         _ => return false,
@@ -85,57 +92,53 @@ pub(crate) fn speed_factor<P: Ports>(machine: &mut Machine<'_, P>, words: &Words
     true
 }
 
-/// Lets holds act again after a tap that does not go on: a hold that has waited for it comes too late.
-pub(crate) fn let_hold_act_again<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.hold != Hold::Acts {
-        overrides_count_again(machine);
-    }
-}
-
 /// Lets overrides count again that a job has put aside: it does not go on.
-pub(crate) fn overrides_count_again<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.hold = Hold::Acts;
-    machine.program.let_overrides_count();
-    machine.outputs.let_override_count(true);
-    if let Some(factor) = machine.feed_waits.take() {
-        set_feed(machine, factor);
+pub(crate) fn overrides_count_again<P: Ports>(
+    ports: &mut P,
+    program: &mut Interpreter,
+    outputs: &mut Outputs,
+    hold: &mut Hold,
+    feed_waits: &mut Option<f64>,
+) {
+    *hold = Hold::Acts;
+    program.let_overrides_count();
+    outputs.let_override_count(true);
+    if let Some(factor) = feed_waits.take() {
+        set_feed(ports, feed_waits, factor);
     }
 }
 
 /// Resets overrides: the program has ended, or the machine was reset.
-pub(crate) fn reset_overrides<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.feed_waits = None;
-    machine.hold = Hold::Acts;
-    machine.world.ports.motion(|motion| motion.set_overrides(1.0, 1.0));
-    program::speed_factor::set(&mut machine.program, 1.0);
-    machine.outputs.let_override_count(true);
-    machine.outputs.override_spindle(100.0);
+pub(crate) fn reset_overrides<P: Ports>(
+    ports: &mut P,
+    program: &mut Interpreter,
+    outputs: &mut Outputs,
+    hold: &mut Hold,
+    feed_waits: &mut Option<f64>,
+) {
+    *feed_waits = None;
+    *hold = Hold::Acts;
+    ports.motion(|motion| motion.set_overrides(1.0, 1.0));
+    program::speed_factor::set(program, 1.0);
+    outputs.let_override_count(true);
+    outputs.override_spindle(100.0);
 }
 
 /// Reads an input once nothing moves, or waits for it (M66, M226). The result is `#5399`.
-pub(crate) fn await_input<P: Ports>(machine: &mut Machine<'_, P>, wait: AwaitInput) -> Outcome {
-    machine.standstill()?;
-    let found = match wait.event {
-        None => Some(is_on(machine, wait)),
-        Some(event) => await_event(machine, wait, event)?,
-    };
-    machine.program.set_input_result(found.map_or(-1.0, |on| f64::from(u8::from(on))));
+pub(crate) fn await_input<'c>(hands: &mut impl Hands<'c>, wait: AwaitInput) -> Outcome {
+    hands.standstill()?;
+    let found = await_event(hands, wait)?;
+    hands.set_input_result(found.map_or(-1.0, |on| f64::from(u8::from(on))));
     Ok(Answer::Ok)
 }
 
-fn is_on<P: Ports>(machine: &Machine<'_, P>, wait: AwaitInput) -> bool {
-    machine.world.ports.inputs().is_active(Input::Switch(wait.input.0))
-}
-
-/// Waits for the level of an input; none when it did not come in time.
-fn await_event<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    wait: AwaitInput,
-    event: InputEvent,
-) -> Result<Option<bool>, Failure> {
-    let (since, mut before) = (machine.world.ports.now(), is_on(machine, wait));
+/// Waits for the level of an input, where there is one to wait for; none when it did not come in time.
+fn await_event<'c>(hands: &mut impl Hands<'c>, wait: AwaitInput) -> Result<Option<bool>, Failure> {
+    let is_on = |levels: InputLevels| levels.is_active(Input::Switch(wait.input.0));
+    let (since, mut before) = (hands.now(), is_on(hands.inputs()));
+    let Some(event) = wait.event else { return Ok(Some(before)) };
     loop {
-        let now = is_on(machine, wait);
+        let now = is_on(hands.inputs());
         let came = match event {
             InputEvent::Rise => now && !before,
             InputEvent::Fall => !now && before,
@@ -146,39 +149,43 @@ fn await_event<P: Ports>(
         if came {
             return Ok(Some(now));
         }
-        if machine.world.ports.now().since(since) >= wait.patience {
+        if hands.now().since(since) >= wait.patience {
             return Ok(None);
         }
         before = now;
-        machine.wait(Wake::Any).unless_halted()?;
+        hands.wait(Wake::Any).unless_halted()?;
     }
 }
 
 /// Has the spindle turn as the operator wants it. Changes that ride on motion come first.
-pub(crate) fn say_spindle<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.world.ports.heat(|heat| heat.has_effects()) {
-        return;
+pub(crate) fn say_spindle<P: Ports>(World { ports, config, .. }: &mut World<'_, P>, outputs: &mut Outputs) {
+    if !ports.heat(|heat| heat.has_effects()) {
+        apply(ports, outputs.take_override(config));
     }
-    let change = machine.outputs.take_override(machine.world.config);
-    apply(machine, change);
 }
 
 /// Tells of an S that the spindle cannot turn with: once in a job, and otherwise not the same twice.
-pub(crate) fn tell_beyond<P: Ports>(machine: &mut Machine<'_, P>, switch: SwitchId, s: Option<f32>) {
-    let Some(beyond) = outputs::beyond(machine.world.config, switch, s) else { return };
-    let is_news = match machine.jobs.noted() {
+pub(crate) fn tell_beyond<P: Ports>(
+    world: &mut World<'_, P>,
+    jobs: &mut Jobs,
+    outputs: &mut Outputs,
+    switch: SwitchId,
+    s: Option<f32>,
+) {
+    let Some(beyond) = outputs::beyond(world.config, switch, s) else { return };
+    let is_news = match jobs.noted() {
         Some(noted) => !core::mem::replace(&mut noted.told_speed, true),
-        None => machine.outputs.is_news(&beyond),
+        None => outputs.is_news(&beyond),
     };
     if is_news {
-        machine.announce(format_args!("WARNING: {beyond}\n"));
+        world.announce(format_args!("WARNING: {beyond}\n"));
     }
 }
 
 /// Changes an output at once.
-pub(crate) fn apply<P: Ports>(machine: &mut Machine<'_, P>, change: Option<Output>) {
+pub(crate) fn apply<P: Ports>(ports: &mut P, change: Option<Output>) {
     if let Some(output) = change {
         // A switch takes any value.
-        let _ = machine.world.ports.heat(|heat| heat.apply(output));
+        let _ = ports.heat(|heat| heat.apply(output));
     }
 }

@@ -1,12 +1,16 @@
 //! Outputs that nobody switches: outputs that follow temperatures and motors; and fans that ought to turn.
 
+use core::fmt::{self, Display, Formatter};
+
 use base::reason::Alarm;
 use base::sessions::{Recipient, Reply};
 use base::{Ports, World};
 use config::{FanConfig, FanFollows, StoppedFan, TemperatureSwitchConfig};
-use parts::fans::{Facts, Found};
+use parts::fans::{Facts, Fans, Found};
+use parts::outputs::{Outputs, TemperatureSwitches};
 use program::State;
 use thermal::HeatControl;
+use thermal::surplus::SurplusWatch;
 use units::{Celsius, Micros, SwitchId};
 
 use crate::features::state::States;
@@ -19,13 +23,26 @@ pub(crate) struct Feature;
 
 impl<P: Ports> Moments<P> for Feature {
     fn wired(machine: &mut Machine<'_, P>) {
-        configure_fans(machine);
+        configure_fans(&mut machine.world);
     }
 
+    /// Looks in every state: hot parts are cooled in a halt too.
     fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
-        if machine.safety.state() != State::Invalid {
-            look(machine, now);
+        if machine.safety.state() == State::Invalid {
+            return;
         }
+        let is_halted = machine.safety.is_halted();
+        let Machine { world, outputs, axes, features: States { fans, temperature_switches, .. }, .. } = machine;
+        if !world.config.temperature_switches.is_empty() {
+            follow_temperatures(world, temperature_switches, outputs, now);
+        }
+        if !world.config.fans.is_empty() {
+            follow_by_fans(world, fans, outputs, axes.has_any_on(), now);
+            if let Some(stopped) = watch_tachometers(world, fans, is_halted, now) {
+                machine.halt(Alarm::Abort, format_args!("ERROR: {stopped}\n"));
+            }
+        }
+        compare_with_models(&mut machine.world, &mut machine.features.heat_surplus, now);
     }
 
     fn arm(machine: &mut Machine<'_, P>, rule: u8, armed: bool) {
@@ -37,34 +54,25 @@ impl<P: Ports> Moments<P> for Feature {
     }
 }
 
-/// Looks at temperatures and has outputs follow, in every state: hot parts are cooled in a halt too.
-pub(crate) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    if !machine.world.config.temperature_switches.is_empty() {
-        follow_temperatures(machine, now);
-    }
-    if !machine.world.config.fans.is_empty() {
-        follow_by_fans(machine, now);
-        watch_tachometers(machine, now);
-    }
-    compare_with_models(machine, now);
-}
-
 /// Warns of a heater that takes quite another power than its model explains: its sensor may be slipping out.
-fn compare_with_models<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    let Machine { features: States { heat_surplus, .. }, world: World { ports, .. }, .. } = machine;
-    let found = ports.heat(|heat| heat_surplus.look(now, |id| heat.heater(id)?.surplus()));
+fn compare_with_models<P: Ports>(world: &mut World<'_, P>, heat_surplus: &mut SurplusWatch, now: Micros) {
+    let found = world.ports.heat(|heat| heat_surplus.look(now, |id| heat.heater(id)?.surplus()));
     let Some((id, share)) = found else { return };
-    let name = machine.world.config.heater(id).map_or("?", |heater| heater.designator.as_str());
+    let name = world.config.heater(id).map_or("?", |heater| heater.designator.as_str());
     let (percent, what) = (100.0 * share.abs(), if share > 0.0 { "more" } else { "less" });
-    machine.announce(format_args!(
+    world.announce(format_args!(
         "WARNING: {name} takes {percent:.0} % {what} heat than its model explains: look after its sensor, sock, fan and \
          supply; M306 finds another model\n"
     ));
 }
 
 /// Has outputs follow temperatures (`[temperature switch]`).
-fn follow_temperatures<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    let Machine { features: States { temperature_switches, .. }, world: World { ports, config, .. }, .. } = machine;
+fn follow_temperatures<P: Ports>(
+    World { ports, config, .. }: &mut World<'_, P>,
+    switches: &mut TemperatureSwitches,
+    outputs: &mut Outputs,
+    now: Micros,
+) {
     let hottest = |rule: &TemperatureSwitchConfig| -> Option<Celsius> {
         let watched = |place: usize| config.temperatures.get(place).is_some_and(|control| rule.watches(control));
         ports.heat(|heat| {
@@ -72,35 +80,36 @@ fn follow_temperatures<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
             readings.filter_map(|(_, heater)| heater.reading()).reduce(|a, b| if b > a { b } else { a })
         })
     };
-    for (switch, on) in temperature_switches.look(config, now, hottest) {
-        let change = machine.outputs.turn_plainly(machine.world.config, switch, on);
-        apply(machine, change);
+    for (switch, on) in switches.look(config, now, hottest) {
+        apply(ports, outputs.turn_plainly(config, switch, on));
     }
 }
 
 /// Tells heat control, at boot before any output changes, which outputs drive fans, and which have a cycle.
-pub(crate) fn configure_fans<P: Ports>(machine: &mut Machine<'_, P>) {
-    let config = machine.world.config;
+fn configure_fans<P: Ports>(World { ports, config, .. }: &mut World<'_, P>) {
     for (place, switch) in config.switches.iter().enumerate() {
-        machine.world.ports.heat(|heat| heat.set_switch_cycle(place, switch.cycle));
+        ports.heat(|heat| heat.set_switch_cycle(place, switch.cycle));
     }
     for fan in &config.fans {
         let switch = config.switches.iter().position(|switch| switch.name == fan.name);
         if let Some(switch) = switch {
             // Heat control has as many places as fans.
-            let _fits = machine.world.ports.heat(|heat| heat.add_fan(switch, fan.drive));
+            let _fits = ports.heat(|heat| heat.add_fan(switch, fan.drive));
         }
     }
 }
 
-/// Switches fans that follow something by themselves (`[fan]`).
-fn follow_by_fans<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    let Machine { axes, features: States { fans, .. }, world: World { ports, config, .. }, .. } = machine;
-    let motors = axes.has_any_on();
+/// Switches fans that follow something by themselves (`[fan]`); `motors`: a motor has current.
+fn follow_by_fans<P: Ports>(
+    World { ports, config, .. }: &mut World<'_, P>,
+    fans: &mut Fans,
+    outputs: &mut Outputs,
+    motors: bool,
+    now: Micros,
+) {
     let facts = |fan: &FanConfig| ports.heat(|heat| facts(fan, motors, heat));
     for (switch, share) in fans.look(config, now, facts) {
-        let change = machine.outputs.drive(machine.world.config, switch, share);
-        apply(machine, change);
+        apply(ports, outputs.drive(config, switch, share));
     }
 }
 
@@ -112,32 +121,46 @@ fn facts(fan: &FanConfig, motors: bool, heat: &HeatControl) -> Facts {
     Facts { warmest: warmest.map(Celsius), heats, motors }
 }
 
-/// Watches tachometers: a fan that has stopped is told, or halts the machine.
-fn watch_tachometers<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    let has_supply = machine.world.ports.supervisor(|supervisor| supervisor.fet_supply_on());
-    let Machine { features: States { fans, .. }, world: World { ports, config, .. }, .. } = machine;
-    let news = ports.heat(|heat| {
-        let driven = |switch: SwitchId| has_supply && !heat.is_halted() && heat.given(switch.index()) > 0.0;
-        fans.count(config, now, heat.pulses(), driven)
-    });
-    let Some((place, found)) = news else { return };
-    let Some(fan) = machine.world.config.fans.get(place) else { return };
-    let rpm = machine.features.fans.rpm(place);
-    let (name, least) = (fan.name.as_str(), fan.tachometer.min_rpm);
-    match (found, fan.tachometer.when_stopped) {
-        (Found::Stopped, StoppedFan::Halt) if !machine.safety.is_halted() => {
-            let why = format_args!("ERROR: fan {name} has stopped: {rpm:.0} rpm, not {least:.0}\n");
-            machine.halt(Alarm::Abort, why);
-        }
-        (Found::Stopped, _) => {
-            machine.announce(format_args!("WARNING: fan {name} has stopped: {rpm:.0} rpm, not {least:.0}\n"));
-        }
-        _ => machine.announce(format_args!("// NOTICE fan {name} turns again: {rpm:.0} rpm\n")),
+/// A fan that has stopped.
+struct Stopped<'c> {
+    name: &'c str,
+    rpm: f32,
+    least: f32,
+}
+
+impl Display for Stopped<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self { name, rpm, least } = self;
+        write!(f, "fan {name} has stopped: {rpm:.0} rpm, not {least:.0}")
     }
 }
 
+/// Watches tachometers, and tells of a fan that has stopped or turns again. One whose stop is to halt the
+/// machine is returned.
+fn watch_tachometers<'c, P: Ports>(
+    world: &mut World<'c, P>,
+    fans: &mut Fans,
+    is_halted: bool,
+    now: Micros,
+) -> Option<Stopped<'c>> {
+    let World { ports, config, .. } = world;
+    let has_supply = ports.supervisor(|supervisor| supervisor.fet_supply_on());
+    let (place, found) = ports.heat(|heat| {
+        let driven = |switch: SwitchId| has_supply && !heat.is_halted() && heat.given(switch.index()) > 0.0;
+        fans.count(config, now, heat.pulses(), driven)
+    })?;
+    let (fan, rpm) = (config.fans.get(place)?, fans.rpm(place));
+    let stopped = Stopped { name: fan.name.as_str(), rpm, least: fan.tachometer.min_rpm };
+    match (found, fan.tachometer.when_stopped) {
+        (Found::Stopped, StoppedFan::Halt) if !is_halted => return Some(stopped),
+        (Found::Stopped, _) => world.announce(format_args!("WARNING: {stopped}\n")),
+        _ => world.announce(format_args!("// NOTICE fan {} turns again: {rpm:.0} rpm\n", stopped.name)),
+    }
+    None
+}
+
 /// Reports the power and the speed of fans (M123).
-pub(crate) fn report_fans<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
-    let Machine { features: States { fans, .. }, world: World { ports, config, sessions, .. }, .. } = machine;
+pub(crate) fn report_fans<P: Ports>(world: &mut World<'_, P>, fans: &Fans, to: Recipient) {
+    let World { ports, config, sessions, .. } = world;
     ports.heat(|heat| fans.report(config, |switch| heat.given(switch.index()), &mut Reply::new(sessions, to)));
 }

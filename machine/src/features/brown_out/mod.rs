@@ -4,16 +4,21 @@
 
 use core::fmt::Write as _;
 
-use base::Ports;
-use base::brown_out::{PATH, news, told};
+use base::axes::Axes;
+use base::brown_out::{BrownOut, PATH, news, told};
 use base::failure::{ShortText, short};
 use base::falling_supply::OFF;
 use base::ports::{DateTime, StorageError};
 use base::reason::Alarm;
-use base::supervisor::Supervisor;
+use base::safety::Safety;
+use base::{Ports, World};
+use config::MachineConfig;
+use jobs::player::Jobs;
+use procedures::endstop_phase::EndstopPhases;
 use program::State;
 use units::{Micros, Volts};
 
+use crate::features::state::States;
 use crate::machine::Machine;
 use crate::machine::moments::Moments;
 use crate::machine::supplies;
@@ -25,122 +30,134 @@ const PERIOD: Micros = Micros::from_millis(3);
 pub(crate) struct Feature;
 
 impl<P: Ports> Moments<P> for Feature {
-    fn started(machine: &mut Machine<'_, P>, is_usable: bool) {
-        if is_usable {
-            tell(machine);
-        }
+    /// Tells at boot of a brown-out that nobody has been told of yet.
+    fn started(Machine { world, .. }: &mut Machine<'_, P>, is_usable: bool) {
+        let Some(event) = is_usable.then(|| news(&mut world.ports)).flatten() else { return };
+        world.announce(format_args!("WARNING: when the machine was on last: {event}\n"));
+        let written = told(&mut world.ports, event.as_str());
+        not_written(world, written);
     }
 
     fn each_250_us(machine: &mut Machine<'_, P>, now: Micros) {
-        watch(machine, now);
+        let Machine { world, jobs, axes, phases, safety, features: States { brown_out, journal, .. }, .. } =
+            &mut *machine;
+        let Some(fall) = look(world, brown_out, journal.is_noting(), now) else { return };
+        if !is_at_work(&mut world.ports, safety, jobs) {
+            return;
+        }
+        if fall.volts < OFF {
+            if let Some(why) = gone(world, axes, phases, safety, fall.of_heaters) {
+                machine.halt(Alarm::Abort, format_args!("{why}"));
+            }
+            return;
+        }
+        let text = fall.text();
+        let event = event(world.ports.date(), jobs, text.as_str());
+        machine.halt_holding(
+            Alarm::Abort,
+            format_args!("ERROR: {text}: heaters are off, motors are held as long as it lasts\n"),
+        );
+        let Machine { world, jobs, features: States { brown_out, journal, .. }, .. } = machine;
+        // The remaining supply must not be spent on files that grow.
+        let _unsaved = jobs.statistics.take_unsaved();
+        if journal.is_noting() {
+            brown_out.to_keep = Some(event);
+        } else {
+            let written = brown_out.keep(&mut world.ports, event.as_str());
+            not_written(world, written);
+        }
     }
 
     fn rests(machine: &mut Machine<'_, P>) {
         let written = machine.features.brown_out.stands(&mut machine.world.ports);
-        not_written(machine, written);
+        not_written(&mut machine.world, written);
     }
 }
 
-/// Looks at one of the supplies.
-fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    if now < machine.features.brown_out.due || machine.world.config.voltages.is_empty() {
-        return;
-    }
-    machine.features.brown_out.due = now.plus(Micros(PERIOD.0 / 2));
-    let of_heaters = machine.features.brown_out.heaters_turn;
-    machine.features.brown_out.heaters_turn = !of_heaters;
-    let name = if of_heaters { "vfet" } else { "vmotor" };
-    let Some(volts) = machine.world.ports.voltage_now(name) else { return };
-    let least = least(machine, of_heaters);
-    let supply =
-        if of_heaters { &mut machine.features.brown_out.heaters } else { &mut machine.features.brown_out.motors };
-    let (falls_now, usual) = (supply.look(volts, least), supply.usual());
-    if falls_now && is_at_work(machine) {
-        falls(machine, of_heaters, volts, usual);
-    }
-    machine.features.brown_out.look_after_note(&mut machine.world.ports);
+/// A supply that falls.
+struct Fall {
+    of_heaters: bool,
+    volts: Volts,
+    usual: Volts,
 }
 
-/// Returns the voltage below which the supply falls; none: a share of its usual voltage counts.
-fn least<P: Ports>(machine: &Machine<'_, P>, of_heaters: bool) -> Option<Volts> {
-    let noted = machine.world.config.player.power_loss.motor_volts;
-    if noted > 0.0 && !of_heaters && machine.features.journal.is_noting() {
-        return Some(Volts(noted));
+impl Fall {
+    fn text(&self) -> ShortText {
+        let whose = if self.of_heaters { "heaters" } else { "motors" };
+        let (Volts(now), Volts(usual)) = (self.volts, self.usual);
+        short(format_args!("the {whose}' supply has fallen to {now:.1} V, and has {usual:.1} V usually"))
     }
-    machine.world.config.system.brown_out_volts
+}
+
+/// Looks at one of the supplies, when that is due; `notes`: a journal notes the job.
+fn look<P: Ports>(world: &mut World<'_, P>, brown_out: &mut BrownOut, notes: bool, now: Micros) -> Option<Fall> {
+    if now < brown_out.due || world.config.voltages.is_empty() {
+        return None;
+    }
+    brown_out.due = now.plus(Micros(PERIOD.0 / 2));
+    let of_heaters = brown_out.heaters_turn;
+    brown_out.heaters_turn = !of_heaters;
+    let volts = world.ports.voltage_now(if of_heaters { "vfet" } else { "vmotor" })?;
+    let least = least(world.config, notes && !of_heaters);
+    let supply = if of_heaters { &mut brown_out.heaters } else { &mut brown_out.motors };
+    let (falls, usual) = (supply.look(volts, least), supply.usual());
+    brown_out.look_after_note(&mut world.ports);
+    falls.then_some(Fall { of_heaters, volts, usual })
+}
+
+/// Returns the voltage below which the supply falls; none: a share of its usual voltage counts. `of_noted`:
+/// the supply is that of the motors of a job that a journal notes.
+fn least(config: &MachineConfig, of_noted: bool) -> Option<Volts> {
+    let noted = config.player.power_loss.motor_volts;
+    if noted > 0.0 && of_noted { Some(Volts(noted)) } else { config.system.brown_out_volts }
 }
 
 /// Whether there is something that the fall is to end: heat, or motion, or a job that waits.
-fn is_at_work<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let state = machine.safety.state();
-    if machine.safety.is_halted() || state == State::Check {
+fn is_at_work<P: Ports>(ports: &mut P, safety: &Safety, jobs: &Jobs) -> bool {
+    if safety.is_halted() || safety.state() == State::Check {
         return false;
     }
-    let moves = !machine.world.ports.motion(|motion| motion.is_idle());
-    moves || machine.jobs.is_open() || machine.world.ports.heat(|heat| heat.any_on())
+    let moves = !ports.motion(|motion| motion.is_idle());
+    moves || jobs.is_open() || ports.heat(|heat| heat.any_on())
 }
 
-fn falls<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool, volts: Volts, usual: Volts) {
-    if volts < OFF {
-        return gone(machine, of_heaters);
-    }
-    let whose = if of_heaters { "heaters" } else { "motors" };
-    let text =
-        short(format_args!("the {whose}' supply has fallen to {:.1} V, and has {:.1} V usually", volts.0, usual.0));
-    let event = event(machine, text.as_str());
-    machine.halt_holding(
-        Alarm::Abort,
-        format_args!("ERROR: {text}: heaters are off, motors are held as long as it lasts\n"),
-    );
-    // The remaining supply must not be spent on files that grow.
-    let _unsaved = machine.jobs.statistics.take_unsaved();
-    if machine.features.journal.is_noting() {
-        machine.features.brown_out.to_keep = Some(event);
-    } else {
-        let written = machine.features.brown_out.keep(&mut machine.world.ports, event.as_str());
-        not_written(machine, written);
-    }
-}
-
-/// Handles a supply that is absent altogether, as when somebody pulls its plug.
-fn gone<P: Ports>(machine: &mut Machine<'_, P>, of_heaters: bool) {
-    let is_told = |supervisor: &mut Supervisor| {
-        if of_heaters { !supervisor.fet_supply_on() } else { !supervisor.motor_supply_on() }
-    };
-    if machine.world.ports.supervisor(is_told) {
-        return;
-    }
-    if of_heaters {
-        machine.world.ports.supervisor(Supervisor::fet_supply_is_lost);
-        supplies::fet_supply_lost(machine);
-    } else {
-        machine.world.ports.supervisor(Supervisor::motor_supply_is_lost);
-        supplies::motor_supply_lost(machine);
+/// Handles a supply that is absent altogether, as when somebody pulls its plug. The text is that of a halt.
+fn gone<P: Ports>(
+    world: &mut World<'_, P>,
+    axes: &mut Axes,
+    phases: &mut EndstopPhases,
+    safety: &Safety,
+    of_heaters: bool,
+) -> Option<&'static str> {
+    let is_news = world.ports.supervisor(|supervisor| {
+        let is_on = if of_heaters { supervisor.fet_supply_on() } else { supervisor.motor_supply_on() };
+        match (is_on, of_heaters) {
+            (false, _) => {}
+            (true, true) => supervisor.fet_supply_is_lost(),
+            (true, false) => supervisor.motor_supply_is_lost(),
+        }
+        is_on
+    });
+    match (is_news, of_heaters) {
+        (false, _) => None,
+        (true, true) => supplies::fet_supply_lost(world),
+        (true, false) => supplies::motor_supply_lost(world, axes, phases, safety),
     }
 }
 
 /// Returns the text of a brown-out that the next start tells.
-fn event<P: Ports>(machine: &Machine<'_, P>, what: &str) -> ShortText {
+fn event(date: DateTime, jobs: &Jobs, what: &str) -> ShortText {
     let mut event = ShortText::NONE;
-    let date = machine.world.ports.date();
     // Text that does not fit is cut. A clock that nobody has set gives no date.
     let _ = if date.year > DateTime::UNSET.year { write!(event, "{date}: {what}") } else { write!(event, "{what}") };
-    if let Some(path) = machine.jobs.path() {
-        let _ = write!(event, ", in line {} of {path}", machine.jobs.line_now());
+    if let Some(path) = jobs.path() {
+        let _ = write!(event, ", in line {} of {path}", jobs.line_now());
     }
     event
 }
 
-fn not_written<P: Ports>(machine: &mut Machine<'_, P>, written: Result<(), StorageError>) {
+fn not_written<P: Ports>(world: &mut World<'_, P>, written: Result<(), StorageError>) {
     if let Err(error) = written {
-        machine.announce(format_args!("WARNING: {PATH} was not written: {}\n", error.text()));
+        world.announce(format_args!("WARNING: {PATH} was not written: {}\n", error.text()));
     }
-}
-
-/// Tells at boot of a brown-out that nobody has been told of yet.
-pub(crate) fn tell<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Some(event) = news(&mut machine.world.ports) else { return };
-    machine.announce(format_args!("WARNING: when the machine was on last: {event}\n"));
-    let written = told(&mut machine.world.ports, event.as_str());
-    not_written(machine, written);
 }

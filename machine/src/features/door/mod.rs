@@ -1,11 +1,11 @@
 //! The safety door: while it is open nothing moves, turns, burns or sprays.
 
-use base::Ports;
 use base::ports::Input;
 use base::safety::Event;
 use base::sessions::SessionId;
+use base::{Ports, World};
 use gcode::realtime::Realtime;
-use parts::outputs::Changes;
+use parts::outputs::{Changes, Outputs};
 use program::State;
 use units::Micros;
 
@@ -17,14 +17,14 @@ pub(crate) struct Feature;
 
 impl<P: Ports> Moments<P> for Feature {
     fn each_250_us(machine: &mut Machine<'_, P>, _now: Micros) {
-        if is_open(machine) && machine.safety.state() != State::Door {
+        if is_open(&machine.world) && machine.safety.state() != State::Door {
             opens(machine);
         }
     }
 
     fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
         if machine.safety.state() == State::Door {
-            stop_what_is_behind(machine);
+            stop_what_is_behind(&mut machine.world, &machine.outputs);
         }
     }
 
@@ -36,16 +36,17 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     fn may_go_on(machine: &mut Machine<'_, P>) -> bool {
-        let is_blocked = machine.safety.state() == State::Door && is_open(machine);
+        let is_blocked = machine.safety.state() == State::Door && is_open(&machine.world);
         if is_blocked {
             machine.announce(format_args!("// NOTE the door is still open: close it, then ~ goes on\n"));
         }
         !is_blocked
     }
 
+    /// Lets what is behind the door go on, once it is closed and somebody has said so.
     fn goes_on(machine: &mut Machine<'_, P>, from: State) {
         if from == State::Door {
-            let_go_on(machine);
+            give(&mut machine.world.ports, machine.outputs.door_closes(machine.world.config));
         }
     }
 }
@@ -53,31 +54,24 @@ impl<P: Ports> Moments<P> for Feature {
 /// Interrupts everything that may be interrupted while the door is open.
 fn opens<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.feed_hold(Event::DoorOpens) {
-        stop_what_is_behind(machine);
+        stop_what_is_behind(&mut machine.world, &machine.outputs);
         machine.announce(format_args!("// NOTE the door is open: close it, then ~ goes on\n"));
     }
 }
 
 /// Whether there is a door contact that says open.
-pub(crate) fn is_open<P: Ports>(machine: &Machine<'_, P>) -> bool {
-    machine.world.config.safety_door.enable && machine.world.ports.inputs().is_active(Input::Door)
+fn is_open<P: Ports>(world: &World<'_, P>) -> bool {
+    world.config.safety_door.enable && world.ports.inputs().is_active(Input::Door)
 }
 
 /// Stops outputs behind an open door: nothing turns or burns while somebody reaches in; also nothing that the
 /// path, until it stood, had turned on since the door opened.
-pub(crate) fn stop_what_is_behind<P: Ports>(machine: &mut Machine<'_, P>) {
-    let outputs = machine.outputs.door_opens(machine.world.config);
-    give(machine, outputs);
+fn stop_what_is_behind<P: Ports>(world: &mut World<'_, P>, outputs: &Outputs) {
+    give(&mut world.ports, outputs.door_opens(world.config));
 }
 
-/// Lets the machine go on, once the door is closed and somebody has said so.
-pub(crate) fn let_go_on<P: Ports>(machine: &mut Machine<'_, P>) {
-    let outputs = machine.outputs.door_closes(machine.world.config);
-    give(machine, outputs);
-}
-
-fn give<P: Ports>(machine: &mut Machine<'_, P>, outputs: Changes) {
-    machine.world.ports.heat(|heat| {
+fn give<P: Ports>(ports: &mut P, outputs: Changes) {
+    ports.heat(|heat| {
         for output in outputs {
             // A switch takes any value.
             let _ = heat.apply(output);

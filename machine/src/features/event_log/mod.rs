@@ -7,12 +7,14 @@
 pub(crate) mod recorded;
 
 use base::failure::{Answer, Failure, Outcome};
+use base::safety::Safety;
 use base::sessions::{Listing, Recipient, Reply};
 use base::{Ports, World};
 use events::{Event, Text};
 use program::State;
-use units::{Axis, HeaterId, MAX_HEATERS, Micros};
+use units::{Axis, AxisSet, MAX_HEATERS, Micros};
 
+use self::recorded::Recorded;
 use crate::machine::Machine;
 use crate::machine::long_answers;
 use crate::machine::moments::Moments;
@@ -27,7 +29,8 @@ pub(crate) struct Feature;
 
 impl<P: Ports> Moments<P> for Feature {
     fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
-        follow(machine);
+        let (safety, homed) = (&machine.safety, machine.axes.homed());
+        follow(&mut machine.world, &mut machine.features.recorded, safety.state(), homed);
     }
 
     fn long_answer(
@@ -42,40 +45,33 @@ impl<P: Ports> Moments<P> for Feature {
 }
 
 /// Records what has changed since the last look.
-pub(crate) fn follow<P: Ports>(machine: &mut Machine<'_, P>) {
-    let state = machine.safety.state();
-    if state != machine.features.recorded.state {
-        machine.features.recorded.state = state;
+fn follow<P: Ports>(world: &mut World<'_, P>, recorded: &mut Recorded, state: State, homed: AxisSet) {
+    if state != recorded.state {
+        recorded.state = state;
         if let Some(name) = told(state) {
-            machine.record(&Event::State(Text::from(name)));
+            world.record(&Event::State(Text::from(name)));
         }
     }
-    let homed = machine.axes.homed();
-    if homed != machine.features.recorded.homed {
-        machine.features.recorded.homed = homed;
+    if homed != recorded.homed {
+        recorded.homed = homed;
         let axes = Axis::ALL.into_iter().filter(|axis| homed.has(*axis)).fold(0, |bits, axis| bits | 1 << axis as u8);
-        machine.record(&Event::Homed { axes });
+        world.record(&Event::Homed { axes });
     }
-    follow_targets(machine);
+    follow_targets(world, &mut recorded.targets);
 }
 
-fn follow_targets<P: Ports>(machine: &mut Machine<'_, P>) {
+fn follow_targets<P: Ports>(world: &mut World<'_, P>, recorded: &mut [i16; MAX_HEATERS]) {
     let mut targets = [0; MAX_HEATERS];
-    machine.world.ports.heat(|heat| {
+    world.ports.heat(|heat| {
         targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target().0 as i16);
     });
-    if targets == machine.features.recorded.targets {
-        return;
-    }
-    for (id, target) in HeaterId::all().zip(targets) {
-        let recorded = machine.features.recorded.targets.get(id.index()).copied();
-        if let (true, Some(controller)) = (recorded != Some(target), machine.world.config.temperatures.get(id.index()))
-        {
+    for ((target, recorded), controller) in targets.iter().zip(&*recorded).zip(&world.config.temperatures) {
+        if target != recorded {
             let heater = Text::from(controller.name.as_str());
-            machine.record(&Event::Target { heater, celsius: f32::from(target) });
+            world.record(&Event::Target { heater, celsius: f32::from(*target) });
         }
     }
-    machine.features.recorded.targets = targets;
+    *recorded = targets;
 }
 
 /// Returns the name of a state that is worth an entry. Moving and standing alternate with every line that a
@@ -100,7 +96,8 @@ pub(crate) fn tell<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: 
         "all" => u32::MAX,
         count => count.parse().map_err(|_| Failure::refused(&"events takes a number, or all"))?,
     };
-    follow(machine);
+    let (safety, homed) = (&machine.safety, machine.axes.homed());
+    follow(&mut machine.world, &mut machine.features.recorded, safety.state(), homed);
     let entries = machine.world.ports.events().last(count);
     let (next, end) = entries.span();
     long_answers::begin(&mut machine.world, Listing::Events { next, end }, to)
@@ -119,24 +116,19 @@ pub(crate) fn piece<P: Ports>(ports: &P, next: &mut u32, end: u32, reply: &mut R
     }
 }
 
-/// Tells the last events for `break`, where no debugger stops for it.
-pub(crate) fn tell_last<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Answer {
-    let Machine { world: World { ports, sessions, .. }, .. } = machine;
+/// Stops for a debugger; without one nothing would go on, so the last events are told.
+pub(crate) fn stop_for_debugger<P: Ports>(world: &mut World<'_, P>, safety: &Safety, to: Recipient) -> Outcome {
+    if safety.state() != State::Idle && !safety.is_halted() {
+        return Err(Failure::refused(&"the machine moves: stop it first"));
+    }
+    let World { ports, sessions, .. } = world;
+    if ports.stop_for_debugger() {
+        return Ok(Answer::Ok);
+    }
     let reply = &mut Reply::new(sessions, to);
     reply.say(format_args!("no debugger is attached\n"));
     for entry in ports.events().last(TOLD_AT_A_BREAK) {
         reply.say(format_args!("{entry}\n"));
     }
-    Answer::Ok
-}
-
-/// Stops for a debugger; without one nothing would go on, so the last events are told.
-pub(crate) fn stop_for_debugger<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    if machine.safety.state() != State::Idle && !machine.safety.is_halted() {
-        return Err(Failure::refused(&"the machine moves: stop it first"));
-    }
-    if machine.world.ports.stop_for_debugger() {
-        return Ok(Answer::Ok);
-    }
-    Ok(tell_last(machine, to))
+    Ok(Answer::Ok)
 }

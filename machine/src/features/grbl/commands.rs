@@ -376,7 +376,8 @@ pub(crate) fn reset<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId) {
     }
     machine.program.reset();
     machine.resynchronise();
-    program_io::reset_overrides(machine);
+    let Machine { world, program, outputs, hold, feed_waits, .. } = &mut *machine;
+    program_io::reset_overrides(&mut world.ports, program, outputs, hold, feed_waits);
     startup::begin(&machine.features.grbl.own, machine.safety.state(), &mut machine.frames);
     let halted = machine.safety.is_halted() && !machine.safety.is_resetting();
     if let Some(session) = machine.world.sessions.get_mut(id) {
@@ -401,8 +402,11 @@ pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, 
     let factors = machine.world.ports.motion(|motion| motion.overrides());
     match request {
         Realtime::FeedReset | Realtime::FeedUp10 | Realtime::FeedDown10 | Realtime::FeedUp1 | Realtime::FeedDown1 => {
-            let percent = overrides::changed(libm::round(program_io::feed(machine) * 100.0), request);
-            program_io::set_feed(machine, percent / 100.0);
+            let percent = overrides::changed(
+                libm::round(program_io::feed(&mut machine.world.ports, machine.feed_waits) * 100.0),
+                request,
+            );
+            program_io::set_feed(&mut machine.world.ports, &mut machine.feed_waits, percent / 100.0);
         }
         Realtime::RapidFull | Realtime::RapidHalf | Realtime::RapidQuarter => {
             let rapid = overrides::rapid(request) / 100.0;
@@ -418,7 +422,7 @@ pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, 
             let code = if request == Realtime::Flood { 8 } else { 7 };
             if matches!(machine.safety.state(), State::Idle | State::Run | State::Hold | State::Suspended) {
                 let change = machine.outputs.turn_over(machine.world.config, code);
-                program_io::apply(machine, change);
+                program_io::apply(&mut machine.world.ports, change);
             }
         }
         spindle => {
@@ -426,5 +430,5 @@ pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, request: Realtime, 
             machine.outputs.override_spindle(percent as f32);
         }
     }
-    program_io::say_spindle(machine);
+    program_io::say_spindle(&mut machine.world, &mut machine.outputs);
 }

@@ -60,7 +60,9 @@ impl<P: Ports> Moments<P> for Feature {
                 machine.world.ports.inbox(id).request(Realtime::Status);
             }
             Realtime::Abort if is_grbl => commands::reset(machine, id),
-            Realtime::Hold if commands::jogs(machine, to) => jogging::cancel(machine, id),
+            Realtime::Hold if commands::jogs(machine, to) => {
+                jogging::cancel(&mut machine.world, &mut machine.safety, id)
+            }
             request if overrides::are_changed_by(request) => commands::change(machine, request, id),
             _ => return false,
         }

@@ -3,11 +3,15 @@
 
 use base::failure::Failure;
 use base::ports::Wake;
+use base::safety::Safety;
 use base::{Ports, World};
+use jobs::player::Jobs;
 use motion::Refusal;
-use parts::lights::Condition;
+use parts::lights::{Condition, LightShow};
+use parts::outputs::Outputs;
+use parts::strips::Strips;
 use program::{LightChange, State};
-use thermal::{HeatControl, OFF_BELOW};
+use thermal::{Effects, HeatControl, OFF_BELOW};
 use units::{Micros, SwitchId};
 
 use crate::features::state::States;
@@ -25,17 +29,41 @@ pub(crate) struct Feature;
 
 impl<P: Ports> Moments<P> for Feature {
     fn wired(machine: &mut Machine<'_, P>) {
-        configure(machine);
-    }
-
-    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
-        if machine.safety.state() != State::Invalid {
-            look(machine, now);
+        for strip in &machine.world.config.led_strips {
+            // The configuration has counted the lights.
+            let _fits = machine.features.strips.add(strip.lights(), strip.initial);
         }
     }
 
-    fn change_light(machine: &mut Machine<'_, P>, light: &LightChange) -> Result<(), Failure> {
-        change(machine, light)
+    /// Looks at the strips of lights, and sends new colours.
+    fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
+        if machine.safety.state() == State::Invalid || machine.world.config.led_strips.is_empty() {
+            return;
+        }
+        let Machine { world, outputs, jobs, safety, features: States { lights, strips, riding_lights, .. }, .. } =
+            machine;
+        if lights.is_due(now) {
+            let condition = condition(safety, jobs, || world.ports.heat(warming));
+            take_reached(&mut world.ports, strips, riding_lights);
+            lights.look(&world.config.led_strips, condition, strips.take_changed(), now);
+        }
+        while let Some(place) = lights.next() {
+            if !send(world, outputs, (lights, strips), place) {
+                return;
+            }
+            lights.sent(place);
+        }
+    }
+
+    fn change_light(machine: &mut Machine<'_, P>, change: &LightChange) -> Result<(), Failure> {
+        loop {
+            let waits = change.rides && !machine.safety.is_halted();
+            let Machine { world, features: States { strips, riding_lights, .. }, .. } = &mut *machine;
+            if takes(world, strips, riding_lights, (change, waits))? {
+                return Ok(());
+            }
+            machine.wait(Wake::Any).unless_halted()?;
+        }
     }
 
     fn pass_light(machine: &mut Machine<'_, P>, change: &LightChange) {
@@ -47,68 +75,45 @@ impl<P: Ports> Moments<P> for Feature {
     }
 }
 
-/// Sets up the strips of lights, at boot behind the wiring.
-pub(crate) fn configure<P: Ports>(machine: &mut Machine<'_, P>) {
-    for strip in &machine.world.config.led_strips {
-        // The configuration has counted the lights.
-        let _fits = machine.features.strips.add(strip.lights(), strip.initial);
-    }
-}
-
 /// Has colours change behind the moves submitted: at once when nothing moves, or where the change does not
-/// ride; else when the motors have come there, and nothing waits.
-fn change<P: Ports>(machine: &mut Machine<'_, P>, change: &LightChange) -> Result<(), Failure> {
-    loop {
-        let waits = change.rides && !machine.safety.is_halted();
-        take_reached(machine);
-        let is_still =
-            machine.world.ports.motion(|motion| motion.is_idle()) && machine.features.riding_lights.is_empty();
-        if !waits || is_still {
-            machine.features.strips.change(change);
-            return Ok(());
-        }
-        match machine.world.ports.motion(motion::Motion::mark) {
-            Ok(mark) if machine.features.riding_lights.wait(mark, *change).is_ok() => return Ok(()),
-            Ok(_) | Err(Refusal::Full | Refusal::Stopping) => machine.wait(Wake::Any).unless_halted()?,
-            Err(refusal) => return Err(machine.world.texts.refused(format_args!("{refusal}"))),
-        }
+/// wait; else when the motors have come there, and nothing waits. False: there is no room yet.
+fn takes<P: Ports>(
+    world: &mut World<'_, P>,
+    strips: &mut Strips,
+    riding: &mut Effects<LightChange>,
+    (change, waits): (&LightChange, bool),
+) -> Result<bool, Failure> {
+    take_reached(&mut world.ports, strips, riding);
+    let is_still = world.ports.motion(|motion| motion.is_idle()) && riding.is_empty();
+    if !waits || is_still {
+        strips.change(change);
+        return Ok(true);
+    }
+    match world.ports.motion(motion::Motion::mark) {
+        Ok(mark) => Ok(riding.wait(mark, *change).is_ok()),
+        Err(Refusal::Full | Refusal::Stopping) => Ok(false),
+        Err(refusal) => Err(world.texts.refused(format_args!("{refusal}"))),
     }
 }
 
 /// Applies the changes of colours that the path has reached.
-fn take_reached<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.features.riding_lights.is_empty() {
+fn take_reached<P: Ports>(ports: &mut P, strips: &mut Strips, riding: &mut Effects<LightChange>) {
+    if riding.is_empty() {
         return;
     }
-    let reached = machine.world.ports.heat(|heat| heat.reached());
-    while let Some(change) = machine.features.riding_lights.reached(reached) {
-        machine.features.strips.change(&change);
-    }
-}
-
-/// Looks at the strips of lights, and sends new colours.
-pub(crate) fn look<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    if machine.world.config.led_strips.is_empty() {
-        return;
-    }
-    if machine.features.lights.is_due(now) {
-        let condition = condition(machine);
-        take_reached(machine);
-        let changed = machine.features.strips.take_changed();
-        machine.features.lights.look(&machine.world.config.led_strips, condition, changed, now);
-    }
-    while let Some(place) = machine.features.lights.next() {
-        if !send(machine, place) {
-            return;
-        }
-        machine.features.lights.sent(place);
+    let reached = ports.heat(|heat| heat.reached());
+    while let Some(change) = riding.reached(reached) {
+        strips.change(&change);
     }
 }
 
 /// Sends the colours of a strip. False when they cannot be sent yet.
-fn send<P: Ports>(machine: &mut Machine<'_, P>, place: usize) -> bool {
-    let Machine { features: States { lights, strips, .. }, world: World { config, ports, .. }, .. } = machine;
-    let config = *config;
+fn send<P: Ports>(
+    World { ports, config, .. }: &mut World<'_, P>,
+    outputs: &mut Outputs,
+    (lights, strips): (&LightShow, &Strips),
+    place: usize,
+) -> bool {
     let Some(strip) = config.led_strips.get(place) else { return true };
     if !strip.is_of_switches() {
         let bytes = lights.bytes(place, strip, strips.colours(place));
@@ -119,25 +124,24 @@ fn send<P: Ports>(machine: &mut Machine<'_, P>, place: usize) -> bool {
     for (name, part) in strip.switches.iter().zip(parts) {
         let switch = config.switches.iter().position(|switch| switch.name == *name);
         let Some(switch) = switch.filter(|_| !name.is_empty()) else { continue };
-        let change = machine.outputs.drive(config, SwitchId(switch as u8), f32::from(part) / 255.0);
-        apply(machine, change);
+        apply(ports, outputs.drive(config, SwitchId(switch as u8), f32::from(part) / 255.0));
     }
     true
 }
 
-fn condition<P: Ports>(machine: &mut Machine<'_, P>) -> Condition {
-    match machine.safety.told_mode().state() {
+fn condition(safety: &Safety, jobs: &Jobs, warming: impl FnOnce() -> Option<f32>) -> Condition {
+    match safety.told_mode().state() {
         State::Alarm | State::Sleep | State::Invalid => return Condition::Halted,
         State::Hold | State::Suspended | State::Door => return Condition::Waits,
         _ => {}
     }
-    if machine.jobs.waits_for_operator() {
+    if jobs.waits_for_operator() {
         return Condition::Waits;
     }
-    if let Some(share) = machine.world.ports.heat(warming) {
+    if let Some(share) = warming() {
         return Condition::Heats(share);
     }
-    match machine.jobs.share() {
+    match jobs.share() {
         Some((percent, _)) => Condition::Makes(f32::from(percent) / 100.0),
         None => Condition::Quiet,
     }

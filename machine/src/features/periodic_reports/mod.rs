@@ -28,19 +28,14 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     fn answer_in_upload(machine: &mut Machine<'_, P>, line: Line<'_>, to: Recipient) -> bool {
-        answers_in_upload(machine, line, to)
+        answers_in_upload(&mut machine.world, line, to)
     }
 }
 
 /// Sets the reports of M155, M27 S and M113.
-pub(crate) fn command<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    what: Periodic,
-    words: &Words<'_>,
-    to: Recipient,
-) -> Outcome {
-    let now = machine.world.ports.now();
-    let Some(session) = to.session().and_then(|id| machine.world.sessions.get_mut(id)) else { return Ok(Answer::Ok) };
+pub(crate) fn command<P: Ports>(world: &mut World<'_, P>, what: Periodic, words: &Words<'_>, to: Recipient) -> Outcome {
+    let now = world.ports.now();
+    let Some(session) = to.session().and_then(|id| world.sessions.get_mut(id)) else { return Ok(Answer::Ok) };
     if session.dialect == Dialect::Grbl {
         return Err(Failure::refused(&"senders of GRBL's dialect ask with ?"));
     }
@@ -56,11 +51,11 @@ pub(crate) fn command<P: Ports>(
 }
 
 /// Answers M105 within a file that is sent, as well as taking it as a line: hosts go on asking.
-pub(crate) fn answers_in_upload<P: Ports>(machine: &mut Machine<'_, P>, line: Line<'_>, to: Recipient) -> bool {
+fn answers_in_upload<P: Ports>(world: &mut World<'_, P>, line: Line<'_>, to: Recipient) -> bool {
     let Line::Code(mut blocks) = line else { return false };
     let asks = blocks.next().and_then(Result::ok).is_some_and(|block| block.is(Code::m(M105)));
     if asks {
-        let Machine { world: World { ports, config, sessions, .. }, .. } = machine;
+        let World { ports, config, sessions, .. } = world;
         heat_codes::report_temperatures(ports, config, M105, ("ok ", &mut Reply::new(sessions, to)));
     }
     asks

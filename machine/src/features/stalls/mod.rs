@@ -3,11 +3,11 @@
 pub(crate) mod recovery;
 pub(crate) mod step;
 
-use base::Ports;
 use base::failure::Failure;
 use base::ports::Input;
 use base::reason::Alarm;
-use base::stall_watch::Sight;
+use base::stall_watch::{Sight, StallWatch};
+use base::{Ports, World};
 use config::OnStall;
 use jobs::player::StalledJob;
 use program::{BEGINNING_BYTES, State};
@@ -28,7 +28,30 @@ pub(crate) struct Feature;
 
 impl<P: Ports> Moments<P> for Feature {
     fn each_250_us(machine: &mut Machine<'_, P>, now: Micros) {
-        watch(machine, now);
+        if machine.features.stalls.is_under_way() {
+            recovery::watch(machine);
+        }
+        if !machine.features.stall_watch.is_due(now) {
+            return;
+        }
+        // An axis without a switch stalls where it homes.
+        let is_elsewhere =
+            machine.polls.ignores_stalls || machine.safety.is_halted() || machine.safety.mode().is_in(State::Homing);
+        let watch = &mut machine.features.stall_watch;
+        let Some(motor) = look(&mut machine.world, watch, !is_elsewhere, now) else { return };
+        let wanted = machine.world.config.on_stall(motor);
+        if wanted.keeps_job() && recovery::brake(machine, motor) {
+            return machine.features.stall_watch.rest(now, TOLD);
+        }
+        machine.axes.lose_place(motor);
+        let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());
+        let what = format_args!("motor {letter} stalls: it hit something, or its load is too high");
+        if wanted == OnStall::Tell {
+            machine.features.stall_watch.rest(now, TOLD);
+            machine.announce(format_args!("WARNING: {what}; home it\n"));
+        } else {
+            machine.halt(Alarm::Abort, format_args!("ERROR: {what}; home after M999\n"));
+        }
     }
 
     fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
@@ -66,26 +89,19 @@ impl<P: Ports> Moments<P> for Feature {
     }
 }
 
-/// Looks at the stall outputs of the drivers, when that is due.
-pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    if machine.features.stalls.is_under_way() {
-        recovery::watch(machine);
-    }
-    if !machine.features.stall_watch.is_due(now) {
-        return;
-    }
-    let config = machine.world.config;
-    // An axis without a switch stalls where it homes.
-    let is_elsewhere =
-        machine.polls.ignores_stalls || machine.safety.is_halted() || machine.safety.mode().is_in(State::Homing);
+/// Looks at the stall outputs of the drivers. `counts`: stalls mean something at present.
+fn look<P: Ports>(world: &mut World<'_, P>, watch: &mut StallWatch, counts: bool, now: Micros) -> Option<Actuator> {
+    let World { ports, config, .. } = world;
     if config.watched_for_stalls().next().is_none() {
-        return machine.features.stall_watch.rest(now, SELDOM);
+        watch.rest(now, SELDOM);
+        return None;
     }
-    let speeds = machine.world.ports.motion(|motion| motion.motor_speeds());
-    let Some(speeds) = speeds.filter(|_| !is_elsewhere) else {
-        return machine.features.stall_watch.rest(now, SOON);
+    let speeds = ports.motion(|motion| motion.motor_speeds());
+    let Some(speeds) = speeds.filter(|_| counts) else {
+        watch.rest(now, SOON);
+        return None;
     };
-    let levels = machine.world.ports.inputs();
+    let levels = ports.inputs();
     let mut sights = PerActuator::<Option<Sight>>::default();
     for (motor, pin) in config.watched_for_stalls() {
         let settings = &config.actuators[motor];
@@ -98,26 +114,5 @@ pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
             stalls: levels.is_active(input),
         });
     }
-    if let Some(motor) = machine.features.stall_watch.look(now, &sights) {
-        stalled(machine, motor, now);
-    }
-}
-
-fn stalled<P: Ports>(machine: &mut Machine<'_, P>, motor: Actuator, now: Micros) {
-    let wanted = machine.world.config.on_stall(motor);
-    if wanted.keeps_job() && recovery::brake(machine, motor) {
-        return machine.features.stall_watch.rest(now, TOLD);
-    }
-    machine.axes.lose_place(motor);
-    let letter = Axis::ALL.get(motor as usize).map_or('?', |axis| axis.letter());
-    if wanted == OnStall::Tell {
-        machine.features.stall_watch.rest(now, TOLD);
-        machine.announce(format_args!(
-            "WARNING: motor {letter} stalls: it hit something, or its load is too high; home it\n"
-        ));
-    } else {
-        let text =
-            format_args!("ERROR: motor {letter} stalls: it hit something, or its load is too high; home after M999\n");
-        machine.halt(Alarm::Abort, text);
-    }
+    watch.look(now, &sights)
 }

@@ -2,18 +2,19 @@
 
 use core::fmt::Write as _;
 
-use base::Ports;
 use base::failure::Answer;
 use base::ports::StorageError;
 use base::safe_file::Draft;
 use base::sessions::Recipient;
+use base::{Ports, World};
 use config::HeaterId;
 use events::Event;
 use jobs::files::program_files::each_line;
-use jobs::player::{Duration, HeaterTime, STATISTICS_PATH, Sums};
-use program::{State, Words};
+use jobs::player::{Duration, HeaterTime, STATISTICS_PATH, Statistics, Sums};
+use program::{Interpreter, State, Words};
 use units::{AxisSet, Micros};
 
+use crate::features::state::States;
 use crate::machine::Machine;
 use crate::machine::card;
 use crate::machine::moments::Moments;
@@ -28,21 +29,43 @@ pub(crate) struct Feature;
 
 impl<P: Ports> Moments<P> for Feature {
     fn read_files(machine: &mut Machine<'_, P>) {
-        load(machine);
+        load(&mut machine.world, &mut machine.jobs.statistics);
     }
 
     fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
-        sample(machine, now);
-        count_heat(machine, now);
+        let Machine { world, jobs, program, safety, features: States { heat_due, .. }, .. } = machine;
+        let plays = jobs.is_open() && safety.state() != State::Check;
+        sample(&mut world.ports, &mut jobs.statistics, program, plays, now);
+        if now >= *heat_due {
+            *heat_due = now.plus(HEAT_PERIOD);
+            count_heat(world, &mut jobs.statistics);
+        }
     }
 
+    /// Saves new statistics, once nothing else is to be done.
     fn idle(machine: &mut Machine<'_, P>) -> bool {
-        save(machine);
+        if machine.jobs.is_open() || !machine.jobs.statistics.take_unsaved() {
+            return false;
+        }
+        card::at_rest(machine);
+        let draft = write(&mut machine.world.ports, &machine.jobs.statistics);
+        let written = draft.and_then(|draft| card::finish(machine, draft));
+        if let Err(error) = written
+            && error != StorageError::NoCard
+        {
+            machine.announce(format_args!("WARNING: {STATISTICS_PATH} was not written: {}\n", error.text()));
+        }
         false
     }
 
-    fn job_ends(machine: &mut Machine<'_, P>, is_done: bool, to: Recipient) {
-        end_job(machine, is_done, to);
+    /// Ends the job's statistics, and tells them.
+    fn job_ends(Machine { world, jobs, .. }: &mut Machine<'_, P>, is_done: bool, to: Recipient) {
+        if jobs.is_open() {
+            world.record(&Event::JobEnded { complete: is_done, line: jobs.line() });
+        }
+        if let Some(job) = jobs.statistics.end_job(is_done) {
+            say_job(world, &job, to);
+        }
     }
 
     fn job_is_dropped(machine: &mut Machine<'_, P>) {
@@ -56,127 +79,98 @@ impl<P: Ports> Moments<P> for Feature {
 }
 
 /// Reads the statistics at boot. There need not be any.
-pub(crate) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
-    let mut read_in = core::mem::take(&mut machine.jobs.statistics);
+fn load<P: Ports>(world: &mut World<'_, P>, statistics: &mut Statistics) {
     let mut bad = 0;
-    let read = each_line(&mut machine.world.ports, STATISTICS_PATH, |_, line| {
+    let read = each_line(&mut world.ports, STATISTICS_PATH, |_, line| {
         let line = line.and_then(|line| core::str::from_utf8(line).ok());
-        bad += u32::from(!line.is_some_and(|line| read_in.read(line)));
+        bad += u32::from(!line.is_some_and(|line| statistics.read(line)));
     });
-    machine.jobs.statistics = read_in;
     match read {
         Ok(()) if bad == 0 => {}
-        Ok(()) => machine.announce(format_args!("WARNING: {STATISTICS_PATH}: {bad} lines were left out\n")),
+        Ok(()) => world.announce(format_args!("WARNING: {STATISTICS_PATH}: {bad} lines were left out\n")),
         Err(StorageError::NotFound | StorageError::NoCard) => {}
-        Err(error) => machine.announce(format_args!("WARNING: {STATISTICS_PATH} was not read: {}\n", error.text())),
+        Err(error) => world.announce(format_args!("WARNING: {STATISTICS_PATH} was not read: {}\n", error.text())),
     }
 }
 
-/// Samples the place of the tool.
-pub(crate) fn sample<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    let moves = !machine.world.ports.motion(|motion| motion.is_idle());
-    let plays = machine.jobs.is_open() && machine.safety.state() != State::Check;
+/// Samples the place of the tool; `plays`: a job is under way.
+fn sample<P: Ports>(ports: &mut P, statistics: &mut Statistics, program: &Interpreter, plays: bool, now: Micros) {
+    let moves = !ports.motion(|motion| motion.is_idle());
     if !moves && !plays {
-        return machine.jobs.statistics.rest();
+        return statistics.rest();
     }
-    let place = machine.world.ports.motion(|motion| motion.live_position());
-    let extruders = AxisSet::collect(machine.program.tools().all().iter().map(|tool| tool.settings.axis));
-    machine.jobs.statistics.sample(now, plays, moves, &place, extruders);
+    let place = ports.motion(|motion| motion.live_position());
+    let extruders = AxisSet::collect(program.tools().all().iter().map(|tool| tool.settings.axis));
+    statistics.sample(now, plays, moves, &place, extruders);
 }
 
-/// Counts the work of heaters once a second.
-pub(crate) fn count_heat<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    if now < machine.features.heat_due {
-        return;
-    }
-    machine.features.heat_due = now.plus(HEAT_PERIOD);
-    let heats = machine.world.ports.heat(|heat| heat.any_on());
-    machine.jobs.statistics.heaters.heats(heats);
-    for (id, heater) in HeaterId::all().zip(&machine.world.config.temperatures) {
-        let work = machine.world.ports.heat(|heat| heat.take_work(id));
-        machine.jobs.statistics.heaters.add(&heater.name, work);
+/// Counts the work of heaters.
+fn count_heat<P: Ports>(World { ports, config, .. }: &mut World<'_, P>, statistics: &mut Statistics) {
+    statistics.heaters.heats(ports.heat(|heat| heat.any_on()));
+    for (id, heater) in HeaterId::all().zip(&config.temperatures) {
+        statistics.heaters.add(&heater.name, ports.heat(|heat| heat.take_work(id)));
     }
 }
 
-/// Ends the job's statistics, and tells them.
-pub(crate) fn end_job<P: Ports>(machine: &mut Machine<'_, P>, is_done: bool, to: Recipient) {
-    if machine.jobs.is_open() {
-        machine.record(&Event::JobEnded { complete: is_done, line: machine.jobs.line() });
-    }
-    if let Some(job) = machine.jobs.statistics.end_job(is_done) {
-        say_job(machine, &job, to);
-    }
-}
-
-fn say_job<P: Ports>(machine: &mut Machine<'_, P>, job: &Sums, to: Recipient) {
+fn say_job<P: Ports>(world: &mut World<'_, P>, job: &Sums, to: Recipient) {
     let (time, still, way, filament) =
         (Duration(job.job), Duration(job.still), job.way / 1000.0, job.filament / 1000.0);
-    machine.say(to, format_args!("the job took {time} ({still} of it still): {way:.2} m of way"));
+    world.say(to, format_args!("the job took {time} ({still} of it still): {way:.2} m of way"));
     if filament > 0.0 {
-        machine.say(to, format_args!(", {filament:.3} m of filament"));
+        world.say(to, format_args!(", {filament:.3} m of filament"));
     }
-    machine.say(to, format_args!("\n"));
+    world.say(to, format_args!("\n"));
 }
 
 /// Tells the statistics, or resets them (M78, M78 S78).
-pub(crate) fn told<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, to: Recipient) -> Answer {
+pub(crate) fn told<P: Ports>(
+    world: &mut World<'_, P>,
+    statistics: &mut Statistics,
+    words: &Words<'_>,
+    to: Recipient,
+) -> Answer {
     if words.get('S') == Some(RESET) {
-        machine.jobs.statistics.reset();
+        statistics.reset();
         return Answer::Ok;
     }
-    if let Some(job) = machine.jobs.statistics.before {
-        say_job(machine, &job, to);
+    if let Some(job) = statistics.before {
+        say_job(world, &job, to);
     }
-    let life = machine.jobs.statistics.life;
+    let life = statistics.life;
     let (done, broken_off) = (life.done, life.broken_off);
-    machine.say(to, format_args!("jobs: {done} done, {broken_off} broken off\n"));
+    world.say(to, format_args!("jobs: {done} done, {broken_off} broken off\n"));
     let (job, still, longest) = (Duration(life.sums.job), Duration(life.sums.still), Duration(life.longest));
-    machine.say(to, format_args!("time: {job} in jobs ({still} of it still), the longest {longest}\n"));
+    world.say(to, format_args!("time: {job} in jobs ({still} of it still), the longest {longest}\n"));
     let (moving, way, filament) = (Duration(life.moving), life.sums.way / 1000.0, life.sums.filament / 1000.0);
-    machine.say(
+    world.say(
         to,
         format_args!("the machine has moved for {moving}; in jobs {way:.1} m of way, {filament:.2} m of filament\n"),
     );
-    for HeaterTime { name, on_s, full_s } in machine.jobs.statistics.heaters.all().clone() {
+    for &HeaterTime { ref name, on_s, full_s } in statistics.heaters.all() {
         let time = |s: f64| Duration(Micros((s * 1e6) as u64));
-        machine
-            .say(to, format_args!("heater {name}: on for {}, as much as {} at full power", time(on_s), time(full_s)));
-        if let Some(heater) = machine.world.config.temperatures.iter().find(|heater| heater.name == name) {
+        world.say(to, format_args!("heater {name}: on for {}, as much as {} at full power", time(on_s), time(full_s)));
+        if let Some(heater) = world.config.temperatures.iter().find(|heater| heater.name == *name) {
             let kwh = full_s / 3.6e6 * f64::from(heater.model.power_w);
-            machine.say(to, format_args!(", {kwh:.3} kWh with a heater_power of {} W", heater.model.power_w));
+            world.say(to, format_args!(", {kwh:.3} kWh with a heater_power of {} W", heater.model.power_w));
         }
-        machine.say(to, format_args!("\n"));
+        world.say(to, format_args!("\n"));
     }
     Answer::Ok
 }
 
-/// Saves new statistics, once nothing else is to be done.
-pub(crate) fn save<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.jobs.is_open() || !machine.jobs.statistics.take_unsaved() {
-        return;
-    }
-    if let Err(error) = write(machine)
-        && error != StorageError::NoCard
-    {
-        machine.announce(format_args!("WARNING: {STATISTICS_PATH} was not written: {}\n", error.text()));
-    }
-}
-
-fn write<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
-    card::at_rest(machine);
+/// Writes the statistics into a new file, which is still to be put in the place of the old one.
+fn write<P: Ports>(ports: &mut P, statistics: &Statistics) -> Result<Draft<P>, StorageError> {
     let mut text = heapless::String::<512>::new();
-    if write!(text, "{}", machine.jobs.statistics.life).is_err() {
+    if write!(text, "{}", statistics.life).is_err() {
         return Err(StorageError::Full);
     }
-    let ports = &mut machine.world.ports;
     let mut draft = Draft::begin(ports, STATISTICS_PATH)?;
-    let hours = machine.jobs.statistics.heaters.lines();
     let written = draft.write(ports, text.as_bytes());
-    let mut lines = hours.map(|line| draft.write(ports, line.as_bytes()));
+    let mut lines = statistics.heaters.lines().map(|line| draft.write(ports, line.as_bytes()));
     if let Err(error) = written.and_then(|_| lines.try_for_each(|line| line.map(drop))) {
         draft.give_up(ports);
         return Err(error);
     }
     drop(lines);
-    card::finish(machine, draft)
+    Ok(draft)
 }

@@ -4,11 +4,10 @@
 //! destroy it. So the computer's disk is empty until somebody says `msc`, and while the computer has the card
 //! the machine has none.
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
-use base::ports::{Disk, NotLent, StorageError, Wake};
-use base::sessions::Recipient;
-use config::SystemConfig;
+use base::hands::Hands;
+use base::ports::{Disk, NotLent, StorageError, Usb as _, Wake};
+use base::{Ports, World};
 use units::Micros;
 
 use crate::machine::Machine;
@@ -22,62 +21,58 @@ pub(crate) struct Feature;
 
 impl<P: Ports> Moments<P> for Feature {
     fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
-        watch(machine);
+        watch(&mut machine.world);
     }
 }
 
 /// Lends the card to the computer, or takes it back: `msc [off]`.
-pub(crate) fn msc<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
-    let SystemConfig { msc_enable, .. } = machine.world.config.system;
+pub(crate) fn msc<'c>(hands: &mut impl Hands<'c>, arguments: &str) -> Outcome {
+    let disk = hands.storage().disk();
     match arguments {
-        _ if !msc_enable => Err(Failure::refused(&"MSC is disabled: [system] msc_enable")),
-        "" => lend(machine, to),
-        "off" if machine.world.ports.disk() == Disk::Kept => Err(Failure::refused(&"no computer has the SD card")),
+        _ if !hands.config().system.msc_enable => Err(Failure::refused(&"MSC is disabled: [system] msc_enable")),
+        "" if hands.has_job() => Err(Failure::refused(&"a file is played: wait for its end, or abort it")),
+        "" if disk != Disk::Kept => Err(Failure::refused(&HAS_IT)),
+        "" => lend(hands),
+        "off" if disk == Disk::Kept => Err(Failure::refused(&"no computer has the SD card")),
         "off" => {
-            machine.world.ports.revoke_card();
+            hands.storage().revoke_card();
             Ok(Answer::Ok)
         }
         _ => Err(Failure::refused(&"write msc, or msc off")),
     }
 }
 
-fn lend<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    if machine.jobs.is_open() {
-        return Err(Failure::refused(&"a file is played: wait for its end, or abort it"));
-    }
-    if machine.world.ports.disk() != Disk::Kept {
-        return Err(Failure::refused(&HAS_IT));
-    }
+fn lend<'c>(hands: &mut impl Hands<'c>) -> Outcome {
     loop {
-        match machine.world.ports.lend_card() {
+        match hands.storage().lend_card() {
             Ok(true) => break,
             Ok(false) => {
-                machine.wait(Wake::Any).whatever_happens();
+                hands.wait(Wake::Any).whatever_happens();
             }
             Err(NotLent::NoComputer) => return Err(Failure::refused(&NO_COMPUTER)),
             Err(NotLent::Storage(StorageError::Busy)) => {
                 return Err(Failure::refused(&"files are open: end what writes or reads them"));
             }
-            Err(NotLent::Storage(error)) => return Err(machine.world.texts.because(error.text())),
+            Err(NotLent::Storage(error)) => return Err(hands.texts().because(error.text())),
         }
     }
-    machine.say(to, format_args!("The computer has the SD card: eject it there to give it back\n"));
+    hands.say(format_args!("The computer has the SD card: eject it there to give it back\n"));
     Ok(Answer::Ok)
 }
 
 /// Takes the card back when the computer has ejected it, or has gone. The card may be another one by now, and
 /// its contents have changed.
-pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>) {
-    let why = match machine.world.ports.disk() {
+fn watch<P: Ports>(world: &mut World<'_, P>) {
+    let why = match world.ports.disk() {
         Disk::Kept | Disk::Lent => return,
         Disk::GivenBack => "given the SD card back",
         Disk::Gone => "gone: the machine has the SD card again",
     };
-    machine.world.ports.take_card_back();
-    machine.announce(format_args!("// NOTICE the computer has {why}\n"));
-    match machine.world.ports.mount() {
+    world.ports.take_card_back();
+    world.announce(format_args!("// NOTICE the computer has {why}\n"));
+    match world.ports.mount() {
         // A missing card has been reported already.
         Ok(()) | Err(StorageError::NoCard | StorageError::NotResponding) => {}
-        Err(error) => machine.announce(format_args!("WARNING: {}\n", error.text())),
+        Err(error) => world.announce(format_args!("WARNING: {}\n", error.text())),
     }
 }
