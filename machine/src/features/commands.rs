@@ -155,8 +155,8 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments
         C::Unlock => Ok(Answer::Ok),
         C::CheckMode => apart(|| machine.check_mode(to)),
         C::Sleep => machine.sleep().map(|()| Answer::Ok),
-        C::Flash => apart(|| update::flash(machine, to)),
-        C::Dfu => apart(|| update::download(machine, to)),
+        C::Flash => apart(|| update::flash(&mut MachineHands::new(machine, to))),
+        C::Dfu => apart(|| update::download(&mut MachineHands::new(machine, to))),
         C::Reset => {
             machine.say(to, format_args!("Reset will occur in 1 second\n"));
             machine.record(&events::Event::ResetAsked);

@@ -7,18 +7,23 @@
 
 pub(crate) mod watch;
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome, about_file};
+use base::hands::Hands;
 use base::own_frame::apart;
-use base::ports::{Arrival, Firmware, Flaw, OpenMode, Running, Storage, StorageError, Wake};
+use base::ports::{
+    Arrival, Board as _, FileHandle, Firmware, Flaw, OpenMode, Running, Storage, StorageError, Updates as _, Wake,
+};
 use base::sessions::{Recipient, Reply};
+use base::{Ports, World};
 use events::{Event, Text};
 use jobs::files::copying::read_through;
+use jobs::player::Jobs;
 use parts::reports::{Came, failure};
 use units::Micros;
 
+use self::watch::Watch;
+use crate::features::state::States;
 use crate::machine::Machine;
-use crate::machine::card;
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::Moments;
 
@@ -43,15 +48,57 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     fn started(machine: &mut Machine<'_, P>, is_usable: bool) {
-        begin(machine, is_usable);
+        begin(&mut machine.world, &mut machine.features.update, is_usable);
     }
 
     fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
-        apart(|| watch(machine, now));
+        let Machine { world, jobs, features: States { update, .. }, .. } = machine;
+        apart(|| watch(world, jobs, update, now));
     }
 
+    /// Does pending work about firmware when nothing else is to be done: true when there was some.
     fn idle(machine: &mut Machine<'_, P>) -> bool {
-        machine.features.update.waits() && run_next(machine)
+        let watch = &mut machine.features.update;
+        if !watch.waits() {
+            return false;
+        }
+        if core::mem::take(&mut watch.is_asked) {
+            download_for_host(&mut MachineHands::new(machine, Recipient::All));
+            return true;
+        }
+        if core::mem::take(&mut watch.at_boot) {
+            install_at_boot(&mut MachineHands::new(machine, Recipient::All));
+            return true;
+        }
+        if watch.is_confirmed && watch.from_file {
+            let hands = &mut MachineHands::new(machine, Recipient::Nobody);
+            let rests = is_at_rest(hands).is_ok();
+            if rests {
+                hands.update().from_file = false;
+                put_away(hands);
+            }
+            return rests;
+        }
+        false
+    }
+}
+
+/// Hands that also reach the pending work about firmware.
+pub(crate) trait UpdateHands<'c>: Hands<'c> {
+    /// Returns the pending work about firmware.
+    fn update(&mut self) -> &mut Watch;
+
+    /// Keeps an event, in the ring that survives a reset.
+    fn record(&mut self, event: &Event);
+}
+
+impl<'c, P: Ports> UpdateHands<'c> for MachineHands<'_, 'c, P> {
+    fn update(&mut self) -> &mut Watch {
+        &mut self.machine.features.update
+    }
+
+    fn record(&mut self, event: &Event) {
+        self.machine.record(event);
     }
 }
 
@@ -68,178 +115,163 @@ pub(crate) fn greet(running: &Running, reply: &mut Reply<'_>) {
 }
 
 /// Records at the start how the firmware came to run, and sets the owner's policy.
-pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, is_configured: bool) {
-    let running = machine.world.ports.running();
+fn begin<P: Ports>(world: &mut World<'_, P>, update: &mut Watch, is_configured: bool) {
+    let running = world.ports.running();
     match running.arrival {
         Arrival::Known | Arrival::Probe => {}
         Arrival::Trial { start, by_usb, .. } => {
-            machine.record(&Event::FirmwareTried { start });
-            machine.features.update.from_file = !by_usb;
+            world.record(&Event::FirmwareTried { start });
+            update.from_file = !by_usb;
         }
-        Arrival::FellBack(by) => machine.record(&Event::FirmwareFellBack(Text::from(failure(by)))),
+        Arrival::FellBack(by) => world.record(&Event::FirmwareFellBack(Text::from(failure(by)))),
     }
     if let Some(why) = running.refused {
-        machine.record(&Event::UpdateRefused(Text::from(why)));
+        world.record(&Event::UpdateRefused(Text::from(why)));
     }
     if is_configured {
-        let policy = &machine.world.config.update;
+        let policy = &world.config.update;
         // A policy that nobody can mean unlocks nothing.
         if policy.is_sound()
-            && let Err(why) = machine.world.ports.set_policy(policy.key.as_ref(), policy.locked)
+            && let Err(why) = world.ports.set_policy(policy.key.as_ref(), policy.locked)
         {
-            machine.announce(format_args!("ERROR: config.ini: [update] key: {why}\n"));
+            world.announce(format_args!("ERROR: config.ini: [update] key: {why}\n"));
         }
-        machine.features.update.at_boot = machine.world.config.system.flash_on_boot;
+        update.at_boot = world.config.system.flash_on_boot;
     }
 }
 
 /// Confirms the firmware, and hears a host's wish for the download; every few milliseconds.
-pub(crate) fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
-    if !machine.features.update.is_confirmed && now >= CONFIRMED_AFTER {
-        machine.features.update.is_confirmed = true;
-        let arrival = machine.world.ports.running().arrival;
-        machine.world.ports.confirm();
+fn watch<P: Ports>(world: &mut World<'_, P>, jobs: &Jobs, update: &mut Watch, now: Micros) {
+    if !update.is_confirmed && now >= CONFIRMED_AFTER {
+        update.is_confirmed = true;
+        let arrival = world.ports.running().arrival;
+        world.ports.confirm();
         if matches!(arrival, Arrival::Trial { .. }) {
-            machine.record(&Event::FirmwareConfirmed);
+            world.record(&Event::FirmwareConfirmed);
         }
     }
-    let may_leave = machine.world.config.system.dfu_enable && is_at_rest(machine).is_ok();
-    if machine.world.ports.take_download_request(may_leave) {
-        machine.features.update.is_asked = true;
+    let may_leave = world.config.system.dfu_enable && rests(&mut world.ports, jobs.is_open()).is_ok();
+    if world.ports.take_download_request(may_leave) {
+        update.is_asked = true;
     }
 }
 
-/// Does pending work about firmware when nothing else is to be done: true when there was some.
-pub(crate) fn run_next<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    if machine.features.update.is_asked {
-        machine.features.update.is_asked = false;
-        if let Err(why) = download(machine, Recipient::All)
-            && why.is_refusal()
-        {
-            machine.announce(format_args!(
-                "WARNING: the firmware download that a host asked for: {}\n",
-                machine.world.texts.of(why)
-            ));
-        }
-        return true;
+/// Has the boot stage wait for firmware, as a host has asked.
+fn download_for_host<'c>(hands: &mut impl UpdateHands<'c>) {
+    if let Err(why) = download(hands)
+        && why.is_refusal()
+    {
+        let why = hands.texts().of(why);
+        hands.announce(format_args!("WARNING: the firmware download that a host asked for: {why}\n"));
     }
-    if machine.features.update.at_boot {
-        machine.features.update.at_boot = false;
-        install_at_boot(machine);
-        return true;
-    }
-    if machine.features.update.is_confirmed && machine.features.update.from_file && is_at_rest(machine).is_ok() {
-        machine.features.update.from_file = false;
-        put_away(machine);
-        return true;
-    }
-    false
 }
 
 /// Has the boot stage install the file (`flash`).
-pub(crate) fn flash<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    is_at_rest(machine)?;
-    machine.say(to, format_args!("looking at {FILE}\n"));
-    let firmware = look_at_file(machine, to).map_err(|why| machine.world.texts.refused(format_args!("{why}")))?;
+pub(crate) fn flash<'c>(hands: &mut impl UpdateHands<'c>) -> Outcome {
+    is_at_rest(hands)?;
+    hands.say(format_args!("looking at {FILE}\n"));
+    let firmware = look_at_file(hands).map_err(|why| hands.texts().refused(format_args!("{why}")))?;
     if firmware.runs {
         return Err(Failure::refused(&"flashme.bin is the firmware that runs"));
     }
-    install(machine, &firmware, to).map(|()| Answer::Ok)
+    install(hands, &firmware).map(|()| Answer::Ok)
 }
 
 /// Has the boot stage wait for firmware over USB (`dfu`).
 ///
 /// # Errors
 /// The machine is not at rest, or the card does not take the firmware that runs.
-pub(crate) fn download<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    is_at_rest(machine)?;
+pub(crate) fn download<'c>(hands: &mut impl UpdateHands<'c>) -> Outcome {
+    is_at_rest(hands)?;
     // The boot stage has room for one image: without a copy to come back to it takes no other.
-    keep_previous(machine, to).map_err(|error| {
-        machine.world.texts.refused(format_args!(
+    keep_previous(hands).map_err(|error| {
+        hands.texts().refused(format_args!(
             "this firmware cannot be kept on the card, so that it could come back: {}",
             error.text()
         ))
     })?;
-    is_at_rest(machine)?;
-    if !machine.world.ports.ask_for_download() {
+    is_at_rest(hands)?;
+    if !hands.storage().ask_for_download() {
         return Err(Failure::refused(&"this board has no firmware download over USB"));
     }
-    machine.record(&Event::UpdateAsked(Text::from("over USB")));
-    machine.say(to, format_args!("the board waits for firmware over USB in a second; RESET starts this one again\n"));
-    machine.world.ports.request_reset();
+    hands.record(&Event::UpdateAsked(Text::from("over USB")));
+    hands.say(format_args!("the board waits for firmware over USB in a second; RESET starts this one again\n"));
+    hands.storage().request_reset();
     Ok(Answer::Ok)
 }
 
 /// Refuses unless the machine can be left alone for a while.
-fn is_at_rest<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-    if machine.jobs.is_open() {
+fn is_at_rest<'c>(hands: &mut impl UpdateHands<'c>) -> Result<(), Failure> {
+    let has_job = hands.has_job();
+    rests(hands.storage(), has_job)
+}
+
+fn rests<P: Ports>(ports: &mut P, has_job: bool) -> Result<(), Failure> {
+    if has_job {
         return Err(Failure::refused(&"a job is under way: abort it first"));
     }
-    if !machine.world.ports.motion(|motion| motion.is_idle()) {
+    if !ports.motion(|motion| motion.is_idle()) {
         return Err(Failure::refused(&"the machine moves: stop it first"));
     }
-    if machine.world.ports.heat(|heat| heat.any_on()) {
+    if ports.heat(|heat| heat.any_on()) {
         return Err(Failure::refused(&"a heater is on: switch heaters off first"));
     }
     Ok(())
 }
 
 /// Installs the card's file at boot (`flash_on_boot`), unless it has failed or runs already.
-fn install_at_boot<P: Ports>(machine: &mut Machine<'_, P>) {
-    match machine.world.ports.open(FILE, OpenMode::Read) {
+fn install_at_boot<'c>(hands: &mut impl UpdateHands<'c>) {
+    let texts = hands.texts();
+    match hands.storage().open(FILE, OpenMode::Read) {
         Ok(file) => {
             // The file was only looked for.
-            let _ = machine.world.ports.close(file);
+            let _ = hands.storage().close(file);
         }
         Err(_) => return,
     }
-    if let Err(why) = is_at_rest(machine)
+    if let Err(why) = is_at_rest(hands)
         && why.is_refusal()
     {
-        return machine.announce(format_args!("WARNING: {FILE} was not looked at: {}\n", machine.world.texts.of(why)));
+        return hands.announce(format_args!("WARNING: {FILE} was not looked at: {}\n", texts.of(why)));
     }
-    let to = Recipient::All;
-    match look_at_file(machine, to) {
-        Ok(firmware) if firmware.runs => machine.features.update.from_file = true,
-        Ok(firmware) if firmware.has_failed => machine.announce(format_args!(
+    match look_at_file(hands) {
+        Ok(firmware) if firmware.runs => hands.update().from_file = true,
+        Ok(firmware) if firmware.has_failed => hands.announce(format_args!(
             "WARNING: {FILE} was tried and failed, it is not installed again; the command flash does it all the same\n"
         )),
         // A second request would be refused again, and so on.
-        Ok(firmware) if firmware.was_refused => machine
+        Ok(firmware) if firmware.was_refused => hands
             .announce(format_args!("WARNING: {FILE} is not asked for again; the command flash does it all the same\n")),
         Ok(firmware) => {
-            if let Err(why) = install(machine, &firmware, to)
+            if let Err(why) = install(hands, &firmware)
                 && why.is_refusal()
             {
-                machine.announce(format_args!("ERROR: {FILE} was not installed: {}\n", machine.world.texts.of(why)));
+                hands.announce(format_args!("ERROR: {FILE} was not installed: {}\n", texts.of(why)));
             }
         }
-        Err(why) => machine.announce(format_args!("ERROR: {FILE} was not installed: {why}\n")),
+        Err(why) => hands.announce(format_args!("ERROR: {FILE} was not installed: {why}\n")),
     }
 }
 
-fn install<P: Ports>(machine: &mut Machine<'_, P>, firmware: &Firmware, to: Recipient) -> Result<(), Failure> {
-    keep_previous(machine, to).map_err(|error| machine.world.texts.about_file(PREVIOUS, error.text()))?;
+fn install<'c>(hands: &mut impl UpdateHands<'c>, firmware: &Firmware) -> Result<(), Failure> {
+    keep_previous(hands).map_err(|error| hands.texts().about_file(PREVIOUS, error.text()))?;
     // Somebody may have begun something meanwhile.
-    is_at_rest(machine)?;
-    if !machine.world.ports.ask_for_install(firmware.id) {
+    is_at_rest(hands)?;
+    if !hands.storage().ask_for_install(firmware.id) {
         return Err(Failure::refused(&"the log of updates in flash takes no entry: install it with a debug probe"));
     }
-    machine.record(&Event::UpdateAsked(Text::from(firmware.version.as_str())));
-    machine.say(
-        to,
-        format_args!(
-            "flashme.bin holds {}: it is installed in a second, which takes some 20 s; leave power on and the card in\n",
-            firmware.version
-        ),
-    );
-    machine.world.ports.request_reset();
+    hands.record(&Event::UpdateAsked(Text::from(firmware.version.as_str())));
+    hands.say(format_args!(
+        "flashme.bin holds {}: it is installed in a second, which takes some 20 s; leave power on and the card in\n",
+        firmware.version
+    ));
+    hands.storage().request_reset();
     Ok(())
 }
 
 /// Looks at the firmware that the file holds.
-fn look_at_file<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<Firmware, Flaw> {
-    look_at(machine, FILE, to).unwrap_or_else(|error| {
+fn look_at_file<'c>(hands: &mut impl UpdateHands<'c>) -> Result<Firmware, Flaw> {
+    look_at(hands, FILE).unwrap_or_else(|error| {
         let mut why = Flaw::new();
         // Text that does not fit is cut.
         let _cut = core::fmt::Write::write_fmt(&mut why, format_args!("{}", about_file(FILE, error.text())));
@@ -247,22 +279,18 @@ fn look_at_file<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result
     })
 }
 
-fn look_at<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    path: &str,
-    to: Recipient,
-) -> Result<Result<Firmware, Flaw>, StorageError> {
-    card::at_rest(machine);
-    let file = machine.world.ports.open(path, OpenMode::Read)?;
-    machine.world.ports.begin_look();
-    let read = read_through(&mut MachineHands::new(machine, to), file, u32::MAX, false, |ports, bytes| {
+fn look_at<'c>(hands: &mut impl UpdateHands<'c>, path: &str) -> Result<Result<Firmware, Flaw>, StorageError> {
+    hands.card_at_rest();
+    let file = hands.storage().open(path, OpenMode::Read)?;
+    hands.storage().begin_look();
+    let read = read_through(hands, file, u32::MAX, false, |ports, bytes| {
         ports.look(bytes);
         Ok(())
     });
     // The file was only read.
-    let _ = machine.world.ports.close(file);
+    let _ = hands.storage().close(file);
     match read {
-        Ok(true) => Ok(machine.world.ports.end_look()),
+        Ok(true) => Ok(hands.storage().end_look()),
         Ok(false) => Err(StorageError::Unsupported),
         Err(error) => Err(error),
     }
@@ -270,69 +298,65 @@ fn look_at<P: Ports>(
 
 /// Copies the running firmware to the card, unless it is there. The boot stage takes a copy by either name,
 /// and only a whole one; nothing is asked of it before the copy is kept.
-fn keep_previous<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), StorageError> {
-    let length = machine.world.ports.image_bytes();
+fn keep_previous<'c>(hands: &mut impl UpdateHands<'c>) -> Result<(), StorageError> {
+    let length = hands.storage().image_bytes();
     if length == 0 {
         return Ok(());
     }
     // Firmware on trial is not the one to come back to, where another has proved itself.
-    let is_on_trial = matches!(machine.world.ports.running().arrival, Arrival::Trial { .. });
-    if let Ok(Ok(previous)) = look_at(machine, PREVIOUS, to)
+    let is_on_trial = matches!(hands.storage().running().arrival, Arrival::Trial { .. });
+    if let Ok(Ok(previous)) = look_at(hands, PREVIOUS)
         && (previous.runs || is_on_trial && !previous.has_failed)
     {
         return Ok(());
     }
-    machine.say(to, format_args!("keeping the firmware that runs as firmware.previous\n"));
-    card::at_rest(machine);
-    let file = machine.world.ports.open(DRAFT, OpenMode::Write)?;
-    let copied = copy_image(machine, file, length);
-    card::at_rest(machine);
-    let closed = machine.world.ports.close(file);
+    hands.say(format_args!("keeping the firmware that runs as firmware.previous\n"));
+    hands.card_at_rest();
+    let file = hands.storage().open(DRAFT, OpenMode::Write)?;
+    let copied = copy_image(hands, file, length);
+    hands.card_at_rest();
+    let closed = hands.storage().close(file);
     copied.and(closed)?;
-    card::kept(machine)?;
-    card::at_rest(machine);
-    replace(machine, DRAFT, PREVIOUS)
+    hands.card_has_kept()?;
+    hands.card_at_rest();
+    replace(hands, DRAFT, PREVIOUS)
 }
 
-fn copy_image<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    file: base::ports::FileHandle,
-    length: u32,
-) -> Result<(), StorageError> {
+fn copy_image<'c>(hands: &mut impl UpdateHands<'c>, file: FileHandle, length: u32) -> Result<(), StorageError> {
     let mut at = 0;
     while at < length {
         let mut block = [0; BLOCK];
         let piece = block.get_mut(..(length - at).min(BLOCK as u32) as usize).unwrap_or_default();
-        if !machine.world.ports.read_image(at, piece) {
+        if !hands.storage().read_image(at, piece) {
             return Err(StorageError::Device);
         }
         at += piece.len() as u32;
-        card::at_rest(machine);
-        Storage::write(&mut machine.world.ports, file, piece)?;
-        machine.wait(Wake::Any).whatever_happens();
+        hands.card_at_rest();
+        Storage::write(hands.storage(), file, piece)?;
+        hands.wait(Wake::Any).whatever_happens();
     }
     Ok(())
 }
 
 /// Gives a file another name, in place of the file that has it.
-fn replace<P: Ports>(machine: &mut Machine<'_, P>, from: &str, to: &str) -> Result<(), StorageError> {
-    match machine.world.ports.remove(to) {
+fn replace<'c>(hands: &mut impl UpdateHands<'c>, from: &str, to: &str) -> Result<(), StorageError> {
+    match hands.storage().remove(to) {
         Err(StorageError::NotFound) => {}
         removed => removed?,
     }
-    card::at_rest(machine);
-    machine.world.ports.rename(from, to)?;
-    card::kept(machine)
+    hands.card_at_rest();
+    hands.storage().rename(from, to)?;
+    hands.card_has_kept()
 }
 
 /// Renames the installed file, whose firmware has confirmed itself: it is not to be installed again.
-fn put_away<P: Ports>(machine: &mut Machine<'_, P>) {
-    let is_that = matches!(look_at(machine, FILE, Recipient::Nobody), Ok(Ok(Firmware { runs: true, .. })));
+fn put_away<'c>(hands: &mut impl UpdateHands<'c>) {
+    let is_that = matches!(look_at(hands, FILE), Ok(Ok(Firmware { runs: true, .. })));
     if !is_that {
         return;
     }
-    card::at_rest(machine);
-    if let Err(error) = replace(machine, FILE, INSTALLED) {
-        machine.announce(format_args!("WARNING: {FILE} could not be renamed to flashme.old: {}\n", error.text()));
+    hands.card_at_rest();
+    if let Err(error) = replace(hands, FILE, INSTALLED) {
+        hands.announce(format_args!("WARNING: {FILE} could not be renamed to flashme.old: {}\n", error.text()));
     }
 }
