@@ -24,7 +24,12 @@ pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &st
     machine.resynchronise();
     // The modes that the script changes are kept already.
     let _modes = ScriptModes::begin(&mut machine.program);
-    let done = lines(machine, key, script);
+    let texts = machine.world.texts;
+    let mut blocks = script.split('|').flat_map(|line| Blocks::new(line.as_bytes()));
+    let done = blocks.try_for_each(|block| {
+        let block = block.map_err(|error| texts.refused(format_args!("[zprobe] {key}: {error}")))?;
+        run_block(machine, key, &block)
+    });
     let stands = match done {
         Err(Failure::HALTED) => Ok(()),
         _ => machine.standstill(),
@@ -39,14 +44,6 @@ fn refused(texts: &Texts, key: &str, block: &Block<'_>, why: Arguments<'_>) -> F
         Some(code) => texts.refused(format_args!("[zprobe] {key}: {code} {why}")),
         None => texts.refused(format_args!("[zprobe] {key}: {why}")),
     }
-}
-
-fn lines<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {
-    for block in script.split('|').flat_map(|line| Blocks::new(line.as_bytes())) {
-        let block = block.map_err(|error| machine.world.texts.refused(format_args!("[zprobe] {key}: {error}")))?;
-        run_block(machine, key, &block)?;
-    }
-    Ok(())
 }
 
 fn run_block<P: Ports>(machine: &mut Machine<'_, P>, key: &str, block: &Block<'_>) -> Result<(), Failure> {
