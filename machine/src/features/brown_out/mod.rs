@@ -31,7 +31,8 @@ pub(crate) struct Feature;
 
 impl<P: Ports> Moments<P> for Feature {
     /// Tells at boot of a brown-out that nobody has been told of yet.
-    fn started(Machine { world, .. }: &mut Machine<'_, P>, is_usable: bool) {
+    fn started(machine: &mut Machine<'_, P>, is_usable: bool) {
+        let world = &mut machine.world;
         let Some(event) = is_usable.then(|| news(&mut world.ports)).flatten() else { return };
         world.announce(format_args!("WARNING: when the machine was on last: {event}\n"));
         let written = told(&mut world.ports, event.as_str());

@@ -59,7 +59,8 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     /// Ends the job's statistics, and tells them.
-    fn job_ends(Machine { world, jobs, .. }: &mut Machine<'_, P>, is_done: bool, to: Recipient) {
+    fn job_ends(machine: &mut Machine<'_, P>, is_done: bool, to: Recipient) {
+        let Machine { world, jobs, .. } = machine;
         if jobs.is_open() {
             world.record(&Event::JobEnded { complete: is_done, line: jobs.line() });
         }
