@@ -94,7 +94,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         Action::Effect(what) => effects::change(machine, what)?,
         Action::Dwell(time) => {
             machine.standstill()?;
-            operator_pauses::dwell(machine, time)?;
+            operator_pauses::dwell(&mut MachineHands::new(machine, to), time)?;
         }
         Action::Finish => machine.standstill()?,
         Action::Halt => halt::emergency_stop(machine),
@@ -103,14 +103,17 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         Action::Acceleration(value) => {
             return motion_codes::acceleration(machine.world.texts, &mut machine.world.ports, value);
         }
-        Action::Call { number, times } => return program_flow::call(machine, number, times),
+        Action::Call { number, times } => {
+            let Machine { world, jobs, program, .. } = machine;
+            return program_flow::call(world, jobs, program, (number, times));
+        }
         Action::Return => return program_flow::end_call(machine),
         Action::ReadTools => return program_files::reload_tools(machine),
         // Motion stops for overrides and goes on from the same place: a drilling cycle in progress stays.
         Action::Overrides { feed, spindle, hold } => {
             program_io::enable_overrides(machine, feed, spindle, hold)?;
         }
-        Action::RetractByHand => return bore_retract::retract_by_hand(machine),
+        Action::RetractByHand => return bore_retract::retract_by_hand(&mut MachineHands::new(machine, to)),
         Action::Keep => program_files::save_unless_playing(machine),
         Action::Note(text) => machine.say(to, format_args!("{text}\n")),
         // The program refuses these actions by name before: nothing here turns a spindle so.
@@ -135,9 +138,13 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
         }
         Action::EndProgram => return stand(machine, program_flow::end_program),
         Action::Pause { why, time, text } => {
-            return stand(machine, |machine| operator_pauses::pause(machine, why, time, text));
+            return stand(machine, |machine| {
+                operator_pauses::pause(&mut MachineHands::new(machine, to), why, time, text)
+            });
         }
-        Action::ChangeTool(tool) => return stand(machine, |machine| tool_change::begin(machine, tool)),
+        Action::ChangeTool(tool) => {
+            return stand(machine, |machine| tool_change::begin(&mut MachineHands::new(machine, to), tool));
+        }
         Action::AwaitInput(wait) => {
             return stand(machine, |machine| program_io::await_input(&mut MachineHands::new(machine, to), wait));
         }

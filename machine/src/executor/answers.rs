@@ -2,7 +2,7 @@
 
 use base::failure::{Answer, Failure, FailureKind, Outcome};
 use base::reason::Reason;
-use base::sessions::{Recipient, Reply};
+use base::sessions::{Recipient, Reply, Sessions};
 use base::{Ports, World};
 use gcode::{Code, Refusal, SyntaxError};
 use jobs::player::line_numbers::tag_of;
@@ -26,7 +26,13 @@ pub(crate) fn finish<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, l
 #[inline(never)]
 fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>, source: Source) {
     match source.origin {
-        Origin::Settings => return stack::settings_line_ended(machine, outcome),
+        Origin::Settings => {
+            match stack::settings_problem(machine.world.texts, outcome) {
+                Ok(problem) => machine.polls.settings_problem = problem,
+                Err(failure) => stack::fail(machine, failure),
+            }
+            return;
+        }
         Origin::Startup(number) => Features::<P>::startup_line_ended(machine, number, &outcome),
         _ => {}
     }
@@ -36,7 +42,10 @@ fn answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option
     if !is_for_him && matches!(outcome, Ok(_) | Err(Failure { kind: FailureKind::Refused, .. })) {
         return done(machine, carried_out, source);
     }
-    say_answer(machine, outcome, last, source.to);
+    match outcome {
+        Err(failure) if failure.is_alarm() => alarm(machine, failure, source.to),
+        outcome => say_answer(&mut machine.world, machine.urgent.ends(), outcome, last, source.to),
+    }
     done(machine, carried_out, source);
 }
 
@@ -48,7 +57,8 @@ pub(crate) fn fail_late<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure
         }
         (FailureKind::Alarm, Origin::Session) => alarm(machine, failure, Recipient::All),
         (FailureKind::Halted, Origin::Session) => {}
-        _ => say_answer(machine, Err(failure), None, source.to),
+        (FailureKind::Alarm, _) => alarm(machine, failure, source.to),
+        _ => say_answer(&mut machine.world, machine.urgent.ends(), Err(failure), None, source.to),
     }
     done(machine, false, source);
 }
@@ -62,28 +72,23 @@ fn done<P: Ports>(machine: &mut Machine<'_, P>, carried_out: bool, source: Sourc
     }
 }
 
+/// Says the answer to a line that halts nothing; `is_ended`: the work in progress was to end.
 #[inline]
-fn say_answer<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome, last: Option<Code>, to: Recipient) {
+fn say_answer<P: Ports>(world: &mut World<'_, P>, is_ended: bool, outcome: Outcome, last: Option<Code>, to: Recipient) {
     match (outcome, last) {
-        (Ok(Answer::Ok | Answer::PassedOver), _) | (Ok(Answer::Unknown), None) => machine.say(to, format_args!("ok\n")),
+        (Ok(Answer::Ok | Answer::PassedOver), _) | (Ok(Answer::Unknown), None) => world.say(to, format_args!("ok\n")),
         (Ok(Answer::Said), _) => {}
-        (Ok(Answer::Unknown), Some(code)) => machine.say(to, format_args!("ok - {code} ignored\n")),
+        (Ok(Answer::Unknown), Some(code)) => world.say(to, format_args!("ok - {code} ignored\n")),
         (Err(failure), _) => match failure.kind {
-            FailureKind::Halted if machine.urgent.ends() => machine.say(to, format_args!("// NOTE ended\nok\n")),
-            FailureKind::Halted => say_locked(machine, to),
-            FailureKind::Alarm => alarm(machine, failure, to),
+            FailureKind::Halted if is_ended => world.say(to, format_args!("// NOTE ended\nok\n")),
+            FailureKind::Halted if world.sessions.numbers_refusals(to) => {
+                world.sessions.refuse(to, Reason::Locked, format_args!("'$H'|'$X' to unlock"));
+            }
+            FailureKind::Halted => world.say(to, format_args!("!!\n")),
             // The refusal stands for ok: a line has one answer.
-            FailureKind::Refused => machine.refuse(to, failure),
+            FailureKind::Refused | FailureKind::Alarm => world.refuse(to, failure),
         },
     }
-}
-
-/// Gives the answer to commands while halted.
-pub(crate) fn say_locked<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
-    if machine.world.sessions.numbers_refusals(to) {
-        return machine.world.sessions.refuse(to, Reason::Locked, format_args!("'$H'|'$X' to unlock"));
-    }
-    machine.say(to, format_args!("!!\n"));
 }
 
 /// Halts because a command asked for something forbidden.
@@ -100,24 +105,23 @@ pub(crate) fn alarm<P: Ports>(machine: &mut Machine<'_, P>, why: Failure, to: Re
 }
 
 /// Answers a line that cannot be read.
-pub(crate) fn say_refusal<P: Ports>(machine: &mut Machine<'_, P>, refusal: Refusal, line: &[u8], to: Recipient) {
+pub(crate) fn say_refusal(sessions: &mut Sessions, refusal: Refusal, line: &[u8], to: Recipient) {
     let text = core::str::from_utf8(line).unwrap_or("(not text)");
-    if machine.world.sessions.numbers_refusals(to) {
+    if sessions.numbers_refusals(to) {
         let error = Reason::of_refusal(&refusal);
-        return machine.world.sessions.refuse(to, error, format_args!("{refusal} - {text}"));
+        return sessions.refuse(to, error, format_args!("{refusal} - {text}"));
     }
     if let Refusal::Resend { .. } = refusal {
-        return machine.say(to, format_args!("{refusal}\n"));
+        return sessions.say(to, format_args!("{refusal}\n"));
     }
     // The line arrived whole, so a resend is of no use; lines after it count on it.
-    let session =
-        to.session().and_then(|id| machine.world.sessions.get(id)).filter(|session| session.decoder.can_resend());
+    let session = to.session().and_then(|id| sessions.get(id)).filter(|session| session.decoder.can_resend());
     if session.is_some() && tag_of(line) != Tag::NONE {
-        return machine.world.sessions.refuse(to, Reason::of_refusal(&refusal), format_args!("{refusal} - {text}"));
+        return sessions.refuse(to, Reason::of_refusal(&refusal), format_args!("{refusal} - {text}"));
     }
     let heard_by = if to == Recipient::Nobody { Recipient::All } else { to };
-    machine.say(heard_by, format_args!("// WARNING gcode parse failed {refusal} - {text}\n"));
-    machine.say(to, format_args!("ok\n"));
+    sessions.say(heard_by, format_args!("// WARNING gcode parse failed {refusal} - {text}\n"));
+    sessions.say(to, format_args!("ok\n"));
 }
 
 /// Pauses the job at a line that cannot be carried out: lines after it count on it, so it waits for a person.
@@ -149,6 +153,6 @@ pub(crate) fn bad_line<P: Ports>(machine: &mut Machine<'_, P>, error: SyntaxErro
         let text = core::str::from_utf8(line).unwrap_or("(not text)");
         return machine.announce(format_args!("// WARNING: not a saved setting, left out: {text}\n"));
     }
-    say_refusal(machine, Refusal::Syntax(error), line, source.to);
+    say_refusal(machine.world.sessions, Refusal::Syntax(error), line, source.to);
     done(machine, false, source);
 }

@@ -1,9 +1,9 @@
 //! The codes of a line: their order, whether each may run now, its meaning, and its execution.
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::needs::needs;
 use base::sessions::{LineBytes, Recipient};
+use base::{Ports, World};
 use gcode::{Block, Blocks, Code, Letter, WholeLine};
 use jobs::player::Name;
 use program::{Action, Effect, LineParts, Meaning, State, States};
@@ -12,7 +12,7 @@ use super::actions;
 use super::answers::{bad_line, finish};
 use crate::machine::Machine;
 use crate::machine::effects;
-use crate::machine::frames::{Frame, NextCode, Rest};
+use crate::machine::frames::{Frame, Frames, NextCode, Rest};
 use crate::machine::ignored_codes;
 use crate::machine::moments::{Features, Moments};
 use crate::machine::moves;
@@ -104,7 +104,7 @@ pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
         }
         if machine.frames.len() > height {
             let (line, column) = blocks.place();
-            match wait(machine, height, line, NextCode::At(column), source, (last, answer)) {
+            match wait(&mut machine.frames, height, line, NextCode::At(column), source, (last, answer)) {
                 Ok(()) => return,
                 Err(failure) => break Some(failure),
             }
@@ -184,7 +184,14 @@ fn run_parts<P: Ports>(
         if machine.frames.len() > height {
             // The line is read again after the wait, and sets its parameters at its end.
             machine.program.drop_line();
-            match wait(machine, height, line, NextCode::Ordered { begins, place: place + 1 }, source, (last, answer)) {
+            match wait(
+                &mut machine.frames,
+                height,
+                line,
+                NextCode::Ordered { begins, place: place + 1 },
+                source,
+                (last, answer),
+            ) {
                 Ok(()) => return None,
                 Err(failure) => return Some((last, Err(failure))),
             }
@@ -194,8 +201,8 @@ fn run_parts<P: Ports>(
 }
 
 /// Has the rest of a line wait for the work started since the stack had this height.
-fn wait<P: Ports>(
-    machine: &mut Machine<'_, P>,
+fn wait<S>(
+    frames: &mut Frames<'_, S>,
     height: usize,
     line: &[u8],
     next: NextCode,
@@ -203,10 +210,10 @@ fn wait<P: Ports>(
     (last, answer): (Option<Code>, Answer),
 ) -> Result<(), Failure> {
     let line = LineBytes::from_slice(line).unwrap_or_default();
-    if machine.frames.push_below(height, Frame::Rest(Rest { line, next, source, last, answer })) {
+    if frames.push_below(height, Frame::Rest(Rest { line, next, source, last, answer })) {
         return Ok(());
     }
-    machine.frames.drop_down_to(height);
+    frames.drop_down_to(height);
     Err(Failure::refused(&"scripts start each other without end"))
 }
 
@@ -251,7 +258,7 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
         }
         _ => return Begun::Ended(Err(Failure::HALTED)),
     }
-    let Some(row) = row else { return Begun::Ended(unknown(machine, block.code, source.to)) };
+    let Some(row) = row else { return Begun::Ended(unknown(&machine.world, block.code, source.to)) };
     // A file that saves or loads settings would never end.
     let is_about_settings = row.code.letter != Letter::T && (500..=504).contains(&row.code.number);
     if source.origin == Origin::Settings && is_about_settings {
@@ -308,20 +315,18 @@ fn run_begun<'b, P: Ports>(
     match &meaning {
         Meaning::Nothing => Ok(Answer::Ok),
         Meaning::PassedOver => Ok(Answer::PassedOver),
-        Meaning::Unknown => unknown(machine, block.code, source.to),
-        Meaning::Action(action) => match carry_out(machine, action, source.to) {
-            Ok(Answer::Unknown) => without_its_part(machine, block.code, source.to),
-            outcome => outcome,
-        },
+        Meaning::Unknown => unknown(&machine.world, block.code, source.to),
+        Meaning::Action(action) => {
+            // Only a wait can be left, and read again.
+            machine.urgent.means(action);
+            let done = actions::carry_out_all(machine, action, source.to);
+            machine.urgent.begin_line(false);
+            match done {
+                Ok(Answer::Unknown) => without_its_part(&machine.world, block.code, source.to),
+                outcome => outcome,
+            }
+        }
     }
-}
-
-/// Carries out the action of a block. Only a wait can be left, and read again.
-fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Recipient) -> Outcome {
-    machine.urgent.means(action);
-    let done = actions::carry_out_all(machine, action, to);
-    machine.urgent.begin_line(false);
-    done
 }
 
 /// Whether only a comment is left of a line.
@@ -333,10 +338,10 @@ fn is_last(blocks: &Blocks<'_>) -> bool {
 
 /// Handles a code whose part of the machine is not configured: a sender for mills counts on its lines.
 #[cold]
-fn without_its_part<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
+fn without_its_part<P: Ports>(world: &World<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
     match code {
-        Some(code) if machine.world.sessions.numbers_refusals(to) => {
-            Err(machine.world.texts.refused(format_args!("{code}: what it needs is not configured here")))
+        Some(code) if world.sessions.numbers_refusals(to) => {
+            Err(world.texts.refused(format_args!("{code}: what it needs is not configured here")))
         }
         _ => Ok(Answer::Unknown),
     }
@@ -344,13 +349,13 @@ fn without_its_part<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: 
 
 /// Handles a code that nobody knows: an error for sessions in GRBL's dialect.
 #[cold]
-fn unknown<P: Ports>(machine: &Machine<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
+fn unknown<P: Ports>(world: &World<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
     match code {
-        Some(code) if machine.world.sessions.numbers_refusals(to) && <Features<P> as Moments<P>>::accepts(code) => {
+        Some(code) if world.sessions.numbers_refusals(to) && <Features<P> as Moments<P>>::accepts(code) => {
             Ok(Answer::Ok)
         }
-        Some(code) if machine.world.sessions.numbers_refusals(to) => {
-            Err(machine.world.texts.refused(format_args!("{code} is not known here")))
+        Some(code) if world.sessions.numbers_refusals(to) => {
+            Err(world.texts.refused(format_args!("{code} is not known here")))
         }
         _ => Ok(Answer::Unknown),
     }

@@ -164,7 +164,15 @@ pub(crate) fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
     }
     if usable && start_parts(machine) {
         Features::<P>::read_files(machine);
-        load_settings(machine);
+        program_files::load(machine);
+        if machine.world.config.general.config_override {
+            // There need not be any. They are replayed once the machine listens.
+            let path = Path::try_from(OVERRIDE_PATH).unwrap_or_default();
+            match suspend::begin_replay(machine, &path, Recipient::All, false) {
+                Ok(()) | Err(StorageError::NotFound) => {}
+                Err(error) => machine.announce(format_args!("ERROR: {OVERRIDE_PATH}: {}\n", error.text())),
+            }
+        }
         Features::<P>::started(machine, true);
         machine.jobs.queue_boot_file(machine.world.config);
     } else {
@@ -195,10 +203,10 @@ pub(crate) fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
 fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     let now = machine.world.ports.now();
     machine.safety.limits.configure(machine.world.config, now);
-    let configured = configure_motion(machine);
-    let Machine { world: World { ports, config, sessions, .. }, .. } = machine;
+    let configured = configure_motion(&mut machine.world);
+    let World { ports, config, sessions, .. } = &mut machine.world;
     leveling::configure(ports, config, &mut Reply::new(sessions, Recipient::All));
-    if !(configured & configure_heat(machine) & wire(machine)) {
+    if !(configured & configure_heat(&mut machine.world) & wire(&mut machine.world)) {
         return false;
     }
     Features::<P>::wired(machine);
@@ -209,95 +217,78 @@ fn start_parts<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     }
     machine.world.ports.heat(HeatControl::enable_outputs);
     machine.world.ports.supervisor(|supervisor| supervisor.expect_fet_supply(true));
-    await_supply_reading(machine);
-    configure_drivers(machine);
+    await_supply_reading(&mut machine.world.ports, machine.world.config);
+    configure_drivers(&mut machine.world);
     true
 }
 
-fn configure_motion<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let configured = match motion_config(machine.world.config) {
-        Ok(config) => machine.world.ports.motion(|motion| motion.configure(config)),
+fn configure_motion<P: Ports>(world: &mut World<'_, P>) -> bool {
+    let configured = match motion_config(world.config) {
+        Ok(config) => world.ports.motion(|motion| motion.configure(config)),
         Err(solution) => {
-            machine.announce(format_args!(
+            world.announce(format_args!(
                 "ERROR: config.ini: the geometry of arm_solution {solution:?} fits no machine\n"
             ));
             return false;
         }
     };
     if let Err(error) = configured {
-        machine.announce(format_args!("ERROR: config.ini: {error}\n"));
+        world.announce(format_args!("ERROR: config.ini: {error}\n"));
     }
     configured.is_ok()
 }
 
-fn configure_heat<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let config = machine.world.config;
-    let all_fit = machine
-        .world
+fn configure_heat<P: Ports>(world: &mut World<'_, P>) -> bool {
+    let config = world.config;
+    let all_fit = world
         .ports
         .heat(|heat| config.temperatures.iter().all(|heater| heat.add(HeaterSettings::from(heater)).is_some()));
     if !all_fit {
-        machine.announce(format_args!("ERROR: config.ini: more temperature controls than this board has\n"));
+        world.announce(format_args!("ERROR: config.ini: more temperature controls than this board has\n"));
     }
     all_fit
 }
 
-fn wire<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
-    let Machine { world: World { ports, config, sessions, .. }, .. } = machine;
+fn wire<P: Ports>(World { ports, config, sessions, .. }: &mut World<'_, P>) -> bool {
     let mut report = |text: &str| sessions.say(Recipient::All, format_args!("ERROR: config.ini: {text}\n"));
     ports.wire(config, &mut report)
 }
 
 /// Lets the motor supply's monitor give its first reading: drivers without supply are not to be called
 /// silent.
-fn await_supply_reading<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !machine.world.config.voltages.iter().any(|monitor| monitor.name == "vmotor") {
+fn await_supply_reading<P: Ports>(ports: &mut P, config: &MachineConfig) {
+    if !config.voltages.iter().any(|monitor| monitor.name == "vmotor") {
         return;
     }
-    let since = machine.world.ports.now();
-    while machine.world.ports.voltage("vmotor").is_none()
-        && machine.world.ports.now().since(since) < SUPPLY_READING_TIMEOUT
-    {
-        machine.world.ports.report_alive();
-        machine.world.ports.rest(Wake::Any);
+    let since = ports.now();
+    while ports.voltage("vmotor").is_none() && ports.now().since(since) < SUPPLY_READING_TIMEOUT {
+        ports.report_alive();
+        ports.rest(Wake::Any);
     }
 }
 
 /// Writes the drivers' registers and currents. Without motor supply they cannot answer; the supervisor does
 /// it when the supply comes.
-fn configure_drivers<P: Ports>(machine: &mut Machine<'_, P>) {
-    let internal = internal_motors(machine.world.config);
-    let check = machine.world.config.motors.check_driver_errors;
-    let on_board = on_board_motors(machine.world.config);
-    machine.world.ports.supervisor(|supervisor| supervisor.configure(on_board, internal & !on_board, check));
-    let supplied = machine.world.ports.voltage("vmotor").is_none_or(|volts| volts >= MOTOR_SUPPLY_OFF);
+fn configure_drivers<P: Ports>(world: &mut World<'_, P>) {
+    let internal = internal_motors(world.config);
+    let check = world.config.motors.check_driver_errors;
+    let on_board = on_board_motors(world.config);
+    world.ports.supervisor(|supervisor| supervisor.configure(on_board, internal & !on_board, check));
+    let supplied = world.ports.voltage("vmotor").is_none_or(|volts| volts >= MOTOR_SUPPLY_OFF);
     let awake = if supplied { internal } else { internal & !on_board };
     for motor in Actuator::of_bits(awake) {
-        let current = machine.world.config.actuators[motor].current;
-        let set = machine.world.ports.drivers(|drivers| {
+        let current = world.config.actuators[motor].current;
+        let set = world.ports.drivers(|drivers| {
             drivers.initialise(motor)?;
             current.map_or(Ok(None), |amps| drivers.set_current(motor, amps).map(Some))
         });
         if set.is_err() {
-            machine.world.ports.supervisor(|supervisor| supervisor.mark_told(motor, DriverTrouble::Silent));
-            machine.announce(format_args!(
+            world.ports.supervisor(|supervisor| supervisor.mark_told(motor, DriverTrouble::Silent));
+            world.announce(format_args!(
                 "ERROR: motor driver {} does not answer, check its supply and wiring\n",
                 motor.name()
             ));
         }
     }
-    machine.world.ports.set_motor_power(true);
-}
-
-/// Has saved settings replayed once the machine listens. There need not be any.
-fn load_settings<P: Ports>(machine: &mut Machine<'_, P>) {
-    program_files::load(machine);
-    if !machine.world.config.general.config_override {
-        return;
-    }
-    let path = Path::try_from(OVERRIDE_PATH).unwrap_or_default();
-    match suspend::begin_replay(machine, &path, Recipient::All, false) {
-        Ok(()) | Err(StorageError::NotFound) => {}
-        Err(error) => machine.announce(format_args!("ERROR: {OVERRIDE_PATH}: {}\n", error.text())),
-    }
+    world.ports.set_motor_power(true);
 }

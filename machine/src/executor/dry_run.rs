@@ -108,7 +108,8 @@ impl<P: Ports> DryRun for Checked<'_, '_, P> {
     }
 
     fn calls(&mut self, number: u32, times: u32) -> Outcome {
-        program_flow::call(self.machine, number, times)
+        let Machine { world, jobs, program, .. } = &mut *self.machine;
+        program_flow::call(world, jobs, program, (number, times))
     }
 
     fn returns(&mut self) -> Outcome {

@@ -5,16 +5,16 @@ use base::failure::Answer;
 use base::own_frame::apart;
 use base::ports::Wake;
 use base::reason::Reason;
-use base::sessions::{LineBytes, Recipient, Reply, Rights, SessionId};
+use base::sessions::{LineBytes, Recipient, Reply, Rights, SessionId, Sessions};
 use base::{Ports, World};
 use config::ButtonWord;
 use events::{Event, Text};
 use gcode::{Line, Refusal};
-use jobs::files::NotSaved;
+use jobs::files::{Files, NotSaved};
 use jobs::player::line_numbers::{decoder_expecting, tag_of};
 use jobs::player::{Next, Scripts};
 use motion::Tag;
-use program::{Dialect, State, Waits};
+use program::{Dialect, Interpreter, State, Waits};
 
 use super::actions;
 use super::answers::{finish, pause_job, say_refusal};
@@ -80,7 +80,7 @@ fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bo
     if machine.files.uploads_from(id) && !machine.world.ports.is_ready() {
         return false;
     }
-    if path_is_full && rides(machine, id) {
+    if path_is_full && rides(machine.world.sessions, &machine.files, &machine.program, id) {
         if let Some(session) = machine.world.sessions.get_mut(id) {
             session.wait_for_room();
         }
@@ -99,21 +99,19 @@ fn run_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> bo
 }
 
 /// Whether the session's line waits only for room in the look-ahead queue.
-fn rides<P: Ports>(machine: &Machine<'_, P>, id: SessionId) -> bool {
-    let Some((session, line)) = machine.world.sessions.get(id).and_then(|session| Some((session, session.waiting()?)))
-    else {
+fn rides(sessions: &Sessions, files: &Files, program: &Interpreter, id: SessionId) -> bool {
+    let Some((session, line)) = sessions.get(id).and_then(|session| Some((session, session.waiting()?))) else {
         return false;
     };
-    if machine.files.takes_lines_of(id) {
+    if files.takes_lines_of(id) {
         return false;
     }
     // A copy, since the line is not read yet.
     let mut decoder = session.decoder;
     let Ok(Line::Code(mut blocks)) = decoder.decode(line) else { return false };
     let dialect = session.dialect;
-    blocks.any(|block| {
-        block.is_ok_and(|block| machine.program.row(&block, dialect).is_some_and(|row| row.waits == Waits::Path))
-    })
+    blocks
+        .any(|block| block.is_ok_and(|block| program.row(&block, dialect).is_some_and(|row| row.waits == Waits::Path)))
 }
 
 /// Runs a line of a session. Kept out of the code that every line of a file passes through.
@@ -149,11 +147,12 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
         Ok(Line::Code(_)) if Features::<P>::refuse_codes(machine, to) => machine.answered(id),
         Ok(decoded) => {
             Features::<P>::session_line_begins(machine);
-            run_decoded(machine, decoded, Source::new(machine, to, Origin::Session));
+            let source = Source::of_session(machine.world.sessions, to);
+            run_decoded(machine, decoded, source);
             Features::<P>::session_line_ends(machine);
         }
         Err(refusal) => {
-            say_refusal(machine, refusal, line, to);
+            say_refusal(machine.world.sessions, refusal, line, to);
             machine.answered(id);
         }
     }
@@ -200,16 +199,12 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
             }
             machine.tag = machine.jobs.begin_line();
             machine.program.at_line(machine.jobs.line());
-            if to != Recipient::Nobody {
-                echo(machine, &line, to);
+            if to != Recipient::Nobody
+                && let Ok(text) = core::str::from_utf8(&line)
+            {
+                machine.say(to, format_args!("{text}\n"));
             }
-            // Answers to lines of a file go to nobody: only faults are told.
-            let to = Recipient::Nobody;
-            if machine.program.flow().passes_over() {
-                run_passed_over(machine, &line, to);
-            } else {
-                run_own_line(machine, &line, Source::new(machine, to, Origin::Job));
-            }
+            run_line_of_job(machine, &line);
         }
         Next::Nothing => {}
         Next::NotYet => return false,
@@ -244,10 +239,13 @@ fn start_job<P: Ports>(machine: &mut Machine<'_, P>, from: JobBegins) -> JobStar
     start
 }
 
-/// Runs a line that is passed over: only an O word counts in it.
-fn run_passed_over<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient) {
-    if let Ok(Line::Flow(line)) = decoder_expecting(line).decode(line) {
-        let source = Source::new(machine, to, Origin::Job);
+/// Runs a line of the job. Only an O word counts in a line that is passed over. Answers go to nobody: only
+/// faults are told.
+fn run_line_of_job<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) {
+    let source = Source::of_job(&machine.jobs, machine.world.config);
+    if !machine.program.flow().passes_over() {
+        run_own_line(machine, line, source);
+    } else if let Ok(Line::Flow(line)) = decoder_expecting(line).decode(line) {
         let outcome = program_flow::run_line(machine, &line, source);
         finish(machine, outcome, None, source);
     }
@@ -275,12 +273,7 @@ fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
             let _passed = machine.jobs.pass_pause(&line, height);
             machine.tag = machine.jobs.begin_line();
             machine.program.at_line(machine.jobs.line());
-            if machine.program.flow().passes_over() {
-                run_passed_over(machine, &line, Recipient::Nobody);
-            } else {
-                let source = Source::new(machine, Recipient::Nobody, Origin::Job);
-                run_own_line(machine, &line, source);
-            }
+            run_line_of_job(machine, &line);
         }
         Next::Nothing | Next::Dialect(_) => {}
         Next::NotYet => {
@@ -288,12 +281,6 @@ fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
         }
         Next::TooLong => pause_job(machine, "is too long"),
         Next::End | Next::Failed(_) => fast_forward::end(machine, false),
-    }
-}
-
-fn echo<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], to: Recipient) {
-    if let Ok(text) = core::str::from_utf8(line) {
-        machine.say(to, format_args!("{text}\n"));
     }
 }
 
@@ -343,7 +330,7 @@ fn run_switch<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         return true;
     };
     machine.tag = Tag::NONE;
-    let source = Source::new(machine, Recipient::Nobody, Origin::Switch);
+    let source = Source::of_machine(machine.world.config, Origin::Switch);
     run_own_line(machine, line.as_bytes(), source);
     true
 }
@@ -356,7 +343,7 @@ fn run_button<P: Ports>(machine: &mut Machine<'_, P>, line: &str) {
         Some(ButtonWord::Suspend) => "M600",
         _ => line,
     };
-    let source = Source::new(machine, Recipient::Nobody, Origin::Switch);
+    let source = Source::of_machine(machine.world.config, Origin::Switch);
     machine.world.sessions.button_stop = Some(false);
     run_own_line(machine, line.as_bytes(), source);
     machine.world.sessions.button_stop = None;
@@ -372,7 +359,7 @@ fn run_own_line<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8], source: Sou
             let why = machine.world.texts.refused(format_args!("checksum does not match: {text}"));
             machine.refuse(source.to, why);
         }
-        Err(refusal) => say_refusal(machine, refusal, line, source.to),
+        Err(refusal) => say_refusal(machine.world.sessions, refusal, line, source.to),
     }
     if source.origin == Origin::Job {
         pause_job(machine, "was not carried out");
@@ -391,11 +378,18 @@ fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, source
             }
             finish(machine, outcome, None, source);
         }
-        line => match named_commands::command_of(machine, &line, source) {
-            Named::Console(command) => run_command(machine, command, source),
-            Named::Codes => {}
-            Named::Ended(outcome) => finish(machine, outcome, None, source),
-        },
+        line => {
+            let Machine { frames, jobs, world: World { config, texts, .. }, .. } = machine;
+            match named_commands::command_of(frames, jobs, (config, texts), &line, source) {
+                Named::Console(command) => run_command(machine, command, source),
+                Named::Codes => {}
+                Named::Tower(command) => {
+                    let outcome = job_control::tower(machine, &command);
+                    finish(machine, outcome, None, source);
+                }
+                Named::Ended(outcome) => finish(machine, outcome, None, source),
+            }
+        }
     }
 }
 

@@ -1,16 +1,14 @@
 //! Commands by name, `SET_VELOCITY_LIMIT ACCEL=3000`, and their translation into lines of codes.
 
-use base::Ports;
-use base::failure::{Answer, Failure, Outcome};
+use base::failure::{Answer, Failure, Outcome, Texts};
 use base::program_setup::PartNames;
 use base::sessions::LineBytes;
+use config::MachineConfig;
 use gcode::{Extended, Line};
-use jobs::player::Name;
+use jobs::player::{Jobs, Name};
 use program::extended::{self, Asked, CodeLine};
 
-use crate::machine::Machine;
-use crate::machine::frames::{Frame, NextCode, Rest};
-use crate::machine::job_control;
+use crate::machine::frames::{Frame, Frames, NextCode, Rest};
 use crate::machine::source::{Origin, Source};
 
 /// Result of a command by name.
@@ -19,44 +17,49 @@ pub(crate) enum Named<'a> {
     Codes,
     /// Command of the console that it means.
     Console(&'a str),
+    /// Calibration tower that it asks for.
+    Tower(Extended<'a>),
     /// Outcome of a command that is not carried out, or cannot be.
     Ended(Outcome),
 }
 
-/// Classifies a line that is neither codes nor a flow word: a command of the console, or one by name.
+/// Classifies a line that is neither codes nor a flow word: a command of the console, or one by name, whose
+/// codes are carried out next.
 #[cold]
-pub(crate) fn command_of<'a, P: Ports>(machine: &mut Machine<'_, P>, line: &Line<'a>, source: Source) -> Named<'a> {
-    match *line {
-        Line::Console(text) if is_named(text) => start(machine, &Extended::new(text), source),
-        Line::Console(text) => Named::Console(text),
-        Line::Extended(command) => start(machine, &command, source),
-        _ => Named::Ended(Ok(Answer::Ok)),
-    }
-}
-
-/// Has the codes of a command by name carried out next.
-fn start<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>, source: Source) -> Named<'static> {
+pub(crate) fn command_of<'a, S>(
+    frames: &mut Frames<'_, S>,
+    jobs: &mut Jobs,
+    (config, texts): (&MachineConfig, &Texts),
+    line: &Line<'a>,
+    source: Source,
+) -> Named<'a> {
+    let command = match *line {
+        Line::Console(text) if is_named(text) => Extended::new(text),
+        Line::Console(text) => return Named::Console(text),
+        Line::Extended(command) => command,
+        _ => return Named::Ended(Ok(Answer::Ok)),
+    };
     let mut codes = CodeLine::new();
-    let names = PartNames { config: machine.world.config, dialect: source.dialect };
-    match extended::translate(command, &names, &mut codes) {
+    let names = PartNames { config, dialect: source.dialect };
+    match extended::translate(&command, &names, &mut codes) {
         Ok(Asked::Codes) => {
             // Both buffers have the same room.
             let line = LineBytes::from_slice(codes.as_bytes()).unwrap_or_default();
             let rest = Rest { line, next: NextCode::At(0), source, last: None, answer: Answer::Ok };
-            if machine.frames.push(Frame::Rest(rest)) {
+            if frames.push(Frame::Rest(rest)) {
                 return Named::Codes;
             }
             Named::Ended(Err(Failure::refused(&"scripts start each other without end")))
         }
         Ok(Asked::Console(asked)) => Named::Console(asked),
-        Ok(Asked::Tower) => Named::Ended(job_control::tower(machine, command)),
+        Ok(Asked::Tower) => Named::Tower(command),
         Ok(Asked::PassedOver(name)) => {
-            if let Some(noted) = machine.jobs.noted().filter(|_| source.origin == Origin::Job) {
+            if let Some(noted) = jobs.noted().filter(|_| source.origin == Origin::Job) {
                 noted.passed_over.count(Name::Command(name));
             }
             Named::Ended(Ok(Answer::PassedOver))
         }
-        Err(fault) => Named::Ended(Err(machine.world.texts.refused(format_args!("{} {fault}", command.name())))),
+        Err(fault) => Named::Ended(Err(texts.refused(format_args!("{} {fault}", command.name())))),
     }
 }
 

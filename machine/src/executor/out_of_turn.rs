@@ -6,17 +6,20 @@
 
 use base::failure::Failure;
 use base::reason::Alarm;
-use base::sessions::{Recipient, SessionId};
+use base::sessions::{Recipient, SessionId, Sessions};
 use base::{Ports, World};
-use config::ButtonWord;
+use config::{ButtonWord, MachineConfig};
 use gcode::{Blocks, Code, Letter, Line};
+use jobs::player::Jobs;
 use jobs::player::line_numbers::decoder_expecting;
+use parts::buttons::Buttons;
+use parts::outputs::Outputs;
 use program::{Dialect, Dialects};
 
 use super::stack;
 use crate::machine::Machine;
 use crate::machine::abort;
-use crate::machine::end_requests::{Ends, Requester};
+use crate::machine::end_requests::{Asked, Ends, Requester};
 use crate::machine::moments::{Features, Moments as _};
 
 /// Returns how much of the work in progress a line ends; `None` if it waits its turn.
@@ -60,12 +63,12 @@ pub(crate) fn end_wait<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 /// Notes a request that does not wait for its turn, as long as there is a job.
-pub(crate) fn ask<P: Ports>(machine: &mut Machine<'_, P>, requester: Requester, ends: Option<Ends>) {
+pub(crate) fn ask(urgent: &mut Asked, jobs: &Jobs, requester: Requester, ends: Option<Ends>) {
     // A pause does not take back a request to end everything.
-    let ends_everything = matches!(machine.urgent.asked, Some((_, Ends::Everything)));
-    let counts = !ends_everything && (machine.jobs.is_open() || machine.jobs.is_suspended());
+    let ends_everything = matches!(urgent.asked, Some((_, Ends::Everything)));
+    let counts = !ends_everything && (jobs.is_open() || jobs.is_suspended());
     if let Some(ends) = ends.filter(|_| counts) {
-        machine.urgent.asked = Some((requester, ends));
+        urgent.asked = Some((requester, ends));
     }
 }
 
@@ -73,7 +76,9 @@ pub(crate) fn ask<P: Ports>(machine: &mut Machine<'_, P>, requester: Requester, 
 /// as they do for a session; their lines do no more in their turn.
 #[cold]
 pub(crate) fn ask_for_inputs<P: Ports>(machine: &mut Machine<'_, P>) {
-    let sends = |code| inputs(machine).any(|line| code_of(line) == Some(code));
+    let wished = Features::<P>::line(machine);
+    let Machine { outputs, buttons, world: World { config, .. }, .. } = &*machine;
+    let sends = |code| inputs(outputs, buttons, config, wished).any(|line| code_of(line) == Some(code));
     if sends(112) {
         machine.halt(Alarm::Abort, format_args!("ALARM: Emergency stop (M112)\n"));
     } else if sends(410) {
@@ -90,10 +95,12 @@ pub(crate) fn ask_for_inputs<P: Ports>(machine: &mut Machine<'_, P>) {
             decoder_expecting(line.as_bytes()).decode(line.as_bytes()).ok().and_then(|line| of_line(&line, dialect))
         }
     };
-    let all = inputs(machine).filter_map(of_input);
+    let wished = Features::<P>::line(machine);
+    let Machine { outputs, buttons, world: World { config, .. }, .. } = &*machine;
+    let all = inputs(outputs, buttons, config, wished).filter_map(of_input);
     let ends = all.reduce(|one, other| if one == Ends::Everything { one } else { other });
     if ends.is_some() {
-        ask(machine, Requester::Input, ends);
+        ask(&mut machine.urgent, &machine.jobs, Requester::Input, ends);
     }
 }
 
@@ -105,10 +112,14 @@ fn code_of(line: &str) -> Option<u16> {
     }
 }
 
-/// Returns the lines that inputs have sent and that have not been carried out.
-fn inputs<'m, P: Ports>(machine: &'m Machine<'_, P>) -> impl Iterator<Item = &'m str> {
-    let Machine { outputs, buttons, world: World { config, .. }, .. } = machine;
-    let wished = Features::<P>::line(machine);
+/// Returns the lines that inputs have sent and that have not been carried out; `wished`: the line that a
+/// feature would like to have run.
+fn inputs<'m>(
+    outputs: &'m Outputs,
+    buttons: &'m Buttons,
+    config: &'m MachineConfig,
+    wished: Option<&'static str>,
+) -> impl Iterator<Item = &'m str> {
     outputs
         .commands(config)
         .map(|line| line.as_str())
@@ -120,9 +131,10 @@ fn inputs<'m, P: Ports>(machine: &'m Machine<'_, P>) -> impl Iterator<Item = &'m
 pub(crate) fn next_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full: bool) -> Option<SessionId> {
     match machine.urgent.first() {
         None => machine.world.sessions.next_ready(path_is_full),
-        Some(Requester::Session(first)) => take_first(machine, first),
+        Some(Requester::Session(first)) => take_first(&mut machine.urgent, machine.world.sessions, first),
         Some(Requester::Input) => {
-            if inputs(machine).next().is_none() {
+            let wished = Features::<P>::line(machine);
+            if inputs(&machine.outputs, &machine.buttons, machine.world.config, wished).next().is_none() {
                 machine.urgent.asked = None;
             }
             None
@@ -132,11 +144,11 @@ pub(crate) fn next_session<P: Ports>(machine: &mut Machine<'_, P>, path_is_full:
 
 /// Returns the session whose line comes before all others, if that can be read.
 #[cold]
-fn take_first<P: Ports>(machine: &mut Machine<'_, P>, first: SessionId) -> Option<SessionId> {
-    let session = machine.world.sessions.get(first).filter(|session| session.waiting().is_some());
+fn take_first(urgent: &mut Asked, sessions: &Sessions, first: SessionId) -> Option<SessionId> {
+    let session = sessions.get(first).filter(|session| session.waiting().is_some());
     let is_ready = session.is_some_and(|session| session.is_ready(false));
     if is_ready || session.is_none() {
-        machine.urgent.asked = None;
+        urgent.asked = None;
     }
     is_ready.then_some(first)
 }

@@ -7,8 +7,9 @@ use base::failure::{Answer, Failure, Outcome};
 use base::paths::Path;
 use base::{Ports, World};
 use gcode::{FlowLine, FlowWord};
-use jobs::player::Listeners;
-use program::Next;
+use jobs::files::Files;
+use jobs::player::{Jobs, Listeners};
+use program::{FlowFault, Interpreter, Next};
 
 use crate::machine::Machine;
 use crate::machine::effects;
@@ -19,18 +20,31 @@ use crate::machine::source::{Origin, Source};
 
 /// Runs a line with an O word.
 pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {
-    if source.origin != Origin::Job {
-        return run_elsewhere(machine, line, source);
+    let Machine { world, jobs, files, program, .. } = machine;
+    if source.origin == Origin::Job {
+        let (here, after) = jobs.places();
+        let next = program.flow_line(line, here, after);
+        return go_on(world, jobs, program, next);
     }
-    let (here, after) = machine.jobs.places();
-    match machine.program.flow_line(line, here, after) {
-        Ok(next) => go_on(machine, next),
-        Err(fault) => Err(machine.world.texts.refused(format_args!("{fault}"))),
+    open_called(world, jobs, files, line, source)?;
+    if let Err(fault) = program.flow_line(line, Default::default(), Default::default()) {
+        end(machine);
+        machine.jobs.close(&mut machine.world.ports);
+        return Err(machine.world.texts.refused(format_args!("{fault}")));
     }
+    program.enter_file();
+    Ok(Answer::Ok)
 }
 
-/// Runs an O word outside of files: only the call of a subroutine that is a file, which becomes a job.
-fn run_elsewhere<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {
+/// Opens the file of an O word outside of files: only a subroutine that is a file is called there, and
+/// becomes a job.
+fn open_called<P: Ports>(
+    World { ports, texts, .. }: &mut World<'_, P>,
+    jobs: &mut Jobs,
+    files: &Files,
+    line: &FlowLine<'_>,
+    source: Source,
+) -> Result<(), Failure> {
     if line.word != FlowWord::Call || source.origin != Origin::Session {
         return Err(Failure::refused(&"here only O<name> call works; other O words belong in a file that is played"));
     }
@@ -38,35 +52,23 @@ fn run_elsewhere<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, so
     if write!(name, "{}.ngc", line.label).is_err() {
         return Err(Failure::refused(&"the name is too long"));
     }
-    let path = machine.files.absolute(&name);
-    let now = machine.world.ports.now();
-    machine.jobs.open(
-        machine.world.texts,
-        &path,
-        Listeners { tells_end: source.to, ..Listeners::default() },
-        &mut machine.world.ports,
-        now,
-    )?;
-    let called = machine.program.flow_line(line, Default::default(), Default::default());
-    if let Err(fault) = called {
-        end(machine);
-        machine.jobs.close(&mut machine.world.ports);
-        return Err(machine.world.texts.refused(format_args!("{fault}")));
-    }
-    machine.program.enter_file();
-    Ok(Answer::Ok)
+    let (path, now) = (files.absolute(&name), ports.now());
+    jobs.open(texts, &path, Listeners { tells_end: source.to, ..Listeners::default() }, ports, now).map(drop)
 }
 
 /// Calls a subroutine by number (M98).
-pub(crate) fn call<P: Ports>(machine: &mut Machine<'_, P>, number: u32, times: u32) -> Outcome {
-    if !machine.jobs.is_playing() {
+pub(crate) fn call<P: Ports>(
+    world: &mut World<'_, P>,
+    jobs: &mut Jobs,
+    program: &mut Interpreter,
+    (number, times): (u32, u32),
+) -> Outcome {
+    if !jobs.is_playing() {
         return Err(Failure::refused(&"M98 works in files that are played"));
     }
-    let (_, after) = machine.jobs.places();
-    match machine.program.call(number, times, after) {
-        Ok(next) => go_on(machine, next),
-        Err(fault) => Err(machine.world.texts.refused(format_args!("{fault}"))),
-    }
+    let (_, after) = jobs.places();
+    let next = program.call(number, times, after);
+    go_on(world, jobs, program, next)
 }
 
 /// Returns from a subroutine (M99), and carries out the effects that this has.
@@ -75,7 +77,8 @@ pub(crate) fn end_call<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
         return Err(Failure::refused(&"M99 works in files that are played"));
     }
     let next = machine.program.end_call().unwrap_or(Next::At(program::Place::default()));
-    let ended = go_on(machine, next)?;
+    let Machine { world, jobs, program, .. } = &mut *machine;
+    let ended = go_on(world, jobs, program, Ok(next))?;
     while let Some(what) = machine.program.next_effect() {
         effects::change(machine, what)?;
     }
@@ -94,11 +97,16 @@ pub(crate) fn end_program<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
     Ok(Answer::Ok)
 }
 
-fn go_on<P: Ports>(machine: &mut Machine<'_, P>, next: Next) -> Outcome {
-    let Machine { jobs, program, world: World { ports, .. }, .. } = machine;
-    match next {
+/// Goes on where an O word or a call leads.
+fn go_on<P: Ports>(
+    World { ports, texts, .. }: &mut World<'_, P>,
+    jobs: &mut Jobs,
+    program: &mut Interpreter,
+    next: Result<Next, FlowFault>,
+) -> Outcome {
+    match next.map_err(|fault| texts.refused(format_args!("{fault}")))? {
         Next::Following => {}
-        Next::At(place) => jobs.go_to(place, ports).map_err(|error| machine.world.texts.because(error.text()))?,
+        Next::At(place) => jobs.go_to(place, ports).map_err(|error| texts.because(error.text()))?,
         Next::FirstOf(name) if jobs.call_file(&name, ports)? => program.enter_file(),
         Next::FirstOf(_) => program.search_sub(),
         Next::Returned if jobs.return_from_file(ports) => {}

@@ -221,7 +221,7 @@ impl<P: Ports> Machine<'_, P> {
                 _ => false,
             }
         });
-        out_of_turn::ask(self, Requester::Session(id), asks.filter(|_| may_operate));
+        out_of_turn::ask(&mut self.urgent, &self.jobs, Requester::Session(id), asks.filter(|_| may_operate));
         if let Some(session) = self.world.sessions.get_mut(id).filter(|_| is_answered) {
             session.decoder = decoder;
             session.drop_line();

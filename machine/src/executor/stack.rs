@@ -1,12 +1,12 @@
 //! The work that lines have started: scripts and files of saved settings, line by line, and their sequels.
 
-use base::failure::{Answer, Failure, FailureKind, Outcome, short};
-use base::ports::StorageError;
+use base::failure::{Answer, Failure, FailureKind, Outcome, ShortText, Texts, short};
+use base::ports::{Storage, StorageError};
 use base::sessions::{LineBytes, Recipient};
 use base::{Ports, World};
 use gcode::{Blocks, Gathered};
 use procedures::probing::{stow_after, touch_cartesian_grid};
-use program::{LeftHole, ScriptModes};
+use program::{Interpreter, LeftHole, ScriptModes};
 
 use super::actions;
 use super::answers;
@@ -15,7 +15,7 @@ use super::blocks::Start;
 use super::bore_retract;
 use super::tool_change;
 use crate::machine::Machine;
-use crate::machine::frames::{Frame, Replay, Script, Then};
+use crate::machine::frames::{Frame, Frames, Replay, Script, Then};
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::{Featured, Features, Moments as _};
 use crate::machine::source::{Origin, Source};
@@ -26,55 +26,53 @@ pub(crate) fn run_top<P: Ports>(machine: &mut Machine<'_, P>) {
     if machine.safety.is_halted() {
         return fail(machine, Failure::HALTED);
     }
-    match machine.frames.top() {
-        Some(Frame::Replay(_)) => replay_next(machine),
+    let done = match machine.frames.top() {
+        Some(Frame::Replay(_)) => return replay_next(machine),
         Some(Frame::Script(_)) => script_next(machine),
         _ => match machine.frames.pop() {
-            Some(Frame::Rest(rest)) => blocks::run_rest(machine, rest),
-            // The job, and its line with it, was aborted meanwhile.
-            Some(Frame::Operator(_)) if !machine.jobs.is_open() => drop_all(machine),
-            Some(Frame::Operator(modes)) => modes.end(&mut machine.program),
+            Some(Frame::Rest(rest)) => return blocks::run_rest(machine, rest),
+            Some(Frame::Operator(modes)) => {
+                match machine.jobs.is_open() {
+                    true => modes.end(&mut machine.program),
+                    // The job, and its line with it, was aborted meanwhile.
+                    false => drop_all(&mut machine.frames, &mut machine.program),
+                }
+                Ok(())
+            }
             Some(Frame::ToolChange(tool)) => {
-                if let Err(failure) = tool_change::put_in(machine, tool) {
-                    fail(machine, failure);
-                }
+                tool_change::put_in(&mut MachineHands::new(machine, Recipient::Nobody), tool)
             }
-            Some(Frame::Hole(left)) => {
-                if let Err(failure) = go_on_drilling(machine, &left) {
-                    fail(machine, failure);
-                }
-            }
-            Some(Frame::Startup(number)) => run_startup(machine, number),
-            Some(Frame::Then(then)) => {
-                if let Err(failure) = go_on(machine, then) {
-                    fail(machine, failure);
-                }
-            }
-            _ => {}
+            Some(Frame::Hole(left)) => go_on_drilling(machine, &left),
+            Some(Frame::Startup(number)) => return run_startup(machine, number),
+            Some(Frame::Then(then)) => go_on(machine, then),
+            _ => Ok(()),
         },
+    };
+    if let Err(failure) = done {
+        fail(machine, failure);
     }
 }
 
 /// Drops all frames that were started.
-fn drop_all<P: Ports>(machine: &mut Machine<'_, P>) {
-    while let Some(frame) = machine.frames.pop() {
+fn drop_all<S>(frames: &mut Frames<'_, S>, program: &mut Interpreter) {
+    while let Some(frame) = frames.pop() {
         if let Frame::Script(script) = frame {
-            end_script(machine, &script);
+            end_script(program, &script);
         }
     }
 }
 
 /// Gives the modes back to the program at the end of a script, or before.
-fn end_script<P: Ports>(machine: &mut Machine<'_, P>, script: &Script<'_>) {
+fn end_script(program: &mut Interpreter, script: &Script<'_>) {
     if let Some(modes) = &script.modes {
-        modes.end(&mut machine.program);
+        modes.end(program);
     }
 }
 
 /// Goes on with a drilling cycle, as the tool was drawn out of a hole.
 fn go_on_drilling<P: Ports>(machine: &mut Machine<'_, P>, left: &LeftHole) -> Result<(), Failure> {
     machine.standstill()?;
-    bore_retract::take_up(machine, left)?;
+    bore_retract::take_up(&mut MachineHands::new(machine, Recipient::Nobody), left)?;
     actions::what_returned(machine, Recipient::Nobody).map(drop)
 }
 
@@ -85,15 +83,15 @@ fn run_startup<P: Ports>(machine: &mut Machine<'_, P>, number: u8) {
     let _ = machine.frames.push(Frame::Startup(number + 1));
     if !text.is_empty() {
         machine.tag = motion::Tag::NONE;
-        let source = Source::new(machine, Recipient::Nobody, Origin::Startup(number));
+        let source = Source::of_machine(machine.world.config, Origin::Startup(number));
         blocks::run_line(machine, Blocks::new(text.as_bytes()), Start::Line, source);
     }
 }
 
 /// Runs the next command of a script.
-fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
+fn script_next<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
     let Machine { frames, program, .. } = machine;
-    let Some(Frame::Script(script)) = frames.top() else { return };
+    let Some(Frame::Script(script)) = frames.top() else { return Ok(()) };
     let text = script.text;
     let modes = script.modes.get_or_insert_with(|| ScriptModes::begin(program));
     let bytes = text.as_bytes();
@@ -106,35 +104,32 @@ fn script_next<P: Ports>(machine: &mut Machine<'_, P>) {
     let Some(block) = block else {
         if let Some(end) = end {
             script.next = end + 1;
-            return;
+            return Ok(());
         }
         modes.end(program);
         frames.pop();
-        return;
+        return Ok(());
     };
     if block.is_err() {
         script.next = line.len();
     }
-    let source = Source::new(machine, Recipient::Nobody, Origin::Switch);
-    let outcome = match block {
+    let source = Source::of_machine(machine.world.config, Origin::Switch);
+    match block {
         // A suspension within a suspension has no meaning.
-        Ok(block) if matches!(block.code, Some(code) if matches!(code.number, 600..=602)) => Ok(Answer::Ok),
+        Ok(block) if matches!(block.code, Some(code) if matches!(code.number, 600..=602)) => Ok(()),
         Ok(block) => {
             let outcome = blocks::run_block(machine, &block, source);
             if let (Ok(Answer::Unknown), Some(code)) = (&outcome, block.code) {
                 machine.announce(format_args!("// WARNING {code} is not known here and was passed over: {text}\n"));
             }
-            outcome
+            outcome.map(drop)
         }
         // A slip in its script must not lose a job that is to be suspended or resumed.
         Err(error) if machine.frames.is_around_suspension() => {
             machine.announce(format_args!("// WARNING {text}: {error}: passed over\n"));
-            Ok(Answer::Ok)
+            Ok(())
         }
         Err(error) => Err(machine.world.texts.refused(format_args!("{text}: {error}"))),
-    };
-    if let Err(failure) = outcome {
-        fail(machine, failure);
     }
 }
 
@@ -186,10 +181,10 @@ pub(crate) fn fail<P: Ports>(machine: &mut Machine<'_, P>, failure: Failure) {
                 if failure.is_alarm() {
                     answers::alarm(machine, failure, replay.asked);
                 }
-                end_replay(machine, replay, Err("the machine is halted"));
+                end_replay(&mut machine.world, &mut machine.program, replay, Err("the machine is halted"));
             }
             Frame::Then(Then::Step(step)) => P::give_up(machine, step, failure),
-            Frame::Script(script) => end_script(machine, &script),
+            Frame::Script(script) => end_script(&mut machine.program, &script),
             Frame::Then(_)
             | Frame::Startup(_)
             | Frame::Operator(_)
@@ -222,8 +217,7 @@ enum Piece {
 }
 
 /// Reads the next line of the file of settings.
-fn next_line<P: Ports>(machine: &mut Machine<'_, P>) -> Piece {
-    let Machine { frames, world: World { ports, .. }, .. } = machine;
+fn next_line<S>(frames: &mut Frames<'_, S>, ports: &mut impl Storage) -> Piece {
     let Some(Frame::Replay(replay)) = frames.top() else { return Piece::End };
     let whole = |line: &[u8]| LineBytes::from_slice(line).map_or(Piece::TooLong, Piece::Line);
     while !replay.at_end {
@@ -254,61 +248,57 @@ fn next_line<P: Ports>(machine: &mut Machine<'_, P>) -> Piece {
     }
 }
 
+/// Carries out the next line of a file of settings. Lines that are refused are told, and the rest goes on.
 fn replay_next<P: Ports>(machine: &mut Machine<'_, P>) {
-    let ended = match next_line(machine) {
-        Piece::Line(line) => return replay_line(machine, &line),
+    let ended = match next_line(&mut machine.frames, &mut machine.world.ports) {
+        Piece::Line(line) => {
+            let text = core::str::from_utf8(&line).unwrap_or("(not text)");
+            match gcode::Decoder::new().decode(&line) {
+                Ok(gcode::Line::Blank) => {}
+                Ok(gcode::Line::Code(blocks)) => {
+                    machine.tag = motion::Tag::NONE;
+                    let source = Source::of_machine(machine.world.config, Origin::Settings);
+                    blocks::run_line(machine, blocks, Start::Line, source);
+                    if let Some(why) = machine.polls.settings_problem.take() {
+                        machine.announce(format_args!("// WARNING: {why}: {text}\n"));
+                    }
+                }
+                _ => machine.announce(format_args!("// WARNING: not a saved setting, left out: {text}\n")),
+            }
+            return;
+        }
         Piece::TooLong => Err("a line is too long"),
         Piece::End => Ok(()),
         Piece::Failed(error) => Err(error.text()),
     };
     if let Some(Frame::Replay(replay)) = machine.frames.pop() {
-        end_replay(machine, replay, ended);
+        machine.settings_loaded |= ended.is_ok();
+        end_replay(&mut machine.world, &mut machine.program, replay, ended);
     }
 }
 
-fn replay_line<P: Ports>(machine: &mut Machine<'_, P>, line: &LineBytes) {
-    let text = core::str::from_utf8(line).unwrap_or("(not text)");
-    match gcode::Decoder::new().decode(line) {
-        Ok(gcode::Line::Blank) => {}
-        Ok(gcode::Line::Code(blocks)) => {
-            machine.tag = motion::Tag::NONE;
-            let source = Source::new(machine, Recipient::Nobody, Origin::Settings);
-            blocks::run_line(machine, blocks, Start::Line, source);
-            warn_of(machine, text);
-        }
-        _ => machine.announce(format_args!("// WARNING: not a saved setting, left out: {text}\n")),
+/// Returns the problem of a line of settings that has ended, to be told with the line.
+///
+/// # Errors
+/// When the line has failed for another reason than itself.
+pub(crate) fn settings_problem(texts: &Texts, outcome: Outcome) -> Result<Option<ShortText>, Failure> {
+    match outcome {
+        Ok(Answer::Unknown) => Ok(Some(short(format_args!("nobody knows the saved setting")))),
+        Err(why) if why.is_refusal() => Ok(Some(texts.copy_of(why))),
+        outcome => outcome.map(|_| None),
     }
 }
 
-/// Handles the end of a line of settings. Lines that are refused are told, and the rest goes on.
-pub(crate) fn settings_line_ended<P: Ports>(machine: &mut Machine<'_, P>, outcome: Outcome) {
-    machine.polls.settings_problem = match outcome {
-        Ok(Answer::Unknown) => Some(short(format_args!("nobody knows the saved setting"))),
-        Err(why) if why.is_refusal() => Some(machine.world.texts.copy_of(why)),
-        Err(failure) => return fail(machine, failure),
-        Ok(_) => None,
-    };
-}
-
-fn warn_of<P: Ports>(machine: &mut Machine<'_, P>, line: &str) {
-    if let Some(why) = machine.polls.settings_problem.take() {
-        machine.announce(format_args!("// WARNING: {why}: {line}\n"));
-    }
-}
-
-fn end_replay<P: Ports>(machine: &mut Machine<'_, P>, replay: Replay, ended: Result<(), &str>) {
+fn end_replay<P: Ports>(world: &mut World<'_, P>, program: &mut Interpreter, replay: Replay, ended: Result<(), &str>) {
     // The file was only read: a failing close loses nothing.
-    let _ = machine.world.ports.close(replay.file);
-    machine.program.count_in_inches(replay.inches);
+    let _ = world.ports.close(replay.file);
+    program.count_in_inches(replay.inches);
     let (path, to) = (replay.path, replay.asked);
     match ended {
-        Ok(()) => {
-            machine.settings_loaded = true;
-            match replay.by_load {
-                true => machine.say(to, format_args!("loaded config override file {path}\n")),
-                false => machine.say(to, format_args!("configuration override {path} loaded\n")),
-            }
-        }
-        Err(why) => machine.say(to, format_args!("failed to load configuration override {path}: {why}\n")),
+        Ok(()) => match replay.by_load {
+            true => world.say(to, format_args!("loaded config override file {path}\n")),
+            false => world.say(to, format_args!("configuration override {path} loaded\n")),
+        },
+        Err(why) => world.say(to, format_args!("failed to load configuration override {path}: {why}\n")),
     }
 }

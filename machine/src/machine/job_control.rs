@@ -69,7 +69,7 @@ pub(crate) fn due_before<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) ->
             command
         }
     };
-    Some((command, Source::new(machine, Recipient::Nobody, Origin::Switch)))
+    Some((command, Source::of_machine(machine.world.config, Origin::Switch)))
 }
 
 /// Runs `TUNING_TOWER`, for the job that is played or comes next.

@@ -2,16 +2,18 @@
 
 use base::Ports;
 use base::failure::{Answer, Failure, Outcome, ShortText};
+use base::hands::Hands;
 use base::ports::Wake;
 use base::safety::Event;
 use base::sessions::Recipient;
 use base::wait::Waited;
-use program::{Pause, Remark, ScriptModes, State};
+use program::{Interpreter, Pause, Remark, ScriptModes, State};
 use units::Micros;
 
 use crate::machine::Machine;
-use crate::machine::end_requests::Asked;
-use crate::machine::frames::Frame;
+use crate::machine::frames::{Frame, Frames};
+use crate::machine::hands::MachineHands;
+use crate::machine::moments::Featured;
 use crate::machine::program_logs;
 
 /// Carries out a comment that says something, or writes it to a file.
@@ -23,20 +25,13 @@ pub(crate) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> 
         // The remark was heard when the job ran before.
         return Ok(());
     }
-    let values = |machine: &Machine<'_, P>, said: &str| {
-        let mut text = ShortText::NONE;
-        // Text that does not fit is cut.
-        let _ = program::write_values(&machine.program, said, &mut text);
-        text
-    };
     match Remark::read(comment) {
         Some(Remark::Message(said)) => machine.announce(format_args!("// {said}\n")),
-        Some(Remark::Printed(said)) => {
-            let text = values(machine, said);
-            machine.announce(format_args!("// {text}\n"));
-        }
-        Some(Remark::Debug(said)) if machine.program.debugs() => {
-            let text = values(machine, said);
+        Some(Remark::Debug(_)) if !machine.program.debugs() => {}
+        Some(Remark::Printed(said) | Remark::Debug(said)) => {
+            let mut text = ShortText::NONE;
+            // Text that does not fit is cut.
+            let _ = program::write_values(&machine.program, said, &mut text);
             machine.announce(format_args!("// {text}\n"));
         }
         // Programs that are only checked write nothing.
@@ -47,44 +42,85 @@ pub(crate) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> 
     Ok(())
 }
 
+/// The machine in the hands of work that the operator takes part in.
+pub(crate) trait OperatorHands<'c>: Hands<'c> {
+    /// Step of a feature's sequence, among the work that lines have started.
+    type Step;
+
+    /// Returns the program.
+    fn program(&mut self) -> &mut Interpreter;
+
+    /// Returns the work that lines have started.
+    fn frames(&mut self) -> &mut Frames<'c, Self::Step>;
+
+    /// Tells hosts about the job in their own words.
+    fn tell_hosts(&mut self, news: &str);
+
+    /// Pauses the job until the operator goes on, with the rest of its line waiting.
+    fn pause_job(&mut self);
+
+    /// Notes whether a line of a session waits for the operator.
+    fn awaits_operator(&mut self, yes: bool);
+}
+
+impl<'c, P: Ports> OperatorHands<'c> for MachineHands<'_, 'c, P> {
+    type Step = <P as Featured>::Step;
+
+    fn program(&mut self) -> &mut Interpreter {
+        &mut self.machine.program
+    }
+
+    fn frames(&mut self) -> &mut Frames<'c, Self::Step> {
+        &mut self.machine.frames
+    }
+
+    fn tell_hosts(&mut self, news: &str) {
+        self.machine.world.sessions.tell_hosts(news, Recipient::Nobody);
+    }
+
+    fn pause_job(&mut self) {
+        self.machine.jobs.wait_for_operator();
+    }
+
+    fn awaits_operator(&mut self, yes: bool) {
+        self.machine.urgent.awaits_operator = yes;
+    }
+}
+
 /// Waits until the operator goes on (M0, M1, M60), or so long.
-pub(crate) fn pause<P: Ports>(
-    machine: &mut Machine<'_, P>,
+pub(crate) fn pause<'c>(
+    hands: &mut impl OperatorHands<'c>,
     why: Pause,
     time: Option<Micros>,
     text: Option<&str>,
 ) -> Outcome {
-    machine.standstill()?;
+    hands.standstill()?;
     if let Some(text) = text {
-        machine.announce(format_args!("// {text}\n"));
+        hands.announce(format_args!("// {text}\n"));
     }
     if let Some(time) = time {
-        return wait_for(machine, time, |asked| asked.wait_is_over()).map(|_| Answer::Ok);
+        return wait_for(hands, time, |hands| hands.wait_is_over()).map(|_| Answer::Ok);
     }
     let code = match why {
         Pause::Program => "M0",
         Pause::Optional => "M1",
         Pause::Pallet => "M60",
     };
-    wait(machine, format_args!("the program waits ({code})"))
+    wait(hands, format_args!("the program waits ({code})"))
 }
 
 /// Dwells (G4). A pause leaves a dwell that is the whole line of a job.
-pub(crate) fn dwell<P: Ports>(machine: &mut Machine<'_, P>, time: Micros) -> Result<(), Failure> {
-    if wait_for(machine, time, Asked::leaves_wait)? { Err(Failure::HALTED) } else { Ok(()) }
+pub(crate) fn dwell<'c>(hands: &mut impl Hands<'c>, time: Micros) -> Result<(), Failure> {
+    if wait_for(hands, time, |hands| hands.leaves_wait())? { Err(Failure::HALTED) } else { Ok(()) }
 }
 
 /// Waits for a length of time, or until something ends the wait; returns whether it has.
-fn wait_for<P: Ports>(
-    machine: &mut Machine<'_, P>,
-    time: Micros,
-    ends: fn(&mut Asked) -> bool,
-) -> Result<bool, Failure> {
-    let since = machine.world.ports.now();
-    machine.urgent.begin_wait();
-    while machine.world.ports.now().since(since) < time {
-        machine.wait(Wake::Time).unless_halted()?;
-        if ends(&mut machine.urgent) {
+fn wait_for<'c, H: Hands<'c>>(hands: &mut H, time: Micros, ends: fn(&mut H) -> bool) -> Result<bool, Failure> {
+    let since = hands.now();
+    hands.begin_wait();
+    while hands.now().since(since) < time {
+        hands.wait(Wake::Time).unless_halted()?;
+        if ends(hands) {
             return Ok(true);
         }
     }
@@ -92,28 +128,27 @@ fn wait_for<P: Ports>(
 }
 
 /// Waits for the operator: a job is paused, with the rest of its line; lines of a session are held.
-pub(crate) fn wait<P: Ports>(machine: &mut Machine<'_, P>, what: core::fmt::Arguments<'_>) -> Outcome {
-    if machine.jobs.is_playing() {
-        machine.announce(format_args!("// {what}: ~ or M24 goes on, abort ends the job\n"));
-        machine.world.sessions.tell_hosts("paused", Recipient::Nobody);
-        let modes = ScriptModes::beside(&machine.program);
-        if !machine.frames.push(Frame::Operator(modes)) {
+pub(crate) fn wait<'c>(hands: &mut impl OperatorHands<'c>, what: core::fmt::Arguments<'_>) -> Outcome {
+    if hands.is_playing() {
+        hands.announce(format_args!("// {what}: ~ or M24 goes on, abort ends the job\n"));
+        hands.tell_hosts("paused");
+        let modes = ScriptModes::beside(hands.program());
+        if !hands.frames().push(Frame::Operator(modes)) {
             return Err(Failure::refused(&"scripts start each other without end"));
         }
-        machine.jobs.wait_for_operator();
+        hands.pause_job();
         return Ok(Answer::Ok);
     }
-    machine.announce(format_args!("// {what}: ~ goes on\n"));
+    hands.announce(format_args!("// {what}: ~ goes on\n"));
     // The state is that of a hold by `!`, so that everybody sees why nothing moves, and `~` goes on.
-    if !machine.safety.apply(Event::Started) || !machine.safety.apply(Event::Hold) {
+    if !hands.apply(Event::Started) || !hands.apply(Event::Hold) {
         return Err(Failure::HALTED);
     }
-    machine.urgent.awaits_operator = true;
+    hands.awaits_operator(true);
     let mut waited = Waited::Held;
-    while waited != Waited::Halted && matches!(machine.safety.state(), State::Hold | State::Door) {
-        waited = machine.wait(Wake::Any);
+    while waited != Waited::Halted && matches!(hands.state(), State::Hold | State::Door) {
+        waited = hands.wait(Wake::Any);
     }
-    machine.urgent.awaits_operator = false;
-    waited.unless_halted()?;
-    if machine.safety.is_halted() { Err(Failure::HALTED) } else { Ok(Answer::Ok) }
+    hands.awaits_operator(false);
+    waited.unless_halted().map(|()| Answer::Ok)
 }

@@ -1,10 +1,9 @@
 //! Source of a line, recipient of its answers, and the dialect it is read in.
 
-use base::Ports;
-use base::sessions::Recipient;
+use base::sessions::{Recipient, Sessions};
+use config::MachineConfig;
+use jobs::player::Jobs;
 use program::Dialect;
-
-use crate::machine::Machine;
 
 /// Kind of place that a line comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,14 +29,20 @@ pub(crate) struct Source {
 }
 
 impl Source {
-    /// Finds the dialect: a session has its own, and so has a file; the configuration and saved settings are
-    /// in the machine's own, whatever consoles speak.
-    pub fn new<P: Ports>(machine: &Machine<'_, P>, to: Recipient, origin: Origin) -> Self {
-        let dialect = match origin {
-            Origin::Job => machine.jobs.dialect().unwrap_or_else(|| machine.world.config.general.usual_dialect()),
-            Origin::Session => machine.world.sessions.dialect_of(to),
-            Origin::Switch | Origin::Settings | Origin::Startup(_) => machine.world.config.general.own_dialect(),
-        };
-        Self { origin, to, dialect }
+    /// Returns the source of a session's lines, which are in the dialect that it speaks.
+    pub fn of_session(sessions: &Sessions, to: Recipient) -> Self {
+        Self { origin: Origin::Session, to, dialect: sessions.dialect_of(to) }
+    }
+
+    /// Returns the source of the lines of the job, whose file may say its dialect. Nobody is answered.
+    pub fn of_job(jobs: &Jobs, config: &MachineConfig) -> Self {
+        let dialect = jobs.dialect().unwrap_or_else(|| config.general.usual_dialect());
+        Self { origin: Origin::Job, to: Recipient::Nobody, dialect }
+    }
+
+    /// Returns the source of lines of the configuration and of saved settings, which are in the machine's own
+    /// dialect, whatever consoles speak. Nobody is answered.
+    pub fn of_machine(config: &MachineConfig, origin: Origin) -> Self {
+        Self { origin, to: Recipient::Nobody, dialect: config.general.own_dialect() }
     }
 }
