@@ -197,8 +197,6 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
                 run_own_line(machine, command.as_bytes(), source);
                 return true;
             }
-            machine.tag = machine.jobs.begin_line();
-            machine.program.at_line(machine.jobs.line());
             if to != Recipient::Nobody
                 && let Ok(text) = core::str::from_utf8(&line)
             {
@@ -242,6 +240,8 @@ fn start_job<P: Ports>(machine: &mut Machine<'_, P>, from: JobBegins) -> JobStar
 /// Runs a line of the job. Only an O word counts in a line that is passed over. Answers go to nobody: only
 /// faults are told.
 fn run_line_of_job<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) {
+    machine.tag = machine.jobs.begin_line();
+    machine.program.at_line(machine.jobs.line());
     let source = Source::of_job(&machine.jobs, machine.world.config);
     if !machine.program.flow().passes_over() {
         run_own_line(machine, line, source);
@@ -271,8 +271,6 @@ fn read_over<P: Ports>(machine: &mut Machine<'_, P>) {
             fast_forward::at_line(machine);
             let height = machine.program.modal().work(machine.program.position())[units::Axis::Z];
             let _passed = machine.jobs.pass_pause(&line, height);
-            machine.tag = machine.jobs.begin_line();
-            machine.program.at_line(machine.jobs.line());
             run_line_of_job(machine, &line);
         }
         Next::Nothing | Next::Dialect(_) => {}
