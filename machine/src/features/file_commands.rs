@@ -33,7 +33,7 @@ pub(crate) fn run<P: Ports>(
         C::ReceiveCounted => apart(|| receive_counted(world, files, arguments, to)),
         C::Copy | C::Truncate | C::Md5Sum => apart(|| copy(machine, command, arguments, to)),
         C::Card => apart(|| files::card_facts::card(&mut MachineHands::new(machine, to))),
-        C::Edit => apart(|| editing::begin(machine, arguments, to)),
+        C::Edit => apart(|| editing::begin(files, world, arguments, to)),
         C::SetSetting => apart(|| files::config_edit::config_set(&mut MachineHands::new(machine, to), arguments))
             .map(|()| Answer::Said),
     }

@@ -4,19 +4,19 @@
 //! console goes away before the end, the new one is deleted.
 
 use base::failure::{Answer, Failure, Outcome};
-use base::hands::Hands as _;
+use base::hands::Hands;
 use base::own_frame::apart;
 use base::paths::words;
 use base::ports::{OpenMode, Storage, StorageError, Wake};
 use base::reason::Reason;
-use base::sessions::{LineBytes, Recipient, SessionId};
+use base::sessions::{Consoles as _, LineBytes, Recipient, SessionId};
 use base::{Ports, World};
+use jobs::files::Files;
 use jobs::files::editing::Editing;
 use jobs::files::editor::{Step, shown};
 use jobs::files::editor_commands::{Command, HELP, What, parse};
 
 use crate::machine::Machine;
-use crate::machine::card;
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::Moments;
 
@@ -31,9 +31,34 @@ impl<P: Ports> Moments<P> for Feature {
     fn take_session_line(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) -> bool {
         let edits = machine.files.edits_from(id);
         if edits {
-            apart(|| run_line(machine, id, line));
+            match apart(|| run_line(&mut MachineHands::new(machine, Recipient::Session(id)), line)) {
+                Ok(()) => machine.say(Recipient::Session(id), format_args!("ok\n")),
+                Err(why) => {
+                    machine.world.sessions.refuse(Recipient::Session(id), Reason::default(), format_args!("{why}"));
+                }
+            }
+            machine.answered(id);
         }
         edits
+    }
+}
+
+/// The machine as the editor uses it.
+pub(crate) trait EditHands<'c>: Hands<'c> {
+    /// Returns the file being edited, and the card.
+    fn editing(&mut self) -> (Option<&mut Editing>, &mut Self::Ports);
+
+    /// Takes the file that was edited, at its end.
+    fn take_editing(&mut self) -> Option<Editing>;
+}
+
+impl<'c, P: Ports> EditHands<'c> for MachineHands<'_, 'c, P> {
+    fn editing(&mut self) -> (Option<&mut Editing>, &mut P) {
+        (self.machine.files.editing.as_mut(), &mut self.machine.world.ports)
+    }
+
+    fn take_editing(&mut self) -> Option<Editing> {
+        self.machine.files.editing.take()
     }
 }
 
@@ -41,9 +66,9 @@ impl<P: Ports> Moments<P> for Feature {
 ///
 /// # Errors
 /// When another file is being edited, or one of both cannot be opened.
-pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+pub(crate) fn begin<P: Ports>(files: &mut Files, world: &mut World<'_, P>, arguments: &str, to: Recipient) -> Outcome {
     let Recipient::Session(id) = to else { return Err(Failure::refused(&"only a console can edit a file")) };
-    let Machine { files, world: World { ports, .. }, .. } = machine;
+    let World { ports, texts, .. } = world;
     if files.editing.is_some() {
         return Err(Failure::refused(&"another file is being edited"));
     }
@@ -55,7 +80,7 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
     if input.eq_ignore_ascii_case(&output) {
         return Err(Failure::refused(&"Need unique input file and output file"));
     }
-    let cannot = |name: &str, error: StorageError| machine.world.texts.about_file(name, error.text());
+    let cannot = |name: &str, error: StorageError| texts.about_file(name, error.text());
     let source = ports.open(&input, OpenMode::Read).map_err(|error| cannot(from, error))?;
     let target = ports.open(&output, OpenMode::Write).map_err(|error| {
         // The source was only opened to be read.
@@ -64,7 +89,7 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
     })?;
     files.editing = Some(Editing::new(id, source, target, output));
     ports.inbox(id).set_text(true);
-    machine.say(to, format_args!("  type %h to get help, %c to save file and exit\n"));
+    world.say(to, format_args!("  type %h to get help, %c to save file and exit\n"));
     Ok(Answer::Ok)
 }
 
@@ -72,55 +97,45 @@ pub(crate) fn begin<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to:
 type Trouble = &'static str;
 
 /// Runs a line of the console that edits.
-pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line: &[u8]) {
-    let to = Recipient::Session(id);
-    let text = core::str::from_utf8(line).map_err(|_| "text that is not UTF-8");
-    let outcome = match text {
-        Ok(text) if text == "%c" && wanted(machine) == 0 => end(machine),
-        Ok(text) => edit(machine, text, to),
-        Err(why) => Err(why),
-    };
-    match outcome {
-        Ok(()) => machine.say(to, format_args!("ok\n")),
-        Err(why) => machine.world.sessions.refuse(to, Reason::default(), format_args!("{why}")),
-    }
-    machine.answered(id);
+fn run_line<'c>(hands: &mut impl EditHands<'c>, line: &[u8]) -> Result<(), Trouble> {
+    let text = core::str::from_utf8(line).map_err(|_| "text that is not UTF-8")?;
+    if text == "%c" && wanted(hands) == 0 { end(hands) } else { edit(hands, text) }
 }
 
 /// Carries out the editor's own commands; false for those that act on the file.
-fn is_told<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> bool {
-    let Some(editing) = machine.files.editing.as_mut() else { return true };
+fn is_told<'c>(hands: &mut impl EditHands<'c>, line: &str) -> bool {
+    let Some(editing) = hands.editing().0 else { return true };
     match line {
-        "%h" => machine.say(to, format_args!("{HELP}")),
+        "%h" => hands.say(format_args!("{HELP}")),
         "%q" | "%m" | "%f" => (editing.says_line, editing.says_each) = (line != "%q", line == "%f"),
         _ => return false,
     }
     true
 }
 
-fn edit<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Result<(), Trouble> {
-    if wanted(machine) > 0 {
-        return take_line(machine, line);
+fn edit<'c>(hands: &mut impl EditHands<'c>, line: &str) -> Result<(), Trouble> {
+    if wanted(hands) > 0 {
+        return take_line(hands, line);
     }
-    if is_told(machine, line, to) {
+    if is_told(hands, line) {
         return Ok(());
     }
     let (mut rest, mut last) = (line.trim(), None);
     while !rest.is_empty() {
         let (command, behind) = parse(rest).map_err(|_| "that is no command: %h lists them")?;
-        repeat(machine, &command, to)?;
+        repeat(hands, &command)?;
         (rest, last) = (behind, Some(command.what));
         if command.what == What::Get {
             return Ok(());
         }
-        if machine.files.editing.as_ref().is_some_and(|editing| editing.says_each) && !rest.is_empty() {
-            say_line(machine, to);
+        if hands.editing().0.is_some_and(|editing| editing.says_each) && !rest.is_empty() {
+            say_line(hands);
         }
     }
-    if last != Some(What::Print) && machine.files.editing.as_ref().is_some_and(|editing| editing.says_line) {
+    if last != Some(What::Print) && hands.editing().0.is_some_and(|editing| editing.says_line) {
         // The line may still have to be read.
-        once(machine, &LOOK, to)?;
-        say_line(machine, to);
+        once(hands, &LOOK)?;
+        say_line(hands);
     }
     Ok(())
 }
@@ -129,14 +144,14 @@ fn edit<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Re
 const LOOK: Command<'_> = Command { what: What::Print, lines: 1, text: "", times: 1 };
 
 /// Returns the number of lines that G still takes.
-fn wanted<P: Ports>(machine: &Machine<'_, P>) -> u32 {
-    machine.files.editing.as_ref().map_or(0, |editing| editing.lines_to_get)
+fn wanted<'c>(hands: &mut impl EditHands<'c>) -> u32 {
+    hands.editing().0.map_or(0, |editing| editing.lines_to_get)
 }
 
 /// Takes one of the lines that G inserts.
-fn take_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str) -> Result<(), Trouble> {
+fn take_line<'c>(hands: &mut impl EditHands<'c>, line: &str) -> Result<(), Trouble> {
     loop {
-        let Some(editing) = machine.files.editing.as_mut() else { return Ok(()) };
+        let Some(editing) = hands.editing().0 else { return Ok(()) };
         if line == ":" {
             editing.lines_to_get = 0;
             return Ok(());
@@ -145,14 +160,14 @@ fn take_line<P: Ports>(machine: &mut Machine<'_, P>, line: &str) -> Result<(), T
             editing.lines_to_get -= 1;
             return Ok(());
         }
-        make_room(machine)?;
+        make_room(hands)?;
     }
 }
 
 /// Carries out a command as often as it says; 0, as often as it goes, ends well.
-fn repeat<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recipient) -> Result<(), Trouble> {
+fn repeat<'c>(hands: &mut impl EditHands<'c>, command: &Command<'_>) -> Result<(), Trouble> {
     if command.what == What::Get {
-        if let Some(editing) = machine.files.editing.as_mut() {
+        if let Some(editing) = hands.editing().0 {
             editing.lines_to_get = if command.times == 0 { u32::MAX } else { command.times };
         }
         return Ok(());
@@ -163,44 +178,44 @@ fn repeat<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Rec
     while command.times == 0 || done < command.times {
         // Lines to be printed, but the first, need a step to the next line.
         let step = if prints && done > 0 { &next } else { command };
-        let goes = once(machine, step, to)?;
+        let goes = once(hands, step)?;
         if goes && prints {
-            once(machine, &LOOK, to)?;
+            once(hands, &LOOK)?;
         }
-        if !goes || prints && is_at_end(machine) {
+        if !goes || prints && is_at_end(hands) {
             return if command.times == 0 { Ok(()) } else { Err("there is none") };
         }
         if prints {
-            say_line(machine, to);
+            say_line(hands);
         }
         done += 1;
     }
     Ok(())
 }
 
-fn is_at_end<P: Ports>(machine: &Machine<'_, P>) -> bool {
-    machine.files.editing.as_ref().is_none_or(|editing| editing.editor.line().is_none())
+fn is_at_end<'c>(hands: &mut impl EditHands<'c>) -> bool {
+    hands.editing().0.is_none_or(|editing| editing.editor.line().is_none())
 }
 
 /// Carries out a command once. False when it does not go.
-fn once<P: Ports>(machine: &mut Machine<'_, P>, command: &Command<'_>, to: Recipient) -> Result<bool, Trouble> {
+fn once<'c>(hands: &mut impl EditHands<'c>, command: &Command<'_>) -> Result<bool, Trouble> {
     loop {
-        let Some(editing) = machine.files.editing.as_mut() else { return Ok(false) };
+        let Some(editing) = hands.editing().0 else { return Ok(false) };
         match editing.editor.run(command) {
             Step::Done => break,
             Step::Failed => return Ok(false),
-            Step::Full => make_room(machine)?,
-            Step::More if editing.editor.room() < BLOCK => make_room(machine)?,
-            Step::More => read_more(machine)?,
+            Step::Full => make_room(hands)?,
+            Step::More if editing.editor.room() < BLOCK => make_room(hands)?,
+            Step::More => read_more(hands)?,
         }
-        machine.wait(Wake::Any).whatever_happens();
+        hands.wait(Wake::Any).whatever_happens();
     }
-    if MachineHands::new(machine, to).stop_requested() { Err("stopped") } else { Ok(true) }
+    if hands.stop_requested() { Err("stopped") } else { Ok(true) }
 }
 
-fn read_more<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
-    let Machine { files, world: World { ports, .. }, .. } = machine;
-    let Some(editing) = files.editing.as_mut() else { return Ok(()) };
+fn read_more<'c>(hands: &mut impl EditHands<'c>) -> Result<(), Trouble> {
+    let (editing, ports) = hands.editing();
+    let Some(editing) = editing else { return Ok(()) };
     let mut block = [0; BLOCK];
     let count = ports.read(editing.input, &mut block).map_err(StorageError::text)?;
     let fits = editing.editor.append(block.get(..count).unwrap_or(&[]));
@@ -209,9 +224,9 @@ fn read_more<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
 
 /// Writes the beginning of the piece, which then cannot be gone back to.
 #[inline(never)]
-fn make_room<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
-    let Machine { files, world: World { ports, .. }, .. } = machine;
-    let Some(editing) = files.editing.as_mut() else { return Ok(()) };
+fn make_room<'c>(hands: &mut impl EditHands<'c>) -> Result<(), Trouble> {
+    let (editing, ports) = hands.editing();
+    let Some(editing) = editing else { return Ok(()) };
     let beginning = editing.editor.beginning();
     let count = beginning.len();
     if count == 0 {
@@ -223,31 +238,31 @@ fn make_room<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
 }
 
 #[inline(never)]
-fn say_line<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) {
-    if let Some(editing) = machine.files.editing.as_ref() {
+fn say_line<'c>(hands: &mut impl EditHands<'c>) {
+    if let Some(editing) = hands.editing().0 {
         let line = shown(editing.editor.line());
-        machine.say(to, format_args!("{line}\n"));
+        hands.say(format_args!("{line}\n"));
     }
 }
 
 /// Saves and ends the edit (`%c`): the rest of the file follows, and the new file is complete.
-fn end<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Trouble> {
+fn end<'c>(hands: &mut impl EditHands<'c>) -> Result<(), Trouble> {
     let mut copied = Ok(true);
     while matches!(copied, Ok(true)) {
-        card::at_rest(machine);
-        copied = copy_on(machine);
-        machine.wait(Wake::Any).whatever_happens();
+        hands.card_at_rest();
+        copied = copy_on(hands);
+        hands.wait(Wake::Any).whatever_happens();
     }
-    let Machine { files, world: World { ports, .. }, .. } = machine;
-    let Some(editing) = files.editing.take() else { return Ok(()) };
+    let Some(editing) = hands.take_editing() else { return Ok(()) };
+    let ports = hands.storage();
     ports.inbox(editing.from).set_text(false);
     editing.close(ports, copied.map(drop)).map_err(StorageError::text)
 }
 
 /// Writes the editor's text, and has the editor read on. False at the end of the file.
-fn copy_on<P: Ports>(machine: &mut Machine<'_, P>) -> Result<bool, StorageError> {
-    let Machine { files, world: World { ports, .. }, .. } = machine;
-    let Some(editing) = files.editing.as_mut() else { return Ok(false) };
+fn copy_on<'c>(hands: &mut impl EditHands<'c>) -> Result<bool, StorageError> {
+    let (editing, ports) = hands.editing();
+    let Some(editing) = editing else { return Ok(false) };
     let text = editing.editor.rest();
     let count = text.len();
     Storage::write(ports, editing.output, text)?;
