@@ -93,7 +93,13 @@ pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, mut blocks: Block
         is_first = false;
         match outcome {
             Ok(now) if is_settled(&now, source) => answer = now,
-            Ok(_) => match ignored_codes::settle(machine, &block, source.dialect) {
+            Ok(_) => match ignored_codes::settle(
+                machine.world.texts,
+                &mut machine.jobs,
+                &machine.program,
+                &block,
+                source.dialect,
+            ) {
                 Ok(now) => answer = now,
                 Err(failure) => break Some(failure),
             },
@@ -171,7 +177,9 @@ fn run_parts<P: Ports>(
         let block = whole.part(part.code, |letter| part.takes(letter));
         let outcome = run_block(machine, block, source);
         let outcome = match outcome {
-            Ok(now) if !is_settled(&now, source) => ignored_codes::settle(machine, block, source.dialect),
+            Ok(now) if !is_settled(&now, source) => {
+                ignored_codes::settle(machine.world.texts, &mut machine.jobs, &machine.program, block, source.dialect)
+            }
             outcome => outcome,
         };
         match outcome {
@@ -269,7 +277,10 @@ fn begin<'b, P: Ports>(machine: &mut Machine<'_, P>, block: &'b Block<'b>, sourc
     {
         return Begun::Ended(Err(failure));
     }
-    if row.levels && source.origin == Origin::Job && ignored_codes::goes_on_unleveled(machine, row) {
+    if row.levels
+        && source.origin == Origin::Job
+        && ignored_codes::goes_on_unleveled(machine.world.config, &mut machine.jobs, row)
+    {
         return Begun::Done;
     }
     Features::<P>::block_begins(machine, source);
@@ -307,7 +318,7 @@ fn run_begun<'b, P: Ports>(
     while let Some(effect) = machine.program.next_effect() {
         match effect {
             Effect::Ignored { code, letter } if source.origin == Origin::Job => {
-                ignored_codes::count(machine, Name::Word(code, letter));
+                ignored_codes::count(&mut machine.jobs, Name::Word(code, letter));
             }
             effect => effects::change(machine, effect)?,
         }

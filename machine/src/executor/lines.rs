@@ -301,8 +301,8 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
     program_files::save(machine);
     card::at_rest(machine);
     let (to, tells_date) = (machine.jobs.tells_end(), machine.jobs.tells_date());
-    ignored_codes::say(machine);
-    program_logs::close(machine);
+    ignored_codes::say(&mut machine.jobs, machine.world.sessions);
+    program_logs::close(&mut machine.logs, &mut machine.world);
     Features::<P>::job_ends(machine, true, if tells_date { to } else { Recipient::Nobody });
     machine.jobs.close(&mut machine.world.ports);
     machine.say(to, format_args!("Done printing file\n"));

@@ -118,7 +118,7 @@ fn go_on<P: Ports>(
 
 /// Ends the program at M2, M30 or a stop: nothing of it goes on.
 pub(crate) fn end<P: Ports>(machine: &mut Machine<'_, P>) {
-    program_logs::close(machine);
+    program_logs::close(&mut machine.logs, &mut machine.world);
     machine.program.end_program();
     machine.jobs.end_program(&mut machine.world.ports);
 }

@@ -23,9 +23,9 @@ pub(crate) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Ou
     if suspended {
         machine.say(to, format_args!("Suspend cleared\n"));
     }
-    ignored_codes::say(machine);
+    ignored_codes::say(&mut machine.jobs, machine.world.sessions);
     if machine.jobs.is_open() {
-        program_logs::close(machine);
+        program_logs::close(&mut machine.logs, &mut machine.world);
         let Machine { world, program, outputs, hold, feed_waits, .. } = &mut *machine;
         program_io::overrides_count_again(&mut world.ports, program, outputs, hold, feed_waits);
         machine.program.end_program();

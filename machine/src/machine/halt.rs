@@ -121,7 +121,7 @@ impl<P: Ports> Machine<'_, P> {
     /// Ends a file being played and a suspended job at a halt.
     fn drop_job(&mut self) {
         Features::<P>::job_is_dropped(self);
-        program_logs::close(self);
+        program_logs::close(&mut self.logs, &mut self.world);
         let Machine { world, program, outputs, hold, feed_waits, .. } = &mut *self;
         program_io::overrides_count_again(&mut world.ports, program, outputs, hold, feed_waits);
         if self.jobs.is_open() {

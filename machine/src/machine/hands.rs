@@ -275,7 +275,8 @@ impl<'c, P: Ports> Hands<'c> for MachineHands<'_, 'c, P> {
     fn set_last_probe(&mut self, place: [f64; 3], found: bool) {
         self.machine.program.set_last_probe(place, found);
         if found {
-            program_logs::contact_found(self.machine);
+            let Machine { logs, program, world, .. } = &mut *self.machine;
+            program_logs::contact_found(logs, program, world);
         }
     }
 

@@ -36,7 +36,10 @@ pub(crate) fn remark<P: Ports>(machine: &mut Machine<'_, P>, comment: &[u8]) -> 
         }
         // Programs that are only checked write nothing.
         Some(_) if machine.safety.state() == State::Check => {}
-        Some(other) => return program_logs::carry_out(machine, &other),
+        Some(other) => {
+            let Machine { logs, files, program, world, .. } = machine;
+            return program_logs::carry_out(logs, files, program, world, &other);
+        }
         None => {}
     }
     Ok(())

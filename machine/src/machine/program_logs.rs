@@ -5,10 +5,9 @@ use core::fmt::Write as _;
 use base::failure::{Failure, Texts};
 use base::{Ports, World};
 use gcode::{Parameter, Parameters as _};
-use jobs::files::logs::LogFlaw;
-use program::Remark;
-
-use crate::machine::Machine;
+use jobs::files::Files;
+use jobs::files::logs::{LogFlaw, Logs};
+use program::{Interpreter, Remark};
 
 /// Characters of a line of a log; longer lines are cut.
 const LINE: usize = 256;
@@ -17,26 +16,29 @@ const LINE: usize = 256;
 ///
 /// # Errors
 /// The fault of the file, by its name.
-pub(crate) fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, remark: &Remark<'_>) -> Result<(), Failure> {
-    let Machine { logs, files, program, world: World { ports, .. }, .. } = machine;
+pub(crate) fn carry_out<P: Ports>(
+    logs: &mut Logs,
+    files: &Files,
+    program: &Interpreter,
+    world: &mut World<'_, P>,
+    remark: &Remark<'_>,
+) -> Result<(), Failure> {
+    let World { ports, texts, .. } = world;
     match *remark {
         Remark::OpenLog { name, appends } => {
-            logs.text.open(&files.absolute(name), appends, ports).map_err(|flaw| named(machine.world.texts, name, flaw))
+            logs.text.open(&files.absolute(name), appends, ports).map_err(|flaw| named(texts, name, flaw))
         }
-        Remark::OpenProbe(name) => logs
-            .contacts
-            .open(&files.absolute(name), false, ports)
-            .map_err(|flaw| named(machine.world.texts, name, flaw)),
+        Remark::OpenProbe(name) => {
+            logs.contacts.open(&files.absolute(name), false, ports).map_err(|flaw| named(texts, name, flaw))
+        }
         Remark::Log(text) if logs.text.is_open() => {
             let mut line = heapless::String::<LINE>::new();
             // Text that does not fit is cut.
             let _ = program::write_values(program, text, &mut line);
-            logs.text.write_line(&line, ports).map_err(|flaw| named(machine.world.texts, "the log file", flaw))
+            logs.text.write_line(&line, ports).map_err(|flaw| named(texts, "the log file", flaw))
         }
-        Remark::CloseLog => logs.text.close(ports).map_err(|flaw| named(machine.world.texts, "the log file", flaw)),
-        Remark::CloseProbe => {
-            logs.contacts.close(ports).map_err(|flaw| named(machine.world.texts, "the file of contacts", flaw))
-        }
+        Remark::CloseLog => logs.text.close(ports).map_err(|flaw| named(texts, "the log file", flaw)),
+        Remark::CloseProbe => logs.contacts.close(ports).map_err(|flaw| named(texts, "the file of contacts", flaw)),
         _ => Ok(()),
     }
 }
@@ -46,27 +48,25 @@ fn named(texts: &Texts, name: &str, flaw: LogFlaw) -> Failure {
 }
 
 /// Logs a contact that G38 has found: its X Y Z A B C U V W, as the program reads them.
-pub(crate) fn contact_found<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !machine.logs.contacts.is_open() {
+pub(crate) fn contact_found<P: Ports>(logs: &mut Logs, program: &Interpreter, world: &mut World<'_, P>) {
+    if !logs.contacts.is_open() {
         return;
     }
     let mut line = heapless::String::<LINE>::new();
     for number in 5_061..=5_069 {
-        let value = machine.program.get(&Parameter::Numbered(number)).unwrap_or(0.0);
+        let value = program.get(&Parameter::Numbered(number)).unwrap_or(0.0);
         let blank = if line.is_empty() { "" } else { " " };
         // Nine numbers fit in a line.
         let _ = write!(line, "{blank}{value:.6}");
     }
-    let Machine { logs, world: World { ports, .. }, .. } = machine;
-    if let Err(flaw) = logs.contacts.write_line(&line, ports) {
-        machine.announce(format_args!("WARNING: a contact was not written down: {}\n", flaw.text()));
+    if let Err(flaw) = logs.contacts.write_line(&line, &mut world.ports) {
+        world.announce(format_args!("WARNING: a contact was not written down: {}\n", flaw.text()));
     }
 }
 
 /// Closes the logs of a program that has ended, or will not go on.
-pub(crate) fn close<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Machine { logs, world: World { ports, .. }, .. } = machine;
-    if let Err(flaw) = logs.close(ports) {
-        machine.announce(format_args!("WARNING: what the program wrote is not all on the card: {}\n", flaw.text()));
+pub(crate) fn close<P: Ports>(logs: &mut Logs, world: &mut World<'_, P>) {
+    if let Err(flaw) = logs.close(&mut world.ports) {
+        world.announce(format_args!("WARNING: what the program wrote is not all on the card: {}\n", flaw.text()));
     }
 }

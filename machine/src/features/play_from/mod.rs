@@ -4,10 +4,10 @@
 //! them there. Then the machine heats as the file has asked for, rises, goes over the place and down to it,
 //! and the job goes on.
 
-use base::Ports;
 use base::failure::{Answer, Failure, Outcome};
 use base::hands::Hands as _;
 use base::sessions::Recipient;
+use base::{Ports, World};
 use jobs::player::Scripts;
 use motion::Mode;
 use units::{Axis, MmPerSecond};
@@ -93,7 +93,7 @@ pub(crate) fn go_on<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Re
         machine.jobs.close(&mut machine.world.ports);
         fast_forward::put_back(machine);
         if has_heated {
-            heat_restoring::cool(machine);
+            heat_restoring::cool(&mut machine.world.ports);
         }
         machine.resynchronise_if_still();
     }
@@ -127,13 +127,17 @@ fn go_there<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient, has_heated: &
     MachineHands::new(machine, to).enable_motors()?;
     Features::<P>::job_begins(machine, JobBegins::Elsewhere);
     *has_heated = true;
-    heat_restoring::heat(machine, &passed.targets.map(|target| target.unwrap_or_default()), to)?;
+    heat_restoring::heat(
+        &mut MachineHands::new(machine, to),
+        &passed.targets.map(|target| target.unwrap_or_default()),
+    )?;
     let rate = machine.program.modal().seek_rate;
     let hands = &mut MachineHands::new(machine, to);
     hands.set_position(here)?;
     hands.go(up, rate, Mode::Rapid)?;
     hands.go_there(over, rate)?;
-    heat_restoring::switch(machine, &passed.switches);
+    let Machine { outputs, world: World { config, ports, .. }, .. } = machine;
+    heat_restoring::switch(outputs, config, ports, &passed.switches);
     let hands = &mut MachineHands::new(machine, to);
     hands.go_there(place, DOWN)?;
     machine.set_before = None;

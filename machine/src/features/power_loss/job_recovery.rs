@@ -206,7 +206,7 @@ pub(crate) fn give_up<P: Ports>(machine: &mut Machine<'_, P>) {
         machine.program.set_thermal_z(machine.thermal.offset());
         // Heaters that somebody else has switched on before stay so.
         if recovery.has_heated {
-            heat_restoring::cool(machine);
+            heat_restoring::cool(&mut machine.world.ports);
         }
     }
     machine.resynchronise();
@@ -317,7 +317,7 @@ fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     jobs.objects.set_left_out(recovery.offer.entry.left_out);
     journal.go_on(&recovery.offer, ports).map_err(|error| machine.world.texts.because(error.text()))?;
     let entry = recovery.offer.entry;
-    heat_restoring::heat(machine, &entry.targets.map(|target| Celsius(target as f32)), to)?;
+    heat_restoring::heat(&mut MachineHands::new(machine, to), &entry.targets.map(|target| Celsius(target as f32)))?;
     lift(machine, &entry.position, to)?;
     // The script moves from the tool's place, not from the file's.
     machine.standstill()?;
@@ -434,7 +434,8 @@ fn go_back<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     let factor = entry.feed_factor / machine.program.modal().speed_factor;
     machine.world.ports.motion(|motion| motion.set_overrides(factor, motion.overrides().rapid));
     program::set_flow(&mut machine.program, &entry.flow);
-    heat_restoring::switch(machine, &recovery.switches);
+    let Machine { outputs, world: World { config, ports, .. }, .. } = machine;
+    heat_restoring::switch(outputs, config, ports, &recovery.switches);
     (machine.features.recovery, machine.set_before) = (None, None);
     Features::<P>::job_goes_on(machine, recovery.offer.beginning);
     journal::note(machine, Heights::Planned, false);
