@@ -108,7 +108,7 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, action: &Action<'_>, to: Re
             return program_flow::call(world, jobs, program, (number, times));
         }
         Action::Return => return program_flow::end_call(machine),
-        Action::ReadTools => return program_files::reload_tools(machine),
+        Action::ReadTools => return program_files::reload_tools(&mut machine.world, &mut machine.program),
         // Motion stops for overrides and goes on from the same place: a drilling cycle in progress stays.
         Action::Overrides { feed, spindle, hold } => {
             program_io::enable_overrides(machine, feed, spindle, hold)?;

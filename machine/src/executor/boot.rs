@@ -164,7 +164,7 @@ pub(crate) fn start<P: Ports>(machine: &mut Machine<'_, P>, read: Read) {
     }
     if usable && start_parts(machine) {
         Features::<P>::read_files(machine);
-        program_files::load(machine);
+        program_files::load(&mut machine.world, &mut machine.program);
         if machine.world.config.general.config_override {
             // There need not be any. They are replayed once the machine listens.
             let path = Path::try_from(OVERRIDE_PATH).unwrap_or_default();

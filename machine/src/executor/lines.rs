@@ -173,7 +173,7 @@ fn run_job_line<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         return false;
     }
     if machine.jobs.scripts().is_some_and(Scripts::take_before)
-        && suspend::start_unless_empty(machine, &machine.world.config.player.before_job_gcode)
+        && suspend::start_unless_empty(&mut machine.frames, &machine.world.config.player.before_job_gcode)
     {
         return true;
     }
@@ -290,7 +290,7 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         return false;
     }
     if machine.jobs.scripts().is_some_and(Scripts::take_after)
-        && suspend::start_unless_empty(machine, &machine.world.config.player.after_job_gcode)
+        && suspend::start_unless_empty(&mut machine.frames, &machine.world.config.player.after_job_gcode)
     {
         return true;
     }

@@ -150,7 +150,7 @@ fn go_on<P: Ports>(machine: &mut Machine<'_, P>, then: Then<<P as Featured>::Ste
             // The second script undoes the first one's work, however leveling ended.
             let [_, after] = &machine.world.config.probe_gcode;
             let ended = leveled.map_err(|failure| machine.world.texts.kept(failure));
-            start_script(machine, after, Then::Ended(ended))?;
+            start_script(&mut machine.frames, after, Then::Ended(ended))?;
         }
         Then::Ended(how) => {
             machine.standstill()?;

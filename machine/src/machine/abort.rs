@@ -47,7 +47,7 @@ pub(crate) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Ou
     let _ = machine.standstill();
     machine.resynchronise();
     if !machine.safety.is_halted() {
-        suspend::start_unless_empty(machine, &machine.world.config.player.after_abort_gcode);
+        suspend::start_unless_empty(&mut machine.frames, &machine.world.config.player.after_abort_gcode);
     }
     Ok(Answer::Ok)
 }

@@ -15,7 +15,7 @@ pub(crate) fn home<P: Ports>(machine: &mut Machine<'_, P>, named: AxisSet, to: R
     let script = machine.world.config.homing.gcode.as_str();
     // Within the script G28 is homing itself.
     if named.is_empty() && !script.is_empty() && !machine.frames.run_script(script) {
-        return suspend::start_script(machine, script, Then::Ended(Ok(())));
+        return suspend::start_script(&mut machine.frames, script, Then::Ended(Ok(())));
     }
     let homed = procedures::homing::home(&mut MachineHands::new(machine, to), named);
     machine.resynchronise_if_still();

@@ -17,7 +17,7 @@ pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, cod
     match probing::prepare(&mut MachineHands::new(machine, to), words, code)? {
         Some(plan) => {
             let [before, _] = &machine.world.config.probe_gcode;
-            suspend::start_script(machine, before, Then::TouchGrid(plan, to))
+            suspend::start_script(&mut machine.frames, before, Then::TouchGrid(plan, to))
         }
         None => {
             let hands = &mut MachineHands::new(machine, to);

@@ -7,6 +7,7 @@ use base::{Ports, World};
 use jobs::files::program_files::{
     PARAMETERS, Progress, SavingParameters, SavingTools, TOOLS, load_parameters, load_tools,
 };
+use program::Interpreter;
 
 use crate::machine::Machine;
 use crate::machine::card;
@@ -15,30 +16,30 @@ use crate::machine::card;
 const MOST_SAID: u32 = 5;
 
 /// Reads parameters and tools at boot. There need not be any.
-pub(crate) fn load<P: Ports>(machine: &mut Machine<'_, P>) {
-    match load_parameters(&mut machine.world.ports, &mut machine.program) {
+pub(crate) fn load<P: Ports>(world: &mut World<'_, P>, program: &mut Interpreter) {
+    match load_parameters(&mut world.ports, program) {
         Ok(0) | Err(StorageError::NotFound | StorageError::NoCard) => {}
         Ok(bad) => {
-            machine.announce(format_args!("WARNING: {PARAMETERS}: {bad} lines are no parameters and were left out\n"));
+            world.announce(format_args!("WARNING: {PARAMETERS}: {bad} lines are no parameters and were left out\n"));
         }
-        Err(error) => machine.announce(format_args!("WARNING: {PARAMETERS} was not read: {}\n", error.text())),
+        Err(error) => world.announce(format_args!("WARNING: {PARAMETERS} was not read: {}\n", error.text())),
     }
-    match read_tools(machine) {
+    match read_tools(world, program) {
         Ok(()) | Err(StorageError::NotFound | StorageError::NoCard) => {}
-        Err(error) => machine.announce(format_args!("WARNING: {TOOLS} was not read: {}\n", error.text())),
+        Err(error) => world.announce(format_args!("WARNING: {TOOLS} was not read: {}\n", error.text())),
     }
 }
 
 /// Reloads the tool table from its file (G10 L0).
-pub(crate) fn reload_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Outcome {
-    match read_tools(machine) {
+pub(crate) fn reload_tools<P: Ports>(world: &mut World<'_, P>, program: &mut Interpreter) -> Outcome {
+    match read_tools(world, program) {
         Ok(()) => Ok(Answer::Ok),
-        Err(error) => Err(machine.world.texts.about_file(TOOLS, error.text())),
+        Err(error) => Err(world.texts.about_file(TOOLS, error.text())),
     }
 }
 
-fn read_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
-    let Machine { program, world: World { ports, sessions, .. }, .. } = machine;
+fn read_tools<P: Ports>(world: &mut World<'_, P>, program: &mut Interpreter) -> Result<(), StorageError> {
+    let World { ports, sessions, .. } = &mut *world;
     let mut flaws = 0;
     let read = load_tools(ports, program, |line, flaw| {
         flaws += 1;
@@ -53,7 +54,7 @@ fn read_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError
         }
     });
     if flaws > MOST_SAID {
-        machine.announce(format_args!("WARNING: {TOOLS}: and {} more\n", flaws - MOST_SAID));
+        world.announce(format_args!("WARNING: {TOOLS}: and {} more\n", flaws - MOST_SAID));
     }
     read
 }

@@ -1,19 +1,20 @@
 //! Suspending and resuming a job, replaying saved settings, and running the frames that these start.
 
-use base::Ports;
-use base::failure::{Answer, Failure, Outcome};
+use base::axes::Axes;
+use base::failure::{Answer, Failure, Outcome, Texts};
 use base::hands::Hands as _;
 use base::needs::needs;
 use base::paths::Path;
-use base::ports::{OpenMode, StorageError};
+use base::ports::{HeatPort, OpenMode, StorageError};
 use base::safe_file;
 use base::safety::Event;
 use base::sessions::Recipient;
+use base::{Ports, World};
 use config::FilamentChangeConfig;
 use events::Event as Happened;
 use gcode::LineBuffer;
 use heapless::Vec;
-use jobs::player::Suspended;
+use jobs::player::{Jobs, Suspended};
 use motion::Mode;
 use parts::heat_codes;
 use program::Part;
@@ -21,27 +22,27 @@ use units::{Axis, AxisSet, Celsius, HeaterId};
 
 use crate::machine::Machine;
 use crate::machine::effects;
-use crate::machine::frames::{Frame, Replay, Then};
+use crate::machine::frames::{Frame, Frames, Replay, Then};
 use crate::machine::hands::MachineHands;
-use crate::machine::moments::{Featured, Features, Moments as _};
+use crate::machine::moments::{Features, Moments as _};
 
 /// `suspend`: pauses the job, so that a person can work at the machine.
 pub(crate) fn suspend<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay: bool, to: Recipient) -> Outcome {
-    if is_already(machine, to) {
+    if is_already(&machine.jobs, &mut machine.world, to) {
         return Ok(Answer::Ok);
     }
     begin(machine, to)?;
-    let targets = targets(machine);
+    let targets = targets(&mut machine.world.ports);
     keep(machine, targets, None);
-    rest(machine, heaters_stay)
+    rest(&mut machine.world, &mut machine.frames, heaters_stay)
 }
 
 /// Whether the job is suspended already, which is said.
-pub(crate) fn is_already<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> bool {
-    if machine.jobs.is_suspended() {
-        machine.say(to, format_args!("Already suspended\n"));
+pub(crate) fn is_already<P: Ports>(jobs: &Jobs, world: &mut World<'_, P>, to: Recipient) -> bool {
+    if jobs.is_suspended() {
+        world.say(to, format_args!("Already suspended\n"));
     }
-    machine.jobs.is_suspended()
+    jobs.is_suspended()
 }
 
 /// Begins a suspension: the sender has its answer, and nothing moves any more.
@@ -77,8 +78,8 @@ pub(crate) fn keep<P: Ports>(
 }
 
 /// Returns the targets of heaters in the order of the configuration; 0 for heaters that are off.
-pub(crate) fn targets<P: Ports>(machine: &mut Machine<'_, P>) -> [Celsius; units::MAX_HEATERS] {
-    machine.world.ports.heat(|heat| {
+pub(crate) fn targets(ports: &mut impl HeatPort) -> [Celsius; units::MAX_HEATERS] {
+    ports.heat(|heat| {
         let mut targets = [Celsius(0.0); units::MAX_HEATERS];
         targets.iter_mut().zip(heat.heaters()).for_each(|(target, (_, heater))| *target = heater.target());
         targets
@@ -86,15 +87,19 @@ pub(crate) fn targets<P: Ports>(machine: &mut Machine<'_, P>) -> [Celsius; units
 }
 
 /// Has the job wait for a person: heaters off, unless they are to stay on, and the script for that.
-pub(crate) fn rest<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay: bool) -> Outcome {
-    let player = &machine.world.config.player;
+pub(crate) fn rest<'c, P: Ports, S>(
+    world: &mut World<'c, P>,
+    frames: &mut Frames<'c, S>,
+    heaters_stay: bool,
+) -> Outcome {
+    let player = &world.config.player;
     if !(heaters_stay || player.leave_heaters_on_suspend) {
         // Switching off is never refused.
         for id in HeaterId::all() {
-            let _ = machine.world.ports.heat(|heat| heat.set_target(id, Celsius(0.0)));
+            let _ = world.ports.heat(|heat| heat.set_target(id, Celsius(0.0)));
         }
     }
-    start_script(machine, player.after_suspend_gcode.as_str(), Then::Suspended).map(|_| Answer::Said)
+    start_script(frames, player.after_suspend_gcode.as_str(), Then::Suspended).map(|_| Answer::Said)
 }
 
 /// M601 and `resume`: heats up again, then goes back and goes on.
@@ -107,7 +112,7 @@ pub(crate) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
     Features::<P>::may_resume(machine)?;
     let homes_itself = machine.jobs.stalled_job().map_or(AxisSet::NONE, |stall| stall.lost);
     if machine.world.config.player.before_resume_gcode.is_empty() {
-        knows_the_place(machine, homes_itself)?;
+        knows_the_place(&machine.axes, machine.world.texts, homes_itself)?;
     }
     machine.announce(format_args!("// resuming print...\n"));
     let heated = || HeaterId::all().zip(targets).filter(|(_, target)| target.0 > 0.0);
@@ -125,25 +130,25 @@ pub(crate) fn resume<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> O
     if !script.is_empty() {
         machine.announce(format_args!("// Executing before resume gcode...\n"));
     }
-    start_script(machine, script, Then::Resumed)
+    start_script(&mut machine.frames, script, Then::Resumed)
 }
 
 /// Whether coordinates mean the same as when the job was suspended, but for these axes.
-fn knows_the_place<P: Ports>(machine: &Machine<'_, P>, but: AxisSet) -> Result<(), Failure> {
-    let [strayed, comes_back] = machine.axes.strayed().map(|axes| axes.without(but));
+fn knows_the_place(axes: &Axes, texts: &Texts, but: AxisSet) -> Result<(), Failure> {
+    let [strayed, comes_back] = axes.strayed().map(|axes| axes.without(but));
     let Some(axis) = strayed.axes().next().map(Axis::letter) else { return Ok(()) };
     let what_to_do = if strayed == comes_back {
         "home it, then resume; abort ends the job"
     } else {
         "it was not homed when the job was suspended: abort ends the job"
     };
-    Err(machine.world.texts.refused(format_args!("{axis} is not where it reads: {what_to_do}")))
+    Err(texts.refused(format_args!("{axis} is not where it reads: {what_to_do}")))
 }
 
 /// Goes back to the job's place of the work, with the modes of the program as they were. Offsets that were
 /// set meanwhile stay: for a longer cutter the place is higher.
 pub(crate) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-    knows_the_place(machine, AxisSet::NONE)?;
+    knows_the_place(&machine.axes, machine.world.texts, AxisSet::NONE)?;
     let Some(Suspended { position: was, kept, .. }) = machine.jobs.suspended() else { return Ok(()) };
     let other_tool = program::take_up_tool(&mut machine.program, kept);
     let position = program::same_work_place(&mut machine.program, kept, was);
@@ -202,18 +207,14 @@ pub(crate) fn go_back<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Fail
 }
 
 /// Runs a line of the configuration, and then what follows it.
-pub(crate) fn start_script<'c, P: Ports>(
-    machine: &mut Machine<'c, P>,
-    script: &'c str,
-    then: Then<<P as Featured>::Step>,
-) -> Outcome {
-    let fits = machine.frames.push(Frame::Then(then)) && machine.frames.push_script(script);
+pub(crate) fn start_script<'c, S>(frames: &mut Frames<'c, S>, script: &'c str, then: Then<S>) -> Outcome {
+    let fits = frames.push(Frame::Then(then)) && frames.push_script(script);
     if fits { Ok(Answer::Ok) } else { Err(Failure::refused(&"scripts start each other without end")) }
 }
 
 /// Runs a line of the configuration, where there is one. False: there is none, or no room for it.
-pub(crate) fn start_unless_empty<'c, P: Ports>(machine: &mut Machine<'c, P>, script: &'c str) -> bool {
-    !script.is_empty() && start_script(machine, script, Then::Ended(Ok(()))).is_ok()
+pub(crate) fn start_unless_empty<'c, S>(frames: &mut Frames<'c, S>, script: &'c str) -> bool {
+    !script.is_empty() && start_script(frames, script, Then::Ended(Ok(()))).is_ok()
 }
 
 /// Opens a file of saved settings, which is replayed before anything else is done.

@@ -203,12 +203,12 @@ fn change_filament<P: Ports>(
     words: &Words<'_>,
     to: Recipient,
 ) -> Outcome {
-    if suspend::is_already(machine, to) {
+    if suspend::is_already(&machine.jobs, &mut machine.world, to) {
         return Ok(Answer::Ok);
     }
     let change = change(machine, words)?;
     suspend::begin(machine, to)?;
-    let mut targets = suspend::targets(machine);
+    let mut targets = suspend::targets(&mut machine.world.ports);
     if let Some((heater, target)) = change.goes_on_with
         && let Some(to) = targets.get_mut(heater.index())
     {
@@ -228,7 +228,7 @@ fn change_filament<P: Ports>(
             left => left?,
         }
     }
-    suspend::rest(machine, heaters_stay)
+    suspend::rest(&mut machine.world, &mut machine.frames, heaters_stay)
 }
 
 /// Parameters of a filament change (M600).

@@ -326,7 +326,7 @@ fn prepare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Result<(), 
     if !script.is_empty() {
         journal::note(machine, Heights::Any, false);
     }
-    suspend::start_script(machine, script, Then::Step(state::Step::Recover(Step::GoBack, to))).map(drop)
+    suspend::start_script(&mut machine.frames, script, Then::Step(state::Step::Recover(Step::GoBack, to))).map(drop)
 }
 
 /// Lifts the tool clear of everything that stands on the bed; then homes X and Y, and Z where that is

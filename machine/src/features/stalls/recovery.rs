@@ -201,7 +201,7 @@ fn found<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped) -> Result<()
     // A curve, and a line of several moves, are made again from their beginning.
     let position = if is_on_its_way { stopped.at } else { begins };
     let stall = StalledJob { lost: stopped.lost, begins, above: above(machine, &passed, stopped) };
-    let targets = suspend::targets(machine);
+    let targets = suspend::targets(&mut machine.world.ports);
     let kept = machine.program.keep();
     machine.jobs.suspend(Suspended { position, kept, targets, change: None, stall: Some(stall) });
     machine.axes.keep_place(stopped.lost);
@@ -312,7 +312,7 @@ fn pause<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: &str) -
         "WARNING: the job is paused at line {line}, where motor {letter} stalled: {why}resume homes what has lost its place \
          and goes on, abort ends it\n"
     ));
-    suspend::rest(machine, false).map(drop)
+    suspend::rest(&mut machine.world, &mut machine.frames, false).map(drop)
 }
 
 /// Ends a job that cannot go on: not even its place is known.
@@ -326,5 +326,5 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: impl 
     Features::<P>::extruders_count_anew(machine);
     machine.jobs.close(&mut machine.world.ports);
     machine.resynchronise_if_still();
-    suspend::rest(machine, false).map(drop)
+    suspend::rest(&mut machine.world, &mut machine.frames, false).map(drop)
 }
