@@ -310,7 +310,7 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>) -> bool {
         let date = machine.world.ports.date();
         machine.say(to, format_args!("Print stopped at: {date}\n"));
     }
-    job_control::after_job(machine);
+    job_control::after_job(&mut machine.jobs, &mut machine.world);
     true
 }
 
@@ -381,10 +381,6 @@ fn run_decoded<P: Ports>(machine: &mut Machine<'_, P>, decoded: Line<'_>, source
             match named_commands::command_of(frames, jobs, (config, texts), &line, source) {
                 Named::Console(command) => run_command(machine, command, source),
                 Named::Codes => {}
-                Named::Tower(command) => {
-                    let outcome = job_control::tower(machine, &command);
-                    finish(machine, outcome, None, source);
-                }
                 Named::Ended(outcome) => finish(machine, outcome, None, source),
             }
         }

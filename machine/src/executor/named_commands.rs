@@ -9,6 +9,7 @@ use jobs::player::{Jobs, Name};
 use program::extended::{self, Asked, CodeLine};
 
 use crate::machine::frames::{Frame, Frames, NextCode, Rest};
+use crate::machine::job_control;
 use crate::machine::source::{Origin, Source};
 
 /// Result of a command by name.
@@ -17,8 +18,6 @@ pub(crate) enum Named<'a> {
     Codes,
     /// Command of the console that it means.
     Console(&'a str),
-    /// Calibration tower that it asks for.
-    Tower(Extended<'a>),
     /// Outcome of a command that is not carried out, or cannot be.
     Ended(Outcome),
 }
@@ -52,7 +51,7 @@ pub(crate) fn command_of<'a, S>(
             Named::Ended(Err(Failure::refused(&"scripts start each other without end")))
         }
         Ok(Asked::Console(asked)) => Named::Console(asked),
-        Ok(Asked::Tower) => Named::Tower(command),
+        Ok(Asked::Tower) => Named::Ended(job_control::tower(jobs, texts, &command)),
         Ok(Asked::PassedOver(name)) => {
             if let Some(noted) = jobs.noted().filter(|_| source.origin == Origin::Job) {
                 noted.passed_over.count(Name::Command(name));

@@ -130,7 +130,10 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments
         C::LoadSettings => apart(|| load(machine, arguments, to)),
         C::Check => apart(|| forecast::check(machine, arguments, to)),
         C::Play => play_file(machine, arguments, to),
-        C::Queue => apart(|| job_control::queue(machine, arguments, to)),
+        C::Queue => {
+            let Machine { jobs, files, world, .. } = machine;
+            apart(|| job_control::queue(jobs, files, world, arguments, to))
+        }
         C::Pause => apart(|| job_control::pause(machine, arguments, to)),
         C::Suspend => apart(|| suspend::suspend(machine, arguments.starts_with(['l', 'h']), to)),
         C::Resume => suspend::resume(machine, to),

@@ -1,11 +1,12 @@
 //! Pauses that a job makes by itself, and the queue of jobs.
 
-use base::failure::{Answer, Failure, Outcome};
+use base::failure::{Answer, Failure, Outcome, Texts};
 use base::needs::needs;
 use base::sessions::{Recipient, Reply};
 use base::{Ports, World};
 use gcode::Extended;
-use jobs::player::{Listeners, Tower, parse_pause};
+use jobs::files::Files;
+use jobs::player::{Jobs, Listeners, Tower, parse_pause};
 use program::Part;
 use units::Axis;
 
@@ -73,43 +74,49 @@ pub(crate) fn due_before<P: Ports>(machine: &mut Machine<'_, P>, line: &[u8]) ->
 }
 
 /// Runs `TUNING_TOWER`, for the job that is played or comes next.
-pub(crate) fn tower<P: Ports>(machine: &mut Machine<'_, P>, command: &Extended<'_>) -> Outcome {
-    machine.jobs.tower = Some(Tower::new(machine.world.texts, command)?);
+pub(crate) fn tower(jobs: &mut Jobs, texts: &Texts, command: &Extended<'_>) -> Outcome {
+    jobs.tower = Some(Tower::new(texts, command)?);
     Ok(Answer::Ok)
 }
 
 /// Runs the command `queue`; `queue next` plays the next job.
-pub(crate) fn queue<P: Ports>(machine: &mut Machine<'_, P>, arguments: &str, to: Recipient) -> Outcome {
+pub(crate) fn queue<P: Ports>(
+    jobs: &mut Jobs,
+    files: &Files,
+    world: &mut World<'_, P>,
+    arguments: &str,
+    to: Recipient,
+) -> Outcome {
     if arguments.trim() == "next" {
-        return play_next(machine, to);
+        return play_next(jobs, world, to);
     }
-    let Machine { jobs, files, world: World { ports, sessions, .. }, .. } = machine;
+    let World { ports, sessions, texts, .. } = world;
     let absolute = |name: &str| files.absolute(name);
-    jobs.queue.command(machine.world.texts, arguments, absolute, ports, &mut Reply::new(sessions, to))?;
+    jobs.queue.command(texts, arguments, absolute, ports, &mut Reply::new(sessions, to))?;
     Ok(Answer::Ok)
 }
 
-fn play_next<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    needs(machine.world.texts, machine.world.config, Part::Player, machine.jobs.is_playing())?;
-    let next = machine.jobs.queue.next().cloned();
+fn play_next<P: Ports>(jobs: &mut Jobs, world: &mut World<'_, P>, to: Recipient) -> Outcome {
+    needs(world.texts, world.config, Part::Player, jobs.is_playing())?;
+    let next = jobs.queue.next().cloned();
     let path = next.ok_or_else(|| Failure::refused(&"no file waits: queue add file"))?;
-    let now = machine.world.ports.now();
+    let now = world.ports.now();
     let listeners = Listeners { tells_end: to, ..Listeners::default() };
-    let size = machine.jobs.open(machine.world.texts, &path, listeners, &mut machine.world.ports, now)?;
-    machine.jobs.queue.take();
-    machine.say(to, format_args!("Playing {path}\n  File size {size}\n"));
+    let size = jobs.open(world.texts, &path, listeners, &mut world.ports, now)?;
+    jobs.queue.take();
+    world.say(to, format_args!("Playing {path}\n  File size {size}\n"));
     Ok(Answer::Ok)
 }
 
 /// Begins the next job after the end of one, or tells which is next.
-pub(crate) fn after_job<P: Ports>(machine: &mut Machine<'_, P>) {
-    let Some(next) = machine.jobs.queue.next().cloned() else { return };
-    if !machine.world.config.player.queue_auto {
-        return machine.announce(format_args!("// NOTE {next} is next: clear the bed, then queue next\n"));
+pub(crate) fn after_job<P: Ports>(jobs: &mut Jobs, world: &mut World<'_, P>) {
+    let Some(next) = jobs.queue.next().cloned() else { return };
+    if !world.config.player.queue_auto {
+        return world.announce(format_args!("// NOTE {next} is next: clear the bed, then queue next\n"));
     }
-    if let Err(why) = play_next(machine, Recipient::All)
+    if let Err(why) = play_next(jobs, world, Recipient::All)
         && why.is_refusal()
     {
-        machine.announce(format_args!("// WARNING {next} was not begun: {}\n", machine.world.texts.of(why)));
+        world.announce(format_args!("// WARNING {next} was not begun: {}\n", world.texts.of(why)));
     }
 }
