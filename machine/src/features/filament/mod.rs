@@ -7,10 +7,10 @@ use base::hands::Hands as _;
 use base::sessions::{Recipient, Reply};
 use base::tuning::Tuning;
 use base::{Ports, World};
-use config::FilamentChangeConfig;
+use config::{FilamentChangeConfig, MachineConfig};
 use motion::Mode;
 use parts::filament::{News, Use, WidthNews};
-use program::{Move, State, Tool, Words};
+use program::{Interpreter, Move, State, Tool, Words};
 use units::{Axis, Celsius, HeaterId, Micros, Mm, MmPerSecond};
 
 use crate::features::state::States;
@@ -53,7 +53,8 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     fn may_move(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure> {
-        cold_extrusion::may_extrude(machine, request)
+        let Machine { world, program, tuning, .. } = machine;
+        cold_extrusion::may_extrude(world, program, tuning, request)
     }
 
     fn job_may_begin(machine: &mut Machine<'_, P>) -> bool {
@@ -77,7 +78,7 @@ impl<P: Ports> Moments<P> for Feature {
     }
 
     fn goes_back(machine: &mut Machine<'_, P>) {
-        forget_width(machine);
+        forget_width(&mut machine.features, &machine.tuning);
     }
 
     fn extruders_count_anew(machine: &mut Machine<'_, P>) {
@@ -128,7 +129,9 @@ fn watch<P: Ports>(machine: &mut Machine<'_, P>, now: Micros) {
 /// Measures the width of filament, and tells its faults.
 fn measure<P: Ports>(machine: &mut Machine<'_, P>, using: Use, now: Micros) {
     let sensor = machine.tuning.filament_width;
-    let Some(axis) = measured_tool(machine).map(|tool| tool.settings.axis) else { return };
+    let Some(axis) = measured_tool(&machine.program, machine.world.config).map(|tool| tool.settings.axis) else {
+        return;
+    };
     let readings = machine.world.ports.heat(|heat| heat.filament_width());
     let pushed = machine.world.ports.motion(|motion| motion.live_position())[axis];
     let news = machine.features.filament_width.look(&sensor, readings, pushed, now);
@@ -146,15 +149,15 @@ fn measure<P: Ports>(machine: &mut Machine<'_, P>, using: Use, now: Micros) {
 }
 
 /// Returns the extruder whose filament is measured.
-fn measured_tool<'m, P: Ports>(machine: &'m Machine<'_, P>) -> Option<&'m Tool> {
-    machine.program.tools().all().iter().find(|tool| tool.settings.id == machine.world.config.filament_width.tool)
+fn measured_tool<'p>(program: &'p Interpreter, config: &MachineConfig) -> Option<&'p Tool> {
+    program.tools().all().iter().find(|tool| tool.settings.id == config.filament_width.tool)
 }
 
 /// Scales what is extruded from here on to the filament that will be at the nozzle then: more for thinner
 /// filament, less for thicker.
 fn correct_flow<P: Ports>(machine: &mut Machine<'_, P>) {
     let sensor = &machine.tuning.filament_width;
-    let Some(tool) = measured_tool(machine) else { return };
+    let Some(tool) = measured_tool(&machine.program, machine.world.config) else { return };
     let meant = tool.settings.filament_diameter.map_or(sensor.nominal, Mm);
     let pushed = machine.program.position()[tool.settings.axis];
     let factor = machine.features.filament_width.factor(sensor, pushed, meant);
@@ -164,22 +167,22 @@ fn correct_flow<P: Ports>(machine: &mut Machine<'_, P>) {
 /// Whether moves are planned as far ahead as the filament is measured: more must wait, as for room in the
 /// queue. The motors go on meanwhile, so it comes to an end.
 fn is_planned_ahead<P: Ports>(machine: &Machine<'_, P>) -> bool {
-    let Some(tool) = measured_tool(machine) else { return false };
+    let Some(tool) = measured_tool(&machine.program, machine.world.config) else { return false };
     let pushed = machine.program.position()[tool.settings.axis];
     machine.features.filament_width.is_to_come(&machine.tuning.filament_width, pushed)
 }
 
 /// Forgets measured widths: filament was taken out, or another one put in.
-fn forget_width<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.features.filament_width.forget(&machine.tuning.filament_width);
+fn forget_width(states: &mut States, tuning: &Tuning) {
+    states.filament_width.forget(&tuning.filament_width);
 }
 
 /// Returns the axis of the extruder in use.
 ///
 /// # Errors
 /// When there is none.
-fn extruder<P: Ports>(machine: &Machine<'_, P>) -> Result<Axis, Failure> {
-    let axis = machine.program.tools().active().map(|tool| tool.settings.axis);
+fn extruder(program: &Interpreter) -> Result<Axis, Failure> {
+    let axis = program.tools().active().map(|tool| tool.settings.axis);
     axis.ok_or_else(|| Failure::refused(&"there is no extruder whose filament could be changed"))
 }
 
@@ -188,7 +191,7 @@ fn push<P: Ports>(machine: &mut Machine<'_, P>, length: f64, rate: MmPerSecond) 
     if length == 0.0 {
         return Ok(());
     }
-    let axis = extruder(machine)?;
+    let axis = extruder(&machine.program)?;
     let hands = &mut MachineHands::new(machine, Recipient::Nobody);
     let mut target = hands.position();
     target[axis] += length;
@@ -267,7 +270,7 @@ fn change<P: Ports>(machine: &Machine<'_, P>, words: &Words<'_>) -> Result<Chang
 /// Leaves only the parking of M600 if its nozzle is too cold to feed filament.
 fn unless_cold<P: Ports>(machine: &mut Machine<'_, P>, change: FilamentChangeConfig) -> FilamentChangeConfig {
     let feeds = [change.retract, change.unload, change.load, change.purge].iter().any(|length| length.0 > 0.0);
-    match cold_extrusion::may_feed(machine, -1.0) {
+    match cold_extrusion::may_feed(&mut machine.world, &machine.program, &machine.tuning, -1.0) {
         Err(why) if feeds => {
             machine.announce(format_args!("// WARNING {}: M600 leaves the filament in\n", machine.world.texts.of(why)));
             let nothing = Mm(0.0);
@@ -369,7 +372,7 @@ fn load<P: Ports>(machine: &mut Machine<'_, P>, length: Mm) -> Result<(), Failur
 /// Loads (M701, `loads`) or unloads (M702) filament, by `length` or else as M603 says. The operator sees to a
 /// hot nozzle, or [`super::cold_extrusion`] does where that was asked for.
 pub(crate) fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool, length: Option<f64>) -> Outcome {
-    extruder(machine)?;
+    extruder(&machine.program)?;
     machine.standstill()?;
     let change = machine.tuning.filament_change;
     let length = length.map_or(if loads { change.load } else { change.unload }, Mm);
@@ -377,13 +380,18 @@ pub(crate) fn by_hand<P: Ports>(machine: &mut Machine<'_, P>, loads: bool, lengt
         let text = if loads { "M701: how far? Give L, or set M603 L" } else { "M702: how far? Give U, or set M603 U" };
         return Err(machine.world.texts.because(text));
     }
-    cold_extrusion::may_feed(machine, if loads { length.0 } else { -length.0 })?;
+    cold_extrusion::may_feed(
+        &mut machine.world,
+        &machine.program,
+        &machine.tuning,
+        if loads { length.0 } else { -length.0 },
+    )?;
     if loads {
         load(machine, length)?
     } else {
         unload(machine, length)?
     }
-    forget_width(machine);
+    forget_width(&mut machine.features, &machine.tuning);
     machine.resynchronise();
     Ok(Answer::Ok)
 }

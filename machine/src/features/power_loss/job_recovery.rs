@@ -10,7 +10,7 @@ use base::failure::{Answer, Failure, Outcome};
 use base::hands::Hands as _;
 use base::sessions::Recipient;
 use base::{Ports, World};
-use config::HomingDirection;
+use config::{HomingDirection, MachineConfig};
 use jobs::journal::{Doing, Found, Offer, Recovery, Step, find, forget, machine_value};
 use jobs::player::{Listeners, Scripts};
 use motion::Mode;
@@ -254,7 +254,7 @@ fn compare<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
 fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
     // The file may end within that time.
     let passed = machine.passed.take().ok_or(Failure::HALTED)?;
-    let up = homes_upwards(machine);
+    let up = homes_upwards(machine.world.config);
     let Some(recovery) = &mut machine.features.recovery else { return Err(Failure::HALTED) };
     let entry = &recovery.offer.entry;
     // Movements of axes since the machine was switched on are known.
@@ -297,8 +297,8 @@ fn look<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
 }
 
 /// Whether Z homes by going up, away from the part.
-fn homes_upwards<P: Ports>(machine: &Machine<'_, P>) -> bool {
-    let stop = machine.world.config.homing_endstop(Axis::Z);
+fn homes_upwards(config: &MachineConfig) -> bool {
+    let stop = config.homing_endstop(Axis::Z);
     stop.is_some_and(|stop| stop.homing_direction == HomingDirection::ToMax)
 }
 
@@ -353,7 +353,7 @@ fn lift<P: Ports>(machine: &mut Machine<'_, P>, was: &[f64], to: Recipient) -> R
         go_up(machine, here, highest, to)?;
     }
     let mut homes = AxisSet::of(Axis::X).with(Axis::Y).and(machine.can_home);
-    if homes_upwards(machine) {
+    if homes_upwards(machine.world.config) {
         // Until Z is homed it may be anywhere between.
         journal::note(machine, Heights::Any, false);
         machine.announce(format_args!("// homing Z, upwards\n"));
