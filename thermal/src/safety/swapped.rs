@@ -51,7 +51,7 @@ impl Warmed {
 mod tests {
     use super::*;
 
-    /// Returns the warming of a heater at this share of output after so many looks, from 20 C to this reading.
+    /// Returns the warming of a heater at this share of output after so many looks, from 20 C to `reading`.
     fn warmed(looks: u32, driven: f32, reading: f32) -> Warmed {
         let mut warmed = Warmed::default();
         warmed.note(&Look { reading: Some(Celsius(20.0)), ..Look::default() }, true, 0.5);
