@@ -351,3 +351,77 @@ fn the_search_for_a_stall_is_set_in_the_driver() {
     let failure = home(&mut bench, X).unwrap_err();
     assert!(failure.is_alarm());
 }
+
+/// A linear delta whose carriages stand so high, mm, with switches at the upper ends.
+fn delta(carriages: [f64; 3], switches: [f64; 3]) -> Bench {
+    let mut bench = Bench::new(DELTA);
+    for (index, place) in switches.into_iter().enumerate() {
+        bench.world.wire_input(Input::Endstop(index as u8), move |motors| motors.0[index] >= place);
+    }
+    for (motor, mm) in Actuator::ALL.into_iter().zip(carriages) {
+        bench.world.put(motor, mm);
+    }
+    bench
+}
+
+const DELTA: &str = "\
+[motion control]
+arm_solution = linear_delta
+default_acceleration = 1000
+[linear delta]
+arm_length = 100
+arm_radius = 50
+[actuator]
+alpha.steps_per_mm = 40
+alpha.step_pin = PD3
+alpha.dir_pin = PD4
+beta.steps_per_mm = 40
+beta.step_pin = PK2
+beta.dir_pin = PG2
+gamma.steps_per_mm = 40
+gamma.step_pin = PG3
+gamma.dir_pin = PG4
+[endstops]
+common.move_to_origin_after_home = false
+maxx.enable = true
+maxx.pin = PD0^
+maxx.axis = X
+maxx.homing_direction = home_to_max
+maxx.max_travel = 90
+maxx.fast_rate = 50
+maxx.retract = 3
+maxy.enable = true
+maxy.pin = PI1^
+maxy.axis = Y
+maxy.homing_direction = home_to_max
+maxy.max_travel = 90
+maxy.fast_rate = 50
+maxy.retract = 3
+maxz.enable = true
+maxz.pin = PI0^
+maxz.axis = Z
+maxz.homing_direction = home_to_max
+maxz.homing_position = 120
+maxz.max_travel = 90
+maxz.fast_rate = 50
+maxz.retract = 3
+";
+
+#[test]
+fn the_towers_of_a_delta_home_together_and_the_tool_is_in_the_middle() {
+    for named in [AxisSet::NONE, X, Z] {
+        // Where the carriages begin, and where the switches sit by their own count.
+        let (carriages, switches) = ([10.0, 25.0, 40.0], [60.0, 61.5, 59.0]);
+        let mut bench = delta(carriages, switches);
+        home(&mut bench, named).unwrap();
+        let [x, y, z] = reads(&mut bench);
+        assert!(x.abs() < 0.03 && y.abs() < 0.03 && (z - 120.0).abs() < 0.03, "{x} {y} {z}");
+        for (motor, place) in Actuator::ALL.into_iter().zip(switches) {
+            assert!((bench.world.places[motor] - place).abs() < 0.06, "{:?}", bench.world.places);
+        }
+        assert!(homed(&bench).has_all(AxisSet::PRIMARY));
+        use base::hands::Hands;
+        let config = bench.motion_config().unwrap();
+        assert!(matches!(config.kinematics, motion::Kinematics::LinearDelta(_)), "they are in force again");
+    }
+}

@@ -14,6 +14,8 @@ mod purposes;
 mod screws;
 mod state;
 mod steps;
+#[cfg(test)]
+mod tests;
 mod twist;
 
 pub use hands::PaperHands;
