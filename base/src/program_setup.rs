@@ -158,3 +158,22 @@ fn claims(config: &MachineConfig) -> Claims {
     }
     claims
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use program::extended::Names;
+    use units::ToolId;
+
+    #[test]
+    fn heaters_are_found_by_their_place() {
+        let mut config = MachineConfig::default();
+        for (set_m_code, tool) in [(104, 2), (140, 0)] {
+            let heater = config::TemperatureConfig { set_m_code, tool_id: ToolId(tool), ..Default::default() };
+            config.temperatures.push(heater).unwrap_or_else(|_| panic!("room"));
+        }
+        let names = PartNames { config: &config, dialect: Dialect::Smoothie };
+        assert_eq!(names.heater_at(0), Some((Code::m(104), 2)));
+        assert_eq!((names.heater_at(1), names.heater_at(2)), (Some((Code::m(140), 0)), None));
+    }
+}

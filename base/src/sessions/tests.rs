@@ -225,3 +225,39 @@ fn whoever_left_and_came_between_two_looks_has_left_first() {
     sessions.flush(&mut desk, Micros(0));
     assert_eq!(desk.read(1), "hello\nmind the step\n");
 }
+
+#[test]
+fn the_sender_of_a_line_has_left_when_another_peer_is_there() {
+    let mut desk = Desk::new();
+    let mut sessions = sessions(&desk);
+    let Desk { inboxes, intakes, .. } = &mut desk;
+    inboxes[1].open(&mut intakes[1]);
+    greet(&mut sessions, &desk);
+    let asks = Recipient::Session(SessionId(1));
+    desk.type_on(1, "G28\n");
+    gather(&mut sessions, &desk);
+    assert_eq!(take(&mut sessions), Some((1, b"G28".to_vec())));
+    assert!(!sessions.has_left(asks) && !sessions.has_left(Recipient::All));
+    desk.inboxes[1].set_open(false);
+    assert!(sessions.is_visited_anew(&desk, SessionId(1)));
+    sessions.follow_visitor(&desk, SessionId(1));
+    assert!(sessions.has_left(asks));
+}
+
+#[test]
+fn a_session_wants_service_only_while_there_is_something_to_do() {
+    let mut desk = Desk::new();
+    let mut sessions = sessions(&desk);
+    let wants = |sessions: &Sessions, desk: &Desk| sessions.get(SessionId(0)).unwrap().wants_service(&desk.inboxes[0]);
+    assert!(!wants(&sessions, &desk));
+    desk.type_on(0, "M105\n");
+    gather(&mut sessions, &desk);
+    assert!(wants(&sessions, &desk), "a whole line that nobody has looked at");
+}
+
+#[test]
+fn reports_that_nobody_asked_for_are_not_due() {
+    let desk = Desk::new();
+    let mut sessions = sessions(&desk);
+    assert_eq!(sessions.get_mut(SessionId(0)).unwrap().take_due(Micros::from_seconds(900)), [false; 3]);
+}
