@@ -138,3 +138,68 @@ pub const PWM: [[&str; 4]; 2] = [["PE9", "PE11", "PE13", "PE14"], ["PI5", "PI6",
 /// The alternate function that makes a pin the timer's output (STM32H745 data sheet, DS12923, alternate
 /// functions).
 pub const PWM_FUNCTIONS: [u8; 2] = [1, 3];
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+
+    /// Every pin that the wiring names, with what it is for.
+    fn pins() -> Vec<(&'static str, String)> {
+        let drivers = DRIVERS.iter().enumerate().flat_map(|(place, socket)| {
+            let pins = [socket.step, socket.direction, socket.select, socket.stall];
+            pins.map(|pin| (pin, format!("driver {place}")))
+        });
+        let switches = [MOTORS_ENABLE, OUTPUT_BUFFER_ENABLE, SUPPLY_SWITCH, USB_HOST_POWER, PROBE];
+        let switches = switches.into_iter().chain(LEDS).chain(BOARD_ID).map(|pin| (pin, "a switch".into()));
+        let outputs = POWER_OUTPUTS.iter().map(|output| (output.pin, output.name.into()));
+        let stops = END_STOPS.iter().map(|(name, pin)| (*pin, (*name).into()));
+        let analog = THERMISTORS.iter().chain([&HEATER_SUPPLY, &MOTOR_SUPPLY]);
+        let analog = analog.filter_map(|input| Some((input.pin?, input.name.into())));
+        let timers = PWM.into_iter().flatten().map(|pin| (pin, "a timer".into()));
+        drivers.chain(switches).chain(outputs).chain(stops).chain(analog).chain(timers).collect()
+    }
+
+    #[test]
+    fn every_pin_is_wired_to_one_thing() {
+        let mut seen = BTreeSet::new();
+        for (pin, use_of_it) in pins() {
+            assert!(seen.insert(pin), "{pin} of {use_of_it} is wired twice");
+        }
+    }
+
+    #[test]
+    fn pins_are_named_as_the_chip_names_them() {
+        for (pin, use_of_it) in pins() {
+            let (port, number) = pin.split_at(2);
+            let is_port = ('A'..='K').any(|letter| port == format!("P{letter}"));
+            assert!(is_port && number.parse::<u8>().is_ok_and(|number| number < 16), "{pin} of {use_of_it}");
+        }
+    }
+
+    #[test]
+    fn a_power_output_is_found_by_its_pin_and_nothing_else_is() {
+        for output in &POWER_OUTPUTS {
+            assert_eq!(power_output(output.pin).map(|found| found.name), Some(output.name));
+        }
+        for pin in [DRIVERS[0].step, PROBE, SUPPLY_SWITCH, "", "PE"] {
+            assert!(power_output(pin).is_none(), "{pin}");
+        }
+    }
+
+    #[test]
+    fn each_axis_has_two_end_stops_of_its_own_names() {
+        let names: BTreeSet<_> = END_STOPS.iter().map(|(name, _)| *name).collect();
+        let all = ["X", "Y", "Z"].into_iter().flat_map(|axis| [format!("{axis} max"), format!("{axis} min")]);
+        assert!(all.eq(names.into_iter().map(str::to_string)));
+    }
+
+    #[test]
+    fn no_channel_of_a_converter_measures_two_things() {
+        let inputs = THERMISTORS.iter().chain([&HEATER_SUPPLY, &MOTOR_SUPPLY]);
+        let channels: BTreeSet<_> = inputs.clone().map(|input| (input.converter, input.channel)).collect();
+        assert_eq!(channels.len(), inputs.clone().count());
+        assert!(inputs.clone().all(|input| [1, 3].contains(&input.converter) && input.channel < 20));
+    }
+}
