@@ -38,7 +38,7 @@ impl<'a> Blocks<'a> {
     }
 
     /// Sets whether text after M0 and M1 is said to the operator, whatever it looks like. Otherwise `M0 M9`
-    /// has two codes, and `M0 Insert M3 nuts` one: see [`crate::stop`].
+    /// has two codes, and `M0 Insert M3 nuts` one: see `crate::stop`.
     pub const fn set_stops_say(&mut self, stops_say: bool) {
         self.stops_say = stops_say;
     }

@@ -6,7 +6,7 @@
 //! solving: it is the difference of the nearest steps at its two knots, in integers. Solving only says when,
 //! and its result is kept between its neighbours.
 //!
-//! At a speed that changes little, consecutive steps come from one [`Series`]. Near standstill and turning
+//! At a speed that changes little, consecutive steps come from one `Series`. Near standstill and turning
 //! points, or where the steps are few, each is solved by itself: with speed v, acceleration a and r steps to
 //! go, the time is the root of `v d + a d^2 / 2 = r`, whose series in `q = a r / v^2` is `d = r/v (1 - q/2 +
 //! q^2/2 - 5 q^3/8)`. One Newton step on the cubic then removes what the series leaves. For large q, a

@@ -1,6 +1,6 @@
 //! Timeline of the program: tags of the moves being executed, and marks at places of the path.
 //!
-//! A tag names what a move is for (a line of a file); [`Timeline::pass`] says whose move the motors are
+//! A tag names what a move is for (a line of a file); `Timeline::pass` says whose move the motors are
 //! making. A mark is a place between moves: it is made behind whatever has been submitted, and reached when
 //! the motors get there. The part that hangs effects on marks (a fan, a target temperature) learns from
 //! [`Passed`] which have been reached; the path is the same with and without them.

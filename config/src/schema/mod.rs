@@ -1,6 +1,6 @@
 //! The schema: one table that names every setting once.
 //!
-//! The rows come from the declarations in [`crate::sections`]. The reader fills a description with the
+//! The rows come from the declarations in `crate::sections`. The reader fills a description with the
 //! defaults through the setters of those declarations, so what the reference says is what a missing line
 //! means.
 

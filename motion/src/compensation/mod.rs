@@ -9,7 +9,7 @@
 //!
 //! Nothing is cut into pieces: at each knot the point goes through this map and the velocity through its
 //! derivative, so steps are as exact as without. The map is smooth (second derivatives are continuous);
-//! [`Lift`] bounds what it adds to a motor's way.
+//! `Lift` bounds what it adds to a motor's way.
 
 mod b_spline;
 mod fade;

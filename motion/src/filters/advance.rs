@@ -7,7 +7,7 @@
 //!
 //! With F the second antiderivative of pa, the average is the second difference `(F(t + h) - 2 F(t) + F(t -
 //! h)) / h^2`: three evaluations, however many stretches the window covers. F and the first antiderivative
-//! are kept at the beginning of each stretch ([`super::history`]); within one they are polynomials. For a
+//! are kept at the beginning of each stretch (`super::history`); within one they are polynomials. For a
 //! window that lies whole in one stretch, the average of a cubic is `pa(t) + pa''(t) h^2 / 12`, which has no
 //! cancellation and is exact at rest.
 

@@ -2,7 +2,7 @@
 //!
 //! The filters stand between the trajectory and the knots, on Cartesian axes, so they are right for every
 //! kinematics. The trajectory runs ahead of the motors by the [`FilterConfig::latency`]; its recent course is
-//! kept as a [`history`] of stretches of constant jerk. At output time t a shaped axis is the weighted sum of
+//! kept as a `history` of stretches of constant jerk. At output time t a shaped axis is the weighted sum of
 //! its positions at t less the delay of each pulse ([`shaper`]); an extruder is its advanced position
 //! averaged over a window ([`advance`]); any other axis is its position at t less the latency. All axes share
 //! the latency, so nothing lags behind anything else at constant speed.

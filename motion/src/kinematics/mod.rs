@@ -9,7 +9,7 @@
 //! of straight moves.
 //!
 //! Outside the reachable space positions and velocities are those of the nearest posture, continuous and
-//! finite: no rounding can make a motor jump. [`Kinematics::check_line`] sees to it that such places are
+//! finite: no rounding can make a motor jump. `Kinematics::check_line` sees to it that such places are
 //! never commanded.
 
 mod deltesian;

@@ -9,7 +9,7 @@
 use super::{Vector, dot, mix, size};
 use crate::{greatest, least, square_root};
 
-/// The distance travelled differs from that asked for by less than this, mm, and by less than [`EVEN_SHARE`]
+/// The distance travelled differs from that asked for by less than this, mm, and by less than `EVEN_SHARE`
 /// of the whole.
 pub const EVEN_WITHIN: f64 = 2e-8;
 const EVEN_SHARE: f64 = 1e-6;
