@@ -20,6 +20,7 @@ use super::stack;
 use crate::machine::Machine;
 use crate::machine::abort;
 use crate::machine::end_requests::{Asked, Ends, Requester};
+use crate::machine::feed_hold;
 use crate::machine::moments::{Features, Moments as _};
 
 /// Returns how much of the work in progress a line ends; `None` if it waits its turn.
@@ -57,7 +58,7 @@ fn m_number(blocks: &Blocks<'_>) -> Option<u16> {
 
 /// Ends the operator's pause of a job, or else the wait in progress (M108).
 pub(crate) fn end_wait<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !machine.operator_is_done() {
+    if !feed_hold::operator_is_done(&mut machine.jobs, machine.world.sessions) {
         machine.urgent.end_wait();
     }
 }
@@ -84,7 +85,7 @@ pub(crate) fn ask_for_inputs<P: Ports>(machine: &mut Machine<'_, P>) {
     } else if sends(410) {
         quick_stop(machine);
     } else if sends(108) && machine.urgent.awaits_operator {
-        machine.feed_resume();
+        feed_hold::resume(machine);
     } else if sends(108) {
         end_wait(machine);
     }

@@ -23,6 +23,7 @@ use crate::features::commands;
 use crate::features::functions;
 use crate::machine::Machine;
 use crate::machine::end_requests::Requester;
+use crate::machine::feed_hold;
 use crate::machine::jogging;
 use crate::machine::long_answers;
 use crate::machine::moments::{Features, Moments as _, Served};
@@ -161,10 +162,10 @@ impl<P: Ports> Machine<'_, P> {
                     jogging::cancel(&mut self.world, &mut self.safety, id);
                 }
                 Realtime::Hold => {
-                    self.feed_hold(Event::Hold);
+                    feed_hold::hold(self, Event::Hold);
                 }
-                Realtime::Resume => self.feed_resume(),
-                Realtime::EndWait if self.urgent.awaits_operator => self.feed_resume(),
+                Realtime::Resume => feed_hold::resume(self),
+                Realtime::EndWait if self.urgent.awaits_operator => feed_hold::resume(self),
                 Realtime::EndWait => out_of_turn::end_wait(self),
                 // A byte that no feature takes asks for nothing here.
                 _ => {}

@@ -10,6 +10,7 @@ use program::State;
 use units::Micros;
 
 use crate::machine::Machine;
+use crate::machine::feed_hold;
 use crate::machine::moments::Moments;
 
 /// The door at the machine's moments.
@@ -53,7 +54,7 @@ impl<P: Ports> Moments<P> for Feature {
 
 /// Interrupts everything that may be interrupted while the door is open.
 fn opens<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.feed_hold(Event::DoorOpens) {
+    if feed_hold::hold(machine, Event::DoorOpens) {
         stop_what_is_behind(&mut machine.world, &machine.outputs);
         machine.announce(format_args!("// NOTE the door is open: close it, then ~ goes on\n"));
     }
