@@ -7,18 +7,16 @@ use crate::state::States;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the help texts of the rows say what each does")]
 pub enum Command {
-    Tell(Told),
+    Ask(Question),
     File(FileCommand),
     Date,
     Check,
     Play,
-    Progress,
     Abort,
     Pause,
     Queue,
     Suspend,
     Resume,
-    Get,
     LoadSettings,
     Preheat,
     Switch,
@@ -27,25 +25,22 @@ pub enum Command {
     TuneDriver,
     Gpio,
     Break,
-    Events,
     Flash,
     Dfu,
     Reset,
     LendCard,
     Dialect,
-    Echo,
     Home,
-    Unlock,
     Jog,
     Probe,
     CheckMode,
     Sleep,
 }
 
-/// What a command says, and nothing more.
+/// Questions, answered whatever the machine waits for; `$X` is none, and must work at any time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "the help texts of the rows say what each does")]
-pub enum Told {
+pub enum Question {
     Help,
     Version,
     Memory,
@@ -56,6 +51,11 @@ pub enum Told {
     ModesWithoutOk,
     Offsets,
     Switches,
+    Get,
+    Progress,
+    Events,
+    Echo,
+    Unlock,
 }
 
 /// What a command does with files.
@@ -93,8 +93,6 @@ pub struct CommandInfo {
     pub help: &'static str,
     /// States in which the command runs.
     pub states: States,
-    /// Whether the command is a question, answered whatever the machine waits for.
-    pub question: bool,
     /// Whether the command reads or changes files, so that the card must be at rest before it.
     pub needs_card: bool,
     /// Whether the command moves or heats: check mode (`$C`) only reads it.
@@ -102,17 +100,18 @@ pub struct CommandInfo {
 }
 
 const fn command(word: &'static str, does: Command, takes: &'static str, help: &'static str) -> CommandInfo {
-    CommandInfo { word, does, takes, help, states: States::ALL, question: false, needs_card: false, acts: false }
+    CommandInfo { word, does, takes, help, states: States::ALL, needs_card: false, acts: false }
 }
 
 impl CommandInfo {
-    const fn working(mut self) -> Self {
-        self.states = States::WORKING;
-        self
+    /// Whether the command is a question, answered whatever the machine waits for.
+    #[must_use]
+    pub const fn is_question(&self) -> bool {
+        matches!(self.does, Command::Ask(_))
     }
 
-    const fn question(mut self) -> Self {
-        self.question = true;
+    const fn working(mut self) -> Self {
+        self.states = States::WORKING;
         self
     }
 
@@ -129,10 +128,10 @@ impl CommandInfo {
 
 /// All commands, in the order in which `help` lists them.
 pub const COMMANDS: &[CommandInfo] = &[
-    command("help", Command::Tell(Told::Help), "[command or code]", "list the commands; with one, say what it does").question(),
-    command("version", Command::Tell(Told::Version), "", "firmware, board and clock").question(),
-    command("mem", Command::Tell(Told::Memory), "", "memory in use, and how long reading the configuration took").question(),
-    command("modules", Command::Tell(Told::Modules), "", "the parts that the configuration switches on").question(),
+    command("help", Command::Ask(Question::Help), "[command or code]", "list the commands; with one, say what it does"),
+    command("version", Command::Ask(Question::Version), "", "firmware, board and clock"),
+    command("mem", Command::Ask(Question::Memory), "", "memory in use, and how long reading the configuration took"),
+    command("modules", Command::Ask(Question::Modules), "", "the parts that the configuration switches on"),
     command("date", Command::Date, "[YYMMDDhhmmss]", "say or set date and time"),
     command("ls", Command::File(FileCommand::List), "[-1] [folder]", "list files with marks, dates and sizes; -1: names only"),
     command("cd", Command::File(FileCommand::ChangeFolder), "[folder]", "change the current folder; without one, to the card").card(),
@@ -151,7 +150,7 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("check", Command::Check, "file", "look through a file: what it asks of the machine, and how long it takes; nothing moves").card(),
     command("play", Command::Play, "file [-v] [-p] [-t] [-f dialect] [--from line|layer|byte N] [--force]", "play a file, or the rest of it: show its lines, begin paused, tell its end; --force: whatever a look at it says")
         .working().card(),
-    command("progress", Command::Progress, "[-b]", "how far the file being played is; -b: in bytes").question(),
+    command("progress", Command::Ask(Question::Progress), "[-b]", "how far the file being played is; -b: in bytes"),
     command("abort", Command::Abort, "", "stop the file being played; heaters stay as they are").card(),
     command("pause", Command::Pause, "[at layer|line|height N [command] | next layer | list | clear]", "suspend the job, heaters on: now, or there")
         .working().acts(),
@@ -159,11 +158,10 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("suspend", Command::Suspend, "[h]", "pause the job so that filament can be changed; h: heaters stay on").working().acts(),
     command("resume", Command::Resume, "", "go on with the suspended job").working().acts(),
     command(
-        "get", Command::Get,
+        "get", Command::Ask(Question::Get),
         "pos|wcs|state|mode|status|steps|temp [name|chip]|volts [name]|fk x,y,z|ik x,y,z",
         "say what is; fk, ik: where motors put the tool, and where they stand for it",
-    )
-    .question(),
+    ),
     command("config-get", Command::File(FileCommand::ShowSection), "\"section\"", "show a section of config.ini").card(),
     command(
         "config-set", Command::File(FileCommand::SetSetting),
@@ -174,8 +172,8 @@ pub const COMMANDS: &[CommandInfo] = &[
     command("load", Command::LoadSettings, "file", "replay saved settings").working().card(),
     command("preheat", Command::Preheat, "[name|off]", "set every heater that has a preset of this name; without one, list them").working().acts(),
     command("switch", Command::Switch, "[name [on|off|value]]", "list switches, look at one, or set it"),
-    command("thermistors", Command::Tell(Told::Thermistors), "", "sensors that are known by name").question(),
-    command("calc_thermistor", Command::Tell(Told::CalculateThermistor), "T1,R1,T2,R2,T3,R3", "coefficients of a sensor from three points").question(),
+    command("thermistors", Command::Ask(Question::Thermistors), "", "sensors that are known by name"),
+    command("calc_thermistor", Command::Ask(Question::CalculateThermistor), "T1,R1,T2,R2,T3,R3", "coefficients of a sensor from three points"),
     command("setregs", Command::SetRegisters, "motor r1,r2,r3,r4,r5", "write all registers of a motor's driver, in hexadecimal"),
     command(
         "test", Command::Test,
@@ -187,19 +185,19 @@ pub const COMMANDS: &[CommandInfo] = &[
         .working().acts(),
     command("gpio", Command::Gpio, "pin [in | out on|off [ms]]", "look at a pin that nothing uses, or drive it for a while").working().acts(),
     command("break", Command::Break, "", "stop for a debugger; without one, the last events"),
-    command("events", Command::Events, "[count|all]", "what happened lately, before the last reset too, oldest first").question(),
+    command("events", Command::Ask(Question::Events), "[count|all]", "what happened lately, before the last reset too, oldest first"),
     command("flash", Command::Flash, "", "install the firmware in /sd/flashme.bin; this one is kept as firmware.previous").card(),
     command("dfu", Command::Dfu, "", "restart the board to wait for firmware over USB (dfu-util)").card(),
     command("reset", Command::Reset, "", "restart the board in a second"),
     command("msc", Command::LendCard, "[off]", "let the computer at the USB socket have the SD card as a disk, until it ejects it; off: take it back"),
     command("dialect", Command::Dialect, "[smoothie|marlin|reprapfirmware|klipper]", "what this console speaks, until the next reset"),
-    command("echo", Command::Echo, "[-n] [-1] text", "say it; -n: without a line end; -1: to the auxiliary UART").question(),
-    command("$G", Command::Tell(Told::Modes), "", "the modal state").question(),
-    command("$#", Command::Tell(Told::Offsets), "[-v]", "offsets and the last probe").question(),
+    command("echo", Command::Ask(Question::Echo), "[-n] [-1] text", "say it; -n: without a line end; -1: to the auxiliary UART"),
+    command("$G", Command::Ask(Question::Modes), "", "the modal state"),
+    command("$#", Command::Ask(Question::Offsets), "[-v]", "offsets and the last probe"),
     command("$H", Command::Home, "", "home").working().acts(),
-    command("$X", Command::Unlock, "", "clear a halt").question(),
-    command("$I", Command::Tell(Told::ModesWithoutOk), "", "the modal state, without ok").question(),
-    command("$S", Command::Tell(Told::Switches), "[name ...]", "switches, without ok").question(),
+    command("$X", Command::Ask(Question::Unlock), "", "clear a halt"),
+    command("$I", Command::Ask(Question::ModesWithoutOk), "", "the modal state, without ok"),
+    command("$S", Command::Ask(Question::Switches), "[name ...]", "switches, without ok"),
     command("$J", Command::Jog, "[-c] axis distance ... [S scale | F rate]", "jog; -c: until Ctrl-Y").working(),
     command("$P", Command::Probe, "[words]", "probe as G30 does").working(),
     command("$C", Command::CheckMode, "", "check mode on or off: programs are read and nothing is carried out"),
@@ -265,7 +263,7 @@ mod tests {
 
     #[test]
     fn a_question_runs_in_every_state_and_touches_neither_card_nor_machine() {
-        for command in COMMANDS.iter().filter(|command| command.question) {
+        for command in COMMANDS.iter().filter(|command| command.is_question()) {
             let waits_for_something = command.acts || command.needs_card || command.states != States::ALL;
             assert!(!waits_for_something, "{} is answered while the machine waits", command.word);
         }

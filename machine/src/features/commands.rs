@@ -14,7 +14,7 @@ use jobs::player::Jobs;
 use parts::heat_codes;
 use parts::outputs::Outputs;
 use parts::reports::{self, Status};
-use program::commands::{Command, CommandInfo, Told, asks_for_help, find};
+use program::commands::{Command, CommandInfo, Question, asks_for_help, find};
 use program::{Dialect, Interpreter, Part, State};
 
 use crate::features::axis_tests::command;
@@ -100,11 +100,12 @@ pub(crate) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Rec
         return false;
     }
     let (word, arguments) = split(line);
-    let Some(info) = find(word).filter(|info| info.question) else { return false };
+    let Some(info) = find(word) else { return false };
+    let Command::Ask(question) = info.does else { return false };
     if asks_for_help(arguments) || !info.states.has(machine.safety.state()) {
         return false;
     }
-    match carry_out(machine, info.does, arguments, to) {
+    match tell(machine, question, arguments, to) {
         Ok(Answer::Ok) => machine.say(to, format_args!("ok\n")),
         Ok(_) => {}
         Err(text @ Failure { kind: FailureKind::Refused, .. }) => machine.refuse(to, text),
@@ -117,15 +118,11 @@ pub(crate) fn answer<P: Ports>(machine: &mut Machine<'_, P>, line: &str, to: Rec
 fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments: &str, to: Recipient) -> Outcome {
     use Command as C;
     match command {
-        C::Tell(told) => apart(|| tell(machine, told, arguments, to)),
+        C::Ask(question) => tell(machine, question, arguments, to),
         C::File(file) => apart(|| file_commands::run(machine, file, arguments, to)),
-        C::Get => apart(|| get(machine, arguments, to)),
-        C::Progress => apart(|| progress(machine, arguments, to)),
         C::Date => apart(|| date(&mut machine.world, arguments, to)),
-        C::Echo => apart(|| echo(&mut machine.world, arguments, to)),
         C::Dialect => apart(|| speak(&mut machine.world, arguments, to)),
         C::Break => apart(|| event_log::stop_for_debugger(&mut machine.world, &machine.safety, to)),
-        C::Events => apart(|| event_log::tell(machine, arguments, to)),
         C::LendCard => apart(|| usb_disk::msc(&mut MachineHands::new(machine, to), arguments)),
         C::LoadSettings => apart(|| load(machine, arguments, to)),
         C::Check => apart(|| forecast::check(machine, arguments, to)),
@@ -151,11 +148,6 @@ fn carry_out<P: Ports>(machine: &mut Machine<'_, P>, command: Command, arguments
             let dialect = machine.world.sessions.dialect_of(to);
             P::run_text(machine, line.as_str(), dialect, to)
         }),
-        C::Unlock if machine.safety.is_halted() => {
-            machine.unlock(to);
-            Ok(Answer::Ok)
-        }
-        C::Unlock => Ok(Answer::Ok),
         C::CheckMode => apart(|| machine.check_mode(to)),
         C::Sleep => machine.sleep().map(|()| Answer::Ok),
         C::Flash => apart(|| update::flash(&mut MachineHands::new(machine, to))),
@@ -207,30 +199,53 @@ fn speak<P: Ports>(world: &mut World<'_, P>, name: &str, to: Recipient) -> Outco
     Ok(Answer::Ok)
 }
 
-/// Says what is. Some of these answers have no `ok`, as in Smoothieware.
-fn tell<P: Ports>(machine: &mut Machine<'_, P>, told: Told, arguments: &str, to: Recipient) -> Outcome {
-    let took = machine.config_took;
-    if told == Told::Help {
-        return help(&mut machine.world, &machine.program, arguments, to);
+/// Answers a question. Nothing here waits: the machine answers while it waits for something else.
+fn tell<P: Ports>(machine: &mut Machine<'_, P>, question: Question, arguments: &str, to: Recipient) -> Outcome {
+    match question {
+        Question::Get => apart(|| get(machine, arguments, to)),
+        Question::Progress => apart(|| progress(machine, arguments, to)),
+        Question::Events => apart(|| event_log::tell(machine, arguments, to)),
+        Question::Echo => apart(|| echo(&mut machine.world, arguments, to)),
+        Question::Help => apart(|| help(&mut machine.world, &machine.program, arguments, to)),
+        Question::Unlock => {
+            if machine.safety.is_halted() {
+                machine.unlock(to);
+            }
+            Ok(Answer::Ok)
+        }
+        Question::Version
+        | Question::Memory
+        | Question::Modules
+        | Question::Thermistors
+        | Question::CalculateThermistor
+        | Question::Modes
+        | Question::ModesWithoutOk
+        | Question::Offsets
+        | Question::Switches => apart(|| report(machine, question, arguments, to)),
     }
+}
+
+/// Says what is. Some of these answers have no `ok`, as in Smoothieware.
+fn report<P: Ports>(machine: &mut Machine<'_, P>, question: Question, arguments: &str, to: Recipient) -> Outcome {
+    let took = machine.config_took;
     let Machine { program, outputs, world: World { ports, sessions, config, texts }, .. } = machine;
     let reply = &mut Reply::new(sessions, to);
-    match told {
-        Told::Version => reports::version(ports, config, reply),
-        Told::Memory => reports::memory(ports, took, reply),
-        Told::Modules => reports::modules(config, reply),
-        Told::ModesWithoutOk => reports::modal(config, program, outputs, reply),
-        Told::Switches => outputs.report(config, arguments, reply),
-        Told::CalculateThermistor => return reports::thermistor_coefficients(texts, arguments, reply),
-        Told::Thermistors => {
+    match question {
+        Question::Version => reports::version(ports, config, reply),
+        Question::Memory => reports::memory(ports, took, reply),
+        Question::Modules => reports::modules(config, reply),
+        Question::ModesWithoutOk => reports::modal(config, program, outputs, reply),
+        Question::Switches => outputs.report(config, arguments, reply),
+        Question::CalculateThermistor => return reports::thermistor_coefficients(texts, arguments, reply),
+        Question::Thermistors => {
             reports::thermistors(reply);
             return Ok(Answer::Ok);
         }
-        Told::Offsets => {
+        Question::Offsets => {
             reports::offsets(program, arguments.trim_start_matches('-').starts_with('v'), reply);
             return Ok(Answer::Ok);
         }
-        Told::Help | Told::Modes => {
+        _ => {
             reports::modal(config, program, outputs, reply);
             return Ok(Answer::Ok);
         }
