@@ -8,10 +8,9 @@ use object::{Object, ObjectSection, SectionKind};
 use super::calls::Function;
 
 /// What is called through a field: how the caller's name begins, and what the called one's holds.
-const FIELDS: [(&str, &str); 6] = [
-    ("machine::executor::machine::Machine<P>::wait", "machine::executor::serve::serve"),
-    ("machine::executor::machine::Machine<P>::rest", "machine::executor::serve::serve"),
-    ("machine::executor::", " as preflight::forecast::work::Forecaster>"),
+const FIELDS: [(&str, &str); 5] = [
+    ("machine::", " as preflight::forecast::work::Forecaster>"),
+    ("preflight::lines::Reading", " as preflight::state::Listener>"),
     ("motion::", "bsp_prime::fpu::square_root"),
     ("TIM6_DAC", "bsp_prime::fpu::square_root"),
     ("OTG_FS", " as usb_device::class::UsbClass<B>>"),
