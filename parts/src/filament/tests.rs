@@ -123,6 +123,6 @@ fn the_command_of_a_missing_filament_waits_until_it_is_taken_once() {
     }
     assert!(filament.has_command());
     let command = filament.take_command(&tuning).expect("a command");
-    assert_eq!(command.as_str(), if tuning.filament.leave_heaters_on { "M600.1" } else { "M600" });
+    assert_eq!(command, if tuning.filament.leave_heaters_on { "M600.1" } else { "M600" });
     assert!(!filament.has_command());
 }

@@ -8,8 +8,10 @@ use object::{Object, ObjectSection, SectionKind};
 use super::calls::Function;
 
 /// What is called through a field: how the caller's name begins, and what the called one's holds.
-const FIELDS: [(&str, &str); 5] = [
-    ("machine::", " as preflight::forecast::work::Forecaster>"),
+const FIELDS: [(&str, &str); 7] = [
+    ("machine::machine::Machine<P>::", " as preflight::forecast::work::Forecaster>"),
+    ("machine::executor::run", " as preflight::forecast::work::Forecaster>"),
+    ("machine::features::forecast::", " as preflight::forecast::work::Forecaster>"),
     ("preflight::lines::Reading", " as preflight::state::Listener>"),
     ("motion::", "bsp_prime::fpu::square_root"),
     ("TIM6_DAC", "bsp_prime::fpu::square_root"),
