@@ -10,23 +10,12 @@ use parts::motion_codes;
 use program::{Action, Dialect, Fault, Meaning, Part, ProbeAlong, ProbeDown};
 use units::{Celsius, PerAxis};
 
-use super::bore_retract;
-use super::dry_run;
-use super::program_flow;
-use super::tool_change;
+use super::{bore_retract, dry_run, program_flow, tool_change};
 use crate::features::functions;
-use crate::machine::Machine;
-use crate::machine::effects;
-use crate::machine::halt;
 use crate::machine::hands::MachineHands;
 use crate::machine::hold::Hold;
-use crate::machine::homing;
 use crate::machine::moments::{Features, Moments as _};
-use crate::machine::moves;
-use crate::machine::operator_pauses;
-use crate::machine::program_files;
-use crate::machine::program_io;
-use crate::machine::suspend;
+use crate::machine::{Machine, effects, halt, homing, moves, operator_pauses, program_files, program_io, suspend};
 use program::State;
 
 /// Returns the failure of a block that the program refuses; the configuration knows better why a part is off.

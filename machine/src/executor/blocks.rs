@@ -10,14 +10,10 @@ use program::{Action, Effect, LineParts, Meaning, State, States};
 
 use super::actions;
 use super::answers::{bad_line, finish};
-use crate::machine::Machine;
-use crate::machine::effects;
 use crate::machine::frames::{Frame, Frames, NextCode, Rest};
-use crate::machine::ignored_codes;
 use crate::machine::moments::{Features, Moments};
-use crate::machine::moves;
-use crate::machine::operator_pauses;
 use crate::machine::source::{Origin, Source};
+use crate::machine::{Machine, effects, ignored_codes, moves, operator_pauses};
 
 /// Part of a line that is to be run.
 #[derive(Clone, Copy, Debug)]

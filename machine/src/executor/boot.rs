@@ -24,10 +24,8 @@ use procedures::leveling;
 use thermal::{HeatControl, HeaterSettings};
 use units::{Actuator, Micros};
 
-use crate::machine::Machine;
 use crate::machine::moments::{Features, Moments};
-use crate::machine::program_files;
-use crate::machine::suspend;
+use crate::machine::{Machine, program_files, suspend};
 
 /// Time within which the motor supply is read: two periods of the slow task, and its conversions.
 const SUPPLY_READING_TIMEOUT: Micros = Micros::from_millis(250);

@@ -16,28 +16,17 @@ use jobs::player::{Next, Scripts};
 use motion::Tag;
 use program::{Dialect, Interpreter, State, Waits};
 
-use super::actions;
 use super::answers::{finish, pause_job, say_refusal};
-use super::blocks;
 use super::blocks::Start;
-use super::named_commands;
 use super::named_commands::Named;
-use super::out_of_turn;
-use super::program_flow;
-use super::stack;
+use super::{actions, blocks, named_commands, out_of_turn, program_flow, stack};
 use crate::features::commands;
-use crate::machine::Machine;
-use crate::machine::card;
-use crate::machine::fast_forward;
 use crate::machine::frames::{Frame, NextCode, Rest};
-use crate::machine::ignored_codes;
-use crate::machine::job_control;
-use crate::machine::jogging;
 use crate::machine::moments::{Features, JobBegins, JobStart, Moments as _};
-use crate::machine::program_files;
-use crate::machine::program_logs;
 use crate::machine::source::{Origin, Source};
-use crate::machine::suspend;
+use crate::machine::{
+    Machine, card, fast_forward, ignored_codes, job_control, jogging, program_files, program_logs, suspend,
+};
 
 /// Runs the next line: of work that a line has started, of a session, of an input, of the file being played.
 /// False when there was nothing.

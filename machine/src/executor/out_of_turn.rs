@@ -17,11 +17,9 @@ use parts::outputs::Outputs;
 use program::{Dialect, Dialects};
 
 use super::stack;
-use crate::machine::Machine;
-use crate::machine::abort;
 use crate::machine::end_requests::{Asked, Ends, Requester};
-use crate::machine::feed_hold;
 use crate::machine::moments::{Features, Moments as _};
+use crate::machine::{Machine, abort, feed_hold};
 
 /// Returns how much of the work in progress a line ends; `None` if it waits its turn.
 pub(crate) fn of_line(line: &Line<'_>, dialect: Dialect) -> Option<Ends> {

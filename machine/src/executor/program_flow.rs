@@ -11,12 +11,8 @@ use jobs::files::Files;
 use jobs::player::{Jobs, Listeners};
 use program::{FlowFault, Interpreter, Next};
 
-use crate::machine::Machine;
-use crate::machine::effects;
-use crate::machine::program_files;
-use crate::machine::program_io;
-use crate::machine::program_logs;
 use crate::machine::source::{Origin, Source};
+use crate::machine::{Machine, effects, program_files, program_io, program_logs};
 
 /// Runs a line with an O word.
 pub(crate) fn run_line<P: Ports>(machine: &mut Machine<'_, P>, line: &FlowLine<'_>, source: Source) -> Outcome {

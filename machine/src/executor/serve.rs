@@ -19,16 +19,10 @@ use thermal::HeatControl;
 use units::{Actuator, Axis, Micros, PerAxis};
 
 use super::out_of_turn;
-use crate::features::commands;
-use crate::features::functions;
-use crate::machine::Machine;
+use crate::features::{commands, functions};
 use crate::machine::end_requests::Requester;
-use crate::machine::feed_hold;
-use crate::machine::jogging;
-use crate::machine::long_answers;
 use crate::machine::moments::{Features, Moments as _, Served};
-use crate::machine::program_io;
-use crate::machine::supplies;
+use crate::machine::{Machine, feed_hold, jogging, long_answers, program_io, supplies};
 
 /// Period of the looks at inputs and faults.
 const POLL_PERIOD: Micros = Micros::from_millis(10);

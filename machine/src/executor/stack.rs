@@ -8,12 +8,8 @@ use gcode::{Blocks, Gathered};
 use procedures::probing::{stow_after, touch_cartesian_grid};
 use program::{Interpreter, LeftHole, ScriptModes};
 
-use super::actions;
-use super::answers;
-use super::blocks;
 use super::blocks::Start;
-use super::bore_retract;
-use super::tool_change;
+use super::{actions, answers, blocks, bore_retract, tool_change};
 use crate::machine::Machine;
 use crate::machine::frames::{Frame, Frames, Replay, Script, Then};
 use crate::machine::hands::MachineHands;

@@ -18,24 +18,11 @@ use program::commands::{Command, CommandInfo, Question, asks_for_help, find};
 use program::{Dialect, Interpreter, Part, State};
 
 use crate::features::axis_tests::command;
-use crate::features::event_log;
-use crate::features::file_commands;
-use crate::features::forecast;
-use crate::features::functions;
-use crate::features::play_from;
-use crate::features::update;
-use crate::features::usb_disk;
-use crate::machine::Machine;
-use crate::machine::abort;
-use crate::machine::card;
+use crate::features::{event_log, file_commands, forecast, functions, play_from, update, usb_disk};
 use crate::machine::fast_forward_record::Until;
 use crate::machine::hands::MachineHands;
-use crate::machine::homing;
-use crate::machine::job_control;
-use crate::machine::long_answers;
-use crate::machine::moments::Served as _;
-use crate::machine::moments::{Features, Moments as _};
-use crate::machine::suspend;
+use crate::machine::moments::{Features, Moments as _, Served as _};
+use crate::machine::{Machine, abort, card, homing, job_control, long_answers, suspend};
 
 /// Splits a line into the command word and its arguments.
 fn split(line: &str) -> (&str, &str) {

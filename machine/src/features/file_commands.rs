@@ -8,9 +8,8 @@ use jobs::files::{self, Files, listings};
 use program::commands::FileCommand;
 
 use crate::features::editing;
-use crate::machine::Machine;
 use crate::machine::hands::MachineHands;
-use crate::machine::long_answers;
+use crate::machine::{Machine, long_answers};
 
 /// Runs a command about files. Each has a stack frame of its own.
 ///

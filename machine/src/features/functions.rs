@@ -20,23 +20,11 @@ use procedures::{alignment, arms, autotune, endstop_phase, leveling};
 use program::{FileFunction, Function, Geometry, LimitCode, Report, Sequence, Setting, Standing, Words};
 use units::AxisSet;
 
-use crate::features::automatic_outputs;
-use crate::features::filament;
-use crate::features::forecast;
-use crate::features::objects;
-use crate::features::periodic_reports;
 use crate::features::power_loss::job_recovery;
 use crate::features::state::States;
-use crate::features::statistics;
-use crate::machine::Machine;
-use crate::machine::abort;
-use crate::machine::card;
+use crate::features::{automatic_outputs, filament, forecast, objects, periodic_reports, statistics};
 use crate::machine::hands::MachineHands;
-use crate::machine::long_answers;
-use crate::machine::probe_strategy;
-use crate::machine::program_io;
-use crate::machine::settings_file;
-use crate::machine::suspend;
+use crate::machine::{Machine, abort, card, long_answers, probe_strategy, program_io, settings_file, suspend};
 
 /// Carries out a function, and waits for its end.
 pub(crate) fn run<P: Ports>(

@@ -6,12 +6,8 @@ use base::safety::Event;
 use base::sessions::Recipient;
 use thermal::HeatControl;
 
-use crate::machine::Machine;
-use crate::machine::ignored_codes;
 use crate::machine::moments::{Features, Moments as _};
-use crate::machine::program_io;
-use crate::machine::program_logs;
-use crate::machine::suspend;
+use crate::machine::{Machine, ignored_codes, program_io, program_logs, suspend};
 
 /// Aborts the job (`abort`, M524): brakes, drops queued moves, closes the file. Heaters are left alone.
 pub(crate) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {

@@ -13,10 +13,8 @@ use program::{Effect, Part, State};
 use thermal::{Full, Output};
 use units::{Micros, SwitchId};
 
-use crate::machine::Machine;
-use crate::machine::fast_forward;
 use crate::machine::moments::{Features, Moments as _};
-use crate::machine::program_io;
+use crate::machine::{Machine, fast_forward, program_io};
 
 /// Carries out an effect when its line is read: outputs then change where the path has come to that line.
 pub(crate) fn change<P: Ports>(machine: &mut Machine<'_, P>, effect: Effect) -> Result<(), Failure> {

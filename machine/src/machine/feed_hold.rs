@@ -6,9 +6,8 @@ use base::sessions::{Recipient, Sessions};
 use jobs::player::Jobs;
 use program::State;
 
-use super::Machine;
 use super::moments::{Features, Moments as _};
-use super::program_io;
+use super::{Machine, program_io};
 
 /// Holds, or interrupts because the door opens. False: there is nothing to hold, or the hold waits.
 pub(crate) fn hold<P: Ports>(machine: &mut Machine<'_, P>, event: Event) -> bool {

@@ -17,10 +17,8 @@ use program::{Dialect, State};
 use thermal::HeatControl;
 use units::Micros;
 
-use crate::machine::Machine;
 use crate::machine::moments::{Features, Moments as _};
-use crate::machine::program_io;
-use crate::machine::program_logs;
+use crate::machine::{Machine, program_io, program_logs};
 
 impl<P: Ports> Machine<'_, P> {
     /// Halts, saying why to every session, and by number to those of GRBL's dialect. Does nothing while

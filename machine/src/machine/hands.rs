@@ -24,10 +24,7 @@ use program::{Dialect, State};
 use thermal::HeatControl;
 use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis, Volts};
 
-use crate::machine::Machine;
-use crate::machine::card;
-use crate::machine::probe_script;
-use crate::machine::program_logs;
+use crate::machine::{Machine, card, probe_script, program_logs};
 
 /// The machine in the hands of a sequence that a recipient asked for.
 pub(crate) struct MachineHands<'m, 'c, P: Ports> {

@@ -5,10 +5,9 @@ use base::failure::{Answer, Outcome};
 use base::sessions::Recipient;
 use units::AxisSet;
 
-use crate::machine::Machine;
 use crate::machine::frames::Then;
 use crate::machine::hands::MachineHands;
-use crate::machine::suspend;
+use crate::machine::{Machine, suspend};
 
 /// Homes these axes, or all where none is named.
 pub(crate) fn home<P: Ports>(machine: &mut Machine<'_, P>, named: AxisSet, to: Recipient) -> Outcome {

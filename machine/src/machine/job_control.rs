@@ -10,9 +10,8 @@ use jobs::player::{Jobs, Listeners, Tower, parse_pause};
 use program::Part;
 use units::Axis;
 
-use crate::machine::Machine;
 use crate::machine::source::{Origin, Source};
-use crate::machine::suspend;
+use crate::machine::{Machine, suspend};
 
 /// Pauses the job at once, or `at` a layer, a line or a height; `list` and `clear` concern those places
 /// (`pause`).

@@ -14,10 +14,8 @@ use procedures::leveling;
 use program::{Interpreter, Words};
 use units::Actuator;
 
-use crate::machine::Machine;
-use crate::machine::card;
 use crate::machine::moments::{Features, Moments as _};
-use crate::machine::saved_settings;
+use crate::machine::{Machine, card, saved_settings};
 
 /// Begins a long answer, given as fast as a session takes it, beside everything else. A file that is played
 /// has nobody to read one.

@@ -10,11 +10,10 @@ use base::wait::Waited;
 use program::{Interpreter, Pause, Remark, ScriptModes, State};
 use units::Micros;
 
-use crate::machine::Machine;
 use crate::machine::frames::{Frame, Frames};
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::Featured;
-use crate::machine::program_logs;
+use crate::machine::{Machine, program_logs};
 
 /// Carries out a comment that says something, or writes it to a file.
 ///

@@ -13,8 +13,7 @@ use gcode::{Block, Blocks};
 use parts::outputs::Outputs;
 use program::{Action, Dialect, Effect, Meaning, ScriptModes};
 
-use crate::machine::Machine;
-use crate::machine::moves;
+use crate::machine::{Machine, moves};
 
 /// Carries out a script; messages about it name its setting.
 pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, key: &str, script: &str) -> Result<(), Failure> {

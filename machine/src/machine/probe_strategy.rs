@@ -7,10 +7,9 @@ use gcode::Code;
 use procedures::probing;
 use program::Words;
 
-use crate::machine::Machine;
 use crate::machine::frames::Then;
 use crate::machine::hands::MachineHands;
-use crate::machine::suspend;
+use crate::machine::{Machine, suspend};
 
 /// The lines around a cartesian grid may hold any code, so they are run as scripts.
 pub(crate) fn run<P: Ports>(machine: &mut Machine<'_, P>, words: &Words<'_>, code: Code, to: Recipient) -> Outcome {

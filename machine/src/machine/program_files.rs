@@ -9,8 +9,7 @@ use jobs::files::program_files::{
 };
 use program::Interpreter;
 
-use crate::machine::Machine;
-use crate::machine::card;
+use crate::machine::{Machine, card};
 
 /// Greatest number of bad lines of the tool table that are told.
 const MOST_SAID: u32 = 5;

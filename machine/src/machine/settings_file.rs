@@ -7,10 +7,7 @@ use base::safe_file;
 use base::sessions::{Recipient, Reply};
 use base::{Ports, World};
 
-use crate::machine::Machine;
-use crate::machine::card;
-use crate::machine::saved_settings;
-use crate::machine::suspend;
+use crate::machine::{Machine, card, saved_settings, suspend};
 
 /// Reads the file of saved settings as a script (M501).
 pub(crate) fn load<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {

@@ -20,11 +20,10 @@ use parts::heat_codes;
 use program::Part;
 use units::{Axis, AxisSet, Celsius, HeaterId};
 
-use crate::machine::Machine;
-use crate::machine::effects;
 use crate::machine::frames::{Frame, Frames, Replay, Then};
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::{Features, Moments as _};
+use crate::machine::{Machine, effects};
 
 /// `suspend`: pauses the job, so that a person can work at the machine.
 pub(crate) fn suspend<P: Ports>(machine: &mut Machine<'_, P>, heaters_stay: bool, to: Recipient) -> Outcome {

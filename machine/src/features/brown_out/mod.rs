@@ -19,9 +19,8 @@ use program::State;
 use units::{Micros, Volts};
 
 use crate::features::state::States;
-use crate::machine::Machine;
 use crate::machine::moments::Moments;
-use crate::machine::supplies;
+use crate::machine::{Machine, supplies};
 
 /// Period of the looks, at each of the two supplies in turns.
 const PERIOD: Micros = Micros::from_millis(3);

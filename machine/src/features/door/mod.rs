@@ -9,9 +9,8 @@ use parts::outputs::{Changes, Outputs};
 use program::State;
 use units::Micros;
 
-use crate::machine::Machine;
-use crate::machine::feed_hold;
 use crate::machine::moments::Moments;
+use crate::machine::{Machine, feed_hold};
 
 /// The door at the machine's moments.
 pub(crate) struct Feature;

@@ -15,9 +15,8 @@ use program::State;
 use units::{Axis, AxisSet, MAX_HEATERS, Micros};
 
 use self::recorded::Recorded;
-use crate::machine::Machine;
-use crate::machine::long_answers;
 use crate::machine::moments::Moments;
+use crate::machine::{Machine, long_answers};
 
 /// Number of entries that `events` tells, unless it is asked for more.
 const TOLD: u32 = 40;

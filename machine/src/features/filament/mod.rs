@@ -14,11 +14,10 @@ use program::{Interpreter, Move, State, Tool, Words};
 use units::{Axis, Celsius, HeaterId, Micros, Mm, MmPerSecond};
 
 use crate::features::state::States;
-use crate::machine::Machine;
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::Moments;
 use crate::machine::source::Source;
-use crate::machine::suspend;
+use crate::machine::{Machine, suspend};
 
 /// Filament at the machine's moments.
 pub(crate) struct Feature;

@@ -20,9 +20,8 @@ use preflight::{AsItIs, Kind, TOLD_LINES, Told};
 use program::Dialect;
 use units::{Celsius, MAX_HEATERS, Micros};
 
-use crate::machine::Machine;
-use crate::machine::long_answers;
 use crate::machine::moments::{JobBegins, JobStart, Moments};
+use crate::machine::{Machine, long_answers};
 
 /// Time after which a job's wait for the look at its file is told first; later each time the wait has
 /// doubled.

@@ -22,13 +22,9 @@ use crate::features::grbl::state::{HELP, Own, Text};
 use crate::features::grbl::status::{self, Report};
 use crate::features::grbl::{hal, jog, overrides, reports, startup, stored};
 use crate::features::state::States;
-use crate::machine::Machine;
 use crate::machine::hands::MachineHands;
-use crate::machine::long_answers;
 use crate::machine::moments::Served as _;
-use crate::machine::program_files;
-use crate::machine::program_io;
-use crate::machine::settings_file;
+use crate::machine::{Machine, long_answers, program_files, program_io, settings_file};
 
 /// Whether a line is a command of GRBL's own. GRBL has no `$P` and `$S`, and its jog is `$J=`: `$J` with a
 /// blank is Smoothieware's, whose pendants go on working.

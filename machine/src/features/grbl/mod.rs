@@ -15,9 +15,8 @@ use gcode::realtime::Realtime;
 use program::Dialect;
 
 use crate::features::States;
-use crate::machine::Machine;
-use crate::machine::jogging;
 use crate::machine::moments::{Moments, StartupLine};
+use crate::machine::{Machine, jogging};
 
 pub(crate) mod commands;
 pub(crate) mod hal;

@@ -6,8 +6,7 @@ use core::fmt::Write as _;
 use base::ports::{OpenMode, Storage, StorageError};
 use base::safe_file::{self, Draft};
 
-use crate::features::grbl::state::Own;
-use crate::features::grbl::state::Text;
+use crate::features::grbl::state::{Own, Text};
 
 /// Path of the file.
 pub(crate) const PATH: &str = "/sd/grbl-settings";

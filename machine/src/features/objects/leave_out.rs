@@ -12,9 +12,8 @@ use program::State;
 use program::objects::TakenOut;
 use units::{Axis, PerAxis};
 
-use crate::machine::Machine;
 use crate::machine::moments::{Features, Moments as _};
-use crate::machine::moves;
+use crate::machine::{Machine, moves};
 
 /// Looks at the moves that the machine makes. Seldom: only while such moves may wait.
 #[cold]

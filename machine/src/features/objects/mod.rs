@@ -12,10 +12,9 @@ use motion::Tag;
 use program::Move;
 use units::Axis;
 
-use crate::machine::Machine;
 use crate::machine::moments::{Features, Moments};
-use crate::machine::moves;
 use crate::machine::source::{Origin, Source};
+use crate::machine::{Machine, moves};
 
 /// Objects that are left out, at the machine's moments.
 pub(crate) struct Feature;

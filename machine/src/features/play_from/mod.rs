@@ -13,13 +13,11 @@ use motion::Mode;
 use units::{Axis, MmPerSecond};
 
 use crate::features::state::Step;
-use crate::machine::Machine;
-use crate::machine::fast_forward;
 use crate::machine::fast_forward_record::{Passed, Until};
 use crate::machine::frames::{Frame, Then};
 use crate::machine::hands::MachineHands;
-use crate::machine::heat_restoring;
 use crate::machine::moments::{Features, JobBegins, Moments as _};
+use crate::machine::{Machine, fast_forward, heat_restoring};
 
 /// Height above the place, before the tool goes down to it, mm.
 const LIFT: f64 = 5.0;

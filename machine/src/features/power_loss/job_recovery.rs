@@ -23,14 +23,11 @@ use crate::features::power_loss::journal;
 use crate::features::power_loss::journal::Heights;
 use crate::features::state;
 use crate::features::state::States;
-use crate::machine::Machine;
-use crate::machine::fast_forward;
 use crate::machine::fast_forward_record::{Passed, Until};
 use crate::machine::frames::{Frame, Then};
 use crate::machine::hands::MachineHands;
-use crate::machine::heat_restoring;
 use crate::machine::moments::{Features, JobBegins, Moments as _};
-use crate::machine::suspend;
+use crate::machine::{Machine, fast_forward, heat_restoring, suspend};
 
 /// Heights that differ by less than this are the same, mm.
 const SAME_Z: f64 = 0.02;

@@ -11,8 +11,7 @@ use program::State;
 use units::{Axis, AxisSet, Micros, PerAxis, Volts};
 
 use crate::features::state::States;
-use crate::machine::Machine;
-use crate::machine::card;
+use crate::machine::{Machine, card};
 
 /// Time between entries because of another height: see `recover::UNNOTICED_S`.
 const HEIGHT_PERIOD: Micros = Micros::from_millis(500);

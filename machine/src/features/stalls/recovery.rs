@@ -22,13 +22,11 @@ use units::{Actuator, Axis, AxisSet, PerAxis};
 
 use crate::features::stalls::step::Step;
 use crate::features::state;
-use crate::machine::Machine;
-use crate::machine::fast_forward;
 use crate::machine::fast_forward_record::{Passed, Until};
 use crate::machine::frames::{Frame, Then};
 use crate::machine::hands::MachineHands;
 use crate::machine::moments::{Features, Moments as _};
-use crate::machine::suspend;
+use crate::machine::{Machine, fast_forward, suspend};
 
 /// Distance within which the stop is on the way of a move, mm: corners are rounded.
 const ON_THE_WAY: f64 = 0.05;

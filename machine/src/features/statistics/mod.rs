@@ -15,9 +15,8 @@ use program::{Interpreter, State, Words};
 use units::{AxisSet, Micros};
 
 use crate::features::state::States;
-use crate::machine::Machine;
-use crate::machine::card;
 use crate::machine::moments::Moments;
+use crate::machine::{Machine, card};
 
 /// Period of asking heaters for their work.
 const HEAT_PERIOD: Micros = Micros::from_seconds(1);
