@@ -127,7 +127,7 @@ fn run_session_line<P: Ports>(machine: &mut Machine<'_, P>, id: SessionId, line:
             } else {
                 let Machine { files, world: World { ports, sessions, .. }, .. } = machine;
                 let is_stored = files.upload_line(line, ports, &mut Reply::new(sessions, to));
-                if is_stored && !Features::<P>::answer_in_upload(machine, decoded, to) {
+                if is_stored && !Features::<P>::answer_in_upload(machine, &decoded, to) {
                     machine.say(to, format_args!("ok\n"));
                 }
             }

@@ -79,189 +79,182 @@ pub(crate) enum JobStart {
     Never,
 }
 
-/// What a feature does at the moments of the machine.
-pub(crate) trait Moments<P: Ports> {
+/// Declares the moments: what a feature does at each of them unless it says so (nothing), and how a list of
+/// features acts, one after the other.
+///
+/// `all`: each acts. `any`: until one says yes. `every`: until one says no. `first`: until one has an answer.
+/// `all_or_fail` and `any_or_fail`: the same, up to the first failure. `start`: until one says other than now.
+macro_rules! moments {
+    (@nothing all) => { () };
+    (@nothing any) => { false };
+    (@nothing every) => { true };
+    (@nothing first) => { None };
+    (@nothing all_or_fail) => { Ok(()) };
+    (@nothing any_or_fail) => { Ok(false) };
+    (@nothing start) => { JobStart::Now };
+
+    (@both all $one:expr, $other:expr) => {{ $one; $other }};
+    (@both any $one:expr, $other:expr) => { $one || $other };
+    (@both every $one:expr, $other:expr) => { $one && $other };
+    (@both first $one:expr, $other:expr) => { if let Some(answer) = $one { Some(answer) } else { $other } };
+    (@both all_or_fail $one:expr, $other:expr) => {{ $one?; $other }};
+    (@both any_or_fail $one:expr, $other:expr) => { if $one? { Ok(true) } else { $other } };
+    (@both start $one:expr, $other:expr) => { match $one { JobStart::Now => $other, start => start } };
+
+    ($($(#[$doc:meta])* $kind:ident $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $answer:ty)?;)+) => {
+        /// What a feature does at the moments of the machine.
+        pub(crate) trait Moments<P: Ports> {
+            $(
+                $(#[$doc])*
+                #[expect(unused_variables, reason = "a feature that does nothing looks at nothing")]
+                fn $name($($arg: $type),*) $(-> $answer)? {
+                    moments!(@nothing $kind)
+                }
+            )+
+        }
+
+        impl<P: Ports, A: Moments<P>, B: Moments<P>> Moments<P> for (A, B) {
+            $(
+                fn $name($($arg: $type),*) $(-> $answer)? {
+                    moments!(@both $kind A::$name($($arg),*), B::$name($($arg),*))
+                }
+            )+
+        }
+    };
+}
+
+moments! {
     // --- boot ---
 
     /// Says at the start how things stand, before the configuration is read.
-    fn greet(_running: &Running, _reply: &mut Reply<'_>) {}
+    all greet(running: &Running, reply: &mut Reply<'_>);
     /// Returns the greeting of senders in the dialect of this configuration.
-    fn banner(_config: &MachineConfig) -> Option<&'static str> {
-        None
-    }
+    first banner(config: &MachineConfig) -> Option<&'static str>;
     /// Sets up what the configuration has wired, while outputs are still off.
-    fn wired(_machine: &mut Machine<'_, P>) {}
+    all wired(machine: &mut Machine<'_, P>);
     /// Reads the feature's files, before saved settings are replayed.
-    fn read_files(_machine: &mut Machine<'_, P>) {}
+    all read_files(machine: &mut Machine<'_, P>);
     /// Acts as the machine begins to listen; `is_usable`: its configuration can be used.
-    fn started(_machine: &mut Machine<'_, P>, _is_usable: bool) {}
+    all started(machine: &mut Machine<'_, P>, is_usable: bool);
 
     // --- time ---
 
     /// Looks at what must be seen within 250 us.
-    fn each_250_us(_machine: &mut Machine<'_, P>, _now: Micros) {}
+    all each_250_us(machine: &mut Machine<'_, P>, now: Micros);
     /// Looks at what must be seen within 10 ms.
-    fn each_10_ms(_machine: &mut Machine<'_, P>, _now: Micros) {}
+    all each_10_ms(machine: &mut Machine<'_, P>, now: Micros);
     /// Looks at what must be seen at every turn of a wait. Every line passes here.
-    fn each_turn(_machine: &mut Machine<'_, P>) {}
+    all each_turn(machine: &mut Machine<'_, P>);
     /// Does work that waits until nothing else is to be done. True: there was some.
-    fn idle(_machine: &mut Machine<'_, P>) -> bool {
-        false
-    }
+    any idle(machine: &mut Machine<'_, P>) -> bool;
 
     // --- sessions and lines ---
 
     /// Carries out a byte that acts at once. True: the feature has taken it.
-    fn take_request(_machine: &mut Machine<'_, P>, _request: Realtime, _id: SessionId) -> bool {
-        false
-    }
+    any take_request(machine: &mut Machine<'_, P>, request: Realtime, id: SessionId) -> bool;
     /// Whether a console's line is the feature's own.
-    fn owns_console_line(_machine: &Machine<'_, P>, _line: &str, _to: Recipient) -> bool {
-        false
-    }
+    any owns_console_line(machine: &Machine<'_, P>, line: &str, to: Recipient) -> bool;
     /// Runs a console's line of the feature's own.
-    fn run_console_line(_machine: &mut Machine<'_, P>, _line: &str, _to: Recipient) -> Option<Outcome> {
-        None
-    }
+    first run_console_line(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Option<Outcome>;
     /// Refuses the codes of a session for now. True: that was said.
-    fn refuse_codes(_machine: &mut Machine<'_, P>, _to: Recipient) -> bool {
-        false
-    }
+    any refuse_codes(machine: &mut Machine<'_, P>, to: Recipient) -> bool;
     /// Acts before a line of a session is carried out.
-    fn session_line_begins(_machine: &mut Machine<'_, P>) {}
+    all session_line_begins(machine: &mut Machine<'_, P>);
     /// Acts after a line of a session was carried out.
-    fn session_line_ends(_machine: &mut Machine<'_, P>) {}
+    all session_line_ends(machine: &mut Machine<'_, P>);
     /// Returns the line that the feature would like to have run, as an input's, without taking it.
-    fn line(_machine: &Machine<'_, P>) -> Option<&'static str> {
-        None
-    }
+    first line(machine: &Machine<'_, P>) -> Option<&'static str>;
     /// Takes that line.
-    fn take_line(_machine: &mut Machine<'_, P>) -> Option<&'static str> {
-        None
-    }
+    first take_line(machine: &mut Machine<'_, P>) -> Option<&'static str>;
     /// Whether lines that move wait, as for room in the look-ahead queue.
-    fn hold_moves_back(_machine: &Machine<'_, P>) -> bool {
-        false
-    }
+    any hold_moves_back(machine: &Machine<'_, P>) -> bool;
     /// Acts before a block is interpreted. Every line passes here.
-    fn block_begins(_machine: &mut Machine<'_, P>, _source: Source) {}
+    all block_begins(machine: &mut Machine<'_, P>, source: Source);
     /// Whether a move is not made, after the feature's own moves before it.
     ///
     /// # Errors
     /// Where the move is refused, or the machine halts.
-    fn leave_move_out(_machine: &mut Machine<'_, P>, _request: &Move) -> Result<bool, Failure> {
-        Ok(false)
-    }
+    any_or_fail leave_move_out(machine: &mut Machine<'_, P>, request: &Move) -> Result<bool, Failure>;
     /// Refuses a move.
     ///
     /// # Errors
     /// With the reason.
-    fn may_move(_machine: &mut Machine<'_, P>, _request: &Move) -> Result<(), Failure> {
-        Ok(())
-    }
+    all_or_fail may_move(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure>;
     /// Whether a code that does nothing here is answered with `ok` all the same.
-    fn accepts(_code: Code) -> bool {
-        false
-    }
+    any accepts(code: Code) -> bool;
     /// Says how a startup line has ended.
-    fn startup_line_ended(_machine: &mut Machine<'_, P>, _number: u8, _outcome: &Outcome) {}
+    all startup_line_ended(machine: &mut Machine<'_, P>, number: u8, outcome: &Outcome);
     /// Returns a startup line.
-    fn startup_line(_machine: &Machine<'_, P>, _number: u8) -> Option<StartupLine> {
-        None
-    }
+    first startup_line(machine: &Machine<'_, P>, number: u8) -> Option<StartupLine>;
 
     /// Takes a line of a session, whatever it says.
-    fn take_session_line(_machine: &mut Machine<'_, P>, _id: SessionId, _line: &LineBytes) -> bool {
-        false
-    }
+    any take_session_line(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) -> bool;
     /// Answers a line of a file that a session sends, as if it were none of it.
-    fn answer_in_upload(_machine: &mut Machine<'_, P>, _line: Line<'_>, _to: Recipient) -> bool {
-        false
-    }
+    any answer_in_upload(machine: &mut Machine<'_, P>, line: &Line<'_>, to: Recipient) -> bool;
     /// Gives the next piece of a long answer of the feature's own. True: there is more.
-    fn long_answer(
-        _machine: &mut Machine<'_, P>,
-        _listing: &mut Listing,
-        _to: Recipient,
-    ) -> Option<Result<bool, Failure>> {
-        None
-    }
+    first long_answer(
+        machine: &mut Machine<'_, P>,
+        listing: &mut Listing,
+        to: Recipient,
+    ) -> Option<Result<bool, Failure>>;
 
     // --- jobs ---
 
     /// Whether the job starts now, later, or never.
-    fn job_may_start(_machine: &mut Machine<'_, P>) -> JobStart {
-        JobStart::Now
-    }
+    start job_may_start(machine: &mut Machine<'_, P>) -> JobStart;
     /// Whether the job may begin its first line now.
-    fn job_may_begin(_machine: &mut Machine<'_, P>) -> bool {
-        true
-    }
+    every job_may_begin(machine: &mut Machine<'_, P>) -> bool;
     /// Acts as a job begins.
-    fn job_begins(_machine: &mut Machine<'_, P>, _from: JobBegins) {}
+    all job_begins(machine: &mut Machine<'_, P>, from: JobBegins);
     /// Acts as a job goes on after a power cut, that began with this state.
-    fn job_goes_on(_machine: &mut Machine<'_, P>, _beginning: [u8; BEGINNING_BYTES]) {}
+    all job_goes_on(machine: &mut Machine<'_, P>, beginning: [u8; BEGINNING_BYTES]);
     /// Acts when the file of the job cannot be read.
-    fn job_is_unreadable(_machine: &mut Machine<'_, P>) {}
+    all job_is_unreadable(machine: &mut Machine<'_, P>);
     /// Acts when the last line of the job has been carried out.
-    fn job_is_read(_machine: &mut Machine<'_, P>) {}
+    all job_is_read(machine: &mut Machine<'_, P>);
     /// Acts when the job ends, while it is still known; `to` hears of it.
-    fn job_ends(_machine: &mut Machine<'_, P>, _is_done: bool, _to: Recipient) {}
+    all job_ends(machine: &mut Machine<'_, P>, is_done: bool, to: Recipient);
     /// Whether the feature stops the job at this line, and says so itself.
-    fn explains_stop(_machine: &Machine<'_, P>) -> bool {
-        false
-    }
+    any explains_stop(machine: &Machine<'_, P>) -> bool;
     /// Suspends the job for a change of filament (M600).
-    fn suspend(
-        _machine: &mut Machine<'_, P>,
-        _heaters_stay: bool,
-        _words: &Words<'_>,
-        _to: Recipient,
-    ) -> Option<Outcome> {
-        None
-    }
+    first suspend(
+        machine: &mut Machine<'_, P>,
+        heaters_stay: bool,
+        words: &Words<'_>,
+        to: Recipient,
+    ) -> Option<Outcome>;
     /// Refuses to go on with the suspended job.
     ///
     /// # Errors
     /// With the reason.
-    fn may_resume(_machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-        Ok(())
-    }
+    all_or_fail may_resume(machine: &mut Machine<'_, P>) -> Result<(), Failure>;
     /// Acts before the suspended job goes back to its place; heaters are hot.
     ///
     /// # Errors
     /// When the job must stay suspended, or the machine halts.
-    fn before_going_back(_machine: &mut Machine<'_, P>) -> Result<(), Failure> {
-        Ok(())
-    }
+    all_or_fail before_going_back(machine: &mut Machine<'_, P>) -> Result<(), Failure>;
     /// Acts as the suspended job goes back to its place.
-    fn goes_back(_machine: &mut Machine<'_, P>) {}
+    all goes_back(machine: &mut Machine<'_, P>);
     /// Acts at the place where a stall has stopped the job.
     ///
     /// # Errors
     /// When the machine halts.
-    fn arrives(_machine: &mut Machine<'_, P>, _stall: &StalledJob) -> Result<(), Failure> {
-        Ok(())
-    }
+    all_or_fail arrives(machine: &mut Machine<'_, P>, stall: &StalledJob) -> Result<(), Failure>;
 
     // --- motion ---
 
     /// Acts before the machine leaves for heights that the file does not say, from least to most, mm.
-    fn leaves_for_heights(_machine: &mut Machine<'_, P>, _heights: [f64; 2]) {}
+    all leaves_for_heights(machine: &mut Machine<'_, P>, heights: [f64; 2]);
     /// Whether Z's shift for the frame's temperature stays as it is: the job on its way back has its own.
-    fn keeps_thermal_z(_machine: &Machine<'_, P>) -> bool {
-        false
-    }
+    any keeps_thermal_z(machine: &Machine<'_, P>) -> bool;
     /// Acts when extruders count from another place, with no filament moved.
-    fn extruders_count_anew(_machine: &mut Machine<'_, P>) {}
+    all extruders_count_anew(machine: &mut Machine<'_, P>);
     /// Acts when objects are left out, or taken in again, by a person.
-    fn objects_change(_machine: &mut Machine<'_, P>) {}
+    all objects_change(machine: &mut Machine<'_, P>);
     /// Whether a held machine may go on. False: the reason was said.
-    fn may_go_on(_machine: &mut Machine<'_, P>) -> bool {
-        true
-    }
+    every may_go_on(machine: &mut Machine<'_, P>) -> bool;
     /// Acts as the machine goes on from a hold, or from an open door.
-    fn goes_on(_machine: &mut Machine<'_, P>, _from: State) {}
+    all goes_on(machine: &mut Machine<'_, P>, from: State);
 
     // --- ends ---
 
@@ -269,23 +262,21 @@ pub(crate) trait Moments<P: Ports> {
     ///
     /// # Errors
     /// When the machine halts meanwhile.
-    fn change_light(_machine: &mut Machine<'_, P>, _change: &LightChange) -> Result<(), Failure> {
-        Ok(())
-    }
+    all_or_fail change_light(machine: &mut Machine<'_, P>, change: &LightChange) -> Result<(), Failure>;
     /// Arms a rule that switches an output by temperature, or disarms it.
-    fn arm(_machine: &mut Machine<'_, P>, _rule: u8, _armed: bool) {}
+    all arm(machine: &mut Machine<'_, P>, rule: u8, armed: bool);
     /// Notes the change of lights in a file that is read over.
-    fn pass_light(_machine: &mut Machine<'_, P>, _change: &LightChange) {}
+    all pass_light(machine: &mut Machine<'_, P>, change: &LightChange);
     /// Drops changes that wait for their place on the path.
-    fn drop_effects(_machine: &mut Machine<'_, P>) {}
+    all drop_effects(machine: &mut Machine<'_, P>);
     /// Acts when all outputs have been stopped.
-    fn stops(_machine: &mut Machine<'_, P>) {}
+    all stops(machine: &mut Machine<'_, P>);
     /// Acts when the machine halts, outputs off already and the reason said.
-    fn halts(_machine: &mut Machine<'_, P>) {}
+    all halts(machine: &mut Machine<'_, P>);
     /// Acts when a halt or a reset drops the job, while it is still known.
-    fn job_is_dropped(_machine: &mut Machine<'_, P>) {}
+    all job_is_dropped(machine: &mut Machine<'_, P>);
     /// Acts when a halted machine has come to rest.
-    fn rests(_machine: &mut Machine<'_, P>) {}
+    all rests(machine: &mut Machine<'_, P>);
     /// Acts when the work in progress has been ended by `abort` or M410, and motion rests.
-    fn work_was_ended(_machine: &mut Machine<'_, P>) {}
+    all work_was_ended(machine: &mut Machine<'_, P>);
 }

@@ -27,7 +27,7 @@ impl<P: Ports> Moments<P> for Feature {
         tell(machine, now);
     }
 
-    fn answer_in_upload(machine: &mut Machine<'_, P>, line: Line<'_>, to: Recipient) -> bool {
+    fn answer_in_upload(machine: &mut Machine<'_, P>, line: &Line<'_>, to: Recipient) -> bool {
         answers_in_upload(&mut machine.world, line, to)
     }
 }
@@ -51,9 +51,9 @@ pub(crate) fn command<P: Ports>(world: &mut World<'_, P>, what: Periodic, words:
 }
 
 /// Answers M105 within a file that is sent, as well as taking it as a line: hosts go on asking.
-fn answers_in_upload<P: Ports>(world: &mut World<'_, P>, line: Line<'_>, to: Recipient) -> bool {
-    let Line::Code(mut blocks) = line else { return false };
-    let asks = blocks.next().and_then(Result::ok).is_some_and(|block| block.is(Code::m(M105)));
+fn answers_in_upload<P: Ports>(world: &mut World<'_, P>, line: &Line<'_>, to: Recipient) -> bool {
+    let Line::Code(blocks) = line else { return false };
+    let asks = blocks.clone().next().and_then(Result::ok).is_some_and(|block| block.is(Code::m(M105)));
     if asks {
         let World { ports, config, sessions, .. } = world;
         heat_codes::report_temperatures(ports, config, M105, ("ok ", &mut Reply::new(sessions, to)));
