@@ -35,14 +35,7 @@ const LESS_TESTED: &[(&str, usize)] = &[("program", 4), ("preflight", 2), ("mach
 /// Packages that are tests themselves.
 const ARE_TESTS: &[&str] = &["scenarios", "on-target", "fuzz", "fuzz-engine"];
 /// Functions that take the whole `Machine`.
-const TAKERS: (usize, usize) = (327, 60);
-/// The moments of features and the list that passes them on: declarations, not work.
-const DECLARE_MOMENTS: &[&str] = &["machine/moments.rs", "features/mod.rs"];
-
-/// Functions that take the whole `Machine`, with their files.
-fn takers(structure: &Structure) -> impl Iterator<Item = &(String, String)> {
-    structure.takers("Machine").iter().filter(|(file, _)| !DECLARE_MOMENTS.contains(&file.as_str()))
-}
+const TAKERS: (usize, usize) = (329, 60);
 
 /// Figures of a package, each with the places that count.
 #[derive(Debug)]
@@ -67,7 +60,7 @@ impl Shape {
             documented: if public == 0 { 100 } else { documented },
             undocumented,
             tests_per_kloc: 1000 * tested::tests(root, package)? / tested::lines(package).max(1),
-            takers: takers(&structure).map(|(file, name)| format!("{file}: {name}")).collect(),
+            takers: structure.takers("Machine").iter().map(|(file, name)| format!("{file}: {name}")).collect(),
         })
     }
 
