@@ -17,7 +17,7 @@
 //! | 1 | `sensors` | `heat`, 100 Hz, where there are some | 50 ms |
 //! | 0 | `idle` | bytes, and the feed | none: consoles and executor |
 //!
-//! The task bodies live in `machine` and `motion`; here are only priorities and ownership.
+//! The task bodies live in `base`, `machine` and `motion`; here are only priorities and ownership.
 #![no_std]
 #![no_main]
 #![allow(unsafe_code, reason = "interrupt placement and fault handlers need it")]

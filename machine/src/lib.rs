@@ -1,7 +1,8 @@
-//! The executor: the one loop over the whole machine, and GRBL's commands and reports.
+//! The machine in three rooms: `machine`, its owners and the services that all work needs; `features`; and
+//! `executor`, the one loop over all of it.
 //!
-//! It reads lines, has crate `program` say what they mean, and carries that out with the owners of the
-//! machine's parts, which stand in crates of their own: `base`, `thermal`, `parts`, `jobs`, `procedures`,
+//! The executor reads lines, has crate `program` say what they mean, and carries that out with the owners of
+//! the machine's parts, which stand in crates of their own: `base`, `thermal`, `parts`, `jobs`, `procedures`,
 //! `preflight`. The crate is pure: it sees the world only through [`base::Ports`], asks for the time instead
 //! of having it, and allocates nothing. Sequences that take time (homing, waiting for a temperature) read top
 //! to bottom and wait by a call, which serves everybody else.

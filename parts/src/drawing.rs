@@ -4,7 +4,7 @@
 //! asks for chords, and a machine whose kinematics bend straight lines, which gets short arcs so that each
 //! goes at the speed that its own part of the space allows.
 //!
-//! The executor submits the moves; preflight only looks at them.
+//! Crate `machine` submits the moves; preflight only looks at them.
 
 use core::fmt::Arguments;
 

@@ -1,4 +1,4 @@
-//! Moves: held against the travel, then given to motion as the executor does, with nobody waiting.
+//! Moves: held against the travel, then given to motion as the machine does, with nobody waiting.
 
 use core::fmt::Arguments;
 

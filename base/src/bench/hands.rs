@@ -1,4 +1,4 @@
-//! The machine in a sequence's hands, as the executor gives it, around a [`World`].
+//! The machine in a sequence's hands, as crate `machine` gives it, around a [`World`].
 
 use core::fmt::Arguments;
 

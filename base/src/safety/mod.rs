@@ -2,7 +2,7 @@
 //! times.
 //!
 //! Safety is the single owner of all facts that decide whether the machine may move: it changes the state and
-//! orders the actions, which the executor performs.
+//! orders the actions, which crate `machine` performs.
 
 mod kill_button;
 mod limits;

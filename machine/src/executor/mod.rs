@@ -2,8 +2,8 @@
 //! the program say what they mean, carries that out, waits where it must, and serves everybody at each
 //! waiting point.
 //!
-//! Nothing outside this folder sees the whole machine. Sequences that take time are handed [`MachineHands`];
-//! everything else gets the owners it needs as arguments.
+//! Only this crate sees the whole machine. Sequences of other crates are handed
+//! [`crate::machine::hands::MachineHands`]; everything else there gets the owners it needs as arguments.
 
 pub(crate) mod actions;
 pub(crate) mod answers;

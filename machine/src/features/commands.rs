@@ -1,4 +1,4 @@
-//! Console commands: `help`, `version`, `ls`, `$G` and the like.
+//! Console commands: `help`, `version`, `play`, `$G` and the like.
 
 use base::failure::{Answer, Failure, FailureKind, Outcome, ShortText, Texts, short};
 use base::motors;

@@ -1,7 +1,7 @@
 //! Functions of the machine beside moving: each one in the table of codes is led to its owner.
 //!
-//! Functions that only say or set something never wait, and questions among them are answered at any waiting
-//! point. The others are sequences.
+//! Functions that only say or set something never wait, unless they need standstill, and questions among them
+//! are answered at any waiting point. The others are sequences.
 
 use base::failure::{Answer, Failure, Outcome};
 use base::hands::Hands;

@@ -1,7 +1,8 @@
 //! The features of the machine, a folder each, and the list that has them all.
 //!
-//! A new feature is a folder, a line in `features!`, a field in [`States`] if it has a state, and a row in
-//! [`Step`] if its sequences wait for scripts. The order of the list is the order in which they act.
+//! A new feature is a folder, a line in `features!`, a field in [`States`] if it has a state, and a variant
+//! of [`Step`] if its sequences wait for scripts. The order of the list is the order in which they act.
+//! Beside the folders stand the tables that lead codes and console commands to features and to services.
 
 pub(crate) mod automatic_outputs;
 pub(crate) mod axis_tests;

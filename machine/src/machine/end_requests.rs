@@ -1,5 +1,5 @@
 //! Requests to end the line in work, kept until it has ended: `abort`, M524, M410, M108 and pauses.
-//! [`super::out_of_turn`] answers them.
+//! `executor/out_of_turn.rs` makes them, and brings the work to its end.
 
 use base::sessions::SessionId;
 use program::{Action, Function, Sequence};

@@ -1,6 +1,6 @@
 //! The machine: the owners of its parts, and the services that all work needs: waiting, moving, saying.
 //!
-//! [`Machine`] knows nothing of lines, of commands, or of the parties served while it waits.
+//! Nothing here names a feature or the executor: both are called through the traits of [`moments`].
 
 pub(crate) mod abort;
 pub(crate) mod card;

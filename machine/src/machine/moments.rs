@@ -1,4 +1,4 @@
-//! The moments at which features act.
+//! The moments at which features act, and the traits through which this room calls those above it.
 //!
 //! A feature is a folder in `features` with its state, the work of its codes, and what it does at moments of
 //! the machine: [`Moments`], whose methods do nothing unless a feature has something to do. The core calls

@@ -1,4 +1,4 @@
-//! Suspending and resuming a job, replaying saved settings, and running the frames that these start.
+//! Suspending and resuming a job, and starting the frames of scripts and of saved settings.
 
 use base::axes::Axes;
 use base::failure::{Answer, Failure, Outcome, Texts};

@@ -3,8 +3,8 @@
 //!
 //! The work ([`work`]) gets a turn of a tenth of a millisecond whenever the executor waits and has nothing
 //! planned, or as much as fits. Only this work is a future, to be able to stop in the middle of a line. Bytes
-//! of the file are asked for here, and the executor brings them while it waits (`executor/foresee.rs`). So no
-//! line, no console and no move waits for the work any longer than for that turn.
+//! of the file are asked for here, and the machine brings them while it waits (its `features/forecast`). So
+//! no line, no console and no move waits for the work any longer than for that turn.
 
 mod open_files;
 mod shared;

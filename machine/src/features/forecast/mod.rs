@@ -1,4 +1,4 @@
-//! The executor's side of a forecast: its needs of the machine, and its listeners.
+//! The machine's side of a forecast: its needs of the machine, and its listeners.
 //!
 //! The work itself goes on beside the executor ([`preflight::forecast`]). At the waiting points it is brought
 //! the bytes it asks for, a block of the card at a time, and only while the look-ahead queue is empty, takes

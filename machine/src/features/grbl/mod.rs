@@ -1,7 +1,8 @@
 //! GRBL 1.1, as its senders expect it: its commands, its settings, its reports. Its numbers of errors and
 //! alarms, and its one answer for each line, are where text meets a sender: [`base::grbl`].
 //!
-//! Lines are read and written by modules that know no machine; `commands.rs` carries the commands out.
+//! Lines are read and written by modules that know no machine; `commands.rs` carries the commands out, and
+//! [`Feature`] takes the bytes that act at once.
 //! Facts: Grbl 1.1's interface, configuration, jogging and real-time pages (github.com/gnea/grbl,
 //! `doc/markdown`).
 
