@@ -83,7 +83,8 @@ pub(crate) enum JobStart {
 /// features acts, one after the other.
 ///
 /// `all`: each acts. `any`: until one says yes. `every`: until one says no. `first`: until one has an answer.
-/// `all_or_fail` and `any_or_fail`: the same, up to the first failure. `start`: until one says other than now.
+/// `all_or_fail` and `any_or_fail`: the same, up to the first failure. `start`: until one says other than
+/// now.
 macro_rules! moments {
     (@nothing all) => { () };
     (@nothing any) => { false };
