@@ -44,7 +44,6 @@ impl<P> Ports for P where
         + LightPort
         + DriversPort
         + SupervisorPort
-        + SupervisorPort
         + Inputs
         + PinPort
         + Storage

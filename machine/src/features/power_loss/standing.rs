@@ -1,4 +1,4 @@
-//! What a session may change under a job that is noted.
+//! State of the program that a session's line may change while the journal notes a job.
 
 use program::BEGINNING_BYTES;
 
