@@ -214,6 +214,20 @@ fn a_halt_at_any_moment_of_it_leaves_a_defined_state() {
 }
 
 #[test]
+fn an_end_asked_for_while_it_brakes_leaves_nothing_to_recover() {
+    for (asked, seconds) in [("abort", 0.0), ("abort", 0.008), ("M410", 0.0), ("M410", 0.004), ("M410", 0.016)] {
+        let (mut bench, mut said) = printing(plan(CARTESIAN, "recover", ""));
+        blow(&mut bench, &mut said);
+        said += &bench.hear(seconds);
+        bench.type_in(&format!("{asked}\n"));
+        let after = bench.hear(6.0);
+        assert!(!after.contains("goes on by itself") && !after.contains("homing what"), "{asked} {seconds}: {after}");
+        assert!(!bench.moves() && bench.carriage(Gamma) < 1.3, "{asked} {seconds}: the tool was lifted: {after}");
+        assert_eq!(bench.say("resume"), "Not suspended\nok\n", "{asked} {seconds}");
+    }
+}
+
+#[test]
 fn a_power_cut_during_it_or_behind_it_is_gone_on_after() {
     for seconds in [0.3, 1.5, 3.0, 6.0] {
         let plan =

@@ -186,6 +186,7 @@ pub(crate) fn settle<P: Ports>(machine: &mut Machine<'_, P>) {
         if !machine.frames.is_empty() {
             stack::fail(machine, Failure::HALTED);
         }
+        Features::<P>::work_ends(machine);
         machine.urgent.ends = None;
         if let Some((_, ends)) = &mut machine.urgent.asked {
             // The request has ended everything already.

@@ -278,6 +278,8 @@ moments! {
     all job_is_dropped(machine: &mut Machine<'_, P>);
     /// Acts when a halted machine has come to rest.
     all rests(machine: &mut Machine<'_, P>);
+    /// Acts as `abort` or M410 ends the work in progress, while motion still comes to rest.
+    all work_ends(machine: &mut Machine<'_, P>);
     /// Acts when the work in progress has been ended by `abort` or M410, and motion rests.
     all work_was_ended(machine: &mut Machine<'_, P>);
 }

@@ -84,7 +84,7 @@ impl<P: Ports> Moments<P> for Feature {
         machine.features.stalls.rest();
     }
 
-    fn work_was_ended(machine: &mut Machine<'_, P>) {
+    fn work_ends(machine: &mut Machine<'_, P>) {
         machine.features.stalls.rest();
     }
 }
