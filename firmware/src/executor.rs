@@ -11,13 +11,27 @@ use machine::Lasting;
 /// Whether there may be work for the executor.
 static AWAKE: AtomicBool = AtomicBool::new(true);
 
+/// Whether a session's inbox may have changed since the executor last asked.
+static NEWS: AtomicBool = AtomicBool::new(true);
+
 /// Number of rests of the executor, to measure delays.
 static TURNS: AtomicU32 = AtomicU32::new(0);
 
-/// Ends the executor's rest, or its next one. Called by tasks that bring it bytes, and by the feed at each
-/// run; the step interrupt does not, or every step would cost a turn.
+/// Ends the executor's rest, or its next one. Called by the feed at each run and by whoever waits for the
+/// executor; the step interrupt does not, or every step would cost a turn.
 pub fn wake() {
     AWAKE.store(true, Ordering::Release);
+}
+
+/// Ends the rest as [`wake`] does, for a session: it has received something, or its peer came or went.
+pub fn wake_for_session() {
+    NEWS.store(true, Ordering::Release);
+    wake();
+}
+
+/// Returns whether a session was woken for since the last call.
+pub fn take_news() -> bool {
+    NEWS.load(Ordering::Relaxed) && NEWS.swap(false, Ordering::AcqRel)
 }
 
 /// Runs the executor for ever, on the thread stack: its state is larger than DTCM.

@@ -237,7 +237,7 @@ mod app {
             // A full inbox counts what it loses.
             let _taken = inbox.receive(intake, byte);
         });
-        executor::wake();
+        executor::wake_for_session();
     }
 
     #[task(binds = USART3, priority = 6, local = [uart0, intake: Intake = Intake::new()])]
@@ -247,7 +247,7 @@ mod app {
             // A full inbox counts what it loses.
             let _taken = inbox.receive(intake, byte);
         });
-        executor::wake();
+        executor::wake_for_session();
     }
 
     #[task(binds = UART4, priority = 6, local = [uart1, intake: Intake = Intake::new()])]
@@ -257,7 +257,7 @@ mod app {
             // A full inbox counts what it loses.
             let _taken = inbox.receive(intake, byte);
         });
-        executor::wake();
+        executor::wake_for_session();
     }
 
     // Handles an event of the bus and a few packets; anything left interrupts again.
@@ -332,7 +332,9 @@ mod app {
         cx.local.feed_tick.next_in(feed.wait(time::now_ticks()));
         if looks {
             // The console is polled often enough for an M112.
-            let _heard = cx.local.typed.look(Console::Rtt.inbox());
+            if cx.local.typed.look(Console::Rtt.inbox()) {
+                executor::wake_for_session();
+            }
             REPORTS.report(Reporter::StepFeed);
             executor::wake();
         }

@@ -37,7 +37,7 @@ use crate::storage::{CardStorage, card_storage};
 use crate::triggers::TriggerInputs;
 use crate::update::Updates;
 use crate::wiring::{self, Report};
-use crate::{usb, workspace};
+use crate::{executor, usb, workspace};
 
 mod calendar;
 mod computer;
@@ -330,6 +330,10 @@ where
     #[inline]
     fn inbox(&self, session: SessionId) -> &Inbox {
         Console::of(session).unwrap_or(Console::Debug).inbox()
+    }
+
+    fn have_news(&self) -> bool {
+        executor::take_news()
     }
 
     fn profile(&self, session: SessionId) -> SessionProfile {

@@ -32,9 +32,11 @@ impl Typed {
         Self { down, intake: Intake::new() }
     }
 
-    /// Moves typed bytes to the inbox. Bytes without room wait at the probe. Returns whether there were any.
+    /// Moves typed bytes to the inbox. Bytes without room wait at the probe. Returns whether there were any, or
+    /// the user has gone.
     pub fn look(&mut self, inbox: &Inbox) -> bool {
-        if LEFT.swap(false, Ordering::Relaxed) {
+        let has_left = LEFT.swap(false, Ordering::Relaxed);
+        if has_left {
             inbox.set_open(false);
             self.intake = Intake::new();
         }
@@ -42,7 +44,7 @@ impl Typed {
         let room = bytes.get_mut(..inbox.room().min(AT_A_LOOK)).unwrap_or_default();
         let count = self.down.read(room);
         if count == 0 {
-            return false;
+            return has_left;
         }
         inbox.set_open(true);
         // There is room, as checked before the read.

@@ -103,7 +103,7 @@ impl Line for ConsoleLine {
     fn receive(&mut self, bytes: &[u8]) {
         // The inbox has room for the bytes.
         let _taken = self.inbox().receive_all(&mut self.intake, bytes);
-        executor::wake();
+        executor::wake_for_session();
     }
 
     fn fetch(&mut self, into: &mut [u8]) -> usize {
@@ -118,13 +118,13 @@ impl Line for ConsoleLine {
         } else {
             inbox.set_open(false);
         }
-        executor::wake();
+        executor::wake_for_session();
     }
 
     fn come_back(&mut self) {
         self.drop_unsent();
         self.inbox().open_again(&mut self.intake);
-        executor::wake();
+        executor::wake_for_session();
     }
 }
 

@@ -49,6 +49,12 @@ pub trait Consoles {
     /// Returns the inbox of a session: bytes that arrived, and peers that came and went.
     fn inbox(&self, session: SessionId) -> &Inbox;
 
+    /// Returns whether an inbox may have changed since the last call: bytes, requests, a peer that came or
+    /// went. Transports that cannot tell say yes.
+    fn have_news(&self) -> bool {
+        true
+    }
+
     /// Returns the profile of the session's peer.
     fn profile(&self, session: SessionId) -> SessionProfile;
 

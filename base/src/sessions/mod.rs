@@ -66,6 +66,11 @@ impl Recipient {
 pub struct Sessions {
     sessions: [Session; MAX_SESSIONS],
     count: usize,
+    /// Whether a session may have a line, output or anything else to be looked at. Mostly none has while a file
+    /// is played, and each of its lines would look at all.
+    is_stirred: bool,
+    /// Whether no session had any at the last look.
+    were_silent: bool,
     /// Session to look at first, so that a busy one cannot keep the others out.
     turn: usize,
     /// Whether a button has asked for the end of a button's line, while one is carried out.
@@ -102,7 +107,15 @@ impl Sessions {
     #[inline(never)]
     pub fn new() -> Self {
         // Each session is made in its place: as a constant, one of 3 kB would lie in flash to be copied.
-        Self { sessions: array::from_fn(|_| Session::new()), count: 0, turn: 0, button_stop: None, notice: "" }
+        Self {
+            sessions: array::from_fn(|_| Session::new()),
+            count: 0,
+            is_stirred: true,
+            were_silent: false,
+            turn: 0,
+            button_stop: None,
+            notice: "",
+        }
     }
 
     /// Takes over the sessions that a board has.
@@ -148,6 +161,7 @@ impl Sessions {
 
     /// Returns a session to change.
     pub fn get_mut(&mut self, id: SessionId) -> Option<&mut Session> {
+        self.is_stirred = true;
         self.sessions.get_mut(usize::from(id.0))
     }
 
@@ -164,11 +178,22 @@ impl Sessions {
         who.session().and_then(|id| self.get(id)).is_some_and(Session::numbers_refusals)
     }
 
+    /// Returns whether any session may want to be looked at.
+    pub fn want_service(&mut self, consoles: &impl Consoles) -> bool {
+        self.is_stirred |= consoles.have_news();
+        self.is_stirred
+    }
+
+    /// Has all sessions looked at in the next turn, whatever is known of them.
+    pub const fn stir(&mut self) {
+        self.is_stirred = true;
+    }
+
     /// Returns the session that is next to have its line carried out. With `path_is_full` sessions whose line
     /// waits for room in the look-ahead queue are passed over.
     pub fn next_ready(&mut self, path_is_full: bool) -> Option<SessionId> {
         // Mostly nobody has a line, and each line of a file comes through here twice.
-        if !self.sessions.iter().take(self.count).any(Session::has_line) {
+        if !self.is_stirred || !self.sessions.iter().take(self.count).any(Session::has_line) {
             return None;
         }
         for step in 0..self.count {
@@ -184,7 +209,11 @@ impl Sessions {
 
     /// Sends a text to the recipient.
     pub fn say(&mut self, to: Recipient, text: fmt::Arguments<'_>) {
+        if to == Recipient::Nobody {
+            return;
+        }
         let count = self.count;
+        self.is_stirred = true;
         match to {
             Recipient::Nobody => {}
             Recipient::Session(SessionId(id)) => {
@@ -215,6 +244,7 @@ impl Sessions {
 
     /// Tells senders of GRBL's dialect the number of the alarm with which the machine has halted.
     pub fn alarm(&mut self, alarm: Alarm) {
+        self.is_stirred = true;
         for session in self.sessions.iter_mut().take(self.count).filter(|session| session.dialect == Dialect::Grbl) {
             session.announce(format_args!("ALARM:{}\n", alarm.number()));
         }
@@ -258,16 +288,25 @@ impl Sessions {
     /// Hands output to the transports, as much as they take. Output that nobody takes for
     /// [`LISTENER_TIMEOUT`] is dropped, but on a transport that knows that a peer is there.
     pub fn flush(&mut self, consoles: &mut impl Consoles, now: Micros) {
+        if !self.is_stirred {
+            return;
+        }
+        let were_silent = core::mem::replace(&mut self.were_silent, true);
         for (index, session) in self.sessions.iter_mut().take(self.count).enumerate() {
+            let id = SessionId(index as u8);
+            if were_silent {
+                session.takes_from(now);
+            }
+            self.were_silent &= session.is_silent(consoles.inbox(id));
             if session.has_nothing_to_say(now) {
                 continue;
             }
-            let id = SessionId(index as u8);
             if session.visits() != consoles.inbox(id).visits() {
                 session.drop_output();
             }
             session.flush(now, LISTENER_TIMEOUT, |bytes| consoles.write(id, bytes));
         }
+        self.is_stirred = !self.were_silent;
     }
 
     /// Returns whether a peer of this session has come, or gone, since it was last greeted.

@@ -175,6 +175,11 @@ impl Session {
             || (self.line.is_some() && !self.looked_at)
     }
 
+    /// Returns whether nothing is to be done for the session until its inbox changes: no line, no output.
+    pub(super) fn is_silent(&self, inbox: &Inbox) -> bool {
+        self.output.bytes.is_empty() && self.line.is_none() && !self.wants_service(inbox)
+    }
+
     /// Gathers bytes until a line is whole.
     pub fn gather(&mut self, inbox: &Inbox) {
         // During a transfer the bytes are no lines.
@@ -411,6 +416,11 @@ impl Session {
             (self.taken_at, self.is_stuck) = (now, false);
         }
         is_silent
+    }
+
+    /// Notes that everything said before `now` has been taken.
+    pub(super) const fn takes_from(&mut self, now: Micros) {
+        self.taken_at = now;
     }
 
     /// Hands output on; output not taken for `timeout` is dropped, unless a peer is known to be there.

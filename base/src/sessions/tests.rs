@@ -10,6 +10,8 @@ struct Desk {
     /// Output of each line, and the number of bytes that it still takes.
     output: [(VecDeque<u8>, usize); 2],
     kinds: [ConsoleKind; 2],
+    /// Nothing is received, and the desk says so.
+    is_quiet: bool,
 }
 
 impl Desk {
@@ -21,6 +23,7 @@ impl Desk {
             intakes: [Intake::new(); 2],
             output: [(VecDeque::new(), usize::MAX), (VecDeque::new(), usize::MAX)],
             kinds: [ConsoleKind::Serial, ConsoleKind::Network],
+            is_quiet: false,
         }
     }
 
@@ -40,6 +43,10 @@ impl Consoles for Desk {
 
     fn inbox(&self, id: SessionId) -> &Inbox {
         &self.inboxes[usize::from(id.0)]
+    }
+
+    fn have_news(&self) -> bool {
+        !self.is_quiet
     }
 
     fn profile(&self, id: SessionId) -> SessionProfile {
@@ -260,4 +267,49 @@ fn reports_that_nobody_asked_for_are_not_due() {
     let desk = Desk::new();
     let mut sessions = sessions(&desk);
     assert_eq!(sessions.get_mut(SessionId(0)).unwrap().take_due(Micros::from_seconds(900)), [false; 3]);
+}
+
+#[test]
+fn silent_sessions_are_not_looked_at_until_something_is_received_or_said() {
+    let mut desk = Desk::new();
+    let mut sessions = sessions(&desk);
+    sessions.flush(&mut desk, Micros(0));
+    desk.is_quiet = true;
+    assert!(!sessions.want_service(&desk));
+    sessions.say(Recipient::Nobody, format_args!("lines of a file"));
+    assert!(!sessions.want_service(&desk));
+    sessions.say(Recipient::All, format_args!("a fault\n"));
+    assert!(sessions.want_service(&desk));
+    desk.type_on(0, "G28\n");
+    sessions.flush(&mut desk, Micros(1));
+    assert!(sessions.want_service(&desk), "a byte waits that nobody has gathered");
+    gather(&mut sessions, &desk);
+    sessions.flush(&mut desk, Micros(2));
+    assert!(sessions.want_service(&desk), "a line waits");
+    assert!(take(&mut sessions).is_some());
+    sessions.flush(&mut desk, Micros(3));
+    assert!(!sessions.want_service(&desk));
+    desk.is_quiet = false;
+    assert!(sessions.want_service(&desk));
+}
+
+#[test]
+fn a_listener_has_as_long_after_a_silence_as_at_any_time() {
+    let mut desk = Desk::new();
+    let mut sessions = sessions(&desk);
+    sessions.flush(&mut desk, Micros(0));
+    let after = |seconds: u64| Micros::from_seconds(10 + seconds);
+    desk.output[0].1 = 0;
+    sessions.say(Recipient::Session(SessionId(0)), format_args!("ok\n"));
+    sessions.flush(&mut desk, after(0));
+    sessions.flush(&mut desk, after(1));
+    desk.output[0].1 = usize::MAX;
+    sessions.flush(&mut desk, after(1));
+    assert_eq!(desk.read(0), "ok\n");
+    desk.output[0].1 = 0;
+    sessions.say(Recipient::Session(SessionId(0)), format_args!("ok\n"));
+    [2, 3, 5].into_iter().for_each(|seconds| sessions.flush(&mut desk, after(seconds)));
+    desk.output[0].1 = usize::MAX;
+    sessions.flush(&mut desk, after(6));
+    assert_eq!(desk.read(0), "", "nobody listens");
 }

@@ -49,10 +49,8 @@ fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
     let now = machine.world.ports.now();
     machine.world.ports.report_alive();
     machine.world.ports.heat(|heat| heat.executor_alive(now));
-    let mut session = 0;
-    while session < machine.world.sessions.count() {
-        machine.serve_session(SessionId(session));
-        session += 1;
+    if machine.world.sessions.want_service(&machine.world.ports) {
+        machine.serve_sessions();
     }
     if now >= machine.polls.kill_due {
         machine.polls.kill_due = now.plus(KILL_PERIOD);
@@ -73,8 +71,14 @@ fn serve<P: Ports>(machine: &mut Machine<'_, P>) {
 }
 
 impl<P: Ports> Machine<'_, P> {
+    fn serve_sessions(&mut self) {
+        for id in self.world.sessions.ids() {
+            self.serve_session(id);
+        }
+    }
+
     fn serve_session(&mut self, id: SessionId) {
-        // Mostly nothing is new, and every line comes through here.
+        // Mostly nothing is new.
         let session = self.world.sessions.get(id);
         if !session.is_some_and(|session| session.wants_service(self.world.ports.inbox(id))) {
             return;
@@ -226,6 +230,7 @@ impl<P: Ports> Machine<'_, P> {
     // --- watching ---
 
     fn watch(&mut self, now: Micros) {
+        self.world.sessions.stir();
         self.watch_heat();
         self.watch_supervisor();
         self.watch_limits(now);
