@@ -9,11 +9,12 @@
 //! Positions at knots are fixed point, rounded once: what one segment ends with the next begins with, so
 //! steps add up exactly for ever.
 
-use units::{Actuator, PerActuator, PerAxis, StepPosition};
+use units::{Actuator, Axis, PerActuator, PerAxis, StepPosition};
 
 use crate::{
     config::MotionConfig,
     convert::{fixed_24, float_of_i64},
+    greatest,
     trajectory::TickTime,
 };
 
@@ -98,7 +99,28 @@ pub fn point_of_steps(config: &MotionConfig, steps: &PerActuator<units::StepCoun
     config.kinematics.point(&actuators)
 }
 
+/// Returns the distance from the origin, mm (degrees), within which the steps of every motor can be counted;
+/// zero where motors do not follow the axes in proportion.
+#[inline(never)]
+pub(crate) fn countable_within(config: &MotionConfig) -> f64 {
+    if !config.kinematics.is_linear() {
+        return 0.0;
+    }
+    let mut steps = PerActuator::<f64>::default();
+    for axis in Axis::ALL {
+        let mut unit = PerAxis::default();
+        unit[axis] = 1.0;
+        let motors = config.kinematics.actuators(&unit);
+        for actuator in Actuator::ALL {
+            steps[actuator] += libm::fabs(motors[actuator]) * config.steps_per_mm(actuator);
+        }
+    }
+    // Half, for sums of six are rounded. At least one step for each mm, so that there is a distance.
+    0.5 * MAX_STEPS / steps.0.into_iter().fold(1.0, greatest)
+}
+
 /// Whether every coordinate is a number, and every motor's steps there can be counted.
+#[inline(never)]
 pub(crate) fn is_countable(config: &MotionConfig, point: &PerAxis<f64>) -> bool {
     let motors = config.kinematics.actuators(point);
     let in_range = Actuator::ALL.into_iter().all(|actuator| {

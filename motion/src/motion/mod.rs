@@ -37,7 +37,7 @@ use crate::{
     feed_exchange::{FeedOrders, FeedReport},
     feed_schedule::Lead,
     filters::{Filters, History},
-    knots::{is_countable, nearest_step, step_positions},
+    knots::{countable_within, is_countable, nearest_step, step_positions},
     motor::MotorSetup,
     moves::{Mode, Refusal, Tag},
     path::{self, CurveRing, Path},
@@ -95,6 +95,8 @@ pub struct Motion {
     pub(crate) config: Option<MotionConfig>,
     /// Axes that no motor of this machine moves.
     orphans: AxisSet,
+    /// Distance from the origin within which steps can surely be counted, mm.
+    countable: f64,
     planner: Planner,
     curves: Elsewhere<CurveRing>,
     overrides: Overrides,
@@ -225,6 +227,7 @@ impl Motion {
         Self {
             config: None,
             orphans: AxisSet::NONE,
+            countable: 0.0,
             planner: Planner::new(blocks),
             curves,
             overrides: Overrides { feed: 1.0, rapid: 1.0 },
@@ -273,6 +276,7 @@ impl Motion {
         let queue_size = config.queue_size.min(MOST_BLOCKS - spare);
         self.config = Some(MotionConfig { queue_size, ..config });
         self.orphans = config.orphans();
+        self.countable = countable_within(&config);
         self.orders.setup = Some(MotorSetup::all(&config));
         self.filters.configure(&config.filters);
         self.settle_at(self.planned);

@@ -59,7 +59,7 @@ impl Motion {
             return Err(Refusal::Full);
         }
         // Last: while the queue is full this is asked again and again.
-        check_request(config, &self.compensation, request)?;
+        check_request(config, &self.compensation, self.countable, request)?;
         let mut delta = request.target;
         for axis in Axis::ALL {
             delta[axis] -= self.planned[axis];
@@ -212,7 +212,15 @@ fn ways_between(config: &MotionConfig, from: &PerAxis<f64>, to: &PerAxis<f64>) -
     motors
 }
 
-fn check_request(config: &MotionConfig, compensation: &Compensation, request: &Move) -> Result<(), Refusal> {
+/// Refuses numbers that mean nothing. `countable`: the distance from the origin, mm, within which the motors'
+/// steps can surely be counted.
+#[inline(always)]
+fn check_request(
+    config: &MotionConfig,
+    compensation: &Compensation,
+    countable: f64,
+    request: &Move,
+) -> Result<(), Refusal> {
     if !(request.feed_rate.get().is_finite() && request.power.is_finite()) {
         return Err(Refusal::NotFinite);
     }
@@ -223,7 +231,9 @@ fn check_request(config: &MotionConfig, compensation: &Compensation, request: &M
     if request.feed_rate.get() <= 0.0 {
         return Err(Refusal::NoFeedRate);
     }
-    if is_countable(config, &compensation.motors(&request.target)) { Ok(()) } else { Err(Refusal::NotFinite) }
+    let place = compensation.motors(&request.target);
+    let is_near = place.0.iter().all(|part| libm::fabs(*part) < countable);
+    if is_near || is_countable(config, &place) { Ok(()) } else { Err(Refusal::NotFinite) }
 }
 
 /// The steps of a curve's whole length can be counted. So can they then at each of its places, and the way
