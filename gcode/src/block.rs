@@ -229,9 +229,25 @@ impl<'a> Block<'a> {
 
     pub(crate) fn set(&mut self, letter: u8, value: Option<f64>, column: u8) {
         let Some(index) = index(char::from(letter)) else { return };
+        match value {
+            Some(value) => self.put(index, Word { value, column }),
+            None => {
+                self.put(index, Word { value: 0.0, column });
+                self.valued &= !(1 << index);
+            }
+        }
+    }
+
+    /// Adds or replaces a word that has a number, by its letter in upper case.
+    #[inline(always)]
+    pub(crate) fn set_plain(&mut self, letter: u8, value: f64, column: u8) {
+        self.put(usize::from(letter.wrapping_sub(b'@') & 31), Word { value, column });
+    }
+
+    #[inline(always)]
+    fn put(&mut self, index: usize, word: Word) {
         let bit = 1 << index;
-        let word = Word { value: value.unwrap_or(0.0), column };
-        self.valued = if value.is_some() { self.valued | bit } else { self.valued & !bit };
+        self.valued |= bit;
         let Some(place) = self.places.0.get_mut(index) else { return };
         if self.present & bit == 0 {
             self.present |= bit;

@@ -18,6 +18,11 @@ impl Blocks<'_> {
         name: char,
         parameters: &dyn Parameters,
     ) -> Result<Code, SyntaxError> {
+        // As most lines begin: `G1 `.
+        if let [_, digit @ b'0'..=b'9', b' ', ..] = self.rest() {
+            self.at += 2;
+            return Ok(Code { letter, number: u16::from(digit - b'0'), subcode: 0 });
+        }
         let begin = self.at;
         self.at += 1;
         self.skip_blanks();

@@ -77,6 +77,14 @@ impl Decoder {
 
     /// Reads one line, without its end.
     pub fn decode<'a>(&mut self, line: &'a [u8]) -> Result<Line<'a>, Refusal> {
+        // Nearly all lines of a program: a G-code with neither number nor checksum.
+        if matches!(line, [b'G', b'0'..=b'9', ..]) && memchr::memchr(b'*', line).is_none() {
+            return Ok(Line::Code(Blocks::new(line)));
+        }
+        self.decode_any(line)
+    }
+
+    fn decode_any<'a>(&mut self, line: &'a [u8]) -> Result<Line<'a>, Refusal> {
         let mut at = skip_blanks(line, byte_order_mark(line));
         match line.get(at) {
             None | Some(b'%' | b';') => return Ok(Line::Blank),

@@ -190,6 +190,9 @@ impl<'l, 'p> Reader<'l, 'p> {
         if self.peek() == Some(b'<') {
             return Ok(Parameter::Named(self.name()?));
         }
+        if let Some(number) = self.written_number() {
+            return Ok(Parameter::Numbered(number));
+        }
         let number = self.value()?;
         // The nearest whole number: what is less than 1 is refused, and the cast makes nought of it.
         let whole = f64::from((number + 0.5) as u32);
@@ -197,6 +200,18 @@ impl<'l, 'p> Reader<'l, 'p> {
             return Err(self.error(begin, Problem::NoParameter));
         }
         Ok(Parameter::Numbered(whole as u16))
+    }
+
+    /// Takes the number of a parameter that is written as a whole number, as nearly all are.
+    #[inline(always)]
+    fn written_number(&mut self) -> Option<u16> {
+        let (number, length) = number::parse_digits(self.rest())?;
+        let number = u16::try_from(number).ok().filter(|number| *number > 0)?;
+        if self.line.get(self.at + length) == Some(&b'.') {
+            return None;
+        }
+        self.at += length;
+        Some(number)
     }
 
     /// `<a name>`.

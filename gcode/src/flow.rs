@@ -29,31 +29,42 @@ pub enum FlowWord {
 }
 
 impl FlowWord {
+    /// Every word that is written.
+    const WRITTEN: [Self; 15] = [
+        Self::Sub,
+        Self::EndSub,
+        Self::Call,
+        Self::Return,
+        Self::If,
+        Self::ElseIf,
+        Self::Else,
+        Self::EndIf,
+        Self::While,
+        Self::EndWhile,
+        Self::Do,
+        Self::Repeat,
+        Self::EndRepeat,
+        Self::Break,
+        Self::Continue,
+    ];
+
     /// The word of these letters, whichever case they are in.
     fn of(written: &[u8]) -> Option<Self> {
-        const LONGEST: usize = "endrepeat".len();
-        let mut lower = [0; LONGEST];
-        let lower = lower.get_mut(..written.len())?;
-        lower.copy_from_slice(written);
-        lower.make_ascii_lowercase();
-        Some(match &*lower {
-            b"sub" => Self::Sub,
-            b"endsub" => Self::EndSub,
-            b"call" => Self::Call,
-            b"return" => Self::Return,
-            b"if" => Self::If,
-            b"elseif" => Self::ElseIf,
-            b"else" => Self::Else,
-            b"endif" => Self::EndIf,
-            b"while" => Self::While,
-            b"endwhile" => Self::EndWhile,
-            b"do" => Self::Do,
-            b"repeat" => Self::Repeat,
-            b"endrepeat" => Self::EndRepeat,
-            b"break" => Self::Break,
-            b"continue" => Self::Continue,
-            _ => return None,
-        })
+        /// Packed letters of each word.
+        const PACKED: [u64; 15] = {
+            let mut packed = [0; 15];
+            let mut place = 0;
+            while place < packed.len() {
+                packed[place] = pack(FlowWord::WRITTEN[place].name().as_bytes());
+                place += 1;
+            }
+            packed
+        };
+        if written.len() > LONGEST {
+            return None;
+        }
+        let letters = pack(written);
+        Self::WRITTEN.into_iter().zip(PACKED).find_map(|(word, packed)| (packed == letters).then_some(word))
     }
 
     /// Returns the word in lower case.
@@ -78,6 +89,20 @@ impl FlowWord {
             Self::Number => "",
         }
     }
+}
+
+/// Letters of the longest word.
+const LONGEST: usize = "endrepeat".len();
+
+/// Puts letters into a number, five bits each, the same for both cases: words are told apart by one comparison
+/// each. At most twelve letters fit.
+const fn pack(letters: &[u8]) -> u64 {
+    let (mut packed, mut place) = (0, 0);
+    while place < letters.len() {
+        packed = packed << 5 | (letters[place] & 31) as u64;
+        place += 1;
+    }
+    packed
 }
 
 /// A line that begins with an O word.

@@ -106,6 +106,12 @@ impl LineBuffer {
         if self.length == 0 && was != State::Skipping { None } else { Some(self.end(was)) }
     }
 
+    /// Whether the next byte begins a line.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.length == 0 && self.state == State::Gathering
+    }
+
     /// Forgets the unfinished line, as an abort does.
     pub fn clear(&mut self) {
         self.length = 0;
@@ -138,6 +144,15 @@ impl Default for LineBuffer {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// Returns the line at the beginning of these bytes, without its line feed, if it has nothing but printable
+/// ASCII: what [`LineBuffer`] makes of it as well.
+#[must_use]
+#[inline]
+pub fn plain_line(bytes: &[u8]) -> Option<&[u8]> {
+    let length = plain_run(bytes);
+    (bytes.get(length) == Some(&b'\n')).then(|| bytes.get(..length)).flatten()
 }
 
 /// Returns the number of bytes of printable ASCII at the beginning. Other bytes, tabs, line ends and

@@ -6,14 +6,14 @@
 //! library's exact way.
 
 /// Powers of ten that an `f64` holds exactly.
-const POWERS_OF_TEN: [f64; 23] = [
+pub(crate) const POWERS_OF_TEN: [f64; 23] = [
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20,
     1e21, 1e22,
 ];
 /// Integers up to here are exact in an `f64`.
 const EXACT: u64 = 1 << 53;
 /// Greatest number of digits that always fit 32 bits.
-const SHORT: usize = 9;
+pub(crate) const SHORT: usize = 9;
 
 /// Reason for which digits are not a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +56,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<(f64, usize), Flaw> {
 /// The digits at the start of `bytes` put behind those of a mantissa, which may wrap, and how many there are.
 /// A loop of its own for each side of the point takes a third of the instructions of one that looks for it.
 #[inline(always)]
-fn digits_behind(mut mantissa: u32, bytes: &[u8]) -> (u32, usize) {
+pub(crate) fn digits_behind(mut mantissa: u32, bytes: &[u8]) -> (u32, usize) {
     let mut length = 0;
     for &byte in bytes {
         let digit = byte.wrapping_sub(b'0');
@@ -127,6 +127,18 @@ mod tests {
             let (ours, length) = parse(text.as_bytes()).unwrap();
             prop_assert_eq!(ours.to_bits(), text.parse::<f64>().unwrap().to_bits());
             prop_assert_eq!(length, text.len());
+        }
+
+        #[test]
+        fn any_other_byte_ends_a_number(
+            text in "[0-9]{1,9}(\\.[0-9]{0,5})?",
+            end in any::<u8>().prop_filter("ends it", |byte| !matches!(byte, b'0'..=b'9' | b'.')),
+            behind in proptest::collection::vec(any::<u8>(), 0..8),
+        ) {
+            let (value, length) = parse(text.as_bytes()).unwrap();
+            let line = [text.as_bytes(), &[end], &behind].concat();
+            let (beside, same_length) = parse(&line).unwrap();
+            prop_assert_eq!((beside.to_bits(), same_length), (value.to_bits(), length));
         }
 
         #[test]

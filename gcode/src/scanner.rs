@@ -4,6 +4,7 @@ use crate::block::{Block, Code, Letter};
 use crate::error::{Problem, SyntaxError, column};
 use crate::expression::{self, NoParameters, Parameters, Reader};
 use crate::number::{self, Flaw};
+use crate::plain_words::read_plain_words;
 use crate::text_value::{comment, string_or_list};
 
 /// M-codes whose argument is text, kept as it stands.
@@ -155,6 +156,7 @@ impl<'a> Blocks<'a> {
         }
         let flags_allowed = code.is_some_and(allows_flags);
         loop {
+            self.at = read_plain_words(self.line, self.at, block);
             let letter = match self.next_word(parameters) {
                 Ok(Some(letter)) => letter,
                 Ok(None) => break,

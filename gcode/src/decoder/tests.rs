@@ -244,6 +244,12 @@ proptest! {
     }
 
     #[test]
+    fn a_line_that_begins_with_a_g_code_is_read_as_all_others(line in "G[0-9]{0,3}[ GMXYZ0-9.*;()N-]{0,20}") {
+        let read = format!("{:?}", Decoder::new().decode(line.as_bytes()));
+        prop_assert_eq!(read, format!("{:?}", Decoder::new().decode_any(line.as_bytes())));
+    }
+
+    #[test]
     fn no_plausible_line_makes_it_panic(line in "[/%]?[ N0-9-]{0,8}[GMTX0-9 .*;()a-z$-]{0,40}") {
         if let Ok(Line::Code(blocks)) = Decoder::new().decode(line.as_bytes()) {
             let _ = blocks.count();
