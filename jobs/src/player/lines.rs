@@ -125,6 +125,9 @@ impl FileLines {
     }
 
     fn gather_at_hand(&mut self, line: &mut LineBytes) -> Option<Next> {
+        if self.gathering.is_empty() && self.take_whole(line) {
+            return Some(Next::Line);
+        }
         while let Some(rest) = self.chunk.get(self.next..self.filled).filter(|rest| !rest.is_empty()) {
             let run = self.gathering.push_run(rest);
             let special = rest.get(run).copied();
@@ -137,6 +140,21 @@ impl FileLines {
             }
         }
         None
+    }
+
+    /// Copies the next line, if it is whole in the chunk and plain: as nearly all are.
+    #[inline(always)]
+    fn take_whole(&mut self, line: &mut LineBytes) -> bool {
+        let rest = self.chunk.get(self.next..self.filled).unwrap_or(&[]);
+        let Some(whole) = gcode::plain_line(rest) else { return false };
+        if !Gathered::Line(whole).copy_to(line) {
+            return false;
+        }
+        let taken = whole.len() + 1;
+        self.next += taken;
+        self.read = self.read.saturating_add(taken as u32);
+        self.ends += 1;
+        true
     }
 
     fn gather(&mut self, storage: &mut impl Storage, line: &mut LineBytes) -> Next {
