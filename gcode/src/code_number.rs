@@ -37,14 +37,14 @@ impl Blocks<'_> {
         let number = number::parse_digits(self.rest()).and_then(|(n, length)| Some((u16::try_from(n).ok()?, length)));
         // The last number is that of no tool.
         let number = number.filter(|(n, _)| letter != Letter::T || *n != NO_TOOL);
-        let (number, length) = number.ok_or(self.error(begin, Problem::BadCode(name)))?;
+        let (number, length) = number.ok_or_else(|| self.error(begin, Problem::BadCode(name)))?;
         self.at += length;
         let mut subcode = 0;
         if self.peek() == Some(b'.') {
             self.at += 1;
             let digits =
                 number::parse_digits(self.rest()).and_then(|(n, length)| Some((u8::try_from(n).ok()?, length)));
-            let (value, length) = digits.ok_or(self.error(begin, Problem::BadSubcode(name)))?;
+            let (value, length) = digits.ok_or_else(|| self.error(begin, Problem::BadSubcode(name)))?;
             self.at += length;
             subcode = value;
         }

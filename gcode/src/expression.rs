@@ -220,7 +220,7 @@ impl<'l, 'p> Reader<'l, 'p> {
         self.expect(b'<')?;
         let mut name = Name::new();
         loop {
-            let byte = self.peek().ok_or(self.error(begin, Problem::Expected(b'>')))?;
+            let byte = self.peek().ok_or_else(|| self.error(begin, Problem::Expected(b'>')))?;
             self.at += 1;
             if byte == b'>' {
                 break;
@@ -243,7 +243,7 @@ impl<'l, 'p> Reader<'l, 'p> {
     fn function(&mut self) -> Result<f64, SyntaxError> {
         let begin = self.at;
         let found = Function::ALL.into_iter().find(|(name, _)| starts_with(self.rest(), name));
-        let (name, function) = found.ok_or(self.error(begin, Problem::NoValue))?;
+        let (name, function) = found.ok_or_else(|| self.error(begin, Problem::NoValue))?;
         self.at += name.len();
         match function {
             Function::Exists => {

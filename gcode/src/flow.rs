@@ -29,42 +29,33 @@ pub enum FlowWord {
 }
 
 impl FlowWord {
-    /// Every word that is written.
-    const WRITTEN: [Self; 15] = [
-        Self::Sub,
-        Self::EndSub,
-        Self::Call,
-        Self::Return,
-        Self::If,
-        Self::ElseIf,
-        Self::Else,
-        Self::EndIf,
-        Self::While,
-        Self::EndWhile,
-        Self::Do,
-        Self::Repeat,
-        Self::EndRepeat,
-        Self::Break,
-        Self::Continue,
-    ];
-
     /// The word of these letters, whichever case they are in.
     fn of(written: &[u8]) -> Option<Self> {
-        /// Packed letters of each word.
-        const PACKED: [u64; 15] = {
-            let mut packed = [0; 15];
-            let mut place = 0;
-            while place < packed.len() {
-                packed[place] = pack(FlowWord::WRITTEN[place].name().as_bytes());
-                place += 1;
-            }
-            packed
-        };
-        if written.len() > LONGEST {
+        const fn is(word: &str) -> u64 {
+            pack(word.as_bytes())
+        }
+        const { assert!("endrepeat".len() <= MOST_PACKED, "the longest word fits") };
+        if written.len() > MOST_PACKED {
             return None;
         }
-        let letters = pack(written);
-        Self::WRITTEN.into_iter().zip(PACKED).find_map(|(word, packed)| (packed == letters).then_some(word))
+        Some(match pack(written) {
+            letters if letters == const { is("while") } => Self::While,
+            letters if letters == const { is("endwhile") } => Self::EndWhile,
+            letters if letters == const { is("if") } => Self::If,
+            letters if letters == const { is("endif") } => Self::EndIf,
+            letters if letters == const { is("else") } => Self::Else,
+            letters if letters == const { is("elseif") } => Self::ElseIf,
+            letters if letters == const { is("call") } => Self::Call,
+            letters if letters == const { is("sub") } => Self::Sub,
+            letters if letters == const { is("endsub") } => Self::EndSub,
+            letters if letters == const { is("return") } => Self::Return,
+            letters if letters == const { is("do") } => Self::Do,
+            letters if letters == const { is("repeat") } => Self::Repeat,
+            letters if letters == const { is("endrepeat") } => Self::EndRepeat,
+            letters if letters == const { is("break") } => Self::Break,
+            letters if letters == const { is("continue") } => Self::Continue,
+            _ => return None,
+        })
     }
 
     /// Returns the word in lower case.
@@ -91,11 +82,11 @@ impl FlowWord {
     }
 }
 
-/// Letters of the longest word.
-const LONGEST: usize = "endrepeat".len();
+/// Greatest number of letters that [`pack`] tells apart.
+const MOST_PACKED: usize = 12;
 
 /// Puts letters into a number, five bits each, the same for both cases: words are told apart by one comparison
-/// each. At most twelve letters fit.
+/// each.
 const fn pack(letters: &[u8]) -> u64 {
     let (mut packed, mut place) = (0, 0);
     while place < letters.len() {

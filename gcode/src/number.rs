@@ -56,7 +56,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<(f64, usize), Flaw> {
 /// The digits at the start of `bytes` put behind those of a mantissa, which may wrap, and how many there are.
 /// A loop of its own for each side of the point takes a third of the instructions of one that looks for it.
 #[inline(always)]
-pub(crate) fn digits_behind(mut mantissa: u32, bytes: &[u8]) -> (u32, usize) {
+fn digits_behind(mut mantissa: u32, bytes: &[u8]) -> (u32, usize) {
     let mut length = 0;
     for &byte in bytes {
         let digit = byte.wrapping_sub(b'0');

@@ -155,7 +155,7 @@ fn wrong(line: &FlowLine<'_>, problem: FlowProblem) -> FlowFault {
 
 /// Returns the single value of a condition.
 fn value(line: &FlowLine<'_>, values: &[f64]) -> Result<f64, FlowFault> {
-    values.first().copied().ok_or(wrong(line, FlowProblem::NoValue(line.word)))
+    values.first().copied().ok_or_else(|| wrong(line, FlowProblem::NoValue(line.word)))
 }
 
 impl Flow {
@@ -314,7 +314,7 @@ impl Flow {
     fn innermost(&self, line: &FlowLine<'_>, is_right: impl Fn(Kind) -> bool) -> Result<Place, FlowFault> {
         let own = self.open.get(self.first_open()..).unwrap_or(&[]);
         let open = own.last().filter(|open| open.label == line.label && is_right(open.kind));
-        open.map(|open| open.turn).ok_or(wrong(line, FlowProblem::NotOpen(line.word)))
+        open.map(|open| open.turn).ok_or_else(|| wrong(line, FlowProblem::NotOpen(line.word)))
     }
 
     fn while_line(&mut self, line: &FlowLine<'_>, here: Place, values: &[f64]) -> Result<Step, FlowFault> {
@@ -351,7 +351,7 @@ impl Flow {
         let first = self.first_open();
         let own = self.open.get(first..).unwrap_or(&[]);
         let place = own.iter().rposition(|open| open.label == line.label && open.kind != Kind::If);
-        let place = first + place.ok_or(wrong(line, FlowProblem::NotOpen(line.word)))?;
+        let place = first + place.ok_or_else(|| wrong(line, FlowProblem::NotOpen(line.word)))?;
         let label = line.label.clone();
         if line.word == FlowWord::Break {
             self.open.truncate(place);
@@ -432,7 +432,7 @@ impl Flow {
             return Err(wrong(line, FlowProblem::NotOpen(line.word)));
         }
         let returned = values.first().copied();
-        let (next, callers) = self.end_call().ok_or(wrong(line, FlowProblem::NotOpen(line.word)))?;
+        let (next, callers) = self.end_call().ok_or_else(|| wrong(line, FlowProblem::NotOpen(line.word)))?;
         Ok(Step { next, memory: Change::Leave(callers, returned) })
     }
 
