@@ -139,6 +139,39 @@ pub const fn nearest_step(position: StepPosition) -> units::StepCount {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kinematics::{CoreXz, Generic, Kinematics};
+    use crate::tests::rig::printer;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn steps_within_the_distance_can_be_counted(
+            kind in 0_usize..6,
+            scale in prop_oneof![0.01..1e6, 1.0..1000.0],
+            shares in proptest::array::uniform6(-1.0..1.0),
+        ) {
+            let linear = [
+                Kinematics::Cartesian,
+                Kinematics::CoreXy,
+                Kinematics::CoreXz(CoreXz::default()),
+                Kinematics::HybridCoreXy,
+                Kinematics::HybridCoreXz,
+                Kinematics::Generic(Generic::new([[1.0, 0.5, 0.0], [-2.0, 1.0, 0.0], [0.0, 3.0, 1.0]]).expect("a map")),
+            ];
+            let mut config = MotionConfig { kinematics: linear[kind], ..printer() };
+            config.actuators.0.iter_mut().flatten().for_each(|motor| motor.steps_per_mm *= scale);
+            let reach = countable_within(&config);
+            prop_assert!(reach > 0.0);
+            let place = PerAxis(shares.map(|share: f64| share * reach));
+            prop_assert!(is_countable(&config, &place));
+        }
+    }
+
+    #[test]
+    fn arms_and_towers_have_no_such_distance() {
+        let config = MotionConfig { kinematics: Kinematics::LinearDelta(Default::default()), ..printer() };
+        assert_eq!(countable_within(&config), 0.0);
+    }
 
     #[test]
     fn the_nearest_step_changes_at_the_half() {

@@ -13,7 +13,7 @@ mod leveling;
 mod limits;
 mod nonlinear;
 mod random_programs;
-mod rig;
+pub(crate) mod rig;
 mod shortest_time;
 mod stops;
 mod taking_back;
