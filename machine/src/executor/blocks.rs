@@ -358,7 +358,9 @@ fn without_its_part<P: Ports>(world: &World<'_, P>, code: Option<Code>, to: Reci
 #[cold]
 fn unknown<P: Ports>(world: &World<'_, P>, code: Option<Code>, to: Recipient) -> Outcome {
     match code {
-        Some(code) if world.sessions.numbers_refusals(to) && <Features<P> as Moments<P>>::accepts(code) => {
+        Some(code)
+            if world.sessions.numbers_refusals(to) && <Features<P> as Moments<Machine<'_, P>>>::accepts(code) =>
+        {
             Ok(Answer::Ok)
         }
         Some(code) if world.sessions.numbers_refusals(to) => {

@@ -49,7 +49,7 @@ pub(crate) fn read_config<P: Ports>(ports: &mut P, sessions: &mut Sessions, conf
     let since = ports.now();
     let summary = apart(|| read_file(ports, config, &mut findings));
     let took = ports.now().since(since);
-    let banner = <Features<P> as Moments<P>>::banner(config).unwrap_or(framing::BANNER);
+    let banner = <Features<P> as Moments<Machine<'_, P>>>::banner(config).unwrap_or(framing::BANNER);
     sessions.set_dialect(ports, config.general.usual_dialect(), banner);
     if let Err(why) = apart(|| ports.connect(&config.system)) {
         sessions.say(Recipient::All, format_args!("ERROR: USB does not work: {why}\n"));
@@ -74,7 +74,7 @@ fn greet<P: Ports>(ports: &mut P, sessions: &mut Sessions) {
         }
         Start::Ended(words) => reply.say(format_args!("WARNING: the firmware had ended itself: {words}\n")),
     }
-    <Features<P> as Moments<P>>::greet(&running, &mut reply);
+    <Features<P> as Moments<Machine<'_, P>>>::greet(&running, &mut reply);
     if board.second_core_starts {
         reply.say(format_args!(
             "WARNING: the chip's second core (Cortex-M4) is set to start and may run anything: set the option byte BCM4 to \

@@ -21,7 +21,7 @@ use super::source::Source;
 /// A machine's features, as its core sees them: the list of all, their state, their steps.
 pub(crate) trait Featured: Ports + Sized {
     /// All features, as one.
-    type List: Moments<Self>;
+    type List: for<'c> Moments<Machine<'c, Self>>;
     /// State of all features.
     type States;
     /// Step of a feature's sequence that waits for the end of a script, or of lines read over.
@@ -104,7 +104,7 @@ macro_rules! moments {
 
     ($($(#[$doc:meta])* $kind:ident $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $answer:ty)?;)+) => {
         /// What a feature does at the moments of the machine.
-        pub(crate) trait Moments<P: Ports> {
+        pub(crate) trait Moments<M> {
             $(
                 $(#[$doc])*
                 #[expect(unused_variables, reason = "a feature that does nothing looks at nothing")]
@@ -114,7 +114,7 @@ macro_rules! moments {
             )+
         }
 
-        impl<P: Ports, A: Moments<P>, B: Moments<P>> Moments<P> for (A, B) {
+        impl<M, A: Moments<M>, B: Moments<M>> Moments<M> for (A, B) {
             $(
                 fn $name($($arg: $type),*) $(-> $answer)? {
                     moments!(@both $kind A::$name($($arg),*), B::$name($($arg),*))
@@ -132,69 +132,69 @@ moments! {
     /// Returns the greeting of senders in the dialect of this configuration.
     first banner(config: &MachineConfig) -> Option<&'static str>;
     /// Sets up what the configuration has wired, while outputs are still off.
-    all wired(machine: &mut Machine<'_, P>);
+    all wired(machine: &mut M);
     /// Reads the feature's files, before saved settings are replayed.
-    all read_files(machine: &mut Machine<'_, P>);
+    all read_files(machine: &mut M);
     /// Acts as the machine begins to listen; `is_usable`: its configuration can be used.
-    all started(machine: &mut Machine<'_, P>, is_usable: bool);
+    all started(machine: &mut M, is_usable: bool);
 
     // --- time ---
 
     /// Looks at what must be seen within 250 us.
-    all each_250_us(machine: &mut Machine<'_, P>, now: Micros);
+    all each_250_us(machine: &mut M, now: Micros);
     /// Looks at what must be seen within 10 ms.
-    all each_10_ms(machine: &mut Machine<'_, P>, now: Micros);
+    all each_10_ms(machine: &mut M, now: Micros);
     /// Looks at what must be seen at every turn of a wait. Every line passes here.
-    all each_turn(machine: &mut Machine<'_, P>);
+    all each_turn(machine: &mut M);
     /// Does work that waits until nothing else is to be done. True: there was some.
-    any idle(machine: &mut Machine<'_, P>) -> bool;
+    any idle(machine: &mut M) -> bool;
 
     // --- sessions and lines ---
 
     /// Carries out a byte that acts at once. True: the feature has taken it.
-    any take_request(machine: &mut Machine<'_, P>, request: Realtime, id: SessionId) -> bool;
+    any take_request(machine: &mut M, request: Realtime, id: SessionId) -> bool;
     /// Whether a console's line is the feature's own.
-    any owns_console_line(machine: &Machine<'_, P>, line: &str, to: Recipient) -> bool;
+    any owns_console_line(machine: &M, line: &str, to: Recipient) -> bool;
     /// Runs a console's line of the feature's own.
-    first run_console_line(machine: &mut Machine<'_, P>, line: &str, to: Recipient) -> Option<Outcome>;
+    first run_console_line(machine: &mut M, line: &str, to: Recipient) -> Option<Outcome>;
     /// Refuses the codes of a session for now. True: that was said.
-    any refuse_codes(machine: &mut Machine<'_, P>, to: Recipient) -> bool;
+    any refuse_codes(machine: &mut M, to: Recipient) -> bool;
     /// Acts before a line of a session is carried out.
-    all session_line_begins(machine: &mut Machine<'_, P>);
+    all session_line_begins(machine: &mut M);
     /// Acts after a line of a session was carried out.
-    all session_line_ends(machine: &mut Machine<'_, P>);
+    all session_line_ends(machine: &mut M);
     /// Returns the line that the feature would like to have run, as an input's, without taking it.
-    first line(machine: &Machine<'_, P>) -> Option<&'static str>;
+    first line(machine: &M) -> Option<&'static str>;
     /// Takes that line.
-    first take_line(machine: &mut Machine<'_, P>) -> Option<&'static str>;
+    first take_line(machine: &mut M) -> Option<&'static str>;
     /// Whether lines that move wait, as for room in the look-ahead queue.
-    any hold_moves_back(machine: &Machine<'_, P>) -> bool;
+    any hold_moves_back(machine: &M) -> bool;
     /// Acts before a block is interpreted. Every line passes here.
-    all block_begins(machine: &mut Machine<'_, P>, source: Source);
+    all block_begins(machine: &mut M, source: Source);
     /// Whether a move is not made, after the feature's own moves before it.
     ///
     /// # Errors
     /// Where the move is refused, or the machine halts.
-    any_or_fail leave_move_out(machine: &mut Machine<'_, P>, request: &Move) -> Result<bool, Failure>;
+    any_or_fail leave_move_out(machine: &mut M, request: &Move) -> Result<bool, Failure>;
     /// Refuses a move.
     ///
     /// # Errors
     /// With the reason.
-    all_or_fail may_move(machine: &mut Machine<'_, P>, request: &Move) -> Result<(), Failure>;
+    all_or_fail may_move(machine: &mut M, request: &Move) -> Result<(), Failure>;
     /// Whether a code that does nothing here is answered with `ok` all the same.
     any accepts(code: Code) -> bool;
     /// Says how a startup line has ended.
-    all startup_line_ended(machine: &mut Machine<'_, P>, number: u8, outcome: &Outcome);
+    all startup_line_ended(machine: &mut M, number: u8, outcome: &Outcome);
     /// Returns a startup line.
-    first startup_line(machine: &Machine<'_, P>, number: u8) -> Option<StartupLine>;
+    first startup_line(machine: &M, number: u8) -> Option<StartupLine>;
 
     /// Takes a line of a session, whatever it says.
-    any take_session_line(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) -> bool;
+    any take_session_line(machine: &mut M, id: SessionId, line: &LineBytes) -> bool;
     /// Answers a line of a file that a session sends, as if it were none of it.
-    any answer_in_upload(machine: &mut Machine<'_, P>, line: &Line<'_>, to: Recipient) -> bool;
+    any answer_in_upload(machine: &mut M, line: &Line<'_>, to: Recipient) -> bool;
     /// Gives the next piece of a long answer of the feature's own. True: there is more.
     first long_answer(
-        machine: &mut Machine<'_, P>,
+        machine: &mut M,
         listing: &mut Listing,
         to: Recipient,
     ) -> Option<Result<bool, Failure>>;
@@ -202,24 +202,24 @@ moments! {
     // --- jobs ---
 
     /// Whether the job starts now, later, or never.
-    start job_may_start(machine: &mut Machine<'_, P>) -> JobStart;
+    start job_may_start(machine: &mut M) -> JobStart;
     /// Whether the job may begin its first line now.
-    every job_may_begin(machine: &mut Machine<'_, P>) -> bool;
+    every job_may_begin(machine: &mut M) -> bool;
     /// Acts as a job begins.
-    all job_begins(machine: &mut Machine<'_, P>, from: JobBegins);
+    all job_begins(machine: &mut M, from: JobBegins);
     /// Acts as a job goes on after a power cut, that began with this state.
-    all job_goes_on(machine: &mut Machine<'_, P>, beginning: [u8; BEGINNING_BYTES]);
+    all job_goes_on(machine: &mut M, beginning: [u8; BEGINNING_BYTES]);
     /// Acts when the file of the job cannot be read.
-    all job_is_unreadable(machine: &mut Machine<'_, P>);
+    all job_is_unreadable(machine: &mut M);
     /// Acts when the last line of the job has been carried out.
-    all job_is_read(machine: &mut Machine<'_, P>);
+    all job_is_read(machine: &mut M);
     /// Acts when the job ends, while it is still known; `to` hears of it.
-    all job_ends(machine: &mut Machine<'_, P>, is_done: bool, to: Recipient);
+    all job_ends(machine: &mut M, is_done: bool, to: Recipient);
     /// Whether the feature stops the job at this line, and says so itself.
-    any explains_stop(machine: &Machine<'_, P>) -> bool;
+    any explains_stop(machine: &M) -> bool;
     /// Suspends the job for a change of filament (M600).
     first suspend(
-        machine: &mut Machine<'_, P>,
+        machine: &mut M,
         heaters_stay: bool,
         words: &Words<'_>,
         to: Recipient,
@@ -228,34 +228,34 @@ moments! {
     ///
     /// # Errors
     /// With the reason.
-    all_or_fail may_resume(machine: &mut Machine<'_, P>) -> Result<(), Failure>;
+    all_or_fail may_resume(machine: &mut M) -> Result<(), Failure>;
     /// Acts before the suspended job goes back to its place; heaters are hot.
     ///
     /// # Errors
     /// When the job must stay suspended, or the machine halts.
-    all_or_fail before_going_back(machine: &mut Machine<'_, P>) -> Result<(), Failure>;
+    all_or_fail before_going_back(machine: &mut M) -> Result<(), Failure>;
     /// Acts as the suspended job goes back to its place.
-    all goes_back(machine: &mut Machine<'_, P>);
+    all goes_back(machine: &mut M);
     /// Acts at the place where a stall has stopped the job.
     ///
     /// # Errors
     /// When the machine halts.
-    all_or_fail arrives(machine: &mut Machine<'_, P>, stall: &StalledJob) -> Result<(), Failure>;
+    all_or_fail arrives(machine: &mut M, stall: &StalledJob) -> Result<(), Failure>;
 
     // --- motion ---
 
     /// Acts before the machine leaves for heights that the file does not say, from least to most, mm.
-    all leaves_for_heights(machine: &mut Machine<'_, P>, heights: [f64; 2]);
+    all leaves_for_heights(machine: &mut M, heights: [f64; 2]);
     /// Whether Z's shift for the frame's temperature stays as it is: the job on its way back has its own.
-    any keeps_thermal_z(machine: &Machine<'_, P>) -> bool;
+    any keeps_thermal_z(machine: &M) -> bool;
     /// Acts when extruders count from another place, with no filament moved.
-    all extruders_count_anew(machine: &mut Machine<'_, P>);
+    all extruders_count_anew(machine: &mut M);
     /// Acts when objects are left out, or taken in again, by a person.
-    all objects_change(machine: &mut Machine<'_, P>);
+    all objects_change(machine: &mut M);
     /// Whether a held machine may go on. False: the reason was said.
-    every may_go_on(machine: &mut Machine<'_, P>) -> bool;
+    every may_go_on(machine: &mut M) -> bool;
     /// Acts as the machine goes on from a hold, or from an open door.
-    all goes_on(machine: &mut Machine<'_, P>, from: State);
+    all goes_on(machine: &mut M, from: State);
 
     // --- ends ---
 
@@ -263,23 +263,23 @@ moments! {
     ///
     /// # Errors
     /// When the machine halts meanwhile.
-    all_or_fail change_light(machine: &mut Machine<'_, P>, change: &LightChange) -> Result<(), Failure>;
+    all_or_fail change_light(machine: &mut M, change: &LightChange) -> Result<(), Failure>;
     /// Arms a rule that switches an output by temperature, or disarms it.
-    all arm(machine: &mut Machine<'_, P>, rule: u8, armed: bool);
+    all arm(machine: &mut M, rule: u8, armed: bool);
     /// Notes the change of lights in a file that is read over.
-    all pass_light(machine: &mut Machine<'_, P>, change: &LightChange);
+    all pass_light(machine: &mut M, change: &LightChange);
     /// Drops changes that wait for their place on the path.
-    all drop_effects(machine: &mut Machine<'_, P>);
+    all drop_effects(machine: &mut M);
     /// Acts when all outputs have been stopped.
-    all stops(machine: &mut Machine<'_, P>);
+    all stops(machine: &mut M);
     /// Acts when the machine halts, outputs off already and the reason said.
-    all halts(machine: &mut Machine<'_, P>);
+    all halts(machine: &mut M);
     /// Acts when a halt or a reset drops the job, while it is still known.
-    all job_is_dropped(machine: &mut Machine<'_, P>);
+    all job_is_dropped(machine: &mut M);
     /// Acts when a halted machine has come to rest.
-    all rests(machine: &mut Machine<'_, P>);
+    all rests(machine: &mut M);
     /// Acts as `abort` or M410 ends the work in progress, while motion still comes to rest.
-    all work_ends(machine: &mut Machine<'_, P>);
+    all work_ends(machine: &mut M);
     /// Acts when the work in progress has been ended by `abort` or M410, and motion rests.
-    all work_was_ended(machine: &mut Machine<'_, P>);
+    all work_was_ended(machine: &mut M);
 }

@@ -21,7 +21,7 @@ use crate::machine::program_io::apply;
 /// Outputs that nobody switches, at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn wired(machine: &mut Machine<'_, P>) {
         configure_fans(&mut machine.world);
     }

@@ -28,7 +28,7 @@ const PERIOD: Micros = Micros::from_millis(3);
 /// Falling supplies at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     /// Tells at boot of a brown-out that nobody has been told of yet.
     fn started(machine: &mut Machine<'_, P>, is_usable: bool) {
         let world = &mut machine.world;

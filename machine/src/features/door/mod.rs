@@ -15,7 +15,7 @@ use crate::machine::{Machine, feed_hold};
 /// The door at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn each_250_us(machine: &mut Machine<'_, P>, _now: Micros) {
         if is_open(&machine.world) && machine.safety.state() != State::Door {
             opens(machine);

@@ -27,7 +27,7 @@ const TOO_LONG: Trouble = "the line is too long to be edited";
 /// The editor at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn take_session_line(machine: &mut Machine<'_, P>, id: SessionId, line: &LineBytes) -> bool {
         let edits = machine.files.edits_from(id);
         if edits {

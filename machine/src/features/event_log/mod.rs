@@ -26,7 +26,7 @@ const TOLD_AT_A_BREAK: u32 = 8;
 /// The ring of events at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
         let (safety, homed) = (&machine.safety, machine.axes.homed());
         follow(&mut machine.world, &mut machine.features.recorded, safety.state(), homed);

@@ -22,7 +22,7 @@ use crate::machine::{Machine, suspend};
 /// Filament at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn each_250_us(machine: &mut Machine<'_, P>, _now: Micros) {
         count(machine);
     }

@@ -33,7 +33,7 @@ const CHANGED: &str = "the file has changed meanwhile";
 /// The look ahead at a file, at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn each_turn(machine: &mut Machine<'_, P>) {
         if machine.forecast_files.is_open() {
             serve(machine);

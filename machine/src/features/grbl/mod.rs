@@ -34,7 +34,7 @@ pub(crate) mod stored;
 /// GRBL's dialect at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn banner(config: &MachineConfig) -> Option<&'static str> {
         config.general.grblhal.then_some(hal::BANNER)
     }

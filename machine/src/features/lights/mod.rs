@@ -27,7 +27,7 @@ const COLD_C: f32 = 25.0;
 /// Strips of lights at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn wired(machine: &mut Machine<'_, P>) {
         for strip in &machine.world.config.led_strips {
             // The configuration has counted the lights.

@@ -19,7 +19,7 @@ use crate::machine::{Machine, moves};
 /// Objects that are left out, at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn each_turn(machine: &mut Machine<'_, P>) {
         if machine.jobs.objects.is_cutting() || machine.cut.brakes {
             apart(|| leave_out::serve(machine));

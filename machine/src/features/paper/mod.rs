@@ -11,7 +11,7 @@ use crate::machine::moments::Moments;
 /// The paper test at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn halts(machine: &mut Machine<'_, P>) {
         if machine.features.paper.end() {
             machine.announce(format_args!("// NOTE the paper test has ended, nothing was changed\n"));

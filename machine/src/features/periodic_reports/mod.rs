@@ -22,7 +22,7 @@ const M105: u16 = 105;
 /// Reports that nobody asks for, at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn each_10_ms(machine: &mut Machine<'_, P>, now: Micros) {
         tell(machine, now);
     }

@@ -14,7 +14,7 @@ use crate::machine::moments::{JobBegins, Moments};
 /// The journal and the way back from it, at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn started(machine: &mut Machine<'_, P>, is_usable: bool) {
         if is_usable {
             job_recovery::say_offer(machine);

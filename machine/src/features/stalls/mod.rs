@@ -26,7 +26,7 @@ const TOLD: Micros = Micros::from_seconds(2);
 /// Stalls at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn each_250_us(machine: &mut Machine<'_, P>, now: Micros) {
         if machine.features.stalls.is_under_way() {
             recovery::watch(machine);

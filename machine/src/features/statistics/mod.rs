@@ -26,7 +26,7 @@ const RESET: f64 = 78.0;
 /// Statistics at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn read_files(machine: &mut Machine<'_, P>) {
         load(&mut machine.world, &mut machine.jobs.statistics);
     }

@@ -42,7 +42,7 @@ const BLOCK: usize = 512;
 /// Other firmware at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn greet(running: &Running, reply: &mut Reply<'_>) {
         greet(running, reply);
     }

@@ -19,7 +19,7 @@ const HAS_IT: &str = "a computer has the SD card already: eject it there, or msc
 /// The card as a computer's disk, at the machine's moments.
 pub(crate) struct Feature;
 
-impl<P: Ports> Moments<P> for Feature {
+impl<'c, P: Ports> Moments<Machine<'c, P>> for Feature {
     fn each_10_ms(machine: &mut Machine<'_, P>, _now: Micros) {
         watch(&mut machine.world);
     }
