@@ -2,56 +2,87 @@
 
 use base::Ports;
 use base::failure::{Answer, Outcome};
+use base::ports::MotionPort as _;
 use base::safety::Event;
 use base::sessions::Recipient;
 use thermal::HeatControl;
 
 use crate::machine::moments::{Features, Moments as _};
+use crate::machine::work_hands::JobHands;
 use crate::machine::{Machine, ignored_codes, program_io, program_logs, suspend};
 
+/// The machine for work that drops what is under way.
+pub(crate) trait AbortHands<'c>: JobHands<'c> {
+    /// Closes the logs of the program, and lets overrides count again that it has put aside.
+    fn end_program(&mut self);
+
+    /// Has features act as the job ends before its time.
+    fn job_ends(&mut self);
+
+    /// Drops changes of outputs and lights that wait for their place on the path.
+    fn drop_changes(&mut self);
+}
+
+impl<'c, P: Ports> AbortHands<'c> for Machine<'c, P> {
+    fn end_program(&mut self) {
+        program_logs::close(&mut self.logs, &mut self.world);
+        let Self { world, program, outputs, hold, feed_waits, .. } = self;
+        program_io::overrides_count_again(&mut world.ports, program, outputs, hold, feed_waits);
+        program.end_program();
+    }
+
+    fn job_ends(&mut self) {
+        Features::<P>::job_ends(self, false, Recipient::Nobody);
+    }
+
+    fn drop_changes(&mut self) {
+        self.outputs.changes_were_dropped();
+        self.world.ports.heat(HeatControl::drop_effects);
+        Features::<P>::drop_effects(self);
+    }
+}
+
 /// Aborts the job (`abort`, M524): brakes, drops queued moves, closes the file. Heaters are left alone.
-pub(crate) fn abort<P: Ports>(machine: &mut Machine<'_, P>, to: Recipient) -> Outcome {
-    machine.safety.apply(Event::Unsuspend);
-    let suspended = machine.jobs.cancel_suspend();
-    if suspended || machine.jobs.is_open() {
-        machine.world.sessions.tell_hosts("cancel", to);
+pub(crate) fn abort<'c>(hands: &mut impl AbortHands<'c>, to: Recipient) -> Outcome {
+    hands.apply(Event::Unsuspend);
+    let suspended = hands.jobs().cancel_suspend();
+    if suspended || hands.jobs().is_open() {
+        hands.world().sessions.tell_hosts("cancel", to);
     }
     if suspended {
-        machine.say(to, format_args!("Suspend cleared\n"));
+        hands.say(to, format_args!("Suspend cleared\n"));
     }
-    ignored_codes::say(&mut machine.jobs, machine.world.sessions);
-    if machine.jobs.is_open() {
-        program_logs::close(&mut machine.logs, &mut machine.world);
-        let Machine { world, program, outputs, hold, feed_waits, .. } = &mut *machine;
-        program_io::overrides_count_again(&mut world.ports, program, outputs, hold, feed_waits);
-        machine.program.end_program();
+    let (jobs, world) = hands.jobs_in_world();
+    ignored_codes::say(jobs, world.sessions);
+    if hands.jobs().is_open() {
+        hands.end_program();
     }
-    Features::<P>::job_ends(machine, false, Recipient::Nobody);
-    if !machine.jobs.close(&mut machine.world.ports) {
+    hands.job_ends();
+    let (jobs, world) = hands.jobs_in_world();
+    if !jobs.close(&mut world.ports) {
         if !suspended {
-            machine.say(to, format_args!("Not currently playing\n"));
+            hands.say(to, format_args!("Not currently playing\n"));
         }
         return Ok(Answer::Ok);
     }
-    program::objects::leave_out(&mut machine.program, false);
-    program::objects::stand_here(&mut machine.program);
+    program::objects::leave_out(hands.program(), false);
+    program::objects::stand_here(hands.program());
     // A drilling cycle of the aborted file must not apply to words typed from now on.
-    machine.program.end_cycles();
-    machine.say(to, format_args!("Please wait for abort to complete. Turn any heaters off manually\n"));
-    drop_queued(machine);
+    hands.program().end_cycles();
+    hands.say(to, format_args!("Please wait for abort to complete. Turn any heaters off manually\n"));
+    drop_queued(hands);
     // A halt meanwhile has dropped everything too.
-    let _ = machine.standstill();
-    machine.resynchronise();
-    if !machine.safety.is_halted() {
-        suspend::start_unless_empty(&mut machine.frames, &machine.world.config.player.after_abort_gcode);
+    let _ = hands.standstill();
+    hands.resynchronise();
+    if !hands.is_halted() {
+        let script = &hands.world().config.player.after_abort_gcode;
+        suspend::start_unless_empty(hands.frames(), script);
     }
     Ok(Answer::Ok)
 }
 
 /// Brakes the motors, and drops all that is queued.
-pub(crate) fn drop_queued<P: Ports>(machine: &mut Machine<'_, P>) {
-    machine.outputs.changes_were_dropped();
-    machine.world.ports.motion(motion::Motion::stop);
-    machine.world.ports.heat(HeatControl::drop_effects);
-    Features::<P>::drop_effects(machine);
+pub(crate) fn drop_queued<'c>(hands: &mut impl AbortHands<'c>) {
+    hands.world().ports.motion(motion::Motion::stop);
+    hands.drop_changes();
 }

@@ -3,20 +3,20 @@
 //! A card that writes may take a quarter of a second for a block. Every change of files comes here first;
 //! once the card is at rest the change's own reads are short, and its writes go into a queue.
 
-use base::ports::{CardEvent, StorageError, Wake};
+use base::ports::{CardEvent, Storage as _, StorageError, Wake};
 use base::safe_file::Draft;
 use base::sessions::Listing;
 use base::{Ports, World};
 
-use crate::machine::Machine;
+use crate::machine::work_hands::WaitHands;
 
 /// Waits until the card is at rest, and takes what most changes write. A card that has failed does not keep
 /// anybody: the change itself is told why. Everybody is served once in any case, so that changes one after
 /// the other never hold the machine for longer than one of them.
-pub(crate) fn at_rest<P: Ports>(machine: &mut Machine<'_, P>) {
+pub(crate) fn at_rest<'c>(hands: &mut impl WaitHands<'c>) {
     loop {
-        machine.wait(Wake::Any).whatever_happens();
-        if machine.world.ports.is_ready() {
+        hands.wait(Wake::Any).whatever_happens();
+        if hands.world().ports.is_ready() {
             return;
         }
     }
@@ -26,9 +26,9 @@ pub(crate) fn at_rest<P: Ports>(machine: &mut Machine<'_, P>) {
 ///
 /// # Errors
 /// When something was not written, with the reason.
-pub(crate) fn kept<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
-    while !machine.world.ports.is_kept()? {
-        machine.wait(Wake::Any).whatever_happens();
+pub(crate) fn kept<'c>(hands: &mut impl WaitHands<'c>) -> Result<(), StorageError> {
+    while !hands.world().ports.is_kept()? {
+        hands.wait(Wake::Any).whatever_happens();
     }
     Ok(())
 }
@@ -37,14 +37,14 @@ pub(crate) fn kept<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), Storage
 ///
 /// # Errors
 /// Those of the card; the file is the old one then.
-pub(crate) fn finish<P: Ports>(machine: &mut Machine<'_, P>, draft: Draft<P>) -> Result<(), StorageError> {
-    at_rest(machine);
-    let mut replacing = draft.close(&mut machine.world.ports)?;
+pub(crate) fn finish<'c, H: WaitHands<'c>>(hands: &mut H, draft: Draft<H::Ports>) -> Result<(), StorageError> {
+    at_rest(hands);
+    let mut replacing = draft.close(&mut hands.world().ports)?;
     loop {
-        machine.wait(Wake::Any).whatever_happens();
-        at_rest(machine);
-        if replacing.step(&mut machine.world.ports)? {
-            return kept(machine);
+        hands.wait(Wake::Any).whatever_happens();
+        at_rest(hands);
+        if replacing.step(&mut hands.world().ports)? {
+            return kept(hands);
         }
     }
 }

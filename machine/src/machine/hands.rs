@@ -1,4 +1,5 @@
-//! The machine in the hands of a sequence: what each of [`Hands`]' methods does with it.
+//! The machine in the hands of a sequence: what each of [`Hands`]' methods does with it; and in those of
+//! other work ([`super::work_hands`]).
 
 use core::fmt::Arguments;
 
@@ -17,13 +18,17 @@ use base::tuning::Tuning;
 use base::wait::Waited;
 use base::{Ports, World};
 use config::MachineConfig;
+use jobs::player::Jobs;
 use motion::{Latch, Mode, Motion};
 use procedures::endstop_phase::{EndstopPhases, PhaseHands};
 use procedures::probing::{DeltaRecords, Deployment, ProbeHands};
-use program::{Dialect, State};
+use program::{Dialect, Interpreter, State};
 use thermal::HeatControl;
 use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis, Volts};
 
+use crate::machine::frames::Frames;
+use crate::machine::moments::Featured;
+use crate::machine::work_hands::{HaltHands, JobHands, MoveHands, ProgramHands, WaitHands, WorldHands};
 use crate::machine::{Machine, card, probe_script, program_logs};
 
 /// The machine in the hands of a sequence that a recipient asked for.
@@ -302,5 +307,95 @@ impl<'c, P: Ports> ProbeHands<'c> for MachineHands<'_, 'c, P> {
 
     fn deployment(&mut self) -> &mut Deployment {
         &mut self.machine.deployment
+    }
+}
+
+impl<'c, P: Ports> WorldHands<'c> for Machine<'c, P> {
+    type Ports = P;
+
+    fn world(&mut self) -> &mut World<'c, P> {
+        &mut self.world
+    }
+}
+
+impl<'c, P: Ports> WaitHands<'c> for Machine<'c, P> {
+    fn wait(&mut self, wake: Wake) -> Waited {
+        self.wait(wake)
+    }
+}
+
+impl<'c, P: Ports> HaltHands<'c> for Machine<'c, P> {
+    fn state(&self) -> State {
+        self.safety.state()
+    }
+
+    fn is_halted(&self) -> bool {
+        self.safety.is_halted()
+    }
+
+    fn apply(&mut self, event: Event) -> bool {
+        self.safety.apply(event)
+    }
+}
+
+impl<'c, P: Ports> ProgramHands<'c> for Machine<'c, P> {
+    fn program(&mut self) -> &mut Interpreter {
+        &mut self.program
+    }
+
+    fn program_in_world(&mut self) -> (&mut Interpreter, &mut World<'c, P>) {
+        (&mut self.program, &mut self.world)
+    }
+}
+
+impl<'c, P: Ports> MoveHands<'c> for Machine<'c, P> {
+    fn sequence(&mut self, to: Recipient) -> impl ProbeHands<'c, Ports = P> {
+        MachineHands::new(self, to)
+    }
+
+    fn axes(&mut self) -> &mut Axes {
+        &mut self.axes
+    }
+
+    fn tuning(&mut self) -> &mut Tuning {
+        &mut self.tuning
+    }
+
+    fn standstill(&mut self) -> Result<(), Failure> {
+        self.standstill()
+    }
+
+    fn wait_for(&mut self, time: Micros) -> Result<(), Failure> {
+        self.wait_for(time)
+    }
+
+    fn stays_within(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Failure> {
+        self.stays_within(from, to)
+    }
+
+    fn resynchronise(&mut self) {
+        self.resynchronise();
+    }
+
+    fn resynchronise_if_still(&mut self) {
+        self.resynchronise_if_still();
+    }
+}
+
+impl<'c, P: Ports> JobHands<'c> for Machine<'c, P> {
+    fn jobs(&mut self) -> &mut Jobs {
+        &mut self.jobs
+    }
+
+    fn jobs_in_world(&mut self) -> (&mut Jobs, &mut World<'c, P>) {
+        (&mut self.jobs, &mut self.world)
+    }
+
+    fn jobs_and_program(&mut self) -> (&mut Jobs, &mut Interpreter) {
+        (&mut self.jobs, &mut self.program)
+    }
+
+    fn frames(&mut self) -> &mut Frames<'c, <P as Featured>::Step> {
+        &mut self.frames
     }
 }

@@ -34,6 +34,7 @@ pub(crate) mod settings_file;
 pub(crate) mod source;
 pub(crate) mod supplies;
 pub(crate) mod suspend;
+pub(crate) mod work_hands;
 
 use base::axes::Axes;
 use base::bed::Bed;

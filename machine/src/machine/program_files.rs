@@ -9,7 +9,8 @@ use jobs::files::program_files::{
 };
 use program::Interpreter;
 
-use crate::machine::{Machine, card};
+use crate::machine::card;
+use crate::machine::work_hands::{JobHands, ProgramHands};
 
 /// Greatest number of bad lines of the tool table that are told.
 const MOST_SAID: u32 = 5;
@@ -59,49 +60,52 @@ fn read_tools<P: Ports>(world: &mut World<'_, P>, program: &mut Interpreter) -> 
 }
 
 /// Saves values that a code has changed, unless a file is played: its end saves them.
-pub(crate) fn save_unless_playing<P: Ports>(machine: &mut Machine<'_, P>) {
-    if !machine.jobs.is_playing() {
-        save(machine);
+pub(crate) fn save_unless_playing<'c>(hands: &mut impl JobHands<'c>) {
+    if !hands.jobs().is_playing() {
+        save(hands);
     }
 }
 
 /// Writes changed parameters and tools. At a power loss each file is the old one or the new one.
-pub(crate) fn save<P: Ports>(machine: &mut Machine<'_, P>) {
-    if machine.program.take_parameters_changed()
-        && let Err(error) = write_parameters(machine)
+pub(crate) fn save<'c>(hands: &mut impl ProgramHands<'c>) {
+    if hands.program().take_parameters_changed()
+        && let Err(error) = write_parameters(hands)
     {
-        machine.announce(format_args!("WARNING: the parameters were not saved in {PARAMETERS}: {}\n", error.text()));
+        hands.announce(format_args!("WARNING: the parameters were not saved in {PARAMETERS}: {}\n", error.text()));
     }
-    if machine.program.tools().table().is_unsaved() {
-        match write_tools(machine) {
-            Ok(()) => machine.program.tool_table().saved(),
+    if hands.program().tools().table().is_unsaved() {
+        match write_tools(hands) {
+            Ok(()) => hands.program().tool_table().saved(),
             Err(error) => {
-                machine.announce(format_args!("WARNING: the tool table was not saved in {TOOLS}: {}\n", error.text()));
+                hands.announce(format_args!("WARNING: the tool table was not saved in {TOOLS}: {}\n", error.text()));
             }
         }
     }
 }
 
-fn write_parameters<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
-    card::at_rest(machine);
-    let mut saving = SavingParameters::begin(&mut machine.world.ports)?;
+fn write_parameters<'c>(hands: &mut impl ProgramHands<'c>) -> Result<(), StorageError> {
+    card::at_rest(hands);
+    let mut saving = SavingParameters::begin(&mut hands.world().ports)?;
     loop {
-        machine.wait(Wake::Any).whatever_happens();
-        card::at_rest(machine);
-        if saving.step(&mut machine.world.ports, &machine.program)? == Progress::Done {
-            return card::kept(machine);
+        hands.wait(Wake::Any).whatever_happens();
+        card::at_rest(hands);
+        let (program, world) = hands.program_in_world();
+        if saving.step(&mut world.ports, program)? == Progress::Done {
+            return card::kept(hands);
         }
     }
 }
 
-fn write_tools<P: Ports>(machine: &mut Machine<'_, P>) -> Result<(), StorageError> {
-    card::at_rest(machine);
-    let mut saving = SavingTools::begin(&mut machine.world.ports, &machine.program)?;
+fn write_tools<'c>(hands: &mut impl ProgramHands<'c>) -> Result<(), StorageError> {
+    card::at_rest(hands);
+    let (program, world) = hands.program_in_world();
+    let mut saving = SavingTools::begin(&mut world.ports, program)?;
     loop {
-        machine.wait(Wake::Any).whatever_happens();
-        card::at_rest(machine);
-        if saving.step(&mut machine.world.ports, &machine.program)? == Progress::Done {
-            return card::kept(machine);
+        hands.wait(Wake::Any).whatever_happens();
+        card::at_rest(hands);
+        let (program, world) = hands.program_in_world();
+        if saving.step(&mut world.ports, program)? == Progress::Done {
+            return card::kept(hands);
         }
     }
 }

@@ -1,5 +1,7 @@
 //! The file of saved settings: M500, M501, M502.
 
+use core::fmt;
+
 use base::failure::{Answer, Outcome, Texts};
 use base::paths::{OVERRIDE_PATH, override_path};
 use base::ports::{StorageError, Wake};
@@ -7,40 +9,57 @@ use base::safe_file;
 use base::sessions::{Recipient, Reply};
 use base::{Ports, World};
 
+use crate::machine::work_hands::{JobHands, WaitHands};
 use crate::machine::{Machine, card, saved_settings, suspend};
 
+/// The machine for work that saves settings.
+pub(crate) trait SettingsHands<'c>: WaitHands<'c> {
+    /// Returns the lines of part n of [`saved_settings::PARTS`].
+    ///
+    /// # Errors
+    /// When they do not fit whole.
+    fn part(&mut self, n: u8) -> Result<saved_settings::Text, fmt::Error>;
+}
+
+impl<'c, P: Ports> SettingsHands<'c> for Machine<'c, P> {
+    fn part(&mut self, n: u8) -> Result<saved_settings::Text, fmt::Error> {
+        let Self { program, tuning, bed, thermal, world: World { ports, config, .. }, .. } = self;
+        saved_settings::part(n, ports, program, config, (tuning, thermal), bed)
+    }
+}
+
 /// Reads the file of saved settings as a script (M501).
-pub(crate) fn load<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
-    let path = override_path(machine.world.texts, set)?;
-    if let Err(error) = suspend::begin_replay(machine, &path, to, false) {
-        machine.say(to, format_args!("failed to load configuration override {path}: {}\n", error.text()));
+pub(crate) fn load<'c>(hands: &mut impl JobHands<'c>, set: Option<&str>, to: Recipient) -> Outcome {
+    let path = override_path(hands.world().texts, set)?;
+    if let Err(error) = suspend::begin_replay(hands, &path, to, false) {
+        hands.say(to, format_args!("failed to load configuration override {path}: {}\n", error.text()));
     }
     Ok(Answer::Ok)
 }
 
 /// Saves the settings (M500). At a power loss the file is the old one or the new one.
-pub(crate) fn save<P: Ports>(machine: &mut Machine<'_, P>, set: Option<&str>, to: Recipient) -> Outcome {
-    let path = override_path(machine.world.texts, set)?;
-    let failed = |error: StorageError| machine.world.texts.about_file(&path, error.text());
-    let mut draft = safe_file::Draft::begin(&mut machine.world.ports, &path).map_err(failed)?;
+pub(crate) fn save<'c>(hands: &mut impl SettingsHands<'c>, set: Option<&str>, to: Recipient) -> Outcome {
+    let path = override_path(hands.world().texts, set)?;
+    let texts = hands.world().texts;
+    let failed = |error: StorageError| texts.about_file(&path, error.text());
+    let mut draft = safe_file::Draft::begin(&mut hands.world().ports, &path).map_err(failed)?;
     for part in 0..saved_settings::PARTS {
-        let Machine { program, tuning, bed, thermal, world: World { ports, config, .. }, .. } = machine;
-        let written = match saved_settings::part(part, ports, program, config, (tuning, thermal), bed) {
-            Ok(text) => draft.write(ports, text.as_bytes()).map(|_| ()),
+        let written = match hands.part(part) {
+            Ok(text) => draft.write(&mut hands.world().ports, text.as_bytes()).map(|_| ()),
             Err(_) => Err(StorageError::Full),
         };
         if let Err(error) = written {
-            draft.give_up(&mut machine.world.ports);
+            draft.give_up(&mut hands.world().ports);
             return Err(failed(error));
         }
-        machine.wait(Wake::Any).whatever_happens();
-        card::at_rest(machine);
+        hands.wait(Wake::Any).whatever_happens();
+        card::at_rest(hands);
     }
-    card::finish(machine, draft).map_err(failed)?;
-    if path == OVERRIDE_PATH && !machine.world.config.general.config_override {
-        machine.say(to, format_args!("WARNING: override will NOT be loaded on boot\n"));
+    card::finish(hands, draft).map_err(failed)?;
+    if path == OVERRIDE_PATH && !hands.world().config.general.config_override {
+        hands.say(to, format_args!("WARNING: override will NOT be loaded on boot\n"));
     }
-    machine.say(to, format_args!("Settings Stored to {path}\n"));
+    hands.say(to, format_args!("Settings Stored to {path}\n"));
     Ok(Answer::Ok)
 }
 

@@ -310,7 +310,7 @@ fn pause<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: &str) -
         "WARNING: the job is paused at line {line}, where motor {letter} stalled: {why}resume homes what has lost its place \
          and goes on, abort ends it\n"
     ));
-    suspend::rest(&mut machine.world, &mut machine.frames, false).map(drop)
+    suspend::rest(machine, false).map(drop)
 }
 
 /// Ends a job that cannot go on: not even its place is known.
@@ -324,5 +324,5 @@ fn end_job<P: Ports>(machine: &mut Machine<'_, P>, stopped: &Stopped, why: impl 
     Features::<P>::extruders_count_anew(machine);
     machine.jobs.close(&mut machine.world.ports);
     machine.resynchronise_if_still();
-    suspend::rest(&mut machine.world, &mut machine.frames, false).map(drop)
+    suspend::rest(machine, false).map(drop)
 }
