@@ -27,7 +27,7 @@ use thermal::HeatControl;
 use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis, Volts};
 
 use crate::machine::frames::Frames;
-use crate::machine::moments::Featured;
+use crate::machine::moments::{Featured, Features, Moments as _};
 use crate::machine::work_hands::{HaltHands, JobHands, MoveHands, ProgramHands, WaitHands, WorldHands};
 use crate::machine::{Machine, card, probe_script, program_logs};
 
@@ -336,6 +336,10 @@ impl<'c, P: Ports> HaltHands<'c> for Machine<'c, P> {
     fn apply(&mut self, event: Event) -> bool {
         self.safety.apply(event)
     }
+
+    fn halt(&mut self, alarm: Alarm, why: Arguments<'_>) {
+        self.halt(alarm, why);
+    }
 }
 
 impl<'c, P: Ports> ProgramHands<'c> for Machine<'c, P> {
@@ -357,6 +361,10 @@ impl<'c, P: Ports> MoveHands<'c> for Machine<'c, P> {
         &mut self.axes
     }
 
+    fn can_home(&self) -> AxisSet {
+        self.can_home
+    }
+
     fn tuning(&mut self) -> &mut Tuning {
         &mut self.tuning
     }
@@ -367,6 +375,10 @@ impl<'c, P: Ports> MoveHands<'c> for Machine<'c, P> {
 
     fn wait_for(&mut self, time: Micros) -> Result<(), Failure> {
         self.wait_for(time)
+    }
+
+    fn travel(&mut self) -> &Travel {
+        self.travel()
     }
 
     fn stays_within(&mut self, from: &PerAxis<f64>, to: &PerAxis<f64>) -> Result<(), Failure> {
@@ -397,5 +409,13 @@ impl<'c, P: Ports> JobHands<'c> for Machine<'c, P> {
 
     fn frames(&mut self) -> &mut Frames<'c, <P as Featured>::Step> {
         &mut self.frames
+    }
+
+    fn leaves_for_heights(&mut self, heights: [f64; 2]) {
+        Features::<P>::leaves_for_heights(self, heights);
+    }
+
+    fn extruders_count_anew(&mut self) {
+        Features::<P>::extruders_count_anew(self);
     }
 }

@@ -9,7 +9,9 @@ use core::fmt::Arguments;
 use base::axes::Axes;
 use base::failure::Failure;
 use base::ports::{MotionPort as _, Wake};
+use base::reason::Alarm;
 use base::safety::Event;
+use base::safety::travel::Travel;
 use base::sessions::Recipient;
 use base::tuning::Tuning;
 use base::wait::Waited;
@@ -18,7 +20,7 @@ use events::Event as Happened;
 use jobs::player::Jobs;
 use procedures::probing::ProbeHands;
 use program::{Interpreter, State};
-use units::{Micros, PerAxis};
+use units::{AxisSet, Micros, PerAxis};
 
 use crate::machine::frames::Frames;
 use crate::machine::moments::Featured;
@@ -63,6 +65,9 @@ pub(crate) trait HaltHands<'c>: WorldHands<'c> {
 
     /// Applies an event to the table of states; true when it meant something.
     fn apply(&mut self, event: Event) -> bool;
+
+    /// Halts the machine and says why.
+    fn halt(&mut self, alarm: Alarm, why: Arguments<'_>);
 }
 
 /// The machine for work that waits, and knows the program.
@@ -82,6 +87,9 @@ pub(crate) trait MoveHands<'c>: ProgramHands<'c> + HaltHands<'c> {
     /// Returns the axes and motors.
     fn axes(&mut self) -> &mut Axes;
 
+    /// Returns the axes that have a switch to home with.
+    fn can_home(&self) -> AxisSet;
+
     /// Returns the settings that codes have changed.
     fn tuning(&mut self) -> &mut Tuning;
 
@@ -96,6 +104,9 @@ pub(crate) trait MoveHands<'c>: ProgramHands<'c> + HaltHands<'c> {
     /// # Errors
     /// [`Failure::HALTED`].
     fn wait_for(&mut self, time: Micros) -> Result<(), Failure>;
+
+    /// Returns the travel that axes may be commanded within.
+    fn travel(&mut self) -> &Travel;
 
     /// Whether a straight move stays within the travel.
     ///
@@ -128,4 +139,10 @@ pub(crate) trait JobHands<'c>: MoveHands<'c> {
 
     /// Returns the work that lines have started.
     fn frames(&mut self) -> &mut Frames<'c, <Self::Ports as Featured>::Step>;
+
+    /// Has features act before the machine leaves for heights that the file does not say, mm.
+    fn leaves_for_heights(&mut self, heights: [f64; 2]);
+
+    /// Has features know that extruders count from another place, with no filament moved.
+    fn extruders_count_anew(&mut self);
 }
