@@ -22,7 +22,7 @@ use jobs::player::Jobs;
 use motion::{Latch, Mode, Motion};
 use procedures::endstop_phase::{EndstopPhases, PhaseHands};
 use procedures::probing::{DeltaRecords, Deployment, ProbeHands};
-use program::{Dialect, Interpreter, State};
+use program::{Dialect, Facts, Interpreter, State};
 use thermal::HeatControl;
 use units::{Axis, AxisSet, Micros, MmPerSecond, PerAxis, Volts};
 
@@ -363,6 +363,10 @@ impl<'c, P: Ports> MoveHands<'c> for Machine<'c, P> {
 
     fn can_home(&self) -> AxisSet {
         self.can_home
+    }
+
+    fn facts(&self) -> Facts {
+        self.facts()
     }
 
     fn tuning(&mut self) -> &mut Tuning {

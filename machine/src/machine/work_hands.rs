@@ -19,7 +19,7 @@ use base::{Ports, World};
 use events::Event as Happened;
 use jobs::player::Jobs;
 use procedures::probing::ProbeHands;
-use program::{Interpreter, State};
+use program::{Facts, Interpreter, State};
 use units::{AxisSet, Micros, PerAxis};
 
 use crate::machine::frames::Frames;
@@ -119,6 +119,9 @@ pub(crate) trait MoveHands<'c>: ProgramHands<'c> + HaltHands<'c> {
 
     /// Has the program go on from where the machine is, unless it moves.
     fn resynchronise_if_still(&mut self);
+
+    /// Returns the facts about the machine that the program must know.
+    fn facts(&self) -> Facts;
 
     /// Returns the machine position where the last accepted move ends.
     fn position(&mut self) -> PerAxis<f64> {
